@@ -1,0 +1,45 @@
+# Everything a new machine needs: Python >= 3.11, make and git. Each target makes the environment it uses.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+READY := $(VENV)/.ready
+
+.PHONY: help install test lint types contracts check demo bench lock clean
+
+help: ## Show the targets
+	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 14
+
+install: $(READY) ## Make .venv with the pinned versions
+
+$(READY): constraints.txt pyproject.toml
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/pip install --quiet --disable-pip-version-check --require-hashes --requirement constraints.txt
+	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
+	@touch $@
+
+lint: $(READY) ## Check style
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+types: $(READY) ## Check types, strictly, tests included
+	$(BIN)/mypy service converters schemas tests
+
+contracts: $(READY) ## Check the import contracts
+	$(BIN)/lint-imports
+
+check: lint types contracts ## Everything but the tests
+
+test: check ## Lint, types, import contracts and all tests
+	$(BIN)/pytest -n 2
+
+demo: $(READY) ## Convert the sample, serve it, replay it, watch tracks and biases settle
+	$(BIN)/multiradar demo $(DEMO_OPTIONS)
+
+bench: $(READY) ## Measure speed; prints ratios and writes benchmark.json
+	$(BIN)/python -m tests.benchmark
+
+lock: ## Pin all versions anew (needs uv)
+	uv pip compile --universal --generate-hashes --python-version 3.11 --no-emit-index-url --no-header --extra dev pyproject.toml -o constraints.txt
+
+clean: ## Remove what make made
+	rm -rf $(VENV) .mypy_cache .pytest_cache .ruff_cache .import_linter_cache

@@ -1,0 +1,1 @@
+"""Recordings in, normalised measurements out: no sockets, no clock."""

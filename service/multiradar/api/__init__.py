@@ -1,0 +1,1 @@
+"""The REST API, the WebSocket and the event stream."""

@@ -1,0 +1,79 @@
+"""The exception tree.
+
+::
+
+    MultiradarError                 anything this project says no to
+    ├── ConfigurationError          a setting, sensors file or option that cannot be used
+    ├── InputError                  a file or message that cannot be read at all
+    │   └── MissingColumnError      a table lacks a column
+    ├── OutputExistsError           the place to write to is taken
+    ├── UnknownFilterError          a filter name that is not in the registry
+    ├── CovarianceError             a matrix that is no covariance
+    ├── JournalError                the journal cannot be written or does not verify
+    ├── QueueFullError              a bounded queue is full; try again later
+    └── PeerError                   another process did not answer as agreed
+"""
+
+from collections.abc import Sequence
+
+
+class MultiradarError(Exception):
+    """Base of all errors that are the user's or the environment's, told in one sentence."""
+
+
+class ConfigurationError(MultiradarError):
+    """A setting, sensors file or option cannot be used."""
+
+
+class InputError(MultiradarError):
+    """A file or message cannot be read at all."""
+
+
+class MissingColumnError(InputError):
+    """A table lacks columns that are needed."""
+
+    def __init__(self, source: str, missing: Sequence[str], found: Sequence[str]) -> None:
+        self.source = source
+        self.missing = tuple(missing)
+        self.found = tuple(found)
+        super().__init__(
+            f"{source}: expected the columns {', '.join(self.missing)}, "
+            f"found only {', '.join(self.found) or 'none'}"
+        )
+
+
+class OutputExistsError(MultiradarError):
+    """The place to write to is taken; nothing there was touched."""
+
+
+class UnknownFilterError(ConfigurationError):
+    """A filter name is not in the registry."""
+
+    def __init__(self, name: str, known: Sequence[str]) -> None:
+        self.name = name
+        self.known = tuple(known)
+        super().__init__(f"expected a filter of {', '.join(self.known)}, was {name!r}")
+
+
+class CovarianceError(MultiradarError):
+    """A matrix that was given as a covariance is not symmetric or not positive definite."""
+
+
+class JournalError(MultiradarError):
+    """The journal cannot be written or does not verify."""
+
+
+class QueueFullError(MultiradarError):
+    """A bounded queue is full; nothing was taken, the sender may try again later."""
+
+    def __init__(self, name: str, depth: int, retry_after_s: float) -> None:
+        self.name = name
+        self.depth = depth
+        self.retry_after_s = retry_after_s
+        super().__init__(
+            f"{name} holds {depth} entries and takes no more; retry in {retry_after_s} s"
+        )
+
+
+class PeerError(MultiradarError):
+    """Another process did not answer as agreed."""

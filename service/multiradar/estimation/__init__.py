@@ -1,0 +1,1 @@
+"""Joint estimation of aircraft motion and radar biases."""

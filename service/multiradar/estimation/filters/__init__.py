@@ -1,0 +1,1 @@
+"""The filters: pure functions on frozen states, found by name."""

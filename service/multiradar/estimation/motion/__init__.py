@@ -1,0 +1,1 @@
+"""Models of how an aircraft moves."""

@@ -1,0 +1,1 @@
+"""WGS 84, the system plane and slant range."""

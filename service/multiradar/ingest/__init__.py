@@ -1,0 +1,1 @@
+"""Live measurements in: HTTP bodies, Zenoh samples, replayed files."""

@@ -1,0 +1,1 @@
+"""The pool of aircraft actors: order, epochs, shards, recovery and publication."""

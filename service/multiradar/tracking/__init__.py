@@ -1,0 +1,1 @@
+"""From measurements to tracks: identity, lifecycle, one aircraft's step."""

@@ -1,0 +1,90 @@
+"""A batch of measurements as columns: what the pure core sees of the outside world."""
+
+from dataclasses import dataclass, fields
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+KIND_RADAR = 0
+KIND_POSITION = 1
+KIND_BEARING = 2
+MISSING_INTEGER = -1
+
+
+@dataclass(frozen=True, slots=True)
+class MeasurementBatch:
+    """Measurements in the order of their arrival, one row each.
+
+    A missing number is NaN, a missing integer is −1; neither leaves this type unexamined.
+
+    Attributes
+    ----------
+    time_s : (n,) float64
+        UTC, seconds since the Unix epoch (or time of day going on past midnight).
+    sensor : (n,) int32
+        Index into the sensor table.
+    kind : (n,) int8
+        `KIND_RADAR` (range and azimuth), `KIND_POSITION` (latitude and longitude) or
+        `KIND_BEARING`.
+    range_m, azimuth_rad : (n,) float64
+        Measured slant range, and azimuth clockwise from true north at the sensor; raw.
+    latitude_rad, longitude_rad : (n,) float64
+        Reported WGS 84 position.
+    height_m : (n,) float64
+        Height above the ellipsoid, as measured.
+    mode_3a : (n,) int32
+        Mode 3/A code as a number (four octal digits).
+    mode_s_address : (n,) int64
+        ICAO 24-bit address.
+    track_number : (n,) int64
+        The recording's own number of the aircraft.
+    """
+
+    time_s: NDArray[np.float64]
+    sensor: NDArray[np.int32]
+    kind: NDArray[np.int8]
+    range_m: NDArray[np.float64]
+    azimuth_rad: NDArray[np.float64]
+    latitude_rad: NDArray[np.float64]
+    longitude_rad: NDArray[np.float64]
+    height_m: NDArray[np.float64]
+    mode_3a: NDArray[np.int32]
+    mode_s_address: NDArray[np.int64]
+    track_number: NDArray[np.int64]
+
+    def __len__(self) -> int:
+        return len(self.time_s)
+
+    def take(self, rows: NDArray[np.intp] | NDArray[np.bool_] | slice) -> Self:
+        """Return the chosen rows, in the order asked for."""
+        return type(self)(**{field.name: getattr(self, field.name)[rows] for field in fields(self)})
+
+    @classmethod
+    def concatenate(cls, batches: "list[MeasurementBatch]") -> "MeasurementBatch":
+        """Return the rows of all batches, one after the other."""
+        return MeasurementBatch(
+            **{
+                field.name: np.concatenate([getattr(batch, field.name) for batch in batches])
+                for field in fields(cls)
+            }
+        )
+
+    @classmethod
+    def empty(cls) -> "MeasurementBatch":
+        """Return a batch without rows."""
+        floats = np.empty(0, np.float64)
+        integers = np.empty(0, np.int64)
+        return MeasurementBatch(
+            time_s=floats,
+            sensor=np.empty(0, np.int32),
+            kind=np.empty(0, np.int8),
+            range_m=floats,
+            azimuth_rad=floats,
+            latitude_rad=floats,
+            longitude_rad=floats,
+            height_m=floats,
+            mode_3a=np.empty(0, np.int32),
+            mode_s_address=integers,
+            track_number=integers,
+        )
