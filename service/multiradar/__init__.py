@@ -1,1 +1,1 @@
-"""Air traffic control multiradar processing: aircraft tracks and radar biases, estimated jointly."""
+"""ATC multiradar processing: aircraft tracks and radar biases estimated jointly."""

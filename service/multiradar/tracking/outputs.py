@@ -1,0 +1,158 @@
+"""What the tracker says: updates of tracks, ends of tracks, and the biases of each epoch."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+STATE_TENTATIVE = 0
+STATE_CONFIRMED = 1
+STATE_COASTING = 2
+
+#: Names of the states on the wire, by number.
+STATE_NAMES = ("tentative", "confirmed", "coasting")
+
+
+@dataclass(frozen=True, slots=True)
+class TrackUpdates:
+    """One row for each measurement that updated a track, in canonical order.
+
+    Attributes
+    ----------
+    sequence : (n,) int64
+        Number of the update, 1, 2, 3, … over all tracks; a function of the measurements alone.
+    time_s : (n,) float64
+        Data time of the measurement.
+    track_id : (n,) int64
+        The track, numbered from 1 by first appearance.
+    sensor : (n,) int32
+        The sensor that measured.
+    track_number, mode_s_address : (n,) int64
+        Identity, −1 when unknown.
+    mode_3a : (n,) int32
+        Last code heard, −1 when none was.
+    latitude_rad, longitude_rad : (n,) float64
+        Estimated WGS 84 position.
+    height_m : (n,) float64
+        Last height heard, NaN when none was.
+    speed_mps, heading_rad : (n,) float64
+        Ground speed, and its direction clockwise from true north at the aircraft.
+    position_sigma_m, velocity_sigma_mps : (n,) float64
+        Square root of the trace of the covariance of position and of velocity.
+    state : (n,) int8
+        Index into `STATE_NAMES`.
+    """
+
+    sequence: NDArray[np.int64]
+    time_s: NDArray[np.float64]
+    track_id: NDArray[np.int64]
+    sensor: NDArray[np.int32]
+    track_number: NDArray[np.int64]
+    mode_s_address: NDArray[np.int64]
+    mode_3a: NDArray[np.int32]
+    latitude_rad: NDArray[np.float64]
+    longitude_rad: NDArray[np.float64]
+    height_m: NDArray[np.float64]
+    speed_mps: NDArray[np.float64]
+    heading_rad: NDArray[np.float64]
+    position_sigma_m: NDArray[np.float64]
+    velocity_sigma_mps: NDArray[np.float64]
+    state: NDArray[np.int8]
+
+    def __len__(self) -> int:
+        return len(self.sequence)
+
+
+@dataclass(frozen=True, slots=True)
+class BiasRecords:
+    """One row for each bias parameter at the end of each epoch that had measurements.
+
+    Attributes
+    ----------
+    epoch : (n,) int64
+        Number of the epoch of data time.
+    time_s : (n,) float64
+        Data time of the end of the epoch.
+    sensor : (n,) int32
+        The sensor.
+    parameter : (n,) int8
+        Kind of the parameter, index into `PARAMETER_NAMES`.
+    estimate, sigma : (n,) float64
+        Estimate (measured minus true) and its standard deviation, in m, rad, 1 or s by kind.
+    """
+
+    epoch: NDArray[np.int64]
+    time_s: NDArray[np.float64]
+    sensor: NDArray[np.int32]
+    parameter: NDArray[np.int8]
+    estimate: NDArray[np.float64]
+    sigma: NDArray[np.float64]
+
+    def __len__(self) -> int:
+        return len(self.epoch)
+
+
+@dataclass(frozen=True, slots=True)
+class EndedTracks:
+    """One row for each track that ended, with the data time at which its end was noticed.
+
+    Attributes
+    ----------
+    track_id : (n,) int64
+        The track.
+    time_s : (n,) float64
+        Data time of the end of the epoch that closed it.
+    """
+
+    track_id: NDArray[np.int64]
+    time_s: NDArray[np.float64]
+
+    def __len__(self) -> int:
+        return len(self.track_id)
+
+
+@dataclass(frozen=True, slots=True)
+class TrackStates:
+    """The live tracks as the filter knows them, one row each, by ascending identifier.
+
+    Attributes
+    ----------
+    track_id : (n,) int64
+        The track.
+    time_s : (n,) float64
+        Data time of its last update.
+    mean : (n, 4) float64
+        East and north in the system plane, m, and their rates, m/s.
+    covariance : (n, 4, 4) float64
+        Covariance of `mean`, the uncertainty of the biases included.
+    height_m : (n,) float64
+        Last height heard, NaN when none was.
+    """
+
+    track_id: NDArray[np.int64]
+    time_s: NDArray[np.float64]
+    mean: NDArray[np.float64]
+    covariance: NDArray[np.float64]
+    height_m: NDArray[np.float64]
+
+    def __len__(self) -> int:
+        return len(self.track_id)
+
+
+@dataclass(frozen=True, slots=True)
+class EngineOutput:
+    """What came out of one call of the engine.
+
+    Attributes
+    ----------
+    updates : TrackUpdates
+        Updates of tracks.
+    biases : BiasRecords
+        Biases of the epochs that closed.
+    ended : EndedTracks
+        Tracks that ended.
+    """
+
+    updates: TrackUpdates
+    biases: BiasRecords
+    ended: EndedTracks
