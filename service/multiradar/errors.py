@@ -11,10 +11,11 @@
     ├── CovarianceError             a matrix that is no covariance
     ├── JournalError                the journal cannot be written or does not verify
     ├── QueueFullError              a bounded queue is full; try again later
+    ├── RequestError                a request over HTTP that is refused, with its status and code
     └── PeerError                   another process did not answer as agreed
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 
 class MultiradarError(Exception):
@@ -73,6 +74,36 @@ class QueueFullError(MultiradarError):
         super().__init__(
             f"{name} holds {depth} entries and takes no more; retry in {retry_after_s} s"
         )
+
+
+class RequestError(MultiradarError):
+    """A request over HTTP is refused; it becomes a problem document.
+
+    Attributes
+    ----------
+    status : int
+        HTTP status.
+    code : str
+        Stable code for programs, such as ``BODY_TOO_LARGE``.
+    headers : Mapping[str, str]
+        Headers the answer carries beside the document, such as ``Retry-After``.
+    parameters : Mapping[str, str]
+        What is wrong with each named parameter, where parameters are at fault.
+    """
+
+    def __init__(
+        self,
+        status: int,
+        code: str,
+        detail: str,
+        headers: Mapping[str, str] | None = None,
+        parameters: Mapping[str, str] | None = None,
+    ) -> None:
+        self.status = status
+        self.code = code
+        self.headers = dict(headers or {})
+        self.parameters = dict(parameters or {})
+        super().__init__(detail)
 
 
 class PeerError(MultiradarError):
