@@ -8,6 +8,7 @@
     │   └── MissingColumnError      a table lacks a column
     ├── OutputExistsError           the place to write to is taken
     ├── UnknownFilterError          a filter name that is not in the registry
+    ├── OutsidePlaneError           a place too far from the centre of the system plane
     ├── CovarianceError             a matrix that is no covariance
     ├── JournalError                the journal cannot be written or does not verify
     ├── QueueFullError              a bounded queue is full; try again later
@@ -54,6 +55,26 @@ class UnknownFilterError(ConfigurationError):
         self.name = name
         self.known = tuple(known)
         super().__init__(f"expected a filter of {', '.join(self.known)}, was {name!r}")
+
+
+class OutsidePlaneError(MultiradarError):
+    """A place is too far from the centre of the system plane, or is no number."""
+
+    def __init__(
+        self,
+        what: str,
+        place: tuple[float, float],
+        centre_rad: tuple[float, float],
+        angle_max_deg: float,
+    ) -> None:
+        self.what = what
+        self.place = place
+        self.centre_rad = centre_rad
+        self.angle_max_deg = angle_max_deg
+        super().__init__(
+            f"{what}: expected a place within {angle_max_deg:g} degrees of the plane's centre "
+            f"{centre_rad} rad, was {place}"
+        )
 
 
 class CovarianceError(MultiradarError):

@@ -1,0 +1,285 @@
+"""The system plane: the one flat picture of the Earth in which aircraft are estimated.
+
+The plane is the *orthographic* picture of the WGS 84 surface: the plane coordinates (east, north)
+of an aircraft are the east and north components, in the local frame at the centre O, of its foot
+on the ellipsoid. Nothing is approximated: a foot and a height give the exact position in space,
+with one square root and no trigonometry, and so the exact slant range and azimuth at any radar.
+What the plane does distort is scale far from O: a metre on the plane is 1 / cos(distance / R)
+metres on the ground along the direction away from O (0.2 % at 400 km). Speeds, headings and
+covariances are therefore turned into true metres at the aircraft before they leave the core.
+
+Signs: east, north and up positive; headings and azimuths clockwise from true north; longitude
+positive towards the east.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from multiradar.errors import ConfigurationError, OutsidePlaneError
+from multiradar.geodesy import _kernels as kernels
+from multiradar.geodesy.wgs84 import ecef_to_geodetic, enu_rotation, geodetic_to_ecef
+
+#: Largest angle between the verticals at the centre and at a foot, degrees.
+ANGLE_MAX_DEG = 60.0
+
+
+@dataclass(frozen=True, slots=True)
+class SystemPlane:
+    """An orthographic plane of the WGS 84 surface.
+
+    Parameters
+    ----------
+    latitude_rad, longitude_rad : float
+        Geodetic position of the centre O.
+
+    Attributes
+    ----------
+    parameters : (9,) float64
+        The centre as the kernels of `multiradar.geodesy._kernels` take it.
+
+    Raises
+    ------
+    ConfigurationError
+        If the centre is no position on the Earth.
+
+    Notes
+    -----
+    Valid for feet whose vertical leans at most 60° from that at O (about 6 600 km on the
+    ground); the methods raise `OutsidePlaneError` beyond.
+    """
+
+    latitude_rad: float
+    longitude_rad: float
+    parameters: NDArray[np.float64] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        # Written so that NaN fails.
+        if not (abs(self.latitude_rad) <= np.pi / 2 and abs(self.longitude_rad) <= np.pi):
+            raise ConfigurationError(
+                "centre of the system plane: expected a latitude in [−π/2, π/2] and a longitude "
+                f"in [−π, π] rad, was ({self.latitude_rad}, {self.longitude_rad})"
+            )
+        parameters = kernels.plane_parameters(self.latitude_rad, self.longitude_rad)
+        parameters.setflags(write=False)
+        object.__setattr__(self, "parameters", parameters)
+
+    @classmethod
+    def for_sensors(cls, latitude_rad: ArrayLike, longitude_rad: ArrayLike) -> "SystemPlane":
+        """Choose the plane in whose middle the sensors lie.
+
+        Parameters
+        ----------
+        latitude_rad, longitude_rad : (m,) array_like
+            Sites; a sensor without a site has NaN and is passed over.
+
+        Returns
+        -------
+        SystemPlane
+            Its centre is the direction of the mean of the sites' verticals.
+
+        Raises
+        ------
+        ConfigurationError
+            If no sensor has a site, or the sites lie all around the Earth.
+        OutsidePlaneError
+            If a site is outside the plane all the same.
+        """
+        latitude = np.atleast_1d(np.asarray(latitude_rad, np.float64))
+        longitude = np.atleast_1d(np.asarray(longitude_rad, np.float64))
+        sited = np.isfinite(latitude) & np.isfinite(longitude)
+        if not sited.any():
+            raise ConfigurationError("expected a sensor with a site to lay the plane, was none")
+        mean = enu_rotation(latitude[sited], longitude[sited])[:, 2].mean(axis=0)
+        if np.linalg.norm(mean) < np.cos(np.radians(ANGLE_MAX_DEG)):
+            raise ConfigurationError(
+                "expected sensors on one side of the Earth, were all around it"
+            )
+        plane = cls(
+            float(np.arctan2(mean[2], np.hypot(mean[0], mean[1]))),
+            float(np.arctan2(mean[1], mean[0])),
+        )
+        plane.to_plane(latitude[sited], longitude[sited])
+        return plane
+
+    def to_plane(
+        self, latitude_rad: ArrayLike, longitude_rad: ArrayLike
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the plane coordinates of geodetic positions.
+
+        Parameters
+        ----------
+        latitude_rad, longitude_rad : array_like
+            Geodetic WGS 84 positions.
+
+        Returns
+        -------
+        east_m, north_m : ndarray
+            Coordinates of their feet on the plane, m.
+
+        Raises
+        ------
+        OutsidePlaneError
+            If a position is farther than 60° from the centre, or is no number.
+        """
+        latitude, longitude = np.broadcast_arrays(
+            np.asarray(latitude_rad, np.float64), np.asarray(longitude_rad, np.float64)
+        )
+        rotation = enu_rotation(self.latitude_rad, self.longitude_rad)
+        cosine = enu_rotation(latitude, longitude)[..., 2, :] @ rotation[2]
+        self._require_inside(cosine, latitude, longitude, "position (rad)")
+        centre = geodetic_to_ecef(self.latitude_rad, self.longitude_rad, 0.0)
+        foot = (geodetic_to_ecef(latitude, longitude, 0.0) - centre) @ rotation.T
+        return foot[..., 0], foot[..., 1]
+
+    def to_geodetic(
+        self, east_m: ArrayLike, north_m: ArrayLike
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the geodetic positions of plane coordinates.
+
+        Parameters
+        ----------
+        east_m, north_m : array_like
+            Plane coordinates, m.
+
+        Returns
+        -------
+        latitude_rad, longitude_rad : ndarray
+            Geodetic WGS 84 positions; the longitude in [−π, π].
+
+        Raises
+        ------
+        OutsidePlaneError
+            If a foot is farther than 60° from the centre, or is no number.
+        """
+        east, north, gradient = self._gradient(east_m, north_m)
+        up = -(self.parameters[kernels.M_EE] * east**2 + self.parameters[kernels.M_NN] * north**2)
+        up /= 1.0 + self.parameters[kernels.M_NU] * north + gradient[..., 2]
+        centre = geodetic_to_ecef(self.latitude_rad, self.longitude_rad, 0.0)
+        rotation = enu_rotation(self.latitude_rad, self.longitude_rad)
+        latitude, longitude, _ = ecef_to_geodetic(
+            centre + np.stack([east, north, up], axis=-1) @ rotation
+        )
+        return latitude, longitude
+
+    def local_matrix(
+        self, east_m: ArrayLike, north_m: ArrayLike, height_m: ArrayLike = 0.0
+    ) -> NDArray[np.float64]:
+        """Return how displacements on the plane turn into true ones at the aircraft.
+
+        Parameters
+        ----------
+        east_m, north_m : array_like
+            Plane coordinates of the foot, m.
+        height_m : array_like
+            Height of the aircraft above the ellipsoid, m.
+
+        Returns
+        -------
+        (..., 2, 2) ndarray
+            d(true east, true north)/d(plane east, plane north). A velocity v becomes T v, a
+            covariance P becomes T P Tᵀ.
+
+        Raises
+        ------
+        OutsidePlaneError
+            If a foot is farther than 60° from the centre, or is no number.
+        """
+        east, north, gradient = self._gradient(east_m, north_m)
+        length = np.linalg.norm(gradient, axis=-1)
+        parameters = self.parameters
+        slope_east = -gradient[..., 0] / gradient[..., 2]
+        slope_north = -gradient[..., 1] / gradient[..., 2]
+        zero = np.zeros_like(slope_east)
+        m_nu, m_uu = parameters[kernels.M_NU], parameters[kernels.M_UU]
+        rise = (np.asarray(height_m, np.float64) / length)[..., None]
+        by_east = np.stack([zero + 1.0, zero, slope_east], axis=-1) + rise * np.stack(
+            [zero + parameters[kernels.M_EE], m_nu * slope_east, m_uu * slope_east], axis=-1
+        )
+        by_north = np.stack([zero, zero + 1.0, slope_north], axis=-1) + rise * np.stack(
+            [zero, parameters[kernels.M_NN] + m_nu * slope_north, m_nu + m_uu * slope_north],
+            axis=-1,
+        )
+        latitude, longitude = self.to_geodetic(east, north)
+        rotation = enu_rotation(self.latitude_rad, self.longitude_rad)
+        level = enu_rotation(latitude, longitude)[..., :2, :] @ rotation.T
+        return np.asarray(level @ np.stack([by_east, by_north], axis=-1))
+
+    def ground_velocity(
+        self,
+        east_m: ArrayLike,
+        north_m: ArrayLike,
+        velocity_east_mps: ArrayLike,
+        velocity_north_mps: ArrayLike,
+        height_m: ArrayLike = 0.0,
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return speed and heading at the aircraft.
+
+        Parameters
+        ----------
+        east_m, north_m : array_like
+            Plane coordinates of the foot, m.
+        velocity_east_mps, velocity_north_mps : array_like
+            Velocity on the plane, m/s.
+        height_m : array_like
+            Height of the aircraft above the ellipsoid, m.
+
+        Returns
+        -------
+        speed_mps : ndarray
+            Horizontal speed in true metres a second at the aircraft's height.
+        heading_rad : ndarray
+            Direction of the horizontal velocity, clockwise from true north *at the aircraft*,
+            rad, in [0, 2π); 0 when the speed is zero.
+
+        Raises
+        ------
+        OutsidePlaneError
+            If a foot is farther than 60° from the centre, or is no number.
+        """
+        velocity = np.stack(np.broadcast_arrays(velocity_east_mps, velocity_north_mps), axis=-1)
+        matrix = self.local_matrix(east_m, north_m, height_m)
+        true = np.einsum("...ij,...j->...i", matrix, velocity)
+        heading = np.mod(np.arctan2(true[..., 0], true[..., 1]), 2.0 * np.pi)
+        # np.mod of a tiny negative number rounds to 2π itself.
+        heading = np.where(heading >= 2.0 * np.pi, 0.0, heading)
+        return np.hypot(true[..., 0], true[..., 1]), heading
+
+    # Broadcast coordinates and half the gradient of the quadric at the foot, (..., 3).
+    def _gradient(
+        self, east_m: ArrayLike, north_m: ArrayLike
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        east, north = np.broadcast_arrays(
+            np.asarray(east_m, np.float64), np.asarray(north_m, np.float64)
+        )
+        m_ee, m_nn, m_uu, m_nu = self.parameters[kernels.M_EE : kernels.M_NU + 1]
+        linear = 1.0 + m_nu * north
+        constant = m_ee * east**2 + m_nn * north**2
+        # Infinite coordinates give inf − inf here; the check below names them.
+        with np.errstate(invalid="ignore"):
+            discriminant = np.maximum(linear**2 - m_uu * constant, 0.0)
+        upwards = np.sqrt(discriminant)
+        with np.errstate(invalid="ignore"):
+            up = -constant / (linear + upwards)
+            gradient = np.stack([m_ee * east, m_nn * north + m_nu * up, upwards], axis=-1)
+            cosine = upwards / np.linalg.norm(gradient, axis=-1)
+        self._require_inside(cosine, east, north, "plane coordinates (m)")
+        return east, north, gradient
+
+    def _require_inside(
+        self,
+        cosine: NDArray[np.float64],
+        first: NDArray[np.float64],
+        second: NDArray[np.float64],
+        what: str,
+    ) -> None:
+        outside = ~(cosine >= kernels.COSINE_MIN)
+        if np.any(outside):
+            place = int(np.argmax(outside))
+            raise OutsidePlaneError(
+                what,
+                (float(first.flat[place]), float(second.flat[place])),
+                (self.latitude_rad, self.longitude_rad),
+                ANGLE_MAX_DEG,
+            )
