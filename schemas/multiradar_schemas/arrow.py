@@ -1,0 +1,56 @@
+"""The batch forms: columns and types of the tables on the wire and on disk."""
+
+import polars as pl
+
+#: `measurements.parquet` and Arrow bodies; the first three columns are never null.
+MEASUREMENT_SCHEMA = pl.Schema(
+    {
+        "time_s": pl.Float64(),
+        "sensor_id": pl.String(),
+        "kind": pl.String(),
+        "range_m": pl.Float64(),
+        "azimuth_deg": pl.Float64(),
+        "latitude_deg": pl.Float64(),
+        "longitude_deg": pl.Float64(),
+        "height_m": pl.Float64(),
+        "mode_3a": pl.String(),
+        "mode_s_address": pl.String(),
+        "track_number": pl.Int64(),
+    }
+)
+
+#: Columns of `MEASUREMENT_SCHEMA` that every row fills.
+MEASUREMENT_REQUIRED = ("time_s", "sensor_id", "kind")
+
+#: `tracks.parquet`: one row for each update of a track.
+TRACK_SCHEMA = pl.Schema(
+    {
+        "time_s": pl.Float64(),
+        "track_id": pl.Int64(),
+        "track_number": pl.Int64(),
+        "mode_s_address": pl.String(),
+        "mode_3a": pl.String(),
+        "latitude_deg": pl.Float64(),
+        "longitude_deg": pl.Float64(),
+        "height_m": pl.Float64(),
+        "speed_mps": pl.Float64(),
+        "heading_deg": pl.Float64(),
+        "position_sigma_m": pl.Float64(),
+        "state": pl.String(),
+        "sequence": pl.Int64(),
+        "sensor_id": pl.String(),
+        "velocity_sigma_mps": pl.Float64(),
+    }
+)
+
+#: `biases.parquet`: one row for each sensor, parameter and epoch.
+BIAS_SCHEMA = pl.Schema(
+    {
+        "time_s": pl.Float64(),
+        "sensor_id": pl.String(),
+        "parameter": pl.String(),
+        "estimate": pl.Float64(),
+        "sigma": pl.Float64(),
+        "epoch": pl.Int64(),
+    }
+)

@@ -1,0 +1,105 @@
+"""What a model says about a wrong value, as a code and one sentence: expected …, was …."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from multiradar_schemas.reject import RejectCode
+
+#: Longest piece of a wrong value that a sentence repeats.
+SHOWN_LENGTH_MAX = 60
+
+_CODES = {
+    "missing": RejectCode.MISSING_FIELD,
+    "union_tag_not_found": RejectCode.MISSING_FIELD,
+    "one_time": RejectCode.MISSING_FIELD,
+    "many_times": RejectCode.UNKNOWN_FIELD,
+    "extra_forbidden": RejectCode.UNKNOWN_FIELD,
+    "union_tag_invalid": RejectCode.UNKNOWN_KIND,
+    "finite_number": RejectCode.NON_FINITE,
+    "string_unicode": RejectCode.ENCODING,
+    "json_invalid": RejectCode.MALFORMED_JSON,
+}
+_OUT_OF_RANGE = frozenset(
+    {
+        "greater_than",
+        "greater_than_equal",
+        "less_than",
+        "less_than_equal",
+        "string_pattern_mismatch",
+        "string_too_long",
+        "string_too_short",
+        "too_short",
+        "too_long",
+        "literal_error",
+        "enum",
+        "iso_8601",
+        "int_parsing_size",
+        "value_error",
+    }
+)
+_NUMBER_TYPES = frozenset({"float_type", "int_type", "float_parsing", "int_parsing"})
+
+
+def explain(details: Mapping[str, Any]) -> tuple[RejectCode, str]:
+    """Turn one error of a model into a stable code and a sentence.
+
+    Parameters
+    ----------
+    details : mapping
+        An element of `ValidationError.errors()`.
+
+    Returns
+    -------
+    RejectCode
+        The stable code.
+    str
+        A sentence of the form "field: expected …, was …".
+    """
+    kind = str(details["type"])
+    value = details.get("input")
+    if kind == "missing":
+        return RejectCode.MISSING_FIELD, f"{place(details['loc'])}expected a value, was absent"
+    if kind == "extra_forbidden":
+        sentence = f"{place(details['loc'])}expected no such field, was {shown(value)}"
+        return RejectCode.UNKNOWN_FIELD, sentence
+    return _code(kind, value), f"{place(details['loc'])}{_sentence(kind, details, value)}"
+
+
+def place(location: tuple[int | str, ...]) -> str:
+    """Return where a value stands, as `sensor[2].bias.range_gain: `, or nothing at the top."""
+    path = ""
+    for part in location:
+        path += f"[{part}]" if isinstance(part, int) else f".{shown(part)[1:-1]}"
+    return f"{path.removeprefix('.')}: " if path else ""
+
+
+def shown(value: object) -> str:
+    """Return a value as a short, printable, plain ASCII text."""
+    try:
+        text = ascii(value)
+    except (ValueError, RecursionError):  # An integer of thousands of digits, a very deep list.
+        text = f"a {type(value).__name__} too large to print"
+    return text if len(text) <= SHOWN_LENGTH_MAX else f"{text[:SHOWN_LENGTH_MAX]}…"
+
+
+def _code(kind: str, value: object) -> RejectCode:
+    if kind in _NUMBER_TYPES and isinstance(value, str):
+        return RejectCode.NOT_A_NUMBER
+    if kind in _OUT_OF_RANGE:
+        return RejectCode.OUT_OF_RANGE
+    return _CODES.get(kind, RejectCode.WRONG_TYPE)
+
+
+def _sentence(kind: str, details: Mapping[str, Any], value: object) -> str:
+    context = details.get("ctx", {})
+    if kind == "union_tag_invalid":
+        return f"expected a kind of {context['expected_tags']}, was '{context['tag'][:40]}'"
+    if kind == "union_tag_not_found":
+        return "kind: expected a value, was absent"
+    if kind == "string_pattern_mismatch":
+        return f"expected text of the form {context['pattern']}, was {shown(value)}"
+    message = str(details["msg"])
+    for opening in ("Input should be ", "Value error, expected "):
+        if message.startswith(opening):
+            return f"expected {message.removeprefix(opening)}, was {shown(value)}"
+    return f"{message[:1].lower()}{message[1:]}, was {shown(value)}"

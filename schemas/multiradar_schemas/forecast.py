@@ -1,0 +1,51 @@
+"""Forecasts: the state of a track, propagated with its covariance."""
+
+from typing import Annotated
+
+from pydantic import Field
+
+from multiradar_schemas.base import Record, described
+
+
+class ForecastPoint(Record):
+    """Where a track is expected to be at one time."""
+
+    time_s: Annotated[float, described("Data time of the forecast", unit="s", source="request")]
+    latitude_deg: Annotated[
+        float, described("Expected WGS 84 latitude", unit="degree", source="filter")
+    ]
+    longitude_deg: Annotated[
+        float, described("Expected WGS 84 longitude", unit="degree", source="filter")
+    ]
+    height_m: Annotated[
+        float | None,
+        described("Height last heard", unit="m", source="aircraft", absent="never heard"),
+    ]
+    covariance_east_m2: Annotated[
+        float,
+        Field(ge=0.0),
+        described("Variance of the position, east", unit="m²", source="filter"),
+    ]
+    covariance_east_north_m2: Annotated[
+        float, described("Covariance of east and north", unit="m²", source="filter")
+    ]
+    covariance_north_m2: Annotated[
+        float,
+        Field(ge=0.0),
+        described("Variance of the position, north", unit="m²", source="filter"),
+    ]
+    position_sigma_m: Annotated[
+        float,
+        Field(ge=0.0),
+        described("Square root of the sum of the two variances", unit="m", source="filter"),
+    ]
+
+
+class Forecast(Record):
+    """The forecast of one track."""
+
+    track_id: Annotated[int, Field(ge=1), described("The track", unit="1", source="tracker")]
+    points: Annotated[
+        list[ForecastPoint],
+        described("The forecast, by ascending time", unit="list", source="filter"),
+    ]

@@ -1,0 +1,214 @@
+"""Measurements, as JSON: radar plots, ADS-B and multilateration reports, bearings."""
+
+import re
+from datetime import UTC, datetime
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import BeforeValidator, Field, StringConstraints, TypeAdapter, model_validator
+from pydantic_core import PydanticCustomError
+
+from multiradar_schemas.base import Record, described
+
+TIME_MAX_S = 1e11
+RANGE_MAX_M = 1e6
+AZIMUTH_END_DEG = 360.0
+LATITUDE_MAX_DEG = 90.0
+LONGITUDE_MAX_DEG = 180.0
+HEIGHT_MIN_M = -1000.0
+HEIGHT_MAX_M = 40_000.0
+INTEGER_MAX = 2**63 - 1
+
+SENSOR_ID_PATTERN = r"^[A-Za-z0-9._-]{1,64}$"
+MODE_3A_PATTERN = r"^[0-7]{4}$"
+MODE_S_ADDRESS_PATTERN = r"^[0-9a-fA-F]{6}$"
+
+#: Kinds of measurement, on the wire.
+KINDS = ("radar", "adsb", "mlat", "bearing")
+
+_ISO_8601 = re.compile(
+    r"[0-9]{4}-[0-9]{2}-[0-9]{2}T[0-9]{2}:[0-9]{2}:[0-9]{2}(\.[0-9]{1,9})?(Z|[+-][0-9]{2}:[0-9]{2})"
+)
+
+
+def _iso_8601(value: Any) -> Any:
+    if not isinstance(value, str) or _ISO_8601.fullmatch(value) is None:
+        raise PydanticCustomError(
+            "iso_8601", "Input should be a time such as 2026-01-31T12:00:00.5Z"
+        )
+    try:
+        return datetime.fromisoformat(value).astimezone(UTC)
+    except (ValueError, OverflowError) as error:
+        raise PydanticCustomError("iso_8601", "Input should be a time that exists") from error
+
+
+SensorId = Annotated[
+    str,
+    StringConstraints(pattern=SENSOR_ID_PATTERN),
+    described("The sensor that measured", unit="letters, digits, `.`, `_`, `-`", source="sensor"),
+]
+Seconds = Annotated[
+    float,
+    Field(gt=-TIME_MAX_S, lt=TIME_MAX_S),
+    described(
+        "Time of the measurement: UTC since the Unix epoch, or the time of day going on past "
+        "midnight where the recording has no date",
+        unit="s",
+        source="sensor",
+        absent="JSON that gives `time_ns` or `time`",
+    ),
+]
+Nanoseconds = Annotated[
+    int,
+    Field(ge=-INTEGER_MAX, le=INTEGER_MAX),
+    described("The same as an integer", unit="ns", source="sensor", absent="see `time_s`"),
+]
+Instant = Annotated[
+    datetime,
+    BeforeValidator(_iso_8601),
+    described("The same with zone", unit="ISO 8601", source="sensor", absent="see `time_s`"),
+]
+Range = Annotated[
+    float,
+    Field(gt=0.0, le=RANGE_MAX_M),
+    described(
+        "Slant range from the sensor, raw", unit="m", source="sensor", absent="kind is not radar"
+    ),
+]
+Azimuth = Annotated[
+    float,
+    Field(ge=0.0, lt=AZIMUTH_END_DEG),
+    described(
+        "Azimuth at the sensor, clockwise from true north, raw",
+        unit="degree",
+        source="sensor",
+        absent="kind is adsb or mlat",
+    ),
+]
+Latitude = Annotated[
+    float,
+    Field(ge=-LATITUDE_MAX_DEG, le=LATITUDE_MAX_DEG),
+    described(
+        "WGS 84 latitude as reported", unit="degree", source="sensor", absent="radar, bearing"
+    ),
+]
+Longitude = Annotated[
+    float,
+    Field(ge=-LONGITUDE_MAX_DEG, le=LONGITUDE_MAX_DEG),
+    described(
+        "WGS 84 longitude as reported", unit="degree", source="sensor", absent="radar, bearing"
+    ),
+]
+Height = Annotated[
+    float,
+    Field(ge=HEIGHT_MIN_M, le=HEIGHT_MAX_M),
+    described(
+        "Height as measured (Mode C or reported)", unit="m", source="aircraft", absent="not heard"
+    ),
+]
+Mode3A = Annotated[
+    str,
+    StringConstraints(pattern=MODE_3A_PATTERN),
+    described("Mode 3/A code", unit="4 octal digits", source="aircraft", absent="not heard"),
+]
+ModeSAddress = Annotated[
+    str,
+    StringConstraints(pattern=MODE_S_ADDRESS_PATTERN, to_lower=True),
+    described(
+        "ICAO 24-bit address", unit="6 hexadecimal digits", source="aircraft", absent="not heard"
+    ),
+]
+TrackNumber = Annotated[
+    int,
+    Field(ge=0, le=INTEGER_MAX),
+    described(
+        "The recording's own number of the aircraft (`global`)",
+        unit="1",
+        source="recording",
+        absent="live data, or no track names the plot",
+    ),
+]
+
+
+class _Common(Record):
+    """What every kind of measurement has: exactly one time, the sensor, identity, height."""
+
+    time_s: Seconds | None = None
+    time_ns: Nanoseconds | None = None
+    time: Instant | None = None
+    sensor_id: SensorId
+    height_m: Height | None = None
+    mode_3a: Mode3A | None = None
+    mode_s_address: ModeSAddress | None = None
+    track_number: TrackNumber | None = None
+
+    @model_validator(mode="after")
+    def _one_time(self) -> Self:
+        given = (self.time_s is not None) + (self.time_ns is not None) + (self.time is not None)
+        if given != 1:
+            kind = "one_time" if given == 0 else "many_times"
+            raise PydanticCustomError(kind, "Input should be exactly one of time_s, time_ns, time")
+        return self
+
+    def seconds(self) -> float:
+        """Return the time in seconds, whichever way it was given."""
+        if self.time_s is not None:
+            return self.time_s
+        if self.time_ns is not None:
+            return self.time_ns / 1e9
+        return 0.0 if self.time is None else self.time.timestamp()
+
+
+class RadarMeasurement(_Common):
+    """A radar plot: raw slant range and azimuth."""
+
+    kind: Literal["radar"]
+    range_m: Range
+    azimuth_deg: Azimuth
+    latitude_deg: Latitude | None = None
+    longitude_deg: Longitude | None = None
+
+
+class _PositionMeasurement(_Common):
+    latitude_deg: Latitude
+    longitude_deg: Longitude
+    range_m: Range | None = None
+    azimuth_deg: Azimuth | None = None
+
+
+class AdsbMeasurement(_PositionMeasurement):
+    """A position that the aircraft reports of itself."""
+
+    kind: Literal["adsb"]
+
+
+class MlatMeasurement(_PositionMeasurement):
+    """A position found by multilateration."""
+
+    kind: Literal["mlat"]
+
+
+class BearingMeasurement(_Common):
+    """A direction without a range."""
+
+    kind: Literal["bearing"]
+    azimuth_deg: Azimuth
+    range_m: Range | None = None
+    latitude_deg: Latitude | None = None
+    longitude_deg: Longitude | None = None
+
+
+#: What each kind must give; the other numbers are checked but not used by that kind.
+KIND_NEEDS: dict[str, tuple[str, ...]] = {
+    "radar": ("range_m", "azimuth_deg"),
+    "adsb": ("latitude_deg", "longitude_deg"),
+    "mlat": ("latitude_deg", "longitude_deg"),
+    "bearing": ("azimuth_deg",),
+}
+
+Measurement = Annotated[
+    RadarMeasurement | AdsbMeasurement | MlatMeasurement | BearingMeasurement,
+    Field(discriminator="kind"),
+]
+
+MEASUREMENT: TypeAdapter[Measurement] = TypeAdapter(Measurement)
+MEASUREMENTS: TypeAdapter[list[Measurement]] = TypeAdapter(list[Measurement])
