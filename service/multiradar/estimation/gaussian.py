@@ -1,0 +1,105 @@
+"""Gaussian estimates: what makes a matrix a covariance, and how far an error is from its sigma."""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from multiradar.errors import CovarianceError
+
+#: Largest asymmetry, in units of the two standard deviations, that rounding may leave.
+ASYMMETRY_MAX = 1e-9
+#: Smallest eigenvalue of the correlation matrix that is told from zero in double precision.
+EIGENVALUE_MIN = 1e-14
+
+
+def require_covariance(matrix: ArrayLike, name: str) -> NDArray[np.float64]:
+    """Return the matrix if it is a covariance, or say what is wrong with it.
+
+    Parameters
+    ----------
+    matrix : (..., n, n) array_like
+        One matrix or several.
+    name : str
+        What it is the covariance of, for the message.
+
+    Returns
+    -------
+    (..., n, n) ndarray
+        The same values.
+
+    Raises
+    ------
+    CovarianceError
+        If it is not square, has a number that is not finite, is not symmetric within
+        `ASYMMETRY_MAX`, or is not positive definite.
+
+    Notes
+    -----
+    Symmetry and definiteness are judged on the correlation matrix, so that metres and radians, or
+    variances of 1e-12 and 1e+6, can stand side by side.
+    """
+    values = np.asarray(matrix, np.float64)
+    if values.shape[-2:] != values.shape[-1:] * 2:
+        raise CovarianceError(f"{name}: expected a square matrix, was of shape {values.shape}")
+    if not np.isfinite(values).all():
+        raise CovarianceError(f"{name}: expected finite numbers, was {values.tolist()}")
+    variances = np.diagonal(values, axis1=-2, axis2=-1)
+    if not (variances > 0.0).all():
+        raise CovarianceError(f"{name}: expected variances above 0, was {variances.min()}")
+    sigmas = np.sqrt(variances)
+    correlations = values / (sigmas[..., :, None] * sigmas[..., None, :])
+    asymmetry = float(np.abs(correlations - np.swapaxes(correlations, -1, -2)).max(initial=0.0))
+    if asymmetry > ASYMMETRY_MAX:
+        raise CovarianceError(
+            f"{name}: expected a symmetric matrix, was asymmetric by {asymmetry:.3g} of its sigmas"
+        )
+    eigenvalue = float(np.linalg.eigvalsh(correlations).min(initial=np.inf))
+    if eigenvalue < EIGENVALUE_MIN:
+        raise CovarianceError(
+            f"{name}: expected a positive definite matrix, was one whose correlations have the "
+            f"eigenvalue {eigenvalue:.3g}"
+        )
+    return values
+
+
+def symmetric_part(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (M + Mᵀ)/2: what an update leaves of a covariance after rounding.
+
+    Parameters
+    ----------
+    matrix : (..., n, n) ndarray
+        A matrix that is symmetric but for rounding.
+
+    Returns
+    -------
+    (..., n, n) ndarray
+        Exactly symmetric. Without it an update P − K (P Hᵀ)ᵀ diverges within some hundred steps.
+    """
+    return (matrix + np.swapaxes(matrix, -1, -2)) / 2.0
+
+
+def normalised_squared(
+    error: NDArray[np.float64], covariance: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return eᵀ P⁻¹ e: NEES for an error of estimation, NIS for an innovation.
+
+    Parameters
+    ----------
+    error : (..., n) ndarray
+        Error, in any units.
+    covariance : (..., n, n) ndarray
+        Its claimed covariance.
+
+    Returns
+    -------
+    (...) ndarray
+        χ² distributed with n degrees of freedom when the claim is true.
+
+    Raises
+    ------
+    CovarianceError
+        If the covariance is none.
+    """
+    sigmas = np.sqrt(np.diagonal(require_covariance(covariance, "error"), axis1=-2, axis2=-1))
+    scaled = error / sigmas
+    correlations = covariance / (sigmas[..., :, None] * sigmas[..., None, :])
+    return np.asarray((scaled * np.linalg.solve(correlations, scaled[..., None])[..., 0]).sum(-1))

@@ -1,0 +1,25 @@
+"""Angles that begin again after a turn."""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+
+def wrapped(angle_rad: ArrayLike) -> NDArray[np.float64]:
+    """Return the same directions as angles in [−π, π).
+
+    Parameters
+    ----------
+    angle_rad : array_like
+        Angles, rad; a difference of two azimuths above all, which must not be a turn too long.
+
+    Returns
+    -------
+    ndarray
+        Angles, rad. Those that were in [−π, π) already are returned to the last bit.
+    """
+    angle = np.asarray(angle_rad, np.float64)
+    turn = 2.0 * np.pi
+    inside = (angle >= -np.pi) & (angle < np.pi)
+    moved = angle - turn * np.floor((angle + np.pi) / turn)
+    # Rounding may reach π itself; π and −π are the same direction.
+    return np.where(inside, angle, np.where(moved >= np.pi, -np.pi, moved))

@@ -1,0 +1,81 @@
+"""How the bias parameters of a radar enter its plot.
+
+A bias is *measured minus true*. A plot is (slant range, azimuth); each kind of parameter adds a
+fixed multiple of itself, so that measured = true + J ς + noise with one column of J a parameter::
+
+    kind            unit    column of J (range, azimuth)
+    range offset    m       (1, 0)
+    azimuth offset  rad     (0, 1)
+    range gain      1       (range, 0)
+    time offset     s       (−range rate, −azimuth rate)
+
+The signs of the time offset: a plot whose time stamp is τ late shows the aircraft where it was at
+the stamp minus τ, that is, short by τ times the rates.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from multiradar.estimation.measurement.sensors import (
+    PARAMETER_AZIMUTH_OFFSET,
+    PARAMETER_RANGE_GAIN,
+    PARAMETER_RANGE_OFFSET,
+    PARAMETER_TIME_OFFSET,
+)
+
+
+def bias_matrix(
+    kinds: ArrayLike,
+    range_m: ArrayLike,
+    range_rate_mps: ArrayLike,
+    azimuth_rate_rad_per_s: ArrayLike,
+) -> NDArray[np.float64]:
+    """Return J: how a sensor's bias parameters enter a plot, equation (1.5).
+
+    Parameters
+    ----------
+    kinds : (c,) array_like of int
+        Kinds of the parameters, as in `SensorTable.parameter_kind`.
+    range_m : (...) array_like
+        Predicted slant range.
+    range_rate_mps, azimuth_rate_rad_per_s : (...) array_like
+        Predicted rates of range and azimuth; only the time offset needs them.
+
+    Returns
+    -------
+    (..., 2, c) ndarray
+        Derivative of (range m, azimuth rad) with respect to the parameters.
+
+    Raises
+    ------
+    ValueError
+        If a kind is unknown.
+
+    Notes
+    -----
+    The matrix is exact for offsets and gain. For the time offset it is the first order: the
+    error is half the second rate times τ², for an aircraft at 250 m/s passing at 20 km below 2 m
+    with τ = 1 s.
+
+    References
+    ----------
+    IMM UrO RAN report (2016), equations (1.5) and (1.7); C^ς there is J here, in polar form.
+    """
+    kind = np.atleast_1d(np.asarray(kinds, np.int64))
+    slant, slant_rate, azimuth_rate = np.broadcast_arrays(
+        np.asarray(range_m, np.float64), range_rate_mps, azimuth_rate_rad_per_s
+    )
+    result = np.zeros((*slant.shape, 2, len(kind)))
+    for column, name in enumerate(kind):
+        if name == PARAMETER_RANGE_OFFSET:
+            result[..., 0, column] = 1.0
+        elif name == PARAMETER_AZIMUTH_OFFSET:
+            result[..., 1, column] = 1.0
+        elif name == PARAMETER_RANGE_GAIN:
+            result[..., 0, column] = slant
+        elif name == PARAMETER_TIME_OFFSET:
+            result[..., 0, column] = -slant_rate
+            result[..., 1, column] = -azimuth_rate
+        else:
+            raise ValueError(f"kind of bias parameter: expected 0, 1, 2 or 3, was {name}")
+    return result

@@ -1,0 +1,53 @@
+"""The cone above a radar, where its azimuth is not to be trusted.
+
+Three reasons, each enough:
+
+- The antenna's beam ends at 40° to 50° of elevation. What is reported above comes through side
+  lobes, with an azimuth that may be anything.
+- Near the axis an uncertainty δ of the position across the line of sight is no longer small against
+  the ground range g. The azimuth bends by δ²/g² rad, which the filter, linear, takes for an
+  error: with δ = 100 m at g = 3 km that is 0.06°, as much as the noise.
+- A wrong height h changes the ground range a plot points to by tan(elevation) times its error.
+
+The rule is the ratio of ground range to height above the radar; 1 is an elevation of 45°.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+#: Ratio of ground range to height above the radar at the edge of the cone: 45° of elevation.
+CONE_RATIO = 1.0
+
+
+def azimuth_trusted(
+    ground_range_m: ArrayLike,
+    height_m: ArrayLike,
+    site_height_m: ArrayLike,
+    cone_ratio: float = CONE_RATIO,
+) -> NDArray[np.bool_]:
+    """Return whether the aircraft is outside the radar's cone of silence.
+
+    Parameters
+    ----------
+    ground_range_m : (...) array_like
+        Length of the line of sight on the radar's horizon, m.
+    height_m, site_height_m : (...) array_like
+        Heights of the aircraft and of the radar, m.
+    cone_ratio : float
+        Least ratio of ground range to height above the radar; 1 / tan(largest elevation).
+
+    Returns
+    -------
+    (...) ndarray of bool
+        False inside the cone, and for numbers that are none. An aircraft lower than the radar is
+        in no cone.
+
+    Raises
+    ------
+    ValueError
+        If the ratio is negative or no number.
+    """
+    if not cone_ratio >= 0.0:
+        raise ValueError(f"cone ratio: expected 0 or more, was {cone_ratio}")
+    above = np.asarray(height_m, np.float64) - np.asarray(site_height_m, np.float64)
+    return np.asarray(np.asarray(ground_range_m, np.float64) >= cone_ratio * above)

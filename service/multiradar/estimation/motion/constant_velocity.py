@@ -1,0 +1,82 @@
+"""Constant velocity, disturbed by white acceleration.
+
+The state of an aircraft on the system plane is ordered (east, north, velocity east, velocity
+north), metres and metres a second.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+STATE_SIZE = 4
+
+
+def transition(interval_s: ArrayLike) -> NDArray[np.float64]:
+    """Return the matrix that carries a state over an interval, equation (1.4).
+
+    Parameters
+    ----------
+    interval_s : (...) array_like
+        Time from the old state to the new, s; negative goes back.
+
+    Returns
+    -------
+    (..., 4, 4) ndarray
+        A: position changes by velocity × interval, velocity stays.
+
+    References
+    ----------
+    IMM UrO RAN report (2016), equation (1.4).
+    """
+    interval = np.asarray(interval_s, np.float64)
+    result = np.zeros((*interval.shape, STATE_SIZE, STATE_SIZE))
+    result[...] = np.eye(STATE_SIZE)
+    result[..., 0, 2] = interval  # (1.4)
+    result[..., 1, 3] = interval
+    return result
+
+
+def process_noise(interval_s: ArrayLike, acceleration_density: float) -> NDArray[np.float64]:
+    """Return the covariance that white acceleration adds over an interval.
+
+    Parameters
+    ----------
+    interval_s : (...) array_like
+        Length of the interval, s, not negative.
+    acceleration_density : float
+        Spectral density of the acceleration for each axis, m²/s³: the variance of the velocity
+        after one second.
+
+    Returns
+    -------
+    (..., 4, 4) ndarray
+        B V Bᵀ of equation (1.25): m², m²/s and (m/s)².
+
+    Raises
+    ------
+    ValueError
+        If an interval or the density is negative or no number.
+
+    Notes
+    -----
+    Exact for any interval: the integral of A(s) q Aᵀ(s), so that two intervals in a row give what
+    their sum gives, Q(s + t) = A(t) Q(s) Aᵀ(t) + Q(t). A piecewise constant acceleration, whose
+    terms are dt⁴/4, dt³/2 and dt², does not have this property: with it the result would depend on
+    how many plots fall into a second.
+
+    References
+    ----------
+    Y. Bar-Shalom, X. R. Li, T. Kirubarajan, "Estimation with Applications to Tracking and
+    Navigation", Wiley 2001, equation (6.2.2-4).
+    """
+    interval = np.asarray(interval_s, np.float64)
+    if not (interval >= 0.0).all():
+        raise ValueError(f"interval: expected 0 s or more, was {interval.tolist()}")
+    if not acceleration_density >= 0.0:
+        raise ValueError(f"acceleration density: expected 0 or more, was {acceleration_density}")
+    result = np.zeros((*interval.shape, STATE_SIZE, STATE_SIZE))
+    for axis in (0, 1):
+        result[..., axis, axis] = acceleration_density * interval**3 / 3.0  # (6.2.2-4)
+        result[..., axis, axis + 2] = acceleration_density * interval**2 / 2.0
+        result[..., axis + 2, axis] = result[..., axis, axis + 2]
+        result[..., axis + 2, axis + 2] = acceleration_density * interval
+    return result

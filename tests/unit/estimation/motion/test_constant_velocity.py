@@ -1,0 +1,47 @@
+"""Transition and process noise of an aircraft."""
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+from multiradar.estimation.motion.constant_velocity import process_noise, transition
+
+
+def test_state_order_is_position_then_velocity() -> None:
+    moved = transition(2.0) @ np.array([1.0, 10.0, 100.0, 1000.0])
+    np.testing.assert_array_equal(moved, [201.0, 2010.0, 100.0, 1000.0])
+
+
+def test_transition_takes_many_intervals_and_goes_back() -> None:
+    there, back = transition([[7.5], [-7.5]])[:, 0]
+    np.testing.assert_array_equal(there @ back, np.eye(4))
+
+
+@pytest.mark.parametrize("interval_s", [0.0, 1e-3, 0.7, 4.9, 60.0])
+def test_process_noise_is_the_exact_integral(interval_s: float) -> None:
+    """Van Loan's matrix exponential, an independent way to the same integral."""
+    drift = np.zeros((4, 4))
+    drift[0, 2] = drift[1, 3] = 1.0
+    big = np.zeros((8, 8))
+    big[:4, :4] = -drift
+    big[:4, 4:] = np.diag([0.0, 0.0, 2.5, 2.5])
+    big[4:, 4:] = drift.T
+    whole = expm(big * interval_s)
+    expected = whole[4:, 4:].T @ whole[:4, 4:]
+    np.testing.assert_allclose(process_noise(interval_s, 2.5), expected, rtol=1e-9, atol=1e-12)
+
+
+def test_two_intervals_add_what_their_sum_adds() -> None:
+    """The result must not depend on how many plots fall into a second."""
+    rng = np.random.default_rng(2)
+    first, second = rng.uniform(0.0, 12.0, (2, 50))
+    step = transition(second)
+    in_two = step @ process_noise(first, 0.8) @ np.swapaxes(step, -1, -2)
+    in_two += process_noise(second, 0.8)
+    np.testing.assert_allclose(in_two, process_noise(first + second, 0.8), rtol=1e-12)
+
+
+@pytest.mark.parametrize(("interval_s", "density"), [(-1e-9, 1.0), (np.nan, 1.0), (1.0, -0.1)])
+def test_time_does_not_run_backwards_for_noise(interval_s: float, density: float) -> None:
+    with pytest.raises(ValueError, match="expected 0"):
+        process_noise(interval_s, density)
