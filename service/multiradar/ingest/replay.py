@@ -1,0 +1,299 @@
+"""A recording played to a service in data time: bounded batches, keys, retries.
+
+Every batch carries a key that is a function of the recording and of its rows. A batch that was
+sent, but whose answer was lost, is sent again under the same key and taken once: a service that
+is killed and started again loses nothing and doubles nothing.
+"""
+
+from collections.abc import Callable, Collection, Iterator
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Protocol, TypeVar
+
+import numpy as np
+import polars as pl
+from numpy.typing import NDArray
+
+from multiradar.clock import Clock
+from multiradar.errors import PeerError
+from multiradar.storage.recording import INDEX_COLUMN, Recording
+
+#: Wall time that one batch may span when the speed is finite: the delay that batching adds.
+PACE_INTERVAL_S = 0.25
+BACKOFF_FIRST_S = 0.1
+BACKOFF_MAX_S = 5.0
+#: About four minutes of an unreachable service, with the back-off above.
+RETRIES_MAX = 50
+#: Data time without a measurement that is waited for; a longer silence is cut to this.
+SILENCE_MAX_S = 60.0
+#: What a service may ask for at most in Retry-After.
+RETRY_AFTER_MAX_S = 60.0
+_KEY_HASH_CHARACTERS = 16
+
+_T = TypeVar("_T")
+
+
+class UnavailableError(PeerError):
+    """The service cannot take the batch now; the same batch may be sent again."""
+
+    def __init__(self, reason: str, retry_after_s: float | None = None) -> None:
+        self.retry_after_s = retry_after_s
+        super().__init__(reason)
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """What the service said of one batch: rows accepted, rows rejected, or known already."""
+
+    accepted: int
+    rejected: int
+    duplicate: bool
+
+
+class Destination(Protocol):
+    """Where a replay goes; an answer means that the rows are on disk there."""
+
+    def send(self, frame: pl.DataFrame, key: str) -> Answer:
+        """Deliver a batch; raise `UnavailableError` when it may be tried again."""
+        ...
+
+    def flush(self, key: str) -> None:
+        """Say that the stream has ended; raise `UnavailableError` when it may be tried again."""
+        ...
+
+    def close(self) -> None:
+        """Let go of the connection."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class ReplayPlan:
+    """How a recording is played.
+
+    Attributes
+    ----------
+    batch_rows : int
+        Measurements in a batch at most.
+    speed : float
+        Seconds of data time in a second; infinite means as fast as the service takes them.
+    kinds : collection of str, optional
+        Kinds of measurement to send; all when absent.
+    run_name : str, optional
+        First part of every key; derived from the bytes of the recording when absent. Another name
+        makes the service take the same recording again.
+    flush : bool
+        Whether the end of the stream is told.
+    retries_max : int
+        Attempts for one batch after the first.
+    """
+
+    batch_rows: int = 1000
+    speed: float = float("inf")
+    kinds: Collection[str] | None = None
+    run_name: str | None = None
+    flush: bool = True
+    retries_max: int = RETRIES_MAX
+
+
+@dataclass(slots=True)
+class ReplayCounts:
+    """Measurements read = accepted + rejected + duplicate, and how they travelled."""
+
+    read: int = 0
+    accepted: int = 0
+    rejected: int = 0
+    duplicate: int = 0
+    batches: int = 0
+    retries: int = 0
+    data_time_s: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class ReplayBatch:
+    """Consecutive rows of a recording; its data time is their median, which one bad time spares."""
+
+    frame: pl.DataFrame
+    data_time_s: float
+    first_row: int
+    last_row: int
+
+
+@dataclass(slots=True)
+class Replay:
+    """Plays one recording to one destination.
+
+    Attributes
+    ----------
+    recording : Recording
+        What is played.
+    destination : Destination
+        Where to.
+    plan : ReplayPlan
+        How.
+    clock : Clock
+        Paces the batches.
+    pause : callable
+        Waits for a number of seconds.
+    on_batch : callable
+        Told the counts after every batch.
+    """
+
+    recording: Recording
+    destination: Destination
+    plan: ReplayPlan
+    clock: Clock
+    pause: Callable[[float], None]
+    on_batch: Callable[[ReplayCounts], None] = lambda _counts: None
+    counts: ReplayCounts = field(default_factory=ReplayCounts)
+
+    def run(self) -> ReplayCounts:
+        """Send every batch when it is due, then the end of the stream.
+
+        Returns
+        -------
+        ReplayCounts
+            What was read, accepted, rejected, and known to the service already.
+
+        Raises
+        ------
+        PeerError
+            The service refused a batch for good, or stayed away for all retries.
+        """
+        plan = self.plan
+        run_name = plan.run_name or derived_run_name(self.recording, plan.kinds)
+        span_s = plan.speed * PACE_INTERVAL_S
+        due_s, played_s = self.clock.monotonic_s(), None
+        for batch in replay_batches(self.recording, plan.kinds, plan.batch_rows, span_s):
+            step_s = 0.0 if played_s is None else batch.data_time_s - played_s
+            due_s += min(max(step_s, 0.0), SILENCE_MAX_S) / plan.speed
+            played_s = batch.data_time_s
+            self._wait_until(due_s)
+            key = f"{run_name}-{batch.first_row}-{batch.last_row}"
+            answer = self._insist(partial(self.destination.send, batch.frame, key))
+            self._count(batch, answer)
+            self.on_batch(self.counts)
+        if plan.flush:
+            self._insist(partial(self.destination.flush, f"{run_name}-end"))
+        return self.counts
+
+    def _wait_until(self, due_s: float) -> None:
+        remaining_s = due_s - self.clock.monotonic_s()
+        if remaining_s > 0.0:
+            self.pause(remaining_s)
+
+    def _insist(self, attempt: Callable[[], _T]) -> _T:
+        for retry in range(self.plan.retries_max + 1):
+            try:
+                return attempt()
+            except UnavailableError as error:
+                if retry == self.plan.retries_max:
+                    msg = f"{error} (gave up after {retry} retries of one batch)"
+                    raise PeerError(msg) from error
+                self.counts.retries += 1
+                self.pause(backoff_s(retry, error.retry_after_s))
+        raise AssertionError
+
+    def _count(self, batch: ReplayBatch, answer: Answer) -> None:
+        rows = len(batch.frame)
+        counts = self.counts
+        counts.read += rows
+        counts.batches += 1
+        counts.data_time_s = batch.data_time_s
+        if answer.duplicate:
+            counts.duplicate += rows
+            return
+        if answer.accepted + answer.rejected != rows:
+            msg = (
+                f"expected an answer for {rows} measurements, was {answer.accepted} accepted "
+                f"and {answer.rejected} rejected"
+            )
+            raise PeerError(msg)
+        counts.accepted += answer.accepted
+        counts.rejected += answer.rejected
+
+
+def backoff_s(retry: int, retry_after_s: float | None) -> float:
+    """Return the pause before a retry: what the service asked for, else doubling.
+
+    Parameters
+    ----------
+    retry : int
+        Number of the retry, from 0.
+    retry_after_s : float, optional
+        What the service asked for, s.
+
+    Returns
+    -------
+    float
+        Pause in seconds, bounded either way.
+    """
+    if retry_after_s is not None:
+        return min(max(retry_after_s, 0.0), RETRY_AFTER_MAX_S)
+    return min(BACKOFF_FIRST_S * 2.0 ** min(retry, 30), BACKOFF_MAX_S)
+
+
+def derived_run_name(recording: Recording, kinds: Collection[str] | None) -> str:
+    """Return a name that is a function of the bytes of the recording and the kinds chosen."""
+    chosen = "all" if kinds is None else ".".join(sorted(kinds))
+    return f"{recording.content_sha256()[:_KEY_HASH_CHARACTERS]}-{chosen}"
+
+
+def replay_batches(
+    recording: Recording, kinds: Collection[str] | None, batch_rows: int, span_s: float
+) -> Iterator[ReplayBatch]:
+    """Cut a recording into batches, a function of the arguments alone.
+
+    Parameters
+    ----------
+    recording : Recording
+        What is cut.
+    kinds : collection of str, optional
+        Kinds of measurement to keep; all when absent.
+    batch_rows : int
+        Rows in a batch at most.
+    span_s : float
+        Data time that a batch spans at most, s; may be infinite.
+
+    Yields
+    ------
+    ReplayBatch
+        At least one row each, in the order of the recording.
+    """
+    latest_s = -np.inf
+    for block in recording.blocks(kinds):
+        if block.is_empty():
+            continue
+        rows = block[INDEX_COLUMN].to_numpy()
+        frame = block.drop(INDEX_COLUMN)
+        time_s = frame["time_s"].cast(pl.Float64).fill_null(np.nan).to_numpy()
+        # A time that is no number moves nothing; the service will reject its row.
+        finite_s = np.where(np.isfinite(time_s), time_s, -np.inf)
+        reached_s = np.maximum.accumulate(np.maximum(finite_s, latest_s))
+        latest_s = float(reached_s[-1])
+        for start, stop in _cuts(_span_numbers(reached_s, span_s), batch_rows):
+            yield ReplayBatch(
+                frame=frame.slice(start, stop - start),
+                data_time_s=_median_or(finite_s[start:stop], 0.0),
+                first_row=int(rows[start]),
+                last_row=int(rows[stop - 1]),
+            )
+
+
+def _span_numbers(reached_s: NDArray[np.float64], span_s: float) -> NDArray[np.float64]:
+    known = np.where(np.isfinite(reached_s), reached_s, 0.0)
+    return np.zeros_like(known) if np.isinf(span_s) else np.floor(known / span_s)
+
+
+def _median_or(time_s: NDArray[np.float64], absent: float) -> float:
+    finite = time_s[np.isfinite(time_s)]
+    return float(np.median(finite)) if len(finite) else absent
+
+
+def _cuts(span: NDArray[np.float64], batch_rows: int) -> Iterator[tuple[int, int]]:
+    ends = np.append(np.flatnonzero(np.diff(span)) + 1, len(span))
+    start = 0
+    for end in ends.tolist():
+        while start < end:
+            stop = min(start + batch_rows, end)
+            yield start, stop
+            start = stop

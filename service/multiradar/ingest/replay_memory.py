@@ -1,0 +1,50 @@
+"""A destination in memory, the twin of the real ones for tests."""
+
+from dataclasses import dataclass, field
+
+import polars as pl
+
+from multiradar.ingest.replay import Answer
+
+
+@dataclass(slots=True)
+class MemoryDestination:
+    """Takes every batch once and keeps it, by key.
+
+    Attributes
+    ----------
+    failures : list of Exception
+        Raised one by one, before anything is taken, until none is left.
+    lost_answers : list of Exception
+        Raised one by one after a batch was taken: its answer does not arrive.
+    batches : dict
+        What was taken, by key, in order.
+    flushes : list of str
+        Keys of the ends of streams.
+    """
+
+    failures: list[Exception] = field(default_factory=list)
+    lost_answers: list[Exception] = field(default_factory=list)
+    batches: dict[str, pl.DataFrame] = field(default_factory=dict)
+    flushes: list[str] = field(default_factory=list)
+    closed: bool = False
+
+    def send(self, frame: pl.DataFrame, key: str) -> Answer:
+        """Take a batch, unless its key is known."""
+        if self.failures:
+            raise self.failures.pop(0)
+        duplicate = key in self.batches
+        self.batches.setdefault(key, frame)
+        if self.lost_answers:
+            raise self.lost_answers.pop(0)
+        return Answer(accepted=len(frame), rejected=0, duplicate=duplicate)
+
+    def flush(self, key: str) -> None:
+        """Note the end of the stream."""
+        if self.failures:
+            raise self.failures.pop(0)
+        self.flushes.append(key)
+
+    def close(self) -> None:
+        """Note that the connection is no longer needed."""
+        self.closed = True

@@ -1,0 +1,92 @@
+"""Structured logs: one event a line on standard error, its facts as named values.
+
+Everything goes one way: our own events and those of the libraries that use the standard logging.
+On a terminal the lines are coloured for people, elsewhere they are JSON for machines.
+"""
+
+import logging
+import sys
+from collections.abc import MutableMapping
+from datetime import UTC, datetime
+from typing import Any, TextIO
+
+import structlog
+
+from multiradar.clock import Clock
+
+LEVELS = ("debug", "info", "warning", "error")
+
+#: Libraries that tell every request or connection; what goes wrong with them is still heard.
+_TALKATIVE = ("uvicorn.access", "uvicorn.error", "httpx", "httpcore", "asyncio", "websockets")
+
+
+class _TimeStamper:
+    # Adds the time, ISO 8601 with microseconds.
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+
+    def __call__(
+        self, _logger: Any, _method: str, event: MutableMapping[str, Any]
+    ) -> MutableMapping[str, Any]:
+        now = datetime.fromtimestamp(self._clock.now_s(), UTC)
+        event["time"] = now.isoformat(timespec="microseconds").replace("+00:00", "Z")
+        return event
+
+
+def configure_logs(level: str, clock: Clock, stream: TextIO | None = None) -> None:
+    """Send all logs of the process to one stream.
+
+    Parameters
+    ----------
+    level : str
+        Least level that is written, of `LEVELS`.
+    clock : Clock
+        Stamps the events.
+    stream : TextIO, optional
+        Where to; standard error when absent.
+    """
+    stream = sys.stderr if stream is None else stream
+    shared: list[structlog.typing.Processor] = [
+        structlog.contextvars.merge_contextvars,
+        structlog.stdlib.add_log_level,
+        structlog.stdlib.add_logger_name,
+        structlog.stdlib.PositionalArgumentsFormatter(),
+        _TimeStamper(clock),
+    ]
+    structlog.configure(
+        processors=[
+            structlog.stdlib.filter_by_level,
+            *shared,
+            structlog.stdlib.ProcessorFormatter.wrap_for_formatter,
+        ],
+        logger_factory=structlog.stdlib.LoggerFactory(),
+        wrapper_class=structlog.stdlib.BoundLogger,
+        cache_logger_on_first_use=False,
+    )
+    handler = logging.StreamHandler(stream)
+    handler.setFormatter(
+        structlog.stdlib.ProcessorFormatter(
+            foreign_pre_chain=shared,
+            processors=[
+                structlog.stdlib.ProcessorFormatter.remove_processors_meta,
+                *_renderers(stream),
+            ],
+        )
+    )
+    root = logging.getLogger()
+    root.handlers[:] = [handler]
+    root.setLevel(level.upper())
+    for name in _TALKATIVE:
+        library = logging.getLogger(name)
+        library.handlers.clear()
+        library.propagate = True
+        library.setLevel(max(logging.WARNING, root.level))
+
+
+def _renderers(stream: TextIO) -> list[structlog.typing.Processor]:
+    if stream.isatty():
+        return [structlog.dev.ConsoleRenderer(timestamp_key="time")]
+    return [
+        structlog.processors.format_exc_info,
+        structlog.processors.JSONRenderer(),
+    ]

@@ -1,0 +1,128 @@
+"""A recording on disk, `measurements.parquet`, read in bounded blocks."""
+
+import hashlib
+from collections.abc import Collection, Iterator
+from pathlib import Path
+
+import polars as pl
+
+from multiradar.errors import InputError, MissingColumnError
+from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
+
+#: Rows that are in memory at once.
+BLOCK_ROWS = 65_536
+_HASH_CHUNK_BYTES = 1 << 20
+
+#: Name of the file that `multiradar convert` writes into its output folder.
+MEASUREMENTS_FILE = "measurements.parquet"
+
+#: Column of a block with the position of each row in the file.
+INDEX_COLUMN = "index"
+
+
+class Recording:
+    """The measurements of one Parquet file, in the order of its rows.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Attributes
+    ----------
+    path : Path
+        The file.
+    rows : int
+        Number of measurements in it.
+
+    Raises
+    ------
+    InputError
+        The file does not exist, is no Parquet, or a column has a type that cannot be used.
+    MissingColumnError
+        A column of `MEASUREMENT_SCHEMA` is not there.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        if not path.is_file():
+            msg = f"{path}: expected a file of measurements, found none"
+            raise InputError(msg)
+        try:
+            self._scan = pl.scan_parquet(path)
+            found = self._scan.collect_schema()
+            _check_columns(path, found)
+            self.rows = int(self._scan.select(pl.len()).collect().item())
+        except (pl.exceptions.PolarsError, OSError) as error:
+            raise _unreadable(path, error) from error
+
+    def blocks(self, kinds: Collection[str] | None = None) -> Iterator[pl.DataFrame]:
+        """Yield the rows of the kinds wanted, block after block of the file.
+
+        Parameters
+        ----------
+        kinds : collection of str, optional
+            Kinds of measurement to keep; all when absent.
+
+        Yields
+        ------
+        DataFrame
+            Columns of `MEASUREMENT_SCHEMA` and `index`, the position in the file. At most
+            `BLOCK_ROWS` rows, perhaps none.
+
+        Raises
+        ------
+        InputError
+            The file changed or broke while it was read.
+        """
+        columns = [pl.col(name).cast(dtype) for name, dtype in MEASUREMENT_SCHEMA.items()]
+        indexed = self._scan.with_row_index(INDEX_COLUMN)
+        for start in range(0, self.rows, BLOCK_ROWS):
+            wanted = indexed.slice(start, BLOCK_ROWS).select(*columns, INDEX_COLUMN)
+            if kinds is not None:
+                wanted = wanted.filter(pl.col("kind").is_in(sorted(kinds)))
+            try:
+                block = wanted.collect()
+            except (pl.exceptions.PolarsError, OSError) as error:
+                raise _unreadable(self.path, error) from error
+            yield block
+
+    def content_sha256(self) -> str:
+        """Return the SHA-256 of the bytes of the file, in hexadecimal."""
+        digest = hashlib.sha256()
+        with self.path.open("rb") as stream:
+            while chunk := stream.read(_HASH_CHUNK_BYTES):
+                digest.update(chunk)
+        return digest.hexdigest()
+
+
+def measurements_path(given: Path) -> Path:
+    """Return the measurements file that a path means: itself, or the one in that folder."""
+    inside = given / MEASUREMENTS_FILE
+    return inside if given.is_dir() else given
+
+
+def _check_columns(path: Path, found: pl.Schema) -> None:
+    missing = [name for name in MEASUREMENT_SCHEMA if name not in found]
+    if missing:
+        raise MissingColumnError(str(path), missing, list(found))
+    for name, wanted in MEASUREMENT_SCHEMA.items():
+        if not _convertible(found[name], wanted):
+            msg = f"{path}: expected {wanted} in the column {name}, found {found[name]}"
+            raise InputError(msg)
+
+
+def _convertible(found: pl.DataType, wanted: pl.DataType) -> bool:
+    if found == wanted or found == pl.Null():
+        return True
+    if wanted == pl.Float64():
+        return found.is_numeric()
+    if wanted == pl.Int64():
+        return found.is_integer()
+    # A number is no code: 0123 would lose its first digit.
+    return isinstance(found, pl.Categorical | pl.Enum)
+
+
+def _unreadable(path: Path, error: Exception) -> InputError:
+    reason = str(error).strip().splitlines()
+    return InputError(f"{path}: expected a Parquet file ({reason[0] if reason else error!r})")

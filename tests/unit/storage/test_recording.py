@@ -1,0 +1,103 @@
+"""A recording is read in bounded blocks, and one that cannot be used is refused in a sentence."""
+
+from pathlib import Path
+
+import polars as pl
+import pytest
+
+from multiradar.errors import InputError, MissingColumnError
+from multiradar.storage import recording
+from multiradar.storage.recording import Recording, measurements_path
+from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
+
+
+def _measurements(rows: int) -> pl.DataFrame:
+    kinds = ["radar", "adsb", "radar"]
+    return pl.DataFrame(
+        {
+            "time_s": [float(row) for row in range(rows)],
+            "sensor_id": ["1-1"] * rows,
+            "kind": [kinds[row % 3] for row in range(rows)],
+        },
+        schema_overrides={"time_s": pl.Float64},
+    ).with_columns(
+        pl.lit(None, dtype).alias(name)
+        for name, dtype in MEASUREMENT_SCHEMA.items()
+        if name not in ("time_s", "sensor_id", "kind")
+    )
+
+
+def test_blocks_are_bounded_and_keep_the_order_and_the_place_of_each_row(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(recording, "BLOCK_ROWS", 4)
+    path = tmp_path / "measurements.parquet"
+    _measurements(11).write_parquet(path)
+    blocks = list(Recording(path).blocks())
+    assert [len(block) for block in blocks] == [4, 4, 3]
+    whole = pl.concat(blocks)
+    assert whole["time_s"].to_list() == [float(row) for row in range(11)]
+    assert whole["index"].to_list() == list(range(11))
+
+
+def test_a_choice_of_kinds_keeps_the_places_of_the_file(tmp_path: Path) -> None:
+    path = tmp_path / "measurements.parquet"
+    _measurements(7).write_parquet(path)
+    block = pl.concat(Recording(path).blocks({"adsb"}))
+    assert block["index"].to_list() == [1, 4]
+    assert set(block["kind"]) == {"adsb"}
+
+
+def test_a_missing_file_is_told_with_its_name(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"nothing\.parquet: expected a file"):
+        Recording(tmp_path / "nothing.parquet")
+
+
+def test_a_file_that_is_no_parquet_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "measurements.parquet"
+    path.write_bytes(b"time_s,sensor_id\n")
+    with pytest.raises(InputError, match="expected a Parquet file"):
+        Recording(path)
+
+
+def test_a_missing_column_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "measurements.parquet"
+    _measurements(3).drop("azimuth_deg").write_parquet(path)
+    with pytest.raises(MissingColumnError, match="azimuth_deg"):
+        Recording(path)
+
+
+@pytest.mark.parametrize("column", ["mode_3a", "mode_s_address"])
+def test_a_code_given_as_a_number_is_refused_because_its_zeros_are_lost(
+    tmp_path: Path, column: str
+) -> None:
+    path = tmp_path / "measurements.parquet"
+    _measurements(3).with_columns(pl.lit(123).alias(column)).write_parquet(path)
+    with pytest.raises(InputError, match=f"expected String in the column {column}"):
+        Recording(path)
+
+
+def test_numbers_of_other_widths_and_further_columns_are_taken(tmp_path: Path) -> None:
+    path = tmp_path / "measurements.parquet"
+    frame = _measurements(3).with_columns(
+        pl.col("time_s").cast(pl.Int32), pl.lit(7, pl.Int32).alias("track_number"), note=pl.lit("x")
+    )
+    frame.write_parquet(path)
+    block = next(Recording(path).blocks())
+    assert block.schema == {**MEASUREMENT_SCHEMA, "index": block.schema["index"]}
+    assert block["track_number"].to_list() == [7, 7, 7]
+
+
+def test_a_folder_means_the_measurements_in_it(tmp_path: Path) -> None:
+    assert measurements_path(tmp_path) == tmp_path / "measurements.parquet"
+    file = tmp_path / "other.parquet"
+    file.touch()
+    assert measurements_path(file) == file
+
+
+def test_the_content_hash_follows_the_bytes(tmp_path: Path) -> None:
+    first, second = tmp_path / "a.parquet", tmp_path / "b.parquet"
+    _measurements(3).write_parquet(first)
+    _measurements(4).write_parquet(second)
+    assert Recording(first).content_sha256() == Recording(first).content_sha256()
+    assert Recording(first).content_sha256() != Recording(second).content_sha256()
