@@ -1,0 +1,322 @@
+"""The only translation between the forms on the wire and the arrays of the core."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import polars as pl
+from numpy.typing import NDArray
+
+from multiradar.errors import InputError, MissingColumnError
+from multiradar.estimation.measurement.sensors import PARAMETER_NAMES, SensorTable
+from multiradar.tracking.measurements import (
+    KIND_BEARING,
+    KIND_POSITION,
+    KIND_RADAR,
+    MISSING_INTEGER,
+    MeasurementBatch,
+)
+from multiradar.tracking.outputs import STATE_NAMES, BiasRecords, TrackUpdates
+from multiradar_schemas.arrow import (
+    BIAS_SCHEMA,
+    MEASUREMENT_REQUIRED,
+    MEASUREMENT_SCHEMA,
+    TRACK_SCHEMA,
+)
+from multiradar_schemas.gates import PHYSICAL_GATES, Gate, refusals
+from multiradar_schemas.measurement import KINDS
+from multiradar_schemas.reject import RejectCode
+from multiradar_schemas.sensor import SensorsFile
+
+#: A range may exceed the instrumented range of its sensor by this factor.
+RANGE_MAX_FACTOR = 1.05
+TURN_DEG = 360.0
+
+_KIND_NUMBER = {
+    "radar": KIND_RADAR,
+    "adsb": KIND_POSITION,
+    "mlat": KIND_POSITION,
+    "bearing": KIND_BEARING,
+    "direction-finder": KIND_BEARING,
+}
+_SENSOR = "__sensor"
+_SENSOR_KIND = "__sensor_kind"
+_RANGE_END = "__range_end_m"
+_KIND = "__kind"
+
+
+@dataclass(frozen=True, slots=True)
+class Rejected:
+    """The rows that were refused, by ascending index.
+
+    Attributes
+    ----------
+    index : (n,) int64
+        Index of the row in the frame that was given.
+    code : tuple of RejectCode
+        Why, as a stable code.
+    reason : tuple of str
+        Why, as a sentence.
+    """
+
+    index: NDArray[np.int64]
+    code: tuple[RejectCode, ...]
+    reason: tuple[str, ...]
+
+    def __len__(self) -> int:
+        return len(self.code)
+
+
+def sensor_table(sensors: SensorsFile) -> SensorTable:
+    """Translate a sensors file.
+
+    Parameters
+    ----------
+    sensors : SensorsFile
+        The sensors in the order of the file, angles in degrees.
+
+    Returns
+    -------
+    SensorTable
+        The sensors sorted by identifier, angles in radians, and the bias parameters to estimate.
+    """
+    ordered = sorted(sensors.sensor, key=lambda sensor: sensor.id)
+    biases = [(row, bias) for row, one in enumerate(ordered) for bias in one.estimated_biases()]
+    kinds = np.array([PARAMETER_NAMES.index(bias.parameter) for _, bias in biases], np.int8)
+    unit = np.array([_parameter_unit(bias.parameter) for _, bias in biases], np.float64)
+    return SensorTable(
+        ids=tuple(one.id for one in ordered),
+        kinds=np.array([_KIND_NUMBER[one.kind] for one in ordered], np.int8),
+        latitude_rad=np.radians(_numbers([one.latitude_deg for one in ordered])),
+        longitude_rad=np.radians(_numbers([one.longitude_deg for one in ordered])),
+        height_m=_numbers([one.height_m for one in ordered]),
+        range_sigma_m=_numbers([one.range_sigma_m for one in ordered]),
+        azimuth_sigma_rad=np.radians(_numbers([one.azimuth_sigma_deg for one in ordered])),
+        position_sigma_m=_numbers([one.position_sigma_m for one in ordered]),
+        range_max_m=_numbers([one.range_max_m for one in ordered], np.inf),
+        rotation_period_s=_numbers([one.rotation_period_s for one in ordered]),
+        parameter_sensor=np.array([row for row, _ in biases], np.int32),
+        parameter_kind=kinds,
+        prior_mean=np.array([bias.prior for _, bias in biases], np.float64) * unit,
+        prior_sigma=np.array([bias.prior_sigma for _, bias in biases], np.float64) * unit,
+        drift=np.array([bias.drift for _, bias in biases], np.float64) * unit,
+    )
+
+
+def measurement_batch(frame: pl.DataFrame, table: SensorTable) -> tuple[MeasurementBatch, Rejected]:
+    """Translate measurements, refusing the rows that cannot be true.
+
+    Parameters
+    ----------
+    frame : DataFrame
+        Columns of `MEASUREMENT_SCHEMA`, optional ones may be missing, further ones are ignored;
+        degrees.
+    table : SensorTable
+        The sensors that may measure.
+
+    Returns
+    -------
+    MeasurementBatch
+        The rows taken, in their order, radians; numbers that the kind of a row does not use are
+        missing.
+    Rejected
+        The rows refused; together with the rows taken they are all rows of the frame.
+
+    Raises
+    ------
+    MissingColumnError
+        When a column that every row needs is absent.
+    InputError
+        When a column has another type than `MEASUREMENT_SCHEMA` gives it.
+    """
+    frame = _known_columns(frame)
+    frame = _with_sensors(frame, table)
+    index, code, reason = refusals(frame, _GATES)
+    if len(index):
+        keep = np.ones(len(frame), np.bool_)
+        keep[index] = False
+        frame = frame.filter(pl.Series(keep))
+    return _columns(frame), Rejected(index, code, reason)
+
+
+def tracks_frame(updates: TrackUpdates, table: SensorTable) -> pl.DataFrame:
+    """Translate updates of tracks to rows of `tracks.parquet`.
+
+    Parameters
+    ----------
+    updates : TrackUpdates
+        Updates, radians.
+    table : SensorTable
+        The sensors that measured.
+
+    Returns
+    -------
+    DataFrame
+        `TRACK_SCHEMA`, degrees; what is missing is null.
+    """
+    heading_deg = np.degrees(updates.heading_rad) % TURN_DEG
+    heading_deg[heading_deg >= TURN_DEG] = 0.0  # A tiny negative angle rounds up to a whole turn.
+    raw = pl.DataFrame(
+        {
+            "time_s": updates.time_s,
+            "track_id": updates.track_id,
+            "track_number": updates.track_number,
+            "mode_s_address": updates.mode_s_address,
+            "mode_3a": updates.mode_3a,
+            "latitude_deg": np.degrees(updates.latitude_rad),
+            "longitude_deg": np.degrees(updates.longitude_rad),
+            "height_m": updates.height_m,
+            "speed_mps": updates.speed_mps,
+            "heading_deg": heading_deg,
+            "position_sigma_m": updates.position_sigma_m,
+            "state": _names(updates.state, STATE_NAMES),
+            "sequence": updates.sequence,
+            "sensor_id": _names(updates.sensor, table.ids),
+            "velocity_sigma_mps": updates.velocity_sigma_mps,
+        }
+    )
+    present = {
+        name: pl.when(pl.col(name) != MISSING_INTEGER).then(pl.col(name))
+        for name in ("track_number", "mode_s_address", "mode_3a")
+    }
+    return raw.with_columns(
+        present["track_number"],
+        _digits(present["mode_s_address"], base=16, width=6).alias("mode_s_address"),
+        _digits(present["mode_3a"], base=8, width=4).alias("mode_3a"),
+        pl.col("height_m").fill_nan(None),
+    ).select(pl.col(name).cast(kind) for name, kind in TRACK_SCHEMA.items())
+
+
+def biases_frame(records: BiasRecords, table: SensorTable) -> pl.DataFrame:
+    """Translate bias estimates to rows of `biases.parquet`.
+
+    Parameters
+    ----------
+    records : BiasRecords
+        Estimates, azimuth in radians.
+    table : SensorTable
+        The sensors.
+
+    Returns
+    -------
+    DataFrame
+        `BIAS_SCHEMA`; azimuth in degrees.
+    """
+    unit = np.array([_parameter_unit(name) for name in PARAMETER_NAMES])[records.parameter]
+    return pl.DataFrame(
+        {
+            "time_s": records.time_s,
+            "sensor_id": _names(records.sensor, table.ids),
+            "parameter": _names(records.parameter, PARAMETER_NAMES),
+            "estimate": records.estimate / unit,
+            "sigma": records.sigma / unit,
+            "epoch": records.epoch,
+        },
+        schema=BIAS_SCHEMA,
+    )
+
+
+def _known_columns(frame: pl.DataFrame) -> pl.DataFrame:
+    missing = [name for name in MEASUREMENT_REQUIRED if name not in frame.columns]
+    if missing:
+        raise MissingColumnError("measurements", missing, frame.columns)
+    for name, kind in MEASUREMENT_SCHEMA.items():
+        found = frame.schema.get(name, kind)
+        if found not in (kind, pl.Null()):
+            msg = f"measurements: expected the column {name} to be {kind}, was {found}"
+            raise InputError(msg)
+    return frame.select(
+        pl.col(name).cast(kind) if name in frame.columns else pl.lit(None, kind).alias(name)
+        for name, kind in MEASUREMENT_SCHEMA.items()
+    )
+
+
+def _with_sensors(frame: pl.DataFrame, table: SensorTable) -> pl.DataFrame:
+    number = np.arange(len(table), dtype=np.int32)
+    names = pl.Series(table.ids, dtype=pl.String)
+    end_m = pl.Series(table.range_max_m * RANGE_MAX_FACTOR)
+    sensor = pl.col("sensor_id").replace_strict(
+        names, pl.Series(number), default=None, return_dtype=pl.Int32
+    )
+    kinds = pl.Series(KINDS, dtype=pl.String)
+    kind_numbers = pl.Series([_KIND_NUMBER[name] for name in KINDS], dtype=pl.Int8)
+    frame = frame.with_columns(
+        sensor.alias(_SENSOR),
+        pl.col("kind")
+        .replace_strict(kinds, kind_numbers, default=None, return_dtype=pl.Int8)
+        .alias(_KIND),
+    )
+    index = frame[_SENSOR]
+    return frame.with_columns(
+        pl.Series(table.kinds).gather(index).alias(_SENSOR_KIND),
+        end_m.gather(index).alias(_RANGE_END),
+    )
+
+
+_GATES = (
+    *PHYSICAL_GATES,
+    Gate(
+        RejectCode.UNKNOWN_SENSOR,
+        "sensor_id",
+        "a sensor of the sensors file",
+        pl.col(_SENSOR).is_null(),
+    ),
+    Gate(
+        RejectCode.UNKNOWN_KIND,
+        "kind",
+        "a kind that its sensor measures",
+        pl.col(_KIND) != pl.col(_SENSOR_KIND),
+    ),
+    Gate(
+        RejectCode.OUT_OF_RANGE,
+        "range_m",
+        "a range within the instrumented range of its sensor",
+        (pl.col(_KIND) == KIND_RADAR) & (pl.col("range_m") > pl.col(_RANGE_END)),
+    ),
+)
+
+
+def _columns(frame: pl.DataFrame) -> MeasurementBatch:
+    radar = pl.col(_KIND) == KIND_RADAR
+    position = pl.col(_KIND) == KIND_POSITION
+    columns = frame.select(
+        "time_s",
+        pl.col(_SENSOR).alias("sensor"),
+        pl.col(_KIND).alias("kind"),
+        pl.when(radar).then("range_m").fill_null(np.nan).alias("range_m"),
+        pl.when(~position).then("azimuth_deg").fill_null(np.nan).alias("azimuth_deg"),
+        pl.when(position).then("latitude_deg").fill_null(np.nan).alias("latitude_deg"),
+        pl.when(position).then("longitude_deg").fill_null(np.nan).alias("longitude_deg"),
+        pl.col("height_m").fill_null(np.nan),
+        pl.col("mode_3a").str.to_integer(base=8, dtype=pl.Int32).fill_null(MISSING_INTEGER),
+        pl.col("mode_s_address").str.to_integer(base=16, dtype=pl.Int64).fill_null(MISSING_INTEGER),
+        pl.col("track_number").fill_null(MISSING_INTEGER),
+    )
+    # Owned by the batch, so that a kernel sees one type of array whatever the frame was made of.
+    arrays = {column.name: column.to_numpy(writable=True) for column in columns}
+    return MeasurementBatch(
+        azimuth_rad=np.radians(arrays.pop("azimuth_deg")),
+        latitude_rad=np.radians(arrays.pop("latitude_deg")),
+        longitude_rad=np.radians(arrays.pop("longitude_deg")),
+        **arrays,
+    )
+
+
+def _names(numbers: NDArray[np.integer], names: tuple[str, ...]) -> pl.Series:
+    return pl.Series(names, dtype=pl.String).gather(pl.Series(numbers))
+
+
+def _numbers(values: Sequence[float | None], missing: float = np.nan) -> NDArray[np.float64]:
+    return np.array([missing if value is None else value for value in values], np.float64)
+
+
+def _parameter_unit(parameter: str) -> float:
+    return float(np.radians(1.0)) if parameter == "azimuth_offset_deg" else 1.0
+
+
+def _digits(number: pl.Expr, *, base: int, width: int) -> pl.Expr:
+    """Write an integer in a base, as so many digits, most significant first."""
+    return pl.concat_str(
+        pl.lit("0123456789abcdef").str.slice(number // base**power % base, 1)
+        for power in reversed(range(width))
+    )
