@@ -1,0 +1,35 @@
+"""What routes are handed: the service, the threads, the streams and the limits."""
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from fastapi import Depends
+from starlette.requests import HTTPConnection
+
+from multiradar.api.batches import StreamHub
+from multiradar.api.limits import HttpLimits
+from multiradar.api.ports import ReadableService, View
+from multiradar.api.workers import Workers
+
+
+@dataclass(frozen=True, slots=True)
+class Access:
+    """The parts of the running application that routes use."""
+
+    service: ReadableService
+    workers: Workers
+    hub: StreamHub
+    limits: HttpLimits
+
+    @property
+    def view(self) -> View:
+        """The read side of the service."""
+        return self.service.view
+
+
+def _access(connection: HTTPConnection) -> Access:
+    access: Access = connection.app.state.access
+    return access
+
+
+Granted = Annotated[Access, Depends(_access)]

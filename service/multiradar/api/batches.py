@@ -1,0 +1,180 @@
+"""Batches of events for stream clients, encoded once however many clients there are."""
+
+import asyncio
+import math
+import threading
+from collections import OrderedDict
+from collections.abc import AsyncGenerator, Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+from multiradar.api.limits import HttpLimits
+from multiradar.api.ports import EventSource, StreamEvent, View
+from multiradar.api.workers import Workers
+from multiradar.errors import RequestError
+from multiradar.observability.metrics import STREAM_CLIENTS, STREAM_EVENTS, STREAM_GAPS
+
+#: Kinds of events a client may choose among; gap notices always come.
+KINDS = ("track", "bias", "ended", "status")
+GAP = "gap"
+
+# Clients that keep up ask for the same batches within one interval: a few of them are remembered.
+_REMEMBERED_BATCHES = 16
+
+
+@dataclass(frozen=True, slots=True)
+class Batch:
+    """What one client gets in one go.
+
+    Attributes
+    ----------
+    last : int
+        Sequence number to resume after.
+    count : int
+        Events in it; 0 makes it a heartbeat.
+    text : bytes
+        The encoded batch, ready for the wire; empty in a heartbeat.
+    """
+
+    last: int
+    count: int
+    text: bytes
+
+
+Encoder = Callable[[Sequence[StreamEvent]], bytes]
+
+
+class StreamHub:
+    """The open streams of one process: their number is bounded, their batches are shared.
+
+    Parameters
+    ----------
+    view : View
+        Where events come from.
+    workers : Workers
+        Threads that poll and encode.
+    limits : HttpLimits
+        Bounds of streams.
+    """
+
+    def __init__(self, view: View, workers: Workers, limits: HttpLimits) -> None:
+        self._view = view
+        self._workers = workers
+        self._limits = limits
+        self._clients = 0
+        self._remembered: OrderedDict[tuple[object, ...], bytes] = OrderedDict()
+        self._lock = threading.Lock()
+
+    def check_place(self) -> None:
+        """Refuse another stream when all places are taken.
+
+        Raises
+        ------
+        RequestError
+            503 with the bound.
+        """
+        if self._clients >= self._limits.streams_max:
+            raise RequestError(
+                503,
+                "TOO_MANY_STREAMS",
+                f"{self._limits.streams_max} streams are open, no more are taken",
+                {"retry-after": "5"},
+            )
+
+    @contextmanager
+    def place(self, transport: str) -> Iterator[None]:
+        """Hold a place for a stream."""
+        self._clients += 1
+        STREAM_CLIENTS.labels(transport=transport).inc()
+        try:
+            yield
+        finally:
+            self._clients -= 1
+            STREAM_CLIENTS.labels(transport=transport).dec()
+
+    async def batches(
+        self, transport: str, after: int | None, kinds: frozenset[str], encode: Encoder
+    ) -> AsyncGenerator[Batch, None]:
+        """Yield batches for one client for as long as it asks; an empty one as a heartbeat."""
+        subscription = await self._workers.run(
+            self._view.subscribe, after, self._limits.stream_depth
+        )
+        bell = _Bell()
+        subscription.set_wakeup(bell.ring)
+        last = subscription.after
+        try:
+            while True:
+                bell.clear()
+                batch = await self._workers.run(self._next, subscription, kinds, encode, transport)
+                if batch is None:
+                    rung = await bell.wait(self._limits.stream_heartbeat_s)
+                    if not rung:
+                        yield Batch(last, 0, b"")
+                    else:
+                        await self._next_tick()
+                    continue
+                last = batch.last
+                STREAM_EVENTS.labels(transport=transport).inc(batch.count)
+                yield batch
+        finally:
+            subscription.close()
+
+    def _next(
+        self, subscription: EventSource, kinds: frozenset[str], encode: Encoder, transport: str
+    ) -> Batch | None:
+        polled = subscription.poll(self._limits.stream_batch_events_max)
+        if not polled:
+            return None
+        gaps = sum(event.kind == GAP for event in polled)
+        STREAM_GAPS.labels(transport=transport).inc(gaps)
+        chosen = [event for event in polled if event.kind in kinds or event.kind == GAP]
+        last = polled[-1].sequence
+        if not chosen:
+            return Batch(last, 0, b"")
+        key = (transport, kinds, polled[0].sequence, last, gaps, len(chosen))
+        return Batch(last, len(chosen), self._encoded(key, chosen, encode))
+
+    def _encoded(
+        self, key: tuple[object, ...], events: Sequence[StreamEvent], encode: Encoder
+    ) -> bytes:
+        with self._lock:
+            text = self._remembered.get(key)
+        if text is None:
+            text = encode(events)
+            with self._lock:
+                self._remembered[key] = text
+                while len(self._remembered) > _REMEMBERED_BATCHES:
+                    self._remembered.popitem(last=False)
+        return text
+
+    async def _next_tick(self) -> None:
+        # All clients wait for the same beat, so that they find the same events and share them.
+        interval_s = self._limits.stream_batch_interval_s
+        now_s = asyncio.get_running_loop().time()
+        await asyncio.sleep((math.floor(now_s / interval_s) + 1) * interval_s - now_s)
+
+
+class _Bell:
+    # An event of the loop that any thread may ring; ringing twice costs one call only.
+
+    def __init__(self) -> None:
+        self._loop = asyncio.get_running_loop()
+        self._event = asyncio.Event()
+        self._rung = False
+
+    def ring(self) -> None:
+        if not self._rung:
+            self._rung = True
+            self._loop.call_soon_threadsafe(self._event.set)
+
+    def clear(self) -> None:
+        self._event.clear()
+        self._rung = False
+
+    async def wait(self, timeout_s: float) -> bool:
+        try:
+            async with asyncio.timeout(timeout_s):
+                await self._event.wait()
+        except TimeoutError:
+            return False
+        return True

@@ -1,0 +1,227 @@
+"""Connections: deadlines and bounds that uvicorn does not keep, and its configuration.
+
+A connection that has not asked for anything is dropped after the header deadline. When there are
+too many, a new one replaces the one that has been idle longest; if all are busy, it is closed at
+once. One that is closing but whose client does not read is aborted after a while.
+"""
+
+import asyncio
+import socket
+from collections.abc import Callable
+from typing import Any
+
+import uvicorn
+from starlette.types import ASGIApp
+from uvicorn.config import Config
+from uvicorn.protocols.http.h11_impl import H11Protocol
+from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
+from uvicorn.server import ServerState
+
+from multiradar.api.limits import HttpLimits
+from multiradar.observability.metrics import HTTP_CONNECTIONS, HTTP_CONNECTIONS_DROPPED
+
+#: Longest time a closing connection may take to deliver what it still holds, s.
+LINGER_S = 30.0
+
+# A client of the event stream has nothing to say; more is not read.
+_WEBSOCKET_MESSAGE_BYTES_MAX = 4096
+
+
+def server_config(
+    application: ASGIApp, host: str, port: int, limits: HttpLimits | None = None
+) -> Config:
+    """Return the uvicorn configuration that keeps the limits.
+
+    Parameters
+    ----------
+    application : ASGIApp
+        What `create_api` returned.
+    host, port
+        Where to listen; port 0 takes a free one.
+    limits : HttpLimits, optional
+        The same bounds that the application was made with.
+    """
+    limits = limits or HttpLimits()
+    registry = _Registry(limits)
+    return Config(
+        application,
+        host=host,
+        port=port,
+        http=_bound(_Http, registry),
+        ws=_bound(_WebSocket, registry),
+        loop="asyncio",
+        lifespan="on",
+        backlog=min(limits.connections_max, socket.SOMAXCONN),
+        h11_max_incomplete_event_size=limits.header_bytes_max,
+        timeout_keep_alive=15,
+        timeout_graceful_shutdown=3,
+        ws_max_size=_WEBSOCKET_MESSAGE_BYTES_MAX,
+        ws_ping_interval=20.0,
+        ws_ping_timeout=20.0,
+        ws_per_message_deflate=False,
+        proxy_headers=False,
+        server_header=False,
+        access_log=False,
+        log_config=None,
+    )
+
+
+def server(
+    application: ASGIApp, host: str, port: int, limits: HttpLimits | None = None
+) -> uvicorn.Server:
+    """Return a server that keeps the limits; see `server_config`."""
+    return uvicorn.Server(server_config(application, host, port, limits))
+
+
+class _Registry:
+    # The open connections of one server. Used on the event loop's thread only.
+
+    def __init__(self, limits: HttpLimits) -> None:
+        self.limits = limits
+        self._open: set[asyncio.Transport] = set()
+        # In order of arrival: the first has been idle longest.
+        self._idle: dict[asyncio.Transport, None] = {}
+
+    def admit(self, transport: asyncio.Transport) -> bool:
+        if len(self._open) >= self.limits.connections_max and not self._evict():
+            _drop(transport, "too_many")
+            return False
+        self._open.add(transport)
+        self._idle[transport] = None
+        HTTP_CONNECTIONS.inc()
+        return True
+
+    def busy(self, transport: asyncio.Transport) -> None:
+        self._idle.pop(transport, None)
+
+    def idle(self, transport: asyncio.Transport) -> None:
+        if transport in self._open:
+            self._idle[transport] = None
+
+    def lost(self, transport: asyncio.Transport) -> None:
+        self._idle.pop(transport, None)
+        if transport in self._open:
+            self._open.discard(transport)
+            HTTP_CONNECTIONS.dec()
+
+    def _evict(self) -> bool:
+        oldest = next(iter(self._idle), None)
+        if oldest is None:
+            return False
+        self.lost(oldest)
+        _drop(oldest, "idle_longest")
+        return True
+
+
+def _drop(transport: asyncio.Transport, cause: str) -> None:
+    HTTP_CONNECTIONS_DROPPED.labels(cause=cause).inc()
+    transport.abort()
+
+
+def _bound(
+    protocol: Callable[..., asyncio.Protocol], registry: _Registry
+) -> type[asyncio.Protocol]:
+    # uvicorn makes protocols with arguments of its own; the registry is bound as a class attribute.
+    assert isinstance(protocol, type)
+    return type(protocol.__name__, (protocol,), {"registry": registry})
+
+
+class _Http(H11Protocol):
+    registry: _Registry
+
+    def __init__(
+        self,
+        config: Config,
+        server_state: ServerState,
+        app_state: dict[str, Any],
+        _loop: asyncio.AbstractEventLoop | None = None,
+    ) -> None:
+        super().__init__(config, server_state, app_state, _loop)
+        self._header_timer: asyncio.TimerHandle | None = None
+        self._linger_timer: asyncio.TimerHandle | None = None
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        super().connection_made(transport)
+        if self.registry.admit(transport):
+            self._expect_headers()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        self._headers_came()
+        if self._linger_timer is not None:
+            self._linger_timer.cancel()
+        self.registry.lost(self.transport)
+        super().connection_lost(exc)
+
+    def data_received(self, data: bytes) -> None:
+        # The first byte of a further request starts the deadline of its headers.
+        if self._waits_for_request() and self._header_timer is None:
+            self._expect_headers()
+        super().data_received(data)
+        if not self._waits_for_request():
+            self._headers_came()
+            self.registry.busy(self.transport)
+        self._bound_closing()
+
+    def handle_websocket_upgrade(self, event: Any) -> None:
+        self._headers_came()
+        self.registry.busy(self.transport)
+        super().handle_websocket_upgrade(event)
+
+    def on_response_complete(self) -> None:
+        super().on_response_complete()
+        if self._waits_for_request():
+            self.registry.idle(self.transport)
+        self._bound_closing()
+
+    def timeout_keep_alive_handler(self) -> None:
+        super().timeout_keep_alive_handler()
+        self._bound_closing()
+
+    def shutdown(self) -> None:
+        super().shutdown()
+        self._bound_closing()
+
+    def _waits_for_request(self) -> bool:
+        return self.cycle is None or self.cycle.response_complete
+
+    def _expect_headers(self) -> None:
+        self._header_timer = self.loop.call_later(
+            self.registry.limits.header_deadline_s, self._headers_late
+        )
+
+    def _headers_came(self) -> None:
+        if self._header_timer is not None:
+            self._header_timer.cancel()
+            self._header_timer = None
+
+    def _headers_late(self) -> None:
+        self._header_timer = None
+        _drop(self.transport, "headers_late")
+
+    def _bound_closing(self) -> None:
+        if self.transport.is_closing() and self._linger_timer is None:
+            self._linger_timer = self.loop.call_later(LINGER_S, self.transport.abort)
+
+
+class _WebSocket(WebSocketsSansIOProtocol):
+    registry: _Registry
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        self.registry.lost(self.transport)
+        super().connection_lost(exc)
+
+    async def send(self, message: Any) -> None:
+        if message["type"] == "websocket.close":
+            # A close code goes behind what a stalled client has not read yet, without waiting for
+            # it; if the client never reads, the connection is aborted.
+            self.writable.set()
+            self.loop.call_later(LINGER_S, self._abort_if_closing)
+        await super().send(message)
+
+    def keepalive_timeout(self) -> None:
+        super().keepalive_timeout()
+        self.loop.call_later(LINGER_S, self._abort_if_closing)
+
+    def _abort_if_closing(self) -> None:
+        if not self.disconnected:
+            self.transport.abort()

@@ -1,0 +1,109 @@
+"""Shapes of answers that are more than one record, for the OpenAPI document."""
+
+from typing import Any
+
+from pydantic import BaseModel, Field
+
+from multiradar.api.encoding import ARROW, GEOJSON
+from multiradar.api.problems import MEDIA_TYPE, Problem
+from multiradar_schemas.bias import BiasEstimate
+from multiradar_schemas.track import Track, TrackUpdate
+
+_CURSOR = Field(description="`cursor` of the next page; null on the last one")
+_COUNT = Field(description="Rows in this answer")
+
+
+class TrackPage(BaseModel):
+    """A page of live tracks."""
+
+    count: int = _COUNT
+    next_cursor: str | None = _CURSOR
+    tracks: list[Track]
+
+
+class HistoryPage(BaseModel):
+    """A page of the updates of one track, oldest first."""
+
+    count: int = _COUNT
+    next_cursor: str | None = _CURSOR
+    updates: list[TrackUpdate]
+
+
+class BiasAnswer(BaseModel):
+    """Bias estimates of one sensor: those of now, or with `history=true` those of each epoch."""
+
+    count: int = _COUNT
+    next_cursor: str | None = _CURSOR
+    sensor_id: str
+    biases: list[BiasEstimate]
+
+
+class SensorState(BaseModel):
+    """A sensor as configured; more members may follow."""
+
+    id: str
+    kind: str
+
+
+class SensorList(BaseModel):
+    """All sensors, by name."""
+
+    count: int = _COUNT
+    sensors: list[SensorState]
+
+
+class RejectedMeasurement(BaseModel):
+    """A measurement in the quarantine; more members may follow."""
+
+    number: int = Field(description="Its number in the quarantine, ascending")
+    source: str = Field(description="Where it came in")
+    code: str = Field(description="Stable code of the reason")
+    reason: str = Field(description="The reason in words")
+
+
+class RejectPage(BaseModel):
+    """A page of the quarantine, oldest first."""
+
+    count: int = _COUNT
+    next_after: int | None = Field(description="`after` of the next page; null on the last one")
+    rejects: list[RejectedMeasurement]
+
+
+class Status(BaseModel):
+    """Counts, sequence numbers and hashes; more members may follow."""
+
+    version: str
+
+
+class Readiness(BaseModel):
+    """Whether the service takes measurements and answers with recovered tracks."""
+
+    ready: bool
+
+
+class Health(BaseModel):
+    """The process is alive."""
+
+    status: str
+
+
+#: Answers every route may give; the body is always a problem document.
+PROBLEMS: dict[int | str, dict[str, Any]] = {
+    status: {"model": Problem, "content": {MEDIA_TYPE: {}}, "description": description}
+    for status, description in {
+        404: "No such thing",
+        422: "A parameter is unknown or out of bounds",
+        500: "The service failed; the log has the request's identifier",
+        503: "Too much at once, or not ready",
+    }.items()
+}
+
+
+def table_answers(*, geojson: bool = False) -> dict[int | str, dict[str, Any]]:
+    """Return the other media types that a table is answered in."""
+    content: dict[str, Any] = {ARROW: {"schema": {"type": "string", "format": "binary"}}}
+    if geojson:
+        content[GEOJSON] = {
+            "schema": {"type": "object", "description": "RFC 7946 FeatureCollection"}
+        }
+    return {200: {"content": content}, 406: {"model": Problem, "description": "No such format"}}

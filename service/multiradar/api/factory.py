@@ -1,0 +1,70 @@
+"""The HTTP application, put together from its routes and the limit layer."""
+
+from collections.abc import AsyncIterator, Sequence
+from contextlib import asynccontextmanager
+from importlib.metadata import version
+
+from fastapi import APIRouter, FastAPI
+
+from multiradar.api import documentation, operations, problems, sensors, streams, tracks
+from multiradar.api.access import Access
+from multiradar.api.batches import StreamHub
+from multiradar.api.guard import LimitLayer
+from multiradar.api.limits import HttpLimits
+from multiradar.api.ports import ReadableService
+from multiradar.api.workers import Workers
+
+_DESCRIPTION = """\
+Plots of several radars in, tracks and radar biases out.
+
+Units are part of the names: `_m` metre, `_s` second, `_deg` degree, `_mps` metre per second. Times
+are data times, UTC seconds. Azimuth and heading run clockwise from true north. A bias is measured
+minus true. Errors are problem documents (RFC 9457) with a stable `code`.
+"""
+
+
+def create_api(
+    service: ReadableService,
+    limits: HttpLimits | None = None,
+    *,
+    routers: Sequence[APIRouter] = (),
+    allowed_hosts: Sequence[str] = (),
+) -> FastAPI:
+    """Return the ASGI application.
+
+    Parameters
+    ----------
+    service : ReadableService
+        The running service.
+    limits : HttpLimits, optional
+        Every bound that a client can run into.
+    routers : sequence of APIRouter
+        Further routes, such as those that take measurements in.
+    allowed_hosts : sequence of str
+        Names accepted in the Host header; empty accepts any.
+    """
+    limits = limits or HttpLimits()
+    workers = Workers(limits.threads)
+    hub = StreamHub(service.view, workers, limits)
+
+    @asynccontextmanager
+    async def lifespan(_: FastAPI) -> AsyncIterator[None]:
+        yield
+        workers.close()
+
+    application = FastAPI(
+        title="multiradar",
+        version=version("multiradar"),
+        description=_DESCRIPTION,
+        lifespan=lifespan,
+        docs_url=None,
+        redoc_url=None,
+        redirect_slashes=False,
+    )
+    problems.install(application)
+    application.add_middleware(LimitLayer, limits=limits, allowed_hosts=allowed_hosts)
+    application.state.access = Access(service, workers, hub, limits)
+    own = (tracks.router, sensors.router, streams.router, operations.router, documentation.router)
+    for router in (*routers, *own):
+        application.include_router(router)
+    return application

@@ -1,0 +1,110 @@
+"""What the API needs of the running service: the read side, and nothing that changes it."""
+
+from collections.abc import Callable, Sequence
+from typing import Any, Protocol
+
+import polars as pl
+
+
+class StreamEvent(Protocol):
+    """One event of the stream."""
+
+    @property
+    def sequence(self) -> int:
+        """Number of the event, 1, 2, 3, …; a function of the journal."""
+        ...
+
+    @property
+    def kind(self) -> str:
+        """One of track, bias, ended, status and gap."""
+        ...
+
+    @property
+    def key(self) -> str:
+        """Track or sensor identifier; empty where the event is about neither."""
+        ...
+
+    @property
+    def payload(self) -> bytes:
+        """The JSON object, encoded once for all clients."""
+        ...
+
+
+class EventSource(Protocol):
+    """A place in the stream of events."""
+
+    @property
+    def after(self) -> int:
+        """Sequence number of the last event that was polled or declared lost."""
+        ...
+
+    def poll(self, max_events: int) -> Sequence[StreamEvent]:
+        """Return the next events, at most so many, without waiting."""
+        ...
+
+    def set_wakeup(self, callback: Callable[[], None]) -> None:
+        """Have a function called, from any thread, whenever there is something to poll."""
+        ...
+
+    def close(self) -> None:
+        """Leave the stream."""
+        ...
+
+
+class View(Protocol):
+    """What can be read; safe to call from any thread."""
+
+    def tracks(self) -> pl.DataFrame:
+        """Return the live tracks, one row each."""
+        ...
+
+    def track(self, track_id: int) -> dict[str, Any] | None:
+        """Return one live track."""
+        ...
+
+    def history(self, track_id: int, since_s: float | None, limit: int) -> pl.DataFrame:
+        """Return updates of a track, oldest first."""
+        ...
+
+    def forecast(
+        self, track_id: int, horizon_s: float, step_s: float
+    ) -> list[dict[str, Any]] | None:
+        """Return the states a track is expected to have."""
+        ...
+
+    def sensors(self) -> list[dict[str, Any]]:
+        """Return the sensors."""
+        ...
+
+    def bias(self, sensor_id: str) -> list[dict[str, Any]]:
+        """Return the current bias estimates of a sensor."""
+        ...
+
+    def bias_history(self, sensor_id: str, since_s: float | None, limit: int) -> pl.DataFrame:
+        """Return bias estimates of a sensor by epoch, oldest first."""
+        ...
+
+    def rejects(self, after: int, limit: int) -> list[dict[str, Any]]:
+        """Return rows of the quarantine behind a number, oldest first."""
+        ...
+
+    def status(self) -> dict[str, Any]:
+        """Return counts, sequences, data time, hashes and version."""
+        ...
+
+    def subscribe(self, after: int | None, depth: int) -> EventSource:
+        """Enter the stream of events after a sequence number, or now."""
+        ...
+
+
+class ReadableService(Protocol):
+    """The running service as the API sees it."""
+
+    @property
+    def view(self) -> View:
+        """The read side."""
+        ...
+
+    def ready(self) -> bool:
+        """Return whether recovery is done and the journal can be written."""
+        ...

@@ -1,0 +1,123 @@
+"""Errors as problem documents (RFC 9457): one shape for everything that goes wrong."""
+
+import json
+from collections.abc import Mapping
+from http import HTTPStatus
+
+from fastapi import FastAPI, Request
+from fastapi.exceptions import RequestValidationError
+from pydantic import BaseModel, Field
+from starlette.exceptions import HTTPException
+from starlette.responses import Response
+from starlette.types import Scope
+
+from multiradar.errors import QueueFullError, RequestError
+from multiradar.observability.metrics import HTTP_REFUSALS
+
+MEDIA_TYPE = "application/problem+json"
+
+#: Where the limit layer leaves the identifier of the request.
+REQUEST_ID_KEY = "multiradar.request_id"
+
+# Codes for what the framework itself refuses.
+_CODES_BY_STATUS = {404: "NOT_FOUND", 405: "METHOD_NOT_ALLOWED"}
+
+
+class ParameterProblem(BaseModel):
+    """What is wrong with one parameter."""
+
+    parameter: str = Field(description="Name of the parameter")
+    reason: str = Field(description="What was expected, in words")
+
+
+class Problem(BaseModel):
+    """A problem document, RFC 9457."""
+
+    type: str = Field(
+        description="URN of the code", examples=["urn:multiradar:problem:track-not-found"]
+    )
+    title: str = Field(description="The code in words", examples=["Track not found"])
+    status: int = Field(description="HTTP status", examples=[404])
+    detail: str = Field(description="One sentence", examples=["no live track has the number 7"])
+    instance: str = Field(
+        description="URN of the request; the log carries the same identifier",
+        examples=["urn:multiradar:request:4f1c9a52d0e3b7a6"],
+    )
+    code: str = Field(description="Stable code for programs", examples=["TRACK_NOT_FOUND"])
+    errors: list[ParameterProblem] | None = Field(
+        default=None, description="Parameters at fault; absent where none is"
+    )
+
+
+def problem_response(error: RequestError, scope: Scope) -> Response:
+    """Return the problem document of a refused request."""
+    return Response(
+        problem_bytes(error, str(scope.get(REQUEST_ID_KEY, "unknown"))),
+        status_code=error.status,
+        headers=error.headers,
+        media_type=MEDIA_TYPE,
+    )
+
+
+def problem_bytes(error: RequestError, request_id: str) -> bytes:
+    """Return the problem document as JSON, in UTF-8."""
+    HTTP_REFUSALS.labels(code=error.code).inc()
+    document: dict[str, object] = {
+        "type": f"urn:multiradar:problem:{error.code.lower().replace('_', '-')}",
+        "title": error.code.replace("_", " ").capitalize(),
+        "status": error.status,
+        "detail": str(error),
+        "instance": f"urn:multiradar:request:{request_id}",
+        "code": error.code,
+    }
+    if error.parameters:
+        document["errors"] = [
+            {"parameter": name, "reason": reason} for name, reason in error.parameters.items()
+        ]
+    return json.dumps(document, ensure_ascii=True).encode()
+
+
+def parameter_error(parameters: Mapping[str, str], code: str = "INVALID_PARAMETER") -> RequestError:
+    """Return the refusal of a request whose parameters are wrong, each named with its reason."""
+    detail = "; ".join(f"{name}: {reason}" for name, reason in parameters.items())
+    return RequestError(422, code, detail, parameters=parameters)
+
+
+def install(application: FastAPI) -> None:
+    """Answer every error of the application with a problem document."""
+    application.add_exception_handler(RequestError, _refused)
+    application.add_exception_handler(QueueFullError, _queue_full)
+    application.add_exception_handler(RequestValidationError, _invalid)
+    application.add_exception_handler(HTTPException, _framework)
+
+
+async def _refused(request: Request, error: Exception) -> Response:
+    assert isinstance(error, RequestError)
+    return problem_response(error, request.scope)
+
+
+async def _queue_full(request: Request, error: Exception) -> Response:
+    assert isinstance(error, QueueFullError)
+    retry_after = {"retry-after": str(max(1, round(error.retry_after_s)))}
+    return problem_response(RequestError(429, "QUEUE_FULL", str(error), retry_after), request.scope)
+
+
+async def _invalid(request: Request, error: Exception) -> Response:
+    assert isinstance(error, RequestValidationError)
+    parameters = {
+        str(entry["loc"][-1]): str(entry["msg"]).removeprefix("Value error, ")
+        for entry in error.errors()
+    }
+    return problem_response(parameter_error(parameters), request.scope)
+
+
+async def _framework(request: Request, error: Exception) -> Response:
+    assert isinstance(error, HTTPException)
+    code = _CODES_BY_STATUS.get(error.status_code, "REQUEST_REFUSED")
+    detail = {
+        404: "nothing is served at this path",
+        405: f"the method {request.method} is not served at this path",
+    }.get(error.status_code, HTTPStatus(error.status_code).phrase)
+    return problem_response(
+        RequestError(error.status_code, code, detail, error.headers), request.scope
+    )

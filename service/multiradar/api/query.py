@@ -1,0 +1,132 @@
+"""Query parameters: strict types shared by all routes, and none that a route does not know."""
+
+import re
+from datetime import datetime
+from typing import Annotated
+
+from fastapi import Path, Query, Request
+from pydantic import BeforeValidator
+
+from multiradar.api.problems import parameter_error
+
+# ASCII only: Python's float() and int() also take "1_0" and digits of other scripts.
+_NUMBER = re.compile(
+    r"[+-]?(?:[0-9]{1,20}(?:\.[0-9]{0,20})?|\.[0-9]{1,20})(?:[eE][+-]?[0-9]{1,3})?"
+)
+_INTEGER = re.compile(r"[+-]?[0-9]{1,18}")
+
+_ISO_8601_LENGTH_MAX = 40
+
+#: Data times lie in this range, as those of measurements do, s.
+TIME_MAX_S = 1e11
+
+SENSOR_ID_PATTERN = r"^[A-Za-z0-9._-]{1,64}$"
+
+
+def number(text: object) -> float:
+    """Return a number written in plain ASCII decimal notation.
+
+    Raises
+    ------
+    ValueError
+        When it is written in any other way.
+    """
+    if not isinstance(text, str) or _NUMBER.fullmatch(text) is None:
+        msg = "expected a decimal number"
+        raise ValueError(msg)
+    return float(text)
+
+
+def integer(text: object) -> int:
+    """Return an integer written in plain ASCII decimal notation.
+
+    Raises
+    ------
+    ValueError
+        When it is written in any other way, or has more than 18 digits.
+    """
+    if not isinstance(text, str) or _INTEGER.fullmatch(text) is None:
+        msg = "expected an integer of at most 18 digits"
+        raise ValueError(msg)
+    return int(text)
+
+
+def data_time(text: object) -> float:
+    """Return a data time in seconds, given as that number or in ISO 8601 with an offset.
+
+    Raises
+    ------
+    ValueError
+        When it is neither, or out of range.
+    """
+    plain = isinstance(text, str) and _NUMBER.fullmatch(text) is not None
+    time_s = number(text) if plain else _iso_8601(text)
+    if not abs(time_s) < TIME_MAX_S:
+        msg = f"expected a time within {TIME_MAX_S:g} s of the epoch"
+        raise ValueError(msg)
+    return time_s
+
+
+def _iso_8601(text: object) -> float:
+    # In a query string an unescaped plus sign arrives as a blank.
+    wrong = "expected seconds, or ISO 8601 with Z or an offset such as 2026-01-31T12:00:00Z"
+    if not isinstance(text, str) or len(text) > _ISO_8601_LENGTH_MAX or not text.isascii():
+        raise ValueError(wrong)
+    try:
+        moment = datetime.fromisoformat(text.replace(" ", "+"))
+    except ValueError:
+        raise ValueError(wrong) from None
+    if moment.tzinfo is None:
+        raise ValueError(wrong)
+    return moment.timestamp()
+
+
+Number = Annotated[float, BeforeValidator(number)]
+Integer = Annotated[int, BeforeValidator(integer)]
+
+Since = Annotated[
+    float | None,
+    BeforeValidator(data_time),
+    Query(
+        description="Only what is of this data time or later: seconds, or ISO 8601 with Z "
+        "or an offset",
+        examples=["1767182400.0", "2026-01-31T12:00:00Z"],
+    ),
+]
+Limit = Annotated[
+    Integer, Query(ge=1, le=10_000, description="Most rows in the answer", examples=[1000])
+]
+Cursor = Annotated[
+    str | None,
+    Query(
+        max_length=64,
+        pattern=r"^[0-9A-Za-z_-]{1,64}$",
+        description="`next_cursor` of the answer before; the other parameters stay as they were",
+    ),
+]
+TrackId = Annotated[
+    Integer, Path(ge=1, description="Number of the track, from `track_id`", examples=[17])
+]
+SensorId = Annotated[
+    str, Path(pattern=SENSOR_ID_PATTERN, description="Name of the sensor", examples=["41-10"])
+]
+
+
+def strict_query(request: Request) -> None:
+    """Refuse query parameters that the route does not know, or that are given twice.
+
+    Raises
+    ------
+    RequestError
+        422 with the names of the parameters.
+    """
+    known = {field.alias for field in request.scope["route"].dependant.query_params}
+    given = [name for name, _ in request.query_params.multi_items()]
+    unknown = {name: f"expected one of {', '.join(sorted(known)) or 'no parameters'}"
+               for name in given if name not in known}  # fmt: skip
+    if unknown:
+        shown = {ascii(name)[1:-1][:64]: reason for name, reason in list(unknown.items())[:8]}
+        raise parameter_error(shown, code="UNKNOWN_PARAMETER")
+    repeated = {name: "expected once" for name in given if given.count(name) > 1}
+    if repeated:
+        raise parameter_error(repeated)

@@ -1,0 +1,110 @@
+"""Which tracks, and which of their columns: the filters of the list of tracks."""
+
+import re
+from dataclasses import dataclass
+
+import polars as pl
+
+from multiradar.api.problems import parameter_error
+from multiradar.api.query import number
+from multiradar_schemas.arrow import TRACK_SCHEMA
+from multiradar_schemas.measurement import LATITUDE_MAX_DEG, LONGITUDE_MAX_DEG
+
+#: Columns of a live track: those of `tracks.parquet`, and the age of the track.
+TRACK_COLUMNS = (*TRACK_SCHEMA.names(), "age_s")
+
+_MODE_S = re.compile(r"[0-9a-fA-F]{6}")
+_MODE_3A = re.compile(r"[0-7]{4}")
+_NUMBER = re.compile(r"[0-9]{1,18}")
+
+
+@dataclass(frozen=True, slots=True)
+class BoundingBox:
+    """A box of longitudes and latitudes, degrees; it crosses the antimeridian where west > east."""
+
+    west_deg: float
+    south_deg: float
+    east_deg: float
+    north_deg: float
+
+
+def bounding_box(text: str) -> BoundingBox:
+    """Return the box written as ``min_lon,min_lat,max_lon,max_lat``.
+
+    Raises
+    ------
+    RequestError
+        422 when it is not four numbers in that order and in range.
+    """
+    try:
+        west, south, east, north = (number(part) for part in text.split(",", 5))
+    except ValueError:
+        raise _wrong("bbox", "expected four numbers, min_lon,min_lat,max_lon,max_lat") from None
+    if not (abs(west) <= LONGITUDE_MAX_DEG and abs(east) <= LONGITUDE_MAX_DEG):
+        raise _wrong("bbox", "expected longitudes from -180 to 180 degrees")
+    if not -LATITUDE_MAX_DEG <= south <= north <= LATITUDE_MAX_DEG:
+        raise _wrong("bbox", "expected latitudes from -90 to 90 degrees, the smaller one first")
+    return BoundingBox(west, south, east, north)
+
+
+def columns(text: str) -> list[str]:
+    """Return the columns named in a comma-separated list, `track_id` always among them.
+
+    Raises
+    ------
+    RequestError
+        422 naming those that do not exist.
+    """
+    wanted = set(text.split(","))
+    unknown = sorted(wanted - set(TRACK_COLUMNS))
+    if unknown:
+        shown = ", ".join(ascii(name)[1:-1][:40] for name in unknown[:8])
+        raise _wrong("fields", f"expected names of {', '.join(TRACK_COLUMNS)}; was {shown}")
+    return [name for name in TRACK_COLUMNS if name in wanted or name == "track_id"]
+
+
+def identity(text: str) -> pl.Expr:
+    """Return the condition that a track has this identity.
+
+    Parameters
+    ----------
+    text : str
+        Six hexadecimal digits (Mode S address), four octal digits (Mode 3/A code) or a decimal
+        track number; what can be read in more than one way matches any of them. A prefix
+        ``mode_s:``, ``mode_3a:`` or ``number:`` asks for one.
+
+    Raises
+    ------
+    RequestError
+        422 when it can be none of them.
+    """
+    prefix, separator, value = text.rpartition(":")
+    if separator and prefix not in {"mode_s", "mode_3a", "number"}:
+        raise _wrong("identity", "expected the prefix mode_s:, mode_3a: or number:")
+    conditions = []
+    if prefix in {"", "mode_s"} and _MODE_S.fullmatch(value):
+        conditions.append(pl.col("mode_s_address") == value.lower())
+    if prefix in {"", "mode_3a"} and _MODE_3A.fullmatch(value):
+        conditions.append(pl.col("mode_3a") == value)
+    if prefix in {"", "number"} and _NUMBER.fullmatch(value):
+        conditions.append(pl.col("track_number") == int(value))
+    if not conditions:
+        raise _wrong(
+            "identity",
+            "expected a Mode S address (6 hexadecimal digits), a Mode 3/A code (4 octal digits) "
+            "or a track number",
+        )
+    return pl.any_horizontal(conditions)
+
+
+def inside(box: BoundingBox) -> pl.Expr:
+    """Return the condition that a track is inside a box, its edges included."""
+    longitude = pl.col("longitude_deg")
+    latitude = pl.col("latitude_deg").is_between(box.south_deg, box.north_deg)
+    if box.west_deg <= box.east_deg:
+        return latitude & longitude.is_between(box.west_deg, box.east_deg)
+    return latitude & ((longitude >= box.west_deg) | (longitude <= box.east_deg))
+
+
+def _wrong(parameter: str, reason: str) -> Exception:
+    return parameter_error({parameter: reason})

@@ -1,0 +1,230 @@
+"""Event streams: the WebSocket `/v1/stream` and the server-sent events `/v1/events`."""
+
+import asyncio
+import contextlib
+from collections.abc import Coroutine, Mapping, Sequence
+from typing import Annotated
+
+from fastapi import APIRouter, Depends, Query, Request
+from starlette.requests import ClientDisconnect
+from starlette.responses import Response
+from starlette.types import Receive, Scope, Send
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from multiradar.api.access import Access, Granted
+from multiradar.api.batches import KINDS, Batch
+from multiradar.api.documents import PROBLEMS
+from multiradar.api.ports import StreamEvent
+from multiradar.api.problems import parameter_error
+from multiradar.api.query import Integer, integer, strict_query
+from multiradar.errors import RequestError
+from multiradar.observability.metrics import HTTP_CONNECTIONS_DROPPED, HTTP_REFUSALS
+
+#: Close codes of `/v1/stream`.
+CLOSE_POLICY = 1008
+CLOSE_TRY_LATER = 1013
+CLOSE_SLOW_CLIENT = 4408
+
+_EVENT_STREAM = "text/event-stream"
+# A close frame holds no more of a reason, in bytes.
+_CLOSE_REASON_LENGTH_MAX = 120
+# What an event source waits before it connects again, ms.
+_RETRY_MS = 3000
+
+
+router = APIRouter(prefix="/v1", tags=["streams"])
+
+After = Annotated[
+    Integer | None,
+    Query(
+        ge=0,
+        description="Sequence number of the last event seen; 0 begins with the oldest one kept, "
+        "absent with the next one. The header Last-Event-ID goes before it",
+        examples=[0],
+    ),
+]
+Kinds = Annotated[
+    str | None,
+    Query(
+        max_length=100,
+        description="Kinds of events, separated by commas: track, bias, ended, status",
+        examples=["track,bias"],
+    ),
+]
+
+
+@router.get(
+    "/events",
+    dependencies=[Depends(strict_query)],
+    responses={**PROBLEMS, 200: {"content": {_EVENT_STREAM: {"schema": {"type": "string"}}}}},
+    response_class=Response,
+)
+async def server_sent_events(
+    request: Request, access: Granted, after: After = None, kinds: Kinds = None
+) -> Response:
+    """Stream events: `id` is the sequence number, `event` the kind, `data` the JSON object."""
+    chosen = chosen_kinds(kinds)
+    last_event_id = request.headers.get("last-event-id")
+    if last_event_id is not None:
+        after = _sequence(last_event_id, "Last-Event-ID")
+    access.hub.check_place()
+    return _EventStream(access, after, chosen)
+
+
+@router.websocket("/stream")
+async def web_socket(socket: WebSocket, access: Granted) -> None:
+    """Stream batches of events; parameters `after` and `kinds` as for `/v1/events`."""
+    # Accepted first: before that, a close code does not reach the client.
+    await socket.accept()
+    try:
+        after, chosen = _socket_parameters(socket.query_params.multi_items())
+        access.hub.check_place()
+    except RequestError as error:
+        HTTP_REFUSALS.labels(code=error.code).inc()
+        code = CLOSE_POLICY if error.parameters else CLOSE_TRY_LATER
+        await socket.close(code, f"{error.code}: {error}"[:_CLOSE_REASON_LENGTH_MAX])
+        return
+    with access.hub.place("websocket"):
+        sender = _send_batches(socket, access, after, chosen)
+        await _first_of(sender, _listen(socket))
+
+
+def chosen_kinds(text: str | None) -> frozenset[str]:
+    """Return the kinds named in a comma-separated list; all of them where there is none.
+
+    Raises
+    ------
+    RequestError
+        422 when there is another name in it.
+    """
+    if text is None:
+        return frozenset(KINDS)
+    kinds = frozenset(text.split(","))
+    if not kinds <= frozenset(KINDS):
+        raise parameter_error({"kinds": f"expected names of {', '.join(KINDS)}"})
+    return kinds
+
+
+def message(events: Sequence[StreamEvent]) -> bytes:
+    """Return events as one WebSocket message."""
+    members = b",".join(
+        b'{"sequence":%d,"kind":"%s","key":"%s","data":%s}'
+        % (event.sequence, event.kind.encode(), event.key.encode(), event.payload)
+        for event in events
+    )
+    return b'{"type":"events","first":%d,"last":%d,"events":[%s]}' % (
+        events[0].sequence,
+        events[-1].sequence,
+        members,
+    )
+
+
+def event_lines(events: Sequence[StreamEvent]) -> bytes:
+    """Return events as the text of server-sent events."""
+    return b"".join(
+        b"id: %d\nevent: %s\ndata: %s\n\n" % (event.sequence, event.kind.encode(), event.payload)
+        for event in events
+    )
+
+
+async def _send_batches(
+    socket: WebSocket, access: Access, after: int | None, kinds: frozenset[str]
+) -> None:
+    batches = access.hub.batches("websocket", after, kinds, message)
+    async with contextlib.aclosing(batches):
+        async for batch in batches:
+            text = batch.text.decode() if batch.text else _heartbeat(batch)
+            try:
+                async with asyncio.timeout(access.limits.send_deadline_s):
+                    await socket.send_text(text)
+            except TimeoutError:
+                HTTP_CONNECTIONS_DROPPED.labels(cause="slow_client").inc()
+                await socket.close(CLOSE_SLOW_CLIENT, f"slow client, resume before {batch.last}")
+                return
+            except WebSocketDisconnect:
+                return
+
+
+async def _first_of(*works: Coroutine[None, None, None]) -> None:
+    # Run side by side until one ends, then stop the others; an error of one is an error of all.
+    tasks = {asyncio.create_task(work) for work in works}
+    try:
+        done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+    finally:
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+    for task in done:
+        task.result()
+
+
+def _heartbeat(batch: Batch) -> str:
+    return f'{{"type":"heartbeat","last":{batch.last}}}'
+
+
+async def _listen(socket: WebSocket) -> None:
+    # The stream goes one way; a client that talks is told so, and a closed one is noticed.
+    received = await socket.receive()
+    if received["type"] == "websocket.receive":
+        await socket.close(CLOSE_POLICY, "this stream takes no messages")
+
+
+def _socket_parameters(items: Sequence[tuple[str, str]]) -> tuple[int | None, frozenset[str]]:
+    given: Mapping[str, str] = dict(items)
+    known = {"after", "kinds"}
+    if set(given) - known or len(given) != len(items):
+        raise parameter_error({"query": "expected after and kinds, each once"}, "UNKNOWN_PARAMETER")
+    after = _sequence(given["after"], "after") if "after" in given else None
+    return after, chosen_kinds(given.get("kinds"))
+
+
+def _sequence(text: str, name: str) -> int:
+    try:
+        sequence = integer(text)
+    except ValueError as error:
+        raise parameter_error({name: str(error)}) from error
+    if sequence < 0:
+        raise parameter_error({name: "expected a sequence number, 0 or more"})
+    return sequence
+
+
+class _EventStream(Response):
+    # A response that sends batches until the client is gone or does not read any more.
+
+    def __init__(self, access: Access, after: int | None, kinds: frozenset[str]) -> None:
+        super().__init__(media_type=_EVENT_STREAM)
+        del self.headers["content-length"]
+        self.headers["x-accel-buffering"] = "no"
+        self._access = access
+        self._after = after
+        self._kinds = kinds
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        with self._access.hub.place("sse"):
+            start = {"type": "http.response.start", "status": 200, "headers": self.raw_headers}
+            await send(start)
+            await _first_of(self._send_batches(send), _until_gone(receive))
+
+    async def _send_batches(self, send: Send) -> None:
+        # A comment and the time to wait before connecting again come first, at once.
+        await _send_body(send, b": multiradar events\nretry: %d\n\n" % _RETRY_MS)
+        batches = self._access.hub.batches("sse", self._after, self._kinds, event_lines)
+        async with contextlib.aclosing(batches):
+            async for batch in batches:
+                # An `id` line of its own moves the place to resume, without an event.
+                text = batch.text or b": heartbeat\nid: %d\n\n" % batch.last
+                try:
+                    await _send_body(send, text)
+                except TimeoutError:
+                    HTTP_CONNECTIONS_DROPPED.labels(cause="slow_client").inc()
+                    raise
+
+
+async def _send_body(send: Send, text: bytes) -> None:
+    await send({"type": "http.response.body", "body": text, "more_body": True})
+
+
+async def _until_gone(receive: Receive) -> None:
+    with contextlib.suppress(ClientDisconnect):
+        while (await receive())["type"] != "http.disconnect":
+            continue

@@ -1,0 +1,188 @@
+"""Routes of tracks: the list, one track, its history and its forecast."""
+
+from functools import partial
+from typing import Annotated
+
+import polars as pl
+from fastapi import APIRouter, Depends, Query, Request
+from starlette.responses import Response
+
+from multiradar.api.access import Granted
+from multiradar.api.documents import PROBLEMS, HistoryPage, TrackPage, table_answers
+from multiradar.api.paging import (
+    HISTORY_ROWS_MAX,
+    page_by_time,
+    read_track_cursor,
+    track_cursor,
+)
+from multiradar.api.ports import View
+from multiradar.api.problems import parameter_error
+from multiradar.api.query import Cursor, Integer, Limit, Number, Since, TrackId, strict_query
+from multiradar.api.selection import bounding_box, columns, identity, inside
+from multiradar.api.tables import (
+    TableFormat,
+    TrackFormat,
+    chosen_form,
+    json_response,
+    table_response,
+)
+from multiradar.errors import RequestError
+from multiradar_schemas.forecast import Forecast
+from multiradar_schemas.track import Track
+
+#: Longest forecast, s, and most points in one, that of its own time included.
+FORECAST_HORIZON_MAX_S = 3600.0
+FORECAST_POINTS_MAX = 1_000
+
+router = APIRouter(
+    prefix="/v1/tracks", tags=["tracks"], dependencies=[Depends(strict_query)], responses=PROBLEMS
+)
+
+BoundingBoxText = Annotated[
+    str | None,
+    Query(
+        max_length=200,
+        description="Box in degrees, min_lon,min_lat,max_lon,max_lat; it crosses the antimeridian "
+        "where min_lon > max_lon",
+        examples=["36.5,54.9,38.9,56.4"],
+    ),
+]
+IdentityText = Annotated[
+    str | None,
+    Query(
+        alias="identity",
+        max_length=40,
+        description="Mode S address, Mode 3/A code or track number, any that match; with the "
+        "prefix mode_s:, mode_3a: or number: only that",
+        examples=["4840d6", "7000", "number:12"],
+    ),
+]
+FieldsText = Annotated[
+    str | None,
+    Query(
+        max_length=500,
+        description="Fields of the answer, separated by commas; track_id is always there",
+        examples=["track_id,latitude_deg,longitude_deg"],
+    ),
+]
+HistoryLimit = Annotated[
+    Integer, Query(ge=1, le=HISTORY_ROWS_MAX, description="Most rows in the answer")
+]
+Horizon = Annotated[
+    Number,
+    Query(gt=0.0, le=FORECAST_HORIZON_MAX_S, description="How far ahead, s", examples=[120]),
+]
+Step = Annotated[
+    Number,
+    Query(ge=0.1, le=FORECAST_HORIZON_MAX_S, description="Time between points, s", examples=[10]),
+]
+
+
+@router.get("", response_model=TrackPage, responses=table_answers(geojson=True))
+async def list_tracks(
+    request: Request,
+    access: Granted,
+    *,
+    bbox: BoundingBoxText = None,
+    since: Since = None,
+    identity_: IdentityText = None,
+    fields: FieldsText = None,
+    limit: Limit = 1000,
+    cursor: Cursor = None,
+    format_: TrackFormat = None,
+) -> Response:
+    """List the live tracks, by ascending number, a page at a time."""
+    form = chosen_form(request, format_, ("json", "geojson", "arrow"))
+    condition = _condition(bbox, since, identity_, cursor)
+    names = None if fields is None else columns(fields)
+
+    def answer() -> Response:
+        tracks = access.view.tracks()
+        page = tracks.filter(condition).sort("track_id").head(limit + 1) if len(tracks) else tracks
+        more = page.height > limit
+        page = page.head(limit)
+        following = track_cursor(page["track_id"][-1]) if more else None
+        return table_response(request, _chosen(page, names, form), "tracks", form, following)
+
+    return await access.workers.run(answer)
+
+
+@router.get("/{track_id}", response_model=Track)
+async def get_track(track_id: TrackId, access: Granted) -> Response:
+    """Return one live track."""
+    track = await access.workers.run(access.view.track, track_id)
+    if track is None:
+        raise _not_found(track_id)
+    return json_response(track)
+
+
+@router.get("/{track_id}/history", response_model=HistoryPage, responses=table_answers())
+async def get_history(
+    request: Request,
+    track_id: TrackId,
+    access: Granted,
+    *,
+    since: Since = None,
+    limit: HistoryLimit = 1000,
+    cursor: Cursor = None,
+    format_: TableFormat = None,
+) -> Response:
+    """Return the updates of a track that are kept, oldest first, also when the track has ended."""
+    form = chosen_form(request, format_, ("json", "arrow"))
+
+    def answer() -> Response:
+        read = partial(access.view.history, track_id)
+        page, following = page_by_time(read, since, cursor, limit)
+        if page.is_empty() and not _is_known(access.view, track_id):
+            raise _not_found(track_id)
+        return table_response(request, page, "updates", form, following)
+
+    return await access.workers.run(answer)
+
+
+@router.get("/{track_id}/forecast", response_model=Forecast)
+async def get_forecast(
+    track_id: TrackId, access: Granted, horizon_s: Horizon = 60.0, step_s: Step = 5.0
+) -> Response:
+    """Return where a track is expected to be, its state propagated with its covariance."""
+    if horizon_s / step_s + 1 > FORECAST_POINTS_MAX:
+        reason = (
+            f"expected at most {FORECAST_POINTS_MAX} points, "
+            f"was a horizon of {horizon_s} s in steps of {step_s} s"
+        )
+        raise parameter_error({"step_s": reason})
+    points = await access.workers.run(access.view.forecast, track_id, horizon_s, step_s)
+    if points is None:
+        raise _not_found(track_id)
+    return json_response({"track_id": track_id, "points": points})
+
+
+def _condition(
+    bbox: str | None, since: float | None, wanted: str | None, cursor: str | None
+) -> pl.Expr:
+    condition = pl.lit(True)
+    if bbox is not None:
+        condition &= inside(bounding_box(bbox))
+    if since is not None:
+        condition &= pl.col("time_s") >= since
+    if wanted is not None:
+        condition &= identity(wanted)
+    if cursor is not None:
+        condition &= pl.col("track_id") > read_track_cursor(cursor)
+    return condition
+
+
+def _chosen(page: pl.DataFrame, names: list[str] | None, form: str) -> pl.DataFrame:
+    if names is None:
+        return page
+    # A feature has a position, whatever fields are asked for.
+    always = {"latitude_deg", "longitude_deg"} if form == "geojson" else set()
+    return page.select(name for name in page.columns if name in always or name in names)
+
+
+def _is_known(view: View, track_id: int) -> bool:
+    return view.track(track_id) is not None or not view.history(track_id, None, 1).is_empty()
+
+
+def _not_found(track_id: int) -> RequestError:
+    return RequestError(404, "TRACK_NOT_FOUND", f"no track with the number {track_id} is known")

@@ -1,0 +1,69 @@
+"""Counters of the whole process, in one registry of their own; `/metrics` prints them.
+
+Labels have few values: routes by their template, codes from the documented lists. Never a path,
+an identity or anything else that a client chooses.
+"""
+
+from prometheus_client import (
+    CollectorRegistry,
+    Counter,
+    Gauge,
+    Histogram,
+    ProcessCollector,
+    generate_latest,
+)
+
+REGISTRY = CollectorRegistry()
+ProcessCollector(registry=REGISTRY)
+
+#: Media type of `exposition`.
+EXPOSITION_MEDIA_TYPE = "text/plain; version=0.0.4; charset=utf-8"
+
+HTTP_REQUESTS = Counter(
+    "multiradar_http_requests",
+    "Requests answered, by method, route template and status",
+    ["method", "route", "status"],
+    registry=REGISTRY,
+)
+HTTP_REQUEST_SECONDS = Histogram(
+    "multiradar_http_request_seconds",
+    "Time from the headers of a request to the end of its answer",
+    ["route"],
+    buckets=(0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 10.0),
+    registry=REGISTRY,
+)
+HTTP_REFUSALS = Counter(
+    "multiradar_http_refusals",
+    "Requests refused with a problem document, by code",
+    ["code"],
+    registry=REGISTRY,
+)
+HTTP_CONNECTIONS = Gauge(
+    "multiradar_http_connections", "Open connections, WebSockets included", registry=REGISTRY
+)
+HTTP_CONNECTIONS_DROPPED = Counter(
+    "multiradar_http_connections_dropped",
+    "Connections the service closed on its own, by cause",
+    ["cause"],
+    registry=REGISTRY,
+)
+STREAM_CLIENTS = Gauge(
+    "multiradar_stream_clients", "Open event streams", ["transport"], registry=REGISTRY
+)
+STREAM_EVENTS = Counter(
+    "multiradar_stream_events",
+    "Events sent to stream clients, counted for each client",
+    ["transport"],
+    registry=REGISTRY,
+)
+STREAM_GAPS = Counter(
+    "multiradar_stream_gaps",
+    "Gap notices sent to stream clients that were too slow",
+    ["transport"],
+    registry=REGISTRY,
+)
+
+
+def exposition() -> bytes:
+    """Return all counters in the Prometheus text format."""
+    return generate_latest(REGISTRY)
