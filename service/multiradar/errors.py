@@ -5,12 +5,15 @@
     MultiradarError                 anything this project says no to
     ├── ConfigurationError          a setting, sensors file or option that cannot be used
     ├── InputError                  a file or message that cannot be read at all
-    │   └── MissingColumnError      a table lacks a column
+    │   ├── MissingColumnError      a table lacks a column
+    │   └── IdempotencyConflictError  a key was used before, for another message
     ├── OutputExistsError           the place to write to is taken
     ├── UnknownFilterError          a filter name that is not in the registry
     ├── OutsidePlaneError           a place too far from the centre of the system plane
     ├── CovarianceError             a matrix that is no covariance
     ├── JournalError                the journal cannot be written or does not verify
+    │   └── JournalFullError        there is no room on the disk; nothing was taken
+    ├── PipelineError               the live pipeline has stopped and takes nothing more
     ├── QueueFullError              a bounded queue is full; try again later
     ├── RequestError                a request over HTTP that is refused, with its status and code
     └── PeerError                   another process did not answer as agreed
@@ -41,6 +44,18 @@ class MissingColumnError(InputError):
         super().__init__(
             f"{source}: expected the columns {', '.join(self.missing)}, "
             f"found only {', '.join(self.found) or 'none'}"
+        )
+
+
+class IdempotencyConflictError(InputError):
+    """An idempotency key was used before, for a message of other content; nothing was taken."""
+
+    def __init__(self, key: str, sequence: int) -> None:
+        self.key = key
+        self.sequence = sequence
+        super().__init__(
+            f"idempotency key {key!r}: expected the message that was taken under it before "
+            f"(journal entry {sequence}), was another one"
         )
 
 
@@ -83,6 +98,14 @@ class CovarianceError(MultiradarError):
 
 class JournalError(MultiradarError):
     """The journal cannot be written or does not verify."""
+
+
+class JournalFullError(JournalError):
+    """There is no room on the disk; nothing was taken, and room lets the service go on."""
+
+
+class PipelineError(MultiradarError):
+    """The live pipeline has stopped, or was not started, and takes nothing more."""
 
 
 class QueueFullError(MultiradarError):

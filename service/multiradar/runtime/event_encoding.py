@@ -1,0 +1,166 @@
+"""The events of one output of the engine: their order, and their JSON.
+
+Within an output the events stand in the order of data time: what an epoch ended with (biases, ended
+tracks) comes before the first update that is later, whatever batches the engine was given. So the
+numbers of the events are a function of the journal.
+"""
+
+import io
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import polars as pl
+import polars.selectors as cs
+from numpy.typing import NDArray
+
+from multiradar import wire
+from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.runtime.events import BIAS, ENDED, STATUS, TRACK, Event
+from multiradar.tracking.outputs import EngineOutput
+
+# Classes of events at one time, in the order in which they stand.
+_BIAS, _ENDED, _STATUS, _TRACK = range(4)
+# Below this a table costs more than its rows.
+_FEW_ROWS = 4
+
+
+@dataclass(frozen=True, slots=True)
+class StatusMarks:
+    """Moments of data time at which a status event stands.
+
+    Attributes
+    ----------
+    time_s : (n,) float64
+        Data time.
+    updates : (n,) int64
+        Number of track updates so far.
+    """
+
+    time_s: NDArray[np.float64]
+    updates: NDArray[np.int64]
+
+
+def status_marks(
+    reached_s: NDArray[np.float64],
+    sequence: NDArray[np.int64],
+    last_mark: float,
+    period_s: float,
+) -> tuple[StatusMarks, float]:
+    """Return the status events that fall among updates.
+
+    Parameters
+    ----------
+    reached_s : (n,) ndarray
+        Greatest data time reached with each update, s, ascending.
+    sequence : (n,) ndarray
+        Numbers of the updates.
+    last_mark : float
+        Number of the period in which the last status event fell; NaN before the first.
+    period_s : float
+        Data time between two status events.
+
+    Returns
+    -------
+    marks : StatusMarks
+        One for each update that begins a new period; it stands before that update.
+    last_mark : float
+        For the next call.
+    """
+    if not len(reached_s):
+        return StatusMarks(np.empty(0), np.empty(0, np.int64)), last_mark
+    period = np.floor(reached_s / period_s)
+    before = np.r_[last_mark, period[:-1]]
+    begins = period > before
+    marks = StatusMarks(period[begins] * period_s, sequence[begins] - 1)
+    return marks, float(period[-1])
+
+
+def event_order(
+    reached_s: NDArray[np.float64], output: EngineOutput, marks: StatusMarks
+) -> NDArray[np.intp]:
+    """Return the order of the events: biases, ends, status marks and updates, concatenated."""
+    time_s = np.concatenate([output.biases.time_s, output.ended.time_s, marks.time_s, reached_s])
+    kind = np.repeat(
+        [_BIAS, _ENDED, _STATUS, _TRACK],
+        [len(output.biases), len(output.ended), len(marks.time_s), len(reached_s)],
+    )
+    return np.lexsort((kind, time_s))
+
+
+def encode_events(
+    first: int,
+    output: EngineOutput,
+    marks: StatusMarks,
+    order: NDArray[np.intp],
+    table: SensorTable,
+) -> list[Event]:
+    """Return the events of one output.
+
+    Parameters
+    ----------
+    first : int
+        Number of the first event.
+    output : EngineOutput
+        What the engine put out.
+    marks : StatusMarks
+        Where the status events stand.
+    order : (n,) ndarray
+        Order of the events, from `event_order`.
+    table : SensorTable
+        The sensors.
+
+    Returns
+    -------
+    list of Event
+        One for each bias record, ended track, status mark and update.
+    """
+    biases = wire.biases_frame(output.biases, table)
+    tracks = wire.tracks_frame(output.updates, table)
+    unordered = [
+        *_frame_events(BIAS, biases["sensor_id"].to_list(), biases),
+        *_ended_events(output),
+        *_status_events(marks),
+        *_frame_events(TRACK, output.updates.track_id.tolist(), tracks),
+    ]
+    return [Event(first + place, *unordered[chosen]) for place, chosen in enumerate(order.tolist())]
+
+
+def json_rows(frame: pl.DataFrame) -> list[bytes]:
+    """Return each row of a frame as a JSON object; NaN and infinities become null."""
+    if not len(frame):
+        return []
+    floats = cs.float()
+    finite = frame.with_columns(pl.when(floats.is_finite()).then(floats).otherwise(None))
+    if len(finite) <= _FEW_ROWS:
+        return [
+            json.dumps(row, separators=(",", ":"), allow_nan=False).encode()
+            for row in finite.iter_rows(named=True)
+        ]
+    buffer = io.BytesIO()
+    finite.write_ndjson(buffer)
+    return buffer.getvalue().splitlines()
+
+
+_Parts = tuple[str, str, bytes]
+
+
+def _frame_events(kind: str, keys: Sequence[object], frame: pl.DataFrame) -> list[_Parts]:
+    rows = json_rows(frame)
+    return [(kind, str(key), row) for key, row in zip(keys, rows, strict=True)]
+
+
+def _ended_events(output: EngineOutput) -> list[_Parts]:
+    ended = zip(output.ended.track_id.tolist(), output.ended.time_s.tolist(), strict=True)
+    return [
+        (ENDED, str(track), json.dumps({"time_s": time_s, "track_id": track}).encode())
+        for track, time_s in ended
+    ]
+
+
+def _status_events(marks: StatusMarks) -> list[_Parts]:
+    return [
+        (STATUS, "", json.dumps({"time_s": time_s, "updates": updates}).encode())
+        for time_s, updates in zip(marks.time_s.tolist(), marks.updates.tolist(), strict=True)
+    ]

@@ -1,0 +1,266 @@
+"""Numbered events, the bounded ring that keeps them, and the subscribers that read it.
+
+The engine's thread only appends; what is in a chunk is turned into JSON when the first subscriber
+reads it, once, in the thread of that subscriber. Nobody who reads can make the engine wait.
+"""
+
+import threading
+from collections import deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+TRACK = "track"
+BIAS = "bias"
+ENDED = "ended"
+STATUS = "status"
+#: Not in the ring: tells one subscriber which events it will not get.
+GAP = "gap"
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """One event for subscribers.
+
+    Attributes
+    ----------
+    sequence : int
+        Number of the event, 1, 2, 3, …: a function of the journal, the same after a restart. A gap
+        notice carries the last number that it covers.
+    kind : str
+        `track`, `bias`, `ended`, `status` or `gap`.
+    key : str
+        Track identifier or sensor identifier; empty for status and gap.
+    payload : bytes
+        A JSON object, encoded once for all subscribers.
+    """
+
+    sequence: int
+    kind: str
+    key: str
+    payload: bytes
+
+
+def gap_notice(first: int, last: int) -> Event:
+    """Return the notice that the events from `first` to `last` are not available any more."""
+    return Event(last, GAP, "", b'{"gap":{"from":%d,"to":%d}}' % (first, last))
+
+
+class EventChunk:
+    """Consecutive events that became known together, encoded when first read.
+
+    Parameters
+    ----------
+    first : int
+        Sequence number of the first event.
+    count : int
+        Number of events.
+    encode : callable
+        Returns the events; called at most once.
+    """
+
+    def __init__(self, first: int, count: int, encode: Callable[[], Sequence[Event]]) -> None:
+        self.first = first
+        self.count = count
+        self._encode: Callable[[], Sequence[Event]] | None = encode
+        self._events: Sequence[Event] = ()
+        self._lock = threading.Lock()
+
+    @property
+    def last(self) -> int:
+        """Sequence number of the last event."""
+        return self.first + self.count - 1
+
+    def events(self) -> Sequence[Event]:
+        """Return the events, encoding them if nobody did."""
+        with self._lock:
+            if self._encode is not None:
+                self._events = self._encode()
+                # The arrays behind the encoder are not needed any more.
+                self._encode = None
+            return self._events
+
+
+class EventRing:
+    """The last events, in order.
+
+    Parameters
+    ----------
+    events_max : int
+        Number of events that are kept; whole chunks go when their room is needed.
+    """
+
+    def __init__(self, events_max: int) -> None:
+        self._events_max = events_max
+        self._chunks: deque[EventChunk] = deque()
+        self._held = 0
+        self._head = 0
+        self._lock = threading.Lock()
+        self._subscriptions: set[Subscription] = set()
+        self._asleep: list[Subscription] = []
+
+    @property
+    def head(self) -> int:
+        """Sequence number of the last event; 0 before the first."""
+        return self._head
+
+    @property
+    def subscriber_count(self) -> int:
+        """Number of open subscriptions."""
+        return len(self._subscriptions)
+
+    def append(self, count: int, encode: Callable[[], Sequence[Event]]) -> None:
+        """Add the next `count` events, to be encoded when somebody reads them, and wake readers."""
+        with self._lock:
+            self._chunks.append(EventChunk(self._head + 1, count, encode))
+            self._head += count
+            self._held += count
+            while self._held - self._chunks[0].count >= self._events_max:
+                self._held -= self._chunks.popleft().count
+            woken, self._asleep = self._asleep, []
+        for subscription in woken:
+            subscription.wake()
+
+    def clear(self) -> None:
+        """Forget all events and start again at number 1; subscribers wait until theirs return."""
+        with self._lock:
+            self._chunks.clear()
+            self._held = 0
+            self._head = 0
+
+    def subscribe(self, after: int | None, depth: int) -> "Subscription":
+        """Return a reader of the events after a number (None: from now on)."""
+        with self._lock:
+            head = self._head
+            subscription = Subscription(self, head if after is None else min(after, head), depth)
+            if after is not None and after > head:
+                # The number is from another journal: what this one said before is not known there.
+                subscription.announce(gap_notice(1, head))
+            self._subscriptions.add(subscription)
+            return subscription
+
+    def discard(self, subscription: "Subscription") -> None:
+        """Forget a subscription."""
+        with self._lock:
+            self._subscriptions.discard(subscription)
+            if subscription in self._asleep:
+                self._asleep.remove(subscription)
+
+    def sleep(self, subscription: "Subscription", after: int) -> bool:
+        """Arrange to wake a reader that has read up to `after`; False if there is more already."""
+        with self._lock:
+            if self._head > after:
+                return False
+            if subscription in self._subscriptions and subscription not in self._asleep:
+                self._asleep.append(subscription)
+            return True
+
+    def after(self, sequence: int, depth: int) -> tuple[int, list[EventChunk]]:
+        """Return what a reader that has read up to a number can still get.
+
+        Parameters
+        ----------
+        sequence : int
+            Last event that was read.
+        depth : int
+            A reader that lies farther behind than this loses what is older.
+
+        Returns
+        -------
+        next : int
+            Number of the first event that is available; greater than `sequence` + 1 after a gap.
+        chunks : list of EventChunk
+            The chunks from `next` on.
+        """
+        with self._lock:
+            oldest = max(self._head - self._held, self._head - depth) + 1
+            first = max(sequence + 1, oldest)
+            chunks: list[EventChunk] = []
+            for chunk in reversed(self._chunks):
+                if chunk.last < first:
+                    break
+                chunks.append(chunk)
+            chunks.reverse()
+            return first, chunks
+
+
+class Subscription:
+    """One reader of the ring: a place in it, and a way to be woken.
+
+    Poll until the answer is empty, then wait for the wake-up; a wake-up comes once, when there is
+    something new after an empty answer. One thread reads a subscription at a time.
+    """
+
+    def __init__(self, ring: EventRing, after: int, depth: int) -> None:
+        if after < 0 or depth < 1:
+            msg = f"expected after >= 0 and depth >= 1, was {after} and {depth}"
+            raise ValueError(msg)
+        self._ring = ring
+        self._after = after
+        self._depth = depth
+        self._wakeup: Callable[[], None] | None = None
+        self._closed = False
+        self._notices: list[Event] = []
+        #: Events that this reader lost because it was too slow or came too late.
+        self.lost = 0
+
+    @property
+    def after(self) -> int:
+        """Sequence number of the last event that was read or declared lost."""
+        return self._after
+
+    @property
+    def closed(self) -> bool:
+        """True after `close`, also when the ring closed it because its wake-up failed."""
+        return self._closed
+
+    def poll(self, max_events: int) -> list[Event]:
+        """Return the next events, at most so many; empty when there is nothing new.
+
+        A gap notice counts as one event and stands before the events that follow the gap.
+        """
+        if self._closed:
+            return []
+        first, chunks = self._ring.after(self._after, self._depth)
+        taken, self._notices = self._notices, []
+        if first > self._after + 1:
+            taken.append(gap_notice(self._after + 1, first - 1))
+            self.lost += first - 1 - self._after
+            self._after = first - 1
+        for chunk in chunks:
+            if len(taken) >= max_events:
+                break
+            start = self._after + 1 - chunk.first
+            taken.extend(chunk.events()[start : start + max_events - len(taken)])
+            self._after = taken[-1].sequence
+        if not taken and not self._ring.sleep(self, self._after):
+            # Something arrived between the look and the sleep.
+            return self.poll(max_events)
+        return taken
+
+    def announce(self, notice: Event) -> None:
+        """Put a notice before what is polled next."""
+        self._notices.append(notice)
+
+    def set_wakeup(self, callback: Callable[[], None]) -> None:
+        """Name what is called, from the engine's thread, when there is something new.
+
+        It must return at once and not poll. It is called now if there is something already.
+        """
+        self._wakeup = callback
+        if not self._ring.sleep(self, self._after):
+            callback()
+
+    def wake(self) -> None:
+        """Tell the reader that there is something new; a reader that cannot be told is closed."""
+        if self._wakeup is None:
+            return
+        try:
+            self._wakeup()
+        except Exception:
+            # Its event loop is gone. One reader must not stop the engine for all.
+            self.close()
+
+    def close(self) -> None:
+        """Stop reading; closing twice is allowed."""
+        self._closed = True
+        self._ring.discard(self)

@@ -1,0 +1,139 @@
+"""The last updates of all tracks, in a ring of fixed size with a chain through each track.
+
+Appending costs the same whatever is kept; reading a track costs what it returns. One thread
+appends, any thread reads without a lock: a reader copies rows and then drops those whose place was
+taken meanwhile.
+"""
+
+from dataclasses import fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar.runtime import _kernels as kernels
+from multiradar.tracking.outputs import TrackUpdates
+
+#: A row of `TrackUpdates`; field names are the same.
+UPDATE_DTYPE = np.dtype(
+    [
+        ("sequence", np.int64),
+        ("time_s", np.float64),
+        ("track_id", np.int64),
+        ("sensor", np.int32),
+        ("track_number", np.int64),
+        ("mode_s_address", np.int64),
+        ("mode_3a", np.int32),
+        ("latitude_rad", np.float64),
+        ("longitude_rad", np.float64),
+        ("height_m", np.float64),
+        ("speed_mps", np.float64),
+        ("heading_rad", np.float64),
+        ("position_sigma_m", np.float64),
+        ("velocity_sigma_mps", np.float64),
+        ("state", np.int8),
+    ]
+)
+
+_NONE = -1
+
+
+def update_rows(updates: TrackUpdates) -> NDArray[np.void]:
+    """Return updates as rows of `UPDATE_DTYPE`."""
+    rows = np.empty(len(updates), UPDATE_DTYPE)
+    for field in fields(updates):
+        rows[field.name] = getattr(updates, field.name)
+    return rows
+
+
+def row_updates(rows: NDArray[np.void]) -> TrackUpdates:
+    """Return rows of `UPDATE_DTYPE` as updates, a copy."""
+    return TrackUpdates(
+        **{field.name: np.ascontiguousarray(rows[field.name]) for field in fields(TrackUpdates)}
+    )
+
+
+class TrackHistory:
+    """The last updates of all tracks.
+
+    Parameters
+    ----------
+    rows_max : int
+        Number of updates that are kept; the oldest go first.
+    """
+
+    def __init__(self, rows_max: int) -> None:
+        self._rows = np.empty(rows_max, UPDATE_DTYPE)
+        self._time_s = np.empty(rows_max, np.float64)
+        self._previous = np.full(rows_max, _NONE, np.int64)
+        # Number of the newest row of each track, by track identifier (they count from 1).
+        self._newest = np.full(1024, _NONE, np.int64)
+        # Rows below `_taken` − capacity may be overwritten at any moment.
+        self._taken = 0
+
+    def __len__(self) -> int:
+        return min(self._taken, len(self._rows))
+
+    def append(self, rows: NDArray[np.void]) -> None:
+        """Add rows of `UPDATE_DTYPE`, in order."""
+        capacity = len(self._rows)
+        for start in range(0, len(rows), capacity):
+            self._append(rows[start : start + capacity])
+
+    def read(self, track_id: int, since_s: float | None, limit: int) -> NDArray[np.void]:
+        """Return updates of a track, oldest first.
+
+        Parameters
+        ----------
+        track_id : int
+            The track, live or ended.
+        since_s : float or None
+            With a data time: the first `limit` updates from then on, so that a reader can page
+            forward. None: the last `limit` updates.
+        limit : int
+            Number of rows at most.
+
+        Returns
+        -------
+        (n,) ndarray of UPDATE_DTYPE
+            A copy.
+        """
+        if not 0 < track_id < len(self._newest) or limit < 1:
+            return self._rows[:0].copy()
+        found = np.empty(limit, np.int64)
+        oldest = max(self._taken - len(self._rows), 0)
+        since = -np.inf if since_s is None else since_s
+        newest = int(self._newest[track_id])
+        count = kernels.follow(
+            self._previous, self._time_s, newest, oldest, since, found, since_s is not None
+        )
+        start = count % limit if count > limit else 0
+        numbers = np.roll(found[: min(count, limit)], -start)[::-1]
+        rows: NDArray[np.void] = self._rows[numbers % len(self._rows)]
+        gone = numbers < self._taken - len(self._rows)
+        # A row that was overwritten while being copied, or a link read from one.
+        intact: NDArray[np.void] = rows[~gone & (rows["track_id"] == track_id)]
+        return intact
+
+    def _append(self, rows: NDArray[np.void]) -> None:
+        first = self._taken
+        self._taken = first + len(rows)
+        numbers = np.arange(first, self._taken)
+        order = np.argsort(rows["track_id"], kind="stable")
+        tracks = rows["track_id"][order]
+        starts = np.r_[True, tracks[1:] != tracks[:-1]]
+        self._make_room(int(tracks[-1]))
+        previous = np.empty(len(rows), np.int64)
+        previous[1:] = numbers[order[:-1]]
+        previous[starts] = self._newest[tracks[starts]]
+        place = numbers % len(self._rows)
+        self._rows[place] = rows
+        self._time_s[place] = rows["time_s"]
+        self._previous[place[order]] = previous
+        ends = np.r_[starts[1:], True]
+        self._newest[tracks[ends]] = numbers[order[ends]]
+
+    def _make_room(self, track_id: int) -> None:
+        if track_id >= len(self._newest):
+            grown = np.full(max(track_id + 1, 2 * len(self._newest)), _NONE, np.int64)
+            grown[: len(self._newest)] = self._newest
+            self._newest = grown

@@ -1,0 +1,113 @@
+"""The bounded queue between the senders and the writer of the journal."""
+
+import threading
+from collections import deque
+from collections.abc import Sequence
+from concurrent.futures import Future
+from dataclasses import dataclass, field
+
+import polars as pl
+
+from multiradar.errors import MultiradarError, PipelineError, QueueFullError
+from multiradar.runtime.limits import RuntimeLimits
+from multiradar.runtime.receipt import Receipt
+from multiradar.storage.entries import EntryKind, RejectedRow
+
+
+@dataclass(frozen=True, slots=True)
+class Submission:
+    """A message that waits for the journal.
+
+    Attributes
+    ----------
+    kind : EntryKind
+        Measurements, or the end of a stream.
+    frame : DataFrame
+        The rows, columns of `MEASUREMENT_SCHEMA` and perhaps `index`.
+    source : str
+        Who sent it.
+    idempotency_key : str or None
+        The sender's name for the message.
+    rejected : sequence of RejectedRow
+        Rows that the edge refused.
+    future : Future of Receipt
+        Resolved when the message is in the journal.
+    """
+
+    kind: EntryKind
+    frame: pl.DataFrame
+    source: str
+    idempotency_key: str | None
+    rejected: Sequence[RejectedRow]
+    future: Future[Receipt] = field(default_factory=Future)
+
+    @property
+    def rows(self) -> int:
+        """Rows of the message, refused ones included."""
+        return len(self.frame) + len(self.rejected)
+
+
+class Intake:
+    """A queue with a bound on messages and on rows; full means: come back later.
+
+    Parameters
+    ----------
+    limits : RuntimeLimits
+        The bounds.
+    """
+
+    def __init__(self, limits: RuntimeLimits) -> None:
+        self._limits = limits
+        self._waiting: deque[Submission] = deque()
+        self._rows = 0
+        self._refusal: MultiradarError | None = None
+        self._changed = threading.Condition()
+
+    @property
+    def batches(self) -> int:
+        """Messages that wait."""
+        return len(self._waiting)
+
+    @property
+    def rows(self) -> int:
+        """Rows that wait."""
+        return self._rows
+
+    def put(self, submission: Submission) -> None:
+        """Add a message.
+
+        Raises
+        ------
+        QueueFullError
+            If a bound is reached. A message larger than the bound enters an empty queue.
+        MultiradarError
+            If the queue was closed: the reason it was closed for.
+        """
+        limits = self._limits
+        with self._changed:
+            if self._refusal is not None:
+                raise self._refusal
+            full = len(self._waiting) >= limits.intake_batches_max or (
+                self._waiting and self._rows + submission.rows > limits.intake_rows_max
+            )
+            if full:
+                raise QueueFullError("intake", len(self._waiting), limits.retry_after_s)
+            self._waiting.append(submission)
+            self._rows += submission.rows
+            self._changed.notify()
+
+    def take(self, batches_max: int) -> list[Submission]:
+        """Wait for messages and return the oldest ones; empty when closed and drained."""
+        with self._changed:
+            while not self._waiting and self._refusal is None:
+                self._changed.wait()
+            taken = [self._waiting.popleft() for _ in range(min(batches_max, len(self._waiting)))]
+            self._rows -= sum(submission.rows for submission in taken)
+            return taken
+
+    def close(self, refusal: MultiradarError | None = None) -> None:
+        """Take nothing more; what waits can still be taken out."""
+        with self._changed:
+            if self._refusal is None:
+                self._refusal = refusal or PipelineError("the service is stopping")
+            self._changed.notify_all()

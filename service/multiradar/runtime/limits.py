@@ -1,0 +1,55 @@
+"""The named bounds of the live pipeline."""
+
+from dataclasses import dataclass, fields
+
+from multiradar.errors import ConfigurationError
+
+
+@dataclass(frozen=True, slots=True)
+class RuntimeLimits:
+    """Bounds of queues, rings and pages; none of them changes the output.
+
+    Attributes
+    ----------
+    intake_batches_max, intake_rows_max : int
+        Messages, and rows in them, that may wait for the journal; more are refused for now.
+    commit_batches_max : int
+        Messages that share one transaction of the journal.
+    backlog_rows_max : int
+        Journalled measurements that may wait in memory for the engine; the journal waits beyond.
+    push_rows_max : int
+        Measurements handed to the engine in one call (a larger message stays whole).
+    events_max : int
+        Events kept for subscribers that resume.
+    history_rows_max, bias_history_rows_max : int
+        Rows of track history and bias history kept in memory.
+    page_rows_max : int
+        Rows of one answer of a history or of the quarantine.
+    forecast_steps_max : int
+        Points of one forecast.
+    status_period_s : float
+        Data time between two status events, s.
+    retry_after_s : float
+        What a sender is told to wait when the intake is full, s.
+    """
+
+    intake_batches_max: int = 1024
+    intake_rows_max: int = 262_144
+    commit_batches_max: int = 64
+    backlog_rows_max: int = 262_144
+    push_rows_max: int = 8192
+    events_max: int = 200_000
+    history_rows_max: int = 2_000_000
+    bias_history_rows_max: int = 200_000
+    page_rows_max: int = 10_000
+    forecast_steps_max: int = 1000
+    status_period_s: float = 10.0
+    retry_after_s: float = 1.0
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if not value > 0:
+                raise ConfigurationError(
+                    f"{field.name}: expected a bound greater than 0, was {value}"
+                )

@@ -1,0 +1,69 @@
+"""The latest update of every live track."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar.runtime.history import UPDATE_DTYPE
+
+_NONE = -1
+
+
+class LiveTracks:
+    """The latest update of every live track, in arrays that are changed in place by one owner."""
+
+    def __init__(self) -> None:
+        self._rows = np.zeros(64, UPDATE_DTYPE)
+        self._free: list[int] = list(range(63, -1, -1))
+        # Place of each live track, by track identifier.
+        self._place = np.full(1024, _NONE, np.int32)
+        self._count = 0
+
+    def __len__(self) -> int:
+        return self._count
+
+    def update(self, rows: NDArray[np.void]) -> None:
+        """Keep the last of the rows of each track."""
+        if not len(rows):
+            return
+        # The first of each in the reversed order is the last in the order of arrival.
+        tracks, backwards = np.unique(rows["track_id"][::-1], return_index=True)
+        self._make_room(int(tracks[-1]))
+        for track in tracks[self._place[tracks] == _NONE]:
+            self._place[track] = self._take_place()
+        self._rows[self._place[tracks]] = rows[len(rows) - 1 - backwards]
+
+    def end(self, tracks: NDArray[np.int64]) -> None:
+        """Forget tracks; those that are not live are passed over."""
+        for track in tracks:
+            place = int(self._place[track]) if track < len(self._place) else _NONE
+            if place != _NONE:
+                self._place[track] = _NONE
+                self._rows[place]["track_id"] = 0
+                self._free.append(place)
+                self._count -= 1
+
+    def get(self, track_id: int) -> NDArray[np.void] | None:
+        """Return the row of a live track, shape (1,), a copy."""
+        if not 0 < track_id < len(self._place) or self._place[track_id] == _NONE:
+            return None
+        place = int(self._place[track_id])
+        return self._rows[place : place + 1].copy()
+
+    def all(self) -> NDArray[np.void]:
+        """Return the rows of all live tracks by ascending identifier, a copy."""
+        rows = self._rows[self._rows["track_id"] > 0]
+        return rows[np.argsort(rows["track_id"])]
+
+    def _take_place(self) -> int:
+        if not self._free:
+            held = len(self._rows)
+            self._rows = np.concatenate([self._rows, np.zeros(held, UPDATE_DTYPE)])
+            self._free = list(range(2 * held - 1, held - 1, -1))
+        self._count += 1
+        return self._free.pop()
+
+    def _make_room(self, track_id: int) -> None:
+        if track_id >= len(self._place):
+            grown = np.full(max(track_id + 1, 2 * len(self._place)), _NONE, np.int32)
+            grown[: len(self._place)] = self._place
+            self._place = grown

@@ -1,0 +1,246 @@
+"""The one owner of the engine: plays the journal, then what arrives, and publishes the output.
+
+An entry on which the engine fails twice is marked in the journal and passed over from then on, so
+that one poisonous message cannot keep the service from starting. The engine is built anew after a
+failure, and the journal played again: what was published before comes out the same.
+"""
+
+import logging
+import threading
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future
+
+from multiradar.errors import MultiradarError, PipelineError
+from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.geodesy.system_plane import SystemPlane
+from multiradar.runtime.backlog import Backlog, Journalled, grouped
+from multiradar.runtime.digest import OutputDigest
+from multiradar.runtime.preparation import journalled
+from multiradar.runtime.publication import Publication
+from multiradar.runtime.tracking_engine import TrackingEngine
+from multiradar.storage.entries import EntryKind
+from multiradar.storage.journal import Journal
+from multiradar.tracking.measurements import MeasurementBatch
+from multiradar.tracking.outputs import EngineOutput, TrackStates
+
+_log = logging.getLogger(__name__)
+
+#: Entries that may be passed over in one recovery before the engine is given up.
+POISON_ENTRIES_MAX = 10
+
+
+class _EngineFailure(Exception):  # noqa: N818
+    # The engine failed on these entries.
+    def __init__(self, entries: Sequence[Journalled], cause: Exception) -> None:
+        self.entries = entries
+        self.cause = cause
+        super().__init__(str(cause))
+
+
+class Processor:
+    """Owns the engine; `run` is the body of one thread.
+
+    Parameters
+    ----------
+    journal : Journal
+        What is played at the start.
+    backlog : Backlog
+        What arrives.
+    open_engine : callable
+        Builds an engine that has seen nothing.
+    sensors : SensorTable
+        The sensors.
+    publication : Publication
+        Where the output goes.
+    rows_max : int
+        Measurements in one call of the engine.
+    """
+
+    def __init__(
+        self,
+        *,
+        journal: Journal,
+        backlog: Backlog,
+        open_engine: Callable[[], TrackingEngine],
+        sensors: SensorTable,
+        publication: Publication,
+        rows_max: int,
+    ) -> None:
+        self._journal = journal
+        self._backlog = backlog
+        self._open_engine = open_engine
+        self._sensors = sensors
+        self._publication = publication
+        self._rows_max = rows_max
+        self._lock = threading.Lock()
+        self._settling: list[tuple[int, Future[int]]] = []
+        self._states: TrackStates | None = None
+        self._data_time_s: float | None = None
+        self._begin()
+        #: Entries that are passed over, with the reason of each.
+        self.skipped: dict[int, str] = {}
+        #: Why the engine has stopped, or None.
+        self.failure: MultiradarError | None = None
+
+    @property
+    def output_sha256(self) -> str:
+        """Hash of all output so far."""
+        with self._lock:
+            return self._digest.hexdigest()
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """What became of the measurements in the engine, by outcome."""
+        with self._lock:
+            return dict(sorted(self._engine.counts.items()))
+
+    def states(self) -> tuple[TrackStates, SystemPlane]:
+        """Return the live tracks and their plane; waits for a call of the engine to end."""
+        with self._lock:
+            if self._states is None:
+                self._states = self._engine.tracks()
+            return self._states, self._engine.plane
+
+    def replay(self) -> None:
+        """Play the journal from its beginning.
+
+        Raises
+        ------
+        JournalError
+            If it does not verify.
+        PipelineError
+            If the engine fails on too many entries.
+        """
+        self._rebuild(None, one_by_one=False)
+
+    def run(self) -> None:
+        """Process what arrives until the backlog is closed and drained."""
+        while group := self._backlog.take(self._rows_max):
+            try:
+                self._process_or_rebuild(group)
+            except Exception as error:
+                self._stop(error)
+                return
+
+    def settled(self, sequence: int) -> Future[int]:
+        """Return a future of the last update, resolved when an entry has been processed."""
+        future: Future[int] = Future()
+        with self._lock:
+            self._settling.append((sequence, future))
+        self._settle()
+        return future
+
+    def close(self) -> None:
+        """Let the engine go; futures that cannot be resolved any more fail."""
+        with self._lock:
+            self._engine.close()
+            waiting, self._settling = self._settling, []
+        for _, future in waiting:
+            future.set_exception(self.failure or PipelineError("the service has stopped"))
+
+    # ---------------------------------------------------------------- inside
+
+    def _begin(self) -> None:
+        self._engine = self._open_engine()
+        self._digest = OutputDigest()
+        self._states = None
+        self._data_time_s = None
+        self._updates = 0
+        #: Last entry that was processed.
+        self.processed = 0
+
+    def _process_or_rebuild(self, group: Sequence[Journalled]) -> None:
+        try:
+            self._process(group)
+        except _EngineFailure as failure:
+            _log.warning("the engine failed, the journal is played again", exc_info=failure.cause)
+            self._rebuild(group[-1].sequence, one_by_one=True)
+        self._settle()
+
+    def _rebuild(self, until: int | None, *, one_by_one: bool) -> None:
+        rows_max = 1 if one_by_one else self._rows_max
+        for _ in range(POISON_ENTRIES_MAX + 2):
+            self.skipped = self._journal.skipped()
+            with self._lock:
+                self._engine.close()
+                self._begin()
+            self._publication.restart()
+            try:
+                for group in self._stored(until, rows_max):
+                    self._process(group)
+            except _EngineFailure as failure:
+                if isinstance(failure.cause, MemoryError):
+                    raise PipelineError("the engine has no memory left") from failure.cause
+                if rows_max == 1:
+                    # The second failure that this entry has a part in.
+                    sequence = failure.entries[0].sequence
+                    _log.error("entry %d is passed over", sequence, exc_info=failure.cause)
+                    self._journal.skip(sequence, repr(failure.cause))
+                rows_max = 1
+            else:
+                return
+        raise PipelineError(f"the engine fails on more than {POISON_ENTRIES_MAX} entries")
+
+    # The journal in groups for the engine, without what is passed over.
+    def _stored(self, until: int | None, rows_max: int) -> Iterator[list[Journalled]]:
+        waiting: deque[Journalled] = deque()
+        rows = 0
+        for stored in self._journal.read(0):
+            if until is not None and stored.sequence > until:
+                break
+            if stored.sequence in self.skipped:
+                self.processed = stored.sequence
+                continue
+            waiting.append(journalled(stored, self._sensors))
+            rows += stored.entry.accepted
+            while waiting and rows >= rows_max:
+                group = grouped(waiting, rows_max)
+                rows -= sum(len(entry.batch) for entry in group)
+                yield group
+        while waiting:
+            yield grouped(waiting, rows_max)
+
+    def _process(self, group: Sequence[Journalled]) -> None:
+        with self._lock:
+            try:
+                output = self._push(group)
+            except Exception as error:
+                raise _EngineFailure(group, error) from error
+            self._digest.update(output)
+            self._states = None
+            self.processed = group[-1].sequence
+            if len(output.updates):
+                self._updates = int(output.updates.sequence[-1])
+        self._publication.publish(output, self._data_time_s)
+
+    def _push(self, group: Sequence[Journalled]) -> EngineOutput:
+        if group[0].kind is EntryKind.FLUSH:
+            return self._engine.flush()
+        batches = [entry.batch for entry in group]
+        batch = batches[0] if len(batches) == 1 else MeasurementBatch.concatenate(batches)
+        output = self._engine.push(batch)
+        if len(batch):
+            latest = float(batch.time_s.max())
+            self._data_time_s = max(self._data_time_s or latest, latest)
+        return output
+
+    def _settle(self) -> None:
+        with self._lock:
+            processed, updates = self.processed, self._updates
+            done = [future for sequence, future in self._settling if sequence <= processed]
+            self._settling = [one for one in self._settling if one[0] > processed]
+        for future in done:
+            future.set_result(updates)
+
+    def _stop(self, error: Exception) -> None:
+        if isinstance(error, MultiradarError):
+            self.failure = error
+        else:
+            self.failure = PipelineError(f"the engine has stopped: {error!r}")
+        _log.error("the engine has stopped", exc_info=error)
+        self._backlog.abandon()
+        with self._lock:
+            waiting, self._settling = self._settling, []
+        for _, future in waiting:
+            future.set_exception(self.failure)

@@ -1,0 +1,304 @@
+"""The read side: what is known now, what was, and the events that tell of changes.
+
+The engine's thread writes (`publish`), any thread reads. A reader copies what it needs under a
+short lock and turns it into tables in its own time.
+"""
+
+import threading
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import polars as pl
+from numpy.typing import NDArray
+
+from multiradar import wire
+from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.geodesy.system_plane import SystemPlane
+from multiradar.runtime.bias_board import BiasBoard
+from multiradar.runtime.event_encoding import encode_events, event_order, status_marks
+from multiradar.runtime.events import EventRing, Subscription
+from multiradar.runtime.forecasts import forecast_points
+from multiradar.runtime.history import TrackHistory, row_updates, update_rows
+from multiradar.runtime.limits import RuntimeLimits
+from multiradar.runtime.live_tracks import LiveTracks
+from multiradar.runtime.sensor_board import SensorBoard
+from multiradar.tracking.outputs import (
+    STATE_COASTING,
+    STATE_CONFIRMED,
+    EngineOutput,
+    TrackStates,
+)
+from multiradar.tracking.settings import TrackingSettings
+
+
+class Publication:
+    """What the service knows, for any thread to read.
+
+    Parameters
+    ----------
+    sensors : SensorTable
+        The sensors.
+    tracking : TrackingSettings
+        Settings of the tracker; coasting and forecasts use them.
+    limits : RuntimeLimits
+        Bounds of rings and pages.
+    """
+
+    def __init__(
+        self, sensors: SensorTable, tracking: TrackingSettings, limits: RuntimeLimits
+    ) -> None:
+        self._sensors = sensors
+        self._tracking = tracking
+        self._limits = limits
+        self._lock = threading.Lock()
+        self._ring = EventRing(limits.events_max)
+        self._states: Callable[[], tuple[TrackStates, SystemPlane]] | None = None
+        self._status: Callable[[], dict[str, Any]] = dict
+        self._data_time_s: float | None = None
+        self._frame = pl.DataFrame()
+        self._frame_version = -1
+        self._begin()
+
+    # ---------------------------------------------------------------- readers
+
+    def tracks(self) -> pl.DataFrame:
+        """Return the live tracks by ascending identifier.
+
+        Returns
+        -------
+        DataFrame
+            Columns of `tracks.parquet`, one row for each track (its latest update), and `age_s`:
+            data time since that update. A track older than `coast_after_s` is coasting.
+        """
+        with self._lock:
+            version = self._version
+            if self._frame_version == version:
+                return self._frame
+            rows, data_time_s = self._live.all(), self._data_time_s
+        frame = self._honest(rows, data_time_s)
+        with self._lock:
+            self._frame, self._frame_version = frame, version
+        return frame
+
+    def track(self, track_id: int) -> dict[str, Any] | None:
+        """Return a live track as one row of `tracks`, or None."""
+        with self._lock:
+            row, data_time_s = self._live.get(track_id), self._data_time_s
+        return None if row is None else self._honest(row, data_time_s).row(0, named=True)
+
+    def history(self, track_id: int, since_s: float | None, limit: int) -> pl.DataFrame:
+        """Return updates of a track, live or ended, oldest first.
+
+        Parameters
+        ----------
+        track_id : int
+            The track.
+        since_s : float or None
+            A data time: the first updates from then on. None: the last updates.
+        limit : int
+            Number of rows at most; `page_rows_max` bounds it.
+
+        Returns
+        -------
+        DataFrame
+            Columns of `tracks.parquet`; empty when nothing is kept of the track.
+        """
+        rows = self._history.read(track_id, since_s, min(limit, self._limits.page_rows_max))
+        return wire.tracks_frame(row_updates(rows), self._sensors)
+
+    def forecast(
+        self, track_id: int, horizon_s: float, step_s: float
+    ) -> list[dict[str, Any]] | None:
+        """Return where a live track is expected to be, from the data time of now on.
+
+        Parameters
+        ----------
+        track_id : int
+            The track.
+        horizon_s, step_s : float
+            How far, and in what steps, s. The first point is at the data time of now.
+
+        Returns
+        -------
+        list of dict or None
+            Points by ascending time: `time_s`, `latitude_deg`, `longitude_deg`, `height_m`,
+            `covariance_east_m2`, `covariance_east_north_m2`, `covariance_north_m2`,
+            `position_sigma_m`, `state`, `age_s`. None when there is no such live track.
+
+        Raises
+        ------
+        ValueError
+            If the horizon or step is not positive, or the points are too many.
+        """
+        steps = self._forecast_steps(horizon_s, step_s)
+        track = self.track(track_id)
+        if track is None or self._states is None:
+            return None
+        states, plane = self._states()
+        return forecast_points(states, track, steps, plane, self._tracking.acceleration_density)
+
+    def sensors(self) -> list[dict[str, Any]]:
+        """Return the sensors by identifier, with their number of updates and the time of the last.
+
+        Returns
+        -------
+        list of dict
+            `id`, `kind` (radar, position or bearing), site, standard deviations, `updates`,
+            `last_update_s`, `age_s`, and `biases` as in `bias`. What a sensor has not is None.
+        """
+        with self._lock:
+            records = self._board.records(self._data_time_s)
+            for record in records:
+                record["biases"] = self._biases.latest(record["id"])
+        return records
+
+    def bias(self, sensor_id: str) -> list[dict[str, Any]]:
+        """Return the latest estimate of each bias parameter of a sensor.
+
+        Returns
+        -------
+        list of dict
+            `time_s`, `sensor_id`, `parameter`, `estimate`, `sigma`, `epoch`: rows of
+            `biases.parquet`. Empty before the first epoch ended, or when there is no such sensor.
+        """
+        with self._lock:
+            return self._biases.latest(sensor_id)
+
+    def bias_history(self, sensor_id: str, since_s: float | None, limit: int) -> pl.DataFrame:
+        """Return bias estimates of a sensor by epoch, oldest first.
+
+        Parameters
+        ----------
+        sensor_id : str
+            The sensor.
+        since_s : float or None
+            A data time: the first rows from then on. None: the last rows.
+        limit : int
+            Number of rows at most; `page_rows_max` bounds it.
+
+        Returns
+        -------
+        DataFrame
+            Columns of `biases.parquet`.
+        """
+        with self._lock:
+            return self._biases.history(sensor_id, since_s, min(limit, self._limits.page_rows_max))
+
+    def status(self) -> dict[str, Any]:
+        """Return counts, sequences, data time, hash of the output and version."""
+        with self._lock:
+            known: dict[str, Any] = {
+                "data_time_s": self._data_time_s,
+                "tracks": len(self._live),
+                "tracks_ended": self._ended,
+                "output_sequence": self._updates,
+                "event_sequence": self._ring.head,
+                "subscribers": self._ring.subscriber_count,
+                "epoch": self._biases.epoch,
+            }
+        return {**self._status(), **known}
+
+    def subscribe(self, after: int | None, depth: int) -> Subscription:
+        """Enter the stream of events.
+
+        Parameters
+        ----------
+        after : int or None
+            The last event that the reader has; None: from now on.
+        depth : int
+            A reader that lies farther behind gets a gap notice instead of the oldest events.
+        """
+        return self._ring.subscribe(after, depth)
+
+    # ---------------------------------------------------------------- the engine's thread
+
+    def publish(self, output: EngineOutput, data_time_s: float | None) -> None:
+        """Take what the engine put out.
+
+        Parameters
+        ----------
+        output : EngineOutput
+            Output of one call.
+        data_time_s : float or None
+            Greatest data time handed to the engine; None before the first measurement.
+        """
+        rows = update_rows(output.updates)
+        with self._lock:
+            if data_time_s is not None:
+                self._data_time_s = data_time_s
+            if len(rows):
+                self._history.append(rows)
+                self._live.update(rows)
+                self._board.count(rows)
+                self._updates = int(rows["sequence"][-1])
+            self._biases.append(output.biases)
+            self._live.end(output.ended.track_id)
+            self._ended += len(output.ended)
+            self._version += 1
+        self._tell(output)
+
+    def attach(
+        self,
+        states: Callable[[], tuple[TrackStates, SystemPlane]],
+        status: Callable[[], dict[str, Any]],
+    ) -> None:
+        """Name where the states of the filter, in their plane, and the counters come from."""
+        self._states = states
+        self._status = status
+
+    def restart(self) -> None:
+        """Forget everything: the journal is about to be played again from its beginning."""
+        with self._lock:
+            self._begin()
+        self._ring.clear()
+
+    # ---------------------------------------------------------------- inside
+
+    def _begin(self) -> None:
+        self._history = TrackHistory(self._limits.history_rows_max)
+        self._live = LiveTracks()
+        self._biases = BiasBoard(self._sensors, self._limits.bias_history_rows_max)
+        self._board = SensorBoard(self._sensors)
+        self._data_time_s = None
+        self._reached_s = -np.inf
+        self._last_mark = np.nan
+        self._updates = 0
+        self._ended = 0
+        self._version = 0
+        self._frame_version = -1
+
+    def _tell(self, output: EngineOutput) -> None:
+        reached_s = np.maximum.accumulate(np.r_[self._reached_s, output.updates.time_s])
+        self._reached_s = float(reached_s[-1])
+        reached_s = reached_s[1:]
+        marks, self._last_mark = status_marks(
+            reached_s, output.updates.sequence, self._last_mark, self._limits.status_period_s
+        )
+        order = event_order(reached_s, output, marks)
+        if len(order):
+            first = self._ring.head + 1
+            table = self._sensors
+            self._ring.append(len(order), lambda: encode_events(first, output, marks, order, table))
+
+    def _honest(self, rows: NDArray[np.void], data_time_s: float | None) -> pl.DataFrame:
+        age_s = np.maximum((data_time_s or 0.0) - rows["time_s"], 0.0)
+        coasting = (age_s > self._tracking.coast_after_s) & (rows["state"] == STATE_CONFIRMED)
+        rows["state"] = np.where(coasting, STATE_COASTING, rows["state"])
+        frame = wire.tracks_frame(row_updates(rows), self._sensors)
+        return frame.with_columns(pl.Series("age_s", age_s, pl.Float64))
+
+    def _forecast_steps(self, horizon_s: float, step_s: float) -> NDArray[np.float64]:
+        # Written so that NaN fails.
+        if not (step_s > 0.0 and horizon_s >= 0.0 and np.isfinite(horizon_s)):
+            msg = (
+                "expected a finite horizon of at least 0 s and a step above 0 s, "
+                f"was {horizon_s} s and {step_s} s"
+            )
+            raise ValueError(msg)
+        # The tolerance keeps the last point when the step divides the horizon but for rounding.
+        count = int(min(horizon_s / step_s + 1e-9, 1e9)) + 1
+        if count > self._limits.forecast_steps_max:
+            msg = f"expected at most {self._limits.forecast_steps_max} points, was {count}"
+            raise ValueError(msg)
+        return np.arange(count, dtype=np.float64) * step_s

@@ -1,0 +1,62 @@
+"""The sensors as readers see them, with what was heard of each."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar.estimation.measurement.sensors import SensorTable
+
+#: Names of what a sensor measures, by kind.
+KIND_NAMES = ("radar", "position", "bearing")
+
+
+class SensorBoard:
+    """Counts what each sensor contributed; one owner.
+
+    Parameters
+    ----------
+    sensors : SensorTable
+        The sensors.
+    """
+
+    def __init__(self, sensors: SensorTable) -> None:
+        self._sensors = sensors
+        self._updates = np.zeros(len(sensors), np.int64)
+        self._last_s = np.full(len(sensors), -np.inf)
+
+    def count(self, rows: NDArray[np.void]) -> None:
+        """Count updates of tracks, rows of `UPDATE_DTYPE`."""
+        sensor = rows["sensor"]
+        self._updates += np.bincount(sensor, minlength=len(self._updates))
+        np.maximum.at(self._last_s, sensor, rows["time_s"])
+
+    def records(self, data_time_s: float | None) -> list[dict[str, Any]]:
+        """Return the sensors by identifier; what a sensor has not is None."""
+        sensors = self._sensors
+        records = []
+        for number, name in enumerate(sensors.ids):
+            last_s = _finite(self._last_s[number])
+            aged = last_s is not None and data_time_s is not None
+            records.append(
+                {
+                    "id": name,
+                    "kind": KIND_NAMES[sensors.kinds[number]],
+                    "latitude_deg": _finite(np.degrees(sensors.latitude_rad[number])),
+                    "longitude_deg": _finite(np.degrees(sensors.longitude_rad[number])),
+                    "height_m": _finite(sensors.height_m[number]),
+                    "range_sigma_m": _finite(sensors.range_sigma_m[number]),
+                    "azimuth_sigma_deg": _finite(np.degrees(sensors.azimuth_sigma_rad[number])),
+                    "position_sigma_m": _finite(sensors.position_sigma_m[number]),
+                    "range_max_m": _finite(sensors.range_max_m[number]),
+                    "rotation_period_s": _finite(sensors.rotation_period_s[number]),
+                    "updates": int(self._updates[number]),
+                    "last_update_s": last_s,
+                    "age_s": max(data_time_s - last_s, 0.0) if aged else None,  # type: ignore[operator]
+                }
+            )
+        return records
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None

@@ -1,0 +1,290 @@
+"""The live pipeline as others see it: hand in measurements, read what is known.
+
+::
+
+    submit ─ intake ─ writer: decide, journal, answer ─ backlog ─ engine ─ publication
+             bounded          on disk before the answer  bounded            rings, bounded
+"""
+
+import threading
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future
+from enum import StrEnum
+from importlib.metadata import version
+from typing import Any
+
+import polars as pl
+
+from multiradar.errors import MultiradarError, PipelineError
+from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.runtime.accounting import Accounting
+from multiradar.runtime.admission import FORWARD_JUMP_MAX_S, Admission
+from multiradar.runtime.backlog import Backlog
+from multiradar.runtime.intake import Intake, Submission
+from multiradar.runtime.limits import RuntimeLimits
+from multiradar.runtime.processor import Processor
+from multiradar.runtime.publication import Publication
+from multiradar.runtime.receipt import Receipt, RejectedRow
+from multiradar.runtime.tracking_engine import TrackingEngine
+from multiradar.runtime.writer import Writer
+from multiradar.storage.entries import EntryKind, Quarantined
+from multiradar.storage.journal import Journal
+from multiradar.tracking.settings import TrackingSettings
+
+__all__ = ["Receipt", "RejectedRow", "Service", "ServiceState"]
+
+#: Entries passed over that the status names one by one.
+_SKIPPED_SHOWN_MAX = 100
+
+
+class ServiceState(StrEnum):
+    """What the service can do now."""
+
+    STOPPED = "stopped"
+    RECOVERING = "recovering"
+    RUNNING = "running"
+    #: Nothing more is taken; what is known can still be read.
+    FAILED = "failed"
+
+
+class Service:
+    """The live pipeline; every method may be called from any thread.
+
+    Parameters
+    ----------
+    open_journal : callable
+        Opens the journal; called by `start`.
+    open_engine : callable
+        Builds an engine that has seen nothing; called by `start`, and again after its failure.
+    sensors : SensorTable
+        The sensors.
+    tracking : TrackingSettings
+        Settings of the tracker.
+    limits : RuntimeLimits
+        Bounds of queues and rings.
+    forward_jump_max_s : float
+        Measurements farther ahead of the data time are refused.
+
+    Attributes
+    ----------
+    view : Publication
+        The read side.
+    """
+
+    def __init__(
+        self,
+        *,
+        open_journal: Callable[[], Journal],
+        open_engine: Callable[[], TrackingEngine],
+        sensors: SensorTable,
+        tracking: TrackingSettings,
+        limits: RuntimeLimits | None = None,
+        forward_jump_max_s: float = FORWARD_JUMP_MAX_S,
+    ) -> None:
+        self._open_journal = open_journal
+        self._open_engine = open_engine
+        self._sensors = sensors
+        self._limits = limits or RuntimeLimits()
+        self._horizon_s = tracking.reorder_horizon_s
+        self._forward_jump_max_s = forward_jump_max_s
+        self._accounting = Accounting()
+        self._intake = Intake(self._limits)
+        self._backlog = Backlog(self._limits.backlog_rows_max)
+        self._state = ServiceState.STOPPED
+        self._changing = threading.Lock()
+        self._journal: Journal | None = None
+        self._writer: Writer | None = None
+        self._processor: Processor | None = None
+        self._threads: list[threading.Thread] = []
+        self.view = Publication(sensors, tracking, self._limits)
+
+    @property
+    def state(self) -> ServiceState:
+        """What the service can do now."""
+        if self._state is ServiceState.RUNNING and self.failure is not None:
+            return ServiceState.FAILED
+        return self._state
+
+    @property
+    def failure(self) -> MultiradarError | None:
+        """Why nothing more is taken, or None."""
+        writer, processor = self._writer, self._processor
+        if writer is not None and writer.failure is not None:
+            return writer.failure
+        return None if processor is None else processor.failure
+
+    def start(self) -> None:
+        """Open the journal, play it into the engine, then take measurements.
+
+        Raises
+        ------
+        JournalError
+            If the journal cannot be opened or does not verify.
+        ConfigurationError
+            If it was written with other sensors or settings.
+        PipelineError
+            If the service was started before, or the engine fails on the journal.
+        """
+        with self._changing:
+            if self._journal is not None:
+                raise PipelineError("expected a service that was never started, was started before")
+            self._state = ServiceState.RECOVERING
+            try:
+                self._recover(self._open_journal())
+            except BaseException:
+                self._state = ServiceState.STOPPED
+                self._let_go()
+                raise
+            self._state = ServiceState.RUNNING
+
+    def stop(self) -> None:
+        """Take nothing more, finish what was taken, and close the journal; may be called twice."""
+        with self._changing:
+            self._intake.close()
+            if self._threads:
+                writer, processor = self._threads
+                writer.join()
+                self._backlog.close()
+                processor.join()
+                self._threads = []
+            self._let_go()
+            self._state = ServiceState.STOPPED
+
+    def submit(
+        self,
+        frame: pl.DataFrame,
+        *,
+        source: str,
+        idempotency_key: str | None = None,
+        rejected: Sequence[RejectedRow] = (),
+    ) -> Future[Receipt]:
+        """Hand in measurements.
+
+        Parameters
+        ----------
+        frame : DataFrame
+            Columns of `MEASUREMENT_SCHEMA` (optional ones may be missing); a column `index` gives
+            the place of each row in its message.
+        source : str
+            Who sends.
+        idempotency_key : str, optional
+            The sender's name for the message: a message with the same name is taken once.
+        rejected : sequence of RejectedRow
+            Rows of the message that the edge refused; they go to the quarantine.
+
+        Returns
+        -------
+        Future of Receipt
+            Resolved when the message is in the journal, on disk. Fails with `InputError` when the
+            columns are wrong, `IdempotencyConflictError` when the key was used for another message,
+            `JournalError` when the journal cannot be written.
+
+        Raises
+        ------
+        QueueFullError
+            If too much waits already; try again later.
+        PipelineError, JournalError
+            If the service is not running, or has stopped taking measurements.
+        """
+        return self._put(
+            Submission(EntryKind.BATCH, frame, source, idempotency_key, tuple(rejected))
+        )
+
+    def flush(self, *, source: str, idempotency_key: str | None = None) -> Future[Receipt]:
+        """Hand in the end of a stream: what waits to be put in order is released.
+
+        Measurements older than the newest so far are late from then on.
+        """
+        return self._put(Submission(EntryKind.FLUSH, pl.DataFrame(), source, idempotency_key, ()))
+
+    def settled(self) -> Future[int]:
+        """Return a future that resolves when everything journalled so far has been processed.
+
+        Returns
+        -------
+        Future of int
+            Number of the last track update then.
+        """
+        if self._processor is None or self._writer is None:
+            raise PipelineError("the service is not running")
+        return self._processor.settled(self._writer.head)
+
+    def quarantined(self, after: int, limit: int) -> list[Quarantined]:
+        """Return refused rows that follow a number of the quarantine, at most `limit`."""
+        if self._journal is None:
+            raise PipelineError("the service is not running")
+        return self._journal.quarantined(after, min(limit, self._limits.page_rows_max))
+
+    # ---------------------------------------------------------------- inside
+
+    def _put(self, submission: Submission) -> Future[Receipt]:
+        if self._state is not ServiceState.RUNNING:
+            raise PipelineError(f"expected a running service, was {self._state}")
+        failure = self.failure
+        if failure is not None:
+            raise failure
+        self._intake.put(submission)
+        return submission.future
+
+    def _recover(self, journal: Journal) -> None:
+        self._journal = journal
+        counts = journal.counts()
+        admission = Admission(self._horizon_s, self._forward_jump_max_s)
+        if counts.admission:
+            admission.restore(counts.admission)
+        self._accounting.resume(counts.accepted, counts.rejected)
+        self._processor = Processor(
+            journal=journal,
+            backlog=self._backlog,
+            open_engine=self._open_engine,
+            sensors=self._sensors,
+            publication=self.view,
+            rows_max=self._limits.push_rows_max,
+        )
+        self.view.attach(self._processor.states, self._counters)
+        self._processor.replay()
+        self._writer = Writer(
+            intake=self._intake,
+            journal=journal,
+            backlog=self._backlog,
+            sensors=self._sensors,
+            admission=admission,
+            accounting=self._accounting,
+            batches_max=self._limits.commit_batches_max,
+        )
+        self._writer.head = counts.entries
+        self._threads = [
+            threading.Thread(target=self._writer.run, name="journal-writer", daemon=True),
+            threading.Thread(target=self._processor.run, name="engine", daemon=True),
+        ]
+        for thread in self._threads:
+            thread.start()
+
+    def _let_go(self) -> None:
+        if self._processor is not None:
+            self._processor.close()
+        if self._journal is not None:
+            self._journal.close()
+
+    def _counters(self) -> dict[str, Any]:
+        writer, processor, accounting = self._writer, self._processor, self._accounting
+        failure = self.failure
+        skipped = {} if processor is None else processor.skipped
+        return {
+            "state": str(self.state),
+            "failure": None if failure is None else str(failure),
+            "version": version("multiradar"),
+            "read": accounting.read,
+            "accepted": accounting.accepted,
+            "duplicate": accounting.duplicate,
+            "rejected": accounting.rejected,
+            "journal_sequence": 0 if writer is None else writer.head,
+            "processed_sequence": 0 if processor is None else processor.processed,
+            "intake_batches": self._intake.batches,
+            "intake_rows": self._intake.rows,
+            "backlog_rows": self._backlog.rows,
+            "engine": {} if processor is None else processor.counts,
+            "skipped_entries": len(skipped),
+            "skipped": sorted(skipped)[:_SKIPPED_SHOWN_MAX],
+            "output_sha256": None if processor is None else processor.output_sha256,
+        }
