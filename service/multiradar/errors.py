@@ -133,6 +133,8 @@ class RequestError(MultiradarError):
         Headers the answer carries beside the document, such as ``Retry-After``.
     parameters : Mapping[str, str]
         What is wrong with each named parameter, where parameters are at fault.
+    members : Mapping[str, object]
+        Further members of the problem document.
     """
 
     def __init__(
@@ -142,11 +144,13 @@ class RequestError(MultiradarError):
         detail: str,
         headers: Mapping[str, str] | None = None,
         parameters: Mapping[str, str] | None = None,
+        members: Mapping[str, object] | None = None,
     ) -> None:
         self.status = status
         self.code = code
         self.headers = dict(headers or {})
         self.parameters = dict(parameters or {})
+        self.members = dict(members or {})
         super().__init__(detail)
 
 
