@@ -207,7 +207,7 @@ class Processor:
                 output = self._push(group)
             except Exception as error:
                 raise _EngineFailure(group, error) from error
-            self._digest.update(output)
+            self._digest.add(output)
             self._states = None
             self.processed = group[-1].sequence
             if len(output.updates):

@@ -3,11 +3,51 @@
 import hashlib
 import json
 from collections.abc import Sequence
+from typing import NamedTuple, Self
 
-from multiradar.storage.entries import Entry, RejectedRow
+from multiradar.storage.entries import Entry, EntryKind, RejectedRow
 
 #: What stands before the first entry, hashed with the fingerprint of the configuration.
 _ORIGIN = b"multiradar journal"
+
+
+class Columns(NamedTuple):
+    """An entry as the values of its columns; the digest covers them as they stand."""
+
+    kind: str
+    source: str
+    idempotency_key: str | None
+    payload: bytes
+    accepted: int
+    rejects: str
+    admission: str
+
+    @classmethod
+    def of(cls, entry: Entry) -> Self:
+        """Return the columns of an entry."""
+        rows = [[row.index, row.code, row.reason, row.raw] for row in entry.rejects]
+        return cls(
+            str(entry.kind),
+            entry.source,
+            entry.idempotency_key,
+            entry.payload,
+            entry.accepted,
+            json.dumps(rows) if rows else "[]",
+            entry.admission,
+        )
+
+    def entry(self) -> Entry:
+        """Return the entry of these columns."""
+        rows = [] if self.rejects == "[]" else json.loads(self.rejects)
+        return Entry(
+            EntryKind(self.kind),
+            self.source,
+            self.idempotency_key,
+            self.payload,
+            self.accepted,
+            tuple(RejectedRow(*row) for row in rows),
+            self.admission,
+        )
 
 
 def origin_digest(format_version: int, fingerprint: str) -> bytes:
@@ -15,7 +55,7 @@ def origin_digest(format_version: int, fingerprint: str) -> bytes:
     return _digest(_ORIGIN, [str(format_version).encode(), fingerprint.encode()])
 
 
-def entry_digest(previous: bytes, sequence: int, entry: Entry) -> bytes:
+def entry_digest(previous: bytes, sequence: int, columns: Columns) -> bytes:
     """Return the SHA-256 of an entry and of everything before it.
 
     Parameters
@@ -24,37 +64,28 @@ def entry_digest(previous: bytes, sequence: int, entry: Entry) -> bytes:
         Digest of the entry before.
     sequence : int
         Place in the journal.
-    entry : Entry
+    columns : Columns
         The content.
     """
-    key = entry.idempotency_key
+    key = columns.idempotency_key
     return _digest(
         previous,
         [
             str(sequence).encode(),
-            entry.kind.encode(),
-            entry.source.encode(),
+            columns.kind.encode(),
+            columns.source.encode(),
             b"-" if key is None else b"+" + key.encode(),
-            entry.payload,
-            str(entry.accepted).encode(),
-            encode_rejects(entry.rejects).encode(),
-            entry.admission.encode(),
+            columns.payload,
+            str(columns.accepted).encode(),
+            columns.rejects.encode(),
+            columns.admission.encode(),
         ],
     )
 
 
-def encode_rejects(rejects: Sequence[RejectedRow]) -> str:
-    """Return refused rows as JSON, exactly."""
-    if not rejects:
-        return "[]"
-    return json.dumps([[row.index, row.code, row.reason, row.raw] for row in rejects])
-
-
-def decode_rejects(text: str) -> tuple[RejectedRow, ...]:
-    """Return the refused rows of `encode_rejects`."""
-    if text == "[]":
-        return ()
-    return tuple(RejectedRow(*row) for row in json.loads(text))
+def mark_digest(sequence: int, reason: str) -> bytes:
+    """Return the SHA-256 of a mark on an entry."""
+    return _digest(_ORIGIN, [str(sequence).encode(), reason.encode()])
 
 
 def _digest(previous: bytes, parts: Sequence[bytes]) -> bytes:

@@ -4,7 +4,7 @@ import threading
 from collections.abc import Iterator, Sequence
 
 from multiradar.errors import JournalError
-from multiradar.storage.chain import entry_digest, origin_digest
+from multiradar.storage.chain import Columns, entry_digest, origin_digest
 from multiradar.storage.entries import Entry, JournalCounts, Quarantined, StoredEntry
 
 
@@ -72,7 +72,9 @@ class MemoryJournal:
     def _append(self, entry: Entry) -> int:
         sequence = len(self._entries) + 1
         previous = self._entries[-1].digest if self._entries else self._origin
-        self._entries.append(StoredEntry(sequence, entry, entry_digest(previous, sequence, entry)))
+        self._entries.append(
+            StoredEntry(sequence, entry, entry_digest(previous, sequence, Columns.of(entry)))
+        )
         if entry.idempotency_key is not None:
             self._keys[entry.idempotency_key] = sequence
         for row in entry.rejects:

@@ -1,0 +1,47 @@
+"""A fingerprint of what the output depends on, beside the measurements."""
+
+import hashlib
+from dataclasses import asdict, fields
+
+import numpy as np
+
+from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.runtime.admission import FORWARD_JUMP_MAX_S
+from multiradar.tracking.settings import TrackingSettings
+
+
+def configuration_fingerprint(
+    sensors: SensorTable,
+    tracking: TrackingSettings,
+    forward_jump_max_s: float = FORWARD_JUMP_MAX_S,
+) -> str:
+    """Return the SHA-256 of sensors and settings.
+
+    A journal that was begun with one configuration cannot go on with another: its replay would give
+    other tracks than those that were told before.
+
+    Parameters
+    ----------
+    sensors : SensorTable
+        The sensors.
+    tracking : TrackingSettings
+        Settings of the tracker.
+    forward_jump_max_s : float
+        Setting of the admission.
+
+    Returns
+    -------
+    str
+        64 hexadecimal digits.
+    """
+    whole = hashlib.sha256()
+    for name, value in sorted(asdict(tracking).items()):
+        whole.update(f"{name}={value!r};".encode())
+    whole.update(f"forward_jump_max_s={forward_jump_max_s!r};".encode())
+    whole.update("\n".join(sensors.ids).encode())
+    for field in fields(sensors):
+        value = getattr(sensors, field.name)
+        if isinstance(value, np.ndarray):
+            little = value.astype(value.dtype.newbyteorder("<"))
+            whole.update(f";{field.name}:{little.dtype.str}:".encode() + little.tobytes())
+    return whole.hexdigest()

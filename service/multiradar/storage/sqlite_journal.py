@@ -1,0 +1,374 @@
+"""The journal on disk: SQLite with a write-ahead log, synced at each transaction.
+
+====================  ==========================================================================
+Table                 Rows
+====================  ==========================================================================
+``header``            one: format version, fingerprint of the configuration
+``head``              one: last entry, its digest, rows accepted and rejected so far
+``entry``             one for each message or mark, chained by digests
+``quarantine``        one for each entry with refused rows: the number of its first refused row
+``skipped``           one for each entry that the engine cannot process
+====================  ==========================================================================
+
+Everything that is read is verified: the digest of each entry is computed again from the one before,
+the numbers must be complete, and the last entry must be the one that ``head`` names. What a chain
+alone cannot tell is a journal that was replaced by an older copy of itself.
+"""
+
+import sqlite3
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import closing, contextmanager
+from pathlib import Path
+from typing import Any, NamedTuple
+from urllib.parse import quote
+
+from multiradar.errors import ConfigurationError, JournalError, JournalFullError
+from multiradar.storage.chain import Columns, entry_digest, mark_digest, origin_digest
+from multiradar.storage.entries import Entry, JournalCounts, Quarantined, StoredEntry
+from multiradar.storage.file_lock import FileLock
+
+FORMAT_VERSION = 1
+
+#: Entries read in one transaction; rows are fetched one at a time.
+_PIECE_ENTRIES = 256
+#: How long a reader waits for SQLite to finish a recovery or checkpoint, s.
+_BUSY_S = 10.0
+_SYNCHRONOUS_FULL = 2
+
+_SCHEMA = """
+CREATE TABLE header (format_version INTEGER NOT NULL, fingerprint TEXT NOT NULL);
+CREATE TABLE head (
+    sequence INTEGER NOT NULL, digest BLOB NOT NULL,
+    accepted INTEGER NOT NULL, rejected INTEGER NOT NULL
+);
+CREATE TABLE entry (
+    sequence INTEGER PRIMARY KEY, kind TEXT NOT NULL, source TEXT NOT NULL,
+    idempotency_key TEXT UNIQUE, payload BLOB NOT NULL, accepted INTEGER NOT NULL,
+    rejects TEXT NOT NULL, admission TEXT NOT NULL, digest BLOB NOT NULL
+);
+CREATE TABLE quarantine (first INTEGER PRIMARY KEY, sequence INTEGER NOT NULL);
+CREATE TABLE skipped (sequence INTEGER PRIMARY KEY, reason TEXT NOT NULL, digest BLOB NOT NULL);
+"""
+_ENTRY = (
+    "SELECT kind, source, idempotency_key, payload, accepted, rejects, admission, digest, sequence "
+    "FROM entry "
+)
+
+
+class _Head(NamedTuple):
+    # Where the journal ends.
+    sequence: int
+    digest: bytes
+    accepted: int
+    rejected: int
+
+
+class SqliteJournal:
+    """A journal in one SQLite file (and its write-ahead log); one process opens it at a time.
+
+    Parameters
+    ----------
+    path : Path
+        The file; made when absent, with its folder.
+    fingerprint : str
+        Fingerprint of the configuration that the output depends on.
+
+    Raises
+    ------
+    JournalError
+        If the file cannot be opened, is no journal, is damaged, or is in use.
+    ConfigurationError
+        If the journal was begun under another configuration or by another version of the format.
+    """
+
+    def __init__(self, path: Path, fingerprint: str) -> None:
+        self._path = path
+        self._writing = threading.Lock()
+        self._reading = threading.Lock()
+        self._broken: JournalError | None = None
+        self._closed = False
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise JournalError(f"{path.parent}: {error.strerror}") from error
+        self._file_lock = FileLock(path.with_name(path.name + ".lock"))
+        try:
+            with self._told():
+                self._open(fingerprint)
+        except BaseException:
+            self._file_lock.release()
+            raise
+
+    def append(self, entries: Sequence[Entry]) -> list[int]:
+        """Write entries in one transaction and return their sequence numbers, once on disk.
+
+        Raises
+        ------
+        JournalFullError
+            If there is no room; nothing was written and the journal goes on.
+        JournalError
+            If writing failed. Nothing can be said of what is on disk, and the journal takes nothing
+            more until it is opened again.
+        """
+        with self._writing:
+            if self._broken is not None:
+                raise self._broken
+            try:
+                with self._told(), self._transaction():
+                    return self._insert(entries)
+            except JournalFullError:
+                raise
+            except JournalError as error:
+                self._broken = error
+                raise
+
+    def read(self, after: int) -> Iterator[StoredEntry]:
+        """Yield the entries that follow a sequence number, verified, in bounded pieces."""
+        with self._told(), closing(self._connect("ro")) as connection:
+            previous = self._digest_of(connection, after)
+            sequence = after
+            while True:
+                head = self._head(connection)
+                if sequence >= head.sequence:
+                    break
+                piece = connection.execute(
+                    _ENTRY + "WHERE sequence > ? ORDER BY sequence LIMIT ?",
+                    (sequence, _PIECE_ENTRIES),
+                )
+                found = sequence
+                for row in piece:
+                    found += 1
+                    stored = self._verified(previous, found, row)
+                    previous = stored.digest
+                    yield stored
+                if found == sequence:
+                    raise self._damaged(sequence + 1, "the entry is missing")
+                sequence = found
+                if sequence == head.sequence and previous != head.digest:
+                    raise self._damaged(sequence, "it is not the entry that was written last")
+
+    def find(self, idempotency_key: str) -> StoredEntry | None:
+        """Return the entry with this key, or None."""
+        with self._told(), self._reading:
+            row = self._reader.execute(
+                _ENTRY + "WHERE idempotency_key = ?", (idempotency_key,)
+            ).fetchone()
+            return None if row is None else self._alone(row)
+
+    def quarantined(self, after: int, limit: int) -> list[Quarantined]:
+        """Return at most `limit` refused rows that follow a number of the quarantine."""
+        found: list[Quarantined] = []
+        with self._told(), self._reading:
+            begin = self._reader.execute(
+                "SELECT max(first) FROM quarantine WHERE first <= ?", (after + 1,)
+            ).fetchone()[0]
+            places = self._reader.execute(
+                "SELECT first, sequence FROM quarantine WHERE first >= ? ORDER BY first",
+                (begin or 0,),
+            )
+            for first, sequence in places:
+                if len(found) >= limit:
+                    break
+                entry = self._entry(sequence).entry
+                numbered = (
+                    Quarantined(first + place, sequence, entry.source, rejected)
+                    for place, rejected in enumerate(entry.rejects)
+                )
+                found.extend(one for one in numbered if one.number > after)
+        return found[:limit]
+
+    def counts(self) -> JournalCounts:
+        """Return the number of entries and measurements, and the state of the admission."""
+        with self._told(), self._reading:
+            head = self._head(self._reader)
+            admission = self._entry(head.sequence).entry.admission if head.sequence else ""
+            return JournalCounts(head.sequence, head.accepted, head.rejected, admission)
+
+    def skip(self, sequence: int, reason: str) -> None:
+        """Mark an entry that the engine cannot process, so that no replay tries it again."""
+        with self._writing, self._told(), self._transaction():
+            self._writer.execute(
+                "INSERT OR REPLACE INTO skipped VALUES (?, ?, ?)",
+                (sequence, reason, mark_digest(sequence, reason)),
+            )
+
+    def skipped(self) -> dict[int, str]:
+        """Return the entries that replays pass over, with the reason of each."""
+        with self._told(), self._reading:
+            marks = self._reader.execute(
+                "SELECT sequence, reason, digest FROM skipped ORDER BY sequence"
+            ).fetchall()
+        for sequence, reason, digest in marks:
+            if mark_digest(sequence, reason) != digest:
+                raise self._damaged(sequence, "its mark does not verify")
+        return {sequence: reason for sequence, reason, _ in marks}
+
+    def close(self) -> None:
+        """Let the journal go; closing twice is allowed."""
+        with self._writing, self._reading:
+            if self._closed:
+                return
+            self._closed = True
+            try:
+                self._reader.close()
+                self._writer.close()
+            finally:
+                self._file_lock.release()
+
+    # ---------------------------------------------------------------- opening
+
+    def _open(self, fingerprint: str) -> None:
+        self._writer = self._connect("rwc")
+        try:
+            self._require("journal_mode", "WAL", "wal")
+            self._require("synchronous", "FULL", _SYNCHRONOUS_FULL)
+            if not self._writer.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]:
+                self._create(fingerprint)
+            self._check_header(fingerprint)
+            self._reader = self._connect("ro")
+        except BaseException:
+            self._writer.close()
+            raise
+
+    def _connect(self, mode: str) -> sqlite3.Connection:
+        return sqlite3.connect(
+            f"file:{quote(str(self._path.absolute()))}?mode={mode}",
+            uri=True,
+            timeout=_BUSY_S,
+            isolation_level=None,
+            check_same_thread=False,
+        )
+
+    def _require(self, pragma: str, value: str, expected: str | int) -> None:
+        self._writer.execute(f"PRAGMA {pragma}={value}")
+        actual = self._writer.execute(f"PRAGMA {pragma}").fetchone()[0]
+        if actual != expected:
+            raise JournalError(
+                f"{self._path}: expected {pragma} {expected}, was {actual}; "
+                "the file system cannot hold a journal"
+            )
+
+    def _create(self, fingerprint: str) -> None:
+        with self._transaction():
+            for statement in _SCHEMA.strip().split(";\n"):
+                self._writer.execute(statement)
+            self._writer.execute("INSERT INTO header VALUES (?, ?)", (FORMAT_VERSION, fingerprint))
+            origin = origin_digest(FORMAT_VERSION, fingerprint)
+            self._writer.execute("INSERT INTO head VALUES (0, ?, 0, 0)", (origin,))
+
+    def _check_header(self, fingerprint: str) -> None:
+        rows = self._writer.execute("SELECT format_version, fingerprint FROM header").fetchall()
+        if len(rows) != 1:
+            raise JournalError(f"{self._path}: expected a journal with one header, was {len(rows)}")
+        version, begun_with = rows[0]
+        if version != FORMAT_VERSION:
+            raise ConfigurationError(
+                f"{self._path}: expected a journal of format {FORMAT_VERSION}, was {version}; "
+                "use the version of the program that wrote it, or name another journal"
+            )
+        if begun_with != fingerprint:
+            raise ConfigurationError(
+                f"{self._path}: the journal was begun with other sensors or tracking settings "
+                f"(fingerprint {begun_with[:12]}, now {fingerprint[:12]}); start with those, or "
+                "name another journal and replay the measurements into it"
+            )
+        self._origin = origin_digest(version, begun_with)
+
+    # ---------------------------------------------------------------- writing
+
+    @contextmanager
+    def _transaction(self) -> Iterator[None]:
+        self._writer.execute("BEGIN IMMEDIATE")
+        try:
+            yield
+            self._writer.execute("COMMIT")
+        except BaseException:
+            if self._writer.in_transaction:
+                self._writer.execute("ROLLBACK")
+            raise
+
+    def _insert(self, entries: Sequence[Entry]) -> list[int]:
+        sequence, digest, accepted, rejected = self._head(self._writer)
+        first = sequence + 1
+        for entry in entries:
+            sequence += 1
+            columns = Columns.of(entry)
+            digest = entry_digest(digest, sequence, columns)
+            self._writer.execute(
+                "INSERT INTO entry (sequence, kind, source, idempotency_key, payload, accepted, "
+                "rejects, admission, digest) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)",
+                (sequence, *columns, digest),
+            )
+            if entry.rejects:
+                self._writer.execute(
+                    "INSERT INTO quarantine VALUES (?, ?)", (rejected + 1, sequence)
+                )
+            accepted += entry.accepted
+            rejected += len(entry.rejects)
+        self._writer.execute(
+            "UPDATE head SET sequence = ?, digest = ?, accepted = ?, rejected = ?",
+            (sequence, digest, accepted, rejected),
+        )
+        return list(range(first, sequence + 1))
+
+    # ---------------------------------------------------------------- verifying
+
+    def _verified(self, previous: bytes, sequence: int, row: tuple[Any, ...]) -> StoredEntry:
+        columns = Columns(*row[:7])
+        digest, found = row[7:]
+        if found != sequence:
+            raise self._damaged(sequence, f"expected this entry, found {found}")
+        try:
+            intact = entry_digest(previous, sequence, columns) == digest
+        except (AttributeError, TypeError, UnicodeError):
+            # A column has another type than was written.
+            intact = False
+        if not intact:
+            raise self._damaged(sequence, "its digest does not agree with its content")
+        return StoredEntry(sequence, columns.entry(), digest)
+
+    def _entry(self, sequence: int) -> StoredEntry:
+        row = self._reader.execute(_ENTRY + "WHERE sequence = ?", (sequence,)).fetchone()
+        if row is None:
+            raise self._damaged(sequence, "the entry is missing")
+        return self._alone(row)
+
+    # An entry by itself: verified against the digest that the entry before carries.
+    def _alone(self, row: tuple[Any, ...]) -> StoredEntry:
+        sequence = row[8]
+        if not isinstance(sequence, int):
+            raise JournalError(f"{self._path}: expected a sequence number, was {sequence!r}")
+        return self._verified(self._digest_of(self._reader, sequence - 1), sequence, row)
+
+    def _digest_of(self, connection: sqlite3.Connection, sequence: int) -> bytes:
+        if sequence == 0:
+            return self._origin
+        row = connection.execute(
+            "SELECT digest FROM entry WHERE sequence = ?", (sequence,)
+        ).fetchone()
+        if row is None or not isinstance(row[0], bytes):
+            raise self._damaged(sequence, "the entry is missing")
+        return row[0]
+
+    def _head(self, connection: sqlite3.Connection) -> _Head:
+        rows = connection.execute(
+            "SELECT sequence, digest, accepted, rejected FROM head"
+        ).fetchall()
+        intact = len(rows) == 1 and [type(value) for value in rows[0]] == [int, bytes, int, int]
+        if not intact:
+            raise JournalError(f"{self._path}: expected a journal with one head, was {rows}")
+        return _Head(*rows[0])
+
+    def _damaged(self, sequence: int, how: str) -> JournalError:
+        return JournalError(f"{self._path}: entry {sequence} of the journal is damaged: {how}")
+
+    @contextmanager
+    def _told(self) -> Iterator[None]:
+        try:
+            yield
+        except sqlite3.Error as error:
+            name = getattr(error, "sqlite_errorname", type(error).__name__)
+            if name == "SQLITE_FULL":
+                raise JournalFullError(f"{self._path}: no room on the disk") from error
+            raise JournalError(f"{self._path}: {error} ({name})") from error
