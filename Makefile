@@ -4,6 +4,11 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
+# Compiled kernels are cached by the file of the outermost function alone; a cache of its own for
+# each state of the kernels keeps a change in one file from meeting stale code of another.
+KERNELS := $(shell cat $$(find service converters -name '*_kernels.py' | sort) | sha256sum | cut -c1-16)
+export NUMBA_CACHE_DIR := $(CURDIR)/.numba/$(KERNELS)
+
 .PHONY: help install test lint types contracts check demo bench lock clean
 
 help: ## Show the targets
@@ -42,4 +47,4 @@ lock: ## Pin all versions anew (needs uv)
 	uv pip compile --universal --generate-hashes --python-version 3.11 --no-emit-index-url --no-header --extra dev pyproject.toml -o constraints.txt
 
 clean: ## Remove what make made
-	rm -rf $(VENV) .mypy_cache .pytest_cache .ruff_cache .import_linter_cache
+	rm -rf $(VENV) .mypy_cache .pytest_cache .ruff_cache .import_linter_cache .numba

@@ -1,6 +1,8 @@
 """What the tracker says: updates of tracks, ends of tracks, and the biases of each epoch."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +13,29 @@ STATE_COASTING = 2
 
 #: Names of the states on the wire, by number.
 STATE_NAMES = ("tentative", "confirmed", "coasting")
+
+
+_UPDATE_TYPES: dict[str, type] = {
+    "sequence": np.int64,
+    "track_id": np.int64,
+    "sensor": np.int32,
+    "track_number": np.int64,
+    "mode_s_address": np.int64,
+    "mode_3a": np.int32,
+    "state": np.int8,
+}
+_BIAS_TYPES: dict[str, type] = {"epoch": np.int64, "sensor": np.int32, "parameter": np.int8}
+
+
+def _joined(row_type: type, parts: Sequence[Any], dtypes: dict[str, type]) -> dict[str, Any]:
+    # Columns of all parts, one after the other; without parts, empty columns of the right type.
+    return {
+        field.name: np.concatenate(
+            [np.empty(0, dtypes.get(field.name, np.float64))]
+            + [getattr(part, field.name) for part in parts]
+        )
+        for field in fields(row_type)
+    }
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +87,13 @@ class TrackUpdates:
     def __len__(self) -> int:
         return len(self.sequence)
 
+    @classmethod
+    def concatenate(cls, parts: "Sequence[TrackUpdates]") -> "TrackUpdates":
+        """Return the rows of all parts, one after the other."""
+        if len(parts) == 1:
+            return parts[0]
+        return cls(**_joined(cls, parts, _UPDATE_TYPES))
+
 
 @dataclass(frozen=True, slots=True)
 class BiasRecords:
@@ -91,6 +123,13 @@ class BiasRecords:
     def __len__(self) -> int:
         return len(self.epoch)
 
+    @classmethod
+    def concatenate(cls, parts: "Sequence[BiasRecords]") -> "BiasRecords":
+        """Return the rows of all parts, one after the other."""
+        if len(parts) == 1:
+            return parts[0]
+        return cls(**_joined(cls, parts, _BIAS_TYPES))
+
 
 @dataclass(frozen=True, slots=True)
 class EndedTracks:
@@ -109,6 +148,13 @@ class EndedTracks:
 
     def __len__(self) -> int:
         return len(self.track_id)
+
+    @classmethod
+    def concatenate(cls, parts: "Sequence[EndedTracks]") -> "EndedTracks":
+        """Return the rows of all parts, one after the other."""
+        if len(parts) == 1:
+            return parts[0]
+        return cls(**_joined(cls, parts, {"track_id": np.int64}))
 
 
 @dataclass(frozen=True, slots=True)

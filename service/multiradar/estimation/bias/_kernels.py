@@ -1,0 +1,89 @@
+"""Compiled fold of logged measurements into the biases, by covariance intersection."""
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from multiradar.estimation.filters._separated_kernels import best_gamma
+from multiradar.estimation.measurement._kernels import bias_column
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def fold_biases(
+    log: Floats,
+    sensors: Integers,
+    starts: Integers,
+    parameters: Integers,
+    scales: Floats,
+    bias: Floats,
+    covariance: Floats,
+) -> None:
+    """Fold logged measurements into the biases by covariance intersection, one after the other.
+
+    (1.43)-(1.45) for ς: the aircraft's uncertainty N is the other part. ``scales`` (1/variance of
+    the prior of each parameter) make the trace to be minimised dimensionless.
+    """
+    J = np.empty((2, 4))
+    F = np.empty((4, 2))
+    for row in range(log.shape[0]):
+        if not log[row, 5] > 0.0:
+            continue
+        s = sensors[row]
+        first = starts[s]
+        size = starts[s + 1] - first
+        if size == 0:
+            continue
+        e0 = log[row, 0]
+        e1 = log[row, 1]
+        for c in range(size):
+            J[0, c], J[1, c] = bias_column(
+                parameters[first + c], log[row, 7], log[row, 8], log[row, 9]
+            )
+            e0 -= J[0, c] * bias[first + c]
+            e1 -= J[1, c] * bias[first + c]
+        trace = 0.0
+        b00 = 0.0
+        b01 = 0.0
+        b11 = 0.0
+        m00 = 0.0
+        m01 = 0.0
+        m11 = 0.0
+        for c in range(size):
+            f0 = 0.0
+            f1 = 0.0
+            for d in range(size):
+                p = covariance[first + c, first + d]
+                f0 += p * J[0, d]
+                f1 += p * J[1, d]
+            F[c, 0] = f0
+            F[c, 1] = f1
+            b00 += J[0, c] * f0
+            b01 += J[0, c] * f1
+            b11 += J[1, c] * f1
+            scale = scales[first + c]
+            trace += scale * covariance[first + c, first + c]
+            m00 += scale * f0 * f0
+            m01 += scale * f0 * f1
+            m11 += scale * f1 * f1
+        n = (log[row, 2], log[row, 3], log[row, 4])
+        w = (log[row, 5], log[row, 6])
+        gamma = best_gamma(trace, (m00, m01, m11), (b00, b01, b11), n, w)
+        if gamma == 0.0:
+            continue
+        g = 1.0 + gamma
+        h = 1.0 + 1.0 / gamma
+        s00 = g * b00 + h * n[0] + w[0]
+        s01 = g * b01 + h * n[1]
+        s11 = g * b11 + h * n[2] + w[1]
+        det = s00 * s11 - s01 * s01
+        for c in range(size):
+            k0 = g * (F[c, 0] * s11 - F[c, 1] * s01) / det
+            k1 = g * (F[c, 1] * s00 - F[c, 0] * s01) / det
+            bias[first + c] += k0 * e0 + k1 * e1
+            for d in range(c, size):
+                x = g * covariance[first + c, first + d] - g * (k0 * F[d, 0] + k1 * F[d, 1])
+                covariance[first + c, first + d] = x
+                covariance[first + d, first + c] = x

@@ -1,0 +1,130 @@
+"""The bias store by epochs: gathers what the measurements say, merges it when an epoch closes."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar.estimation.bias._kernels import fold_biases
+from multiradar.estimation.bias.store import BiasState, add_information, drift, prior
+from multiradar.estimation.filters._two_stage_kernels import anchor_aircraft
+from multiradar.estimation.filters.arrays import Aircraft
+from multiradar.estimation.filters.bank import FilterDefinition
+from multiradar.estimation.measurement.sensors import SensorTable
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+
+class BiasBook:
+    """The published biases, and what waits to be merged into them.
+
+    Parameters
+    ----------
+    sensors : SensorTable
+        The sensors and their bias parameters.
+    definition : FilterDefinition
+        Decides how measurements are merged.
+
+    Raises
+    ------
+    ConfigurationError
+        If a prior standard deviation is not positive or a drift is negative.
+    """
+
+    def __init__(self, sensors: SensorTable, definition: FilterDefinition) -> None:
+        self._sensors = sensors
+        self._definition = definition
+        self._parameters = sensors.parameter_kind.astype(np.int64)
+        self._starts = column_starts(sensors)
+        self._log: list[tuple[Floats, Integers]] = []
+        self.state: BiasState = prior(sensors)
+
+    def log(self, log: Floats, sensors: Integers) -> None:
+        """Keep logged measurements of the epoch, in canonical order, where the filter folds them.
+
+        Parameters
+        ----------
+        log : (n, 10) float64
+            As `multiradar.estimation.filters.arrays.Result.log`.
+        sensors : (n,) int64
+            Index of the sensor of each.
+        """
+        if self._definition.folds_log:
+            said = log[:, 5] > 0.0
+            self._log.append((log[said], sensors[said]))
+
+    def merge(self, information: Floats, vector: Floats) -> None:
+        """Merge what the epoch gave: sums partition by partition, or the log row by row.
+
+        Parameters
+        ----------
+        information : (p, c, c) float64
+            Sums of the information of each partition, upper triangle.
+        vector : (p, c) float64
+            Sums of the information vector.
+        """
+        if self._definition.folds_log:
+            self._fold()
+            return
+        total = np.zeros(information.shape[1:])
+        total_vector = np.zeros(vector.shape[1:])
+        # One after the other, so that the sum does not depend on how a library would pair them.
+        for part, part_vector in zip(information, vector, strict=True):
+            total += part
+            total_vector += part_vector
+        total += np.triu(total, 1).T
+        self.state = add_information(self.state, total, total_vector)
+
+    def drift(self, duration_s: float, aircraft: Aircraft) -> bool:
+        """Let the biases walk, and anchor the aircraft that depend on them anew.
+
+        Parameters
+        ----------
+        duration_s : float
+            How long, s of data time.
+        aircraft : Aircraft
+            Changed in place where the filter keeps the sensitivity.
+
+        Returns
+        -------
+        bool
+            Whether anything walked.
+        """
+        rates = self._sensors.drift
+        if not rates.any():
+            return False
+        self.state, gain = drift(self.state, rates, duration_s)
+        if self._definition.keeps_sensitivity:
+            started = np.flatnonzero(~np.isnan(aircraft.time))
+            complement = self.state.estimate - gain @ self.state.estimate
+            spread = gain @ np.diag(rates**2 * duration_s)
+            anchor_aircraft(started, aircraft, complement, gain, spread)
+        return True
+
+    def _fold(self) -> None:
+        if not self._log:
+            return
+        estimate = self.state.estimate.copy()
+        covariance = self.state.covariance.copy()
+        fold_biases(
+            np.concatenate([log for log, _ in self._log]),
+            np.concatenate([sensors for _, sensors in self._log]),
+            self._starts, self._parameters, self.state.scale**-2.0, estimate, covariance,
+        )  # fmt: skip
+        self._log.clear()
+        self.state = BiasState(estimate, covariance, self.state.scale)
+
+
+def column_starts(sensors: SensorTable) -> Integers:
+    """Return the first column of each sensor in the bias vector.
+
+    Parameters
+    ----------
+    sensors : SensorTable
+        The sensors; their parameters are grouped by sensor.
+
+    Returns
+    -------
+    (m + 1,) int64
+        Columns of sensor j are those from item j up to item j + 1.
+    """
+    return np.searchsorted(sensors.parameter_sensor, np.arange(len(sensors) + 1)).astype(np.int64)

@@ -1,0 +1,158 @@
+"""The store of radar biases: what all aircraft share, published at the end of each epoch."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar.errors import ConfigurationError
+from multiradar.estimation.measurement.sensors import SensorTable
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class BiasState:
+    """The biases of all sensors as they are published.
+
+    Attributes
+    ----------
+    estimate : (c,) float64
+        Estimates, in the order of `SensorTable.parameter_kind` (m, rad, 1 or s by kind).
+    covariance : (c, c) float64
+        Covariance of their errors.
+    scale : (c,) float64
+        Prior standard deviations: what the parameters are divided by before a factorisation, since
+        metres and radians differ by many powers of ten.
+    """
+
+    estimate: Floats
+    covariance: Floats
+    scale: Floats
+
+    @property
+    def sigma(self) -> Floats:
+        """Standard deviations of the estimates, (c,) float64."""
+        sigma: Floats = np.sqrt(np.diagonal(self.covariance))
+        return sigma
+
+
+def prior(table: SensorTable) -> BiasState:
+    """Return what is known of the biases before any measurement.
+
+    Parameters
+    ----------
+    table : SensorTable
+        The sensors with their bias parameters.
+
+    Returns
+    -------
+    BiasState
+        Prior means, and a diagonal covariance.
+
+    Raises
+    ------
+    ConfigurationError
+        If a prior standard deviation is not positive or a drift is negative.
+    """
+    for index, (sigma, drift) in enumerate(zip(table.prior_sigma, table.drift, strict=True)):
+        if not (0.0 < sigma < np.inf and 0.0 <= drift < np.inf):
+            sensor = table.ids[table.parameter_sensor[index]]
+            raise ConfigurationError(
+                f"bias of sensor {sensor}: expected a prior sigma above 0 and a drift of at least "
+                f"0, was {sigma} and {drift}"
+            )
+    return BiasState(
+        estimate=table.prior_mean.copy(),
+        covariance=np.diag(table.prior_sigma**2),
+        scale=table.prior_sigma.copy(),
+    )
+
+
+def add_information(state: BiasState, information: Floats, vector: Floats) -> BiasState:
+    """Add the information that an epoch of measurements gave.
+
+    Parameters
+    ----------
+    state : BiasState
+        The biases before.
+    information : (c, c) float64
+        Sum of Uᵀ S⁻¹ U over the measurements.
+    vector : (c,) float64
+        Sum of Uᵀ S⁻¹ ν, with ν the innovations at bias zero.
+
+    Returns
+    -------
+    BiasState
+        ς̂ = Y⁻¹ y and P_ς = Y⁻¹ with Y = P_ς⁻¹ + information, y = P_ς⁻¹ ς̂ + vector.
+
+    Notes
+    -----
+    Everything is divided by the prior standard deviations first: then the factorisations work on
+    numbers near one.
+
+    References
+    ----------
+    Friedland, B., "Treatment of bias in recursive filtering", IEEE TAC 14 (1969), 359-367.
+    """
+    if len(state.scale) == 0 or not information.any():
+        return state
+    scale = np.outer(state.scale, state.scale)
+    old = symmetric_inverse(state.covariance / scale)
+    new = old + information * scale
+    covariance = symmetric_inverse(new)
+    shift = covariance @ ((vector - information @ state.estimate) * state.scale)
+    return replace(
+        state,
+        estimate=state.estimate + shift * state.scale,
+        covariance=covariance * scale,
+    )
+
+
+def drift(state: BiasState, rates: Floats, duration_s: float) -> tuple[BiasState, Floats]:
+    """Let the biases walk for a while.
+
+    Parameters
+    ----------
+    state : BiasState
+        The biases before.
+    rates : (c,) float64
+        Standard deviation of the walk of each parameter after one second.
+    duration_s : float
+        How long, s.
+
+    Returns
+    -------
+    state : BiasState
+        The same estimate with P_ς + Q_ς.
+    gain : (c, c) float64
+        G = P_ς (P_ς + Q_ς)⁻¹, by which aircraft that depend on the biases are anchored anew.
+    """
+    scale = np.outer(state.scale, state.scale)
+    walked = state.covariance + np.diag(rates**2 * duration_s)
+    gain = (state.covariance / scale) @ symmetric_inverse(walked / scale)
+    gain *= state.scale[:, None] / state.scale[None, :]
+    return replace(state, covariance=walked), gain
+
+
+def symmetric_inverse(matrix: Floats) -> Floats:
+    """Return the inverse of a symmetric positive definite matrix, exactly symmetric.
+
+    Parameters
+    ----------
+    matrix : (c, c) float64
+        The matrix; only symmetric positive definite ones have a Cholesky factor.
+
+    Returns
+    -------
+    (c, c) float64
+        Its inverse.
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        If the matrix is not positive definite.
+    """
+    root = np.linalg.cholesky(matrix)
+    half = np.linalg.solve(root, np.eye(len(matrix)))
+    return half.T @ half

@@ -1,0 +1,150 @@
+"""The arrays that the compiled filters work on, bundled by their owner.
+
+Named tuples, because compiled functions take them as they are. All arrays of `Aircraft` belong to
+one shard and are changed in place by its kernels (the one exception to frozen states).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+
+class Rows(NamedTuple):
+    """Measurements in canonical order.
+
+    Attributes
+    ----------
+    slot : (n,) int64
+        Place of the aircraft in `Aircraft`, −1 for none.
+    time : (n,) float64
+        Data time, s; never going back for one aircraft.
+    kind, sensor : (n,) int64
+        Kind of the measurement and index of the sensor.
+    z : (n, 2) float64
+        Range (m) and azimuth (rad), or east and north in the system plane (m).
+    height : (n,) float64
+        Measured height, m, NaN when there is none.
+    """
+
+    slot: Integers
+    time: Floats
+    kind: Integers
+    sensor: Integers
+    z: Floats
+    height: Floats
+
+
+class Model(NamedTuple):
+    """What all aircraft share: the plane, the sensors, the published biases, the options.
+
+    Attributes
+    ----------
+    plane : (k,) float64
+        Parameters of the system plane.
+    sites : (m, l) float64
+        Parameters of the sites.
+    noises : (m, 4) float64
+        Variances of range (m²), azimuth (rad²), reported position (m² on each axis); height of the
+        site (m).
+    starts : (m + 1,) int64
+        First column of each sensor in the bias vector.
+    parameters : (c,) int64
+        Kind of each bias parameter.
+    bias : (c,) float64
+        Published estimate of the biases.
+    bias_covariance : (c, c) float64
+        Its covariance.
+    factor : (c, c) float64
+        Upper triangular Lᵀ with L Lᵀ = `bias_covariance` (Cholesky).
+    options : (OPTION_COUNT,) float64
+        The options, at the places named in `_kernels`.
+    """
+
+    plane: Floats
+    sites: Floats
+    noises: Floats
+    starts: Integers
+    parameters: Integers
+    bias: Floats
+    bias_covariance: Floats
+    factor: Floats
+    options: Floats
+
+
+class Aircraft(NamedTuple):
+    """The state of every aircraft of a shard.
+
+    Attributes
+    ----------
+    mean : (s, 4) float64
+        East, north (m) and their rates (m/s); at bias zero for the two-stage filter.
+    covariance : (s, 10) float64
+        Upper triangle of its covariance.
+    sensitivity : (s, 4, c) float64
+        Derivative of the mean by the biases; without columns for filters that do not keep it.
+    time : (s,) float64
+        Data time of the state, NaN for an aircraft that has not started.
+    height : (s,) float64
+        Last height heard, m, NaN when none was.
+    refusals : (s,) int64
+        Measurements refused in a row.
+    updates : (s,) int64
+        Measurements taken since the aircraft started.
+    surprise : (s,) float64
+        Fading mean of half the normalised innovation squared: 1 where the motion is as modelled.
+    """
+
+    mean: Floats
+    covariance: Floats
+    sensitivity: Floats
+    time: Floats
+    height: Floats
+    refusals: Integers
+    updates: Integers
+    surprise: Floats
+
+
+class Work(NamedTuple):
+    """Which rows to take, in which order.
+
+    Attributes
+    ----------
+    partitions : (w,) int64
+        The partitions to work through, in this order.
+    bounds : (p + 1,) int64
+        Where each partition begins in `order`.
+    order : (n,) int64
+        Indices of rows, grouped by partition, in canonical order within each.
+    """
+
+    partitions: Integers
+    bounds: Integers
+    order: Integers
+
+
+class Result(NamedTuple):
+    """What a step puts out.
+
+    Attributes
+    ----------
+    information : (p, c, c) float64
+        Sum of the information about the biases, upper triangle, for each partition.
+    vector : (p, c) float64
+        Sum of the information vector, for each partition.
+    log : (n, 10) float64
+        One row a measurement, for filters that fold measurements into the biases one by one.
+    outcome : (n,) int64
+        What became of each measurement.
+    readout : (n, 10) float64
+        State of the aircraft after it: see `_kernels.read_out`.
+    """
+
+    information: Floats
+    vector: Floats
+    log: Floats
+    outcome: Integers
+    readout: Floats

@@ -1,0 +1,294 @@
+"""The estimation engine: measurements in, track updates and biases out, by epochs of data time.
+
+During an epoch every aircraft uses the biases published at the end of the epoch before; what the
+measurements of an epoch say about the biases is merged, partition by partition, when it closes.
+The output is a function of the sequence of measurements alone: batches, workers and the time of
+day leave no trace in it.
+"""
+
+import itertools
+from collections import Counter
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar.errors import ConfigurationError
+from multiradar.estimation.bias.book import BiasBook
+from multiradar.estimation.filters._kernels import READOUT_COUNT, RESTARTED
+from multiradar.estimation.filters._separated_kernels import LOG_COUNT
+from multiradar.estimation.filters.arrays import Result, Rows, Work
+from multiradar.estimation.filters.bank import Outcome, find_filter
+from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.geodesy.system_plane import SystemPlane
+from multiradar.tracking._kernels import describe, observe
+from multiradar.tracking.measurements import MeasurementBatch
+from multiradar.tracking.model import filter_model
+from multiradar.tracking.order import ReorderBuffer
+from multiradar.tracking.outputs import (
+    STATE_CONFIRMED,
+    STATE_TENTATIVE,
+    BiasRecords,
+    EndedTracks,
+    EngineOutput,
+    TrackStates,
+    TrackUpdates,
+)
+from multiradar.tracking.pool import PARTITIONS, AircraftPool
+from multiradar.tracking.roster import RowIdentities
+from multiradar.tracking.settings import TrackingSettings
+
+#: Fewer rows than this are not worth waking other workers for.
+PARALLEL_ROWS_MIN = 512
+WORKERS_MAX = PARTITIONS
+
+Floats = NDArray[np.float64]
+
+
+class Engine:
+    """Estimates tracks and biases from admitted measurements; owned by one thread at a time.
+
+    Parameters
+    ----------
+    sensors : SensorTable
+        The sensors and their bias parameters.
+    settings : TrackingSettings
+        What the output depends on beside the measurements.
+    workers : int
+        Threads that step the aircraft, 1 to `WORKERS_MAX`; the output does not depend on it.
+
+    Raises
+    ------
+    ConfigurationError
+        If a setting or prior cannot be used.
+    UnknownFilterError
+        If there is no filter of the name in the settings.
+    """
+
+    def __init__(self, sensors: SensorTable, settings: TrackingSettings, workers: int = 1) -> None:
+        if not 1 <= workers <= WORKERS_MAX:
+            raise ConfigurationError(f"expected 1 to {WORKERS_MAX} workers, was {workers}")
+        self._sensors = sensors
+        self._settings = settings
+        self._filter = find_filter(settings.filter_name)
+        self._plane = _plane_for(sensors)
+        self._order = ReorderBuffer(settings.reorder_horizon_s)
+        self._book = BiasBook(sensors, self._filter)
+        columns = len(sensors.parameter_kind)
+        self._pool = AircraftPool(columns if self._filter.keeps_sensitivity else 0)
+        self._information = np.zeros((PARTITIONS, columns, columns))
+        self._vector = np.zeros((PARTITIONS, columns))
+        self._model = filter_model(sensors, settings, self._plane, self._book.state)
+        self._epoch: int | None = None
+        self._sequence = 0
+        self._outcomes: Counter[str] = Counter()
+        self._workers = workers
+        self._executor = ThreadPoolExecutor(workers, "step") if workers > 1 else None
+
+    @property
+    def plane(self) -> SystemPlane:
+        """The system plane that the states of `tracks` are in."""
+        return self._plane
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """What became of the measurements so far, by outcome; also `LATE` and `DUPLICATE`."""
+        counts = {outcome.name: self._outcomes[outcome.name] for outcome in Outcome}
+        return {**counts, "LATE": self._order.late, "DUPLICATE": self._order.duplicates}
+
+    def push(self, batch: MeasurementBatch) -> EngineOutput:
+        """Take admitted measurements.
+
+        Parameters
+        ----------
+        batch : MeasurementBatch
+            Rows in the order of their arrival, in any order of time within the horizon.
+
+        Returns
+        -------
+        EngineOutput
+            What came out: nothing while the rows wait for the horizon to pass.
+        """
+        released = self._order.push(batch)
+        return _EMPTY if released is None else self._process(released)
+
+    def flush(self) -> EngineOutput:
+        """Release what waits to be put in order and close the epoch: the end of a stream.
+
+        Returns
+        -------
+        EngineOutput
+            What came out.
+        """
+        released = self._order.flush()
+        output = _EMPTY if released is None else self._process(released)
+        if self._epoch is None:
+            return output
+        biases = [output.biases] if len(output.biases) else []
+        biases.append(self._close_epoch())
+        return EngineOutput(output.updates, BiasRecords.concatenate(biases), output.ended)
+
+    def tracks(self) -> TrackStates:
+        """Return the live tracks with the uncertainty of the biases included."""
+        slots = self._pool.used()
+        slots = slots[~np.isnan(self._pool.aircraft.time[slots])]
+        slots = slots[np.argsort(self._pool.roster.track_id[slots])]
+        aircraft = self._pool.aircraft
+        covariance = np.empty((len(slots), 4, 4))
+        upper = np.triu_indices(4)
+        covariance[:, upper[0], upper[1]] = aircraft.covariance[slots]
+        covariance[:, upper[1], upper[0]] = aircraft.covariance[slots]
+        mean = aircraft.mean[slots]
+        if self._filter.keeps_sensitivity:
+            sensitivity = aircraft.sensitivity[slots]
+            mean += sensitivity @ self._book.state.estimate
+            root = sensitivity @ self._model.factor.T
+            covariance += root @ root.transpose(0, 2, 1)
+        return TrackStates(
+            track_id=self._pool.roster.track_id[slots],
+            time_s=aircraft.time[slots],
+            mean=mean,
+            covariance=covariance,
+            height_m=aircraft.height[slots],
+        )
+
+    def close(self) -> None:
+        """Let the threads go."""
+        if self._executor is not None:
+            self._executor.shutdown()
+
+    def _process(self, batch: MeasurementBatch) -> EngineOutput:
+        rows, result, codes = self._prepare(batch)
+        identities = RowIdentities.empty(len(batch))
+        rows = rows._replace(slot=identities.slot)
+        epochs = np.floor(batch.time_s / self._settings.epoch_s).astype(np.int64)
+        cuts = [0, *(np.flatnonzero(np.diff(epochs)) + 1).tolist(), len(batch)]
+        biases: list[BiasRecords] = []
+        ended: list[EndedTracks] = []
+        for first, last in itertools.pairwise(cuts):
+            epoch = int(epochs[first])
+            if epoch != self._epoch:
+                if self._epoch is not None:
+                    biases.append(self._close_epoch())
+                    ended.append(self._open_epoch(self._epoch, epoch))
+                self._epoch = epoch
+            self._pool.assign(batch, codes, first, last, identities)
+            self._step(rows, result, first, last)
+            self._book.log(result.log[first:last], rows.sensor[first:last])
+        return EngineOutput(
+            updates=self._describe(batch, identities, result),
+            biases=BiasRecords.concatenate(biases),
+            ended=EndedTracks.concatenate(ended),
+        )
+
+    def _prepare(self, batch: MeasurementBatch) -> tuple[Rows, Result, NDArray[np.int64]]:
+        n = len(batch)
+        z = np.empty((n, 2))
+        kind = batch.kind.astype(np.int64)
+        observe(
+            kind, batch.range_m, batch.azimuth_rad, batch.latitude_rad, batch.longitude_rad,
+            self._model.plane, z,
+        )  # fmt: skip
+        rows = Rows(
+            slot=np.empty(0, np.int64),
+            time=batch.time_s,
+            kind=kind,
+            sensor=batch.sensor.astype(np.int64),
+            z=z,
+            height=batch.height_m,
+        )
+        result = Result(
+            information=self._information,
+            vector=self._vector,
+            log=np.zeros((0 if self._filter.keeps_sensitivity else n, LOG_COUNT)),
+            outcome=np.zeros(n, np.int64),
+            readout=np.zeros((n, READOUT_COUNT)),
+        )
+        return rows, result, batch.mode_3a.astype(np.int64)
+
+    def _step(self, rows: Rows, result: Result, first: int, last: int) -> None:
+        used, work = self._pool.work(rows.slot[first:last], first)
+        step, aircraft = self._filter.step, self._pool.aircraft
+        if self._executor is None or last - first < PARALLEL_ROWS_MIN:
+            step(work, rows, self._model, aircraft, result, True)
+            return
+        shares = [
+            Work(used[worker :: self._workers].copy(), work.bounds, work.order)
+            for worker in range(self._workers)
+        ]
+        tasks = [
+            self._executor.submit(step, share, rows, self._model, aircraft, result, True)
+            for share in shares
+        ]
+        for task in tasks:
+            task.result()
+
+    def _describe(
+        self, batch: MeasurementBatch, identities: RowIdentities, result: Result
+    ) -> TrackUpdates:
+        for outcome, count in enumerate(np.bincount(result.outcome).tolist()):
+            self._outcomes[Outcome(outcome).name] += count
+        taken = np.flatnonzero(result.outcome <= RESTARTED)
+        described = np.empty((len(taken), 6))
+        describe(taken, result.readout, self._model.plane, described)
+        first = self._sequence + 1
+        self._sequence += len(taken)
+        confirmed = result.readout[taken, 9] >= self._settings.confirm_updates
+        return TrackUpdates(
+            sequence=np.arange(first, self._sequence + 1, dtype=np.int64),
+            time_s=batch.time_s[taken],
+            track_id=identities.track_id[taken],
+            sensor=batch.sensor[taken],
+            track_number=identities.track_number[taken],
+            mode_s_address=identities.mode_s_address[taken],
+            mode_3a=identities.mode_3a[taken].astype(np.int32),
+            latitude_rad=described[:, 0],
+            longitude_rad=described[:, 1],
+            height_m=result.readout[taken, 8],
+            speed_mps=described[:, 2],
+            heading_rad=described[:, 3],
+            position_sigma_m=described[:, 4],
+            velocity_sigma_mps=described[:, 5],
+            state=np.where(confirmed, STATE_CONFIRMED, STATE_TENTATIVE).astype(np.int8),
+        )
+
+    def _close_epoch(self) -> BiasRecords:
+        assert self._epoch is not None
+        self._book.merge(self._information, self._vector)
+        self._information[:] = 0.0
+        self._vector[:] = 0.0
+        self._publish()
+        state, count = self._book.state, len(self._sensors.parameter_kind)
+        end_s = (self._epoch + 1) * self._settings.epoch_s
+        return BiasRecords(
+            epoch=np.full(count, self._epoch, np.int64),
+            time_s=np.full(count, end_s),
+            sensor=self._sensors.parameter_sensor,
+            parameter=self._sensors.parameter_kind,
+            estimate=state.estimate,
+            sigma=state.sigma,
+        )
+
+    def _open_epoch(self, closed: int, opened: int) -> EndedTracks:
+        """End the tracks that are too old by then, and let the biases drift until then."""
+        start_s = opened * self._settings.epoch_s
+        ended = self._pool.drop(start_s - self._settings.drop_after_s)
+        if self._book.drift((opened - closed) * self._settings.epoch_s, self._pool.aircraft):
+            self._publish()
+        return EndedTracks(ended, np.full(len(ended), start_s))
+
+    def _publish(self) -> None:
+        self._model = filter_model(self._sensors, self._settings, self._plane, self._book.state)
+
+
+def _plane_for(sensors: SensorTable) -> SystemPlane:
+    if np.isnan(sensors.latitude_rad).all():
+        raise ConfigurationError("expected at least one sensor with a position, there is none")
+    return SystemPlane.for_sensors(sensors.latitude_rad, sensors.longitude_rad)
+
+
+_EMPTY = EngineOutput(
+    updates=TrackUpdates.concatenate([]),
+    biases=BiasRecords.concatenate([]),
+    ended=EndedTracks.concatenate([]),
+)

@@ -1,0 +1,159 @@
+"""Compiled look-up of aircraft by identity, and the turn of readouts into track updates.
+
+The look-up tables are open hash tables: ``keys`` (−1 = free) and ``values`` of a length that is a
+power of two, at most half full, probed one place after the other.
+"""
+
+from math import atan2, hypot, sqrt
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from multiradar.estimation.filters.arrays import Aircraft
+from multiradar.estimation.measurement._kernels import KIND_POSITION
+from multiradar.geodesy._kernels import geodetic_to_plane, local_matrix, plane_to_geodetic
+from multiradar.tracking.roster import Roster, RowIdentities
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+MISSING = -1
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def find_place(keys: Integers, key: int) -> int:
+    """Return the place of a key, or the free place where it would go."""
+    mask = keys.shape[0] - 1
+    # Multiplicative hashing (Knuth): the high bits of a product with an odd constant.
+    place = ((key * 2654435761) >> 8) & mask
+    while keys[place] != MISSING and keys[place] != key:
+        place = (place + 1) & mask
+    return place
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def look_up(keys: Integers, values: Integers, key: int) -> int:
+    """Return the value of a key, −1 where there is none."""
+    if key < 0:
+        return MISSING
+    place = find_place(keys, key)
+    return values[place] if keys[place] == key else MISSING
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def insert(keys: Integers, values: Integers, key: int, value: int) -> None:
+    """Set the value of a key."""
+    place = find_place(keys, key)
+    keys[place] = key
+    values[place] = value
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def rebuild(roster: Roster) -> None:
+    """Fill both tables anew from the aircraft in use."""
+    roster.number_keys[:] = MISSING
+    roster.address_keys[:] = MISSING
+    for slot in range(roster.track_id.shape[0]):
+        if roster.track_id[slot] == MISSING:
+            continue
+        if roster.track_number[slot] >= 0:
+            insert(roster.number_keys, roster.number_slots, roster.track_number[slot], slot)
+        if roster.mode_s_address[slot] >= 0:
+            insert(roster.address_keys, roster.address_slots, roster.mode_s_address[slot], slot)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def assign(
+    first: int,
+    last: int,
+    track_numbers: Integers,
+    addresses: Integers,
+    codes: Integers,
+    roster: Roster,
+    aircraft: Aircraft,
+    identities: RowIdentities,
+) -> int:
+    """Find or make the aircraft of rows first…last; return the row that needs more room, or last.
+
+    ``roster.counters`` holds the last track identifier given and the number of free slots, which
+    are taken from the end of ``roster.free``.
+    """
+    for row in range(first, last):
+        number = track_numbers[row]
+        address = addresses[row]
+        slot = look_up(roster.number_keys, roster.number_slots, number)
+        if slot < 0:
+            slot = look_up(roster.address_keys, roster.address_slots, address)
+            # An address that is known under another number belongs to another aircraft.
+            if slot >= 0 and number >= 0 and roster.track_number[slot] >= 0:
+                slot = MISSING
+        if slot < 0 and (number >= 0 or address >= 0):
+            if roster.counters[1] == 0:
+                return row
+            roster.counters[1] -= 1
+            slot = roster.free[roster.counters[1]]
+            roster.counters[0] += 1
+            roster.track_id[slot] = roster.counters[0]
+            roster.track_number[slot] = MISSING
+            roster.mode_s_address[slot] = MISSING
+            roster.mode_3a[slot] = MISSING
+            aircraft.time[slot] = np.nan
+            aircraft.height[slot] = np.nan
+            aircraft.refusals[slot] = 0
+            aircraft.updates[slot] = 0
+        identities.slot[row] = slot
+        if slot < 0:
+            continue
+        if number >= 0 and roster.track_number[slot] < 0:
+            roster.track_number[slot] = number
+            insert(roster.number_keys, roster.number_slots, number, slot)
+        if address >= 0 and roster.mode_s_address[slot] < 0:
+            roster.mode_s_address[slot] = address
+            insert(roster.address_keys, roster.address_slots, address, slot)
+        if codes[row] >= 0:
+            roster.mode_3a[slot] = codes[row]
+        identities.track_id[row] = roster.track_id[slot]
+        identities.track_number[row] = roster.track_number[slot]
+        identities.mode_s_address[row] = roster.mode_s_address[slot]
+        identities.mode_3a[row] = roster.mode_3a[slot]
+    return last
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def observe(
+    kinds: Integers,
+    ranges: Floats,
+    azimuths: Floats,
+    latitudes: Floats,
+    longitudes: Floats,
+    plane: Floats,
+    z: Floats,
+) -> None:
+    """Fill z: range and azimuth of a plot, east and north of a reported position."""
+    for row in range(kinds.shape[0]):
+        if kinds[row] == KIND_POSITION:
+            z[row, 0], z[row, 1] = geodetic_to_plane(plane, latitudes[row], longitudes[row])
+        else:
+            z[row, 0] = ranges[row]
+            z[row, 1] = azimuths[row]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def describe(rows: Integers, readouts: Floats, plane: Floats, described: Floats) -> None:
+    """Turn readouts into latitude, longitude, speed, heading and the two sigmas (columns)."""
+    for i in range(rows.shape[0]):
+        out = readouts[rows[i]]
+        latitude, longitude = plane_to_geodetic(plane, out[0], out[1])
+        height = 0.0 if np.isnan(out[8]) else out[8]
+        e_e, e_n, n_e, n_n = local_matrix(plane, out[0], out[1], height)
+        east = e_e * out[2] + e_n * out[3]
+        north = n_e * out[2] + n_n * out[3]
+        v_east = e_e * e_e * out[4] + 2.0 * e_e * e_n * out[5] + e_n * e_n * out[6]
+        v_north = n_e * n_e * out[4] + 2.0 * n_e * n_n * out[5] + n_n * n_n * out[6]
+        described[i, 0] = latitude
+        described[i, 1] = longitude
+        described[i, 2] = hypot(east, north)
+        described[i, 3] = atan2(east, north)
+        described[i, 4] = sqrt(v_east + v_north)
+        described[i, 5] = sqrt(out[7])

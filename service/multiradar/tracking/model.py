@@ -1,0 +1,82 @@
+"""What the compiled filters need to know of sensors, settings and published biases."""
+
+import numpy as np
+
+from multiradar.estimation.bias.book import column_starts
+from multiradar.estimation.bias.store import BiasState
+from multiradar.estimation.filters import _kernels as kernels
+from multiradar.estimation.filters.arrays import Model
+from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.geodesy._kernels import site_parameters
+from multiradar.geodesy.system_plane import SystemPlane
+from multiradar.tracking.settings import TrackingSettings
+
+
+def filter_model(
+    sensors: SensorTable, settings: TrackingSettings, plane: SystemPlane, biases: BiasState
+) -> Model:
+    """Gather what all aircraft share during an epoch.
+
+    Parameters
+    ----------
+    sensors : SensorTable
+        The sensors.
+    settings : TrackingSettings
+        The settings of the tracker.
+    plane : SystemPlane
+        The system plane.
+    biases : BiasState
+        The published biases.
+
+    Returns
+    -------
+    Model
+        As arrays.
+    """
+    parameters = np.array(plane.parameters)
+    sites = [
+        site_parameters(parameters, latitude, longitude, height)
+        for latitude, longitude, height in zip(
+            np.nan_to_num(sensors.latitude_rad),
+            np.nan_to_num(sensors.longitude_rad),
+            np.nan_to_num(sensors.height_m),
+            strict=True,
+        )
+    ]
+    noises = np.column_stack(
+        [
+            sensors.range_sigma_m**2,
+            sensors.azimuth_sigma_rad**2,
+            sensors.position_sigma_m**2,
+            np.nan_to_num(sensors.height_m),
+        ]
+    )
+    scaled = biases.covariance / np.outer(biases.scale, biases.scale)
+    factor = np.ascontiguousarray((np.linalg.cholesky(scaled) * biases.scale[:, None]).T)
+    return Model(
+        plane=parameters,
+        sites=np.array(sites),
+        noises=np.ascontiguousarray(noises),
+        starts=column_starts(sensors),
+        parameters=sensors.parameter_kind.astype(np.int64),
+        bias=biases.estimate.copy(),
+        bias_covariance=biases.covariance.copy(),
+        factor=factor,
+        options=_options(settings),
+    )
+
+
+def _options(settings: TrackingSettings) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+    options = np.empty(kernels.OPTION_COUNT)
+    options[kernels.ACCELERATION_DENSITY] = settings.acceleration_density
+    options[kernels.SPEED_SIGMA] = settings.speed_sigma_mps
+    options[kernels.DOWNWEIGHT_NIS] = settings.downweight_nis
+    options[kernels.REFUSE_NIS] = settings.refuse_nis
+    options[kernels.REFUSALS_MAX] = settings.refusals_max
+    options[kernels.CONE_RATIO] = settings.cone_ratio
+    options[kernels.ASSUMED_HEIGHT] = settings.assumed_height_m
+    options[kernels.ASSUMED_HEIGHT_SIGMA] = settings.assumed_height_sigma_m
+    options[kernels.SURPRISE_GAIN] = settings.surprise_gain
+    options[kernels.SURPRISE_FLOOR] = settings.surprise_floor
+    options[kernels.MANOEUVRE_FACTOR_MAX] = settings.manoeuvre_factor_max
+    return options

@@ -1,0 +1,144 @@
+"""The aircraft of a service: one slot each in shared arrays, grouped into fixed partitions.
+
+An actor is one aircraft: it owns its slot, takes its measurements one at a time in order, and
+shares nothing with others but the published biases. Slots are dealt to `PARTITIONS` partitions; a
+worker takes whole partitions, and sums over aircraft are formed partition by partition, so that no
+result depends on how many workers there are.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar.estimation.filters.arrays import Aircraft, Work
+from multiradar.tracking._kernels import assign, rebuild
+from multiradar.tracking.measurements import MeasurementBatch
+from multiradar.tracking.roster import MISSING, Roster, RowIdentities
+
+#: Number of partitions; part of what the output depends on, so it is no setting.
+PARTITIONS = 16
+#: Slots made at first; doubled whenever they run out.
+CAPACITY_FIRST = 256
+
+
+class AircraftPool:
+    """Slots, identities and states of all aircraft; owned by one thread at a time.
+
+    Parameters
+    ----------
+    bias_columns : int
+        Number of bias parameters that each aircraft depends on (0 for filters that drop it).
+    """
+
+    def __init__(self, bias_columns: int) -> None:
+        self._bias_columns = bias_columns
+        self.roster = Roster.empty(CAPACITY_FIRST)
+        self.aircraft = _states(CAPACITY_FIRST, bias_columns)
+
+    def assign(
+        self, batch: MeasurementBatch, codes: NDArray[np.int64], first: int, last: int,
+        identities: RowIdentities,
+    ) -> None:  # fmt: skip
+        """Find or make the aircraft of the rows first…last, in their order.
+
+        Parameters
+        ----------
+        batch : MeasurementBatch
+            The measurements.
+        codes : (n,) int64
+            Their Mode 3/A codes.
+        first, last : int
+            Which rows.
+        identities : RowIdentities
+            Filled for these rows.
+        """
+        while True:
+            first = assign(
+                first, last, batch.track_number, batch.mode_s_address, codes, self.roster,
+                self.aircraft, identities,
+            )  # fmt: skip
+            if first == last:
+                return
+            self._grow()
+
+    def work(self, slots: NDArray[np.int64], first: int) -> tuple[NDArray[np.int64], Work]:
+        """Group rows by partition.
+
+        Parameters
+        ----------
+        slots : (n,) int64
+            Slot of each row, −1 for none.
+        first : int
+            Index of the first of these rows in the batch.
+
+        Returns
+        -------
+        used : (w,) int64
+            The partitions that have rows.
+        work : Work
+            All of them in one piece.
+        """
+        partitions = (slots % PARTITIONS).astype(np.uint8)
+        order = np.argsort(partitions, kind="stable") + first
+        bounds = np.zeros(PARTITIONS + 1, np.int64)
+        np.cumsum(np.bincount(partitions, minlength=PARTITIONS), out=bounds[1:])
+        used = np.flatnonzero(np.diff(bounds))
+        return used, Work(used, bounds, order)
+
+    def used(self) -> NDArray[np.intp]:
+        """Return the slots that hold an aircraft, ascending."""
+        return np.flatnonzero(self.roster.track_id != MISSING)
+
+    def drop(self, before_s: float) -> NDArray[np.int64]:
+        """Free the slots of aircraft without an update since a time.
+
+        Parameters
+        ----------
+        before_s : float
+            Data time, s.
+
+        Returns
+        -------
+        (n,) int64
+            Identifiers of the tracks that ended, ascending. An aircraft that never started (its
+            first measurement located nothing) is freed without a track.
+        """
+        used = self.used()
+        times = self.aircraft.time[used]
+        old = used[~(times >= before_s)]
+        if len(old) == 0:
+            return np.empty(0, np.int64)
+        started = ~np.isnan(self.aircraft.time[old])
+        ended = np.sort(self.roster.track_id[old[started]])
+        self.roster.track_id[old] = MISSING
+        count = self.roster.counters[1]
+        self.roster.free[count : count + len(old)] = old[::-1]
+        self.roster.counters[1] += len(old)
+        rebuild(self.roster)
+        return ended
+
+    def _grow(self) -> None:
+        capacity = len(self.roster.track_id)
+        roster = Roster.empty(2 * capacity)
+        aircraft = _states(2 * capacity, self._bias_columns)
+        for new, old in zip(aircraft, self.aircraft, strict=True):
+            new[:capacity] = old
+        for name in ("track_id", "track_number", "mode_s_address", "mode_3a"):
+            getattr(roster, name)[:capacity] = getattr(self.roster, name)
+        # Growing happens only when no slot is free, so the free ones are just the new ones.
+        roster.free[:capacity] = np.arange(2 * capacity - 1, capacity - 1, -1)
+        roster.counters[:] = self.roster.counters[0], capacity
+        rebuild(roster)
+        self.roster, self.aircraft = roster, aircraft
+
+
+def _states(capacity: int, bias_columns: int) -> Aircraft:
+    return Aircraft(
+        mean=np.zeros((capacity, 4)),
+        covariance=np.zeros((capacity, 10)),
+        sensitivity=np.zeros((capacity, 4, bias_columns)),
+        time=np.full(capacity, np.nan),
+        height=np.full(capacity, np.nan),
+        refusals=np.zeros(capacity, np.int64),
+        updates=np.zeros(capacity, np.int64),
+        surprise=np.ones(capacity),
+    )

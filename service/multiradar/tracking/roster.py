@@ -1,0 +1,81 @@
+"""Who the aircraft are: identities by slot, and the tables that find a slot by identity.
+
+Named tuples of arrays, because compiled functions take them as they are; one owner changes them.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Integers = NDArray[np.int64]
+
+MISSING = -1
+
+
+class Roster(NamedTuple):
+    """Identities of the aircraft of a pool.
+
+    Attributes
+    ----------
+    track_id : (s,) int64
+        Identifier of the track in each slot, −1 for a free slot.
+    track_number, mode_s_address, mode_3a : (s,) int64
+        Identity as far as it is known, else −1.
+    free : (s,) int64
+        Free slots, the next to be taken last.
+    counters : (2,) int64
+        The last track identifier given, and the number of free slots.
+    number_keys, number_slots, address_keys, address_slots : (t,) int64
+        Hash tables from track number and from Mode S address to the slot.
+    """
+
+    track_id: Integers
+    track_number: Integers
+    mode_s_address: Integers
+    mode_3a: Integers
+    free: Integers
+    counters: Integers
+    number_keys: Integers
+    number_slots: Integers
+    address_keys: Integers
+    address_slots: Integers
+
+    @classmethod
+    def empty(cls, capacity: int) -> "Roster":
+        """Return a roster of free slots; ``capacity`` is a power of two."""
+        # Four places a slot: the tables stay at most a quarter full.
+        table = 4 * capacity
+        return cls(
+            track_id=np.full(capacity, MISSING, np.int64),
+            track_number=np.full(capacity, MISSING, np.int64),
+            mode_s_address=np.full(capacity, MISSING, np.int64),
+            mode_3a=np.full(capacity, MISSING, np.int64),
+            free=np.arange(capacity - 1, -1, -1, dtype=np.int64),
+            counters=np.array([0, capacity], np.int64),
+            number_keys=np.full(table, MISSING, np.int64),
+            number_slots=np.full(table, MISSING, np.int64),
+            address_keys=np.full(table, MISSING, np.int64),
+            address_slots=np.full(table, MISSING, np.int64),
+        )
+
+
+class RowIdentities(NamedTuple):
+    """Aircraft and identity of each row of a batch, −1 where there is none.
+
+    Attributes
+    ----------
+    slot, track_id, track_number, mode_s_address, mode_3a : (n,) int64
+        What is known of the aircraft when the row is taken.
+    """
+
+    slot: Integers
+    track_id: Integers
+    track_number: Integers
+    mode_s_address: Integers
+    mode_3a: Integers
+
+    @classmethod
+    def empty(cls, length: int) -> "RowIdentities":
+        """Return rows without aircraft."""
+        return cls(*(np.full(length, MISSING, np.int64) for _ in cls._fields))

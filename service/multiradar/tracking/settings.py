@@ -1,0 +1,61 @@
+"""Settings of the tracker that its output depends on."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class TrackingSettings:
+    """What the output of the tracker depends on, beside the measurements and the sensors.
+
+    Attributes
+    ----------
+    filter_name : str
+        `two-stage`, `blom` or `ci`.
+    epoch_s : float
+        Length of an epoch of data time: biases are published at its end.
+    reorder_horizon_s : float
+        Measurements are put in order of time within this horizon; what is later is rejected.
+    acceleration_density : float
+        Spectral density of the white acceleration of an aircraft, m²/s³ for each axis.
+    speed_sigma_mps : float
+        Prior standard deviation of each component of the velocity of a new track.
+    downweight_nis, refuse_nis : float
+        Normalised innovation squared (two degrees of freedom) from which a measurement counts less,
+        and from which it is refused.
+    refusals_max : int
+        After so many refusals in a row a track starts anew from the next measurement.
+    cone_ratio : float
+        Plots whose ground range is below this multiple of the height above the radar are refused
+        (cone of silence: the azimuth means nothing there).
+    assumed_height_m, assumed_height_sigma_m : float
+        Height of an aircraft of which no height was heard, and its standard deviation.
+    surprise_gain : float
+        Weight of the newest measurement in the fading mean of half the normalised innovation
+        squared, by which manoeuvres are noticed.
+    surprise_floor : float
+        Mean from which the process noise is raised: a straight flight has a mean of 1.
+    manoeuvre_factor_max : float
+        Largest factor of the process noise; 1 keeps it as it is.
+    confirm_updates : int
+        A track is confirmed with its update of this number.
+    coast_after_s, drop_after_s : float
+        A track coasts, and ends, after this much data time without an update.
+    """
+
+    filter_name: str = "two-stage"
+    epoch_s: float = 4.0
+    reorder_horizon_s: float = 6.0
+    acceleration_density: float = 4.0
+    speed_sigma_mps: float = 300.0
+    downweight_nis: float = 16.0
+    refuse_nis: float = 100.0
+    refusals_max: int = 3
+    cone_ratio: float = 1.0
+    assumed_height_m: float = 8000.0
+    assumed_height_sigma_m: float = 3000.0
+    surprise_gain: float = 0.3
+    surprise_floor: float = 1.5
+    manoeuvre_factor_max: float = 300.0
+    confirm_updates: int = 3
+    coast_after_s: float = 15.0
+    drop_after_s: float = 60.0
