@@ -1,0 +1,89 @@
+"""The scenes are what they say: else everything judged by them is judged wrongly."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from multiradar.estimation.measurement.sensors import PARAMETER_RANGE_GAIN, PARAMETER_TIME_OFFSET
+from support.measurement_models import EllipsoidPolar
+from support.reference_runs import observations
+from support.scenes import Flight, fly, make_scene, random_flights, three_radars
+
+
+def test_plots_are_the_truth_plus_biases_plus_noise_of_the_stated_sigma() -> None:
+    rng = np.random.default_rng(1)
+    more = {PARAMETER_RANGE_GAIN: -6e-4, PARAMETER_TIME_OFFSET: 0.3}
+    radars = [replace(one, biases=dict(one.biases) | more) for one in three_radars()]
+    flights = random_flights(rng, 12, 400.0, acceleration_density=0.2)
+    scene = make_scene(rng, radars, flights)
+    model = EllipsoidPolar(scene.plane, scene.sensors)
+    misses = []
+    for row, observation in enumerate(observations(scene)):
+        seen = model.linearise(observation, scene.truth[row])
+        left = seen.innovation - seen.by_bias @ scene.biases_at(observation.time_s)
+        misses.append(left / np.sqrt(np.diagonal(seen.noise)))
+    count = len(misses)
+    assert count > 2000
+    # Standard errors of mean and of sigma.
+    np.testing.assert_allclose(np.mean(misses, axis=0), 0.0, rtol=0, atol=4 / np.sqrt(count))
+    np.testing.assert_allclose(np.std(misses, axis=0), 1.0, rtol=0, atol=3 / np.sqrt(count))
+
+
+def test_same_seed_same_scene() -> None:
+    scenes = [
+        make_scene(rng, three_radars(), random_flights(rng, 3, 60.0, lives_differ=True))
+        for rng in (np.random.default_rng(5), np.random.default_rng(5))
+    ]
+    np.testing.assert_array_equal(scenes[0].batch.range_m, scenes[1].batch.range_m)
+    np.testing.assert_array_equal(scenes[0].truth, scenes[1].truth)
+
+
+def test_radars_turn_miss_and_err_as_often_as_asked() -> None:
+    rng = np.random.default_rng(2)
+    radars = [replace(one, detection=0.8, outliers=0.05) for one in three_radars()]
+    scene = make_scene(rng, radars, random_flights(rng, 10, 600.0))
+    assert np.all(np.diff(scene.batch.time_s) >= 0.0)
+    turns = sum(600.0 / radar.rotation_s for radar in radars) * 10
+    assert len(scene.batch) == pytest.approx(0.8 * turns, rel=0.03)
+    assert scene.outlier.mean() == pytest.approx(0.05, abs=0.012)
+    own = (scene.aircraft == 0) & (scene.batch.sensor == 0)
+    gaps = np.diff(scene.batch.time_s[own]) / radars[0].rotation_s
+    np.testing.assert_allclose(gaps, np.round(gaps), rtol=0, atol=0.1)
+
+
+def test_aircraft_are_seen_only_while_they_live() -> None:
+    rng = np.random.default_rng(3)
+    flights = random_flights(rng, 8, 200.0, lives_differ=True)
+    scene = make_scene(rng, three_radars(), flights)
+    for row, aircraft in enumerate(scene.aircraft):
+        flight = flights[aircraft]
+        assert flight.start_s <= scene.batch.time_s[row] <= flight.end_s
+        assert scene.batch.height_m[row] == flight.height_m
+
+
+def test_a_path_begins_where_it_was_told_and_wanders_as_white_acceleration_does() -> None:
+    rng = np.random.default_rng(4)
+    flight = Flight(100.0, 160.0, (5e3, -7e3, 100.0, 150.0), acceleration_density=2.0)
+    ends = np.array([[*fly(rng, flight)(160.0), *fly(rng, flight)(160.0, 1)] for _ in range(500)])
+    start = fly(rng, flight)
+    np.testing.assert_allclose(start(100.0), flight.state[:2], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(start(100.0, 1), flight.state[2:], rtol=0, atol=1e-9)
+    sigma = ends.std(axis=0)
+    # q t³/3 and q t, with a standard error of 3 %.
+    assert sigma[:2] == pytest.approx(np.sqrt(2.0 * 60.0**3 / 3.0), rel=0.1)
+    assert sigma[2:] == pytest.approx(np.sqrt(2.0 * 60.0), rel=0.1)
+    straight = fly(rng, replace(flight, acceleration_density=0.0))
+    np.testing.assert_allclose(straight(160.0), [11e3, 2e3], rtol=0, atol=1e-6)
+
+
+def test_biases_walk_as_fast_as_asked() -> None:
+    rng = np.random.default_rng(6)
+    radars = [replace(one, drifts={0: 2.0}) for one in three_radars()]
+    ends = []
+    for _ in range(100):
+        scene = make_scene(rng, radars, [Flight(0.0, 50.0, (5e3, -7e3, 100.0, 150.0))])
+        ends.append(scene.biases_at(50.0) - scene.biases_at(0.0))
+        assert np.all(scene.bias_values[:, 1] == scene.bias_values[0, 1])
+    spread = np.std(np.array(ends)[:, ::2])
+    assert spread == pytest.approx(2.0 * np.sqrt(50.0), rel=0.15)
