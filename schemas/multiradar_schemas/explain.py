@@ -38,6 +38,9 @@ _OUT_OF_RANGE = frozenset(
     }
 )
 _NUMBER_TYPES = frozenset({"float_type", "int_type", "float_parsing", "int_parsing"})
+_TYPES = _NUMBER_TYPES | {"string_type"}
+_TIMES = {"one_time": "none", "many_times": "more than one"}
+_BOUNDS = ("greater than", "less than")
 
 
 def explain(details: Mapping[str, Any]) -> tuple[RejectCode, str]:
@@ -57,8 +60,9 @@ def explain(details: Mapping[str, Any]) -> tuple[RejectCode, str]:
     """
     kind = str(details["type"])
     value = details.get("input")
-    if kind == "missing":
-        return RejectCode.MISSING_FIELD, f"{place(details['loc'])}expected a value, was absent"
+    if kind == "missing" or (value is None and kind in _TYPES):
+        found = "absent" if kind == "missing" else "null"
+        return RejectCode.MISSING_FIELD, f"{place(details['loc'])}expected a value, was {found}"
     if kind == "extra_forbidden":
         sentence = f"{place(details['loc'])}expected no such field, was {shown(value)}"
         return RejectCode.UNKNOWN_FIELD, sentence
@@ -75,6 +79,8 @@ def place(location: tuple[int | str, ...]) -> str:
 
 def shown(value: object) -> str:
     """Return a value as a short, printable, plain ASCII text."""
+    if value is None or isinstance(value, bool):
+        return {None: "null", True: "true", False: "false"}[value]
     try:
         text = ascii(value)
     except (ValueError, RecursionError):  # An integer of thousands of digits, a very deep list.
@@ -93,13 +99,21 @@ def _code(kind: str, value: object) -> RejectCode:
 def _sentence(kind: str, details: Mapping[str, Any], value: object) -> str:
     context = details.get("ctx", {})
     if kind == "union_tag_invalid":
-        return f"expected a kind of {context['expected_tags']}, was '{context['tag'][:40]}'"
+        return f"kind: expected one of {context['expected_tags']}, was {_tag(value)}"
     if kind == "union_tag_not_found":
         return "kind: expected a value, was absent"
     if kind == "string_pattern_mismatch":
         return f"expected text of the form {context['pattern']}, was {shown(value)}"
+    if kind in _TIMES:
+        return f"expected exactly one of time_s, time_ns and time, was {_TIMES[kind]}"
     message = str(details["msg"])
     for opening in ("Input should be ", "Value error, expected "):
         if message.startswith(opening):
-            return f"expected {message.removeprefix(opening)}, was {shown(value)}"
+            expected = message.removeprefix(opening)
+            article = "a value " if expected.startswith(_BOUNDS) else ""
+            return f"expected {article}{expected}, was {shown(value)}"
     return f"{message[:1].lower()}{message[1:]}, was {shown(value)}"
+
+
+def _tag(value: object) -> str:
+    return shown(value.get("kind") if isinstance(value, dict) else value)

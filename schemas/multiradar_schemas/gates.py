@@ -39,12 +39,15 @@ class Gate:
         What the column should have held, for the sentence.
     refuses : Expr
         Whether a row is refused; null means no.
+    shows : str, optional
+        The column whose value the sentence repeats, when it is not the one at fault.
     """
 
     code: RejectCode
     field: str
     expected: str
     refuses: pl.Expr
+    shows: str | None = None
 
 
 def refusals(
@@ -83,7 +86,7 @@ def refusals(
 
 
 def _sentence(gate: Gate, row: dict[str, object]) -> str:
-    value = row[gate.field]
+    value = row[gate.shows or gate.field]
     found = "absent" if value is None else shown(value)
     return f"{gate.field}: expected {gate.expected}, was {found}"
 

@@ -1,0 +1,196 @@
+"""Arrow bodies: an IPC stream with columns of `MEASUREMENT_SCHEMA`, in any order.
+
+Optional columns may be missing. Text may be utf8, large_utf8, utf8_view or a dictionary of texts;
+a number may be any integer or float type where a float belongs, any integer type where an integer
+belongs. The time may also be the column `time_ns` (integer) or `time` (a time stamp with zone)
+instead of `time_s`. Null means missing; NaN and infinities are refused, row by row.
+"""
+
+import io
+import json
+
+import polars as pl
+
+from multiradar_converters.normalised.arrow_layout import ArrowLayoutError, check_layout
+from multiradar_converters.normalised.parsed import (
+    INDEX_COLUMN,
+    PARSED_SCHEMA,
+    ROWS_MAX,
+    SECONDS,
+    Parsed,
+    ParsedReject,
+    check_rows_max,
+)
+from multiradar_schemas.arrow import MEASUREMENT_REQUIRED, MEASUREMENT_SCHEMA
+from multiradar_schemas.errors import BodyError
+from multiradar_schemas.gates import PHYSICAL_GATES, Gate, refusals
+from multiradar_schemas.reject import RejectCode
+
+#: Text of all rows together, as a multiple of the body: dictionaries and views can name one long
+#: text in every row.
+TEXT_EXPANSION_MAX = 16
+
+_FILE_MAGIC = b"ARROW1"
+_ROWS_CEILING = 2**31 - 1
+_TIMES = ("time_s", "time_ns", "time")
+_COLUMNS = (*_TIMES, *[name for name in MEASUREMENT_SCHEMA if name != "time_s"])
+_LOST = "__lost"
+_INTEGERS = (
+    pl.Int8,
+    pl.Int16,
+    pl.Int32,
+    pl.Int64,
+    pl.UInt8,
+    pl.UInt16,
+    pl.UInt32,
+    pl.UInt64,
+)
+#: What each type of column may be made from.
+_ACCEPTED: dict[pl.DataType, tuple[str, tuple[type[pl.DataType], ...]]] = {
+    pl.String(): ("text", (pl.String, pl.Categorical, pl.Enum)),
+    pl.Float64(): ("numbers", (pl.Float32, pl.Float64, *_INTEGERS)),
+    pl.Int64(): ("integers", _INTEGERS),
+}
+
+
+def parse_arrow(body: bytes, *, rows_max: int = ROWS_MAX) -> Parsed:
+    """Read an Arrow IPC stream of measurements.
+
+    Parameters
+    ----------
+    body : bytes
+        The stream, without compression.
+    rows_max : int
+        Most measurements that are taken at once.
+
+    Returns
+    -------
+    Parsed
+        The rows taken and the rows refused; one bad row does not spoil its neighbours.
+
+    Raises
+    ------
+    BodyError
+        When the body is no such stream or a column has another type (MALFORMED_ARROW), a column is
+        not known (UNKNOWN_FIELD) or missing (MISSING_FIELD), or there are too many rows or too much
+        text (TOO_LARGE).
+    """
+    if body.startswith(_FILE_MAGIC):
+        raise _malformed("expected an Arrow IPC stream, was an Arrow file")
+    try:
+        check_rows_max(check_layout(body, _ROWS_CEILING), rows_max)
+    except ArrowLayoutError as error:
+        raise _malformed(f"expected an Arrow IPC stream: {error}") from error
+    frame = _read(body)
+    _check_names(frame.columns)
+    frame = _typed(frame)
+    _check_text(frame, len(body))
+    return _gated(frame)
+
+
+def _malformed(reason: str) -> BodyError:
+    return BodyError(RejectCode.MALFORMED_ARROW, reason)
+
+
+def _read(body: bytes) -> pl.DataFrame:
+    try:
+        return pl.read_ipc_stream(io.BytesIO(body), use_pyarrow=False)
+    except pl.exceptions.PanicException as error:  # A BaseException: `except Exception` misses it.
+        raise _malformed("expected an Arrow IPC stream, was damaged") from error
+    except (pl.exceptions.PolarsError, OSError, ValueError, MemoryError) as error:
+        first_line = str(error).partition("\n")[0][:120]
+        raise _malformed(f"expected an Arrow IPC stream: {first_line}") from error
+
+
+def _check_names(names: list[str]) -> None:
+    for name in names:
+        if name not in _COLUMNS:
+            reason = f"expected columns of {', '.join(_COLUMNS)}, was also {ascii(name)[:60]}"
+            raise BodyError(RejectCode.UNKNOWN_FIELD, reason)
+    times = [name for name in _TIMES if name in names]
+    if len(times) > 1:
+        reason = f"expected one of the columns time_s, time_ns and time, was {' and '.join(times)}"
+        raise BodyError(RejectCode.UNKNOWN_FIELD, reason)
+    missing = [name for name in MEASUREMENT_REQUIRED[1:] if name not in names]
+    if missing or not times:
+        absent = ", ".join([*([] if times else ["time_s"]), *missing])
+        reason = f"expected the columns {', '.join(MEASUREMENT_REQUIRED)}, was without {absent}"
+        raise BodyError(RejectCode.MISSING_FIELD, reason)
+
+
+def _typed(frame: pl.DataFrame) -> pl.DataFrame:
+    columns = {name: _column(frame[name]) for name in frame.columns}
+    lost = [
+        frame[name].cast(pl.String).set(columns[name].is_not_null(), None)
+        for name in ("track_number", "time_ns")
+        if name in columns
+    ]
+    typed = pl.DataFrame(list(columns.values()), height=len(frame)) if columns else frame
+    absent = [
+        pl.lit(None, kind).alias(name)
+        for name, kind in {**MEASUREMENT_SCHEMA, "time_ns": pl.Int64()}.items()
+        if name not in columns
+    ]
+    if "time" not in columns:
+        absent.append(pl.lit(None, pl.Datetime("us", "UTC")).alias("time"))
+    overflow = pl.coalesce(*lost, pl.lit(None, pl.String))
+    return (
+        typed.with_columns(absent)
+        .with_columns(overflow.alias(_LOST), pl.int_range(pl.len(), dtype=pl.UInt32).alias("index"))
+        .with_columns(SECONDS)
+    )
+
+
+def _column(column: pl.Series) -> pl.Series:
+    """Return a column in the type of the schema, or refuse its type."""
+    if column.name == "time":
+        return _instants(column)
+    wanted = pl.Int64() if column.name == "time_ns" else MEASUREMENT_SCHEMA[column.name]
+    expected, accepted = _ACCEPTED[wanted]
+    if column.dtype != pl.Null() and not isinstance(column.dtype, accepted):
+        raise _wrong_type(column, expected)
+    # Only an integer can be too large for its column; it becomes null here and is refused as such.
+    return column.cast(wanted, strict=False)
+
+
+def _instants(column: pl.Series) -> pl.Series:
+    found = column.dtype
+    if not isinstance(found, pl.Datetime) or found.time_zone is None:
+        raise _wrong_type(column, "a time stamp with zone")
+    return column.dt.convert_time_zone("UTC").dt.cast_time_unit("us")
+
+
+def _wrong_type(column: pl.Series, expected: str) -> BodyError:
+    return _malformed(f"column {column.name}: expected {expected}, was {column.dtype}")
+
+
+def _check_text(frame: pl.DataFrame, body_bytes: int) -> None:
+    texts = [name for name, kind in MEASUREMENT_SCHEMA.items() if kind == pl.String()]
+    total = sum(int(frame[name].str.len_bytes().sum() or 0) for name in texts)
+    most = TEXT_EXPANSION_MAX * body_bytes
+    if total > most:
+        reason = f"expected at most {most} bytes of text in all rows, was {total}"
+        raise BodyError(RejectCode.TOO_LARGE, reason)
+
+
+_GATES = (
+    Gate(RejectCode.OUT_OF_RANGE, "track_number", "an integer of at most 63 bits", pl.col(_LOST)),
+    *PHYSICAL_GATES,
+)
+
+
+def _gated(frame: pl.DataFrame) -> Parsed:
+    index, codes, reasons = refusals(frame, _GATES)
+    taken = frame
+    rejected: list[ParsedReject] = []
+    if len(index):
+        shown = frame[index].select(MEASUREMENT_SCHEMA.names()).to_dicts()
+        rejected = [
+            ParsedReject(int(place), code, reason, json.dumps(row))
+            for place, code, reason, row in zip(index, codes, reasons, shown, strict=True)
+        ]
+        taken = frame.filter(~pl.col(INDEX_COLUMN).is_in(index))
+    lowered = taken.with_columns(pl.col("mode_s_address").str.to_lowercase())
+    return Parsed(
+        lowered.select(pl.col(name).cast(kind) for name, kind in PARSED_SCHEMA.items()), rejected
+    )

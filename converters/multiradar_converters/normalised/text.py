@@ -1,0 +1,295 @@
+"""JSON and NDJSON bodies.
+
+JSON is RFC 8259 in UTF-8 without a byte order mark: an array of measurement objects. NDJSON is one
+such object a line, lines ended by LF or CR LF, blank lines ignored.
+
+A body without a fault takes the fast path: one compiled call checks it whole. Any fault at all
+sends it through the slow path, row by row, which keeps the good rows and names each bad one. The
+fast path takes nothing that the slow path would refuse.
+"""
+
+import io
+import json
+import re
+from collections.abc import Sequence
+from typing import Annotated, Any
+
+from pydantic import FailFast, TypeAdapter, ValidationError
+
+from multiradar_converters.normalised.parsed import (
+    ROWS_MAX,
+    Parsed,
+    ParsedReject,
+    check_rows_max,
+    rows_frame,
+)
+from multiradar_schemas.errors import BodyError
+from multiradar_schemas.explain import explain, shown
+from multiradar_schemas.measurement import MEASUREMENT, Measurement, RadarMeasurement
+from multiradar_schemas.reject import RejectCode
+
+#: Digits from which an integer is read as a float: no field holds one so long, and reading it
+#: exactly takes a time that grows with the square of its length.
+INTEGER_DIGITS_MAX = 30
+
+_ROWS: TypeAdapter[list[Measurement]] = TypeAdapter(Annotated[list[Measurement], FailFast()])
+_WHITESPACE = " \t\n\r"
+_BLANKS = re.compile(r"[ \t\n\r]*")
+#: Names of all fields; every kind of measurement has the same.
+_FIELDS = frozenset(RadarMeasurement.model_fields)
+_TEXTS = ("mode_3a", "mode_s_address", "time")
+_TEXTS_ALWAYS = 2  # sensor_id and kind
+#: Most quotation marks of a valid row.
+_MARKS_MAX = 2 * (len(_FIELDS) + _TEXTS_ALWAYS + len(_TEXTS))
+
+
+def parse_json(body: bytes, *, rows_max: int = ROWS_MAX) -> Parsed:
+    """Read a JSON array of measurements.
+
+    Parameters
+    ----------
+    body : bytes
+        The array, UTF-8.
+    rows_max : int
+        Most measurements that are taken at once.
+
+    Returns
+    -------
+    Parsed
+        The rows taken and the rows refused; one bad row does not spoil its neighbours.
+
+    Raises
+    ------
+    BodyError
+        When the body is not UTF-8 (ENCODING), not JSON or not an array (MALFORMED_JSON), or has
+        too many rows (TOO_LARGE).
+    """
+    rows = _fast(body, rows_max)
+    if rows is not None:
+        return Parsed(rows_frame(rows), [])
+    return _slow_array(_decoded(body), rows_max)
+
+
+def parse_ndjson(body: bytes, *, rows_max: int = ROWS_MAX) -> Parsed:
+    """Read measurements, one JSON object a line.
+
+    Parameters
+    ----------
+    body : bytes
+        The lines, UTF-8; the last one may lack its end. Blank lines are ignored.
+    rows_max : int
+        Most measurements that are taken at once.
+
+    Returns
+    -------
+    Parsed
+        The rows taken and the rows refused; the index is that of the line, from 0, blank lines
+        counted. A line that is no JSON or no UTF-8 is a row refused.
+
+    Raises
+    ------
+    BodyError
+        When there are too many rows (TOO_LARGE).
+    """
+    lines: list[tuple[int, bytes]] = []
+    for index, line in enumerate(io.BytesIO(body)):
+        stripped = line.strip(_WHITESPACE.encode())
+        if stripped:
+            lines.append((index, stripped))
+            check_rows_max(len(lines), rows_max)
+    rows = _fast_lines(body, [line for _, line in lines], rows_max)
+    if rows is not None:
+        return Parsed(rows_frame(rows, [index for index, _ in lines]), [])
+    collected = _Collected()
+    for index, line in lines:
+        _take_line(collected, index, line)
+    return collected.parsed()
+
+
+def _fast(body: bytes, rows_max: int) -> list[Measurement] | None:
+    """Return the rows of a body without a fault, or nothing."""
+    # Checked first, because the compiled parser would build millions of rows, or an error for each
+    # of millions of unknown keys, before it says no.
+    objects = body.count(b"{")
+    if objects > rows_max or body.count(b'"') > _MARKS_MAX * objects:
+        return None
+    try:
+        rows = _ROWS.validate_json(body)
+    except ValidationError:
+        return None
+    return None if _names_a_key_twice(body, rows) else rows
+
+
+def _fast_lines(body: bytes, lines: Sequence[bytes], rows_max: int) -> list[Measurement] | None:
+    # Joined by commas, lines could mend each other. They cannot when each begins with its brace,
+    # ends with one, and there are no other opening braces: a valid row has none inside.
+    if body.count(b"{") != len(lines):
+        return None
+    if not all(line.startswith(b"{") and line.endswith(b"}") for line in lines):
+        return None
+    return _fast(b"[%s]" % b",".join(lines), rows_max)
+
+
+def _names_a_key_twice(body: bytes, rows: Sequence[Measurement]) -> bool:
+    """Tell whether an object of a body that was found valid names a key twice.
+
+    The compiled parser keeps the last of two values and says nothing. In a valid row no key and no
+    text contains a quotation mark, not even an escaped one, so keys and texts that were kept
+    account for two marks each. A value that was dropped leaves at least the marks of its key over.
+    """
+    kept = sum(len(row.model_fields_set) for row in rows)
+    kept += _TEXTS_ALWAYS * len(rows)
+    for name in _TEXTS:
+        kept += sum(getattr(row, name) is not None for row in rows)
+    return body.count(b'"') != 2 * kept
+
+
+class _Collected:
+    """Rows of the slow path, good and bad."""
+
+    def __init__(self) -> None:
+        self._rows: list[Measurement] = []
+        self._index: list[int] = []
+        self._rejected: list[ParsedReject] = []
+
+    def take(self, index: int, value: Any, raw: str) -> None:
+        fault = _fault_of_form(value)
+        if fault is not None:
+            self.refuse(index, *fault, raw)
+            return
+        try:
+            row = MEASUREMENT.validate_python(value)
+        except ValidationError as error:
+            details = error.errors(include_url=False)[0]
+            # The kind chose the model; it is no place in the message.
+            known_kind = details["loc"][:1] == (value.get("kind"),)
+            self.refuse(
+                index,
+                *explain({**details, "loc": details["loc"][1:] if known_kind else details["loc"]}),
+                raw,
+            )
+            return
+        self._rows.append(row)
+        self._index.append(index)
+
+    def refuse(self, index: int, code: RejectCode, reason: str, raw: str) -> None:
+        self._rejected.append(ParsedReject(index, code, reason, raw))
+
+    def parsed(self) -> Parsed:
+        return Parsed(rows_frame(self._rows, self._index), self._rejected)
+
+
+def _fault_of_form(value: Any) -> tuple[RejectCode, str] | None:
+    if isinstance(value, _Duplicated):
+        return RejectCode.DUPLICATE_KEY, f"expected each key once, was twice {shown(value.key)}"
+    if not isinstance(value, dict):
+        return RejectCode.WRONG_TYPE, f"expected an object, was {shown(value)}"
+    for name in value:
+        if name not in _FIELDS:
+            sentence = f"expected no field of this name, was {shown(name)}"
+            return RejectCode.UNKNOWN_FIELD, sentence
+    return None
+
+
+class _Duplicated:
+    """An object that names a key twice."""
+
+    def __init__(self, key: str) -> None:
+        self.key = key
+
+
+def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any] | _Duplicated:
+    values = dict(pairs)
+    if len(values) == len(pairs):
+        return values
+    seen: set[str] = set()
+    for key, _ in pairs:
+        if key in seen:
+            return _Duplicated(key)
+        seen.add(key)
+    return values
+
+
+def _integer(text: str) -> int | float:
+    return int(text) if len(text) <= INTEGER_DIGITS_MAX else float(text)
+
+
+_DECODER = json.JSONDecoder(object_pairs_hook=_object, parse_int=_integer)
+
+
+def _decoded(body: bytes) -> str:
+    try:
+        return body.decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise BodyError(
+            RejectCode.ENCODING, f"expected UTF-8, was another encoding at byte {error.start}"
+        ) from error
+
+
+def _slow_array(text: str, rows_max: int) -> Parsed:
+    collected = _Collected()
+    place = _skip(text, 0)
+    if text[place : place + 1] != "[":
+        raise BodyError(RejectCode.MALFORMED_JSON, f"expected a JSON array, was {_at(text, place)}")
+    place = _skip(text, place + 1)
+    index = 0
+    closed = text[place : place + 1] == "]"
+    while not closed:
+        value, end = _value(text, place)
+        check_rows_max(index + 1, rows_max)
+        collected.take(index, value, text[place:end])
+        index += 1
+        place = _skip(text, end)
+        closed = text[place : place + 1] == "]"
+        if not closed:
+            place = _skip(text, _after_comma(text, place))
+    if _skip(text, place + 1) != len(text):
+        reason = f"expected nothing after the array, was {_at(text, _skip(text, place + 1))}"
+        raise BodyError(RejectCode.MALFORMED_JSON, reason)
+    return collected.parsed()
+
+
+def _after_comma(text: str, place: int) -> int:
+    if text[place : place + 1] != ",":
+        reason = f"expected a comma or the end of the array, was {_at(text, place)}"
+        raise BodyError(RejectCode.MALFORMED_JSON, reason)
+    return place + 1
+
+
+def _value(text: str, place: int) -> tuple[Any, int]:
+    try:
+        return _DECODER.raw_decode(text, place)
+    except json.JSONDecodeError as error:
+        reason = f"expected JSON, was not at character {error.pos}: {error.msg}"
+        raise BodyError(RejectCode.MALFORMED_JSON, reason) from error
+    except RecursionError as error:
+        reason = f"expected JSON of few levels, was deeper at character {place}"
+        raise BodyError(RejectCode.MALFORMED_JSON, reason) from error
+
+
+def _skip(text: str, place: int) -> int:
+    blanks = _BLANKS.match(text, place)
+    return place if blanks is None else blanks.end()
+
+
+def _at(text: str, place: int) -> str:
+    return (
+        f"{shown(text[place : place + 20])} at character {place}"
+        if place < len(text)
+        else "the end"
+    )
+
+
+def _take_line(collected: _Collected, index: int, line: bytes) -> None:
+    raw = line.rstrip(b"\r").decode("utf-8", "backslashreplace")
+    try:
+        text = _decoded(line).strip(_WHITESPACE)
+        value, end = _value(text, 0)
+    except BodyError as error:
+        collected.refuse(index, error.code, error.reason, raw)
+        return
+    if end != len(text):
+        reason = f"expected one object a line, was followed by {_at(text, end)}"
+        collected.refuse(index, RejectCode.MALFORMED_JSON, reason, raw)
+        return
+    collected.take(index, value, raw)
