@@ -7,8 +7,10 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import polars as pl
+
 from multiradar.runtime.events import Event, EventRing, Subscription
 from multiradar.runtime.receipt import Receipt, RejectedRow
+from multiradar.storage.entries import Quarantined
 from multiradar_schemas.arrow import BIAS_SCHEMA, TRACK_SCHEMA
 
 LIVE_SCHEMA = pl.Schema({**TRACK_SCHEMA, "age_s": pl.Float64()})
@@ -37,7 +39,7 @@ def live_tracks(count: int) -> pl.DataFrame:
         velocity_sigma_mps=pl.lit(1.5),
         age_s=count - number,
     )
-    return frame.cast(dict(LIVE_SCHEMA)).select(LIVE_SCHEMA.names())
+    return frame.cast(LIVE_SCHEMA).select(LIVE_SCHEMA.names())
 
 
 def updates_of(track_id: int, count: int, same_time: int = 1) -> pl.DataFrame:
@@ -149,12 +151,13 @@ class FakeService:
     submissions: list[Submission] = field(default_factory=list)
     flushes: list[str] = field(default_factory=list)
     failure: Exception | None = None
-    is_ready: bool = True
+    state: str = "running"
+    quarantine: list[Quarantined] = field(default_factory=list)
     answer: Callable[[Submission, "Future[Receipt]"], None] | None = None
     _receipts: dict[str, Receipt] = field(default_factory=dict)
 
-    def ready(self) -> bool:
-        return self.is_ready
+    def quarantined(self, after: int, limit: int) -> list[Quarantined]:
+        return [row for row in self.quarantine if row.number > after][:limit]
 
     def submit(
         self,
@@ -182,7 +185,7 @@ class FakeService:
         future.set_result(receipt)
         return future
 
-    def flush(self, *, source: str) -> "Future[Receipt]":
+    def flush(self, *, source: str, idempotency_key: str | None = None) -> "Future[Receipt]":
         if self.failure is not None:
             raise self.failure
         self.flushes.append(source)

@@ -53,12 +53,15 @@ class SensorList(BaseModel):
 
 
 class RejectedMeasurement(BaseModel):
-    """A measurement in the quarantine; more members may follow."""
+    """A row in the quarantine."""
 
-    number: int = Field(description="Its number in the quarantine, ascending")
+    number: int = Field(description="Its place in the quarantine, 1, 2, 3, …")
+    journal_sequence: int = Field(description="Entry of the journal that it belongs to")
     source: str = Field(description="Where it came in")
-    code: str = Field(description="Stable code of the reason")
+    index: int = Field(description="Place of the row in its message, from 0")
+    code: str = Field(description="Stable code of the reason", examples=["OUT_OF_RANGE"])
     reason: str = Field(description="The reason in words")
+    raw: str = Field(description="What stood there; empty where it was not kept")
 
 
 class RejectPage(BaseModel):

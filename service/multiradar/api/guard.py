@@ -165,9 +165,21 @@ class _Exchange:
 
     def check_headers(self) -> None:
         """Refuse what the headers alone give away."""
+        if _header_bytes(self._scope) > self._limits.header_bytes_max:
+            raise RequestError(
+                431,
+                "HEADERS_TOO_LARGE",
+                f"expected at most {self._limits.header_bytes_max} bytes of path and headers",
+            )
         lengths = _headers(self._scope, b"content-length")
-        if len(lengths) > 1 or any(_DIGITS.fullmatch(length) is None for length in lengths):
-            raise RequestError(400, "CONTENT_LENGTH_INVALID", "expected one decimal Content-Length")
+        both = bool(lengths) and bool(_header(self._scope, b"transfer-encoding"))
+        if both or len(lengths) > 1 or any(_DIGITS.fullmatch(length) is None for length in lengths):
+            # A body whose end can be seen in two places may hide a request from a proxy.
+            raise RequestError(
+                400,
+                "CONTENT_LENGTH_INVALID",
+                "expected one decimal Content-Length, or Transfer-Encoding without it",
+            )
         if lengths and int(lengths[0]) > self._limits.body_bytes_max:
             raise self._too_large()
 
@@ -287,6 +299,11 @@ def _headers(scope: Scope, name: bytes) -> list[bytes]:
 def _header(scope: Scope, name: bytes) -> bytes:
     values = _headers(scope, name)
     return values[0] if values else b""
+
+
+def _header_bytes(scope: Scope) -> int:
+    path_bytes = len(scope["raw_path"] or b"") + len(scope["query_string"])
+    return path_bytes + sum(len(name) + len(value) for name, value in scope["headers"])
 
 
 def _announces_body(scope: Scope) -> bool:

@@ -9,8 +9,12 @@ from multiradar.api import encoding
 from multiradar.api.access import Granted
 from multiradar.api.documents import PROBLEMS, Health, Readiness, RejectPage, Status
 from multiradar.api.query import Integer, Limit, strict_query
+from multiradar.api.tables import json_response
 from multiradar.errors import RequestError
 from multiradar.observability.metrics import EXPOSITION_MEDIA_TYPE, exposition
+
+# Of the states of a service, the one in which it takes measurements.
+_READY_STATE = "running"
 
 router = APIRouter(tags=["operations"], dependencies=[Depends(strict_query)], responses=PROBLEMS)
 
@@ -24,12 +28,10 @@ async def health() -> Response:
 @router.get("/readyz", response_model=Readiness)
 async def readiness(access: Granted) -> Response:
     """Answer 200 once the journal is recovered and can be written, 503 otherwise."""
-    if not await access.workers.run(access.service.ready):
+    state = await access.workers.run(lambda: str(access.service.state))
+    if state != _READY_STATE:
         raise RequestError(
-            503,
-            "NOT_READY",
-            "the service is recovering, or its journal cannot be written",
-            {"retry-after": "1"},
+            503, "NOT_READY", f"expected a running service, was {state}", {"retry-after": "1"}
         )
     return Response(b'{"ready": true}', media_type=encoding.JSON)
 
@@ -49,11 +51,11 @@ async def metrics(access: Granted) -> Response:
 async def status(access: Granted) -> Response:
     """Return counts, sequence numbers, data time, output hashes and version."""
     value = await access.workers.run(access.view.status)
-    return Response(encoding.document(value), media_type=encoding.JSON)
+    return json_response(value)
 
 
 @router.get("/v1/rejects", response_model=RejectPage)
-async def rejects(
+async def list_rejects(
     access: Granted,
     after: Annotated[
         Integer, Query(ge=0, description="`next_after` of the answer before", examples=[0])
@@ -61,7 +63,18 @@ async def rejects(
     limit: Limit = 1000,
 ) -> Response:
     """Return measurements that were refused, oldest first: source, place, code and reason."""
-    value = await access.workers.run(access.view.rejects, after, limit)
-    following = value[-1]["number"] if len(value) == limit else None
-    body = {"count": len(value), "next_after": following, "rejects": value}
-    return Response(encoding.document(body), media_type=encoding.JSON)
+    rows = await access.workers.run(access.service.quarantined, after, limit)
+    rejects = [
+        {
+            "number": row.number,
+            "journal_sequence": row.sequence,
+            "source": row.source,
+            "index": row.row.index,
+            "code": row.row.code,
+            "reason": row.row.reason,
+            "raw": row.row.raw,
+        }
+        for row in rows
+    ]
+    following = rows[-1].number if len(rows) == limit else None
+    return json_response({"count": len(rows), "next_after": following, "rejects": rejects})

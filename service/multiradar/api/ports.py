@@ -84,16 +84,60 @@ class View(Protocol):
         """Return bias estimates of a sensor by epoch, oldest first."""
         ...
 
-    def rejects(self, after: int, limit: int) -> list[dict[str, Any]]:
-        """Return rows of the quarantine behind a number, oldest first."""
-        ...
-
     def status(self) -> dict[str, Any]:
         """Return counts, sequences, data time, hashes and version."""
         ...
 
     def subscribe(self, after: int | None, depth: int) -> EventSource:
         """Enter the stream of events after a sequence number, or now."""
+        ...
+
+
+class RefusedRow(Protocol):
+    """A row of a message that was refused."""
+
+    @property
+    def index(self) -> int:
+        """Place of the row in its message, from 0."""
+        ...
+
+    @property
+    def code(self) -> str:
+        """Stable code."""
+        ...
+
+    @property
+    def reason(self) -> str:
+        """One sentence for people."""
+        ...
+
+    @property
+    def raw(self) -> str:
+        """What stood there; empty where it was not kept."""
+        ...
+
+
+class QuarantinedRow(Protocol):
+    """A refused row with its place in the quarantine."""
+
+    @property
+    def number(self) -> int:
+        """Place in the quarantine, 1, 2, 3, …."""
+        ...
+
+    @property
+    def sequence(self) -> int:
+        """Entry of the journal that it belongs to."""
+        ...
+
+    @property
+    def source(self) -> str:
+        """Who sent it."""
+        ...
+
+    @property
+    def row(self) -> RefusedRow:
+        """The row itself."""
         ...
 
 
@@ -105,6 +149,11 @@ class ReadableService(Protocol):
         """The read side."""
         ...
 
-    def ready(self) -> bool:
-        """Return whether recovery is done and the journal can be written."""
+    @property
+    def state(self) -> str:
+        """One of stopped, recovering, running and failed."""
+        ...
+
+    def quarantined(self, after: int, limit: int) -> Sequence[QuarantinedRow]:
+        """Return refused rows behind a number of the quarantine, oldest first."""
         ...

@@ -1,6 +1,7 @@
 """Errors as problem documents (RFC 9457): one shape for everything that goes wrong."""
 
 import json
+import math
 from collections.abc import Mapping
 from http import HTTPStatus
 
@@ -11,7 +12,16 @@ from starlette.exceptions import HTTPException
 from starlette.responses import Response
 from starlette.types import Scope
 
-from multiradar.errors import QueueFullError, RequestError
+from multiradar.errors import (
+    IdempotencyConflictError,
+    InputError,
+    JournalError,
+    JournalFullError,
+    MultiradarError,
+    PipelineError,
+    QueueFullError,
+    RequestError,
+)
 from multiradar.observability.metrics import HTTP_REFUSALS
 
 MEDIA_TYPE = "application/problem+json"
@@ -21,6 +31,16 @@ REQUEST_ID_KEY = "multiradar.request_id"
 
 # Codes for what the framework itself refuses.
 _CODES_BY_STATUS = {404: "NOT_FOUND", 405: "METHOD_NOT_ALLOWED"}
+
+
+# What the service itself refuses: the first line that fits. The detail is the error's sentence.
+_REFUSALS: tuple[tuple[type[MultiradarError], int, str], ...] = (
+    (IdempotencyConflictError, 422, "IDEMPOTENCY_KEY_REUSED"),
+    (InputError, 400, "MALFORMED_BODY"),
+    (JournalFullError, 507, "JOURNAL_FULL"),
+    (JournalError, 503, "JOURNAL_FAILED"),
+    (PipelineError, 503, "NOT_READY"),
+)
 
 
 class ParameterProblem(BaseModel):
@@ -63,6 +83,7 @@ def problem_bytes(error: RequestError, request_id: str) -> bytes:
     """Return the problem document as JSON, in UTF-8."""
     HTTP_REFUSALS.labels(code=error.code).inc()
     document: dict[str, object] = {
+        **error.members,
         "type": f"urn:multiradar:problem:{error.code.lower().replace('_', '-')}",
         "title": error.code.replace("_", " ").capitalize(),
         "status": error.status,
@@ -86,7 +107,7 @@ def parameter_error(parameters: Mapping[str, str], code: str = "INVALID_PARAMETE
 def install(application: FastAPI) -> None:
     """Answer every error of the application with a problem document."""
     application.add_exception_handler(RequestError, _refused)
-    application.add_exception_handler(QueueFullError, _queue_full)
+    application.add_exception_handler(MultiradarError, _said_no)
     application.add_exception_handler(RequestValidationError, _invalid)
     application.add_exception_handler(HTTPException, _framework)
 
@@ -96,10 +117,19 @@ async def _refused(request: Request, error: Exception) -> Response:
     return problem_response(error, request.scope)
 
 
-async def _queue_full(request: Request, error: Exception) -> Response:
-    assert isinstance(error, QueueFullError)
-    retry_after = {"retry-after": str(max(1, round(error.retry_after_s)))}
-    return problem_response(RequestError(429, "QUEUE_FULL", str(error), retry_after), request.scope)
+async def _said_no(request: Request, error: Exception) -> Response:
+    assert isinstance(error, MultiradarError)
+    return problem_response(_translated(error), request.scope)
+
+
+def _translated(error: MultiradarError) -> RequestError:
+    if isinstance(error, QueueFullError):
+        retry_after_s = max(1, math.ceil(error.retry_after_s))
+        return RequestError(429, "QUEUE_FULL", str(error), {"retry-after": str(retry_after_s)})
+    for kind, status, code in _REFUSALS:
+        if isinstance(error, kind):
+            return RequestError(status, code, str(error))
+    raise error
 
 
 async def _invalid(request: Request, error: Exception) -> Response:

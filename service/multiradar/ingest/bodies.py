@@ -1,0 +1,77 @@
+"""Bodies of requests: bytes and a media type in, a table and the rows refused out."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import polars as pl
+
+from multiradar.errors import RequestError
+from multiradar.runtime.receipt import RejectedRow
+from multiradar_converters.normalised.arrow import parse_arrow
+from multiradar_converters.normalised.parsed import Parsed
+from multiradar_converters.normalised.text import parse_json, parse_ndjson
+from multiradar_schemas.errors import BodyError
+from multiradar_schemas.reject import RejectCode
+
+
+@dataclass(frozen=True, slots=True)
+class Decoded:
+    """A message: every row of it is either in `frame` or in `rejected`.
+
+    Attributes
+    ----------
+    frame : DataFrame
+        The rows taken, with a column `index` that says where each stood.
+    rejected : tuple of RejectedRow
+        The rows refused.
+    """
+
+    frame: pl.DataFrame
+    rejected: tuple[RejectedRow, ...]
+
+
+def decode(media_type: str, body: bytes) -> Decoded:
+    """Read the body of a request.
+
+    Parameters
+    ----------
+    media_type : str
+        One of `MEDIA_TYPES`.
+    body : bytes
+        The whole body.
+
+    Raises
+    ------
+    RequestError
+        400 when the body as a whole cannot be read, 413 when it has too many rows; the code is that
+        of the reject.
+    """
+    try:
+        parsed = _PARSERS[media_type](body)
+    except BodyError as error:
+        status = 413 if error.code is RejectCode.TOO_LARGE else 400
+        raise RequestError(status, str(error.code), error.reason) from error
+    rejected = tuple(
+        RejectedRow(row.index, str(row.code), row.reason, row.raw) for row in parsed.rejected
+    )
+    return Decoded(parsed.frame, rejected)
+
+
+def _json(body: bytes) -> Parsed:
+    if not body.lstrip(b" \t\r\n").startswith(b"{"):
+        return parse_json(body)
+    # One object is an array of one; brackets must not turn several into JSON.
+    parsed = parse_json(b"[" + body + b"]")
+    if len(parsed.frame) + len(parsed.rejected) != 1:
+        raise BodyError(RejectCode.MALFORMED_JSON, "expected an array, was several objects")
+    return parsed
+
+
+_PARSERS: dict[str, Callable[[bytes], Parsed]] = {
+    "application/json": _json,
+    "application/x-ndjson": parse_ndjson,
+    "application/vnd.apache.arrow.stream": parse_arrow,
+}
+
+#: Media types that are understood.
+MEDIA_TYPES = tuple(_PARSERS)

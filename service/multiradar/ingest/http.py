@@ -1,0 +1,307 @@
+"""Measurements over HTTP: `POST /v1/measurements` and the end of a stream, `POST /v1/flush`."""
+
+import asyncio
+import json
+import re
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import polars as pl
+from fastapi import APIRouter, Request
+from pydantic import BaseModel, Field
+from starlette.responses import Response
+
+from multiradar.errors import RequestError
+from multiradar.ingest.bodies import MEDIA_TYPES, Decoded, decode
+from multiradar.runtime.receipt import Receipt, RejectedRow
+from multiradar_schemas.reject import RejectCode
+
+_IDEMPOTENCY_KEY = re.compile(r"[\x21-\x7e](?:[\x20-\x7e]{0,126}[\x21-\x7e])?", re.ASCII)
+
+#: Refusals that depend on when a measurement comes and who listens, not on what it says.
+_CIRCUMSTANCES = frozenset(
+    {
+        RejectCode.TIME_LATE,
+        RejectCode.TIME_FUTURE,
+        RejectCode.DUPLICATE,
+        RejectCode.UNKNOWN_SENSOR,
+    }
+)
+
+_SOURCE = "http"
+
+
+class MeasurementSink(Protocol):
+    """The running service as those see it who hand measurements in."""
+
+    def submit(
+        self,
+        frame: pl.DataFrame,
+        *,
+        source: str,
+        idempotency_key: str | None = None,
+        rejected: Sequence[RejectedRow] = (),
+    ) -> Future[Receipt]:
+        """Hand in measurements; resolved when they are on disk."""
+        ...
+
+    def flush(self, *, source: str, idempotency_key: str | None = None) -> Future[Receipt]:
+        """Hand in the end of a stream; resolved when it is on disk."""
+        ...
+
+
+class RefusedRow(BaseModel):
+    """A row that was refused; it is in the quarantine, see `/v1/rejects`."""
+
+    index: int = Field(description="Place of the row in the message, from 0", examples=[2])
+    code: str = Field(description="Stable code", examples=["OUT_OF_RANGE"])
+    reason: str = Field(description="One sentence for people")
+
+
+class Acknowledgement(BaseModel):
+    """What became of a message; given when all of it is on disk."""
+
+    accepted: int = Field(description="Rows in the journal")
+    rejected: list[RefusedRow] = Field(description="Rows that were refused, by ascending index")
+    duplicate: bool = Field(
+        description="A message with this Idempotency-Key came before; nothing was taken again, "
+        "and the counts are those of the first"
+    )
+    journal_sequence: int = Field(description="Entry of the journal that holds the message")
+
+
+@dataclass(frozen=True, slots=True)
+class IntakeBounds:
+    """Bounds of the way in.
+
+    Attributes
+    ----------
+    threads : int
+        Threads that decode bodies.
+    acknowledge_deadline_s : float
+        Longest wait for the journal before a sender hears 503.
+    """
+
+    threads: int = 2
+    acknowledge_deadline_s: float = 30.0
+
+
+def measurement_routes(sink: MeasurementSink, bounds: IntakeBounds | None = None) -> APIRouter:
+    """Return the routes that take measurements in.
+
+    Parameters
+    ----------
+    sink : MeasurementSink
+        The running service.
+    bounds : IntakeBounds, optional
+        Bounds of the way in. The size of a body is bounded by the layer around the application.
+    """
+    intake = _Intake(sink, bounds or IntakeBounds())
+    router = APIRouter(prefix="/v1", tags=["measurements"])
+    router.add_api_route(
+        "/measurements",
+        intake.measurements,
+        methods=["POST"],
+        response_model=Acknowledgement,
+        responses=_ANSWERS,
+        openapi_extra=_REQUEST_BODY,
+        name="post_measurements",
+        description=_MEASUREMENTS_TEXT,
+    )
+    router.add_api_route(
+        "/flush",
+        intake.flush,
+        methods=["POST"],
+        response_model=Acknowledgement,
+        openapi_extra={"parameters": [_KEY_PARAMETER]},
+        name="post_flush",
+        description=_FLUSH_TEXT,
+    )
+    return router
+
+
+class _Intake:
+    def __init__(self, sink: MeasurementSink, bounds: IntakeBounds) -> None:
+        self._sink = sink
+        self._bounds = bounds
+        self._threads = ThreadPoolExecutor(bounds.threads, thread_name_prefix="multiradar-intake")
+
+    async def measurements(self, request: Request) -> Response:
+        _no_query(request)
+        media_type = _media_type(request)
+        key = _idempotency_key(request)
+        body = await _body(request)
+
+        def hand_in() -> Future[Receipt]:
+            decoded: Decoded = decode(media_type, body)
+            return self._sink.submit(
+                decoded.frame, source=_SOURCE, idempotency_key=key, rejected=decoded.rejected
+            )
+
+        return await self._acknowledged(hand_in)
+
+    async def flush(self, request: Request) -> Response:
+        _no_query(request)
+        key = _idempotency_key(request)
+        if await _body(request):
+            raise RequestError(400, "BODY_NOT_EXPECTED", "expected no body")
+        return await self._acknowledged(
+            lambda: self._sink.flush(source=_SOURCE, idempotency_key=key)
+        )
+
+    async def _acknowledged(self, hand_in: Callable[[], Future[Receipt]]) -> Response:
+        loop = asyncio.get_running_loop()
+        pending = asyncio.wrap_future(await loop.run_in_executor(self._threads, hand_in))
+        # Not `wait_for`: what waits for the journal must not be cancelled, it may be written yet.
+        await asyncio.wait({pending}, timeout=self._bounds.acknowledge_deadline_s)
+        if not pending.done():
+            pending.add_done_callback(_retrieved)
+            raise RequestError(
+                503,
+                "NOT_ACKNOWLEDGED",
+                "the journal did not answer in time and may have the message or not; "
+                "send it again with the same Idempotency-Key",
+                {"retry-after": "5"},
+            )
+        return await loop.run_in_executor(self._threads, _answer, pending.result())
+
+
+def _retrieved(future: "asyncio.Future[Receipt]") -> None:
+    # Nobody waits any more; asking for the error keeps it from being reported as never asked for.
+    if not future.cancelled():
+        future.exception()
+
+
+def _answer(receipt: Receipt) -> Response:
+    rejected = [
+        {"index": row.index, "code": row.code, "reason": row.reason} for row in receipt.rejected
+    ]
+    document: dict[str, Any] = {
+        "accepted": receipt.accepted,
+        "rejected": rejected,
+        "duplicate": receipt.duplicate,
+        "journal_sequence": receipt.journal_sequence,
+    }
+    codes = {row.code for row in receipt.rejected}
+    if receipt.accepted == 0 and codes and not codes & _CIRCUMSTANCES:
+        raise RequestError(
+            422,
+            "NO_MEASUREMENTS",
+            f"none of the {len(rejected)} rows could be read as a measurement, "
+            f"the first because: {rejected[0]['reason']}",
+            members=document,
+        )
+    return Response(json.dumps(document), media_type="application/json")
+
+
+async def _body(request: Request) -> bytes:
+    body = bytearray()
+    async for chunk in request.stream():
+        body += chunk
+    return bytes(body)
+
+
+def _no_query(request: Request) -> None:
+    if request.query_params:
+        names = [ascii(name)[1:-1][:64] for name in list(request.query_params)[:8]]
+        reasons = dict.fromkeys(names, "expected no parameters")
+        raise RequestError(
+            422, "UNKNOWN_PARAMETER", f"unknown: {', '.join(names)}", parameters=reasons
+        )
+
+
+def _media_type(request: Request) -> str:
+    encoding = request.headers.get("content-encoding", "identity").strip().lower()
+    if encoding not in {"", "identity"}:
+        raise RequestError(
+            415,
+            "CONTENT_ENCODING_UNSUPPORTED",
+            "expected a body that is not compressed",
+            {"accept-encoding": "identity"},
+        )
+    media_type, _, parameters = request.headers.get("content-type", "").partition(";")
+    media_type = media_type.strip().lower()
+    charset = parameters.replace(" ", "").replace('"', "").lower()
+    if media_type not in MEDIA_TYPES or charset not in {"", "charset=utf-8", "charset=utf8"}:
+        raise RequestError(
+            415,
+            "CONTENT_TYPE_UNSUPPORTED",
+            f"expected a Content-Type of {', '.join(MEDIA_TYPES)}, text in UTF-8",
+            {"accept-post": ", ".join(MEDIA_TYPES)},
+        )
+    return media_type
+
+
+def _idempotency_key(request: Request) -> str | None:
+    keys = request.headers.getlist("idempotency-key")
+    if not keys:
+        return None
+    if len(keys) > 1 or _IDEMPOTENCY_KEY.fullmatch(keys[0]) is None:
+        raise RequestError(
+            400,
+            "IDEMPOTENCY_KEY_INVALID",
+            "expected one Idempotency-Key of 1 to 128 printable ASCII characters",
+        )
+    return keys[0]
+
+
+_MEASUREMENTS_TEXT = """\
+Take a message of measurements: a JSON array (or one object), NDJSON, or an Arrow IPC stream with
+the columns of `measurements.parquet`. The answer comes when the message is in the journal, on disk.
+Rows that are refused are listed with place and reason and kept in the quarantine; the others count.
+"""
+
+_FLUSH_TEXT = """\
+Mark the end of a stream: what waits to be put in order is processed now, the epoch closes, and what
+is older than the newest measurement so far is late from then on. The mark is in the journal.
+"""
+
+_KEY_PARAMETER = {
+    "name": "Idempotency-Key",
+    "in": "header",
+    "required": False,
+    "description": "The sender's name for the message: 1 to 128 printable ASCII characters. Sent "
+    "again with the same key, a message is taken once and answered with `duplicate: true`",
+    "schema": {"type": "string", "minLength": 1, "maxLength": 128},
+}
+
+_EXAMPLE = [
+    {
+        "time_s": 1767182400.25,
+        "sensor_id": "41-10",
+        "kind": "radar",
+        "range_m": 84321.5,
+        "azimuth_deg": 231.402,
+        "height_m": 10668.0,
+        "mode_3a": "2741",
+        "mode_s_address": "4840d6",
+    }
+]
+
+_REQUEST_BODY: dict[str, Any] = {
+    "parameters": [_KEY_PARAMETER],
+    "requestBody": {
+        "required": True,
+        "content": {
+            media_type: {
+                "schema": {"type": "string", "format": "binary"}
+                if "arrow" in media_type
+                else {"type": "array", "items": {"type": "object"}},
+                **({} if "arrow" in media_type else {"example": _EXAMPLE}),
+            }
+            for media_type in MEDIA_TYPES
+        },
+    },
+}
+
+_ANSWERS: dict[int | str, dict[str, Any]] = {
+    400: {"description": "The body as a whole cannot be read"},
+    413: {"description": "The body is too long; said before it is read whole"},
+    415: {"description": "Another media type, or a compressed body; `Accept-Post` names what is"},
+    422: {"description": "No row could be read as a measurement; `rejected` says why"},
+    429: {"description": "Too much waits for the journal; `Retry-After` says when to come back"},
+    503: {"description": "The journal failed, or the service is not ready"},
+    507: {"description": "No room on the disk; nothing was taken"},
+}

@@ -1,0 +1,198 @@
+"""Bodies that are too long, lie or never end; clients that are too slow, too many or silent."""
+
+import contextlib
+import json
+import socket
+from collections.abc import Iterator
+
+import httpx
+import pytest
+
+from multiradar.api.factory import create_api
+from multiradar.api.limits import HttpLimits
+from multiradar.ingest.http import measurement_routes
+from support.fake_service import FakeService, live_tracks
+from support.live_server import RawClient, serving
+
+LIMITS = HttpLimits(
+    body_bytes_max=100_000,
+    header_deadline_s=0.5,
+    body_deadline_s=0.5,
+    send_deadline_s=0.5,
+    connections_max=20,
+)
+
+
+@pytest.fixture(scope="module")
+def service() -> FakeService:
+    return FakeService()
+
+
+@pytest.fixture(scope="module")
+def port(service: FakeService) -> Iterator[int]:
+    application = create_api(service, LIMITS, routers=[measurement_routes(service)])
+    with serving(application, LIMITS) as port:
+        yield port
+
+
+@pytest.fixture
+def raw(port: int) -> Iterator[RawClient]:
+    client = RawClient(port)
+    yield client
+    client.close()
+
+
+def _alive(port: int) -> bool:
+    return httpx.get(f"http://127.0.0.1:{port}/healthz").status_code == 200
+
+
+def _post(headers: bytes) -> bytes:
+    return (
+        b"POST /v1/measurements HTTP/1.1\r\nHost: 127.0.0.1\r\n"
+        b"Content-Type: application/x-ndjson\r\n" + headers + b"\r\n"
+    )
+
+
+def _code(answer: bytes) -> tuple[bytes, str]:
+    head, _, body = answer.partition(b"\r\n\r\n")
+    return head.split()[1], json.loads(body)["code"]
+
+
+def test_a_long_body_is_refused_by_its_length_before_it_is_sent(raw: RawClient) -> None:
+    raw.send(_post(b"Content-Length: 100001\r\nExpect: 100-continue\r\n"))
+    answer = raw.answer()
+    assert _code(answer) == (b"413", "BODY_TOO_LARGE")
+    assert b"connection: close" in answer.lower()
+    assert b"100 Continue" not in answer
+
+
+def test_an_endless_chunked_body_is_refused_when_it_passes_the_limit(
+    raw: RawClient, port: int
+) -> None:
+    raw.send(_post(b"Transfer-Encoding: chunked\r\n"))
+    chunk = b"2000\r\n" + b"\n" * 0x2000 + b"\r\n"
+    sent = 0
+    with contextlib.suppress(ConnectionError, TimeoutError):
+        # Far more than the limit, what the server drains and what the sockets hold.
+        while sent < 64 * len(chunk) * 32:
+            raw.send(chunk)
+            sent += len(chunk)
+    assert sent < 64 * len(chunk) * 32
+    assert _alive(port)
+
+
+def test_a_client_that_writes_before_it_reads_finds_the_413(raw: RawClient) -> None:
+    raw.send(_post(b"Transfer-Encoding: chunked\r\n"))
+    raw.send((b"8000\r\n" + b"\n" * 0x8000 + b"\r\n") * 8 + b"0\r\n\r\n")
+    assert _code(raw.until(b"}")) == (b"413", "BODY_TOO_LARGE")
+
+
+def test_a_body_of_just_the_limit_is_taken(raw: RawClient) -> None:
+    raw.send(_post(b"Content-Length: 100000\r\nConnection: close\r\n") + b"\n" * 100_000)
+    assert raw.answer().split()[1] == b"200"
+
+
+@pytest.mark.parametrize(
+    "headers",
+    [
+        b"Content-Length: 5\r\nContent-Length: 6\r\n",
+        b"Content-Length: -1\r\n",
+        b"Content-Length: 1_0\r\n",
+        b"Content-Length: 0x10\r\n",
+        b"Content-Length: 99999999999999999999999\r\n",
+        b"Transfer-Encoding: gzip\r\n",
+        b"Transfer-Encoding: chunked, identity\r\n",
+        b"Bad Header: 1\r\n",
+        b"X: a\x00b\r\n",
+        b"X: a\r\n folded: b\r\n\x01: c\r\n",
+    ],
+)
+def test_headers_that_could_be_read_two_ways_are_refused(
+    raw: RawClient, port: int, headers: bytes
+) -> None:
+    raw.send(_post(headers))
+    assert raw.answer().split()[1] in {b"400", b"413", b"501"}
+    assert _alive(port)
+
+
+def test_a_request_hidden_in_a_body_is_not_answered(raw: RawClient, service: FakeService) -> None:
+    hidden = b"0\r\n\r\nPOST /v1/flush HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 0\r\n\r\n"
+    length = b"Content-Length: %d\r\nTransfer-Encoding: chunked\r\n" % len(hidden)
+    raw.send(_post(length) + hidden)
+    answer = raw.answer()
+    assert _code(answer) == (b"400", "CONTENT_LENGTH_INVALID")
+    assert service.flushes == []
+
+
+def test_a_body_shorter_than_announced_runs_into_the_deadline(raw: RawClient) -> None:
+    raw.send(_post(b"Content-Length: 1000\r\n") + b"\n" * 10)
+    assert _code(raw.answer()) == (b"408", "BODY_TIMEOUT")
+
+
+def test_headers_longer_than_allowed_are_refused(raw: RawClient) -> None:
+    raw.send(b"GET /healthz HTTP/1.1\r\nHost: 127.0.0.1\r\nX: " + b"a" * 20_000 + b"\r\n\r\n")
+    assert _code(raw.until(b"}")) == (b"431", "HEADERS_TOO_LARGE")
+
+
+def test_headers_that_never_end_are_refused(raw: RawClient) -> None:
+    raw.send(b"GET /healthz HTTP/1.1\r\n")
+    with contextlib.suppress(ConnectionError):
+        for _ in range(1000):
+            raw.send(b"X: " + b"a" * 20_000 + b"\r\n")
+    assert raw.answer()[:12] in {b"HTTP/1.1 400", b""}
+
+
+def test_a_connection_that_says_nothing_is_dropped(raw: RawClient) -> None:
+    assert raw.answer() == b""
+
+
+def test_headers_that_trickle_are_dropped(raw: RawClient) -> None:
+    raw.send(b"GET /healthz HTTP/1.1\r\nHost: 127.0.0.1\r\n")
+    with contextlib.suppress(ConnectionError):
+        for _ in range(40):
+            raw.send(b"X: 1\r\n")
+            raw.socket.settimeout(0.05)
+            with contextlib.suppress(TimeoutError):
+                assert raw.socket.recv(1) == b""
+                break
+        else:
+            pytest.fail("the connection is still open")
+
+
+def test_the_second_request_of_a_connection_has_a_deadline_too(raw: RawClient) -> None:
+    raw.send(b"GET /healthz HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
+    raw.until(b"alive")
+    raw.send(b"GET /healthz HTTP/1.1\r\n")
+    assert raw.answer() == b""
+
+
+def test_a_crowd_of_silent_connections_keeps_nobody_out(port: int) -> None:
+    with contextlib.ExitStack() as crowd:
+        for _ in range(3 * LIMITS.connections_max):
+            silent = socket.create_connection(("127.0.0.1", port))
+            crowd.callback(silent.close)
+        assert _alive(port)
+
+
+def test_pipelined_requests_are_answered_in_order(raw: RawClient) -> None:
+    one = b"GET %s HTTP/1.1\r\nHost: 127.0.0.1\r\n%s\r\n"
+    raw.send(one % (b"/v1/tracks/1", b"") + one % (b"/healthz", b"Connection: close\r\n"))
+    answer = raw.answer()
+    assert answer.index(b'"track_id": 1') < answer.index(b"alive")
+
+
+def test_a_reader_that_stops_is_let_go_and_others_are_served(
+    port: int, service: FakeService
+) -> None:
+    before, service.view.live = service.view.live, live_tracks(10_000)
+    stopped = RawClient(port, receive_buffer_bytes=4096)
+    try:
+        # Ten answers of some MB each, of which nothing is read.
+        request = b"GET /v1/tracks?limit=10000 HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n"
+        stopped.send(request * 10)
+        for _ in range(20):
+            assert _alive(port)
+    finally:
+        stopped.close()
+        service.view.live = before
+    assert _alive(port)

@@ -1,0 +1,302 @@
+"""Measurements over HTTP: what is taken, what is refused, and what the sender is told."""
+
+import io
+import json
+from concurrent.futures import Future
+from typing import Any
+
+import httpx
+import polars as pl
+import pyarrow
+import pytest
+
+from multiradar.runtime.receipt import Receipt, RejectedRow
+from support.fake_service import FakeService, Submission
+
+_PLOT: dict[str, Any] = {
+    "time_s": 100.0,
+    "sensor_id": "41-10",
+    "kind": "radar",
+    "range_m": 1000.0,
+    "azimuth_deg": 10.0,
+}
+_JSON = "application/json"
+_NDJSON = "application/x-ndjson"
+_ARROW = "application/vnd.apache.arrow.stream"
+
+
+async def _post(
+    client: httpx.AsyncClient, body: bytes, media_type: str = _JSON, **headers: str
+) -> httpx.Response:
+    return await client.post(
+        "/v1/measurements", content=body, headers={"content-type": media_type, **headers}
+    )
+
+
+def _arrow(rows: list[dict[str, Any]]) -> bytes:
+    table = pyarrow.Table.from_pylist(rows)
+    sink = io.BytesIO()
+    with pyarrow.ipc.new_stream(sink, table.schema) as writer:
+        writer.write_table(table)
+    return sink.getvalue()
+
+
+@pytest.mark.parametrize(
+    ("media_type", "body"),
+    [
+        (_JSON, json.dumps([_PLOT, _PLOT]).encode()),
+        ("application/json; charset=utf-8", json.dumps([_PLOT, _PLOT]).encode()),
+        ("Application/JSON", json.dumps([_PLOT, _PLOT]).encode()),
+        (_NDJSON, (json.dumps(_PLOT) + "\n" + json.dumps(_PLOT)).encode()),
+        (_ARROW, _arrow([_PLOT, _PLOT])),
+    ],
+)
+async def test_each_form_of_the_same_measurements_is_taken(
+    client: httpx.AsyncClient, service: FakeService, media_type: str, body: bytes
+) -> None:
+    answer = await _post(client, body, media_type)
+    assert answer.status_code == 200
+    assert answer.json() == {
+        "accepted": 2,
+        "rejected": [],
+        "duplicate": False,
+        "journal_sequence": 1,
+    }
+    frame = service.submissions[0].frame
+    assert frame["range_m"].to_list() == [1000.0, 1000.0]
+    assert frame["index"].to_list() == [0, 1]
+
+
+async def test_a_single_object_is_taken(client: httpx.AsyncClient, service: FakeService) -> None:
+    answer = await _post(client, b"\n " + json.dumps(_PLOT).encode())
+    assert answer.json()["accepted"] == 1
+    assert service.submissions[0].frame["time_s"].to_list() == [100.0]
+
+
+async def test_bad_rows_are_listed_and_the_good_ones_taken(
+    client: httpx.AsyncClient, service: FakeService
+) -> None:
+    rows = [_PLOT, {**_PLOT, "azimuth_deg": 360.0}, _PLOT, {**_PLOT, "range_m": True}]
+    answer = await _post(client, json.dumps(rows).encode())
+    document = answer.json()
+    assert answer.status_code == 200
+    assert document["accepted"] == 2
+    assert [(row["index"], row["code"]) for row in document["rejected"]] == [
+        (1, "OUT_OF_RANGE"),
+        (3, "WRONG_TYPE"),
+    ]
+    assert all(row["reason"] for row in document["rejected"])
+    # The quarantine gets what stood there; the answer does not repeat it.
+    assert '"azimuth_deg": 360.0' in service.submissions[0].rejected[0].raw
+
+
+async def test_an_empty_array_is_no_error(client: httpx.AsyncClient) -> None:
+    answer = await _post(client, b"[]")
+    assert (answer.status_code, answer.json()["accepted"]) == (200, 0)
+
+
+async def test_rows_of_which_none_is_a_measurement_are_422_and_kept(
+    client: httpx.AsyncClient, service: FakeService
+) -> None:
+    answer = await _post(client, b'[{"a": 1}, 7]')
+    document = answer.json()
+    assert (answer.status_code, document["code"]) == (422, "NO_MEASUREMENTS")
+    assert answer.headers["content-type"] == "application/problem+json"
+    assert [row["index"] for row in document["rejected"]] == [0, 1]
+    assert document["journal_sequence"] == 1
+    assert len(service.submissions[0].rejected) == 2
+
+
+async def test_measurements_that_only_come_too_late_are_200(
+    client: httpx.AsyncClient, service: FakeService
+) -> None:
+    def late(_: Submission, future: "Future[Receipt]") -> None:
+        future.set_result(Receipt(0, (RejectedRow(0, "TIME_LATE", "late"),), False, 5))
+
+    service.answer = late
+    answer = await _post(client, json.dumps([_PLOT]).encode())
+    assert answer.status_code == 200
+    assert answer.json()["rejected"] == [{"index": 0, "code": "TIME_LATE", "reason": "late"}]
+
+
+_DEEP = b"[" * 100_000
+_MANY_KEYS = b"[{" + b",".join(b'"k%d":1' % number for number in range(100_000)) + b"}]"
+
+
+@pytest.mark.parametrize(
+    ("body", "status", "code"),
+    [
+        (b"", 400, "MALFORMED_JSON"),
+        (b"nonsense", 400, "MALFORMED_JSON"),
+        (b"[" + json.dumps(_PLOT).encode(), 400, "MALFORMED_JSON"),
+        (json.dumps([_PLOT]).encode()[:-2], 400, "MALFORMED_JSON"),
+        (json.dumps(_PLOT).encode() + b"," + json.dumps(_PLOT).encode(), 400, "MALFORMED_JSON"),
+        (b"7", 400, "MALFORMED_JSON"),
+        (b"null", 400, "MALFORMED_JSON"),
+        (b'"text"', 400, "MALFORMED_JSON"),
+        (_DEEP, 400, "MALFORMED_JSON"),
+        (b'[{"a":' * 50_000, 400, "MALFORMED_JSON"),
+        (b"\xff\xfe[\x00]\x00", 400, "ENCODING"),
+        (b"[\xc0\xaf]", 400, "ENCODING"),
+        (b'[{"a": "\xed\xa0\x80"}]', 400, "ENCODING"),
+        (_MANY_KEYS, 422, "NO_MEASUREMENTS"),
+    ],
+)
+async def test_a_body_that_is_no_json_is_refused_as_a_whole(
+    client: httpx.AsyncClient, service: FakeService, body: bytes, status: int, code: str
+) -> None:
+    answer = await _post(client, body)
+    assert (answer.status_code, answer.json()["code"]) == (status, code)
+    assert status == 422 or service.submissions == []
+
+
+def _text(**fields: str) -> bytes:
+    members = {name: json.dumps(value) for name, value in _PLOT.items()} | fields
+    good = json.dumps(_PLOT)
+    bad = "{" + ",".join(f'"{name}":{value}' for name, value in members.items()) + "}"
+    return f"[{good},{bad}]".encode()
+
+
+@pytest.mark.parametrize(
+    ("body", "code"),
+    [
+        (_text(range_m="NaN"), "NON_FINITE"),
+        (_text(range_m="Infinity"), "NON_FINITE"),
+        (_text(range_m="-Infinity"), "NON_FINITE"),
+        (_text(range_m="1e999"), "NON_FINITE"),
+        (_text(range_m="true"), "WRONG_TYPE"),
+        (_text(range_m='"1000"'), "WRONG_TYPE"),
+        (_text(range_m="[]"), "WRONG_TYPE"),
+        (_text(range_m="0"), "OUT_OF_RANGE"),
+        (_text(range_m="-1"), "OUT_OF_RANGE"),
+        (_text(range_m="1000000.1"), "OUT_OF_RANGE"),
+        (_text(range_m="1" * 5000), "NON_FINITE"),
+        (_text(azimuth_deg="360"), "OUT_OF_RANGE"),
+        (_text(time_s="1e11"), "OUT_OF_RANGE"),
+        (_text(track_number="9" * 30), "OUT_OF_RANGE"),
+        (_text(track_number="1.5"), "WRONG_TYPE"),
+        (_text(mode_3a='"7778"'), "OUT_OF_RANGE"),
+        (_text(sensor_id='"../../etc"'), "OUT_OF_RANGE"),
+        (_text(sensor_id='"a\\u0000b"'), "OUT_OF_RANGE"),
+        (_text(sensor_id='"\\ud800"'), "OUT_OF_RANGE"),
+        (_text(kind='"sonar"'), "UNKNOWN_KIND"),
+        (_text(extra="1"), "UNKNOWN_FIELD"),
+        (_text(extra='{"__proto__": 1}'), "UNKNOWN_FIELD"),
+        (_text().replace(b'"range_m":1000.0', b'"range_m":1,"range_m":2'), "DUPLICATE_KEY"),
+        (_text().replace(b'"kind":"radar",', b""), "MISSING_FIELD"),
+    ],
+)
+async def test_a_hostile_row_is_coded_and_its_neighbour_taken(
+    client: httpx.AsyncClient, body: bytes, code: str
+) -> None:
+    answer = await _post(client, body)
+    assert answer.status_code == 200, answer.text
+    document = answer.json()
+    assert document["accepted"] == 1
+    assert [(row["index"], row["code"]) for row in document["rejected"]] == [(1, code)]
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        b"",
+        b"nonsense",
+        b"ARROW1\0\0",
+        _arrow([_PLOT])[:-40],
+        _arrow([_PLOT])[:60],
+        b"\xff\xff\xff\xff\xff\xff\xff\x7f",
+        _arrow([{**_PLOT, "range_m": "text"}]),
+    ],
+)
+async def test_a_damaged_arrow_stream_is_refused_as_a_whole(
+    client: httpx.AsyncClient, service: FakeService, body: bytes
+) -> None:
+    answer = await _post(client, body, _ARROW)
+    assert (answer.status_code, answer.json()["code"]) == (400, "MALFORMED_ARROW")
+    assert service.submissions == []
+
+
+async def test_nan_in_an_arrow_stream_is_refused_row_by_row(client: httpx.AsyncClient) -> None:
+    answer = await _post(client, _arrow([{**_PLOT, "range_m": float("nan")}, _PLOT]), _ARROW)
+    document = answer.json()
+    assert document["accepted"] == 1
+    assert [(row["index"], row["code"]) for row in document["rejected"]] == [(0, "NON_FINITE")]
+
+
+@pytest.mark.parametrize(
+    "media_type", ["text/plain", "", "application/xml", "application/json; charset=utf-16"]
+)
+async def test_another_media_type_is_415_and_told_what_is_taken(
+    client: httpx.AsyncClient, media_type: str
+) -> None:
+    answer = await _post(client, b"[]", media_type)
+    assert (answer.status_code, answer.json()["code"]) == (415, "CONTENT_TYPE_UNSUPPORTED")
+    assert answer.headers["accept-post"] == f"{_JSON}, {_NDJSON}, {_ARROW}"
+
+
+@pytest.mark.parametrize("encoding", ["gzip", "br", "deflate, gzip"])
+async def test_a_compressed_body_is_not_decoded(client: httpx.AsyncClient, encoding: str) -> None:
+    answer = await _post(client, b"\x1f\x8b", _JSON, **{"content-encoding": encoding})
+    assert (answer.status_code, answer.json()["code"]) == (415, "CONTENT_ENCODING_UNSUPPORTED")
+    assert answer.headers["accept-encoding"] == "identity"
+
+
+async def test_a_message_sent_again_is_told_to_be_a_duplicate_with_the_same_counts(
+    client: httpx.AsyncClient, service: FakeService
+) -> None:
+    body = json.dumps([_PLOT, {**_PLOT, "range_m": -1}]).encode()
+    first = await _post(client, body, **{"idempotency-key": "feed-7/42"})
+    second = await _post(client, body, **{"idempotency-key": "feed-7/42"})
+    assert first.json()["duplicate"] is False
+    assert second.json() == {**first.json(), "duplicate": True}
+    assert len(service.submissions) == 1
+
+
+@pytest.mark.parametrize("key", ["", " ", "a" * 129, "é", "a\x7f"])
+async def test_a_key_that_is_no_printable_text_is_refused(
+    client: httpx.AsyncClient, key: str
+) -> None:
+    answer = await client.post(
+        "/v1/measurements",
+        content=b"[]",
+        headers={b"content-type": b"application/json", b"idempotency-key": key.encode()},
+    )
+    assert (answer.status_code, answer.json()["code"]) == (400, "IDEMPOTENCY_KEY_INVALID")
+
+
+async def test_a_key_of_the_greatest_length_is_taken(client: httpx.AsyncClient) -> None:
+    answer = await _post(client, b"[]", **{"idempotency-key": "a" * 128})
+    assert answer.status_code == 200
+
+
+async def test_a_journal_that_does_not_answer_is_503_and_not_cancelled(
+    client: httpx.AsyncClient, service: FakeService
+) -> None:
+    waiting: list[Future[Receipt]] = []
+    service.answer = lambda _, future: waiting.append(future)
+    answer = await _post(client, json.dumps([_PLOT]).encode())
+    assert (answer.status_code, answer.json()["code"]) == (503, "NOT_ACKNOWLEDGED")
+    assert answer.headers["retry-after"] == "5"
+    assert not waiting[0].cancelled()
+    waiting[0].set_result(Receipt(1, (), False, 1))
+
+
+async def test_flush_takes_no_body_and_is_acknowledged(
+    client: httpx.AsyncClient, service: FakeService
+) -> None:
+    assert (await client.post("/v1/flush", content=b"x")).json()["code"] == "BODY_NOT_EXPECTED"
+    answer = await client.post("/v1/flush")
+    assert answer.json()["journal_sequence"] == 1
+    assert service.flushes == ["http"]
+
+
+async def test_query_parameters_are_refused(client: httpx.AsyncClient) -> None:
+    answer = await client.post("/v1/measurements?dry_run=1", content=b"[]")
+    assert (answer.status_code, answer.json()["code"]) == (422, "UNKNOWN_PARAMETER")
+    assert answer.json()["errors"][0]["parameter"] == "dry_run"
+
+
+async def test_an_arrow_table_written_by_polars_is_taken(client: httpx.AsyncClient) -> None:
+    sink = io.BytesIO()
+    pl.DataFrame([_PLOT]).write_ipc_stream(sink)
+    assert (await _post(client, sink.getvalue(), _ARROW)).json()["accepted"] == 1

@@ -1,0 +1,233 @@
+"""The list of tracks, one track, its history and its forecast."""
+
+import io
+from typing import Any
+
+import httpx
+import polars as pl
+import pyarrow
+import pytest
+
+from multiradar.api.selection import TRACK_COLUMNS
+from multiradar_schemas.track import Track
+from support.fake_service import FakeService, live_tracks, updates_of
+
+
+async def _ids(client: httpx.AsyncClient, **parameters: str) -> list[int]:
+    answer = await client.get("/v1/tracks", params=parameters)
+    assert answer.status_code == 200, answer.text
+    return [track["track_id"] for track in answer.json()["tracks"]]
+
+
+async def test_each_track_of_the_list_is_one_of_the_schema(client: httpx.AsyncClient) -> None:
+    answer = await client.get("/v1/tracks")
+    tracks = answer.json()["tracks"]
+    assert len(tracks) == 10
+    for track in tracks:
+        Track.model_validate(track)
+
+
+async def test_pages_by_cursor_give_every_track_once(client: httpx.AsyncClient) -> None:
+    seen: list[int] = []
+    url = "/v1/tracks?limit=3&bbox=-180,-90,180,90"
+    while url:
+        answer = await client.get(url)
+        seen += [track["track_id"] for track in answer.json()["tracks"]]
+        url = answer.links.get("next", {}).get("url", "")
+        assert bool(url) == (answer.json()["next_cursor"] is not None)
+    assert seen == list(range(1, 11))
+
+
+async def test_a_page_that_just_holds_all_has_no_next(client: httpx.AsyncClient) -> None:
+    answer = await client.get("/v1/tracks?limit=10")
+    assert answer.json()["next_cursor"] is None
+    assert "link" not in answer.headers
+
+
+async def test_a_box_holds_what_is_inside_edges_included(client: httpx.AsyncClient) -> None:
+    assert await _ids(client, bbox="2,50.2,4,50.3") == [2, 3]
+
+
+async def test_a_box_may_cross_the_antimeridian(
+    client: httpx.AsyncClient, service: FakeService
+) -> None:
+    service.view.live = live_tracks(2).with_columns(longitude_deg=pl.Series([179.5, -179.5]))
+    assert await _ids(client, bbox="179,-90,-179,90") == [1, 2]
+    assert await _ids(client, bbox="-179,-90,179,90") == []
+
+
+@pytest.mark.parametrize(
+    ("identity", "expected"),
+    [
+        ("484002", [2]),
+        ("mode_s:484002", [2]),
+        ("7000", [4, 8]),
+        ("mode_3a:7000", [4, 8]),
+        ("104", [4]),
+        ("number:104", [4]),
+        ("number:7000", []),
+    ],
+)
+async def test_an_identity_finds_address_code_or_number(
+    client: httpx.AsyncClient, identity: str, expected: list[int]
+) -> None:
+    assert await _ids(client, identity=identity) == expected
+
+
+async def test_an_address_is_found_in_capitals_too(
+    client: httpx.AsyncClient, service: FakeService
+) -> None:
+    service.view.live = live_tracks(1).with_columns(mode_s_address=pl.lit("abcdef"))
+    assert await _ids(client, identity="ABCDEF") == [1]
+
+
+@pytest.mark.parametrize("since", ["1008", "1970-01-01T00:16:48Z", "1970-01-01T02:16:48+02:00"])
+async def test_since_is_seconds_or_iso_8601(client: httpx.AsyncClient, since: str) -> None:
+    assert await _ids(client, since=since) == [8, 9, 10]
+
+
+async def test_fields_choose_members_and_keep_the_number(client: httpx.AsyncClient) -> None:
+    answer = await client.get("/v1/tracks?fields=latitude_deg,state&limit=1")
+    assert answer.json()["tracks"] == [{"track_id": 1, "latitude_deg": 50.1, "state": "confirmed"}]
+
+
+async def test_what_is_not_finite_becomes_null(
+    client: httpx.AsyncClient, service: FakeService
+) -> None:
+    service.view.live = live_tracks(1).with_columns(height_m=pl.lit(float("nan")))
+    assert (await client.get("/v1/tracks")).json()["tracks"][0]["height_m"] is None
+    assert (await client.get("/v1/tracks/1")).json()["height_m"] is None
+
+
+async def test_an_empty_service_lists_no_tracks(
+    client: httpx.AsyncClient, service: FakeService
+) -> None:
+    service.view.live = live_tracks(0)
+    for form, name in (("json", "tracks"), ("geojson", "features")):
+        answer = await client.get(f"/v1/tracks?format={form}")
+        assert answer.json()[name] == []
+    # Before the first measurement there is a table without columns, too.
+    service.view.live = pl.DataFrame()
+    assert await _ids(client, bbox="0,0,1,1") == []
+
+
+async def test_geojson_has_height_where_it_is_known(client: httpx.AsyncClient) -> None:
+    answer = await client.get("/v1/tracks", headers={"accept": "application/geo+json"})
+    assert answer.headers["content-type"] == "application/geo+json"
+    collection = answer.json()
+    assert collection["type"] == "FeatureCollection"
+    by_id = {feature["id"]: feature for feature in collection["features"]}
+    assert by_id[1]["geometry"] == {"type": "Point", "coordinates": [1.0, 50.1, 9001.0]}
+    assert by_id[5]["geometry"] == {"type": "Point", "coordinates": [5.0, 50.5]}
+    assert by_id[5]["properties"]["height_m"] is None
+    assert by_id[1]["properties"]["speed_mps"] == 201.0
+
+
+async def test_arrow_is_read_by_another_library(client: httpx.AsyncClient) -> None:
+    answer = await client.get("/v1/tracks?format=arrow&limit=7")
+    assert answer.headers["content-type"] == "application/vnd.apache.arrow.stream"
+    table = pyarrow.ipc.open_stream(io.BytesIO(answer.content)).read_all()
+    assert table.column_names == list(TRACK_COLUMNS)
+    assert table.column("track_id").to_pylist() == list(range(1, 8))
+    assert answer.headers["x-next-cursor"]
+
+
+@pytest.mark.parametrize(
+    ("accept", "expected"),
+    [
+        ("*/*", "application/json"),
+        ("application/*", "application/json"),
+        ("application/geo+json, application/json;q=0.5", "application/geo+json"),
+        ("application/json;q=0, */*", "application/geo+json"),
+        ("application/vnd.apache.arrow.stream", "application/vnd.apache.arrow.stream"),
+    ],
+)
+async def test_the_accept_header_chooses_the_format(
+    client: httpx.AsyncClient, accept: str, expected: str
+) -> None:
+    answer = await client.get("/v1/tracks", headers={"accept": accept})
+    assert answer.headers["content-type"] == expected
+
+
+async def test_no_format_that_will_do_is_406(client: httpx.AsyncClient) -> None:
+    for path in ("/v1/tracks", "/v1/tracks/1/history"):
+        answer = await client.get(path, headers={"accept": "text/csv"})
+        assert answer.status_code == 406
+        assert answer.json()["code"] == "NOT_ACCEPTABLE"
+
+
+async def test_one_track_is_one_of_the_schema(client: httpx.AsyncClient) -> None:
+    answer = await client.get("/v1/tracks/4")
+    assert Track.model_validate(answer.json()).track_number == 104
+
+
+@pytest.mark.parametrize(
+    "path", ["/v1/tracks/99", "/v1/tracks/99/history", "/v1/tracks/99/forecast"]
+)
+async def test_an_unknown_track_is_404(client: httpx.AsyncClient, path: str) -> None:
+    answer = await client.get(path)
+    assert (answer.status_code, answer.json()["code"]) == (404, "TRACK_NOT_FOUND")
+
+
+@pytest.mark.parametrize("same_time", [1, 3, 7])
+@pytest.mark.parametrize("limit", [1, 2, 5])
+async def test_a_history_by_pages_gives_every_update_once_in_order(
+    client: httpx.AsyncClient, service: FakeService, same_time: int, limit: int
+) -> None:
+    service.view.updates[7] = updates_of(7, 12, same_time)
+    seen: list[int] = []
+    url = f"/v1/tracks/7/history?limit={limit}"
+    while url:
+        answer = await client.get(url)
+        assert answer.json()["count"] <= limit
+        seen += [update["sequence"] for update in answer.json()["updates"]]
+        url = answer.links.get("next", {}).get("url", "")
+    assert seen == list(range(1, 13))
+
+
+async def test_a_history_begins_at_since(client: httpx.AsyncClient, service: FakeService) -> None:
+    service.view.updates[7] = updates_of(7, 12)
+    answer = await client.get("/v1/tracks/7/history?since=9")
+    assert [update["time_s"] for update in answer.json()["updates"]] == [9.0, 10.0, 11.0]
+
+
+async def test_the_history_of_an_ended_track_is_served_and_may_be_empty_later(
+    client: httpx.AsyncClient, service: FakeService
+) -> None:
+    service.view.updates[77] = updates_of(77, 3)
+    assert (await client.get("/v1/tracks/77/history")).json()["count"] == 3
+    assert (await client.get("/v1/tracks/77/history?since=1000")).json()["count"] == 0
+
+
+async def test_a_forecast_has_its_points_with_covariance(client: httpx.AsyncClient) -> None:
+    answer = await client.get("/v1/tracks/3/forecast?horizon_s=20&step_s=10")
+    forecast: dict[str, Any] = answer.json()
+    assert forecast["track_id"] == 3
+    assert [point["time_s"] for point in forecast["points"]] == [1003.0, 1013.0, 1023.0]
+    assert forecast["points"][0]["covariance_east_m2"] == 400.0
+
+
+@pytest.mark.parametrize(
+    "query",
+    [
+        "horizon_s=0",
+        "horizon_s=-1",
+        "horizon_s=3600.1",
+        "horizon_s=nan",
+        "horizon_s=inf",
+        "horizon_s=1e999",
+        "step_s=0",
+        "step_s=0.01",
+        "horizon_s=3600&step_s=0.1",
+        "horizon_s=1000&step_s=1",
+    ],
+)
+async def test_a_forecast_beyond_its_limits_is_422(client: httpx.AsyncClient, query: str) -> None:
+    answer = await client.get(f"/v1/tracks/3/forecast?{query}")
+    assert (answer.status_code, answer.json()["code"]) == (422, "INVALID_PARAMETER")
+    assert answer.json()["errors"][0]["parameter"] in {"horizon_s", "step_s"}
+
+
+async def test_a_forecast_at_its_limit_is_served(client: httpx.AsyncClient) -> None:
+    answer = await client.get("/v1/tracks/3/forecast?horizon_s=999&step_s=1")
+    assert len(answer.json()["points"]) == 1000
