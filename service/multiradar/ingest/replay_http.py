@@ -1,0 +1,143 @@
+"""A replay's way to a service over HTTP."""
+
+import io
+from enum import StrEnum
+from typing import Any
+
+import httpx
+import polars as pl
+
+from multiradar.errors import PeerError
+from multiradar.ingest.replay import Answer, UnavailableError
+
+CONNECT_TIMEOUT_S = 5.0
+#: Longer than the service waits for its journal.
+ANSWER_TIMEOUT_S = 60.0
+
+#: The service, or something before it, asks to come back later.
+_COME_BACK = frozenset({408, 429, 502, 503, 504, 507})
+_TAKEN = 200
+#: None of the rows could be read; the answer counts them like any other.
+_NONE_TAKEN = 422
+
+
+class Encoding(StrEnum):
+    """How a batch is written."""
+
+    ARROW = "arrow"
+    JSON = "json"
+    NDJSON = "ndjson"
+
+
+MEDIA_TYPES = {
+    Encoding.ARROW: "application/vnd.apache.arrow.stream",
+    Encoding.JSON: "application/json",
+    Encoding.NDJSON: "application/x-ndjson",
+}
+
+
+class HttpDestination:
+    """A service that takes `POST /v1/measurements`.
+
+    Parameters
+    ----------
+    url : str
+        Where it listens, such as `http://127.0.0.1:8321`.
+    encoding : Encoding
+        How batches are written.
+    transport : httpx.BaseTransport, optional
+        Instead of the network, for tests.
+    """
+
+    def __init__(
+        self, url: str, encoding: Encoding, transport: httpx.BaseTransport | None = None
+    ) -> None:
+        self._encoding = encoding
+        timeout = httpx.Timeout(ANSWER_TIMEOUT_S, connect=CONNECT_TIMEOUT_S)
+        # A proxy of the environment is for the outside world, not for a service next door.
+        self._client = httpx.Client(
+            base_url=url, timeout=timeout, trust_env=False, transport=transport
+        )
+
+    def send(self, frame: pl.DataFrame, key: str) -> Answer:
+        """Post a batch under its key; return the counts of the answer."""
+        headers = {"content-type": MEDIA_TYPES[self._encoding], "idempotency-key": key}
+        response = self._post("/v1/measurements", encode(frame, self._encoding), headers)
+        document = _document(response)
+        if response.status_code == _NONE_TAKEN and "accepted" not in document:
+            raise _refusal(response, document)
+        try:
+            return Answer(
+                accepted=int(document["accepted"]),
+                rejected=len(document["rejected"]),
+                duplicate=bool(document["duplicate"]),
+            )
+        except (KeyError, TypeError, ValueError) as error:
+            msg = f"{response.url}: expected counts of a batch, was {response.text[:200]!r}"
+            raise PeerError(msg) from error
+
+    def flush(self, key: str) -> None:
+        """Post the end of the stream."""
+        response = self._post("/v1/flush", b"", {"idempotency-key": key})
+        if response.status_code != _TAKEN:
+            raise _refusal(response, _document(response))
+
+    def close(self) -> None:
+        """Close the connection."""
+        self._client.close()
+
+    def _post(self, path: str, body: bytes, headers: dict[str, str]) -> httpx.Response:
+        try:
+            response = self._client.post(path, content=body, headers=headers)
+        except httpx.TransportError as error:
+            msg = f"{self._client.base_url}: no answer ({error or type(error).__name__})"
+            raise UnavailableError(msg) from error
+        if response.status_code in _COME_BACK:
+            msg = f"{response.url}: answered {response.status_code} {response.reason_phrase}"
+            raise UnavailableError(msg, _retry_after_s(response))
+        if response.status_code not in (_TAKEN, _NONE_TAKEN):
+            raise _refusal(response, _document(response))
+        return response
+
+
+def encode(frame: pl.DataFrame, encoding: Encoding) -> bytes:
+    """Return measurements as the body of a request.
+
+    Parameters
+    ----------
+    frame : DataFrame
+        Columns of `MEASUREMENT_SCHEMA`.
+    encoding : Encoding
+        The form.
+
+    Returns
+    -------
+    bytes
+        Arrow IPC stream, JSON array or NDJSON; numbers keep all their digits.
+    """
+    if encoding is Encoding.JSON:
+        return frame.write_json().encode()
+    if encoding is Encoding.NDJSON:
+        return frame.write_ndjson().encode()
+    buffer = io.BytesIO()
+    frame.rechunk().write_ipc_stream(buffer)
+    return buffer.getvalue()
+
+
+def _retry_after_s(response: httpx.Response) -> float | None:
+    # Seconds only: what this project answers. A date, as others may answer, means the back-off.
+    text = response.headers.get("retry-after", "")
+    return float(text) if text.isascii() and text.isdigit() else None
+
+
+def _document(response: httpx.Response) -> dict[str, Any]:
+    try:
+        document = response.json()
+    except ValueError:
+        return {}
+    return document if isinstance(document, dict) else {}
+
+
+def _refusal(response: httpx.Response, problem: dict[str, Any]) -> PeerError:
+    reason = problem.get("detail") or problem.get("title") or response.reason_phrase
+    return PeerError(f"{response.url}: refused with {response.status_code}, {reason}")

@@ -1,0 +1,220 @@
+"""A recording from disk through the tracker to tables on disk: the same path as live, no service.
+
+Memory is bounded: the recording is read in blocks, outputs are spooled. What is written is a
+function of the recording, the sensors and the settings; not of batch sizes or workers.
+"""
+
+from collections import Counter
+from collections.abc import Callable, Collection, Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+
+from multiradar import wire
+from multiradar.errors import MultiradarError
+from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.runtime.admission import ACCEPTED, Admission
+from multiradar.runtime.digest import OutputDigest
+from multiradar.runtime.engine import Engine
+from multiradar.runtime.reject_file import RejectFile, TimeRefusals
+from multiradar.storage.recording import INDEX_COLUMN, Recording
+from multiradar.storage.table_writer import TableWriter
+from multiradar.tracking.outputs import BiasRecords, EngineOutput, TrackUpdates
+from multiradar.tracking.settings import TrackingSettings
+from multiradar_schemas.arrow import BIAS_SCHEMA, TRACK_SCHEMA
+
+BATCH_ROWS = 8192
+TRACKS_FILE = "tracks.parquet"
+BIASES_FILE = "biases.parquet"
+REJECTS_FILE = "rejects.ndjson"
+
+
+class AccountingError(MultiradarError):
+    """Measurements read are not those accepted and rejected: a mistake of ours, told loudly."""
+
+
+@dataclass(frozen=True, slots=True)
+class OfflineJob:
+    """What is tracked, and how.
+
+    Attributes
+    ----------
+    recording : Recording
+        The measurements.
+    sensors : SensorTable
+        The sensors that may measure.
+    settings : TrackingSettings
+        What the output depends on beside these.
+    kinds : collection of str, optional
+        Kinds of measurement to use; all when absent.
+    workers : int
+        Threads of the tracker.
+    batch_rows : int
+        Measurements handed on at once.
+    """
+
+    recording: Recording
+    sensors: SensorTable
+    settings: TrackingSettings
+    kinds: Collection[str] | None = None
+    workers: int = 1
+    batch_rows: int = BATCH_ROWS
+
+
+@dataclass(slots=True)
+class OfflineResult:
+    """What a run read, refused and wrote.
+
+    Attributes
+    ----------
+    read, accepted, duplicate : int
+        Measurements of the kinds chosen; those that the tracker took; those equal to another.
+    rejected : Counter
+        Those refused, by code.
+    updates, tracks, bias_rows : int
+        Rows of `tracks.parquet`, different tracks in it, rows of `biases.parquet`.
+    final_biases : dict
+        Last estimate of each sensor and parameter, with its sigma.
+    tracker : dict
+        What became of the accepted measurements in the filter, by outcome.
+    output_sha256 : str
+        Digest of all updates and biases.
+    """
+
+    read: int = 0
+    accepted: int = 0
+    duplicate: int = 0
+    rejected: Counter[str] = field(default_factory=Counter)
+    updates: int = 0
+    tracks: int = 0
+    bias_rows: int = 0
+    final_biases: dict[str, dict[str, dict[str, float]]] = field(default_factory=dict)
+    tracker: dict[str, int] = field(default_factory=dict)
+    output_sha256: str = ""
+
+    @property
+    def rejected_total(self) -> int:
+        """Number of measurements refused."""
+        return sum(self.rejected.values())
+
+
+def track_recording(
+    job: OfflineJob, folder: Path, on_progress: Callable[[int], None] = lambda _rows: None
+) -> OfflineResult:
+    """Track a recording and write tracks, biases and rejects.
+
+    Parameters
+    ----------
+    job : OfflineJob
+        What is tracked.
+    folder : Path
+        Existing, empty folder for `tracks.parquet`, `biases.parquet` and `rejects.ndjson`.
+    on_progress : callable
+        Told the number of measurements that are done, after every batch.
+
+    Returns
+    -------
+    OfflineResult
+        Counts, last biases and the digest.
+
+    Raises
+    ------
+    InputError
+        The recording cannot be read.
+    AccountingError
+        Read is not accepted + rejected.
+    """
+    engine = Engine(job.sensors, job.settings, job.workers)
+    try:
+        run = _Run(job, folder, engine)
+        done = 0
+        for block in job.recording.blocks(job.kinds):
+            for rows in run.take(block):
+                on_progress(done + rows)
+            done += len(block)
+        return run.finish()
+    finally:
+        engine.close()
+
+
+class _Run:
+    # The state of one run: writers, counts, the digest.
+    def __init__(self, job: OfflineJob, folder: Path, engine: Engine) -> None:
+        self._sensors = job.sensors
+        self._batch_rows = job.batch_rows
+        self._engine = engine
+        self._admission = Admission(job.settings.reorder_horizon_s)
+        self._digest = OutputDigest()
+        self._tracks = TableWriter(folder / TRACKS_FILE, TRACK_SCHEMA)
+        self._biases = TableWriter(folder / BIASES_FILE, BIAS_SCHEMA)
+        self._rejects = RejectFile(folder / REJECTS_FILE, job.recording.path.name)
+        self._result = OfflineResult()
+
+    # Takes one block; yields how many of its rows are done, batch after batch.
+    def take(self, block: pl.DataFrame) -> Iterator[int]:
+        measured, refused = wire.measurement_batch(block.drop(INDEX_COLUMN), self._sensors)
+        clock_s = self._admission.data_clock_s
+        codes = np.zeros(len(measured), np.int8)
+        outputs = []
+        for start in range(0, len(measured), self._batch_rows):
+            rows = slice(start, start + self._batch_rows)
+            batch = measured.take(rows)
+            codes[rows] = self._admission.admit(batch)
+            outputs.append(self._engine.push(batch.take(codes[rows] == ACCEPTED)))
+            yield min(rows.stop, len(block))
+        self._write(outputs)
+        self._result.read += len(block)
+        self._result.accepted += int(np.count_nonzero(codes == ACCEPTED))
+        times = TimeRefusals(self._admission, clock_s, measured.time_s, codes)
+        self._result.rejected += self._rejects.write(block, refused, times)
+
+    def finish(self) -> OfflineResult:
+        self._write([self._engine.flush()])
+        self._tracks.finish()
+        self._biases.finish()
+        self._rejects.close()
+        result = self._result
+        outcomes = self._engine.counts
+        result.duplicate = outcomes.pop("DUPLICATE")
+        result.accepted -= result.duplicate
+        # The admission has refused what is late, so the tracker finds nothing late any more.
+        late = outcomes.pop("LATE")
+        result.tracker = {name.lower(): count for name, count in outcomes.items()}
+        _check(result, late)
+        result.output_sha256 = self._digest.hexdigest()
+        return result
+
+    def _write(self, outputs: Sequence[EngineOutput]) -> None:
+        for output in outputs:
+            self._digest.add(output)
+        updates = TrackUpdates.concatenate([output.updates for output in outputs])
+        biases = BiasRecords.concatenate([output.biases for output in outputs])
+        if len(updates):
+            self._tracks.append(wire.tracks_frame(updates, self._sensors))
+            self._result.updates += len(updates)
+            # Tracks are numbered from 1 without gaps by first appearance.
+            self._result.tracks = max(self._result.tracks, int(updates.track_id.max()))
+        if len(biases):
+            frame = wire.biases_frame(biases, self._sensors)
+            self._biases.append(frame)
+            self._result.bias_rows += len(frame)
+            self._keep_last(frame)
+
+    def _keep_last(self, frame: pl.DataFrame) -> None:
+        last = frame.unique(["sensor_id", "parameter"], keep="last", maintain_order=True)
+        for row in last.iter_rows(named=True):
+            of_sensor = self._result.final_biases.setdefault(row["sensor_id"], {})
+            of_sensor[row["parameter"]] = {"estimate": row["estimate"], "sigma": row["sigma"]}
+
+
+def _check(result: OfflineResult, late: int) -> None:
+    accounted = result.accepted + result.rejected_total + result.duplicate
+    if result.read != accounted or late or sum(result.tracker.values()) != result.accepted:
+        msg = (
+            "expected read = accepted + rejected + duplicate and an outcome for each accepted, was "
+            f"{result.read} = {result.accepted} + {result.rejected_total} + {result.duplicate}, "
+            f"{sum(result.tracker.values())} outcomes and {late} late"
+        )
+        raise AccountingError(msg)

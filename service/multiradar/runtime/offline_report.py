@@ -1,0 +1,69 @@
+"""`report.json` of an offline run."""
+
+from dataclasses import asdict
+from importlib.metadata import version
+
+from pydantic import JsonValue
+
+from multiradar.runtime.offline import (
+    BIASES_FILE,
+    REJECTS_FILE,
+    TRACKS_FILE,
+    OfflineJob,
+    OfflineResult,
+)
+from multiradar_schemas.reject import RejectCode
+from multiradar_schemas.report import Counts, InputFile, OutputFile, Report
+
+REPORT_FILE = "report.json"
+
+
+def offline_report(job: OfflineJob, result: OfflineResult) -> Report:
+    """Return what a run did, without a trace of batches, workers or the time of day.
+
+    Parameters
+    ----------
+    job : OfflineJob
+        What was tracked.
+    result : OfflineResult
+        What came of it.
+
+    Returns
+    -------
+    Report
+        Counts, settings, digest; figures: number of tracks, last biases with sigma, and what
+        became of the accepted measurements in the filter.
+    """
+    counts = Counts(
+        read=result.read,
+        accepted=result.accepted,
+        rejected=result.rejected_total,
+        duplicate=result.duplicate,
+    )
+    recording = job.recording
+    kinds: JsonValue = None if job.kinds is None else [*sorted(job.kinds)]
+    biases: dict[str, JsonValue] = {
+        sensor: {name: {**value} for name, value in parameters.items()}
+        for sensor, parameters in result.final_biases.items()
+    }
+    return Report(
+        command="track",
+        version=version("multiradar"),
+        counts=counts,
+        rejected_by_code={RejectCode(code): n for code, n in sorted(result.rejected.items())},
+        inputs=[
+            InputFile(file=recording.path.name, bytes=recording.path.stat().st_size, counts=counts)
+        ],
+        outputs=[
+            OutputFile(file=TRACKS_FILE, rows=result.updates),
+            OutputFile(file=BIASES_FILE, rows=result.bias_rows),
+            OutputFile(file=REJECTS_FILE, rows=result.rejected_total),
+        ],
+        output_sha256=result.output_sha256,
+        settings={**asdict(job.settings), "kinds": kinds, "sensors": list(job.sensors.ids)},
+        figures={
+            "tracks": result.tracks,
+            "measurements_by_outcome": dict(sorted(result.tracker.items())),
+            "final_biases": biases,
+        },
+    )

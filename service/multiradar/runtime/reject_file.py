@@ -1,0 +1,117 @@
+"""`rejects.ndjson` of an offline run: each measurement refused, its place, why and what it said."""
+
+import json
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import polars as pl
+from numpy.typing import NDArray
+
+from multiradar.runtime.admission import ACCEPTED, FUTURE, LATE, Admission
+from multiradar.storage.recording import INDEX_COLUMN
+from multiradar.wire import Rejected
+from multiradar_schemas.reject import Reject, RejectCode
+
+
+class RejectFile:
+    """Writes refusals in the order of the recording.
+
+    Parameters
+    ----------
+    path : Path
+        The file to make.
+    source : str
+        Name of the recording.
+    """
+
+    def __init__(self, path: Path, source: str) -> None:
+        self._stream = path.open("w", encoding="utf-8", newline="\n")
+        self._source = source
+
+    def write(
+        self,
+        frame: pl.DataFrame,
+        refused: Rejected,
+        times: "TimeRefusals",
+    ) -> Counter[str]:
+        """Write what was refused of one batch.
+
+        Parameters
+        ----------
+        frame : DataFrame
+            The batch, with `index`.
+        refused : Rejected
+            Rows that cannot be true.
+        times : TimeRefusals
+            Rows of those left that the admission refused.
+
+        Returns
+        -------
+        Counter
+            How many, by code.
+        """
+        left = np.ones(len(frame), np.bool_)
+        left[refused.index] = False
+        rows_left = np.flatnonzero(left)
+        why = zip(refused.code, refused.reason, strict=True)
+        verdicts = dict(zip(refused.index.tolist(), why, strict=True))
+        for place, code, reason in times.verdicts:
+            verdicts[int(rows_left[place])] = (code, reason)
+        for row in sorted(verdicts):
+            code, reason = verdicts[row]
+            self._stream.write(self._line(frame.row(row, named=True), code, reason))
+        return Counter(str(code) for code, _ in verdicts.values())
+
+    def close(self) -> None:
+        """Finish the file."""
+        self._stream.close()
+
+    def _line(self, row: dict[str, Any], code: RejectCode, reason: str) -> str:
+        place = row.pop(INDEX_COLUMN)
+        raw = json.dumps({name: value for name, value in row.items() if value is not None})
+        reject = Reject(file=self._source, offset=place, reason=reason, code=code, raw=raw)
+        return reject.model_dump_json(exclude_none=True) + "\n"
+
+
+class TimeRefusals:
+    """The rows of one batch that the admission refused, each told with the data time it met.
+
+    Parameters
+    ----------
+    admission : Admission
+        What refused them.
+    clock_s : float or None
+        Its data time before the batch.
+    time_s : (n,) float64
+        Times of the batch.
+    codes : (n,) int8
+        Its verdicts.
+
+    Attributes
+    ----------
+    verdicts : list of (int, RejectCode, str)
+        Row of the batch, code and sentence.
+    """
+
+    def __init__(
+        self,
+        admission: Admission,
+        clock_s: float | None,
+        time_s: NDArray[np.float64],
+        codes: NDArray[np.int8],
+    ) -> None:
+        before = -np.inf if clock_s is None else clock_s
+        accepted_s = np.where(codes == ACCEPTED, time_s, -np.inf)
+        # The data time that each row met, so that the sentence does not depend on the batches.
+        met_s = np.maximum(np.maximum.accumulate(np.append(-np.inf, accepted_s))[:-1], before)
+        bounds = {
+            LATE: (RejectCode.TIME_LATE, f"at most {admission.horizon_s:g} s before"),
+            FUTURE: (RejectCode.TIME_FUTURE, f"at most {admission.forward_jump_max_s:g} s after"),
+        }
+        self.verdicts: list[tuple[int, RejectCode, str]] = []
+        for row in np.flatnonzero(codes != ACCEPTED).tolist():
+            code, bound = bounds[int(codes[row])]
+            sentence = f"expected a time {bound} the data time {met_s[row]} s, was {time_s[row]} s"
+            self.verdicts.append((row, code, sentence))

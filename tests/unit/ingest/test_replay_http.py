@@ -1,0 +1,115 @@
+"""What a service answers over HTTP becomes counts, a retry, or a refusal in one sentence."""
+
+import io
+import json
+
+import httpx
+import polars as pl
+import pytest
+
+from multiradar.errors import PeerError
+from multiradar.ingest.replay import Answer, UnavailableError
+from multiradar.ingest.replay_http import Encoding, HttpDestination, encode
+from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
+
+
+def _batch() -> pl.DataFrame:
+    return pl.DataFrame(
+        {
+            "time_s": [1533110400.1912345, 0.1 + 0.2],
+            "sensor_id": ["41-10", "adsb"],
+            "kind": ["radar", "adsb"],
+            "range_m": [57014.600000000006, None],
+            "mode_3a": ["0123", None],
+            "track_number": [7, None],
+        }
+    ).select(
+        pl.col(name).cast(dtype)
+        if name in ("time_s", "sensor_id", "kind", "range_m", "mode_3a", "track_number")
+        else pl.lit(None, dtype).alias(name)
+        for name, dtype in MEASUREMENT_SCHEMA.items()
+    )
+
+
+def _service(answer: httpx.Response, seen: list[httpx.Request] | None = None) -> HttpDestination:
+    def handle(request: httpx.Request) -> httpx.Response:
+        if seen is not None:
+            seen.append(request)
+        return answer
+
+    return HttpDestination("http://service", Encoding.JSON, httpx.MockTransport(handle))
+
+
+ACKNOWLEDGEMENT = {"accepted": 1, "rejected": [{"index": 1}], "duplicate": False}
+
+
+def test_a_batch_is_posted_under_its_key_and_its_answer_counted() -> None:
+    seen: list[httpx.Request] = []
+    destination = _service(httpx.Response(200, json=ACKNOWLEDGEMENT), seen)
+    assert destination.send(_batch(), "run-0-1") == Answer(1, 1, False)
+    destination.flush("run-end")
+    assert [request.url.path for request in seen] == ["/v1/measurements", "/v1/flush"]
+    assert [request.headers["idempotency-key"] for request in seen] == ["run-0-1", "run-end"]
+    assert seen[0].headers["content-type"] == "application/json"
+
+
+@pytest.mark.parametrize("status", [429, 502, 503, 504, 507])
+def test_come_back_later_is_a_retry_after_the_time_asked_for(status: int) -> None:
+    answer = httpx.Response(status, headers={"retry-after": "3"})
+    with pytest.raises(UnavailableError) as caught:
+        _service(answer).send(_batch(), "k")
+    assert caught.value.retry_after_s == 3.0
+    with pytest.raises(UnavailableError):
+        _service(answer).flush("k")
+
+
+def test_a_date_in_retry_after_leaves_the_pause_to_the_back_off() -> None:
+    answer = httpx.Response(503, headers={"retry-after": "Wed, 21 Oct 2026 07:28:00 GMT"})
+    with pytest.raises(UnavailableError) as caught:
+        _service(answer).send(_batch(), "k")
+    assert caught.value.retry_after_s is None
+
+
+@pytest.mark.parametrize(
+    "error", [httpx.ConnectError("refused"), httpx.ReadError("reset"), httpx.ReadTimeout("slow")]
+)
+def test_a_lost_connection_is_a_retry(error: httpx.TransportError) -> None:
+    def handle(_request: httpx.Request) -> httpx.Response:
+        raise error
+
+    destination = HttpDestination("http://service", Encoding.ARROW, httpx.MockTransport(handle))
+    with pytest.raises(UnavailableError, match="no answer"):
+        destination.send(_batch(), "k")
+
+
+def test_a_batch_of_which_no_row_was_taken_is_an_answer_all_the_same() -> None:
+    problem = {"title": "none", "accepted": 0, "rejected": [{}, {}], "duplicate": False}
+    assert _service(httpx.Response(422, json=problem)).send(_batch(), "k") == Answer(0, 2, False)
+
+
+@pytest.mark.parametrize("status", [400, 409, 413, 415, 422])
+def test_a_refusal_tells_the_reason_of_the_service(status: int) -> None:
+    answer = httpx.Response(status, json={"title": "No", "detail": "the key names another batch"})
+    with pytest.raises(PeerError, match=f"refused with {status}, the key names another") as caught:
+        _service(answer).send(_batch(), "k")
+    assert not isinstance(caught.value, UnavailableError)
+
+
+@pytest.mark.parametrize("body", [b"", b"<html>", b"[]", b'{"accepted": "x"}'])
+def test_an_answer_that_is_not_of_this_service_is_refused(body: bytes) -> None:
+    with pytest.raises(PeerError, match="expected counts"):
+        _service(httpx.Response(200, content=body)).send(_batch(), "k")
+
+
+def test_numbers_keep_all_their_digits_in_every_encoding() -> None:
+    batch = _batch()
+    arrow = pl.read_ipc_stream(io.BytesIO(encode(batch, Encoding.ARROW)))
+    assert arrow.equals(batch)
+    for rows in (
+        json.loads(encode(batch, Encoding.JSON)),
+        [json.loads(line) for line in encode(batch, Encoding.NDJSON).splitlines()],
+    ):
+        assert [row["time_s"] for row in rows] == batch["time_s"].to_list()
+        assert rows[0]["range_m"] == batch["range_m"][0]
+        assert rows[0]["mode_3a"] == "0123"
+        assert rows[1].get("range_m") is None
