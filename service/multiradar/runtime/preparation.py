@@ -1,11 +1,17 @@
-"""From a message to an entry of the journal: validation, admission, and what was refused."""
+"""From messages to entries of the journal: validation, admission, and what was refused.
 
-import io
+Messages that wait together are translated together, because a translation costs much and its rows
+cost little; what becomes of each message is the same as if it had come alone.
+"""
+
+import itertools
 import json
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import polars as pl
+from numpy.typing import NDArray
 
 from multiradar import wire
 from multiradar.errors import JournalError
@@ -14,6 +20,7 @@ from multiradar.runtime import admission as admissions
 from multiradar.runtime.admission import Admission
 from multiradar.runtime.backlog import Journalled
 from multiradar.runtime.intake import Submission
+from multiradar.runtime.payload import complete, decode_rows, encode_rows
 from multiradar.runtime.reject_file import TimeRefusals
 from multiradar.storage.entries import Entry, EntryKind, RejectedRow, StoredEntry
 from multiradar.tracking.measurements import MeasurementBatch
@@ -39,13 +46,19 @@ class Prepared:
     batch: MeasurementBatch
 
 
-def prepare(submission: Submission, table: SensorTable, admission: Admission) -> Prepared:
-    """Decide about each row of a message.
+# The measurements of one message that can be true, and the rows that cannot.
+_Translated = tuple[MeasurementBatch, wire.Rejected]
+
+
+def prepare(
+    submissions: Sequence[Submission], table: SensorTable, admission: Admission
+) -> list[Prepared | Exception]:
+    """Decide about each row of messages, in their order.
 
     Parameters
     ----------
-    submission : Submission
-        The message.
+    submissions : sequence of Submission
+        The messages.
     table : SensorTable
         The sensors.
     admission : Admission
@@ -53,154 +66,176 @@ def prepare(submission: Submission, table: SensorTable, admission: Admission) ->
 
     Returns
     -------
-    Prepared
-        Its accepted and refused rows are all rows of the message.
-
-    Raises
-    ------
-    InputError
-        If the columns are not those of measurements; the admission is untouched then.
+    list of Prepared or Exception
+        One for each message. Accepted and refused rows are all rows of the message; an exception
+        tells that the message as a whole cannot be understood, and it left no trace in the
+        admission.
     """
-    if submission.kind is EntryKind.FLUSH:
-        admission.flush()
-        return Prepared(
-            Entry(
-                kind=EntryKind.FLUSH,
-                source=submission.source,
-                idempotency_key=submission.idempotency_key,
-                payload=b"",
-                accepted=0,
-                rejects=(),
-                admission=admission.state(),
-            ),
-            MeasurementBatch.empty(),
-        )
-    frame = submission.frame
-    batch, refused = wire.measurement_batch(frame, table)
-    clock_s = admission.data_clock_s
-    code = admission.admit(batch)
-    kept, rejects = _plausible(frame, refused)
-    if code.any():
-        rejects += _untimely(kept, TimeRefusals(admission, clock_s, batch.time_s, code))
-        kept = kept.filter(pl.Series(code == admissions.ACCEPTED))
-        batch = batch.take(code == admissions.ACCEPTED)
-    every = sorted([*rejects, *submission.rejected], key=lambda row: row.index)
-    return Prepared(
-        Entry(
-            kind=EntryKind.BATCH,
-            source=submission.source,
-            idempotency_key=submission.idempotency_key,
-            payload=encode_rows(kept),
-            accepted=len(kept),
-            rejects=tuple(every),
-            admission=admission.state(),
-        ),
-        batch,
-    )
+    prepared: list[Prepared | Exception] = []
+    translated = _translate([submission.frame for submission in submissions], table)
+    for submission, found in zip(submissions, translated, strict=True):
+        if isinstance(found, Exception):
+            prepared.append(found)
+        elif submission.kind is EntryKind.FLUSH:
+            admission.flush()
+            entry = _entry(submission, pl.DataFrame(), [], admission)
+            prepared.append(Prepared(entry, MeasurementBatch.empty()))
+        else:
+            prepared.append(_decide(submission, *found, admission))
+    return prepared
 
 
-def journalled(stored: StoredEntry, table: SensorTable) -> Journalled:
-    """Return an entry of the journal as the engine takes it: the same as when it came in.
+def journalled(entries: Sequence[StoredEntry], table: SensorTable) -> list[Journalled]:
+    """Return entries of the journal as the engine takes them: the same as when they came in.
 
     Raises
     ------
     JournalError
-        If rows that were accepted are refused now: the sensors or the rules have changed.
+        If rows that were accepted are refused now: the rules have changed.
     """
-    entry = stored.entry
-    if not entry.payload:
-        return Journalled(stored.sequence, entry.kind, MeasurementBatch.empty())
-    batch, refused = wire.measurement_batch(decode_rows(entry.payload), table)
-    if len(refused) or len(batch) != entry.accepted:
-        raise JournalError(
-            f"entry {stored.sequence} of the journal: expected {entry.accepted} measurements that "
-            f"can be taken, was {len(batch)}; it was written under other rules"
-        )
-    return Journalled(stored.sequence, entry.kind, batch)
+    frames = [
+        decode_rows(stored.entry.payload) if stored.entry.payload else _NO_ROWS
+        for stored in entries
+    ]
+    found = []
+    for stored, translated in zip(entries, _translate(frames, table), strict=True):
+        taken = 0 if isinstance(translated, Exception) else len(translated[0])
+        if isinstance(translated, Exception) or taken != stored.entry.accepted:
+            raise JournalError(
+                f"entry {stored.sequence} of the journal: expected {stored.entry.accepted} "
+                f"measurements that can be taken, was {taken}; it was written under other rules"
+            )
+        found.append(Journalled(stored.sequence, stored.entry.kind, translated[0]))
+    return found
 
 
-def same_message(submission: Submission, stored: StoredEntry) -> bool:
-    """Tell whether a message is the one that is in the journal already."""
-    entry = stored.entry
+def same_message(submission: Submission, entry: Entry) -> bool:
+    """Tell whether a message is the one that an entry was made of."""
     if entry.kind is not submission.kind:
         return False
     if submission.rows != entry.accepted + len(entry.rejects):
         return False
-    refused = {row.index for row in entry.rejects}
-    places = pl.Series(_places(submission.frame))
-    accepted = submission.frame.filter(~places.is_in(list(refused)))
+    refused = np.array([row.index for row in entry.rejects], np.int64)
+    accepted = submission.frame.filter(pl.Series(~np.isin(_places(submission.frame), refused)))
     if not entry.payload:
         return not len(accepted)
     return complete(accepted).equals(decode_rows(entry.payload))
 
 
-def encode_rows(frame: pl.DataFrame) -> bytes:
-    """Return measurements as an Arrow IPC stream; nothing for no rows."""
-    if not len(frame):
-        return b""
-    buffer = io.BytesIO()
-    complete(frame).rechunk().write_ipc_stream(buffer)
-    return buffer.getvalue()
+_NO_ROWS = pl.DataFrame(schema=MEASUREMENT_SCHEMA)
+_NOTHING: _Translated = (
+    MeasurementBatch.empty(),
+    wire.Rejected(np.empty(0, np.int64), (), ()),
+)
 
 
-def decode_rows(payload: bytes) -> pl.DataFrame:
-    """Return the measurements of an Arrow IPC stream."""
-    return pl.read_ipc_stream(io.BytesIO(payload))
+def _translate(frames: Sequence[pl.DataFrame], table: SensorTable) -> list[_Translated | Exception]:
+    found: list[_Translated | Exception] = [_NOTHING] * len(frames)
+    whole = {}
+    for place, frame in enumerate(frames):
+        if not len(frame):
+            continue
+        try:
+            # Refuses columns of the wrong type.
+            if not _is_complete(frame):
+                wire.measurement_batch(frame.clear(), table)
+            whole[place] = complete(frame)
+        except Exception as error:
+            found[place] = error
+    for place, one in zip(whole, _translate_together(list(whole.values()), table), strict=True):
+        found[place] = one
+    return found
 
 
-def complete(frame: pl.DataFrame) -> pl.DataFrame:
-    """Return exactly the columns of `MEASUREMENT_SCHEMA`; absent ones are null."""
-    if frame.schema == MEASUREMENT_SCHEMA:
-        return frame
-    return frame.select(
-        pl.col(name) if name in frame.columns else pl.lit(None, dtype).alias(name)
-        for name, dtype in MEASUREMENT_SCHEMA.items()
+def _translate_together(
+    frames: Sequence[pl.DataFrame], table: SensorTable
+) -> Iterator[_Translated | Exception]:
+    if not frames:
+        return
+    try:
+        batch, refused = wire.measurement_batch(pl.concat(frames), table)
+    except Exception as error:
+        # One of them is poison: each for itself, so that the others do not suffer.
+        if len(frames) == 1:
+            yield error
+            return
+        for frame in frames:
+            yield from _translate_together([frame], table)
+        return
+    ends = list(itertools.accumulate((len(frame) for frame in frames), initial=0))
+    cuts = np.searchsorted(refused.index, np.array(ends)).tolist()
+    for (start, end), (first, last) in zip(
+        itertools.pairwise(ends), itertools.pairwise(cuts), strict=True
+    ):
+        rejected = wire.Rejected(
+            refused.index[first:last] - start,
+            refused.code[first:last],
+            refused.reason[first:last],
+        )
+        # Rows taken before a row are the rows before it less those refused before it.
+        yield batch.take(slice(start - first, end - last)), rejected
+
+
+def _decide(
+    submission: Submission,
+    batch: MeasurementBatch,
+    refused: wire.Rejected,
+    admission: Admission,
+) -> Prepared:
+    frame = submission.frame
+    clock_s = admission.data_clock_s
+    code = admission.admit(batch)
+    if not len(refused) and not code.any():
+        return Prepared(_entry(submission, frame, [], admission), batch)
+    late_or_future = TimeRefusals(admission, clock_s, batch.time_s, code).verdicts
+    passed = np.delete(np.arange(len(frame)), refused.index)
+    verdicts = [
+        *zip(refused.index.tolist(), refused.code, refused.reason, strict=True),
+        *((int(passed[row]), why, reason) for row, why, reason in late_or_future),
+    ]
+    accepted = code == admissions.ACCEPTED
+    kept = frame[passed[accepted]]
+    entry = _entry(submission, kept, _rejected_rows(frame, verdicts), admission)
+    return Prepared(entry, batch.take(accepted))
+
+
+def _entry(
+    submission: Submission,
+    kept: pl.DataFrame,
+    rejects: Sequence[RejectedRow],
+    admission: Admission,
+) -> Entry:
+    every = sorted([*rejects, *submission.rejected], key=lambda row: row.index)
+    return Entry(
+        kind=submission.kind,
+        source=submission.source,
+        idempotency_key=submission.idempotency_key,
+        payload=encode_rows(kept),
+        accepted=len(kept),
+        rejects=tuple(every),
+        admission=admission.state(),
     )
 
 
-def _plausible(
-    frame: pl.DataFrame, refused: wire.Rejected
-) -> tuple[pl.DataFrame, list[RejectedRow]]:
-    # The rows that the gates let through, and the others with their place and content.
-    if not len(refused):
-        return frame, []
-    chosen = frame[refused.index]
-    rejects = [
-        RejectedRow(place, str(code), reason, raw)
-        for place, code, reason, raw in zip(
-            _places(frame)[refused.index].tolist(),
-            refused.code,
-            refused.reason,
-            _raw(chosen),
-            strict=True,
-        )
-    ]
-    passed = np.ones(len(frame), np.bool_)
-    passed[refused.index] = False
-    # The places must survive the filter.
-    return _with_places(frame).filter(pl.Series(passed)), rejects
-
-
-def _untimely(frame: pl.DataFrame, refused: TimeRefusals) -> list[RejectedRow]:
-    rows = [row for row, _, _ in refused.verdicts]
+def _rejected_rows(
+    frame: pl.DataFrame, verdicts: Sequence[tuple[int, str, str]]
+) -> list[RejectedRow]:
+    rows = [row for row, _, _ in verdicts]
+    content = frame[rows].drop(INDEX_COLUMN, strict=False).iter_rows(named=True)
     return [
-        RejectedRow(place, str(code), reason, raw)
+        RejectedRow(place, str(code), reason, json.dumps(raw, ensure_ascii=False))
         for place, (_, code, reason), raw in zip(
-            _places(frame)[rows].tolist(), refused.verdicts, _raw(frame[rows]), strict=True
+            _places(frame)[rows].tolist(), verdicts, content, strict=True
         )
     ]
 
 
-def _with_places(frame: pl.DataFrame) -> pl.DataFrame:
-    return frame if INDEX_COLUMN in frame.columns else frame.with_row_index(INDEX_COLUMN)
+def _is_complete(frame: pl.DataFrame) -> bool:
+    columns = itertools.filterfalse(lambda one: one[0] == INDEX_COLUMN, frame.schema.items())
+    return list(columns) == list(MEASUREMENT_SCHEMA.items())
 
 
-def _places(frame: pl.DataFrame) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
+def _places(frame: pl.DataFrame) -> NDArray[np.int64]:
     if INDEX_COLUMN in frame.columns:
         return frame[INDEX_COLUMN].cast(pl.Int64).to_numpy()
-    return np.arange(len(frame))
-
-
-def _raw(frame: pl.DataFrame) -> list[str]:
-    content = frame.drop(INDEX_COLUMN, strict=False)
-    return [json.dumps(row, ensure_ascii=False) for row in content.iter_rows(named=True)]
+    return np.arange(len(frame), dtype=np.int64)

@@ -19,7 +19,7 @@ from multiradar.runtime.digest import OutputDigest
 from multiradar.runtime.preparation import journalled
 from multiradar.runtime.publication import Publication
 from multiradar.runtime.tracking_engine import TrackingEngine
-from multiradar.storage.entries import EntryKind
+from multiradar.storage.entries import EntryKind, StoredEntry
 from multiradar.storage.journal import Journal
 from multiradar.tracking.measurements import MeasurementBatch
 from multiradar.tracking.outputs import EngineOutput, TrackStates
@@ -28,6 +28,10 @@ _log = logging.getLogger(__name__)
 
 #: Entries that may be passed over in one recovery before the engine is given up.
 POISON_ENTRIES_MAX = 10
+
+
+#: Entries of the journal that are in memory at once while it is played.
+PIECE_ENTRIES_MAX = 256
 
 
 class _EngineFailure(Exception):  # noqa: N818
@@ -179,27 +183,34 @@ class Processor:
                     self._journal.skip(sequence, repr(failure.cause))
                 rows_max = 1
             else:
+                # The last entries may be among those that are passed over.
+                self.processed = self._journal.counts().entries if until is None else until
                 return
         raise PipelineError(f"the engine fails on more than {POISON_ENTRIES_MAX} entries")
 
     # The journal in groups for the engine, without what is passed over.
     def _stored(self, until: int | None, rows_max: int) -> Iterator[list[Journalled]]:
-        waiting: deque[Journalled] = deque()
+        for piece in self._pieces(until, rows_max):
+            waiting = deque(journalled(piece, self._sensors))
+            while waiting:
+                yield grouped(waiting, rows_max)
+
+    # Stored entries that are translated together: bounded in number and in measurements.
+    def _pieces(self, until: int | None, rows_max: int) -> Iterator[list[StoredEntry]]:
+        piece: list[StoredEntry] = []
         rows = 0
         for stored in self._journal.read(0):
             if until is not None and stored.sequence > until:
                 break
             if stored.sequence in self.skipped:
-                self.processed = stored.sequence
                 continue
-            waiting.append(journalled(stored, self._sensors))
+            piece.append(stored)
             rows += stored.entry.accepted
-            while waiting and rows >= rows_max:
-                group = grouped(waiting, rows_max)
-                rows -= sum(len(entry.batch) for entry in group)
-                yield group
-        while waiting:
-            yield grouped(waiting, rows_max)
+            if rows >= rows_max or len(piece) >= PIECE_ENTRIES_MAX:
+                yield piece
+                piece, rows = [], 0
+        if piece:
+            yield piece
 
     def _process(self, group: Sequence[Journalled]) -> None:
         with self._lock:

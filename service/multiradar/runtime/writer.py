@@ -7,11 +7,10 @@ the journal reports before anything is changed, lets the next message try again.
 
 import logging
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from multiradar.errors import (
     IdempotencyConflictError,
-    JournalError,
     JournalFullError,
     MultiradarError,
     PipelineError,
@@ -23,7 +22,7 @@ from multiradar.runtime.backlog import Backlog, Journalled
 from multiradar.runtime.intake import Intake, Submission
 from multiradar.runtime.preparation import Prepared, prepare, same_message
 from multiradar.runtime.receipt import Receipt
-from multiradar.storage.entries import StoredEntry
+from multiradar.storage.entries import Entry, StoredEntry
 from multiradar.storage.journal import Journal
 
 _log = logging.getLogger(__name__)
@@ -34,6 +33,10 @@ class _Taken:
     # A message that goes into the journal with this transaction.
     submission: Submission
     prepared: Prepared
+
+
+# A message of a known key, and what was taken under it.
+_Again = tuple[Submission, StoredEntry | Submission]
 
 
 class Writer:
@@ -95,16 +98,14 @@ class Writer:
     def write(self, group: Sequence[Submission]) -> None:
         """Write messages in one transaction, answer them, and hand them to the engine."""
         before = self._admission.state()
-        taken: list[_Taken] = []
-        again: list[tuple[Submission, StoredEntry | int]] = []
-        for submission in group:
-            self._sort(submission, taken, again)
+        fresh, again = self._sort(group)
+        taken = self._prepare(fresh)
         entries = [one.prepared.entry for one in taken]
         try:
             sequences = self._journal.append(entries) if entries else []
         except JournalFullError as error:
             self._admission.restore(before)
-            _fail([one.submission for one in taken] + [one for one, _ in again], error)
+            _fail(group, error)
             return
         self._answer(taken, sequences, again)
         self._backlog.put(
@@ -114,49 +115,42 @@ class Writer:
             ]
         )
 
-    def _sort(
-        self,
-        submission: Submission,
-        taken: list[_Taken],
-        again: list[tuple[Submission, StoredEntry | int]],
-    ) -> None:
-        # One message that cannot be understood must not harm those that share its transaction.
-        try:
-            earlier = self._earlier(submission, taken)
+    # Messages to take, and messages of a key that is known, with what was taken under it: an entry
+    # of the journal, or an earlier message of this group.
+    def _sort(self, group: Sequence[Submission]) -> tuple[list[Submission], list[_Again]]:
+        fresh: list[Submission] = []
+        again: list[_Again] = []
+        keys: dict[str, Submission] = {}
+        for submission in group:
+            key = submission.idempotency_key
+            earlier = None
+            if key is not None:
+                earlier = keys.get(key) or self._journal.find(key)
             if earlier is not None:
                 again.append((submission, earlier))
-            else:
-                taken.append(
-                    _Taken(submission, prepare(submission, self._sensors, self._admission))
-                )
-        except JournalError:
-            raise
-        except Exception as error:
-            if not isinstance(error, MultiradarError):
-                _log.exception("a message of %s could not be prepared", submission.source)
-            submission.future.set_exception(error)
+                continue
+            fresh.append(submission)
+            if key is not None:
+                keys[key] = submission
+        return fresh, again
 
-    # The message that was taken under the same key: in the journal, or in this transaction.
-    def _earlier(self, submission: Submission, taken: list[_Taken]) -> StoredEntry | int | None:
-        key = submission.idempotency_key
-        if key is None:
-            return None
-        for place, one in enumerate(taken):
-            entry = one.prepared.entry
-            if entry.idempotency_key == key:
-                if not same_message(submission, StoredEntry(0, entry, b"")):
-                    raise IdempotencyConflictError(key, self.head + 1 + place)
-                return place
-        stored = self._journal.find(key)
-        if stored is not None and not same_message(submission, stored):
-            raise IdempotencyConflictError(key, stored.sequence)
-        return stored
+    def _prepare(self, fresh: Sequence[Submission]) -> list[_Taken]:
+        taken = []
+        prepared = prepare(fresh, self._sensors, self._admission)
+        for submission, one in zip(fresh, prepared, strict=True):
+            if isinstance(one, Prepared):
+                taken.append(_Taken(submission, one))
+                continue
+            if not isinstance(one, MultiradarError):
+                _log.error("a message of %s is poison", submission.source, exc_info=one)
+            submission.future.set_exception(one)
+        return taken
 
     def _answer(
         self,
         taken: Sequence[_Taken],
         sequences: Sequence[int],
-        again: Sequence[tuple[Submission, StoredEntry | int]],
+        again: Sequence[_Again],
     ) -> None:
         accounting = self._accounting
         receipts = []
@@ -167,19 +161,31 @@ class Writer:
             accounting.rejected += len(entry.rejects)
             receipts.append(Receipt(entry.accepted, entry.rejects, False, sequence))
             self.head = sequence
-        for submission, _ in again:
-            accounting.read += submission.rows
-            accounting.duplicate += submission.rows
         accounting.check()
         for one, receipt in zip(taken, receipts, strict=True):
             one.submission.future.set_result(receipt)
+        known = {
+            id(one.submission): (one.prepared.entry, sequence)
+            for one, sequence in zip(taken, sequences, strict=True)
+        }
         for submission, earlier in again:
-            if isinstance(earlier, int):
-                receipt = replace(receipts[earlier], duplicate=True)
+            if isinstance(earlier, StoredEntry):
+                self._answer_again(submission, earlier.entry, earlier.sequence)
+            elif id(earlier) in known:
+                self._answer_again(submission, *known[id(earlier)])
             else:
-                entry = earlier.entry
-                receipt = Receipt(entry.accepted, entry.rejects, True, earlier.sequence)
-            submission.future.set_result(receipt)
+                # What came first under this key could not be understood.
+                submission.future.set_exception(earlier.future.exception())
+
+    def _answer_again(self, submission: Submission, entry: Entry, sequence: int) -> None:
+        key = submission.idempotency_key
+        if key is not None and not same_message(submission, entry):
+            submission.future.set_exception(IdempotencyConflictError(key, sequence))
+            return
+        self._accounting.read += submission.rows
+        self._accounting.duplicate += submission.rows
+        self._accounting.check()
+        submission.future.set_result(Receipt(entry.accepted, entry.rejects, True, sequence))
 
     def _stop(self, error: Exception, group: Sequence[Submission]) -> None:
         if isinstance(error, MultiradarError):

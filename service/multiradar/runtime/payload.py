@@ -1,0 +1,33 @@
+"""Measurements as the journal holds them: an Arrow IPC stream of the batch form."""
+
+import io
+
+import polars as pl
+
+from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
+
+
+def encode_rows(frame: pl.DataFrame) -> bytes:
+    """Return measurements as an Arrow IPC stream; nothing for no rows."""
+    if not len(frame):
+        return b""
+    buffer = io.BytesIO()
+    complete(frame).rechunk().write_ipc_stream(buffer)
+    return buffer.getvalue()
+
+
+def decode_rows(payload: bytes) -> pl.DataFrame:
+    """Return the measurements of an Arrow IPC stream."""
+    return pl.read_ipc_stream(io.BytesIO(payload))
+
+
+def complete(frame: pl.DataFrame) -> pl.DataFrame:
+    """Return exactly the columns of `MEASUREMENT_SCHEMA`; absent ones are null."""
+    if frame.schema == MEASUREMENT_SCHEMA:
+        return frame
+    if all(frame.schema.get(name) == dtype for name, dtype in MEASUREMENT_SCHEMA.items()):
+        return frame.select(MEASUREMENT_SCHEMA.names())
+    return frame.select(
+        pl.col(name).cast(dtype) if name in frame.columns else pl.lit(None, dtype).alias(name)
+        for name, dtype in MEASUREMENT_SCHEMA.items()
+    )
