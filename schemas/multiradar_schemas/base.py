@@ -14,11 +14,12 @@ class Record(BaseModel):
         frozen=True,
         allow_inf_nan=False,
         ser_json_inf_nan="null",
-        use_attribute_docstrings=False,
     )
 
 
-def described(description: str, *, unit: str, source: str, absent: str = "never") -> Any:
+def described(
+    description: str, *, unit: str, source: str, absent: str = "never", **more: str
+) -> Any:
     """Return field information: what it is, its unit, who says it, and when it is absent.
 
     Parameters
@@ -31,6 +32,8 @@ def described(description: str, *, unit: str, source: str, absent: str = "never"
         Where the value comes from.
     absent : str
         When the field is null or missing.
+    **more : str
+        Further keywords for the JSON Schema.
 
     Returns
     -------
@@ -39,5 +42,5 @@ def described(description: str, *, unit: str, source: str, absent: str = "never"
     """
     return Field(
         description=description,
-        json_schema_extra={"unit": unit, "source": source, "absent": absent},
+        json_schema_extra={"unit": unit, "source": source, "absent": absent, **more},
     )

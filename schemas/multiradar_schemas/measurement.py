@@ -4,7 +4,14 @@ import re
 from datetime import UTC, datetime
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BeforeValidator, Field, StringConstraints, TypeAdapter, model_validator
+from pydantic import (
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    StringConstraints,
+    TypeAdapter,
+    model_validator,
+)
 from pydantic_core import PydanticCustomError
 
 from multiradar_schemas.base import Record, described
@@ -65,7 +72,13 @@ Nanoseconds = Annotated[
 Instant = Annotated[
     datetime,
     BeforeValidator(_iso_8601),
-    described("The same with zone", unit="ISO 8601", source="sensor", absent="see `time_s`"),
+    described(
+        "The same with zone, kept to the microsecond",
+        unit="ISO 8601",
+        source="sensor",
+        absent="see `time_s`",
+        pattern=f"^{_ISO_8601.pattern}$",
+    ),
 ]
 Range = Annotated[
     float,
@@ -129,8 +142,20 @@ TrackNumber = Annotated[
 ]
 
 
+_KIND = described("radar, adsb, mlat or bearing", unit="name", source="sensor")
+
+
+def _one_time_schema(schema: dict[str, Any]) -> None:
+    types = {"time_s": "number", "time_ns": "integer", "time": "string"}
+    schema["oneOf"] = [
+        {"required": [name], "properties": {name: {"type": kind}}} for name, kind in types.items()
+    ]
+
+
 class _Common(Record):
     """What every kind of measurement has: exactly one time, the sensor, identity, height."""
+
+    model_config = ConfigDict(json_schema_extra=_one_time_schema)
 
     time_s: Seconds | None = None
     time_ns: Nanoseconds | None = None
@@ -161,7 +186,7 @@ class _Common(Record):
 class RadarMeasurement(_Common):
     """A radar plot: raw slant range and azimuth."""
 
-    kind: Literal["radar"]
+    kind: Annotated[Literal["radar"], _KIND]
     range_m: Range
     azimuth_deg: Azimuth
     latitude_deg: Latitude | None = None
@@ -178,19 +203,19 @@ class _PositionMeasurement(_Common):
 class AdsbMeasurement(_PositionMeasurement):
     """A position that the aircraft reports of itself."""
 
-    kind: Literal["adsb"]
+    kind: Annotated[Literal["adsb"], _KIND]
 
 
 class MlatMeasurement(_PositionMeasurement):
     """A position found by multilateration."""
 
-    kind: Literal["mlat"]
+    kind: Annotated[Literal["mlat"], _KIND]
 
 
 class BearingMeasurement(_Common):
     """A direction without a range."""
 
-    kind: Literal["bearing"]
+    kind: Annotated[Literal["bearing"], _KIND]
     azimuth_deg: Azimuth
     range_m: Range | None = None
     latitude_deg: Latitude | None = None

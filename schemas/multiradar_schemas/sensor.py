@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, StringConstraints, model_validator
+from pydantic import ConfigDict, Field, StringConstraints, model_validator
 
 from multiradar_schemas.base import Record, described
 from multiradar_schemas.documents import parse_toml, read_toml, validated
@@ -84,8 +84,19 @@ class EstimatedBias(Record):
     drift: float
 
 
+def _sensor_schema(schema: dict[str, Any]) -> None:
+    """Say in the JSON Schema what the validators of `Sensor` say."""
+    schema["required"] = ["kind"]
+    named_by = (["id"], ["source", "sensor"], ["sac", "sic"])
+    schema["anyOf"] = [{"required": names} for names in named_by]
+    schema["if"] = {"properties": {"kind": {"enum": ["radar", "direction-finder"]}}}
+    schema["then"] = {"required": ["latitude_deg", "longitude_deg", "height_m"]}
+
+
 class Sensor(Record):
-    """One sensor of `sensors.toml`."""
+    """One sensor of `sensors.toml`; its id may follow from its numbers."""
+
+    model_config = ConfigDict(json_schema_extra=_sensor_schema)
 
     id: Annotated[
         str,

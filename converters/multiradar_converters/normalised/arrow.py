@@ -8,6 +8,7 @@ instead of `time_s`. Null means missing; NaN and infinities are refused, row by 
 
 import io
 import json
+from typing import Any
 
 import polars as pl
 
@@ -174,7 +175,13 @@ def _check_text(frame: pl.DataFrame, body_bytes: int) -> None:
 
 
 _GATES = (
-    Gate(RejectCode.OUT_OF_RANGE, "track_number", "an integer of at most 63 bits", pl.col(_LOST)),
+    Gate(
+        RejectCode.OUT_OF_RANGE,
+        "track_number",
+        "an integer of at most 63 bits",
+        pl.col(_LOST).is_not_null(),
+        _LOST,
+    ),
     *PHYSICAL_GATES,
 )
 
@@ -184,9 +191,9 @@ def _gated(frame: pl.DataFrame) -> Parsed:
     taken = frame
     rejected: list[ParsedReject] = []
     if len(index):
-        shown = frame[index].select(MEASUREMENT_SCHEMA.names()).to_dicts()
+        shown = frame[index].select(*MEASUREMENT_SCHEMA, _LOST).to_dicts()
         rejected = [
-            ParsedReject(int(place), code, reason, json.dumps(row))
+            ParsedReject(int(place), code, reason, _raw(row))
             for place, code, reason, row in zip(index, codes, reasons, shown, strict=True)
         ]
         taken = frame.filter(~pl.col(INDEX_COLUMN).is_in(index))
@@ -194,3 +201,8 @@ def _gated(frame: pl.DataFrame) -> Parsed:
     return Parsed(
         lowered.select(pl.col(name).cast(kind) for name, kind in PARSED_SCHEMA.items()), rejected
     )
+
+
+def _raw(row: dict[str, Any]) -> str:
+    lost = row.pop(_LOST)
+    return json.dumps(row if lost is None else {**row, "track_number": int(lost)})

@@ -1,0 +1,82 @@
+"""Writes the schemas for other languages: `python -m multiradar_schemas.export`.
+
+JSON Schema (draft 2020-12) of each model, and the Arrow schemas as text, into the folder `json`
+beside this module. A test fails when the files differ from the models.
+"""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import polars as pl
+from pydantic import TypeAdapter
+
+from multiradar_schemas.arrow import (
+    BIAS_SCHEMA,
+    MEASUREMENT_REQUIRED,
+    MEASUREMENT_SCHEMA,
+    TRACK_SCHEMA,
+)
+from multiradar_schemas.bias import BiasEstimate
+from multiradar_schemas.forecast import Forecast
+from multiradar_schemas.measurement import MEASUREMENT, MEASUREMENTS
+from multiradar_schemas.reject import Reject
+from multiradar_schemas.report import Report
+from multiradar_schemas.sensor import SensorsFile
+from multiradar_schemas.track import Track, TrackUpdate
+
+FOLDER = Path(__file__).parent / "json"
+
+_DIALECT = "https://json-schema.org/draft/2020-12/schema"
+_MODELS: dict[str, TypeAdapter[Any]] = {
+    "measurement": MEASUREMENT,
+    "measurements": MEASUREMENTS,
+    "sensors": TypeAdapter(SensorsFile),
+    "track": TypeAdapter(Track),
+    "track-update": TypeAdapter(TrackUpdate),
+    "bias": TypeAdapter(BiasEstimate),
+    "forecast": TypeAdapter(Forecast),
+    "reject": TypeAdapter(Reject),
+    "report": TypeAdapter(Report),
+}
+_TABLES = {
+    "measurements": (MEASUREMENT_SCHEMA, MEASUREMENT_REQUIRED),
+    "tracks": (
+        TRACK_SCHEMA,
+        tuple(n for n, f in TrackUpdate.model_fields.items() if "None" not in str(f.annotation)),
+    ),
+    "biases": (BIAS_SCHEMA, tuple(BIAS_SCHEMA.names())),
+}
+_ARROW_NAMES = {pl.Float64(): "float64", pl.Int64(): "int64", pl.String(): "utf8"}
+
+
+def documents() -> dict[str, str]:
+    """Return the text of every file, by file name."""
+    files = {f"{name}.json": _json_schema(name, model) for name, model in _MODELS.items()}
+    for name, (schema, required) in _TABLES.items():
+        files[f"{name}.arrow.txt"] = _arrow_schema(schema, required)
+    return files
+
+
+def _json_schema(name: str, model: TypeAdapter[Any]) -> str:
+    schema = {"$schema": _DIALECT, "title": name, **model.json_schema()}
+    return json.dumps(schema, indent=2, ensure_ascii=False) + "\n"
+
+
+def _arrow_schema(schema: pl.Schema, required: tuple[str, ...]) -> str:
+    lines = [
+        f"{name}: {_ARROW_NAMES[kind]}{' not null' if name in required else ''}"
+        for name, kind in schema.items()
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def main() -> None:
+    """Write all files."""
+    FOLDER.mkdir(exist_ok=True)
+    for name, text in documents().items():
+        (FOLDER / name).write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,122 @@
+"""Writes `docs/fields.md` from the models: `python -m multiradar_schemas.fields docs/fields.md`."""
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel
+
+from multiradar_schemas.arrow import BIAS_SCHEMA, MEASUREMENT_SCHEMA, TRACK_SCHEMA
+from multiradar_schemas.bias import BiasEstimate
+from multiradar_schemas.forecast import Forecast, ForecastPoint
+from multiradar_schemas.measurement import KIND_NEEDS, RadarMeasurement
+from multiradar_schemas.reject import CODE_MEANINGS, Reject
+from multiradar_schemas.report import Counts, InputFile, OutputFile, Report
+from multiradar_schemas.sensor import (
+    ESTIMATED_BY_KIND,
+    PRIOR_SIGMA_DEFAULT,
+    BiasParameter,
+    Sensor,
+    SensorBias,
+)
+from multiradar_schemas.track import Track, TrackUpdate
+
+_INTRODUCTION = """# Fields
+
+Every field that the service reads or writes: its unit, who says it, and when it is absent (null in
+a table, null or missing in JSON). This page is made from the models by
+`python -m multiradar_schemas.fields docs/fields.md`; a test fails when it differs from them.
+
+Units are part of the names. Angles are degrees on the wire and on disk; azimuth and heading are
+clockwise from true north. A bias is *measured minus true*. Times are UTC, seconds since the Unix
+epoch, or the time of day going on past midnight where a recording has no date.
+"""
+
+_MEASUREMENTS = """A measurement is a row of `measurements.parquet` or of an Arrow body, or a JSON
+object. JSON gives the time as exactly one of `time_s`, `time_ns` and `time`; Arrow bodies may have
+one of these columns; files have `time_s`. `kind` is radar, adsb, mlat or bearing and decides what
+must be there:"""
+
+
+def page() -> str:
+    """Return the text of the page."""
+    return "\n".join(_lines()) + "\n"
+
+
+def _lines() -> Iterator[str]:
+    yield _INTRODUCTION
+    yield "## Measurements: `measurements.parquet`, `POST /v1/measurements`, Zenoh\n"
+    yield _MEASUREMENTS + "\n"
+    for kind, needed in KIND_NEEDS.items():
+        yield f"- `{kind}`: {' and '.join(f'`{name}`' for name in needed)}"
+    yield "\nThe other numbers are checked, but a kind does not use them.\n"
+    extra = ("time_ns", "time")
+    yield from _table(RadarMeasurement, (*MEASUREMENT_SCHEMA, *extra), dict(MEASUREMENT_SCHEMA))
+    yield "\n## Sensors: `sensors.toml`\n"
+    yield "One table `[[sensor]]` a sensor.\n"
+    yield from _table(Sensor)
+    yield "\nTables `[sensor.bias.<parameter>]`; a parameter is one of:\n"
+    yield from _table(SensorBias)
+    yield "\nWithout such tables these are estimated:\n"
+    for kind, names in ESTIMATED_BY_KIND.items():
+        yield f"- {kind}: {', '.join(f'`{name}`' for name in names) or 'nothing'}"
+    defaults = [f"`{name}` {sigma:g}" for name, sigma in PRIOR_SIGMA_DEFAULT.items()]
+    yield f"\nTheir standard deviations beforehand: {', '.join(defaults)}.\n"
+    yield "Each table holds:\n"
+    yield from _table(BiasParameter)
+    yield "\n## Tracks: `tracks.parquet`, a row for each update\n"
+    yield from _table(TrackUpdate, tuple(TRACK_SCHEMA), dict(TRACK_SCHEMA))
+    yield "\nThe service adds, in `GET /v1/tracks` and its stream:\n"
+    added = [name for name in Track.model_fields if name not in TrackUpdate.model_fields]
+    yield from _table(Track, tuple(added))
+    yield "\n## Biases: `biases.parquet`, a row for each sensor, parameter and epoch\n"
+    yield from _table(BiasEstimate, tuple(BIAS_SCHEMA), dict(BIAS_SCHEMA))
+    yield "\n## Forecasts: `GET /v1/tracks/{id}/forecast`, Zenoh\n"
+    yield from _table(Forecast)
+    yield "\nEach point:\n"
+    yield from _table(ForecastPoint)
+    yield "\n## Refusals: `rejects.ndjson`\n"
+    yield "Exactly one of `line` and `offset` is there.\n"
+    yield from _table(Reject)
+    yield "\n| code | meaning |\n|---|---|"
+    yield from (f"| `{code}` | {meaning} |" for code, meaning in CODE_MEANINGS.items())
+    yield "\n## Reports: `report.json`\n"
+    yield from _table(Report)
+    for title, model in (("counts", Counts), ("inputs", InputFile), ("outputs", OutputFile)):
+        yield f"\n`{title}`:\n"
+        yield from _table(model)
+
+
+def _table(
+    model: type[BaseModel],
+    names: tuple[str, ...] | None = None,
+    columns: dict[str, Any] | None = None,
+) -> Iterator[str]:
+    properties = model.model_json_schema()["properties"]
+    types = " type in tables |" if columns else ""
+    yield f"| field | meaning | unit |{types} source | absent |"
+    yield f"|---|---|---|{'---|' if columns else ''}---|---|"
+    for name in names or tuple(properties):
+        said = _said(properties[name])
+        default = properties[name].get("default")
+        if isinstance(default, int | float):
+            said["description"] += f" (default {default:g})"
+        kind = f" {columns.get(name, 'JSON only')} |" if columns else ""
+        yield (
+            f"| `{name}` | {said['description']} | {said['unit']} |{kind} {said['source']} |"
+            f" {said['absent']} |"
+        )
+
+
+def _said(schema: dict[str, Any]) -> dict[str, str]:
+    """Return what `described` said of a field; of an optional one it stands one level deeper."""
+    for candidate in (schema, *schema.get("anyOf", ())):
+        if "unit" in candidate:
+            return {key: str(candidate[key]) for key in ("description", "unit", "source", "absent")}
+    msg = f"expected a described field, was {schema}"
+    raise KeyError(msg)
+
+
+if __name__ == "__main__":
+    Path(sys.argv[1]).write_text(page(), encoding="utf-8")

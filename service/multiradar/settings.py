@@ -1,0 +1,250 @@
+"""Typed settings: explicit values over environment over a TOML file over defaults.
+
+A key `epoch_s` of the section `tracking` is `[tracking] epoch_s = 4.0` in the file and
+`MULTIRADAR_TRACKING__EPOCH_S=4.0` in the environment. Every bound of the service has its name here.
+"""
+
+import os
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, create_model
+from pydantic_core import PydanticCustomError
+from pydantic_settings import (
+    BaseSettings,
+    InitSettingsSource,
+    PydanticBaseSettingsSource,
+    SettingsConfigDict,
+    SettingsError,
+)
+
+from multiradar.errors import ConfigurationError
+from multiradar.tracking.settings import TrackingSettings
+from multiradar_schemas.documents import read_toml
+from multiradar_schemas.errors import DocumentError
+from multiradar_schemas.explain import explain, shown
+
+ENVIRONMENT_PREFIX = "MULTIRADAR_"
+ENVIRONMENT_DELIMITER = "__"
+
+_MIB = 1024 * 1024
+_PORT_MAX = 65_535
+
+
+def _plain_number(value: Any) -> Any:
+    # Python reads `true` as 1 and "1_0" as 10; nobody who writes them means that.
+    if isinstance(value, bool) or (isinstance(value, str) and "_" in value):
+        raise PydanticCustomError("float_parsing", "Input should be a number")
+    return value
+
+
+Count = Annotated[int, BeforeValidator(_plain_number), Field(ge=1)]
+Seconds = Annotated[float, BeforeValidator(_plain_number), Field(gt=0.0)]
+Positive = Annotated[float, BeforeValidator(_plain_number), Field(gt=0.0)]
+NotNegative = Annotated[float, BeforeValidator(_plain_number), Field(ge=0.0)]
+Endpoint = Annotated[str, Field(pattern=r"^[a-z]+/[^\s/]+$")]
+
+
+class Section(BaseModel):
+    """A section of the settings: no unknown keys, no NaN."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class ServerSettings(Section):
+    """Where HTTP is served."""
+
+    host: Annotated[str, Field(min_length=1, description="Address to listen on")] = "127.0.0.1"
+    port: Annotated[
+        int,
+        BeforeValidator(_plain_number),
+        Field(ge=0, le=_PORT_MAX, description="TCP port; 0 picks a free one"),
+    ] = 8321
+
+
+class HttpSettings(Section):
+    """Bounds of HTTP; what each one bounds is told where it is applied."""
+
+    body_bytes_max: Count = 16 * _MIB
+    bodies_bytes_max: Count = 64 * _MIB
+    header_bytes_max: Count = 16 * 1024
+    header_deadline_s: Seconds = 10.0
+    body_deadline_s: Seconds = 30.0
+    send_deadline_s: Seconds = 10.0
+    acknowledge_deadline_s: Seconds = 30.0
+    requests_max: Count = 64
+    connections_max: Count = 512
+    streams_max: Count = 100
+    threads: Count = 4
+    stream_batch_interval_s: Seconds = 0.1
+    stream_batch_events_max: Count = 2_000
+    stream_heartbeat_s: Seconds = 5.0
+    stream_depth: Count = 50_000
+
+
+class RuntimeSettings(Section):
+    """Bounds of queues, rings and pages between the edges and the engine."""
+
+    intake_batches_max: Count = 1024
+    intake_rows_max: Count = 262_144
+    commit_batches_max: Count = 64
+    backlog_rows_max: Count = 262_144
+    push_rows_max: Count = 8192
+    events_max: Count = 200_000
+    history_rows_max: Count = 2_000_000
+    bias_history_rows_max: Count = 200_000
+    page_rows_max: Count = 10_000
+    forecast_steps_max: Count = 1000
+    status_period_s: Seconds = 10.0
+    retry_after_s: Seconds = 1.0
+
+
+class ZenohSettings(Section):
+    """How the service takes part in Zenoh; by default on loopback only and without multicast."""
+
+    enabled: bool = True
+    mode: Literal["peer", "client", "router"] = "peer"
+    listen: tuple[Endpoint, ...] = ("tcp/127.0.0.1:7447",)
+    connect: tuple[Endpoint, ...] = ()
+    multicast: bool = False
+    config_file: Path | None = None
+
+
+class JournalSettings(Section):
+    """Where the journal lies; acknowledged measurements are in it, on disk."""
+
+    path: Path = Path("multiradar-data/journal.sqlite")
+
+
+class LogSettings(Section):
+    """What is logged, and how."""
+
+    level: Literal["debug", "info", "warning", "error"] = "info"
+    form: Literal["text", "json"] = "text"
+
+
+def _tracking_fields() -> dict[str, Any]:
+    zero_allowed = {"reorder_horizon_s", "cone_ratio", "surprise_gain", "surprise_floor"}
+    kinds: dict[type, Any] = {str: str, int: Count, float: Positive}
+    values = asdict(TrackingSettings())
+    return {
+        name: (NotNegative if name in zero_allowed else kinds[type(value)], value)
+        for name, value in values.items()
+    }
+
+
+if TYPE_CHECKING:
+
+    class TrackingSection(Section):
+        """What `create_model` makes below; its fields are known at run time only."""
+
+else:
+    # The fields and defaults of `TrackingSettings`, so that the two cannot differ.
+    TrackingSection = create_model("TrackingSection", __base__=Section, **_tracking_fields())
+
+
+class Settings(BaseSettings):
+    """All settings of the service."""
+
+    model_config = SettingsConfigDict(
+        env_prefix=ENVIRONMENT_PREFIX,
+        env_nested_delimiter=ENVIRONMENT_DELIMITER,
+        extra="forbid",
+        frozen=True,
+        allow_inf_nan=False,
+    )
+
+    sensors: Path = Path("sensors.toml")
+    workers: Count = 1
+    rows_per_message_max: Count = 100_000
+    server: ServerSettings = ServerSettings()
+    http: HttpSettings = HttpSettings()
+    runtime: RuntimeSettings = RuntimeSettings()
+    zenoh: ZenohSettings = ZenohSettings()
+    journal: JournalSettings = JournalSettings()
+    log: LogSettings = LogSettings()
+    tracking: TrackingSection = TrackingSection()
+
+    def tracking_settings(self) -> TrackingSettings:
+        """Return the section `tracking` in the form that the core takes."""
+        return TrackingSettings(**self.tracking.model_dump())
+
+
+def load_settings(path: Path | None = None, overrides: Mapping[str, Any] | None = None) -> Settings:
+    """Read the settings.
+
+    Parameters
+    ----------
+    path : Path, optional
+        A TOML file.
+    overrides : mapping, optional
+        Explicit values, nested by section, such as `{"server": {"port": 0}}`; they win over the
+        environment, the environment over the file, the file over the defaults.
+
+    Returns
+    -------
+    Settings
+        All settings, checked.
+
+    Raises
+    ------
+    ConfigurationError
+        When the file cannot be read, a key is not known or a value is wrong; the sentence names the
+        key, what was expected and what was there.
+    """
+    table = _table(path)
+    _check_environment(os.environ)
+
+    class _Loaded(Settings):
+        @classmethod
+        def settings_customise_sources(
+            cls,
+            settings_cls: type[BaseSettings],
+            init_settings: PydanticBaseSettingsSource,
+            env_settings: PydanticBaseSettingsSource,
+            dotenv_settings: PydanticBaseSettingsSource,
+            file_secret_settings: PydanticBaseSettingsSource,
+        ) -> tuple[PydanticBaseSettingsSource, ...]:
+            return init_settings, env_settings, InitSettingsSource(settings_cls, table)
+
+    try:
+        loaded = _Loaded(**dict(overrides or {}))
+    except ValidationError as error:
+        _, reason = explain(error.errors(include_url=False)[0])
+        raise ConfigurationError(f"settings: {reason}") from error
+    except SettingsError as error:
+        raise ConfigurationError(f"settings: expected JSON for a list, was not: {error}") from error
+    return Settings.model_construct(
+        **{name: getattr(loaded, name) for name in Settings.model_fields}
+    )
+
+
+def _table(path: Path | None) -> dict[str, Any]:
+    if path is None:
+        return {}
+    try:
+        return read_toml(path)
+    except DocumentError as error:
+        raise ConfigurationError(str(error)) from error
+
+
+def _check_environment(environment: Mapping[str, str]) -> None:
+    sections = [
+        name for name, kind in Settings.model_fields.items() if _is_section(kind.annotation)
+    ]
+    for name, value in environment.items():
+        key = name.upper().removeprefix(ENVIRONMENT_PREFIX)
+        section, delimiter, _ = key.partition(ENVIRONMENT_DELIMITER)
+        if name.upper() == key or not delimiter or section.lower() in sections:
+            continue
+        expected = ", ".join(sections)
+        raise ConfigurationError(
+            f"environment: {name}: expected a section of {expected}, was {shown(section.lower())} "
+            f"(= {shown(value)})"
+        )
+
+
+def _is_section(annotation: object) -> bool:
+    return isinstance(annotation, type) and issubclass(annotation, Section)
