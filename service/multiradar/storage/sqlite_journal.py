@@ -35,6 +35,8 @@ _PIECE_ENTRIES = 256
 #: How long a reader waits for SQLite to finish a recovery or checkpoint, s.
 _BUSY_S = 10.0
 _SYNCHRONOUS_FULL = 2
+#: The first bytes of a database file (https://www.sqlite.org/fileformat.html, section 1.3.1).
+_MAGIC = b"SQLite format 3\0"
 
 _SCHEMA = """
 CREATE TABLE header (format_version INTEGER NOT NULL, fingerprint TEXT NOT NULL);
@@ -129,24 +131,22 @@ class SqliteJournal:
             previous = self._digest_of(connection, after)
             sequence = after
             while True:
-                head = self._head(connection)
-                if sequence >= head.sequence:
+                begin = sequence
+                with _snapshot(connection):
+                    head = self._head(connection)
+                    piece = connection.execute(
+                        _ENTRY + "WHERE sequence > ? ORDER BY sequence LIMIT ?",
+                        (sequence, _PIECE_ENTRIES),
+                    )
+                    for row in piece:
+                        sequence += 1
+                        stored = self._verified(previous, sequence, row)
+                        previous = stored.digest
+                        yield stored
+                if sequence - begin < _PIECE_ENTRIES:
+                    self._check_end(head, sequence, previous)
+                if sequence == begin:
                     break
-                piece = connection.execute(
-                    _ENTRY + "WHERE sequence > ? ORDER BY sequence LIMIT ?",
-                    (sequence, _PIECE_ENTRIES),
-                )
-                found = sequence
-                for row in piece:
-                    found += 1
-                    stored = self._verified(previous, found, row)
-                    previous = stored.digest
-                    yield stored
-                if found == sequence:
-                    raise self._damaged(sequence + 1, "the entry is missing")
-                sequence = found
-                if sequence == head.sequence and previous != head.digest:
-                    raise self._damaged(sequence, "it is not the entry that was written last")
 
     def find(self, idempotency_key: str) -> StoredEntry | None:
         """Return the entry with this key, or None."""
@@ -158,8 +158,8 @@ class SqliteJournal:
 
     def quarantined(self, after: int, limit: int) -> list[Quarantined]:
         """Return at most `limit` refused rows that follow a number of the quarantine."""
-        found: list[Quarantined] = []
-        with self._told(), self._reading:
+        with self._told(), self._reading, _snapshot(self._reader):
+            total = self._head(self._reader).rejected
             begin = self._reader.execute(
                 "SELECT max(first) FROM quarantine WHERE first <= ?", (after + 1,)
             ).fetchone()[0]
@@ -167,16 +167,19 @@ class SqliteJournal:
                 "SELECT first, sequence FROM quarantine WHERE first >= ? ORDER BY first",
                 (begin or 0,),
             )
+            found: list[Quarantined] = []
+            number = begin or 1
             for first, sequence in places:
-                if len(found) >= limit:
+                stored = self._entry(sequence)
+                if first != number or not stored.entry.rejects:
+                    raise self._damaged(sequence, f"expected its refused rows to begin at {number}")
+                found.extend(_numbered(stored, first))
+                number = first + len(stored.entry.rejects)
+                if number > after + limit:
                     break
-                entry = self._entry(sequence).entry
-                numbered = (
-                    Quarantined(first + place, sequence, entry.source, rejected)
-                    for place, rejected in enumerate(entry.rejects)
-                )
-                found.extend(one for one in numbered if one.number > after)
-        return found[:limit]
+            if number <= min(after + limit, total):
+                raise JournalError(f"{self._path}: refused row {number} is missing")
+        return [one for one in found if one.number > after][:limit]
 
     def counts(self) -> JournalCounts:
         """Return the number of entries and measurements, and the state of the admission."""
@@ -219,6 +222,7 @@ class SqliteJournal:
     # ---------------------------------------------------------------- opening
 
     def _open(self, fingerprint: str) -> None:
+        _refuse_other_files(self._path)
         self._writer = self._connect("rwc")
         try:
             self._require("journal_mode", "WAL", "wal")
@@ -334,6 +338,12 @@ class SqliteJournal:
             raise self._damaged(sequence, "the entry is missing")
         return self._alone(row)
 
+    def _check_end(self, head: _Head, sequence: int, digest: bytes) -> None:
+        if sequence < head.sequence:
+            raise self._damaged(sequence + 1, "the entry is missing")
+        if sequence > head.sequence or digest != head.digest:
+            raise self._damaged(sequence, "it is not the entry that was written last")
+
     # An entry by itself: verified against the digest that the entry before carries.
     def _alone(self, row: tuple[Any, ...]) -> StoredEntry:
         sequence = row[8]
@@ -367,8 +377,40 @@ class SqliteJournal:
     def _told(self) -> Iterator[None]:
         try:
             yield
+        except UnicodeError as error:
+            raise JournalError(f"{self._path}: damaged, {error}") from error
         except sqlite3.Error as error:
             name = getattr(error, "sqlite_errorname", type(error).__name__)
             if name == "SQLITE_FULL":
                 raise JournalFullError(f"{self._path}: no room on the disk") from error
             raise JournalError(f"{self._path}: {error} ({name})") from error
+
+
+# SQLite takes a file that is too short to be a database for an empty one.
+def _refuse_other_files(path: Path) -> None:
+    try:
+        with path.open("rb") as stream:
+            begin = stream.read(len(_MAGIC))
+    except FileNotFoundError:
+        return
+    except OSError as error:
+        raise JournalError(f"{path}: {error.strerror}") from error
+    if begin and begin != _MAGIC:
+        raise JournalError(f"{path}: expected a journal, was another kind of file")
+
+
+# What is read inside belongs together.
+@contextmanager
+def _snapshot(connection: sqlite3.Connection) -> Iterator[None]:
+    connection.execute("BEGIN")
+    try:
+        yield
+    finally:
+        connection.execute("ROLLBACK")
+
+
+def _numbered(stored: StoredEntry, first: int) -> list[Quarantined]:
+    return [
+        Quarantined(first + place, stored.sequence, stored.entry.source, row)
+        for place, row in enumerate(stored.entry.rejects)
+    ]
