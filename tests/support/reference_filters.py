@@ -23,13 +23,14 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Observation:
-    """One plot: range and azimuth, or east and north where the model is Cartesian."""
+    """One plot (range and azimuth), or one report of a position (east and north)."""
 
     time_s: float
     aircraft: int
     radar: int
     value: Floats
     height_m: float = 0.0
+    is_position: bool = False
 
 
 @dataclass(frozen=True)
@@ -302,11 +303,22 @@ class CovarianceIntersection(Separated):
         of_state = seen.by_state @ covariance @ seen.by_state.T
         of_bias = seen.by_bias @ self._covariance @ seen.by_bias.T
         state_weights = np.array([1.0, 1.0, self._scale_time_s**2, self._scale_time_s**2])
-        bias_weights = 1.0 / np.diagonal(self._prior.covariance)
-        return (
-            *intersect(covariance, seen.by_state, of_bias, seen.noise, state_weights),
-            *intersect(self._covariance, seen.by_bias, of_state, seen.noise, bias_weights),
+        gain, bound = intersect(covariance, seen.by_state, of_bias, seen.noise, state_weights)
+        # (1.39): only the measuring radar's biases are corrected, all others stay as they are.
+        own = np.flatnonzero(seen.by_bias.any(axis=0))
+        block = np.ix_(own, own)
+        own_gain, own_bound = intersect(
+            self._covariance[block],
+            seen.by_bias[:, own],
+            of_state,
+            seen.noise,
+            1.0 / np.diagonal(self._prior.covariance)[own],
         )
+        bias_gain = np.zeros((len(self._bias), 2))
+        bias_gain[own] = own_gain
+        bias_bound = self._covariance.copy()
+        bias_bound[block] = own_bound
+        return gain, bound, bias_gain, bias_bound
 
 
 def _as_if_known(covariance: Floats, matrix: Floats, noise: Floats) -> tuple[Floats, Floats]:
@@ -332,14 +344,18 @@ def intersect(
     own, spread = matrix @ bound @ matrix.T, (matrix @ bound * weights) @ (matrix @ bound).T
     before = float(weights @ np.diagonal(bound))
 
-    def trace(exponent: float) -> float:
-        gamma = float(np.exp(exponent))
-        (a, b), (_, c) = ((1 + gamma) * own + (1 + 1 / gamma) * other + noise).tolist()
-        kept = float(spread[0, 0] * c - 2.0 * spread[0, 1] * b + spread[1, 1] * a)
-        changed: float = (1 + gamma) * (before - (1 + gamma) * kept / (a * c - b * b))
-        return changed
+    def trace(exponent: float | Floats) -> Floats:
+        g, h = 1.0 + np.exp(exponent), 1.0 + np.exp(-np.asarray(exponent))
+        a, b, c = (g * own[row] + h * other[row] + noise[row] for row in ((0, 0), (0, 1), (1, 1)))
+        kept = spread[0, 0] * c - 2.0 * spread[0, 1] * b + spread[1, 1] * a
+        return np.asarray(g * (before - g * kept / (a * c - b * b)))
 
-    found = minimize_scalar(trace, bounds=(-13.8, 4.6), method="bounded", options={"xatol": 1e-3})
+    # A grid first: the trace may have a flat shoulder where a search alone would stop.
+    grid = np.linspace(-13.8, 4.6, 93)
+    near = grid[np.argmin(trace(grid))]
+    found = minimize_scalar(
+        trace, bounds=(near - 0.2, near + 0.2), method="bounded", options={"xatol": 1e-4}
+    )
     if not found.fun < before:
         return np.zeros(matrix.T.shape), bound
     return intersection_bound(float(np.exp(found.x)), bound, matrix, other, noise)
