@@ -65,7 +65,7 @@ class FlatPolar(FlatRadars):
 
 
 class EllipsoidPolar:
-    """Slant range and azimuth on WGS 84 at the plot's height, with any bias parameters."""
+    """Slant range and azimuth on WGS 84 with any bias parameters; also reported positions."""
 
     def __init__(self, plane: SystemPlane, sensors: SensorTable) -> None:
         self._plane, self._sensors = plane, sensors
@@ -78,6 +78,10 @@ class EllipsoidPolar:
 
     def linearise(self, observation: Observation, state: Floats) -> Linearised:
         sensors, radar = self._sensors, observation.radar
+        if observation.is_position:
+            none = np.zeros((2, len(sensors.parameter_kind)))
+            noise = np.eye(2) * sensors.position_sigma_m[radar] ** 2
+            return Linearised(observation.value - state[:2], np.eye(2, 4), none, noise)
         seen = kernels.predict_polar(
             self._plane.parameters, self._sites[radar], state[0], state[1], observation.height_m
         )

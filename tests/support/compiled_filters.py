@@ -1,0 +1,124 @@
+"""The compiled filters behind the verbs of the reference filters, one row at a time."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar.estimation.bias.book import BiasBook
+from multiradar.estimation.filters._kernels import READOUT_COUNT
+from multiradar.estimation.filters._separated_kernels import LOG_COUNT
+from multiradar.estimation.filters.arrays import Aircraft, Result, Rows, Work
+from multiradar.estimation.filters.bank import Outcome, find_filter
+from multiradar.tracking.measurements import KIND_POSITION, KIND_RADAR
+from multiradar.tracking.model import filter_model
+from multiradar.tracking.settings import TrackingSettings
+from support.reference_filters import Observation
+from support.scenes import Scene
+
+Floats = NDArray[np.float64]
+UPPER = np.triu_indices(4)
+
+
+def plain_settings(name: str, acceleration: float) -> TrackingSettings:
+    """Settings that leave the textbook filter: no gate, no cone, constant process noise."""
+    return TrackingSettings(
+        filter_name=name,
+        acceleration_density=acceleration,
+        downweight_nis=np.inf,
+        refuse_nis=np.inf,
+        cone_ratio=0.0,
+        manoeuvre_factor_max=1.0,
+    )
+
+
+class CompiledFilter:
+    """One of the registered filters on a scene's sensors.
+
+    With `by_epochs` biases are merged only by `publish`, else after each observation.
+    """
+
+    def __init__(
+        self, scene: Scene, settings: TrackingSettings, *, by_epochs: bool = False, slots: int = 16
+    ) -> None:
+        self._sensors, self._plane, self._settings = scene.sensors, scene.plane, settings
+        self._definition = find_filter(settings.filter_name)
+        self._by_epochs = by_epochs
+        self._book = BiasBook(scene.sensors, self._definition)
+        columns = len(scene.sensors.parameter_kind)
+        self._information, self._vector = np.zeros((1, columns, columns)), np.zeros((1, columns))
+        self.arrays = Aircraft(
+            mean=np.zeros((slots, 4)),
+            covariance=np.zeros((slots, 10)),
+            sensitivity=np.zeros((slots, 4, columns if self._definition.keeps_sensitivity else 0)),
+            time=np.full(slots, np.nan),
+            height=np.full(slots, np.nan),
+            refusals=np.zeros(slots, np.int64),
+            updates=np.zeros(slots, np.int64),
+            surprise=np.ones(slots),
+        )
+        self._load()
+
+    def start(self, aircraft: int, time_s: float, mean: Floats, covariance: Floats) -> None:
+        self.arrays.mean[aircraft] = mean
+        self.arrays.covariance[aircraft] = covariance[UPPER]
+        self.arrays.sensitivity[aircraft] = 0.0
+        self.arrays.time[aircraft] = time_s
+
+    def observe(self, observation: Observation) -> None:
+        outcome = self.take(observation)
+        assert outcome == Outcome.UPDATED, outcome
+
+    def take(self, observation: Observation) -> Outcome:
+        """Take a row, whatever becomes of it."""
+        rows = Rows(
+            slot=np.array([observation.aircraft]),
+            time=np.array([observation.time_s]),
+            kind=np.array([KIND_POSITION if observation.is_position else KIND_RADAR]),
+            sensor=np.array([observation.radar]),
+            z=observation.value[None, :].copy(),
+            height=np.array([observation.height_m]),
+        )
+        result = Result(
+            information=self._information,
+            vector=self._vector,
+            log=np.zeros((1, LOG_COUNT)),
+            outcome=np.zeros(1, np.int64),
+            readout=np.zeros((1, READOUT_COUNT)),
+        )
+        work = Work(partitions=np.array([0]), bounds=np.array([0, 1]), order=np.array([0]))
+        self._definition.step(work, rows, self._model, self.arrays, result, True)
+        self.readout = result.readout[0]
+        self._book.log(result.log, rows.sensor)
+        if not self._by_epochs:
+            self.publish()
+        return Outcome(result.outcome[0])
+
+    def publish(self) -> None:
+        self._book.merge(self._information, self._vector)
+        self._information[:], self._vector[:] = 0.0, 0.0
+        self._load()
+
+    def walk(self, duration_s: float) -> None:
+        self.publish()
+        self._book.drift(duration_s, self.arrays)
+        self._load()
+
+    def end(self, aircraft: int) -> None:
+        self.arrays.time[aircraft] = np.nan
+
+    def aircraft(self, aircraft: int) -> tuple[Floats, Floats]:
+        covariance = np.zeros((4, 4))
+        covariance[UPPER] = self.arrays.covariance[aircraft]
+        covariance = covariance + np.triu(covariance, 1).T
+        mean = self.arrays.mean[aircraft].copy()
+        if self._definition.keeps_sensitivity:
+            sensitivity = self.arrays.sensitivity[aircraft]
+            mean += sensitivity @ self._book.state.estimate
+            root = sensitivity @ self._model.factor.T
+            covariance = covariance + root @ root.T
+        return mean, covariance
+
+    def biases(self) -> tuple[Floats, Floats]:
+        return self._book.state.estimate, self._book.state.covariance
+
+    def _load(self) -> None:
+        self._model = filter_model(self._sensors, self._settings, self._plane, self._book.state)

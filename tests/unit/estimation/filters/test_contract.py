@@ -1,0 +1,308 @@
+"""What every filter promises; each registered filter passes the same tests."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+
+from multiradar.errors import UnknownFilterError
+from multiradar.estimation.filters.bank import FILTERS, Outcome, find_filter
+from multiradar.estimation.gaussian import normalised_squared, require_covariance
+from multiradar.estimation.measurement.sensors import (
+    PARAMETER_RANGE_GAIN,
+    PARAMETER_RANGE_OFFSET,
+    PARAMETER_TIME_OFFSET,
+)
+from support.compiled_filters import CompiledFilter, plain_settings
+from support.measurement_models import EllipsoidPolar
+from support.reference_filters import (
+    BlomSeparated,
+    CovarianceIntersection,
+    JointKalman,
+    Observation,
+    ReferenceFilter,
+    TwoStage,
+)
+from support.reference_runs import START_SIGMA, bias_prior, play, start_guesses
+from support.scenes import Radar, Scene, make_scene, random_flights, three_radars
+
+ACCELERATION = 0.3
+NAMES = sorted(FILTERS)
+PLAIN: dict[str, type[TwoStage | BlomSeparated | CovarianceIntersection]] = {
+    "two-stage": TwoStage,
+    "blom": BlomSeparated,
+    "ci": CovarianceIntersection,
+}
+
+
+def lively_scene(seed: int, drift: float = 0.0) -> Scene:
+    """Irregular and missing plots, births and deaths, all kinds of bias parameters."""
+    rng = np.random.default_rng(seed)
+    radars = [replace(one, detection=0.7) for one in three_radars()]
+    more = {PARAMETER_RANGE_GAIN: 4e-4, PARAMETER_TIME_OFFSET: 0.2}
+    radars[1] = replace(radars[1], biases=dict(radars[1].biases) | more)
+    # One that sees nothing and has no biases: reports of positions are made in its name.
+    radars.append(Radar("adsb", 56.0, 61.0, biases={}, detection=0.0))
+    if drift:
+        radars[2] = replace(radars[2], drifts={PARAMETER_RANGE_OFFSET: drift})
+    flights = random_flights(rng, 5, 90.0, acceleration_density=ACCELERATION, lives_differ=True)
+    return make_scene(rng, radars, flights)
+
+
+def compiled(name: str, scene: Scene, *, by_epochs: bool = False) -> CompiledFilter:
+    return CompiledFilter(scene, plain_settings(name, ACCELERATION), by_epochs=by_epochs)
+
+
+def plain(name: str, scene: Scene) -> ReferenceFilter:
+    model = EllipsoidPolar(scene.plane, scene.sensors)
+    return PLAIN[name](model, bias_prior(scene), ACCELERATION)
+
+
+def played(
+    scene: Scene, filters: list[ReferenceFilter], seed: int, walk_s: float | None = None
+) -> Iterator[tuple[int, Observation]]:
+    guesses = start_guesses(np.random.default_rng(seed), scene)
+    return play(scene, filters, guesses, walk_s=walk_s)
+
+
+def assert_equal_estimates(
+    found: tuple[np.ndarray, np.ndarray],
+    expected: tuple[np.ndarray, np.ndarray],
+    *,
+    sigmas: float,
+    variance: float,
+) -> None:
+    """Means in units of their sigmas; variances relative."""
+    scale = np.sqrt(np.diagonal(expected[1]))
+    np.testing.assert_allclose(found[0] / scale, expected[0] / scale, rtol=0, atol=sigmas)
+    outer = np.outer(scale, scale)
+    np.testing.assert_allclose(found[1] / outer, expected[1] / outer, rtol=0, atol=variance)
+
+
+def test_every_filter_has_a_plain_form() -> None:
+    assert set(PLAIN) == set(FILTERS)
+
+
+def test_an_unknown_filter_is_named_with_the_known() -> None:
+    with pytest.raises(UnknownFilterError, match=r"two-stage.*was 'kalman'"):
+        find_filter("kalman")
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("seed", [1, 2])
+def test_compiled_equals_plain(name: str, seed: int) -> None:
+    """Epochs of one measurement: exact, but for the weight of CI, which is searched to 2 %."""
+    scene = lively_scene(seed)
+    filters = [compiled(name, scene), plain(name, scene)]
+    sigmas, variance = (0.05, 0.02) if name == "ci" else (1e-8, 1e-9)
+    for _, observation in played(scene, [*filters], seed):
+        one = observation.aircraft
+        found, expected = (each.aircraft(one) for each in filters)
+        assert_equal_estimates(found, expected, sigmas=sigmas, variance=variance)
+        assert_equal_estimates(
+            *(each.biases() for each in filters), sigmas=sigmas, variance=variance
+        )
+
+
+def test_two_stage_equals_the_joint_kalman_filter() -> None:
+    """To 1e-6 m and 1e-9 of the variances, with gaps, births, deaths and all bias parameters."""
+    scene = lively_scene(3)
+    joint = JointKalman(EllipsoidPolar(scene.plane, scene.sensors), bias_prior(scene), ACCELERATION)
+    two_stage = compiled("two-stage", scene)
+    for _, observation in played(scene, [joint, two_stage], 3):
+        found = two_stage.aircraft(observation.aircraft)
+        expected = joint.aircraft(observation.aircraft)
+        np.testing.assert_allclose(found[0], expected[0], rtol=0, atol=1e-6)
+        assert_equal_estimates(found, expected, sigmas=1e-8, variance=1e-9)
+        assert_equal_estimates(two_stage.biases(), joint.biases(), sigmas=1e-8, variance=1e-9)
+
+
+def test_two_stage_by_epochs_and_with_drift_equals_its_plain_form() -> None:
+    scene = lively_scene(4, drift=2.0)
+    model = EllipsoidPolar(scene.plane, scene.sensors)
+    epochs: list[ReferenceFilter] = [
+        compiled("two-stage", scene, by_epochs=True),
+        TwoStage(model, bias_prior(scene), ACCELERATION, by_epochs=True),
+    ]
+    for _, observation in played(scene, epochs, 4, walk_s=4.0):
+        found, expected = (one.aircraft(observation.aircraft) for one in epochs)
+        assert_equal_estimates(found, expected, sigmas=1e-8, variance=1e-9)
+        found, expected = (one.biases() for one in epochs)
+        assert_equal_estimates(found, expected, sigmas=1e-8, variance=1e-9)
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("drift", [0.0, 5.0])
+def test_covariances_stay_symmetric_and_positive_definite(name: str, drift: float) -> None:
+    scene = lively_scene(5, drift)
+    one = compiled(name, scene, by_epochs=True)
+    for _, observation in played(scene, [one], 5, walk_s=4.0):
+        require_covariance(one.aircraft(observation.aircraft)[1], f"{name}, aircraft")
+        require_covariance(one.biases()[1], f"{name}, biases")
+        assert np.isfinite(one.readout).all()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_readout_is_the_estimate_with_the_biases_in_it(name: str) -> None:
+    scene = lively_scene(6)
+    one = compiled(name, scene, by_epochs=True)
+    for row, observation in played(scene, [one], 6):
+        mean, covariance = one.aircraft(observation.aircraft)
+        np.testing.assert_allclose(one.readout[:4], mean, rtol=1e-12)
+        upper = covariance[[0, 0, 1], [0, 1, 1]]
+        np.testing.assert_allclose(one.readout[4:7], upper, rtol=1e-9)
+        np.testing.assert_allclose(one.readout[7], np.trace(covariance[2:, 2:]), rtol=1e-9)
+        assert one.readout[8] == scene.batch.height_m[row]
+        if row % 20 == 0:
+            one.publish()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_reported_positions_need_no_biases(name: str) -> None:
+    """ADS-B beside radar: as in the plain form. Only the two-stage filter learns biases by it."""
+    scene = lively_scene(7)
+    assert scene.sensors.ids[3] == "adsb"
+    rng = np.random.default_rng(7)
+    filters = [compiled(name, scene), plain(name, scene)]
+    sigmas, variance = (0.05, 0.02) if name == "ci" else (1e-8, 1e-9)
+    for row, observation in played(scene, [*filters], 7):
+        place = scene.truth[row, :2] + 30.0 * rng.normal(size=2)
+        report = replace(observation, radar=3, value=place, is_position=True)
+        before = filters[0].biases()[0].copy()
+        for one in filters:
+            one.observe(report)
+        found, expected = (one.aircraft(observation.aircraft) for one in filters)
+        assert_equal_estimates(found, expected, sigmas=sigmas, variance=variance)
+        if name != "two-stage":
+            np.testing.assert_array_equal(filters[0].biases()[0], before)
+
+
+def normalised_errors(name: str, runs: int) -> tuple[list[float], list[float]]:
+    """NEES of one aircraft and of the biases at the end of each of many short runs."""
+    aircraft, biases = [], []
+    for seed in range(runs):
+        rng = np.random.default_rng(2000 + seed)
+        flights = random_flights(rng, 4, 60.0, acceleration_density=ACCELERATION)
+        drawn = rng.normal(size=(3, 2)) * [500.0, np.radians(0.5)]
+        radars = [
+            replace(one, biases=dict(enumerate(biases_of_one.tolist())))
+            for one, biases_of_one in zip(three_radars(), drawn, strict=True)
+        ]
+        scene = make_scene(rng, radars, flights)
+        one = compiled(name, scene)
+        for row, observation in play(scene, [one], start_guesses(rng, scene)):
+            last, chosen = row, observation.aircraft
+        mean, covariance = one.aircraft(chosen)
+        aircraft.append(float(normalised_squared(mean - scene.truth[last], covariance)))
+        mean, covariance = one.biases()
+        biases.append(float(normalised_squared(mean - scene.biases_at(0.0), covariance)))
+    return aircraft, biases
+
+
+def test_two_stage_is_consistent() -> None:
+    """NEES over 30 seeded runs within its 95 % band, for aircraft and biases."""
+    for values, size in zip(normalised_errors("two-stage", 30), (4, 6), strict=True):
+        low, high = chi2.ppf([0.025, 0.975], size * len(values)) / len(values)
+        assert low < np.mean(values) < high
+
+
+def test_intersection_promises_no_more_than_it_keeps() -> None:
+    """Its bounds are bounds: the NEES stays below that of a consistent filter."""
+    for values, size in zip(normalised_errors("ci", 12), (4, 6), strict=True):
+        assert np.mean(values) < chi2.ppf(0.975, size * len(values)) / len(values)
+
+
+def gated(name: str, scene: Scene) -> CompiledFilter:
+    settings = replace(
+        plain_settings(name, ACCELERATION), downweight_nis=9.0, refuse_nis=50.0, cone_ratio=1.0
+    )
+    return CompiledFilter(scene, settings)
+
+
+def settled(name: str, seed: int) -> tuple[CompiledFilter, Scene, int, Observation]:
+    """A filter after a whole scene, the row and the observation it took last."""
+    rng = np.random.default_rng(seed)
+    scene = make_scene(rng, three_radars(), random_flights(rng, 3, 60.0, acceleration_density=0.1))
+    one = gated(name, scene)
+    guesses = start_guesses(rng, scene)
+    for aircraft, (time_s, guess) in guesses.items():
+        one.start(aircraft, time_s, guess, np.diag(START_SIGMA**2))
+    for row, observation in play(scene, [], guesses):
+        one.take(observation)
+        last = row, observation
+    return one, scene, *last
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize(
+    ("bad", "outcome"),
+    [
+        (np.array([20_000.0, 0.0]), Outcome.REFUSED),
+        (np.array([0.0, 0.4]), Outcome.REFUSED),
+        (np.array([np.nan, 0.0]), Outcome.SINGULAR),
+        (np.array([np.inf, 0.0]), Outcome.SINGULAR),
+    ],
+)
+def test_an_absurd_plot_changes_nothing_but_the_clock(
+    name: str, bad: np.ndarray, outcome: Outcome
+) -> None:
+    """Refused, and what follows is as if it had not been there."""
+    one, _, _, observation = settled(name, 8)
+    aircraft = observation.aircraft
+    before, biases = one.aircraft(aircraft), one.biases()
+    wrong = replace(observation, value=observation.value + bad)
+    assert one.take(wrong) == outcome
+    after = one.aircraft(aircraft)
+    np.testing.assert_array_equal(after[0], before[0])
+    np.testing.assert_array_equal(after[1], before[1])
+    np.testing.assert_array_equal(one.biases()[0], biases[0])
+    np.testing.assert_array_equal(one.biases()[1], biases[1])
+    assert one.take(observation) == Outcome.UPDATED
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_plot_in_the_cone_of_silence_is_refused(name: str) -> None:
+    one, _, _, observation = settled(name, 9)
+    # Twice as high as it is far away: 63 degrees of elevation and more.
+    high = replace(observation, height_m=float(observation.value[0]) * 2.0)
+    biases = one.biases()[0].copy()
+    assert one.take(high) == Outcome.CONE_OF_SILENCE
+    np.testing.assert_array_equal(one.biases()[0], biases)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_after_some_refusals_the_track_starts_anew_where_the_plots_are(name: str) -> None:
+    one, scene, _, observation = settled(name, 10)
+    away = replace(observation, value=observation.value + np.array([30_000.0, 0.0]))
+    outcomes = [one.take(away) for _ in range(5)]
+    assert outcomes[:4] == [Outcome.REFUSED] * 3 + [Outcome.RESTARTED]
+    model = EllipsoidPolar(scene.plane, scene.sensors)
+    seen = model.linearise(away, one.aircraft(observation.aircraft)[0])
+    left = seen.innovation - seen.by_bias @ one.biases()[0]
+    assert abs(left[0]) < 200.0
+    assert abs(left[1]) * away.value[0] < 500.0
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_an_aircraft_starts_as_from_a_prior_that_knows_nothing(name: str) -> None:
+    """A first plot, then a few: as with a prior of 1 000 km around the place it points to."""
+    scene = lively_scene(11)
+    one = compiled(name, scene)
+    first = next(iter(played(scene, [], 11)))[1]
+    assert one.take(first) == Outcome.STARTED
+    mean, covariance = one.aircraft(first.aircraft)
+    require_covariance(covariance, "start")
+    other = plain(name, scene)
+    vague = np.diag([1e12, 1e12, 300.0**2, 300.0**2])
+    other.start(first.aircraft, first.time_s, mean, vague)
+    other.observe(first)
+    expected = other.aircraft(first.aircraft)
+    sigmas = np.sqrt(np.diagonal(covariance))
+    np.testing.assert_allclose(mean / sigmas, expected[0] / sigmas, rtol=0, atol=1e-3)
+    if name != "ci":  # CI starts with bias and noise as independent, which they are then.
+        outer = np.outer(sigmas, sigmas)
+        np.testing.assert_allclose(covariance / outer, expected[1] / outer, rtol=0, atol=1e-3)
+    # Nothing can be told about the biases from one plot.
+    np.testing.assert_allclose(one.biases()[1], np.diag(scene.sensors.prior_sigma**2), rtol=1e-9)
