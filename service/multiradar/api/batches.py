@@ -18,6 +18,9 @@ from multiradar.observability.metrics import STREAM_CLIENTS, STREAM_EVENTS, STRE
 KINDS = ("track", "bias", "ended", "status")
 GAP = "gap"
 
+# A client may lag behind as far as events are kept: the ring bounds it, not the stream.
+_WHOLE_RING = 2**31
+
 # Clients that keep up ask for the same batches within one interval: a few of them are remembered.
 _REMEMBERED_BATCHES = 16
 
@@ -96,9 +99,7 @@ class StreamHub:
         self, transport: str, after: int | None, kinds: frozenset[str], encode: Encoder
     ) -> AsyncGenerator[Batch, None]:
         """Yield batches for one client for as long as it asks; an empty one as a heartbeat."""
-        subscription = await self._workers.run(
-            self._view.subscribe, after, self._limits.stream_depth
-        )
+        subscription = await self._workers.run(self._view.subscribe, after, _WHOLE_RING)
         bell = _Bell()
         subscription.set_wakeup(bell.ring)
         last = subscription.after

@@ -2,12 +2,13 @@
 
 A connection that has not asked for anything is dropped after the header deadline. When there are
 too many, a new one replaces the one that has been idle longest; if all are busy, it is closed at
-once. One that is closing but whose client does not read is aborted after a while.
+once. One whose client does not read what it was sent is aborted after a while.
 """
 
 import asyncio
 import socket
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import uvicorn
@@ -19,9 +20,6 @@ from uvicorn.server import ServerState
 
 from multiradar.api.limits import HttpLimits
 from multiradar.observability.metrics import HTTP_CONNECTIONS, HTTP_CONNECTIONS_DROPPED
-
-#: Longest time a closing connection may take to deliver what it still holds, s.
-LINGER_S = 30.0
 
 # A client of the event stream has nothing to say; more is not read.
 _WEBSOCKET_MESSAGE_BYTES_MAX = 4096
@@ -78,17 +76,22 @@ class _Registry:
 
     def __init__(self, limits: HttpLimits) -> None:
         self.limits = limits
-        self._open: set[asyncio.Transport] = set()
+        self._open: dict[asyncio.Transport, _Progress] = {}
         # In order of arrival: the first has been idle longest.
         self._idle: dict[asyncio.Transport, None] = {}
+        self._sweeping = False
 
     def admit(self, transport: asyncio.Transport) -> bool:
         if len(self._open) >= self.limits.connections_max and not self._evict():
             _drop(transport, "too_many")
             return False
-        self._open.add(transport)
+        loop = asyncio.get_running_loop()
+        self._open[transport] = _Progress(0, loop.time())
         self._idle[transport] = None
         HTTP_CONNECTIONS.inc()
+        if not self._sweeping:
+            self._sweeping = True
+            loop.call_later(self._sweep_interval_s(), self._sweep)
         return True
 
     def busy(self, transport: asyncio.Transport) -> None:
@@ -100,8 +103,7 @@ class _Registry:
 
     def lost(self, transport: asyncio.Transport) -> None:
         self._idle.pop(transport, None)
-        if transport in self._open:
-            self._open.discard(transport)
+        if self._open.pop(transport, None) is not None:
             HTTP_CONNECTIONS.dec()
 
     def _evict(self) -> bool:
@@ -111,6 +113,33 @@ class _Registry:
         self.lost(oldest)
         _drop(oldest, "idle_longest")
         return True
+
+    def _sweep(self) -> None:
+        # A buffer that does not shrink has a client that does not read. Twice the deadline of one
+        # piece leaves time for a close code behind it.
+        loop = asyncio.get_running_loop()
+        stalled_since_s = loop.time() - 2.0 * self.limits.send_deadline_s
+        for transport, progress in list(self._open.items()):
+            size = transport.get_write_buffer_size()
+            if size == 0 or size < progress.size:
+                self._open[transport] = _Progress(size, loop.time())
+            elif progress.since_s < stalled_since_s:
+                _drop(transport, "does_not_read")
+            else:
+                self._open[transport] = _Progress(size, progress.since_s)
+        self._sweeping = bool(self._open)
+        if self._sweeping:
+            loop.call_later(self._sweep_interval_s(), self._sweep)
+
+    def _sweep_interval_s(self) -> float:
+        return self.limits.send_deadline_s / 10.0
+
+
+@dataclass(frozen=True, slots=True)
+class _Progress:
+    # How much a connection still has to deliver, and since when that has not become less.
+    size: int
+    since_s: float
 
 
 def _drop(transport: asyncio.Transport, cause: str) -> None:
@@ -138,7 +167,6 @@ class _Http(H11Protocol):
     ) -> None:
         super().__init__(config, server_state, app_state, _loop)
         self._header_timer: asyncio.TimerHandle | None = None
-        self._linger_timer: asyncio.TimerHandle | None = None
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         super().connection_made(transport)
@@ -147,8 +175,6 @@ class _Http(H11Protocol):
 
     def connection_lost(self, exc: Exception | None) -> None:
         self._headers_came()
-        if self._linger_timer is not None:
-            self._linger_timer.cancel()
         self.registry.lost(self.transport)
         super().connection_lost(exc)
 
@@ -160,7 +186,6 @@ class _Http(H11Protocol):
         if not self._waits_for_request():
             self._headers_came()
             self.registry.busy(self.transport)
-        self._bound_closing()
 
     def handle_websocket_upgrade(self, event: Any) -> None:
         self._headers_came()
@@ -171,15 +196,6 @@ class _Http(H11Protocol):
         super().on_response_complete()
         if self._waits_for_request():
             self.registry.idle(self.transport)
-        self._bound_closing()
-
-    def timeout_keep_alive_handler(self) -> None:
-        super().timeout_keep_alive_handler()
-        self._bound_closing()
-
-    def shutdown(self) -> None:
-        super().shutdown()
-        self._bound_closing()
 
     def _waits_for_request(self) -> bool:
         return self.cycle is None or self.cycle.response_complete
@@ -198,10 +214,6 @@ class _Http(H11Protocol):
         self._header_timer = None
         _drop(self.transport, "headers_late")
 
-    def _bound_closing(self) -> None:
-        if self.transport.is_closing() and self._linger_timer is None:
-            self._linger_timer = self.loop.call_later(LINGER_S, self.transport.abort)
-
 
 class _WebSocket(WebSocketsSansIOProtocol):
     registry: _Registry
@@ -212,16 +224,6 @@ class _WebSocket(WebSocketsSansIOProtocol):
 
     async def send(self, message: Any) -> None:
         if message["type"] == "websocket.close":
-            # A close code goes behind what a stalled client has not read yet, without waiting for
-            # it; if the client never reads, the connection is aborted.
+            # A close code goes behind what a stalled client has not read yet, without waiting.
             self.writable.set()
-            self.loop.call_later(LINGER_S, self._abort_if_closing)
         await super().send(message)
-
-    def keepalive_timeout(self) -> None:
-        super().keepalive_timeout()
-        self.loop.call_later(LINGER_S, self._abort_if_closing)
-
-    def _abort_if_closing(self) -> None:
-        if not self.disconnected:
-            self.transport.abort()

@@ -90,25 +90,28 @@ class LimitLayer:
     async def _http(self, scope: Scope, receive: Receive, send: Send) -> None:
         _name_request(scope)
         exchange = _Exchange(scope, receive, send, self._limits, self)
-        bounded = scope["path"] not in _ALWAYS_SERVED | _STREAMS
         started_s = asyncio.get_running_loop().time()
         try:
-            self._check_origin(scope)
-            exchange.check_headers()
-            if bounded:
-                self._enter()
+            await self._serve(scope, exchange)
         except RequestError as error:
             await exchange.refuse(error)
-            return
-        try:
-            await self._application(scope, exchange.receive, exchange.send)
         except Exception as error:
             await exchange.fail(error)
         finally:
-            if bounded:
-                self._requests -= 1
             self._bodies_bytes -= exchange.body_bytes
             _count(scope, exchange.status, asyncio.get_running_loop().time() - started_s)
+
+    async def _serve(self, scope: Scope, exchange: "_Exchange") -> None:
+        self._check_origin(scope)
+        exchange.check_headers()
+        if scope["path"] in _ALWAYS_SERVED | _STREAMS:
+            await self._application(scope, exchange.receive, exchange.send)
+            return
+        self._enter()
+        try:
+            await self._application(scope, exchange.receive, exchange.send)
+        finally:
+            self._requests -= 1
 
     def _enter(self) -> None:
         if self._requests >= self._limits.requests_max:
@@ -162,6 +165,7 @@ class _Exchange:
         self.body_bytes = 0
         self.status = 0
         self._finished = False
+        self._stalled = False
 
     def check_headers(self) -> None:
         """Refuse what the headers alone give away."""
@@ -234,8 +238,12 @@ class _Exchange:
         return {**message, "headers": headers}
 
     async def _send_within(self, message: Message) -> None:
-        async with asyncio.timeout(self._limits.send_deadline_s):
-            await self._send(message)
+        try:
+            async with asyncio.timeout(self._limits.send_deadline_s):
+                await self._send(message)
+        except TimeoutError:
+            self._stalled = True
+            raise
 
     async def _drain(self) -> None:
         # The unread rest of a refused body: a little of it is read, so that a client which
@@ -252,28 +260,33 @@ class _Exchange:
             return
 
     async def refuse(self, error: RequestError) -> None:
-        """Answer with a problem document."""
+        """Answer with a problem document, unless the client does not read even that."""
         body = problem_bytes(error, self._scope[REQUEST_ID_KEY])
         headers = [(name.encode(), value.encode()) for name, value in error.headers.items()]
         headers += [
             (b"content-type", MEDIA_TYPE.encode()),
             (b"content-length", str(len(body)).encode()),
         ]
-        await self.send({"type": "http.response.start", "status": error.status, "headers": headers})
-        await self.send({"type": "http.response.body", "body": body})
+        start = {"type": "http.response.start", "status": error.status, "headers": headers}
+        try:
+            await self.send(start)
+            await self.send({"type": "http.response.body", "body": body})
+        except TimeoutError:
+            self._log_stall()
 
     async def fail(self, error: Exception) -> None:
         """Answer for an error nobody expected: an identifier, and nothing of the inside."""
-        if isinstance(error, TimeoutError) and self.status:
-            _log.info("client reads too slowly", request=self._scope[REQUEST_ID_KEY])
-        else:
-            _log.error(
-                "request failed",
-                request=self._scope[REQUEST_ID_KEY],
-                method=self._scope["method"],
-                path=self._scope["path"],
-                exc_info=error,
-            )
+        if self._stalled:
+            # The connection ends with half an answer; its client hears nothing anyway.
+            self._log_stall()
+            return
+        _log.error(
+            "request failed",
+            request=self._scope[REQUEST_ID_KEY],
+            method=self._scope["method"],
+            path=self._scope["path"],
+            exc_info=error,
+        )
         if self._finished:
             return
         if self.status:
@@ -284,6 +297,9 @@ class _Exchange:
                 500, "INTERNAL_ERROR", "the service failed; its log has the request's identifier"
             )
         )
+
+    def _log_stall(self) -> None:
+        _log.info("client does not read its answer", request=self._scope[REQUEST_ID_KEY])
 
 
 def _name_request(scope: Scope) -> None:

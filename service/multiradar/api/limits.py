@@ -20,7 +20,8 @@ class HttpLimits:
     body_deadline_s : float
         Time for a request to deliver its whole body; beyond it 408.
     send_deadline_s : float
-        Time one piece of an answer may wait for a client that does not read.
+        Time one piece of an answer may wait for a client that does not read; after twice that
+        time without progress the connection is aborted.
     acknowledge_deadline_s : float
         Longest wait for the journal before a sender hears 503.
     requests_max : int
@@ -37,8 +38,6 @@ class HttpLimits:
         Most events in one message of a stream.
     stream_heartbeat_s : float
         Longest silence on a stream.
-    stream_depth : int
-        Events a stream may lag behind before it is told of a gap.
     """
 
     body_bytes_max: int = 16 * 1024 * 1024
@@ -53,6 +52,5 @@ class HttpLimits:
     streams_max: int = 100
     threads: int = 4
     stream_batch_interval_s: float = 0.1
-    stream_batch_events_max: int = 2_000
+    stream_batch_events_max: int = 500
     stream_heartbeat_s: float = 5.0
-    stream_depth: int = 50_000

@@ -1,0 +1,343 @@
+"""Event streams over real sockets: order, resume, filters, gaps, and clients that do not read."""
+
+import contextlib
+import itertools
+import json
+import socket
+import threading
+from collections.abc import Iterator
+from typing import Any
+
+import httpx
+import pytest
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import ClientConnection, connect
+from websockets.typing import Origin
+
+from multiradar.api.factory import create_api
+from multiradar.api.limits import HttpLimits
+from multiradar.runtime.events import EventRing
+from support.fake_service import FakeService, FakeView
+from support.live_server import RawClient, serving
+
+LIMITS = HttpLimits(
+    send_deadline_s=0.5,
+    streams_max=60,
+    stream_heartbeat_s=0.2,
+    stream_batch_interval_s=0.02,
+    stream_batch_events_max=500,
+)
+
+
+@pytest.fixture(scope="module")
+def view() -> FakeView:
+    return FakeView(ring=EventRing(3_000))
+
+
+@pytest.fixture(scope="module")
+def port(view: FakeView) -> Iterator[int]:
+    with serving(create_api(FakeService(view), LIMITS), LIMITS) as port:
+        yield port
+
+
+@pytest.fixture(autouse=True)
+def _empty_ring(view: FakeView) -> None:
+    view.ring.clear()
+
+
+def _socket(port: int, query: str = "") -> ClientConnection:
+    return connect(f"ws://127.0.0.1:{port}/v1/stream{query}", open_timeout=10, compression=None)
+
+
+def _messages(stream: ClientConnection) -> Iterator[dict[str, Any]]:
+    while True:
+        message: dict[str, Any] = json.loads(stream.recv(timeout=10))
+        if message["type"] == "events":
+            yield message
+
+
+def _events(stream: ClientConnection) -> Iterator[dict[str, Any]]:
+    for message in _messages(stream):
+        yield from message["events"]
+
+
+def _numbers(events: Iterator[dict[str, Any]], count: int) -> list[int]:
+    return [event["sequence"] for event in itertools.islice(events, count)]
+
+
+def _wait_for_subscribers(view: FakeView, count: int) -> None:
+    waiting = threading.Event()
+    for _ in range(500):
+        if view.ring.subscriber_count == count:
+            return
+        waiting.wait(0.01)
+    pytest.fail(f"expected {count} subscribers, was {view.ring.subscriber_count}")
+
+
+def _read_lines(response: httpx.Response) -> Iterator[dict[str, str]]:
+    block: dict[str, str] = {}
+    for line in response.iter_lines():
+        if line:
+            name, _, value = line.partition(":")
+            block[name] = value.strip()
+        else:
+            yield block
+            block = {}
+
+
+def test_a_socket_gets_every_event_once_in_order_in_batches(port: int, view: FakeView) -> None:
+    with _socket(port, "?after=0") as stream:
+        _wait_for_subscribers(view, 1)
+        for _ in range(100):
+            view.add_events(12)
+        messages = _messages(stream)
+        received: list[dict[str, Any]] = []
+        batches = 0
+        while len(received) < 1200:
+            message = next(messages)
+            assert message["first"] == message["events"][0]["sequence"]
+            assert message["last"] == message["events"][-1]["sequence"]
+            received += message["events"]
+            batches += 1
+    assert [event["sequence"] for event in received] == list(range(1, 1201))
+    assert received[4] == {
+        "sequence": 5,
+        "kind": "track",
+        "key": "7",
+        "data": {"number": 5, "padding": ""},
+    }
+    assert batches < 100
+
+
+def test_after_0_begins_with_the_oldest_event_kept(port: int, view: FakeView) -> None:
+    view.add_events(5)
+    with _socket(port, "?after=0") as stream:
+        assert _numbers(_events(stream), 5) == [1, 2, 3, 4, 5]
+
+
+def test_without_after_only_new_events_come(port: int, view: FakeView) -> None:
+    view.add_events(5)
+    with _socket(port) as stream:
+        _wait_for_subscribers(view, 1)
+        view.add_events(2)
+        assert _numbers(_events(stream), 2) == [6, 7]
+
+
+def test_a_client_that_comes_back_misses_nothing(port: int, view: FakeView) -> None:
+    view.add_events(10)
+    with _socket(port, "?after=0") as stream:
+        last = _numbers(_events(stream), 10)[-1]
+    view.add_events(10)
+    with _socket(port, f"?after={last}") as stream:
+        assert _numbers(_events(stream), 10) == list(range(11, 21))
+
+
+def test_kinds_are_filtered_and_the_place_moves_on(port: int, view: FakeView) -> None:
+    view.add_events(3)
+    view.add_events(2, kind="bias")
+    view.add_events(4)
+    with _socket(port, "?after=0&kinds=bias") as stream:
+        assert _numbers(_events(stream), 2) == [4, 5]
+        while True:
+            message = json.loads(stream.recv(timeout=10))
+            assert message["type"] == "heartbeat"
+            if message["last"] == 9:
+                break
+
+
+def test_silence_is_filled_with_heartbeats(port: int) -> None:
+    with _socket(port) as stream:
+        assert json.loads(stream.recv(timeout=10)) == {"type": "heartbeat", "last": 0}
+
+
+def test_what_the_ring_has_lost_is_told_as_a_gap(port: int, view: FakeView) -> None:
+    view.add_events(3_000)
+    view.add_events(3_000)
+    with _socket(port, "?after=10") as stream:
+        events = _events(stream)
+        gap = next(events)
+        assert gap["kind"] == "gap"
+        assert gap["data"] == {"gap": {"from": 11, "to": 3_000}}
+        assert next(events)["sequence"] == 3_001
+
+
+def test_a_gap_is_told_whatever_the_filter(port: int, view: FakeView) -> None:
+    view.add_events(3_000)
+    view.add_events(3_000)
+    with _socket(port, "?after=10&kinds=status") as stream:
+        assert next(_events(stream))["kind"] == "gap"
+
+
+@pytest.mark.parametrize(
+    "query", ["?after=x", "?after=-1", "?kinds=all", "?depth=3", "?after=1&after=2", "?after=1_0"]
+)
+def test_wrong_parameters_close_the_socket_with_a_reason(port: int, query: str) -> None:
+    with _socket(port, query) as stream:
+        with pytest.raises(ConnectionClosed) as closed:
+            stream.recv(timeout=10)
+        assert closed.value.rcvd is not None
+        assert closed.value.rcvd.code == 1008
+        assert "expected" in closed.value.rcvd.reason
+
+
+def test_a_client_that_talks_is_closed(port: int) -> None:
+    with _socket(port) as stream:
+        stream.send("hello")
+        with pytest.raises(ConnectionClosed) as closed:
+            _numbers(_events(stream), 1)
+        assert closed.value.rcvd is not None
+        assert closed.value.rcvd.code == 1008
+
+
+def test_a_page_of_another_origin_gets_no_stream(port: int) -> None:
+    with (
+        pytest.raises(Exception, match="403"),
+        connect(f"ws://127.0.0.1:{port}/v1/stream", origin=Origin("https://elsewhere.example")),
+    ):
+        pytest.fail("the socket was accepted")
+
+
+def test_fifty_clients_get_the_same_events(port: int, view: FakeView) -> None:
+    with contextlib.ExitStack() as crowd:
+        streams = [crowd.enter_context(_socket(port, "?after=0")) for _ in range(50)]
+        for _ in range(20):
+            view.add_events(50)
+        for stream in streams:
+            assert _numbers(_events(stream), 1000) == list(range(1, 1001))
+    _wait_for_subscribers(view, 0)
+
+
+def test_more_streams_than_places_are_told_to_come_later(port: int, view: FakeView) -> None:
+    with contextlib.ExitStack() as crowd:
+        for _ in range(LIMITS.streams_max):
+            crowd.enter_context(_socket(port))
+        _wait_for_subscribers(view, LIMITS.streams_max)
+        with _socket(port) as late, pytest.raises(ConnectionClosed) as closed:
+            late.recv(timeout=10)
+        assert closed.value.rcvd is not None
+        assert closed.value.rcvd.code == 1013
+        answer = httpx.get(f"http://127.0.0.1:{port}/v1/events")
+        assert (answer.status_code, answer.json()["code"]) == (503, "TOO_MANY_STREAMS")
+    _wait_for_subscribers(view, 0)
+
+
+def test_a_socket_that_is_not_read_is_let_go_and_delays_nobody(port: int, view: FakeView) -> None:
+    stalled = RawClient(port, receive_buffer_bytes=4096)
+    stalled.send(
+        b"GET /v1/stream?after=0 HTTP/1.1\r\nHost: 127.0.0.1\r\nUpgrade: websocket\r\n"
+        b"Connection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+        b"Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n\r\n"
+    )
+    stalled.until(b"\r\n\r\n")
+    with _socket(port, "?after=0") as reader:
+        _wait_for_subscribers(view, 2)
+        events = _events(reader)
+        for first in range(1, 8_001, 500):
+            # In all some MB more than the sockets hold.
+            view.add_events(500, padding=1_000)
+            assert _numbers(events, 500) == list(range(first, first + 500))
+        _wait_for_subscribers(view, 1)
+    stalled.close()
+
+
+def test_an_event_source_that_is_not_read_is_let_go(port: int, view: FakeView) -> None:
+    stalled = RawClient(port, receive_buffer_bytes=4096)
+    stalled.send(b"GET /v1/events?after=0 HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
+    stalled.until(b"retry")
+    _wait_for_subscribers(view, 1)
+    view.add_events(2_000, padding=10_000)
+    _wait_for_subscribers(view, 0)
+    assert _dropped_for_not_reading(port)
+    stalled.close()
+
+
+def _dropped_for_not_reading(port: int) -> bool:
+    line = 'multiradar_http_connections_dropped_total{cause="does_not_read"}'
+    waiting = threading.Event()
+    for _ in range(500):
+        if line in httpx.get(f"http://127.0.0.1:{port}/metrics").text:
+            return True
+        waiting.wait(0.02)
+    return False
+
+
+def test_a_stalled_socket_that_reads_again_finds_its_close_code(port: int, view: FakeView) -> None:
+    narrow = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    narrow.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+    narrow.connect(("127.0.0.1", port))
+    url = f"ws://127.0.0.1:{port}/v1/stream?after=0"
+    with connect(url, sock=narrow, compression=None, max_queue=1) as stalled:
+        _wait_for_subscribers(view, 1)
+        for _ in range(100):
+            # Nothing is read; the buffers on the way fill until the client is let go.
+            view.add_events(500, padding=1_900)
+            threading.Event().wait(0.02)
+            if view.ring.subscriber_count == 0:
+                break
+        _wait_for_subscribers(view, 0)
+        with pytest.raises(ConnectionClosed) as closed:
+            _numbers(_events(stalled), 100_000)
+        assert closed.value.rcvd is not None
+        assert closed.value.rcvd.code == 4408
+
+
+def test_a_slow_reader_hears_of_its_gap_and_goes_on(view: FakeView) -> None:
+    # A reader that pauses for less than the deadline stays; what the ring lost meanwhile is told.
+    limits = HttpLimits(send_deadline_s=20.0, stream_batch_events_max=100)
+    slow_view = FakeView(ring=EventRing(500))
+    with serving(create_api(FakeService(slow_view), limits), limits) as port:
+        source = httpx.stream("GET", f"http://127.0.0.1:{port}/v1/events?after=0", timeout=20)
+        with source as response:
+            _wait_for_subscribers(slow_view, 1)
+            for _ in range(40):
+                slow_view.add_events(100, padding=10_000)
+            seen, covered = [], set()
+            for block in _read_lines(response):
+                if block.get("event") == "gap":
+                    gap = json.loads(block["data"])["gap"]
+                    covered |= set(range(gap["from"], gap["to"] + 1))
+                elif "event" in block:
+                    seen.append(int(block["id"]))
+                if seen and seen[-1] == 4_000:
+                    break
+    assert covered
+    assert seen == sorted(set(seen))
+    assert covered | set(seen) == set(range(1, 4_001))
+    assert not covered & set(seen)
+
+
+def test_an_event_source_resumes_by_its_last_event_id(port: int, view: FakeView) -> None:
+    view.add_events(6)
+    view.add_events(1, kind="status")
+    url = f"http://127.0.0.1:{port}/v1/events?after=0"
+    with httpx.stream("GET", url, headers={"last-event-id": "4"}, timeout=10) as response:
+        assert response.headers["content-type"] == "text/event-stream; charset=utf-8"
+        assert "content-length" not in response.headers
+        blocks = _read_lines(response)
+        assert next(blocks) == {"": "multiradar events", "retry": "3000"}
+        first, second, third = itertools.islice(blocks, 3)
+        assert (first["id"], first["event"]) == ("5", "track")
+        assert json.loads(first["data"]) == {"number": 5, "padding": ""}
+        assert second["id"] == "6"
+        assert (third["id"], third["event"]) == ("7", "status")
+        assert next(blocks) == {"": "heartbeat", "id": "7"}
+
+
+@pytest.mark.parametrize("last_event_id", ["x", "-1", "1.0", "9" * 30])
+def test_a_last_event_id_that_is_no_number_is_refused(port: int, last_event_id: str) -> None:
+    url = f"http://127.0.0.1:{port}/v1/events"
+    answer = httpx.get(url, headers={"last-event-id": last_event_id})
+    assert (answer.status_code, answer.json()["code"]) == (422, "INVALID_PARAMETER")
+
+
+def test_clients_that_leave_leave_nothing_behind(port: int, view: FakeView) -> None:
+    for _ in range(10):
+        with _socket(port):
+            pass
+        with httpx.stream("GET", f"http://127.0.0.1:{port}/v1/events", timeout=10):
+            pass
+        abrupt = RawClient(port)
+        abrupt.send(b"GET /v1/events HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
+        abrupt.until(b"retry")
+        abrupt.close()
+    _wait_for_subscribers(view, 0)
