@@ -1,0 +1,156 @@
+"""The engine: the same rows give the same bytes, and the truth is found."""
+
+import numpy as np
+import pytest
+
+from multiradar.errors import ConfigurationError, UnknownFilterError
+from multiradar.estimation.measurement.sensors import (
+    PARAMETER_AZIMUTH_OFFSET,
+    PARAMETER_RANGE_OFFSET,
+)
+from multiradar.runtime.digest import OutputDigest
+from multiradar.runtime.engine import Engine
+from multiradar.tracking.outputs import EngineOutput, TrackUpdates
+from multiradar.tracking.settings import TrackingSettings
+from support.batches import batch_of
+from support.scenes import Flight, Radar, Scene, make_scene, random_flights, three_radars
+
+FILTERS = ("two-stage", "blom", "ci")
+
+
+def busy_scene(seed: int = 1, aircraft: int = 30, duration_s: float = 240.0) -> Scene:
+    """More rows an epoch than it takes to wake several workers."""
+    rng = np.random.default_rng(seed)
+    radars = [
+        Radar(
+            r.identifier, r.latitude_deg, r.longitude_deg, rotation_s=0.5, biases=r.biases,
+            detection=0.9, outliers=0.01,
+        )
+        for r in three_radars()
+    ]  # fmt: skip
+    return make_scene(rng, radars, random_flights(rng, aircraft, duration_s))
+
+
+def run(scene: Scene, settings: TrackingSettings, size: int, workers: int = 1) -> str:
+    engine = Engine(scene.sensors, settings, workers)
+    digest = OutputDigest()
+    for first in range(0, len(scene.batch), size):
+        digest.add(engine.push(scene.batch.take(slice(first, first + size))))
+    digest.add(engine.flush())
+    engine.close()
+    return digest.hexdigest()
+
+
+@pytest.fixture(scope="module")
+def scene() -> Scene:
+    return busy_scene()
+
+
+@pytest.mark.parametrize("name", FILTERS)
+def test_output_depends_neither_on_batches_nor_on_workers(scene: Scene, name: str) -> None:
+    settings = TrackingSettings(filter_name=name)
+    expected = run(scene, settings, len(scene.batch))
+    assert {
+        run(scene, settings, size, workers) for size, workers in [(7, 1), (1000, 2), (10**6, 4)]
+    } == {expected}
+
+
+def test_output_depends_on_the_measurements(scene: Scene) -> None:
+    # The digest that the other tests compare tells runs apart that differ in one row.
+    settings = TrackingSettings()
+    rows = np.delete(np.arange(len(scene.batch)), 500)
+    engine = Engine(scene.sensors, settings)
+    digest = OutputDigest()
+    digest.add(engine.push(scene.batch.take(rows)))
+    digest.add(engine.flush())
+    assert digest.hexdigest() != run(scene, settings, len(scene.batch))
+
+
+def all_output(scene: Scene, settings: TrackingSettings) -> tuple[Engine, EngineOutput]:
+    engine = Engine(scene.sensors, settings)
+    first = engine.push(scene.batch)
+    last = engine.flush()
+    updates = TrackUpdates.concatenate([first.updates, last.updates])
+    return engine, EngineOutput(updates, last.biases, first.ended)
+
+
+def test_biases_are_found_within_their_sigma_and_tracks_within_theirs() -> None:
+    rng = np.random.default_rng(5)
+    scene = make_scene(rng, three_radars(), random_flights(rng, 25, 600.0))
+    engine, output = all_output(scene, TrackingSettings(acceleration_density=0.5))
+    count = len(scene.sensors.parameter_kind)
+    error = output.biases.estimate[-count:] - scene.biases_at(float(scene.batch.time_s[-1]))
+    # Six parameters: the 99.9 % point of chi-squared over its degrees of freedom is 3.7.
+    assert np.mean((error / output.biases.sigma[-count:]) ** 2) < 3.7
+    metres = scene.sensors.parameter_kind == PARAMETER_RANGE_OFFSET
+    assert np.abs(error[metres]).max() < 10.0
+    azimuths = scene.sensors.parameter_kind == PARAMETER_AZIMUTH_OFFSET
+    assert np.degrees(np.abs(error[azimuths])).max() < 0.005
+    states = engine.tracks()
+    assert len(states) > 0
+    assert np.isfinite(states.mean).all()
+    assert (np.linalg.eigvalsh(states.covariance) > 0.0).all()
+
+
+def test_every_row_has_an_outcome(scene: Scene) -> None:
+    engine, output = all_output(scene, TrackingSettings())
+    assert sum(engine.counts.values()) == len(scene.batch)
+    taken = sum(engine.counts[name] for name in ("UPDATED", "STARTED", "RESTARTED"))
+    assert len(output.updates) == taken
+    assert output.updates.sequence.tolist() == list(range(1, taken + 1))
+
+
+def test_no_output_is_ever_not_a_number_but_an_unknown_height(scene: Scene) -> None:
+    _, output = all_output(scene, TrackingSettings())
+    for column in ("latitude_rad", "longitude_rad", "speed_mps", "heading_rad",
+                   "position_sigma_m", "velocity_sigma_mps"):  # fmt: skip
+        assert np.isfinite(getattr(output.updates, column)).all(), column
+
+
+def test_aircraft_without_heights_are_tracked_with_an_honest_sigma() -> None:
+    rng = np.random.default_rng(6)
+    flights = [Flight(0.0, 300.0, (20_000.0, 40_000.0, 150.0, -80.0), reports_height=False)]
+    scene = make_scene(rng, three_radars(), flights)
+    _, output = all_output(scene, TrackingSettings(assumed_height_m=6_000.0))
+    assert np.isnan(output.updates.height_m).all()
+    latitude, longitude = scene.plane.to_geodetic(scene.truth[-1:, 0], scene.truth[-1:, 1])
+    east = (output.updates.longitude_rad[-1] - longitude[0]) * np.cos(latitude[0]) * 6.378e6
+    north = (output.updates.latitude_rad[-1] - latitude[0]) * 6.37e6
+    assert np.hypot(east, north) < 4.0 * output.updates.position_sigma_m[-1]
+
+
+def test_a_silent_track_ends_once_and_comes_back_as_another() -> None:
+    scene = busy_scene(2, aircraft=1, duration_s=30.0)
+    again = scene.batch.take(slice(None))
+    object.__setattr__(again, "time_s", scene.batch.time_s + 1000.0)
+    engine = Engine(scene.sensors, TrackingSettings())
+    outputs = [engine.push(scene.batch), engine.push(again), engine.flush()]
+    updates = TrackUpdates.concatenate([output.updates for output in outputs])
+    assert set(updates.track_id.tolist()) == {1, 2}
+    assert [i for output in outputs for i in output.ended.track_id.tolist()] == [1]
+
+
+def test_flush_twice_says_nothing_new_of_tracks(scene: Scene) -> None:
+    engine = Engine(scene.sensors, TrackingSettings())
+    engine.push(scene.batch)
+    engine.flush()
+    assert len(engine.flush().updates) == 0
+
+
+def test_a_filter_that_does_not_exist_is_refused_with_the_names_that_do() -> None:
+    with pytest.raises(UnknownFilterError, match="two-stage, blom, ci"):
+        Engine(busy_scene(aircraft=1, duration_s=5.0).sensors, TrackingSettings(filter_name="x"))
+
+
+@pytest.mark.parametrize("workers", [0, 17])
+def test_a_number_of_workers_out_of_bounds_is_refused(workers: int) -> None:
+    with pytest.raises(ConfigurationError, match="1 to 16 workers"):
+        Engine(busy_scene(aircraft=1, duration_s=5.0).sensors, TrackingSettings(), workers)
+
+
+def test_plots_without_identity_are_counted_and_used_by_none() -> None:
+    scene = busy_scene(3, aircraft=1, duration_s=10.0)
+    engine = Engine(scene.sensors, TrackingSettings())
+    engine.push(batch_of([1.0, 2.0], track_number=[-1, -1]))
+    assert len(engine.flush().updates) == 0
+    assert engine.counts["UNASSOCIATED"] == 2

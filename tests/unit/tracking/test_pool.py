@@ -1,0 +1,81 @@
+"""Aircraft are found by identity, keep their slots, and end when they are old."""
+
+import numpy as np
+
+from multiradar.tracking.measurements import MeasurementBatch
+from multiradar.tracking.pool import CAPACITY_FIRST, PARTITIONS, AircraftPool
+from multiradar.tracking.roster import RowIdentities
+from support.batches import batch_of
+
+
+def assigned(pool: AircraftPool, batch: MeasurementBatch) -> RowIdentities:
+    identities = RowIdentities.empty(len(batch))
+    pool.assign(batch, batch.mode_3a.astype(np.int64), 0, len(batch), identities)
+    return identities
+
+
+def test_rows_of_one_track_number_are_one_track() -> None:
+    pool = AircraftPool(0)
+    rows = assigned(pool, batch_of([0.0] * 5, track_number=[7, 9, 7, 9, 7]))
+    assert rows.track_id.tolist() == [1, 2, 1, 2, 1]
+
+
+def test_an_address_and_a_number_that_were_heard_together_are_one_track() -> None:
+    pool = AircraftPool(0)
+    rows = assigned(
+        pool,
+        batch_of([0.0] * 4, track_number=[5, -1, 5, -1], mode_s_address=[0xABC, 0xABC, -1, 0xDEF]),
+    )
+    assert rows.track_id.tolist() == [1, 1, 1, 2]
+    assert rows.mode_s_address.tolist() == [0xABC, 0xABC, 0xABC, 0xDEF]
+
+
+def test_one_address_under_two_numbers_is_two_tracks() -> None:
+    pool = AircraftPool(0)
+    rows = assigned(pool, batch_of([0.0] * 3, track_number=[1, 2, 1], mode_s_address=[9, 9, 9]))
+    assert rows.track_id.tolist() == [1, 2, 1]
+
+
+def test_a_row_without_identity_has_no_track() -> None:
+    rows = assigned(AircraftPool(0), batch_of([0.0, 0.0], track_number=[-1, 3]))
+    assert rows.slot.tolist()[0] == -1
+    assert rows.track_id.tolist() == [-1, 1]
+
+
+def test_more_aircraft_than_slots_make_the_pool_grow_and_lose_none() -> None:
+    pool = AircraftPool(3)
+    numbers = np.arange(5 * CAPACITY_FIRST)
+    first = assigned(pool, batch_of([0.0] * len(numbers), track_number=numbers.tolist()))
+    again = assigned(pool, batch_of([1.0] * len(numbers), track_number=numbers.tolist()))
+    assert first.track_id.tolist() == (numbers + 1).tolist()
+    assert again.track_id.tolist() == first.track_id.tolist()
+    assert pool.aircraft.sensitivity.shape[1:] == (4, 3)
+
+
+def test_an_old_track_ends_and_its_number_starts_another() -> None:
+    pool = AircraftPool(0)
+    rows = assigned(pool, batch_of([0.0, 0.0, 0.0], track_number=[1, 2, 3]))
+    pool.aircraft.time[rows.slot] = [10.0, 50.0, 10.0]
+    assert pool.drop(40.0).tolist() == [1, 3]
+    later = assigned(pool, batch_of([60.0, 60.0], track_number=[3, 2]))
+    assert later.track_id.tolist() == [4, 2]
+    assert np.isnan(pool.aircraft.time[later.slot[0]])
+
+
+def test_an_aircraft_that_was_never_located_is_freed_without_a_track_that_ends() -> None:
+    pool = AircraftPool(0)
+    assigned(pool, batch_of([0.0], track_number=[1]))
+    assert pool.drop(1e9).tolist() == []
+    assert len(pool.used()) == 0
+
+
+def test_work_keeps_the_order_within_a_partition_and_takes_every_row_once() -> None:
+    pool = AircraftPool(0)
+    slots = np.array([5, 21, 3, 5, -1, 37, 3], np.int64)
+    used, work = pool.work(slots, first=100)
+    assert sorted(work.order.tolist()) == list(range(100, 107))
+    shares = [work.order[work.bounds[p] : work.bounds[p + 1]].tolist() for p in range(PARTITIONS)]
+    # 5, 21 and 37 share a partition: they lie 16 apart.
+    assert shares[5] == [100, 101, 103, 105]
+    assert shares[3] == [102, 106]
+    assert used.tolist() == [3, 5, 15]
