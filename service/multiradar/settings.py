@@ -79,9 +79,8 @@ class HttpSettings(Section):
     streams_max: Count = 100
     threads: Count = 4
     stream_batch_interval_s: Seconds = 0.1
-    stream_batch_events_max: Count = 2_000
+    stream_batch_events_max: Count = 500
     stream_heartbeat_s: Seconds = 5.0
-    stream_depth: Count = 50_000
 
 
 class RuntimeSettings(Section):
