@@ -1,7 +1,7 @@
 """Structured logs: one event a line on standard error, its facts as named values.
 
 Everything goes one way: our own events and those of the libraries that use the standard logging.
-On a terminal the lines are coloured for people, elsewhere they are JSON for machines.
+Lines are text for people, coloured on a terminal, or JSON for machines.
 """
 
 import logging
@@ -33,13 +33,15 @@ class _TimeStamper:
         return event
 
 
-def configure_logs(level: str, clock: Clock, stream: TextIO | None = None) -> None:
+def configure_logs(level: str, form: str, clock: Clock, stream: TextIO | None = None) -> None:
     """Send all logs of the process to one stream.
 
     Parameters
     ----------
     level : str
         Least level that is written, of `LEVELS`.
+    form : str
+        `text` or `json`.
     clock : Clock
         Stamps the events.
     stream : TextIO, optional
@@ -69,7 +71,7 @@ def configure_logs(level: str, clock: Clock, stream: TextIO | None = None) -> No
             foreign_pre_chain=shared,
             processors=[
                 structlog.stdlib.ProcessorFormatter.remove_processors_meta,
-                *_renderers(stream),
+                *_renderers(form, stream),
             ],
         )
     )
@@ -83,10 +85,7 @@ def configure_logs(level: str, clock: Clock, stream: TextIO | None = None) -> No
         library.setLevel(max(logging.WARNING, root.level))
 
 
-def _renderers(stream: TextIO) -> list[structlog.typing.Processor]:
-    if stream.isatty():
-        return [structlog.dev.ConsoleRenderer(timestamp_key="time")]
-    return [
-        structlog.processors.format_exc_info,
-        structlog.processors.JSONRenderer(),
-    ]
+def _renderers(form: str, stream: TextIO) -> list[structlog.typing.Processor]:
+    if form == "text":
+        return [structlog.dev.ConsoleRenderer(timestamp_key="time", colors=stream.isatty())]
+    return [structlog.processors.format_exc_info, structlog.processors.JSONRenderer()]

@@ -1,0 +1,198 @@
+"""The composition root: the one place that builds real adapters and puts them together."""
+
+import socket
+import threading
+from collections.abc import Callable
+
+import numpy as np
+import structlog
+
+from multiradar.api.connections import server
+from multiradar.api.factory import create_api
+from multiradar.api.limits import HttpLimits
+from multiradar.errors import ConfigurationError
+from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.ingest.http import IntakeBounds, measurement_routes
+from multiradar.observability.metrics import REGISTRY
+from multiradar.observability.pipeline_metrics import watch_pipeline
+from multiradar.runtime.engine import Engine
+from multiradar.runtime.fingerprint import configuration_fingerprint
+from multiradar.runtime.limits import RuntimeLimits
+from multiradar.runtime.service import Service
+from multiradar.settings import Settings
+from multiradar.storage.sqlite_journal import SqliteJournal
+from multiradar.tracking.measurements import MISSING_INTEGER, MeasurementBatch
+
+_log = structlog.get_logger("multiradar.app")
+
+#: Names under which a loopback address may be asked for; any other name was rebound to it.
+LOOPBACK_NAMES = ("127.0.0.1", "localhost", "::1")
+_STOP_TIMEOUT_S = 20.0
+_BACKLOG = 128
+
+
+class Application:
+    """The whole service: journal, engine, HTTP, Zenoh.
+
+    Parameters
+    ----------
+    settings : Settings
+        All settings.
+    sensors : SensorTable
+        The sensors.
+    on_failure : callable
+        Called, from another thread, when a part ends without having been asked to.
+
+    Raises
+    ------
+    ConfigurationError
+        If it cannot listen where it should.
+    """
+
+    def __init__(
+        self, settings: Settings, sensors: SensorTable, on_failure: Callable[[], None]
+    ) -> None:
+        self._settings = settings
+        self._sensors = sensors
+        self._unwatch: Callable[[], None] = lambda: None
+        self.service = build_service(settings, sensors)
+        self._http = HttpServer(self.service, settings, on_failure)
+
+    @property
+    def http_url(self) -> str:
+        """Where HTTP listens, the port as it is."""
+        return self._http.url
+
+    @property
+    def zenoh_endpoints(self) -> tuple[str, ...]:
+        """Where Zenoh listens; empty before the start, or without Zenoh."""
+        return ()
+
+    def start(self) -> None:
+        """Serve HTTP, play the journal into the engine, then take measurements.
+
+        While the journal is played, `/readyz` says so and measurements are answered 503.
+        """
+        self._http.start()
+        warm_up(sensors=self._sensors, settings=self._settings)
+        self.service.start()
+        self._unwatch = watch_pipeline(REGISTRY, self.service.view.status)
+        _log.info("started", http=self.http_url)
+
+    def stop(self) -> None:
+        """Take nothing more, finish what was taken, close everything; in any state."""
+        self._unwatch()
+        self._http.stop()
+        self.service.stop()
+        _log.info("stopped")
+
+
+def build_service(settings: Settings, sensors: SensorTable) -> Service:
+    """Return the live pipeline on a real journal and engine; not started."""
+    tracking, journal = settings.tracking_settings(), settings.journal.path
+    fingerprint = configuration_fingerprint(sensors, tracking)
+    return Service(
+        open_journal=lambda: SqliteJournal(journal, fingerprint),
+        open_engine=lambda: Engine(sensors, tracking, settings.workers),
+        sensors=sensors,
+        tracking=tracking,
+        limits=RuntimeLimits(**settings.runtime.model_dump()),
+    )
+
+
+def warm_up(sensors: SensorTable, settings: Settings) -> None:
+    """Have the kernels compiled or loaded before the first measurement comes.
+
+    An engine of its own takes two plots of an aircraft that nobody else sees.
+    """
+    engine = Engine(sensors, settings.tracking_settings())
+    two = np.zeros(2)
+    engine.push(
+        MeasurementBatch(
+            time_s=np.array([0.0, 1.0]),
+            sensor=np.zeros(2, np.int32),
+            kind=np.full(2, sensors.kinds[0], np.int8),
+            range_m=two + 1e5,
+            azimuth_rad=two + 1.0,
+            latitude_rad=two + np.nanmean(sensors.latitude_rad),
+            longitude_rad=two + np.nanmean(sensors.longitude_rad),
+            height_m=two + 9000.0,
+            mode_3a=np.full(2, MISSING_INTEGER, np.int32),
+            mode_s_address=np.full(2, MISSING_INTEGER, np.int64),
+            track_number=np.ones(2, np.int64),
+        )
+    )
+    engine.flush()
+    engine.tracks()
+    engine.close()
+
+
+class HttpServer:
+    """HTTP on a thread of its own.
+
+    Parameters
+    ----------
+    service : Service
+        What it serves.
+    settings : Settings
+        Where it listens, and its bounds.
+    on_failure : callable
+        Called, from that thread, when the server ends without having been asked to.
+
+    Raises
+    ------
+    ConfigurationError
+        If it cannot listen there.
+    """
+
+    def __init__(
+        self,
+        service: Service,
+        settings: Settings,
+        on_failure: Callable[[], None],
+    ) -> None:
+        limits = HttpLimits(**settings.http.model_dump())
+        wanted = settings.server
+        self._listener = _listen(wanted.host, wanted.port)
+        host, port = self._listener.getsockname()[:2]
+        self.url = f"http://[{host}]:{port}" if ":" in host else f"http://{host}:{port}"
+        loopback = host in LOOPBACK_NAMES
+        intake = IntakeBounds(acknowledge_deadline_s=limits.acknowledge_deadline_s)
+        application = create_api(
+            service,
+            limits,
+            routers=(measurement_routes(service, intake),),
+            allowed_hosts=(*LOOPBACK_NAMES, wanted.host) if loopback else (),
+        )
+        self._server = server(application, host, port, limits)
+        self._on_failure = on_failure
+        self._thread = threading.Thread(target=self._run, name="http", daemon=True)
+
+    def start(self) -> None:
+        """Serve from now on."""
+        self._thread.start()
+
+    def stop(self) -> None:
+        """Answer what was asked, close the connections, end."""
+        self._server.should_exit = True
+        if self._thread.ident is not None:
+            self._thread.join(_STOP_TIMEOUT_S)
+        self._listener.close()
+
+    def _run(self) -> None:
+        try:
+            # Signals belong to the main thread; uvicorn leaves them alone on any other.
+            self._server.run(sockets=[self._listener])
+        except Exception as error:
+            _log.error("http_failed", exc_info=error)
+        if not self._server.should_exit:
+            self._on_failure()
+
+
+def _listen(host: str, port: int) -> socket.socket:
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    try:
+        return socket.create_server((host, port), family=family, backlog=_BACKLOG)
+    except OSError as error:
+        msg = f"{host}:{port}: cannot listen there, {error.strerror or error}"
+        raise ConfigurationError(msg) from error

@@ -1,0 +1,118 @@
+"""The command `multiradar`: verbs, one sentence on errors, exit status 0, 1 or 2."""
+
+import os
+import sys
+from collections.abc import Sequence
+from typing import Annotated
+
+import typer
+
+from multiradar.cli.convert import convert_app
+from multiradar.cli.replay import replay
+from multiradar.cli.serve import serve
+from multiradar.cli.track import track
+from multiradar.errors import MultiradarError, UnknownFilterError
+
+EXIT_DONE = 0
+EXIT_FAILED = 1
+EXIT_USAGE = 2
+#: What a shell reports of a command stopped by Ctrl-C: 128 + SIGINT.
+EXIT_INTERRUPTED = 130
+
+#: Set to 1 to see the traceback of an error that is our own mistake.
+TRACEBACK_VARIABLE = "MULTIRADAR_TRACEBACK"
+
+app = typer.Typer(
+    name="multiradar",
+    help="Tracks of aircraft and biases of radars, estimated together.",
+    epilog="Exit status: 0 done, 1 failed on the data, 2 wrong usage.",
+    add_completion=False,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="rich",
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+app.add_typer(convert_app, name="convert")
+app.command(name="track")(track)
+app.command(name="serve")(serve)
+app.command(name="replay")(replay)
+
+
+def main() -> None:
+    """Run the command of this process's arguments and leave with its exit status."""
+    sys.exit(run(sys.argv[1:]))
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Run one command and return its exit status.
+
+    Parameters
+    ----------
+    arguments : sequence of str
+        What follows the name of the program.
+
+    Returns
+    -------
+    int
+        0 done, 1 failed on data, 2 wrong usage, 130 stopped by Ctrl-C.
+    """
+    try:
+        return _invoke(arguments)
+    except BrokenPipeError:
+        return _leave_broken_pipe()
+    except (KeyboardInterrupt, typer.Abort):
+        return _say("stopped", EXIT_INTERRUPTED)
+    except (typer.TyperException, UnknownFilterError) as error:
+        return _say(str(error), EXIT_USAGE)
+    except (MultiradarError, OSError) as error:
+        return _say(_describe(error), EXIT_FAILED)
+    except Exception as error:
+        if os.environ.get(TRACEBACK_VARIABLE) == "1":
+            raise
+        hint = f"set {TRACEBACK_VARIABLE}=1 to see where"
+        return _say(f"internal error, {type(error).__name__}: {error} ({hint})", EXIT_FAILED)
+
+
+def _invoke(arguments: Sequence[str]) -> int:
+    command = typer.main.get_command(app)
+    status = command.main(args=list(arguments), prog_name="multiradar", standalone_mode=False)
+    sys.stdout.flush()
+    return status if isinstance(status, int) else EXIT_DONE
+
+
+def _say(sentence: str, status: int) -> int:
+    one_line = " ".join(sentence.split())
+    print(f"multiradar: {one_line}", file=sys.stderr)
+    return status
+
+
+def _describe(error: Exception) -> str:
+    if isinstance(error, OSError) and error.strerror:
+        return f"{error.filename}: {error.strerror}" if error.filename else error.strerror
+    return str(error) or type(error).__name__
+
+
+def _leave_broken_pipe() -> int:
+    # The reader of our output has gone; what is still buffered must not raise again at exit.
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return EXIT_FAILED
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        from importlib.metadata import version
+
+        print(f"multiradar {version('multiradar')}")
+        raise typer.Exit
+
+
+@app.callback()
+def _root(
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version", help="Print the version and leave.", callback=_print_version, is_eager=True
+        ),
+    ] = False,
+) -> None:
+    """Tracks of aircraft and biases of radars, estimated together."""

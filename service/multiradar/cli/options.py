@@ -1,0 +1,92 @@
+"""Options that several commands share."""
+
+import datetime as dt
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+#: As `multiradar_schemas.measurement.KINDS`, which is not imported here: help must be fast.
+KIND_CHOICES = ("radar", "adsb", "mlat", "bearing")
+
+
+class FilterChoice(StrEnum):
+    """Names of the filters."""
+
+    TWO_STAGE = "two-stage"
+    BLOM = "blom"
+    CI = "ci"
+
+
+def parse_kinds(text: str) -> str:
+    """Check a list of kinds of measurement, separated by commas."""
+    for kind in text.split(","):
+        if kind.strip() not in KIND_CHOICES:
+            msg = f"expected kinds of {', '.join(KIND_CHOICES)}, was {kind.strip()!r}"
+            raise typer.BadParameter(msg)
+    return text
+
+
+def parse_date(text: str) -> str:
+    """Check a date."""
+    try:
+        return dt.date.fromisoformat(text).isoformat()
+    except ValueError as error:
+        msg = f"expected a date such as 2018-08-01, was {text!r}"
+        raise typer.BadParameter(msg) from error
+
+
+def chosen_kinds(text: str | None) -> frozenset[str] | None:
+    """Return the kinds of a checked list; None means all."""
+    return None if text is None else frozenset(kind.strip() for kind in text.split(","))
+
+
+MeasurementsArgument = Annotated[
+    Path,
+    typer.Argument(
+        metavar="MEASUREMENTS",
+        help="A measurements.parquet, a folder that `convert` made, or the folder of a dump.",
+        show_default=False,
+    ),
+]
+SensorsOption = Annotated[
+    Path,
+    typer.Option("--sensors", metavar="FILE", help="The sensors: sensors.toml."),
+]
+KindsOption = Annotated[
+    str | None,
+    typer.Option(
+        "--kinds",
+        metavar="KIND,KIND",
+        help=f"Use only these kinds of measurement: {', '.join(KIND_CHOICES)}.",
+        parser=parse_kinds,
+        show_default="all",
+    ),
+]
+JsonOption = Annotated[
+    bool, typer.Option("--json", help="Print the figures as one JSON object, for programs.")
+]
+DateOption = Annotated[
+    str | None,
+    typer.Option(
+        "--date",
+        metavar="YYYY-MM-DD",
+        help="Date of the first line of a dump; without it times stay times of day.",
+        parser=parse_date,
+        show_default=False,
+    ),
+]
+ConfigOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--config",
+        metavar="FILE",
+        help="Settings in TOML; options and the environment (MULTIRADAR_…) go before it.",
+        show_default=False,
+    ),
+]
+FilterOption = Annotated[
+    FilterChoice | None,
+    typer.Option("--filter", help="How motion and biases are estimated.", show_default="two-stage"),
+]

@@ -1,0 +1,149 @@
+"""`multiradar replay`: a recording played to a running service, in data time."""
+
+import math
+import time
+from enum import StrEnum
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from multiradar.cli.inputs import open_measurements
+from multiradar.cli.options import (
+    DateOption,
+    JsonOption,
+    KindsOption,
+    MeasurementsArgument,
+    chosen_kinds,
+)
+from multiradar.cli.progress import progress_bar
+
+if TYPE_CHECKING:
+    from multiradar.ingest.replay import Destination, ReplayCounts
+
+_BATCH_ROWS_MAX = 65_536
+
+
+class EncodingChoice(StrEnum):
+    """How a batch is written."""
+
+    ARROW = "arrow"
+    JSON = "json"
+    NDJSON = "ndjson"
+
+
+def parse_speed(text: str) -> float:
+    """Return seconds of data time a second; `max` is infinite."""
+    if text == "max":
+        return math.inf
+    try:
+        speed = float(text)
+    except ValueError:
+        speed = math.nan
+    if not 0.0 < speed < math.inf:
+        msg = f"expected a number greater than 0, or max, was {text!r}"
+        raise typer.BadParameter(msg)
+    return speed
+
+
+def replay(
+    measurements: MeasurementsArgument,
+    *,
+    to: Annotated[
+        str,
+        typer.Option(
+            metavar="ADDRESS",
+            help="The service: http://127.0.0.1:8321 or zenoh:tcp/127.0.0.1:7447.",
+        ),
+    ] = "http://127.0.0.1:8321",
+    speed: Annotated[
+        float,
+        typer.Option(
+            metavar="NUMBER|max",
+            parser=parse_speed,
+            help="Seconds of data time in a second; max: as fast as the service takes them.",
+        ),
+    ] = "1.0",  # type: ignore[assignment]  # given to the parser like any other text
+    batch: Annotated[
+        int, typer.Option(min=1, max=_BATCH_ROWS_MAX, help="Measurements in a message at most.")
+    ] = 1000,
+    encoding: Annotated[
+        EncodingChoice, typer.Option(help="How a message is written.")
+    ] = EncodingChoice.ARROW,
+    kinds: KindsOption = None,
+    date: DateOption = None,
+    flush: Annotated[bool, typer.Option(help="Tell the service that the stream has ended.")] = True,
+    run_name: Annotated[
+        str | None,
+        typer.Option(
+            help="Name of this run: under another name the same measurements are taken again.",
+            show_default="derived from the content",
+        ),
+    ] = None,
+    retries: Annotated[
+        int, typer.Option(min=0, help="Attempts for one message after the first.")
+    ] = 50,
+    json_wanted: JsonOption = False,
+) -> None:
+    """Play a recording to a service; what was acknowledged before is not taken twice."""
+    from multiradar.clock import SystemClock
+    from multiradar.ingest.replay import Replay, ReplayPlan
+
+    plan = ReplayPlan(
+        batch_rows=batch,
+        speed=speed,
+        kinds=chosen_kinds(kinds),
+        run_name=_checked_run_name(run_name),
+        flush=flush,
+        retries_max=retries,
+    )
+    with open_measurements(measurements, date) as recording:
+        destination = _destination(to, encoding)
+        try:
+            with progress_bar("replaying", recording.rows) as show:
+                play = Replay(
+                    recording,
+                    destination,
+                    plan,
+                    SystemClock(),
+                    time.sleep,
+                    lambda counts: show(counts.read),
+                )
+                counts = play.run()
+        finally:
+            destination.close()
+    _print_counts(counts, json_wanted)
+
+
+def _checked_run_name(name: str | None) -> str | None:
+    # It becomes the first part of the key of every message, which is printable ASCII.
+    if name is None or (name.isascii() and name.isprintable() and 0 < len(name.strip()) <= 64):
+        return None if name is None else name.strip()
+    msg = "expected a run name of 1 to 64 printable ASCII characters"
+    raise typer.BadParameter(msg)
+
+
+def _destination(to: str, encoding: EncodingChoice) -> "Destination":
+    if to.startswith(("http://", "https://")):
+        from multiradar.ingest.replay_http import Encoding, HttpDestination
+
+        return HttpDestination(to, Encoding(encoding.value))
+    if to.startswith("zenoh:"):
+        from multiradar.ingest.replay_zenoh import ZenohDestination
+
+        return ZenohDestination(to.removeprefix("zenoh:"), encoding.value)
+    msg = f"expected http://… or zenoh:… for --to, was {to!r}"
+    raise typer.BadParameter(msg)
+
+
+def _print_counts(counts: "ReplayCounts", json_wanted: bool) -> None:
+    if json_wanted:
+        import json
+        from dataclasses import asdict
+
+        print(json.dumps(asdict(counts)))
+        return
+    print(
+        f"{counts.read} measurements in {counts.batches} messages: {counts.accepted} accepted, "
+        f"{counts.rejected} rejected, {counts.duplicate} duplicate"
+        + (f"; {counts.retries} retries" if counts.retries else "")
+    )

@@ -1,0 +1,208 @@
+"""`multiradar serve`: the service, until it is told to stop."""
+
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from enum import StrEnum
+from pathlib import Path
+from types import FrameType
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from multiradar.cli.inputs import load_sensor_table
+from multiradar.cli.options import ConfigOption, FilterOption
+from multiradar.errors import PipelineError
+
+if TYPE_CHECKING:
+    from multiradar.app import Application
+    from multiradar.settings import Settings
+
+
+class LogLevel(StrEnum):
+    """Least level that is written to the log."""
+
+    DEBUG = "debug"
+    INFO = "info"
+    WARNING = "warning"
+    ERROR = "error"
+
+
+class LogForm(StrEnum):
+    """How the log is written."""
+
+    TEXT = "text"
+    JSON = "json"
+
+
+def serve(
+    *,
+    sensors: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="The sensors: sensors.toml.", show_default="sensors.toml"
+        ),
+    ] = None,
+    state: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Folder of the journal.", show_default="multiradar-data"),
+    ] = None,
+    host: Annotated[
+        str | None, typer.Option(help="Address to listen on.", show_default="127.0.0.1")
+    ] = None,
+    port: Annotated[
+        int | None,
+        typer.Option(min=0, max=65_535, help="0 takes a free one.", show_default="8321"),
+    ] = None,
+    zenoh: Annotated[
+        bool | None, typer.Option(help="Take part in Zenoh.", show_default="zenoh")
+    ] = None,
+    zenoh_listen: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="ENDPOINT", help="Where Zenoh listens.", show_default="tcp/127.0.0.1:7447"
+        ),
+    ] = None,
+    zenoh_connect: Annotated[
+        list[str] | None,
+        typer.Option(metavar="ENDPOINT", help="A Zenoh router or peer.", show_default=False),
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="Threads of the tracker.", show_default="1")
+    ] = None,
+    filter_name: FilterOption = None,
+    config: ConfigOption = None,
+    log_level: Annotated[
+        LogLevel | None, typer.Option(help="Least level logged.", show_default="info")
+    ] = None,
+    log_form: Annotated[
+        LogForm | None, typer.Option(help="Form of the log.", show_default="text")
+    ] = None,
+    json_wanted: Annotated[
+        bool, typer.Option("--json", help="Tell where it listens as one JSON object.")
+    ] = False,
+) -> None:
+    """Take measurements, serve tracks, biases and forecasts; on loopback by default."""
+    from multiradar.settings import load_settings
+
+    overrides = _overrides(
+        {
+            ("sensors",): sensors,
+            ("journal", "path"): None if state is None else state / "journal.sqlite",
+            ("server", "host"): host,
+            ("server", "port"): port,
+            ("zenoh", "enabled"): zenoh,
+            ("zenoh", "listen"): tuple(zenoh_listen) if zenoh_listen else None,
+            ("zenoh", "connect"): tuple(zenoh_connect) if zenoh_connect else None,
+            ("workers",): workers,
+            ("tracking", "filter_name"): None if filter_name is None else filter_name.value,
+            ("log", "level"): None if log_level is None else log_level.value,
+            ("log", "form"): None if log_form is None else log_form.value,
+        }
+    )
+    run_service(load_settings(config, overrides), json_wanted)
+
+
+def run_service(settings: "Settings", json_wanted: bool) -> None:
+    """Serve until SIGTERM or SIGINT.
+
+    Parameters
+    ----------
+    settings : Settings
+        All settings.
+    json_wanted : bool
+        Whether the line on standard output that says where it listens is JSON.
+
+    Raises
+    ------
+    ConfigurationError
+        If the sensors or settings cannot be used, or it cannot listen where it should.
+    JournalError
+        If the journal cannot be opened.
+    PipelineError
+        If it ended without having been told to.
+    """
+    from multiradar.app import Application
+    from multiradar.clock import SystemClock
+    from multiradar.observability.logs import configure_logs
+
+    configure_logs(settings.log.level, settings.log.form, SystemClock())
+    table = load_sensor_table(settings.sensors)
+    failed = threading.Event()
+    with _told_to_stop() as stop:
+
+        def on_failure() -> None:
+            failed.set()
+            stop.set()
+
+        application = Application(settings, table, on_failure)
+        try:
+            application.start()
+            stop.started()
+            _tell(application, json_wanted)
+            stop.wait()
+        except KeyboardInterrupt:
+            # Told to stop before it was up.
+            return
+        finally:
+            stop.started()
+            application.stop()
+    if failed.is_set():
+        msg = "the HTTP server ended without having been told to; the log says why"
+        raise PipelineError(msg)
+
+
+class _Stop:
+    # Set by the first signal; a start that has not finished yet is interrupted.
+    def __init__(self) -> None:
+        self._told = threading.Event()
+        self._starting = True
+
+    def on_signal(self, _number: int, _frame: FrameType | None) -> None:
+        self._told.set()
+        if self._starting:
+            raise KeyboardInterrupt
+
+    def set(self) -> None:
+        self._told.set()
+
+    def started(self) -> None:
+        self._starting = False
+
+    def wait(self) -> None:
+        self._told.wait()
+
+
+@contextmanager
+def _told_to_stop() -> Iterator[_Stop]:
+    stop = _Stop()
+    before = {
+        number: signal.signal(number, stop.on_signal) for number in (signal.SIGTERM, signal.SIGINT)
+    }
+    try:
+        yield stop
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _tell(application: "Application", json_wanted: bool) -> None:
+    endpoints = application.zenoh_endpoints
+    if json_wanted:
+        import json
+
+        line = json.dumps({"ready": True, "http": application.http_url, "zenoh": list(endpoints)})
+    else:
+        line = f"multiradar serves {application.http_url}"
+        line += f" and Zenoh at {', '.join(endpoints)}" if endpoints else " (no Zenoh)"
+    print(line, flush=True)
+
+
+def _overrides(given: dict[tuple[str, ...], Any]) -> dict[str, Any]:
+    overrides: dict[str, Any] = {}
+    for path, value in given.items():
+        if value is not None:
+            section = overrides if len(path) == 1 else overrides.setdefault(path[0], {})
+            section[path[-1]] = value
+    return overrides
