@@ -5,7 +5,6 @@ from typing import Any
 from pydantic import BaseModel, Field
 
 from multiradar.api.encoding import ARROW, GEOJSON
-from multiradar.api.problems import MEDIA_TYPE, Problem
 from multiradar_schemas.bias import BiasEstimate
 from multiradar_schemas.track import Track, TrackUpdate
 
@@ -90,16 +89,8 @@ class Health(BaseModel):
     status: str
 
 
-#: Answers every route may give; the body is always a problem document.
-PROBLEMS: dict[int | str, dict[str, Any]] = {
-    status: {"model": Problem, "content": {MEDIA_TYPE: {}}, "description": description}
-    for status, description in {
-        404: "No such thing",
-        422: "A parameter is unknown or out of bounds",
-        500: "The service failed; the log has the request's identifier",
-        503: "Too much at once, or not ready",
-    }.items()
-}
+#: The answer of routes to one thing that may not be there.
+NOT_FOUND: dict[int | str, dict[str, Any]] = {404: {"description": "No such thing"}}
 
 
 def table_answers(*, geojson: bool = False) -> dict[int | str, dict[str, Any]]:
@@ -109,4 +100,4 @@ def table_answers(*, geojson: bool = False) -> dict[int | str, dict[str, Any]]:
         content[GEOJSON] = {
             "schema": {"type": "object", "description": "RFC 7946 FeatureCollection"}
         }
-    return {200: {"content": content}, 406: {"model": Problem, "description": "No such format"}}
+    return {200: {"content": content}, 406: {"description": "No such format"}}

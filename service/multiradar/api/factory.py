@@ -6,7 +6,7 @@ from importlib.metadata import version
 
 from fastapi import APIRouter, FastAPI
 
-from multiradar.api import documentation, operations, problems, sensors, streams, tracks
+from multiradar.api import documentation, openapi, operations, problems, sensors, streams, tracks
 from multiradar.api.access import Access
 from multiradar.api.batches import StreamHub
 from multiradar.api.guard import LimitLayer
@@ -62,6 +62,7 @@ def create_api(
         redirect_slashes=False,
     )
     problems.install(application)
+    openapi.install(application)
     application.add_middleware(LimitLayer, limits=limits, allowed_hosts=allowed_hosts)
     application.state.access = Access(service, workers, hub, limits)
     own = (tracks.router, sensors.router, streams.router, operations.router, documentation.router)

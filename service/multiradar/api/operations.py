@@ -7,7 +7,7 @@ from starlette.responses import Response
 
 from multiradar.api import encoding
 from multiradar.api.access import Granted
-from multiradar.api.documents import PROBLEMS, Health, Readiness, RejectPage, Status
+from multiradar.api.documents import Health, Readiness, RejectPage, Status
 from multiradar.api.query import Integer, Limit, strict_query
 from multiradar.api.tables import json_response
 from multiradar.errors import RequestError
@@ -16,7 +16,7 @@ from multiradar.observability.metrics import EXPOSITION_MEDIA_TYPE, exposition
 # Of the states of a service, the one in which it takes measurements.
 _READY_STATE = "running"
 
-router = APIRouter(tags=["operations"], dependencies=[Depends(strict_query)], responses=PROBLEMS)
+router = APIRouter(tags=["operations"], dependencies=[Depends(strict_query)])
 
 
 @router.get("/healthz", response_model=Health)

@@ -8,7 +8,7 @@ from starlette.responses import Response
 
 from multiradar.api import encoding
 from multiradar.api.access import Access, Granted
-from multiradar.api.documents import PROBLEMS, BiasAnswer, SensorList, SensorState
+from multiradar.api.documents import NOT_FOUND, BiasAnswer, SensorList, SensorState
 from multiradar.api.paging import HISTORY_ROWS_MAX, page_by_time
 from multiradar.api.ports import View
 from multiradar.api.problems import parameter_error
@@ -16,9 +16,7 @@ from multiradar.api.query import Cursor, Integer, SensorId, Since, strict_query
 from multiradar.api.tables import json_response
 from multiradar.errors import RequestError
 
-router = APIRouter(
-    prefix="/v1/sensors", tags=["sensors"], dependencies=[Depends(strict_query)], responses=PROBLEMS
-)
+router = APIRouter(prefix="/v1/sensors", tags=["sensors"], dependencies=[Depends(strict_query)])
 
 History = Annotated[
     Literal["true", "false"],
@@ -36,13 +34,13 @@ async def list_sensors(access: Granted) -> Response:
     return json_response({"count": len(sensors), "sensors": sensors})
 
 
-@router.get("/{sensor_id}", response_model=SensorState)
+@router.get("/{sensor_id}", response_model=SensorState, responses=NOT_FOUND)
 async def get_sensor(sensor_id: SensorId, access: Granted) -> Response:
     """Return one sensor with what is known of it now."""
     return json_response(await access.workers.run(_sensor, access.view, sensor_id))
 
 
-@router.get("/{sensor_id}/bias", response_model=BiasAnswer)
+@router.get("/{sensor_id}/bias", response_model=BiasAnswer, responses=NOT_FOUND)
 async def get_bias(
     sensor_id: SensorId,
     access: Granted,

@@ -13,7 +13,6 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from multiradar.api.access import Access, Granted
 from multiradar.api.batches import KINDS, Batch
-from multiradar.api.documents import PROBLEMS
 from multiradar.api.ports import StreamEvent
 from multiradar.api.problems import parameter_error
 from multiradar.api.query import Integer, integer, strict_query
@@ -56,7 +55,7 @@ Kinds = Annotated[
 @router.get(
     "/events",
     dependencies=[Depends(strict_query)],
-    responses={**PROBLEMS, 200: {"content": {_EVENT_STREAM: {"schema": {"type": "string"}}}}},
+    responses={200: {"content": {_EVENT_STREAM: {"schema": {"type": "string"}}}}},
     response_class=Response,
 )
 async def server_sent_events(

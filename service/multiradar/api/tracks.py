@@ -8,7 +8,7 @@ from fastapi import APIRouter, Depends, Query, Request
 from starlette.responses import Response
 
 from multiradar.api.access import Granted
-from multiradar.api.documents import PROBLEMS, HistoryPage, TrackPage, table_answers
+from multiradar.api.documents import NOT_FOUND, HistoryPage, TrackPage, table_answers
 from multiradar.api.paging import (
     HISTORY_ROWS_MAX,
     page_by_time,
@@ -34,9 +34,7 @@ from multiradar_schemas.track import Track
 FORECAST_HORIZON_MAX_S = 3600.0
 FORECAST_POINTS_MAX = 1_000
 
-router = APIRouter(
-    prefix="/v1/tracks", tags=["tracks"], dependencies=[Depends(strict_query)], responses=PROBLEMS
-)
+router = APIRouter(prefix="/v1/tracks", tags=["tracks"], dependencies=[Depends(strict_query)])
 
 BoundingBoxText = Annotated[
     str | None,
@@ -107,7 +105,7 @@ async def list_tracks(
     return await access.workers.run(answer)
 
 
-@router.get("/{track_id}", response_model=Track)
+@router.get("/{track_id}", response_model=Track, responses=NOT_FOUND)
 async def get_track(track_id: TrackId, access: Granted) -> Response:
     """Return one live track."""
     track = await access.workers.run(access.view.track, track_id)
@@ -116,7 +114,9 @@ async def get_track(track_id: TrackId, access: Granted) -> Response:
     return json_response(track)
 
 
-@router.get("/{track_id}/history", response_model=HistoryPage, responses=table_answers())
+@router.get(
+    "/{track_id}/history", response_model=HistoryPage, responses=NOT_FOUND | table_answers()
+)
 async def get_history(
     request: Request,
     track_id: TrackId,
@@ -140,7 +140,7 @@ async def get_history(
     return await access.workers.run(answer)
 
 
-@router.get("/{track_id}/forecast", response_model=Forecast)
+@router.get("/{track_id}/forecast", response_model=Forecast, responses=NOT_FOUND)
 async def get_forecast(
     track_id: TrackId, access: Granted, horizon_s: Horizon = 60.0, step_s: Step = 5.0
 ) -> Response:

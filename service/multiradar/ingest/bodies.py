@@ -30,7 +30,7 @@ class Decoded:
     rejected: tuple[RejectedRow, ...]
 
 
-def decode(media_type: str, body: bytes) -> Decoded:
+def decode(media_type: str, body: bytes, rows_max: int) -> Decoded:
     """Read the body of a request.
 
     Parameters
@@ -39,6 +39,8 @@ def decode(media_type: str, body: bytes) -> Decoded:
         One of `MEDIA_TYPES`.
     body : bytes
         The whole body.
+    rows_max : int
+        Most measurements in it.
 
     Raises
     ------
@@ -47,7 +49,7 @@ def decode(media_type: str, body: bytes) -> Decoded:
         of the reject.
     """
     try:
-        parsed = _PARSERS[media_type](body)
+        parsed = _PARSERS[media_type](body, rows_max)
     except BodyError as error:
         status = 413 if error.code is RejectCode.TOO_LARGE else 400
         raise RequestError(status, str(error.code), error.reason) from error
@@ -57,20 +59,28 @@ def decode(media_type: str, body: bytes) -> Decoded:
     return Decoded(parsed.frame, rejected)
 
 
-def _json(body: bytes) -> Parsed:
+def _json(body: bytes, rows_max: int) -> Parsed:
     if not body.lstrip(b" \t\r\n").startswith(b"{"):
-        return parse_json(body)
+        return parse_json(body, rows_max=rows_max)
     # One object is an array of one; brackets must not turn several into JSON.
-    parsed = parse_json(b"[" + body + b"]")
+    parsed = parse_json(b"[" + body + b"]", rows_max=rows_max)
     if len(parsed.frame) + len(parsed.rejected) != 1:
         raise BodyError(RejectCode.MALFORMED_JSON, "expected an array, was several objects")
     return parsed
 
 
-_PARSERS: dict[str, Callable[[bytes], Parsed]] = {
+def _ndjson(body: bytes, rows_max: int) -> Parsed:
+    return parse_ndjson(body, rows_max=rows_max)
+
+
+def _arrow(body: bytes, rows_max: int) -> Parsed:
+    return parse_arrow(body, rows_max=rows_max)
+
+
+_PARSERS: dict[str, Callable[[bytes, int], Parsed]] = {
     "application/json": _json,
-    "application/x-ndjson": parse_ndjson,
-    "application/vnd.apache.arrow.stream": parse_arrow,
+    "application/x-ndjson": _ndjson,
+    "application/vnd.apache.arrow.stream": _arrow,
 }
 
 #: Media types that are understood.

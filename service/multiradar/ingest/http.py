@@ -78,12 +78,15 @@ class IntakeBounds:
 
     Attributes
     ----------
+    rows_max : int
+        Most measurements in one message; one more is answered 413.
     threads : int
         Threads that decode bodies.
     acknowledge_deadline_s : float
         Longest wait for the journal before a sender hears 503.
     """
 
+    rows_max: int = 100_000
     threads: int = 2
     acknowledge_deadline_s: float = 30.0
 
@@ -135,7 +138,7 @@ class _Intake:
         body = await _body(request)
 
         def hand_in() -> Future[Receipt]:
-            decoded: Decoded = decode(media_type, body)
+            decoded: Decoded = decode(media_type, body, self._bounds.rows_max)
             return self._sink.submit(
                 decoded.frame, source=_SOURCE, idempotency_key=key, rejected=decoded.rejected
             )

@@ -10,6 +10,8 @@ import polars as pl
 import pyarrow
 import pytest
 
+from multiradar.api.factory import create_api
+from multiradar.ingest.http import IntakeBounds, measurement_routes
 from multiradar.runtime.receipt import Receipt, RejectedRow
 from support.fake_service import FakeService, Submission
 
@@ -288,6 +290,26 @@ async def test_flush_takes_no_body_and_is_acknowledged(
     answer = await client.post("/v1/flush")
     assert answer.json()["journal_sequence"] == 1
     assert service.flushes == ["http"]
+
+
+@pytest.mark.parametrize(
+    ("media_type", "body"),
+    [
+        (_JSON, json.dumps([_PLOT] * 5).encode()),
+        (_NDJSON, b"\n".join([json.dumps(_PLOT).encode()] * 5)),
+        (_ARROW, _arrow([_PLOT] * 5)),
+    ],
+)
+async def test_a_message_of_too_many_rows_is_413(
+    service: FakeService, media_type: str, body: bytes
+) -> None:
+    for rows_max, status in ((5, 200), (4, 413)):
+        routes = measurement_routes(service, IntakeBounds(rows_max=rows_max))
+        transport = httpx.ASGITransport(create_api(service, routers=[routes]))
+        async with httpx.AsyncClient(transport=transport, base_url="http://127.0.0.1") as client:
+            answer = await _post(client, body, media_type)
+        assert answer.status_code == status
+        assert status == 200 or answer.json()["code"] == "TOO_LARGE"
 
 
 async def test_query_parameters_are_refused(client: httpx.AsyncClient) -> None:

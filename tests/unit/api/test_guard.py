@@ -1,0 +1,77 @@
+"""The limit layer: how many requests and how many bytes at one time."""
+
+import asyncio
+import threading
+from collections.abc import AsyncIterator
+
+import httpx
+import pytest
+
+from multiradar.api.factory import create_api
+from multiradar.api.limits import HttpLimits
+from multiradar.ingest.http import measurement_routes
+from support.fake_service import FakeService
+
+LIMITS = HttpLimits(requests_max=3, threads=8, body_bytes_max=1_000, bodies_bytes_max=1_500)
+
+
+@pytest.fixture
+async def narrow(service: FakeService) -> AsyncIterator[httpx.AsyncClient]:
+    application = create_api(service, LIMITS, routers=[measurement_routes(service)])
+    transport = httpx.ASGITransport(application)
+    async with httpx.AsyncClient(transport=transport, base_url="http://127.0.0.1") as client:
+        yield client
+
+
+async def test_one_request_too_many_is_told_to_come_later_and_health_still_answers(
+    narrow: httpx.AsyncClient, service: FakeService
+) -> None:
+    service.view.gate = threading.Event()
+    waiting = [asyncio.create_task(narrow.get("/v1/tracks")) for _ in range(LIMITS.requests_max)]
+    await asyncio.to_thread(service.view.entered.wait, 10.0)
+    for _ in range(5):
+        await asyncio.sleep(0)
+    refused = await narrow.get("/v1/status")
+    assert (refused.status_code, refused.json()["code"]) == (503, "TOO_MANY_REQUESTS")
+    assert refused.headers["retry-after"] == "1"
+    assert (await narrow.get("/healthz")).status_code == 200
+    service.view.gate.set()
+    assert [(await one).status_code for one in waiting] == [200] * LIMITS.requests_max
+    assert (await narrow.get("/v1/status")).status_code == 200
+
+
+async def _slow_body(first: asyncio.Event, rest: asyncio.Event) -> AsyncIterator[bytes]:
+    yield b"\n" * 900
+    first.set()
+    await rest.wait()
+    yield b"\n"
+
+
+async def test_bodies_are_bounded_together_and_their_bytes_given_back(
+    narrow: httpx.AsyncClient,
+) -> None:
+    first, rest = asyncio.Event(), asyncio.Event()
+    headers = {"content-type": "application/x-ndjson"}
+    slow = asyncio.create_task(
+        narrow.post("/v1/measurements", content=_slow_body(first, rest), headers=headers)
+    )
+    await first.wait()
+    refused = await narrow.post("/v1/measurements", content=b"\n" * 700, headers=headers)
+    assert (refused.status_code, refused.json()["code"]) == (503, "TOO_MANY_BODIES")
+    rest.set()
+    assert (await slow).status_code == 200
+    taken = await narrow.post("/v1/measurements", content=b"\n" * 1000, headers=headers)
+    assert taken.status_code == 200
+
+
+@pytest.mark.parametrize(("length", "status"), [(1_000, 200), (1_001, 413)])
+async def test_a_body_is_taken_up_to_its_limit(
+    narrow: httpx.AsyncClient, length: int, status: int
+) -> None:
+    async def pieces() -> AsyncIterator[bytes]:
+        for _ in range(length):
+            yield b"\n"
+
+    headers = {"content-type": "application/x-ndjson"}
+    answer = await narrow.post("/v1/measurements", content=pieces(), headers=headers)
+    assert answer.status_code == status

@@ -1,0 +1,94 @@
+"""The OpenAPI document: complete, and changed only on purpose."""
+
+from html.parser import HTMLParser
+from typing import Any
+
+import httpx
+import pytest
+from fastapi import FastAPI
+
+_PATHS = {
+    "/healthz": ["get"],
+    "/metrics": ["get"],
+    "/readyz": ["get"],
+    "/v1/events": ["get"],
+    "/v1/flush": ["post"],
+    "/v1/measurements": ["post"],
+    "/v1/rejects": ["get"],
+    "/v1/sensors": ["get"],
+    "/v1/sensors/{sensor_id}": ["get"],
+    "/v1/sensors/{sensor_id}/bias": ["get"],
+    "/v1/status": ["get"],
+    "/v1/tracks": ["get"],
+    "/v1/tracks/{track_id}": ["get"],
+    "/v1/tracks/{track_id}/forecast": ["get"],
+    "/v1/tracks/{track_id}/history": ["get"],
+}
+
+
+@pytest.fixture
+def document(application: FastAPI) -> dict[str, Any]:
+    return application.openapi()
+
+
+def _operations(document: dict[str, Any]) -> list[dict[str, Any]]:
+    return [operation for path in document["paths"].values() for operation in path.values()]
+
+
+def test_the_paths_are_those_that_clients_rely_on(document: dict[str, Any]) -> None:
+    assert {path: sorted(one) for path, one in document["paths"].items()} == _PATHS
+
+
+def test_every_operation_and_parameter_is_described(document: dict[str, Any]) -> None:
+    for operation in _operations(document):
+        assert operation["description"]
+        for parameter in operation.get("parameters", []):
+            assert parameter.get("description"), parameter
+
+
+def test_every_refusal_is_a_problem_document(document: dict[str, Any]) -> None:
+    for operation in _operations(document):
+        for status, answer in operation["responses"].items():
+            if status != "200":
+                assert list(answer["content"]) == ["application/problem+json"], (status, answer)
+                schema = answer["content"]["application/problem+json"]["schema"]
+                assert schema["$ref"].endswith("/Problem")
+
+
+def test_the_fields_of_a_track_carry_their_units(document: dict[str, Any]) -> None:
+    properties = document["components"]["schemas"]["Track"]["properties"]
+    assert properties["speed_mps"]["unit"] == "m/s"
+    assert all("unit" in field for field in properties.values())
+
+
+def test_the_forms_of_a_list_of_tracks_are_named(document: dict[str, Any]) -> None:
+    content = document["paths"]["/v1/tracks"]["get"]["responses"]["200"]["content"]
+    assert sorted(content) == [
+        "application/geo+json",
+        "application/json",
+        "application/vnd.apache.arrow.stream",
+    ]
+
+
+class _Links(HTMLParser):
+    def __init__(self) -> None:
+        super().__init__()
+        self.addresses: list[str] = []
+        self.tags: set[str] = set()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.add(tag)
+        self.addresses += [value or "" for name, value in attrs if name in {"href", "src"}]
+
+
+async def test_the_page_names_every_path_and_fetches_nothing_from_elsewhere(
+    client: httpx.AsyncClient,
+) -> None:
+    answer = await client.get("/docs")
+    assert answer.headers["content-type"].startswith("text/html")
+    for path in _PATHS:
+        assert path in answer.text
+    links = _Links()
+    links.feed(answer.text)
+    assert all(address.startswith("/") for address in links.addresses)
+    assert not links.tags & {"script", "link", "img", "iframe"}

@@ -1,0 +1,124 @@
+"""Health, readiness, counters, status, quarantine, sensors and biases."""
+
+from typing import Any
+
+import httpx
+import polars as pl
+import pytest
+
+from multiradar.storage.entries import Quarantined, RejectedRow
+from multiradar_schemas.arrow import BIAS_SCHEMA
+from multiradar_schemas.bias import BiasEstimate
+from support.fake_service import FakeService
+
+
+def _biases(epochs: int) -> pl.DataFrame:
+    rows = [
+        (10.0 * epoch, "41-10", parameter, 1.5 * epoch, 0.25, epoch)
+        for epoch in range(epochs)
+        for parameter in ("range_offset_m", "azimuth_offset_deg")
+    ]
+    return pl.DataFrame(rows, schema=BIAS_SCHEMA, orient="row")
+
+
+async def test_a_living_process_says_so_whatever_its_state(
+    client: httpx.AsyncClient, service: FakeService
+) -> None:
+    service.state = "failed"
+    assert (await client.get("/healthz")).json() == {"status": "alive"}
+
+
+@pytest.mark.parametrize("state", ["stopped", "recovering", "failed"])
+async def test_only_a_running_service_is_ready(
+    client: httpx.AsyncClient, service: FakeService, state: str
+) -> None:
+    assert (await client.get("/readyz")).json() == {"ready": True}
+    service.state = state
+    answer = await client.get("/readyz")
+    assert (answer.status_code, answer.json()["code"]) == (503, "NOT_READY")
+    assert state in answer.json()["detail"]
+
+
+async def test_requests_are_counted_by_route_and_never_by_path(client: httpx.AsyncClient) -> None:
+    await client.get("/v1/tracks/1")
+    await client.get("/v1/tracks/424242")
+    await client.get("/v1/no-such-path-424242")
+    await client.request("BREW", "/healthz")
+    text = (await client.get("/metrics")).text
+    assert 'route="/v1/tracks/{track_id}",status="200"' in text
+    assert 'route="/v1/tracks/{track_id}",status="404"' in text
+    assert 'multiradar_http_refusals_total{code="TRACK_NOT_FOUND"}' in text
+    assert "424242" not in text
+    assert "BREW" not in text
+
+
+async def test_status_is_what_the_service_says(client: httpx.AsyncClient) -> None:
+    assert (await client.get("/v1/status")).json() == {
+        "version": "0.1.0",
+        "data_time_s": None,
+        "event_sequence": 0,
+    }
+
+
+async def test_the_quarantine_is_read_by_pages(
+    client: httpx.AsyncClient, service: FakeService
+) -> None:
+    service.quarantine = [
+        Quarantined(number, 5, "http", RejectedRow(number, "OUT_OF_RANGE", "why", "{}"))
+        for number in range(1, 6)
+    ]
+    first = (await client.get("/v1/rejects?limit=3")).json()
+    second = (await client.get(f"/v1/rejects?limit=3&after={first['next_after']}")).json()
+    assert [row["number"] for row in first["rejects"] + second["rejects"]] == [1, 2, 3, 4, 5]
+    assert second["next_after"] is None
+    assert first["rejects"][0] == {
+        "number": 1,
+        "journal_sequence": 5,
+        "source": "http",
+        "index": 1,
+        "code": "OUT_OF_RANGE",
+        "reason": "why",
+        "raw": "{}",
+    }
+
+
+async def test_sensors_are_listed_and_found_by_name(client: httpx.AsyncClient) -> None:
+    listed = (await client.get("/v1/sensors")).json()
+    assert listed["count"] == 1
+    sensor = (await client.get("/v1/sensors/41-10")).json()
+    assert sensor == listed["sensors"][0]
+    # JSON has no infinity: a range without bound is absent.
+    assert sensor["range_max_m"] is None
+
+
+async def test_the_biases_of_now_are_rows_of_the_schema(
+    client: httpx.AsyncClient, service: FakeService
+) -> None:
+    service.view.biases = _biases(3)
+    answer = (await client.get("/v1/sensors/41-10/bias")).json()
+    assert answer["count"] == 2
+    assert [BiasEstimate.model_validate(row).estimate for row in answer["biases"]] == [3.0, 3.0]
+
+
+@pytest.mark.parametrize("limit", [1, 3, 100])
+async def test_the_history_of_biases_is_read_by_pages(
+    client: httpx.AsyncClient, service: FakeService, limit: int
+) -> None:
+    service.view.biases = _biases(5)
+    seen: list[dict[str, Any]] = []
+    parameters = {"history": "true", "limit": str(limit)}
+    while True:
+        page = (await client.get("/v1/sensors/41-10/bias", params=parameters)).json()
+        seen += page["biases"]
+        if page["next_cursor"] is None:
+            break
+        parameters["cursor"] = page["next_cursor"]
+    assert seen == service.view.biases.to_dicts()
+
+
+async def test_the_history_of_biases_begins_at_since(
+    client: httpx.AsyncClient, service: FakeService
+) -> None:
+    service.view.biases = _biases(5)
+    answer = await client.get("/v1/sensors/41-10/bias?history=true&since=30")
+    assert [row["epoch"] for row in answer.json()["biases"]] == [3, 3, 4, 4]
