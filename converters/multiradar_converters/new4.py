@@ -1,0 +1,82 @@
+"""`.new4` files: one measurement a line, four columns separated by tabs (IMM UrO RAN report, 2.6).
+
+::
+
+    time<TAB>latitude<TAB>longitude<TAB>height<LF>
+
+Time in seconds (of day, going on past midnight, or since the Unix epoch, as in the recording),
+latitude and longitude in degrees WGS 84, height in metres, empty where there is none. Numbers have
+as many decimals as they need: 3 to 6 in time, 7 to 9 in degrees, 1 to 3 in height.
+"""
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar_converters import _kernels
+from multiradar_converters.errors import LayoutError
+
+#: No line is longer: sign, digits, point, decimals and separator of each of four columns.
+LINE_BYTES_MAX = 112
+
+_COLUMNS = 4
+
+
+def format_lines(
+    time_s: NDArray[np.float64],
+    latitude_deg: NDArray[np.float64],
+    longitude_deg: NDArray[np.float64],
+    height_m: NDArray[np.float64],
+) -> bytes:
+    """Write measurements as lines.
+
+    Parameters
+    ----------
+    time_s : float64[n]
+        Times, s.
+    latitude_deg, longitude_deg : float64[n]
+        WGS 84, degrees.
+    height_m : float64[n]
+        Heights, m; NaN where there is none.
+
+    Returns
+    -------
+    bytes
+        `n` lines.
+    """
+    out = np.empty(len(time_s) * LINE_BYTES_MAX, dtype=np.uint8)
+    size = _kernels.new4_lines(time_s, latitude_deg, longitude_deg, height_m, out)
+    return out[:size].tobytes()
+
+
+def read(path: Path) -> NDArray[np.float64]:
+    """Read a `.new4` file.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Returns
+    -------
+    float64[n, 4]
+        Time (s), latitude, longitude (degrees), height (m, NaN where there is none).
+
+    Raises
+    ------
+    LayoutError
+        A line has other than four numbers.
+    """
+    rows: list[tuple[float, ...]] = []
+    for number, line in enumerate(path.read_text(encoding="ascii").splitlines(), start=1):
+        fields = line.split("\t")
+        try:
+            values = tuple(float(field) if field else np.nan for field in fields)
+        except ValueError:
+            values = ()
+        if len(values) != _COLUMNS or not np.isfinite(values[:3]).all():
+            msg = f"{path.name}:{number}: expected four numbers separated by tabs, was {line!r}"
+            raise LayoutError(msg)
+        rows.append(values)
+    return np.array(rows, dtype=np.float64).reshape(-1, _COLUMNS)

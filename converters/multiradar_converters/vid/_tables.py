@@ -1,0 +1,201 @@
+"""Compiled bookkeeping of parsed rows: numbers to small numbers, days, distribution, naming.
+
+Rows on their way between passes are *records*: rows of int64 words, of which some hold the bits
+of a float64. Word 0 is always the time.
+"""
+
+import numpy as np
+from numba import njit
+
+# Nothing here allocates, see `_kernels`.
+compiled = njit(cache=True, nogil=True, _nrt=False)
+inlined = njit(cache=True, nogil=True, _nrt=False, forceinline=True)
+
+_DAY_S = 86_400.0
+_HALF_DAY_S = 43_200.0
+_MIXER = 0x9E3779B97F4A7C15
+
+
+@inlined
+def _hash(key, bits):
+    """Spread a key over 2**bits places (Fibonacci hashing)."""
+    return np.int64((np.uint64(key) * np.uint64(_MIXER)) >> np.uint64(64 - bits))
+
+
+@compiled
+def intern(keys, bits, table_keys, table_numbers, known, known_max, numbers):
+    """Give every distinct key a small number, in order of first appearance.
+
+    Parameters
+    ----------
+    keys : int64[n]
+        Keys, not negative.
+    bits : int
+        The table has 2**bits places.
+    table_keys, table_numbers : int64[2**bits]
+        Open-addressing table, changed in place; a free place holds the key -1.
+    known : int
+        Distinct keys so far.
+    known_max : int
+        Where to stop.
+    numbers : int64[n]
+        Filled with the number of each key.
+
+    Returns
+    -------
+    tuple of int
+        Keys done (fewer than n when `known_max` is reached) and distinct keys.
+    """
+    places = 1 << bits
+    last_key = -1
+    last_number = -1
+    for k in range(len(keys)):
+        key = keys[k]
+        if key != last_key:
+            place = _hash(key, bits)
+            while table_keys[place] != key and table_keys[place] != -1:
+                place = (place + 1) & (places - 1)
+            if table_keys[place] == -1:
+                if known == known_max:
+                    return k, known
+                table_keys[place] = key
+                table_numbers[place] = known
+                known += 1
+            last_key = key
+            last_number = table_numbers[place]
+        numbers[k] = last_number
+    return len(keys), known
+
+
+@compiled
+def unwrap(times, current, late_s):
+    """Let times of day go on past midnight, in place, in the order of the file.
+
+    Each time is moved by whole days to where it is nearest to the one before; by a negative
+    number of days only within `late_s` (a row from just before a recording that begins at
+    midnight). Times that go on past 86 400 by themselves stay as they are.
+
+    Parameters
+    ----------
+    times : float64[n]
+        Times of day, s.
+    current : float
+        The time before the first of these; NaN before the first row of all.
+    late_s : float
+        How far a time may lie before the midnight at which the recording began.
+
+    Returns
+    -------
+    float
+        The last time.
+    """
+    for k in range(len(times)):
+        time = times[k]
+        if not np.isnan(current):
+            days = np.floor((current - time + _HALF_DAY_S) / _DAY_S)
+            if days < 0.0:
+                days = -1.0 if current - (time - _DAY_S) <= late_s and time >= _HALF_DAY_S else 0.0
+            time += days * _DAY_S
+        times[k] = time
+        current = time
+    return current
+
+
+@compiled
+def count_places(places, counts):
+    """Add to `counts` how often each place is named."""
+    for k in range(len(places)):
+        counts[places[k]] += 1
+
+
+@compiled
+def spread(keys, salt, bits, places):
+    """Fill `places` with the place of each key among 2**bits; other salts mix other keys."""
+    for k in range(len(keys)):
+        mixed = (np.uint64(keys[k]) + np.uint64(salt + 1)) * np.uint64(_MIXER)
+        mixed ^= mixed >> np.uint64(29)
+        places[k] = np.int64((mixed * np.uint64(_MIXER)) >> np.uint64(64 - bits))
+
+
+@compiled
+def distribute(records, places, starts, out):
+    """Put each record where its place goes on; stable, `starts` moves along."""
+    words = records.shape[1]
+    for k in range(len(places)):
+        place = places[k]
+        target = starts[place]
+        starts[place] = target + 1
+        for word in range(words):
+            out[target, word] = records[k, word]
+
+
+@compiled
+def is_sorted(times):
+    """Tell whether times never fall."""
+    for k in range(1, len(times)):
+        if times[k] < times[k - 1]:
+            return False
+    return True
+
+
+@compiled
+def name_plots(
+    plot_key, plot_sensor, plot_time, reference_key, reference_sensor, reference_time,
+    reference_global, tolerance_s, bits, heads, chain, best_distance, best_global, matched,
+):  # fmt: skip
+    """Let every reference of a track name its plot: same key, same sensor if possible, nearest.
+
+    Parameters
+    ----------
+    plot_key, plot_sensor : int64[n]
+        Source and plot number as one key; number of the sensor.
+    plot_time : float64[n]
+        Times, s, not falling.
+    reference_key, reference_sensor, reference_time, reference_global : [m]
+        The same of the track rows, and their aircraft.
+    tolerance_s : float
+        No plot further away in time is meant.
+    bits, heads, chain : int, int64[2**bits], int64[n]
+        Room for the table.
+    best_distance, best_global : float64[n], int64[n]
+        Changed in place: the aircraft whose row lies nearest in time to each plot.
+    matched : int64[m]
+        Filled with the plot of each reference, -1 if there is none.
+    """
+    slot_s = 2.0 * tolerance_s
+    heads[:] = -1
+    for k in range(len(plot_key) - 1, -1, -1):
+        slot = np.int64(np.floor(plot_time[k] / slot_s))
+        place = _hash(plot_key[k] * 31 + slot, bits)
+        chain[k] = heads[place]
+        heads[place] = k
+    for r in range(len(reference_key)):
+        key = reference_key[r]
+        time = reference_time[r]
+        first = np.int64(np.floor((time - tolerance_s) / slot_s))
+        last = np.int64(np.floor((time + tolerance_s) / slot_s))
+        best = -1
+        distance = tolerance_s
+        same_sensor = False
+        for slot in range(first, last + 1):
+            k = heads[_hash(key * 31 + slot, bits)]
+            while k >= 0:
+                if plot_key[k] == key:
+                    away = abs(plot_time[k] - time)
+                    same = plot_sensor[k] == reference_sensor[r]
+                    if away <= tolerance_s and (
+                        best < 0
+                        or (same and not same_sensor)
+                        or (
+                            same == same_sensor
+                            and (away < distance or (away == distance and k < best))
+                        )
+                    ):
+                        best = k
+                        distance = away
+                        same_sensor = same
+                k = chain[k]
+        matched[r] = best
+        if best >= 0 and distance < best_distance[best]:
+            best_distance[best] = distance
+            best_global[best] = reference_global[r]

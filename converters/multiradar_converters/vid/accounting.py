@@ -1,0 +1,102 @@
+"""What became of every line and byte: accounts of files, and the rejects themselves."""
+
+from collections import Counter
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from multiradar_schemas.reject import Reject, RejectCode
+
+from multiradar_converters.errors import AccountingError
+
+
+@dataclass(frozen=True)
+class RejectedLine:
+    """A broken line on its way to `rejects.ndjson`; lines count from 1 in their file."""
+
+    line: int
+    code: RejectCode
+    reason: str
+    raw: bytes
+
+
+@dataclass
+class Account:
+    """What became of the lines and bytes of one file."""
+
+    file: str
+    size: int
+    bytes_read: int = 0
+    lines: int = 0
+    header: int = 0
+    blank: int = 0
+    accepted: int = 0
+    rejected: Counter[RejectCode] = field(default_factory=Counter)
+
+    def check(self) -> None:
+        """Compare what was read with what became of it.
+
+        Raises
+        ------
+        AccountingError
+            A line or byte is unaccounted for.
+        """
+        became = self.header + self.blank + self.accepted + self.rejected.total()
+        if self.lines != became:
+            msg = f"{self.file}: read {self.lines} lines, but accounted for {became}"
+            raise AccountingError(msg)
+        if self.bytes_read != self.size:
+            msg = (
+                f"{self.file}: expected {self.size} bytes, read {self.bytes_read}: "
+                "the file changed while it was read"
+            )
+            raise AccountingError(msg)
+
+    def figures(self) -> dict[str, object]:
+        """Return the account for `report.json`."""
+        return {
+            "bytes": self.size,
+            "lines": self.lines,
+            "header": self.header,
+            "blank": self.blank,
+            "accepted": self.accepted,
+            "rejected": self.rejected.total(),
+            "rejected_by_code": {str(code): n for code, n in sorted(self.rejected.items())},
+        }
+
+
+class RejectsFile:
+    """`rejects.ndjson`, written as the lines are refused."""
+
+    def __init__(self, path: Path) -> None:
+        self._file = path.open("w", encoding="utf-8", newline="\n")
+
+    def write(self, file: str, encoding: str, rejected: RejectedLine) -> None:
+        """Add one line."""
+        record = Reject(
+            file=file,
+            line=rejected.line,
+            reason=rejected.reason,
+            code=rejected.code,
+            raw=_decoded(rejected.raw, encoding),
+        )
+        self._file.write(record.model_dump_json(exclude_none=True) + "\n")
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._file.close()
+
+
+def _decoded(raw: bytes, encoding: str) -> str:
+    try:
+        return raw.decode("utf-8")
+    except UnicodeDecodeError:
+        return raw.decode(encoding if encoding != "utf-8" else "windows-1251", "backslashreplace")

@@ -1,0 +1,210 @@
+"""Finding out how a file of a dump is laid out, from its first lines and the profile."""
+
+import codecs
+import dataclasses
+import re
+from pathlib import Path
+
+from multiradar_converters.errors import LayoutError
+from multiradar_converters.vid import fields
+from multiradar_converters.vid.fields import Table
+from multiradar_converters.vid.layout import (
+    BLANK,
+    COMMA,
+    CR,
+    LF,
+    SEMICOLON,
+    SEPARATORS,
+    TAB,
+    FileLayout,
+    Form,
+    TimeForm,
+)
+from multiradar_converters.vid.lines import RefusedError, Row, parse_line, split_columns
+from multiradar_converters.vid.profile import Profile
+
+#: What is read of a file to find out its layout.
+HEAD_BYTES = 1 << 18
+
+#: Lines looked at for the form of the times.
+_TRIAL_LINES = 200
+
+_PAIR = re.compile(rb"[^=\s;]+=")
+_WIDE_MARKS = (
+    (codecs.BOM_UTF32_LE, "UTF-32"),
+    (codecs.BOM_UTF32_BE, "UTF-32"),
+    (codecs.BOM_UTF16_LE, "UTF-16"),
+    (codecs.BOM_UTF16_BE, "UTF-16"),
+)
+
+
+def detect(path: Path, table: Table, profile: Profile) -> FileLayout:
+    """Find out how a file is laid out.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    table : Table
+        Which of the three it is.
+    profile : Profile
+        What is known of the dump.
+
+    Returns
+    -------
+    FileLayout
+        The layout.
+
+    Raises
+    ------
+    LayoutError
+        The file is empty, not a text of single bytes, or lacks columns.
+    """
+    with path.open("rb") as file:
+        head = file.read(HEAD_BYTES)
+    _check_text(path, head)
+    mark = len(codecs.BOM_UTF8) if head.startswith(codecs.BOM_UTF8) else 0
+    terminator = LF if b"\n" in head or b"\r" not in head else CR
+    start, line = _first_line(head, mark, terminator)
+    if not line:
+        msg = f"{path.name}: expected a header line or lines of name=value, the file is empty"
+        raise LayoutError(msg)
+    form: Form = "pairs" if _PAIR.match(line.lstrip()) else "columns"
+    if profile.form != "auto":
+        form = profile.form
+    encoding = _encoding(head, profile)
+    names = profile.column_names(table)
+    header = line if form == "columns" and table.name not in profile.headers else None
+    separator = _separator(line, profile)
+    columns: tuple[int, ...] = ()
+    if form == "columns":
+        given = profile.headers.get(table.name) or _header_names(line, separator, encoding)
+        columns = _columns(path, table, names, given)
+    keys = [(name.encode(encoding, "replace"), role) for name, role in _named(table, names)]
+    layout = FileLayout(
+        table=table,
+        names=tuple(
+            name or fields.NAMES[role] for name, role in zip(names, table.roles, strict=True)
+        ),
+        form=form,
+        terminator=terminator,
+        separator=separator,
+        columns=columns,
+        keys=tuple(key for key, _ in keys),
+        key_roles=tuple(role for _, role in keys),
+        header=header,
+        data_offset=mark if header is None else _after(head, start + len(line), terminator),
+        time_form="unix",
+        encoding=encoding,
+        low=fields.LOW,
+        high=fields.HIGH,
+        scale=profile.units.scale(),
+    )
+    return _with_times(layout, head, profile)
+
+
+def _check_text(path: Path, head: bytes) -> None:
+    found = next((name for mark, name in _WIDE_MARKS if head.startswith(mark)), None)
+    if found is None and len(head) >= 4 and (head[1::2].count(0) > len(head) // 4):  # noqa: PLR2004
+        found = "UTF-16"
+    if found is None and len(head) >= 4 and (head[::2].count(0) > len(head) // 4):  # noqa: PLR2004
+        found = "UTF-16"
+    if found is not None:
+        msg = f"{path.name}: expected ASCII, UTF-8 or Windows-1251 text, found {found}"
+        raise LayoutError(msg)
+
+
+def _first_line(head: bytes, start: int, terminator: int) -> tuple[int, bytes]:
+    """Return where the first line that is not blank begins, and the line without its end."""
+    end_mark = bytes((terminator,))
+    while start < len(head):
+        end = head.find(end_mark, start)
+        end = len(head) if end < 0 else end
+        line = head[start:end].rstrip(b"\r")
+        if line.strip():
+            return start, line
+        start = end + 1
+    return start, b""
+
+
+def _after(head: bytes, place: int, terminator: int) -> int:
+    end = head.find(bytes((terminator,)), place)
+    return len(head) if end < 0 else end + 1
+
+
+def _encoding(head: bytes, profile: Profile) -> str:
+    if profile.encoding != "auto":
+        return profile.encoding
+    decoder = codecs.getincrementaldecoder("utf-8")()
+    try:
+        # Not final: the head may end within a character.
+        decoder.decode(head, final=False)
+    except UnicodeDecodeError:
+        return "windows-1251"
+    return "utf-8"
+
+
+def _separator(line: bytes, profile: Profile) -> int:
+    if profile.separator != "auto":
+        return SEPARATORS[profile.separator]
+    for separator in (SEMICOLON, TAB):
+        if separator in line:
+            return separator
+    if COMMA in line and BLANK not in line.strip():
+        return COMMA
+    return BLANK
+
+
+def _header_names(line: bytes, separator: int, encoding: str) -> list[str]:
+    found = split_columns(line, separator)
+    return [name.decode(encoding, errors="backslashreplace") for name in found]
+
+
+def _named(table: Table, names: tuple[str, ...]) -> list[tuple[str, int]]:
+    return [(name, role) for name, role in zip(names, table.roles, strict=True) if name]
+
+
+def _columns(path: Path, table: Table, names: tuple[str, ...], given: list[str]) -> tuple[int, ...]:
+    expected = dict(_named(table, names))
+    missing = [name for name in expected if name not in given]
+    if missing:
+        msg = (
+            f"{path.name}: expected the columns {', '.join(expected)}; missing are "
+            f"{', '.join(missing)}, found {', '.join(given)[:200]}"
+        )
+        raise LayoutError(msg)
+    twice = [name for name in expected if given.count(name) > 1]
+    if twice:
+        msg = f"{path.name}: the header names {', '.join(twice)} more than once"
+        raise LayoutError(msg)
+    return tuple(expected.get(name, fields.IGNORED) for name in given)
+
+
+def _with_times(layout: FileLayout, head: bytes, profile: Profile) -> FileLayout:
+    """Return the layout with the form of its times, given or found in the first rows."""
+    form: TimeForm
+    if profile.time != "auto":
+        form = profile.time
+    else:
+        form = _time_form(layout, head)
+    low, high = list(layout.low), list(layout.high)
+    if form == "seconds-of-day":
+        high[fields.TIME] = fields.UNIX_TIME_MIN_S
+    return dataclasses.replace(layout, time_form=form, low=tuple(low), high=tuple(high))
+
+
+def _time_form(layout: FileLayout, head: bytes) -> TimeForm:
+    lines = head[layout.data_offset :].split(bytes((layout.terminator,)), _TRIAL_LINES)
+    iso = dataclasses.replace(layout, time_form="iso8601")
+    for line in lines[:_TRIAL_LINES]:
+        for trial in (layout, iso):
+            try:
+                row = parse_line(line, trial)
+            except RefusedError:
+                continue
+            if isinstance(row, Row):
+                if trial is iso:
+                    return "iso8601"
+                late = row.numbers[fields.TIME] >= fields.UNIX_TIME_MIN_S
+                return "unix" if late else "seconds-of-day"
+    return "seconds-of-day"

@@ -1,0 +1,208 @@
+"""The plain reading of one line: what the compiled form must equal, and who explains rejects."""
+
+import datetime as dt
+import re
+from dataclasses import dataclass
+from enum import Enum
+
+from multiradar_schemas.reject import RejectCode
+
+from multiradar_converters.vid import fields
+from multiradar_converters.vid.layout import BLANK, FileLayout
+
+_DECIMAL = re.compile(rb"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+_NON_FINITE = re.compile(rb"[+-]?(?:nan|inf|infinity)", re.IGNORECASE)
+_WHOLE = re.compile(rb"[0-9]{1,10}")
+_CODE = re.compile(rb"[0-7]{4}")
+_ADDRESS = re.compile(rb"[0-9A-Fa-f]{6}")
+_ISO_TIME = re.compile(
+    rb"([0-9]{4})-([0-9]{2})-([0-9]{2})[T ]([0-9]{2}):([0-9]{2}):([0-9]{2})(?:\.([0-9]{1,9}))?"
+    rb"(?:Z|([+-])([0-9]{2}):?([0-9]{2}))?"
+)
+_EPOCH = dt.date(1970, 1, 1)
+_PAIR_BREAKS = re.compile(rb"[ \t;]+")
+_BLANKS = re.compile(rb"[ \t]+")
+
+
+class Line(Enum):
+    """Lines that hold no record."""
+
+    BLANK = "blank"
+    HEADER = "header"
+
+
+@dataclass(frozen=True)
+class Row:
+    """A record that was accepted: numbers by role (NaN: absent), integers by role (-1: absent)."""
+
+    numbers: tuple[float, ...]
+    integers: tuple[int, ...]
+
+
+class RefusedError(Exception):
+    """A line cannot be taken; carries the stable code."""
+
+    def __init__(self, code: RejectCode, reason: str) -> None:
+        self.code = code
+        self.reason = reason
+        super().__init__(reason)
+
+
+def parse_line(line: bytes, layout: FileLayout) -> Row | Line:
+    """Read one line without its end mark.
+
+    Parameters
+    ----------
+    line : bytes
+        The line.
+    layout : FileLayout
+        How its file is laid out.
+
+    Returns
+    -------
+    Row or Line
+        The record, or what else the line is.
+
+    Raises
+    ------
+    RefusedError
+        The line is broken; says how.
+    """
+    line = line.rstrip(b"\r")
+    if not line.strip(b" \t\r"):
+        return Line.BLANK
+    if layout.header is not None and line == layout.header:
+        return Line.HEADER
+    if b"\0" in line:
+        raise RefusedError(RejectCode.ENCODING, "expected text, found a NUL byte")
+    values = _columns(line, layout) if layout.form == "columns" else _pairs(line, layout)
+    numbers = [float("nan")] * fields.NUMBERS
+    integers = [fields.ABSENT] * fields.INTEGERS
+    for role in layout.table.roles:
+        text = values.get(role, b"")
+        if not text:
+            _check_may_be_empty(role, layout)
+        elif role < fields.FIRST_INTEGER:
+            numbers[role] = _number(text, role, layout)
+        else:
+            integers[role - fields.FIRST_INTEGER] = _integer(text, role, layout)
+    return Row(tuple(numbers), tuple(integers))
+
+
+def split_columns(line: bytes, separator: int) -> list[bytes]:
+    """Split a line at its separator; blanks around a field do not belong to it."""
+    if separator == BLANK:
+        return _BLANKS.split(line.strip(b" \t"))
+    return [field.strip(b" ") for field in line.split(bytes((separator,)))]
+
+
+def _columns(line: bytes, layout: FileLayout) -> dict[int, bytes]:
+    found = split_columns(line, layout.separator)
+    expected = len(layout.columns)
+    if layout.separator == BLANK and len(found) == expected - 1 and line[-1:] in (b" ", b"\t"):
+        # The separator after the last field but one stands, so an empty last one may be meant.
+        found.append(b"")
+    if len(found) != expected:
+        look = "the line looks cut short" if len(found) < expected else "some are too many"
+        reason = f"expected {expected} fields, was {len(found)}: {look}"
+        raise RefusedError(RejectCode.WRONG_FIELD_COUNT, reason)
+    return {role: text for role, text in zip(layout.columns, found, strict=True) if role >= 0}
+
+
+def _pairs(line: bytes, layout: FileLayout) -> dict[int, bytes]:
+    values: dict[int, bytes] = {}
+    roles = dict(zip(layout.keys, layout.key_roles, strict=True))
+    for token in _PAIR_BREAKS.split(line.strip(b" \t;")):
+        key, equals, value = token.partition(b"=")
+        if not equals or not key:
+            reason = f"expected name=value, was {_shown(token)}"
+            raise RefusedError(RejectCode.MALFORMED_LINE, reason)
+        role = roles.get(key)
+        if role is None:
+            continue
+        if role in values:
+            raise RefusedError(RejectCode.DUPLICATE_KEY, f"{_shown(key)} stands there twice")
+        values[role] = value
+    return values
+
+
+def _check_may_be_empty(role: int, layout: FileLayout) -> None:
+    if role not in fields.OPTIONAL_ROLES:
+        reason = f"{layout.name_of(role)}: expected a value, found none"
+        raise RefusedError(RejectCode.MISSING_FIELD, reason)
+
+
+def _number(text: bytes, role: int, layout: FileLayout) -> float:
+    name = layout.name_of(role)
+    if role == fields.TIME and layout.iso_time:
+        value = _iso_time(text, name)
+    elif _DECIMAL.fullmatch(text):
+        value = float(text)
+    elif _NON_FINITE.fullmatch(text):
+        raise RefusedError(
+            RejectCode.NON_FINITE, f"{name}: expected a finite number, was {_shown(text)}"
+        )
+    else:
+        raise RefusedError(
+            RejectCode.NOT_A_NUMBER, f"{name}: expected a number, was {_shown(text)}"
+        )
+    value = value * layout.scale[role] + 0.0
+    if value in (float("inf"), float("-inf")):
+        raise RefusedError(
+            RejectCode.NON_FINITE, f"{name}: expected a finite number, was {_shown(text)}"
+        )
+    low, high = layout.low[role], layout.high[role]
+    if not low <= value <= high:
+        reason = (
+            f"{name}: expected {low:.9g} to {high:.9g} {fields.UNITS[role]}, was {_shown(text)}"
+        )
+        raise RefusedError(RejectCode.OUT_OF_RANGE, reason)
+    return value
+
+
+def _iso_time(text: bytes, name: str) -> float:
+    match = _ISO_TIME.fullmatch(text)
+    if match is None:
+        reason = f"{name}: expected an ISO 8601 date and time, was {_shown(text)}"
+        raise RefusedError(RejectCode.NOT_A_NUMBER, reason)
+    year, month, day, hour, minute, second = (int(part) for part in match.groups()[:6])
+    fraction, sign, offset_hour, offset_minute = match.groups()[6:]
+    try:
+        days = (dt.date(year, month, day) - _EPOCH).days
+        dt.time(hour, minute, min(second, 59))
+    except ValueError:
+        days = None
+    if days is None or second > 60:  # noqa: PLR2004 - a leap second is second 60
+        reason = f"{name}: expected a date and time that exist, was {_shown(text)}"
+        raise RefusedError(RejectCode.OUT_OF_RANGE, reason)
+    whole = days * 86_400 + hour * 3600 + minute * 60 + second
+    if sign is not None:
+        offset = int(offset_hour) * 3600 + int(offset_minute) * 60
+        whole += offset if sign == b"-" else -offset
+    digits = fraction or b""
+    return int(f"{whole}{digits.decode()}") / 10 ** len(digits) if whole >= 0 else float(whole)
+
+
+def _integer(text: bytes, role: int, layout: FileLayout) -> int:
+    name = layout.name_of(role)
+    if role == fields.CODE:
+        return _coded(_CODE, text, 8, f"{name}: expected four octal digits")
+    if role == fields.ADDRESS:
+        return _coded(_ADDRESS, text, 16, f"{name}: expected six hexadecimal digits")
+    if not _WHOLE.fullmatch(text):
+        code = RejectCode.NON_FINITE if _NON_FINITE.fullmatch(text) else RejectCode.NOT_A_NUMBER
+        raise RefusedError(code, f"{name}: expected a whole number, was {_shown(text)}")
+    if int(text) > fields.INTEGER_MAX:
+        reason = f"{name}: expected at most {fields.INTEGER_MAX}, was {_shown(text)}"
+        raise RefusedError(RejectCode.OUT_OF_RANGE, reason)
+    return int(text)
+
+
+def _coded(pattern: re.Pattern[bytes], text: bytes, base: int, expectation: str) -> int:
+    if not pattern.fullmatch(text):
+        raise RefusedError(RejectCode.NOT_A_NUMBER, f"{expectation}, was {_shown(text)}")
+    return int(text, base)
+
+
+def _shown(text: bytes) -> str:
+    return repr(text[:40].decode("utf-8", errors="backslashreplace"))

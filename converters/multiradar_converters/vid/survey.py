@@ -1,0 +1,68 @@
+"""The files of a dump: which are there, and how each is laid out."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from multiradar_converters.errors import LayoutError
+from multiradar_converters.vid.detection import detect
+from multiradar_converters.vid.fields import PLOTS, TABLES
+from multiradar_converters.vid.layout import FileLayout
+from multiradar_converters.vid.options import Options
+
+
+@dataclass(frozen=True)
+class DumpFile:
+    """One file of the dump."""
+
+    path: Path
+    size: int
+    layout: FileLayout
+
+
+def survey(dump: Path, options: Options) -> list[DumpFile]:
+    """Find the files of a dump and their layouts.
+
+    Parameters
+    ----------
+    dump : Path
+        The folder.
+    options : Options
+        The user's choices.
+
+    Returns
+    -------
+    list of DumpFile
+        In the order in which they are read.
+
+    Raises
+    ------
+    LayoutError
+        The folder or a file is missing, or not laid out as expected.
+    """
+    if not dump.is_dir():
+        msg = f"{dump}: expected a folder with the text files of a dump"
+        raise LayoutError(msg)
+    files = []
+    for table in TABLES:
+        path = dump / options.profile.files.of(table)
+        if not path.is_file():
+            if options.allow_missing and table is not PLOTS:
+                continue
+            msg = f"{dump}: expected a file {path.name}, found none"
+            raise LayoutError(msg)
+        files.append(_file(path, detect(path, table, options.profile)))
+    forms = {file.layout.time_form for file in files}
+    if "seconds-of-day" in forms and len(forms) > 1 and options.date is None:
+        msg = f"{dump}: some files have times of day, others dates: expected the date of the day"
+        raise LayoutError(msg)
+    return files
+
+
+def _file(path: Path, layout: FileLayout) -> DumpFile:
+    return DumpFile(path, path.stat().st_size, layout)
+
+
+def dump_bytes(dump: Path, options: Options) -> int:
+    """Return how many bytes the files of a dump have together; those that are missing, none."""
+    paths = (dump / options.profile.files.of(table) for table in TABLES)
+    return sum(path.stat().st_size for path in paths if path.is_file())

@@ -1,0 +1,226 @@
+"""The files of each aircraft: points dealt into buckets, each bucket sorted and written.
+
+A bucket that fits is sorted in memory. One that does not is dealt again; one that holds a single
+huge track is sorted on disk. So memory does not depend on the number or length of tracks.
+"""
+
+from collections import Counter
+from collections.abc import Iterator
+from concurrent.futures import Executor
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar_converters import new4, plt
+from multiradar_converters.vid import _tables
+from multiradar_converters.vid.records import (
+    POINT_WORDS,
+    Records,
+    aircraft_of,
+    decimal,
+    file_of,
+    times,
+)
+from multiradar_converters.vid.spool import Buckets, TimeSorter, deal
+
+#: Points that are sorted in memory at once, for each thread.
+BUCKET_POINTS_MAX = 1_000_000
+
+#: Points aimed at for a bucket.
+BUCKET_POINTS = 300_000
+
+_BITS_MAX = 7
+_BITS_AGAIN = 4
+_DEALT_AGAIN_MAX = 6
+_LINES_AT_ONCE = 1 << 15
+
+
+@dataclass(frozen=True)
+class TrackFileNames:
+    """Numbers and names of the files of an aircraft: 0 is `ads`, then two for each source."""
+
+    sources: tuple[int, ...]
+
+    def stem(self, file: int) -> str:
+        """Return the name without its ending, such as `41_mr`."""
+        if file == 0:
+            return "ads"
+        place, plots = divmod(file - 1, 2)
+        return f"{self.sources[place]}_{'r' if plots else 'mr'}"
+
+
+def monoradar_file(source: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the file of track rows of sources given by number (not by the dump's name)."""
+    return 1 + 2 * source
+
+
+def plots_file(source: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the file of plots of sources given by number."""
+    return 2 + 2 * source
+
+
+@dataclass
+class Written:
+    """What was written, and what was not."""
+
+    tracks: Counter[str] = field(default_factory=Counter)
+    points: Counter[str] = field(default_factory=Counter)
+    short_tracks: Counter[str] = field(default_factory=Counter)
+    short_points: Counter[str] = field(default_factory=Counter)
+
+    def add(self, other: "Written") -> None:
+        """Take over another part's counts."""
+        for mine, others in (
+            (self.tracks, other.tracks),
+            (self.points, other.points),
+            (self.short_tracks, other.short_tracks),
+            (self.short_points, other.short_points),
+        ):
+            mine.update(others)
+
+
+@dataclass(frozen=True)
+class TrackWriter:
+    """Writes the files of aircraft.
+
+    Attributes
+    ----------
+    folder : Path
+        Where the folders of the aircraft go.
+    names : TrackFileNames
+        Names of the files.
+    measurements_min : int
+        Tracks with fewer points are not written.
+    unix_start_s : float
+        What added to a time makes it Unix time (for `.plt`).
+    chosen : int64[a] or None
+        Aircraft to write, in order; None for all.
+    points_max : int
+        Points sorted in memory at once.
+    """
+
+    folder: Path
+    names: TrackFileNames
+    measurements_min: int
+    unix_start_s: float
+    chosen: NDArray[np.int64] | None = None
+    points_max: int = BUCKET_POINTS_MAX
+
+    def write(self, buckets: Buckets, pool: Executor) -> Written:
+        """Write all tracks of closed buckets, which are emptied."""
+        total = Written()
+        for part in pool.map(self._bucket, buckets.paths, range(len(buckets.paths))):
+            total.add(part)
+        return total
+
+    def _bucket(self, path: Path, number: int) -> Written:
+        del number
+        return self._spooled(path, 0)
+
+    def _spooled(self, path: Path, depth: int) -> Written:
+        written = Written()
+        count = path.stat().st_size // (POINT_WORDS * 8)
+        if count == 0:
+            path.unlink()
+        elif count <= self.points_max:
+            points = self._of_chosen(np.fromfile(path, dtype=np.int64).reshape(-1, POINT_WORDS))
+            path.unlink()
+            self._in_memory(points, written)
+        elif depth < _DEALT_AGAIN_MAX:
+            self._dealt_again(path, depth, written)
+        else:
+            self._single(path, count, written)
+        return written
+
+    def _of_chosen(self, points: Records) -> Records:
+        if self.chosen is None:
+            return points
+        return points[np.isin(aircraft_of(points[:, 4]), self.chosen)]
+
+    def _in_memory(self, points: Records, written: Written) -> None:
+        tracks, places = np.unique(points[:, 4], return_inverse=True)
+        points, ends = deal(points, places, len(tracks))
+        begin = 0
+        for track, end in zip(tracks.tolist(), ends.tolist(), strict=True):
+            part = points[begin:end]
+            begin = end
+            if not _tables.is_sorted(times(part)):
+                part = part[np.argsort(times(part), kind="stable")]
+            self._track(track, len(part), iter((part,)), written)
+
+    def _dealt_again(self, path: Path, depth: int, written: Written) -> None:
+        """Deal a bucket again into smaller ones; the salt takes apart what shared a place."""
+        again = Buckets(path.with_name(f"{path.name}-{depth}"), _BITS_AGAIN, salt=1 + depth)
+        for points in _read(path):
+            again.add(points)
+        again.close()
+        path.unlink()
+        for part in again.paths:
+            written.add(self._spooled(part, _DEALT_AGAIN_MAX if _alone(part) else depth + 1))
+        path.with_name(f"{path.name}-{depth}").rmdir()
+
+    def _single(self, path: Path, count: int, written: Written) -> None:
+        """Write tracks of which one alone is too long for memory."""
+        del count
+        tracks: Counter[int] = Counter()
+        for points in map(self._of_chosen, _read(path)):
+            values, counts = np.unique(points[:, 4], return_counts=True)
+            tracks.update(dict(zip(values.tolist(), counts.tolist(), strict=True)))
+        for number, (track, length) in enumerate(sorted(tracks.items())):
+            sorter = TimeSorter(path.with_name(f"{path.name}-s{number}"), POINT_WORDS)
+            for points in _read(path):
+                sorter.add(points[points[:, 4] == track])
+            self._track(track, length, sorter.sorted(), written)
+        path.unlink()
+
+    def _track(self, track: int, length: int, parts: Iterator[Records], written: Written) -> None:
+        packed = np.array([track])
+        aircraft, file = int(aircraft_of(packed)[0]), int(file_of(packed)[0])
+        stem = self.names.stem(file)
+        if length < self.measurements_min:
+            written.short_tracks[stem] += 1
+            written.short_points[stem] += length
+            for _ in parts:
+                pass
+            return
+        written.tracks[stem] += 1
+        written.points[stem] += length
+        folder = self.folder / str(aircraft)
+        folder.mkdir(exist_ok=True)
+        colour = plt.COLOURS[stem.rpartition("_")[2]]
+        with (
+            (folder / f"{stem}.new4").open("wb", buffering=0) as new4_file,
+            (folder / f"{stem}.plt").open("wb", buffering=0) as plt_file,
+        ):
+            plt_file.write(plt.format_header(f"{aircraft} {stem}", length, colour))
+            before = np.nan
+            for part in parts:
+                for begin in range(0, len(part), _LINES_AT_ONCE):
+                    chunk = part[begin : begin + _LINES_AT_ONCE]
+                    columns = [decimal(chunk, word) for word in range(1, 4)]
+                    time = times(chunk)
+                    new4_file.write(new4.format_lines(time, *columns))
+                    unix = time + self.unix_start_s
+                    plt_file.write(plt.format_points(unix, *columns, before))
+                    before = float(unix[-1])
+
+
+def bucket_bits(input_bytes: int) -> int:
+    """Return how finely to deal the points of a dump of so many bytes."""
+    # A line of a dump is some 60 bytes, and nearly every line becomes a point.
+    buckets = input_bytes // (60 * BUCKET_POINTS) + 1
+    return min(_BITS_MAX, buckets.bit_length())
+
+
+def _alone(path: Path) -> bool:
+    """Tell whether all points of a bucket belong to one track."""
+    tracks = {int(value) for points in _read(path) for value in np.unique(points[:, 4])[:2]}
+    return len(tracks) <= 1
+
+
+def _read(path: Path) -> Iterator[Records]:
+    with path.open("rb", buffering=0) as file:
+        while data := file.read(POINT_WORDS * 8 * (1 << 16)):
+            yield np.frombuffer(data, dtype=np.int64).reshape(-1, POINT_WORDS)
