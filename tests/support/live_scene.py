@@ -62,9 +62,7 @@ def recording(
         }
     )
     late = np.argsort(time_s + random.uniform(0.0, 2.0, rows), kind="stable")
-    return (
-        frame.fill_nan(None).cast(dict(MEASUREMENT_SCHEMA)).select(MEASUREMENT_SCHEMA.names())[late]
-    )
+    return frame.fill_nan(None).cast(MEASUREMENT_SCHEMA).select(MEASUREMENT_SCHEMA.names())[late]
 
 
 def cut(frame: pl.DataFrame, sizes: list[int]) -> list[pl.DataFrame]:

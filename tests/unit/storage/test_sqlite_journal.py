@@ -1,0 +1,268 @@
+"""The journal on disk: durable, verified, used by one service at a time."""
+
+import shutil
+import sqlite3
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from multiradar.errors import ConfigurationError, JournalError, JournalFullError
+from multiradar.storage import sqlite_journal
+from multiradar.storage.sqlite_journal import SqliteJournal
+from support.journal_entries import entry
+
+FINGERPRINT = "a" * 64
+
+
+def _written(path: Path, entries: int = 20) -> None:
+    journal = SqliteJournal(path, FINGERPRINT)
+    journal.append([entry(number, rejects=number % 3) for number in range(entries)])
+    journal.close()
+
+
+def _read_everything(path: Path) -> list[object]:
+    journal = SqliteJournal(path, FINGERPRINT)
+    try:
+        counts = journal.counts()
+        return [*journal.read(0), *journal.quarantined(0, 1000), counts, journal.skipped()]
+    finally:
+        journal.close()
+
+
+def _tamper(path: Path, statement: str) -> None:
+    connection = sqlite3.connect(path)
+    with connection:
+        connection.execute(statement)
+    connection.close()
+
+
+def test_a_journal_survives_closing(tmp_path: Path) -> None:
+    path = tmp_path / "new" / "folder" / "journal.db"
+    _written(path)
+    journal = SqliteJournal(path, FINGERPRINT)
+    assert journal.append([entry(99)]) == [21]
+    assert len(list(journal.read(0))) == 21
+    journal.close()
+
+
+def test_a_second_service_is_told_to_use_another_journal(tmp_path: Path) -> None:
+    path = tmp_path / "journal.db"
+    first = SqliteJournal(path, FINGERPRINT)
+    with pytest.raises(JournalError, match=r"journal\.db\.lock: another service uses this journal"):
+        SqliteJournal(path, FINGERPRINT)
+    first.append([entry(1)])
+    first.close()
+    SqliteJournal(path, FINGERPRINT).close()
+
+
+def test_another_configuration_is_refused_and_says_what_to_do(tmp_path: Path) -> None:
+    path = tmp_path / "journal.db"
+    _written(path)
+    with pytest.raises(ConfigurationError, match=r"other sensors or .*another journal"):
+        SqliteJournal(path, "b" * 64)
+    assert len(_read_everything(path)) > 20
+
+
+def test_another_format_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "journal.db"
+    with monkeypatch.context() as patch:
+        patch.setattr(sqlite_journal, "FORMAT_VERSION", 2)
+        _written(path)
+    with pytest.raises(ConfigurationError, match="expected a journal of format 1, was 2"):
+        SqliteJournal(path, FINGERPRINT)
+
+
+@pytest.mark.parametrize("content", [b"not a database, but long enough to be looked at" * 50, b"x"])
+def test_a_file_that_is_no_journal_is_refused(tmp_path: Path, content: bytes) -> None:
+    path = tmp_path / "journal.db"
+    path.write_bytes(content)
+    with pytest.raises(JournalError, match=r"journal\.db"):
+        SqliteJournal(path, FINGERPRINT)
+
+
+def test_a_folder_that_cannot_be_made_is_told(tmp_path: Path) -> None:
+    (tmp_path / "file").write_bytes(b"")
+    with pytest.raises(JournalError, match="file"):
+        SqliteJournal(tmp_path / "file" / "journal.db", FINGERPRINT)
+
+
+@pytest.mark.parametrize(
+    ("statement", "said"),
+    [
+        ("DELETE FROM entry WHERE sequence = 7", "entry 7 "),
+        ("DELETE FROM entry WHERE sequence > 15", "entry (16|20) "),
+        ("UPDATE entry SET payload = x'00' WHERE sequence = 9", "entry 9 "),
+        ("UPDATE entry SET payload = NULL || 'text' WHERE sequence = 9", "NOT NULL"),
+        ("UPDATE entry SET payload = 'text' WHERE sequence = 9", "entry 9 "),
+        ("UPDATE entry SET source = 'else' WHERE sequence = 3", "entry 3 "),
+        ("UPDATE entry SET kind = 'flush' WHERE sequence = 3", "entry 3 "),
+        ("UPDATE entry SET accepted = accepted + 1 WHERE sequence = 3", "entry 3 "),
+        ("UPDATE entry SET rejects = '[]' WHERE sequence = 3", "entry 3 "),
+        ("UPDATE entry SET admission = '' WHERE sequence = 3", "entry 3 "),
+        ("UPDATE entry SET idempotency_key = NULL WHERE sequence = 3", "entry 3 "),
+        ("UPDATE entry SET sequence = 21 WHERE sequence = 20", "entry 20 "),
+        ("UPDATE head SET sequence = 19", "entry 20 "),
+        ("UPDATE head SET digest = x'00'", "entry 20 "),
+        ("UPDATE head SET digest = 1", "head"),
+        ("DELETE FROM head", "head"),
+        ("DELETE FROM header", "header"),
+        ("UPDATE quarantine SET first = 9 WHERE first = 10", "refused rows"),
+        ("UPDATE quarantine SET sequence = 4 WHERE first = 4", "refused rows"),
+        ("DELETE FROM quarantine WHERE first = 1", "refused row"),
+        ("DELETE FROM quarantine WHERE first > 15", "refused row"),
+        ("INSERT INTO skipped VALUES (3, 'reason', x'00')", "entry 3 "),
+    ],
+)
+def test_tampering_is_told_by_file_and_entry(tmp_path: Path, statement: str, said: str) -> None:
+    path = tmp_path / "journal.db"
+    _written(path)
+    if "NULL ||" in statement:
+        with pytest.raises(sqlite3.IntegrityError, match=said):
+            _tamper(path, statement)
+        return
+    _tamper(path, statement)
+    with pytest.raises(JournalError, match=rf"journal\.db: .*{said}"):
+        _read_everything(path)
+
+
+def test_an_entry_is_verified_when_it_is_found_by_its_key(tmp_path: Path) -> None:
+    path = tmp_path / "journal.db"
+    _written(path)
+    _tamper(path, "UPDATE entry SET payload = x'00' WHERE sequence = 9")
+    journal = SqliteJournal(path, FINGERPRINT)
+    assert journal.find("key 7") is not None
+    with pytest.raises(JournalError, match="entry 9 "):
+        journal.find("key 8")
+    journal.close()
+
+
+def test_every_flipped_byte_of_content_is_found(tmp_path: Path) -> None:
+    path, damaged = tmp_path / "journal.db", tmp_path / "damaged.db"
+    _written(path)
+    intact = path.read_bytes()
+    expected = _read_everything(path)
+    random = np.random.default_rng(7)
+    found = 0
+    for place in random.integers(0, len(intact), 600).tolist():
+        flipped = bytearray(intact)
+        flipped[place] ^= int(random.integers(1, 256))
+        damaged.write_bytes(bytes(flipped))
+        try:
+            content = _read_everything(damaged)
+        except (JournalError, ConfigurationError) as error:
+            found += "damaged.db" in str(error)
+        else:
+            # What was flipped is no content: free space, an index, a counter of SQLite.
+            assert content == expected, place
+    assert found > 100
+
+
+def test_each_byte_of_one_payload_is_covered(tmp_path: Path) -> None:
+    path, damaged = tmp_path / "journal.db", tmp_path / "damaged.db"
+    _written(path)
+    intact = path.read_bytes()
+    payload = entry(8).payload
+    start = intact.index(payload)
+    for place in range(start, start + len(payload)):
+        flipped = bytearray(intact)
+        flipped[place] ^= 1
+        damaged.write_bytes(bytes(flipped))
+        with pytest.raises(JournalError, match="entry 9 of the journal is damaged"):
+            _read_everything(damaged)
+
+
+def test_a_torn_tail_is_cut_cleanly_and_acknowledged_entries_stay(tmp_path: Path) -> None:
+    path = tmp_path / "journal.db"
+    journal = SqliteJournal(path, FINGERPRINT)
+    wal = path.with_name(path.name + "-wal")
+    journal.append([entry(number) for number in range(3)])
+    acknowledged = wal.stat().st_size
+    journal.append([entry(number) for number in range(3, 6)])
+    content = wal.read_bytes()
+    random = np.random.default_rng(3)
+    seen = set()
+    for cut in [
+        acknowledged,
+        *random.integers(acknowledged, len(content), 40).tolist(),
+        len(content),
+    ]:
+        crash = tmp_path / f"crash-{cut}"
+        crash.mkdir(exist_ok=True)
+        shutil.copy(path, crash / "journal.db")
+        torn = bytearray(content[:cut])
+        if cut % 2:
+            # A sector that was never written.
+            torn[cut - (cut - acknowledged) // 2 : cut] = bytes((cut - acknowledged) // 2)
+        (crash / "journal.db-wal").write_bytes(bytes(torn))
+        after = SqliteJournal(crash / "journal.db", FINGERPRINT)
+        sequences = [stored.sequence for stored in after.read(0)]
+        after.close()
+        assert sequences in ([1, 2, 3], [1, 2, 3, 4, 5, 6])
+        seen.add(len(sequences))
+    assert seen == {3, 6}
+    journal.close()
+
+
+def test_a_full_disk_is_told_and_room_lets_the_journal_go_on(tmp_path: Path) -> None:
+    journal = SqliteJournal(tmp_path / "journal.db", FINGERPRINT)
+    journal.append([entry(1)])
+    pages = journal._writer.execute("PRAGMA page_count").fetchone()[0]
+    journal._writer.execute(f"PRAGMA max_page_count={pages}")
+    with pytest.raises(JournalFullError, match="no room"):
+        journal.append([entry(2), entry(3, size=100_000)])
+    assert journal.counts().entries == 1
+    journal._writer.execute("PRAGMA max_page_count=1000000")
+    assert journal.append([entry(2)]) == [2]
+    assert [stored.sequence for stored in journal.read(0)] == [1, 2]
+    journal.close()
+
+
+_FAILING_DISK = """
+import resource, sys
+from pathlib import Path
+from multiradar.errors import JournalError
+from multiradar.storage.sqlite_journal import SqliteJournal
+from support.journal_entries import entry
+
+journal = SqliteJournal(Path(sys.argv[1]), "a" * 64)
+resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[2]), resource.RLIM_INFINITY))
+acknowledged = 0
+for number in range(1000):
+    try:
+        acknowledged = journal.append([entry(number, size=5000)])[-1]
+    except JournalError as error:
+        print("failed", error)
+        break
+resource.setrlimit(resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
+try:
+    journal.append([entry(2000)])
+except JournalError:
+    print("refused")
+print(len(list(journal.read(0))))
+print(acknowledged)
+"""
+
+
+def test_a_failed_write_stops_the_journal_for_good_and_keeps_what_was_acknowledged(
+    tmp_path: Path,
+) -> None:
+    path = tmp_path / "journal.db"
+    tests = Path(__file__).parents[2]
+    done = subprocess.run(
+        [sys.executable, "-c", _FAILING_DISK, str(path), "150000"],
+        capture_output=True, text=True, check=True, env={"PYTHONPATH": str(tests)}, timeout=60,
+    )  # fmt: skip
+    failed, refused, readable, acknowledged = done.stdout.splitlines()
+    assert failed.startswith(f"failed {path}")
+    assert refused == "refused"
+    assert int(acknowledged) >= 3
+    assert int(readable) == int(acknowledged)
+    journal = SqliteJournal(path, FINGERPRINT)
+    stored = [one.entry for one in journal.read(0)]
+    journal.close()
+    assert stored[: int(acknowledged)] == [
+        entry(number, size=5000) for number in range(int(acknowledged))
+    ]
