@@ -1,0 +1,1 @@
+"""Zenoh: measurements in, tracks and biases out, over one session."""

@@ -1,0 +1,124 @@
+"""What the service needs of Zenoh: two small interfaces, and the messages that pass them."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Protocol
+
+JSON = "application/json"
+
+
+@dataclass(frozen=True, slots=True)
+class Message:
+    """A sample that came in.
+
+    Attributes
+    ----------
+    key : str
+        Key under which it was put.
+    payload : bytes
+        Its content.
+    media_type : str
+        The encoding as the sender named it.
+    attachment : bytes
+        What was attached; empty when nothing was.
+    """
+
+    key: str
+    payload: bytes
+    media_type: str
+    attachment: bytes = b""
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """A query that came in; it must be finished exactly once.
+
+    Attributes
+    ----------
+    key : str
+        Key expression that was asked for; may have wildcards.
+    parameters : mapping
+        What followed the question mark.
+    payload : bytes or None
+        Content that came with it.
+    media_type : str
+        Encoding of the content.
+    attachment : bytes
+        What was attached; empty when nothing was.
+    reply : callable
+        Sends an answer: key, payload, attachment.
+    refuse : callable
+        Sends an error: payload.
+    finish : callable
+        Ends the query.
+    """
+
+    key: str
+    parameters: Mapping[str, str]
+    payload: bytes | None
+    media_type: str
+    attachment: bytes
+    reply: Callable[[str, bytes, bytes], None]
+    refuse: Callable[[bytes], None]
+    finish: Callable[[], None]
+
+
+class Stream(Protocol):
+    """The updates of one track or sensor, with a cache for those who come late."""
+
+    def send(self, payload: bytes, attachment: bytes) -> None:
+        """Send an update to whoever listens, and keep it; never waits for a subscriber."""
+        ...
+
+    def remember(self, payload: bytes, attachment: bytes) -> None:
+        """Keep an update without sending it."""
+        ...
+
+    def close(self) -> None:
+        """Forget what was kept."""
+        ...
+
+
+class Inlet(Protocol):
+    """What comes in. Handlers are called in threads of the bus; what they raise is reported."""
+
+    def subscribe(self, key: str, handler: Callable[[Message], None]) -> None:
+        """Have a handler called with each sample on a key expression."""
+        ...
+
+    def answer(self, key: str, handler: Callable[[Request], None]) -> None:
+        """Have a handler called with each query on a key expression."""
+        ...
+
+
+class Outlet(Protocol):
+    """What goes out."""
+
+    def put(self, key: str, payload: bytes, attachment: bytes) -> None:
+        """Send a JSON sample to whoever listens now; never waits for a subscriber."""
+        ...
+
+    def stream(self, key: str, depth: int, heartbeat_s: float) -> Stream:
+        """Return a stream of updates that keeps the last `depth`."""
+        ...
+
+
+@dataclass(slots=True)
+class BusCounts:
+    """What went wrong inside the bus.
+
+    Attributes
+    ----------
+    handler_errors : int
+        Handlers that raised: a fault of this program.
+    last_error : str
+        The last of them.
+    """
+
+    handler_errors: int = 0
+    last_error: str = field(default="")
+
+    def report(self, error: BaseException) -> None:
+        """Count an error that must not reach the threads of the bus."""
+        self.handler_errors += 1
+        self.last_error = f"{type(error).__name__}: {error}"[:200]

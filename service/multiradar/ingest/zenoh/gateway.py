@@ -1,0 +1,210 @@
+"""The Zenoh side of the service, put together."""
+
+import json
+import threading
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, Protocol
+
+from multiradar.clock import Clock, SystemClock
+from multiradar.ingest.zenoh.bus import BusCounts, Inlet, Outlet
+from multiradar.ingest.zenoh.catch_up import CatchUp
+from multiradar.ingest.zenoh.counts import ZenohCounts
+from multiradar.ingest.zenoh.joining import JoinGate
+from multiradar.ingest.zenoh.keys import MEASUREMENTS, STATUS, TRACK_CACHES
+from multiradar.ingest.zenoh.measurements import Intake, MeasurementInlet
+from multiradar.ingest.zenoh.options import ZenohOptions, options_of
+from multiradar.ingest.zenoh.payload import PayloadBounds
+from multiradar.ingest.zenoh.publisher import EventSource, Publisher
+from multiradar.ingest.zenoh.queries import Answers, View
+from multiradar.ingest.zenoh.session import ZenohBus
+from multiradar.settings import ZenohSettings
+
+#: Threads that send answers; a querier that does not listen occupies one for some seconds.
+_ANSWER_THREADS = 4
+#: Queries that may wait for those threads. Answers to measurements are bounded by the intake.
+_QUERIES_MAX = 1024
+#: Alarms are published at once, but not more often than this.
+_ALARM_PERIOD_S = 0.1
+
+
+class ServiceView(View, Protocol):
+    """The read side that is needed."""
+
+    def status(self) -> dict[str, Any]:
+        """Return the status."""
+        ...
+
+    def subscribe(self, after: int | None, depth: int) -> EventSource:
+        """Enter the events."""
+        ...
+
+
+class ZenohService(Intake, Protocol):
+    """The service that is needed."""
+
+    @property
+    def view(self) -> ServiceView:
+        """The read side."""
+        ...
+
+
+class Bus(Inlet, Outlet, Protocol):
+    """Both directions of one session."""
+
+    counts: BusCounts
+    instance: str
+    endpoints: tuple[str, ...]
+
+    def announce(self) -> None:
+        """Tell others that this instance is there."""
+        ...
+
+    def close(self) -> None:
+        """Close the session."""
+        ...
+
+
+class ZenohGateway:
+    """Measurements in, tracks and biases out.
+
+    Parameters
+    ----------
+    service : Service
+        The running service.
+    options : ZenohOptions or ZenohSettings
+        How to open the session, and bounds.
+    open_bus : callable
+        Opens the session; another one in tests.
+    clock : Clock
+        Tells how time passes.
+    """
+
+    def __init__(
+        self,
+        service: ZenohService,
+        options: ZenohOptions | ZenohSettings | None = None,
+        *,
+        open_bus: Callable[[ZenohOptions], Bus] = ZenohBus,
+        clock: Clock | None = None,
+    ) -> None:
+        self._service = service
+        self._options = (
+            options_of(options) if isinstance(options, ZenohSettings) else options or ZenohOptions()
+        )
+        self._open_bus = open_bus
+        self._clock = clock or SystemClock()
+        self.counts = ZenohCounts()
+        self._gate = JoinGate(self._clock)
+        self._bus: Bus | None = None
+        self._publisher: Publisher | None = None
+        self._answering: ThreadPoolExecutor | None = None
+        self._room = threading.Semaphore(_QUERIES_MAX)
+        self._stopping = threading.Event()
+        self._status_thread: threading.Thread | None = None
+
+    @property
+    def endpoints(self) -> tuple[str, ...]:
+        """Where Zenoh listens; empty before the start."""
+        return () if self._bus is None else self._bus.endpoints
+
+    def start(self) -> None:
+        """Open the session, take measurements, publish.
+
+        Raises
+        ------
+        ConfigurationError
+            If the session cannot be opened as configured.
+        """
+        options, view = self._options, self._service.view
+        bus = self._bus = self._open_bus(options)
+        self._answering = ThreadPoolExecutor(_ANSWER_THREADS, thread_name_prefix="zenoh-answer")
+        catch_up = CatchUp(options.catch_up_samples_max)
+        known_until = int(view.status().get("event_sequence", 0))
+        self._publisher = Publisher(
+            outlet=bus,
+            source=view.subscribe(0, options.catch_up_samples_max),
+            known_until=known_until,
+            gate=self._gate,
+            catch_up=catch_up,
+            counts=self.counts,
+            options=options,
+            clock=self._clock,
+        )
+        answers = Answers(view, self._status, catch_up, self.counts, self._later_if_room)
+        for key, handler in answers.handlers().items():
+            bus.answer(key, handler)
+        bus.answer(TRACK_CACHES, self._gate.on_query)
+        bounds = PayloadBounds(options.message_bytes_max, options.message_rows_max)
+        inlet = MeasurementInlet(self._service, self.counts, bounds, self._later)
+        bus.answer(f"{MEASUREMENTS}/*", inlet.on_query)
+        bus.subscribe(f"{MEASUREMENTS}/*", inlet.on_sample)
+        self._publisher.start()
+        self._status_thread = threading.Thread(
+            target=self._tell_status, name="zenoh-status", daemon=True
+        )
+        self._status_thread.start()
+        bus.announce()
+
+    def stop(self) -> None:
+        """Publish what is there, answer what was asked, close the session; may be called twice."""
+        self._stopping.set()
+        if self._status_thread is not None:
+            self._status_thread.join()
+        if self._publisher is not None:
+            self._publisher.stop()
+            self._publisher = None
+        if self._answering is not None:
+            self._answering.shutdown(wait=True)
+        if self._bus is not None:
+            self._bus.close()
+            self._bus = None
+
+    # ---------------------------------------------------------------- inside
+
+    def _later_if_room(self, call: Callable[[], None]) -> bool:
+        if not self._room.acquire(blocking=False):
+            return False
+
+        def freeing() -> None:
+            try:
+                call()
+            finally:
+                self._room.release()
+
+        self._later(freeing)
+        return True
+
+    def _later(self, call: Callable[[], None]) -> None:
+        def guarded() -> None:
+            try:
+                call()
+            except Exception as error:  # The querier has gone, or a fault of ours: both are told.
+                self.counts.alarm("ANSWER_FAILED", f"{type(error).__name__}: {error}"[:300], "")
+
+        answering = self._answering
+        if answering is None or self._stopping.is_set():
+            guarded()
+            return
+        answering.submit(guarded)
+
+    def _status(self) -> bytes:
+        document = self._service.view.status()
+        bus = self._bus
+        document["zenoh"] = {
+            **self.counts.document(),
+            "joins_waited_for": self._gate.waits,
+            "instance": None if bus is None else bus.instance,
+            "handler_errors": 0 if bus is None else bus.counts.handler_errors,
+            "last_error": "" if bus is None else bus.counts.last_error,
+        }
+        return json.dumps(document, default=str).encode()
+
+    def _tell_status(self) -> None:
+        told_s, alarms = float("-inf"), 0
+        while not self._stopping.wait(_ALARM_PERIOD_S):
+            now_s = self._clock.monotonic_s()
+            due = now_s - told_s >= self._options.status_period_s
+            if (due or self.counts.alarm_count != alarms) and self._bus is not None:
+                alarms, told_s = self.counts.alarm_count, now_s
+                self._bus.put(STATUS, self._status(), b"")

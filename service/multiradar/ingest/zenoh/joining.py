@@ -1,0 +1,82 @@
+"""Subscribers that join while updates flow: publishing waits a moment for them.
+
+An advanced subscriber asks the caches for the history when it joins, and for what it misses while
+the answer is on its way. If an update of a track arrives between the end of the first and the
+answer to the second, the subscriber takes it for the beginning and throws the history away
+(eclipse-zenoh 1.10). So its first question is not ended, and nothing is published, until it asks no
+more. The wait is bounded, and so is its share of the time.
+"""
+
+import threading
+from collections.abc import Callable
+
+from multiradar.clock import Clock
+from multiradar.ingest.zenoh.bus import Request
+
+#: Nobody asked for so long: they have caught up.
+QUIET_S = 0.05
+#: Longest wait.
+WAIT_MAX_S = 1.0
+#: After a wait no other one begins for so many times its length.
+REST_FACTOR = 4.0
+#: Questions that are kept open at a time.
+_HELD_MAX = 256
+
+
+class JoinGate:
+    """Knows whether somebody is joining.
+
+    Parameters
+    ----------
+    clock : Clock
+        For the bounds.
+    """
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+        self._held: list[Request] = []
+        self._began_s = 0.0
+        self._asked_s = 0.0
+        self._rests_until_s = float("-inf")
+        self._lock = threading.Lock()
+        self.waits = 0
+
+    @property
+    def closed(self) -> bool:
+        """True while publishing waits."""
+        return bool(self._held)
+
+    def on_query(self, request: Request) -> None:
+        """Take a question to the caches; the caches answer it themselves."""
+        now_s = self._clock.monotonic_s()
+        # A question about one track, or from a number on, is not that of a subscriber that joins.
+        joining = "_sn" not in request.parameters and "*" in request.key.partition("/@adv")[0]
+        with self._lock:
+            self._asked_s = now_s
+            keep = joining and now_s >= self._rests_until_s and len(self._held) < _HELD_MAX
+            if keep:
+                if not self._held:
+                    self._began_s = now_s
+                    self.waits += 1
+                self._held.append(request)
+        if not keep:
+            request.finish()
+
+    def open_when_quiet(self, pause: Callable[[float], None]) -> None:
+        """Wait while somebody joins, and let the questions that were kept open end."""
+        while self._held:
+            now_s = self._clock.monotonic_s()
+            with self._lock:
+                quiet_s = self._asked_s + QUIET_S - now_s
+                left_s = self._began_s + WAIT_MAX_S - now_s
+                if min(quiet_s, left_s) > 0.0:
+                    remaining_s = min(quiet_s, left_s)
+                    done: list[Request] = []
+                else:
+                    remaining_s = 0.0
+                    done, self._held = self._held, []
+                    self._rests_until_s = now_s + REST_FACTOR * (now_s - self._began_s)
+            for request in done:
+                request.finish()
+            if remaining_s > 0.0:
+                pause(remaining_s)

@@ -1,0 +1,211 @@
+"""Measurements in: samples that cannot be refused, and queries that are answered.
+
+A sample is a message without an answer: what is wrong with it, or that the service was too busy, is
+counted and told on the status key, not to its sender. A query with the same content is answered
+when it is in the journal, on disk: that is the acknowledged way in.
+"""
+
+import json
+from collections.abc import Callable
+from concurrent.futures import Future
+from typing import Protocol
+
+import polars as pl
+
+from multiradar.errors import JournalFullError, MultiradarError, PipelineError, QueueFullError
+from multiradar.ingest.bodies import Decoded
+from multiradar.ingest.zenoh.bus import Message, Request
+from multiradar.ingest.zenoh.counts import ZenohCounts
+from multiradar.ingest.zenoh.keys import MEASUREMENTS
+from multiradar.ingest.zenoh.payload import PayloadBounds, PayloadError, read_payload
+from multiradar.runtime.receipt import Receipt, RejectedRow
+
+SOURCE = "zenoh"
+#: As over HTTP.
+_KEY_LENGTH_MAX = 256
+
+
+class Intake(Protocol):
+    """What takes measurements."""
+
+    def submit(
+        self,
+        frame: pl.DataFrame,
+        *,
+        source: str,
+        idempotency_key: str | None = None,
+        rejected: tuple[RejectedRow, ...] = (),
+    ) -> "Future[Receipt]":
+        """Hand in measurements; the receipt comes when they are on disk."""
+        ...
+
+    def flush(self, *, source: str, idempotency_key: str | None = None) -> "Future[Receipt]":
+        """Hand in the end of a stream."""
+        ...
+
+
+class MeasurementInlet:
+    """Handlers of the measurement keys.
+
+    Parameters
+    ----------
+    intake : Intake
+        Takes what was read.
+    counts : ZenohCounts
+        Told of everything that came.
+    bounds : PayloadBounds
+        What is too large.
+    later : callable
+        Runs a function in another thread; the answers of queries are sent there, so that a querier
+        that does not listen cannot hold up the journal.
+    """
+
+    def __init__(
+        self,
+        intake: Intake,
+        counts: ZenohCounts,
+        bounds: PayloadBounds,
+        later: Callable[[Callable[[], None]], None],
+    ) -> None:
+        self._intake = intake
+        self._counts = counts
+        self._bounds = bounds
+        self._later = later
+
+    def on_sample(self, message: Message) -> None:
+        """Take a sample."""
+        self._counts.add(messages_read=1)
+        try:
+            decoded = read_payload(message.key, message.media_type, message.payload, self._bounds)
+            future = self._submit(decoded, _idempotency_key(message.attachment))
+        except PayloadError as error:
+            self._malformed(error, message.key)
+        except QueueFullError as error:
+            self._counts.add(messages_lost_upstream=1)
+            self._counts.alarm("QUEUE_FULL", str(error), message.key)
+        except MultiradarError as error:
+            self._refused(error, message.key)
+        else:
+            future.add_done_callback(lambda done: self._settled(done, message.key))
+
+    def on_query(self, request: Request) -> None:
+        """Take a query; it is answered when its content is on disk."""
+        self._counts.add(messages_read=1)
+        try:
+            future = self._handed_in(request)
+        except PayloadError as error:
+            self._malformed(error, request.key)
+            code, reason = error.code, error.reason
+            self._later(lambda: _refuse(request, code, reason))
+        except MultiradarError as error:
+            self._refused(error, request.key)
+            refusal = error
+            self._later(lambda: _refuse_for(request, refusal))
+        else:
+            future.add_done_callback(
+                lambda done: self._later(lambda: self._answer_settled(done, request))
+            )
+
+    # ---------------------------------------------------------------- inside
+
+    def _handed_in(self, request: Request) -> "Future[Receipt]":
+        idempotency_key = _idempotency_key(request.attachment)
+        if "flush" in request.parameters and not request.payload:
+            return self._intake.flush(source=SOURCE, idempotency_key=idempotency_key)
+        if request.payload is None:
+            raise PayloadError("MISSING_FIELD", "expected measurements in the query, was without")
+        decoded = read_payload(request.key, request.media_type, request.payload, self._bounds)
+        return self._submit(decoded, idempotency_key)
+
+    def _submit(self, decoded: Decoded, idempotency_key: str | None) -> "Future[Receipt]":
+        return self._intake.submit(
+            decoded.frame,
+            source=SOURCE,
+            idempotency_key=idempotency_key,
+            rejected=decoded.rejected,
+        )
+
+    def _settled(self, done: "Future[Receipt]", key: str) -> bool:
+        error = done.exception()
+        if error is not None:
+            self._refused(error, key)
+            return False
+        receipt = done.result()
+        self._counts.add(messages_taken=1)
+        if receipt.duplicate:
+            self._counts.add(rows_duplicate=receipt.accepted + len(receipt.rejected))
+        else:
+            self._counts.add(rows_accepted=receipt.accepted, rows_rejected=len(receipt.rejected))
+        return True
+
+    def _answer_settled(self, done: "Future[Receipt]", request: Request) -> None:
+        if self._settled(done, request.key):
+            request.reply(_reply_key(request.key), _receipt(done.result()), b"")
+            request.finish()
+        else:
+            _refuse_for(request, done.exception())
+
+    def _malformed(self, error: PayloadError, key: str) -> None:
+        self._counts.add(messages_malformed=1)
+        self._counts.alarm(error.code, error.reason, key)
+
+    def _refused(self, error: BaseException, key: str) -> None:
+        self._counts.add(messages_refused=1)
+        self._counts.alarm(type(error).__name__, str(error)[:300], key)
+
+
+def _idempotency_key(attachment: bytes) -> str | None:
+    if not attachment:
+        return None
+    try:
+        key = attachment.decode("ascii")
+    except UnicodeDecodeError as error:
+        raise PayloadError("ENCODING", _KEY_EXPECTED) from error
+    if not key.isprintable() or len(key) > _KEY_LENGTH_MAX:
+        raise PayloadError("ENCODING", _KEY_EXPECTED)
+    return key
+
+
+_KEY_EXPECTED = (
+    f"expected an attachment of at most {_KEY_LENGTH_MAX} printable ASCII characters "
+    "(the idempotency key)"
+)
+
+
+def _receipt(receipt: Receipt) -> bytes:
+    rejected = [
+        {"index": row.index, "code": row.code, "reason": row.reason} for row in receipt.rejected
+    ]
+    document = {
+        "accepted": receipt.accepted,
+        "rejected": rejected,
+        "duplicate": receipt.duplicate,
+        "journal_sequence": receipt.journal_sequence,
+    }
+    return json.dumps(document).encode()
+
+
+def _reply_key(asked: str) -> str:
+    # An answer needs a key without wildcards that matches the one asked for.
+    return asked if "*" not in asked else f"{MEASUREMENTS}/receipt"
+
+
+def _refuse_for(request: Request, error: BaseException | None) -> None:
+    retry_after_s: float | None = None
+    if isinstance(error, QueueFullError):
+        code, retry_after_s = "QUEUE_FULL", error.retry_after_s
+    elif isinstance(error, JournalFullError):
+        code, retry_after_s = "JOURNAL_FULL", 1.0
+    elif isinstance(error, PipelineError):
+        code, retry_after_s = "NOT_RUNNING", 1.0
+    else:
+        code = type(error).__name__
+    _refuse(request, code, str(error), retry_after_s)
+
+
+def _refuse(request: Request, code: str, reason: str, retry_after_s: float | None = None) -> None:
+    document: dict[str, object] = {"code": code, "reason": reason[:1000]}
+    if retry_after_s is not None:
+        document["retry_after_s"] = retry_after_s
+    request.refuse(json.dumps(document).encode())
+    request.finish()

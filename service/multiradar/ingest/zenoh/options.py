@@ -1,0 +1,94 @@
+"""What can be set of the Zenoh side of the service."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from multiradar.errors import ConfigurationError
+from multiradar.settings import ZenohSettings
+
+Mode = Literal["peer", "client", "router"]
+_MODES = ("peer", "client", "router")
+
+
+@dataclass(frozen=True, slots=True)
+class ZenohOptions:
+    """Settings of the Zenoh session and of what is published; the defaults reach this host only.
+
+    Attributes
+    ----------
+    mode : str
+        peer (embedded, the default), client (of a router) or router.
+    listen, connect : tuple of str
+        Endpoints such as `tcp/127.0.0.1:7447`.
+    multicast : bool
+        Whether others are looked for, and told of, by multicast.
+    config_file : Path, optional
+        Zenoh configuration (JSON5) for mTLS and access control; it then decides mode and endpoints.
+    lease_s : float
+        A peer that hears nothing of this session for so long takes it for lost, s.
+    message_bytes_max : int
+        Largest message that is taken in.
+    message_rows_max : int
+        Most measurements in one message.
+    cache_samples_max : int
+        Updates kept of one track for subscribers that come late or fall behind.
+    cache_samples_total : int
+        Sets the share of each track when there are many: its cache holds this number divided by the
+        number of tracks, but never less than `CACHE_SAMPLES_MIN`.
+    catch_up_samples_max : int
+        Track updates kept for queries with `after`.
+    status_period_s : float
+        Time between two publications of the status, s.
+    retention_s : float
+        How long an ended track can still be caught up with, s.
+    """
+
+    mode: Mode = "peer"
+    listen: tuple[str, ...] = ("tcp/127.0.0.1:7447",)
+    connect: tuple[str, ...] = ()
+    multicast: bool = False
+    config_file: Path | None = None
+    lease_s: float = 2.0
+    message_bytes_max: int = 16 * 1024 * 1024
+    message_rows_max: int = 100_000
+    cache_samples_max: int = 1024
+    cache_samples_total: int = 150_000
+    catch_up_samples_max: int = 200_000
+    status_period_s: float = 1.0
+    retention_s: float = 600.0
+
+    def __post_init__(self) -> None:
+        if self.mode not in _MODES:
+            raise ConfigurationError(
+                f"zenoh mode: expected one of {', '.join(_MODES)}, was {self.mode!r}"
+            )
+        if self.mode == "client" and not self.connect and self.config_file is None:
+            raise ConfigurationError("zenoh mode client: expected an endpoint to connect to")
+        for name in _POSITIVE:
+            value = getattr(self, name)
+            if not value > 0:
+                raise ConfigurationError(f"zenoh {name}: expected more than 0, was {value}")
+
+
+def options_of(settings: ZenohSettings) -> ZenohOptions:
+    """Return the options that the section `zenoh` of the settings stands for."""
+    return ZenohOptions(
+        mode=settings.mode,
+        listen=settings.listen,
+        connect=settings.connect,
+        multicast=settings.multicast,
+        config_file=settings.config_file,
+    )
+
+
+_POSITIVE = (
+    "lease_s",
+    "message_bytes_max",
+    "message_rows_max",
+    "cache_samples_max",
+    "cache_samples_total",
+    "catch_up_samples_max",
+    "status_period_s",
+    "retention_s",
+)

@@ -1,0 +1,214 @@
+"""Samples and queries on the measurement keys, read: encoding, content, and the key's sensor."""
+
+import io
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import polars as pl
+
+from multiradar.errors import InputError, RequestError
+from multiradar.ingest.bodies import Decoded, decode
+from multiradar.ingest.zenoh.keys import is_sensor_id, last_part
+from multiradar.runtime.receipt import RejectedRow
+from multiradar_schemas.reject import RejectCode
+
+ARROW = "application/vnd.apache.arrow.stream"
+NDJSON = "application/x-ndjson"
+JSON = "application/json"
+
+_MEDIA_TYPES = {
+    JSON: JSON,
+    "text/json": JSON,
+    NDJSON: NDJSON,
+    "application/json lines": NDJSON,
+    "application/jsonl": NDJSON,
+    ARROW: ARROW,
+    "application/vnd.apache.arrow": ARROW,
+}
+#: What Zenoh says when the sender said nothing.
+_UNSAID = frozenset({"", "zenoh/bytes", "zenoh/string", "text/plain"})
+_ARROW_START = b"\xff\xff\xff\xff"
+#: The last part of a key that stands for measurements of several sensors.
+_ANY_SENSOR = frozenset({"*", "**"})
+_NOT_NAMED = str(RejectCode.MISSING_FIELD)
+
+
+class PayloadError(InputError):
+    """A sample or query that cannot be taken as a whole.
+
+    Attributes
+    ----------
+    code : str
+        Stable code of the reject.
+    reason : str
+        One sentence.
+    """
+
+    def __init__(self, code: str, reason: str) -> None:
+        self.code = code
+        self.reason = reason
+        super().__init__(f"{code}: {reason}")
+
+
+@dataclass(frozen=True, slots=True)
+class PayloadBounds:
+    """What is too large.
+
+    Attributes
+    ----------
+    bytes_max : int
+        Largest content that is read.
+    rows_max : int
+        Most measurements in it.
+    """
+
+    bytes_max: int
+    rows_max: int
+
+
+def read_payload(key: str, media_type: str, payload: bytes, bounds: PayloadBounds) -> Decoded:
+    """Read measurements.
+
+    Parameters
+    ----------
+    key : str
+        Key they came under; its last part names the sensor, or is `*` for several.
+    media_type : str
+        The encoding as the sender named it.
+    payload : bytes
+        The content.
+    bounds : PayloadBounds
+        What is too large.
+
+    Returns
+    -------
+    Decoded
+        Rows taken and rows refused. A row without a sensor has that of the key; one with another
+        sensor is refused.
+
+    Raises
+    ------
+    PayloadError
+        If nothing of it can be read.
+    """
+    sensor_id = _sensor_of(key)
+    if len(payload) > bounds.bytes_max:
+        reason = f"expected at most {bounds.bytes_max} bytes, was {len(payload)}"
+        raise PayloadError(RejectCode.TOO_LARGE, reason)
+    known_type = _known_type(media_type, payload)
+    try:
+        decoded = _decoded(known_type, payload, sensor_id, bounds.rows_max)
+    except RequestError as error:
+        raise PayloadError(error.code, str(error)) from error
+    return decoded if sensor_id is None else _of_sensor(decoded, sensor_id)
+
+
+def _sensor_of(key: str) -> str | None:
+    name = last_part(key)
+    if name in _ANY_SENSOR:
+        return None
+    if not is_sensor_id(name):
+        reason = f"expected a key that ends with a sensor identifier, was {ascii(name)[:80]}"
+        raise PayloadError(RejectCode.UNKNOWN_SENSOR, reason)
+    return name
+
+
+def _known_type(media_type: str, payload: bytes) -> str:
+    # Zenoh writes a schema after a semicolon.
+    named = media_type.partition(";")[0].strip().lower()
+    if named in _UNSAID:
+        return _guessed_type(payload)
+    known = _MEDIA_TYPES.get(named)
+    if known is None:
+        reason = f"expected an encoding of {JSON}, {NDJSON}, {ARROW}, was {ascii(named)[:80]}"
+        raise PayloadError(RejectCode.ENCODING, reason)
+    return known
+
+
+def _guessed_type(payload: bytes) -> str:
+    if payload.startswith(_ARROW_START):
+        return ARROW
+    text = payload.strip()
+    return NDJSON if text.startswith(b"{") and b"\n" in text else JSON
+
+
+def _decoded(media_type: str, payload: bytes, sensor_id: str | None, rows_max: int) -> Decoded:
+    try:
+        decoded = decode(media_type, payload, rows_max)
+    except RequestError as error:
+        if media_type != ARROW or sensor_id is None or error.code != _NOT_NAMED:
+            raise
+        # A column is missing: when it was the sensor's, the second reading succeeds.
+        return decode(media_type, _with_sensor_column(payload, sensor_id), rows_max)
+    if sensor_id is None or not any(row.code == _NOT_NAMED for row in decoded.rejected):
+        return decoded
+    return _named(decoded, sensor_id)
+
+
+def _with_sensor_column(payload: bytes, sensor_id: str) -> bytes:
+    frame = pl.read_ipc_stream(io.BytesIO(payload), use_pyarrow=False)
+    if "sensor_id" not in frame.columns:
+        frame = frame.with_columns(pl.lit(sensor_id).alias("sensor_id"))
+    buffer = io.BytesIO()
+    frame.write_ipc_stream(buffer)
+    return buffer.getvalue()
+
+
+def _named(decoded: Decoded, sensor_id: str) -> Decoded:
+    """Read the rows that name no sensor once more, with that of the key."""
+    rewritten = [(row, _renamed(row.raw, sensor_id)) for row in decoded.rejected]
+    again = [(row, text) for row, text in rewritten if text is not None and row.code == _NOT_NAMED]
+    if not again:
+        return decoded
+    second = decode(JSON, b"[" + ",".join(text for _, text in again).encode() + b"]", len(again))
+    place = [row.index for row, _ in again]
+    taken = second.frame.with_columns(
+        pl.Series("index", [place[at] for at in second.frame["index"].to_list()], pl.UInt32)
+    )
+    refused = [
+        RejectedRow(place[row.index], row.code, row.reason, row.raw) for row in second.rejected
+    ]
+    reread = set(place)
+    kept = [row for row in decoded.rejected if row.index not in reread]
+    frame = pl.concat([decoded.frame, taken]).sort("index")
+    return Decoded(frame, _ordered([*kept, *refused]))
+
+
+def _renamed(raw: str, sensor_id: str) -> str | None:
+    """Return the JSON of a row with a sensor, or None when it has one or is no object."""
+    try:
+        row = json.loads(raw)
+    except ValueError:
+        return None
+    if not isinstance(row, dict):
+        return None
+    if "sensor_id" not in row:
+        # The text is kept as it came: whatever else is wrong with it is found again.
+        rest = raw.lstrip()[1:]
+        comma = "" if rest.lstrip().startswith("}") else ","
+        return f'{{"sensor_id":"{sensor_id}"{comma}{rest}'
+    if row["sensor_id"] is None and raw.count('"sensor_id"') == 1:
+        return json.dumps({**row, "sensor_id": sensor_id})
+    return None
+
+
+def _of_sensor(decoded: Decoded, sensor_id: str) -> Decoded:
+    foreign = decoded.frame.filter(pl.col("sensor_id") != sensor_id)
+    if foreign.is_empty():
+        return decoded
+    refused = [
+        RejectedRow(
+            index=int(row["index"]),
+            code=str(RejectCode.UNKNOWN_SENSOR),
+            reason=f"expected the sensor of the key, {sensor_id}, was {row['sensor_id']}",
+            raw=json.dumps({name: value for name, value in row.items() if name != "index"}),
+        )
+        for row in foreign.iter_rows(named=True)
+    ]
+    own = decoded.frame.filter(pl.col("sensor_id") == sensor_id)
+    return Decoded(own, _ordered([*decoded.rejected, *refused]))
+
+
+def _ordered(rows: Sequence[RejectedRow]) -> tuple[RejectedRow, ...]:
+    return tuple(sorted(rows, key=lambda row: row.index))

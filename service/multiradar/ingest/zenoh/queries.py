@@ -1,0 +1,228 @@
+"""Answers to queries: tracks, biases, forecasts, status."""
+
+import json
+import math
+from collections.abc import Callable, Mapping
+from typing import Any, Protocol
+
+import polars as pl
+
+from multiradar.errors import RequestError
+from multiradar.ingest.zenoh.bus import Request
+from multiradar.ingest.zenoh.catch_up import CatchUp
+from multiradar.ingest.zenoh.counts import ZenohCounts
+from multiradar.ingest.zenoh.keys import (
+    BIASES,
+    FORECASTS,
+    STATUS,
+    TRACKS,
+    is_sensor_id,
+    last_part,
+    sensor_key,
+    track_id,
+)
+
+#: Updates in one answer to a query with `after`, unless it asks for fewer.
+CATCH_UP_LIMIT = 10_000
+HORIZON_DEFAULT_S = 60.0
+STEP_DEFAULT_S = 10.0
+_WILD = frozenset({"*", "**"})
+_BAD_REQUEST = 400
+_NOT_FOUND = 404
+
+
+class View(Protocol):
+    """What is known, to be read from any thread."""
+
+    def tracks(self) -> pl.DataFrame:
+        """Return the live tracks."""
+        ...
+
+    def track(self, track_id: int) -> dict[str, Any] | None:
+        """Return one live track."""
+        ...
+
+    def forecast(
+        self, track_id: int, horizon_s: float, step_s: float
+    ) -> list[dict[str, Any]] | None:
+        """Return where a track is expected to be."""
+        ...
+
+    def sensors(self) -> list[dict[str, Any]]:
+        """Return the sensors."""
+        ...
+
+    def bias(self, sensor_id: str) -> list[dict[str, Any]]:
+        """Return the current bias estimates of a sensor."""
+        ...
+
+
+class Answers:
+    """Handlers of the queryable keys.
+
+    Parameters
+    ----------
+    view : View
+        What is known.
+    status : callable
+        Returns the status document.
+    catch_up : CatchUp
+        The last track updates.
+    counts : ZenohCounts
+        Told of every query.
+    later : callable
+        Runs a function in another thread; False when too many wait already.
+    """
+
+    def __init__(
+        self,
+        view: View,
+        status: Callable[[], bytes],
+        catch_up: CatchUp,
+        counts: ZenohCounts,
+        later: Callable[[Callable[[], None]], bool],
+    ) -> None:
+        self._view = view
+        self._status = status
+        self._catch_up = catch_up
+        self._counts = counts
+        self._later = later
+
+    def handlers(self) -> dict[str, Callable[[Request], None]]:
+        """Return the handler of each key expression."""
+        served = {
+            f"{TRACKS}/*": self._tracks,
+            f"{BIASES}/*": self._biases,
+            f"{FORECASTS}/*": self._forecast,
+            STATUS: self._answer_status,
+        }
+        return {key: self._guarded(answer) for key, answer in served.items()}
+
+    # ---------------------------------------------------------------- inside
+
+    def _guarded(self, answer: Callable[[Request], None]) -> Callable[[Request], None]:
+        def answered(request: Request) -> None:
+            try:
+                answer(request)
+            except RequestError as error:
+                self._refuse(request, error.code, str(error))
+            except Exception as error:  # An answer is owed whatever happens.
+                self._refuse(request, "INTERNAL", f"the query failed: {type(error).__name__}")
+            finally:
+                request.finish()
+
+        def handle(request: Request) -> None:
+            self._counts.add(queries=1)
+            if not self._later(lambda: answered(request)):
+                self._refuse(request, "BUSY", "too many queries wait already; ask again later")
+                request.finish()
+
+        return handle
+
+    def _refuse(self, request: Request, code: str, reason: str) -> None:
+        self._counts.add(queries_refused=1)
+        request.refuse(json.dumps({"code": code, "reason": reason}).encode())
+
+    def _tracks(self, request: Request) -> None:
+        name = last_part(request.key)
+        if "after" in request.parameters:
+            self._updates_after(request, None if name in _WILD else name)
+        elif name in _WILD:
+            for row in self._view.tracks().iter_rows(named=True):
+                _reply(request, f"{TRACKS}/{row['track_id']}", row, row.get("sequence"))
+        else:
+            track = self._view.track(_known_track(name))
+            if track is None:
+                raise _no_track(name)
+            _reply(request, f"{TRACKS}/{track['track_id']}", track, track.get("sequence"))
+
+    def _updates_after(self, request: Request, name: str | None) -> None:
+        after = _whole(request.parameters, "after", 0)
+        limit = min(_whole(request.parameters, "limit", CATCH_UP_LIMIT), CATCH_UP_LIMIT)
+        updates, lost = self._catch_up.after(after, limit)
+        if lost:
+            reason = f"the {lost} updates after {after} are not kept any more; what follows is"
+            self._refuse(request, "GAP", reason)
+        wanted = None if name is None else f"{TRACKS}/{_known_track(name)}"
+        for update in updates:
+            if wanted is None or update.key == wanted:
+                request.reply(update.key, update.payload, b"%d" % update.sequence)
+
+    def _biases(self, request: Request) -> None:
+        name = last_part(request.key)
+        known = [sensor["id"] for sensor in self._view.sensors()]
+        if name not in _WILD and (not is_sensor_id(name) or name not in known):
+            raise RequestError(_NOT_FOUND, "NOT_FOUND", f"no sensor {ascii(name)[:80]}")
+        for sensor_id in known if name in _WILD else [name]:
+            _reply(request, sensor_key(BIASES, sensor_id), self._view.bias(sensor_id), None)
+
+    def _forecast(self, request: Request) -> None:
+        track = _known_track(last_part(request.key))
+        horizon_s = _number(request.parameters, "horizon_s", HORIZON_DEFAULT_S)
+        step_s = _number(request.parameters, "step_s", min(STEP_DEFAULT_S, max(horizon_s, 1e-3)))
+        try:
+            points = self._view.forecast(track, horizon_s, step_s)
+        except ValueError as error:
+            raise RequestError(_BAD_REQUEST, "OUT_OF_RANGE", str(error)) from error
+        if points is None:
+            raise _no_track(str(track))
+        document = {"track_id": track, "points": points}
+        _reply(request, f"{FORECASTS}/{track}", document, None)
+
+    def _answer_status(self, request: Request) -> None:
+        request.reply(STATUS, self._status(), b"")
+
+
+def _reply(request: Request, key: str, document: object, number: object) -> None:
+    content = json.dumps(_finite(document), allow_nan=False, default=str).encode()
+    request.reply(key, content, b"" if number is None else str(number).encode())
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, Mapping):
+        return {name: _finite(part) for name, part in value.items()}
+    if isinstance(value, list):
+        return [_finite(part) for part in value]
+    return value
+
+
+def _known_track(name: str) -> int:
+    track = track_id(name)
+    if track is None:
+        reason = f"expected a key that ends with the number of a track, was {ascii(name)[:80]}"
+        raise RequestError(_BAD_REQUEST, "OUT_OF_RANGE", reason)
+    return track
+
+
+def _no_track(name: str) -> RequestError:
+    return RequestError(_NOT_FOUND, "NOT_FOUND", f"no live track {name}")
+
+
+def _whole(parameters: Mapping[str, str], name: str, absent: int) -> int:
+    text = parameters.get(name, "")
+    if not text:
+        return absent
+    if not (text.isascii() and text.isdigit() and len(text) < 19):
+        raise _bad(name, "a whole number", text)
+    return int(text)
+
+
+def _number(parameters: Mapping[str, str], name: str, absent: float) -> float:
+    text = parameters.get(name, "")
+    if not text:
+        return absent
+    try:
+        value = float(text) if text.isascii() and "_" not in text else math.nan
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise _bad(name, "a finite number", text)
+    return value
+
+
+def _bad(name: str, expected: str, text: str) -> RequestError:
+    return RequestError(
+        _BAD_REQUEST, "NOT_A_NUMBER", f"{name}: expected {expected}, was {ascii(text)[:80]}"
+    )

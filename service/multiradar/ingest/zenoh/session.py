@@ -1,0 +1,265 @@
+"""The Zenoh session: the one place that opens it, and its form as inlet and outlet.
+
+Why it is built as it is (measured with 1.10, see docs/zenoh.md):
+
+- Everything for subscribers is sent with congestion control DROP: BLOCK lets one slow subscriber
+  hold up all others and is not lossless either. What was dropped is recovered from caches.
+- Updates travel at a priority below the answers of the caches, so that a subscriber that catches
+  up is not kept from it by new updates. The first update of a stream travels above both: an
+  advanced subscriber takes the first sample that it sees of a source for the beginning, so that
+  one must not be lost.
+- An advanced publisher has one priority. Therefore it keeps the cache and the heartbeat, is
+  confined to this session, and the samples are put by the session in its name.
+- Publisher detection stays off: with it, an advanced subscriber that joins while samples arrive
+  loses the history of the sources that it detects.
+"""
+
+import json
+from collections.abc import Callable
+from typing import Any
+
+import zenoh
+import zenoh.ext
+
+from multiradar.errors import ConfigurationError
+from multiradar.ingest.zenoh.bus import JSON, BusCounts, Message, Request
+from multiradar.ingest.zenoh.keys import INSTANCES
+from multiradar.ingest.zenoh.options import ZenohOptions
+
+#: Batches that may wait for a slow peer, by priority; 16 is the most that Zenoh allows.
+_QUEUE_BATCHES = 16
+_PRIORITIES = (
+    "control",
+    "real_time",
+    "interactive_high",
+    "interactive_low",
+    "data_high",
+    "data",
+    "data_low",
+    "background",
+)
+_FIRST = zenoh.Priority.INTERACTIVE_HIGH
+_UPDATES = zenoh.Priority.DATA_LOW
+_SEQUENCE_END = 2**32
+_DROP = zenoh.CongestionControl.DROP
+
+
+def zenoh_config(options: ZenohOptions) -> zenoh.Config:
+    """Return the configuration of the session.
+
+    Parameters
+    ----------
+    options : ZenohOptions
+        With a configuration file, only what the streams need is added to it.
+
+    Raises
+    ------
+    ConfigurationError
+        If the file or an endpoint is not what Zenoh understands.
+    """
+    wanted: dict[str, Any] = {
+        "timestamping/enabled": True,
+        **{f"transport/link/tx/queue/size/{name}": _QUEUE_BATCHES for name in _PRIORITIES},
+    }
+    if options.config_file is None:
+        wanted |= {
+            "mode": options.mode,
+            "listen/endpoints": list(options.listen),
+            "listen/exit_on_failure": True,
+            "connect/endpoints": list(options.connect),
+            # A router that is away is waited for in the background.
+            "connect/timeout_ms": 0 if options.mode != "client" else -1,
+            "connect/exit_on_failure": False,
+            "scouting/multicast/enabled": options.multicast,
+            "scouting/gossip/enabled": False,
+            "transport/link/tx/lease": round(options.lease_s * 1000.0),
+            "transport/link/rx/max_message_size": options.message_bytes_max,
+        }
+    try:
+        config = (
+            zenoh.Config()
+            if options.config_file is None
+            else zenoh.Config.from_file(str(options.config_file))
+        )
+        for key, value in wanted.items():
+            config.insert_json5(key, json.dumps(value))
+    except zenoh.ZError as error:
+        source = "settings" if options.config_file is None else str(options.config_file)
+        raise ConfigurationError(f"{source}: {_first_line(error)}") from error
+    return config
+
+
+class ZenohBus:
+    """A Zenoh session as inlet and outlet.
+
+    Parameters
+    ----------
+    options : ZenohOptions
+        How to open it.
+
+    Raises
+    ------
+    ConfigurationError
+        If the session cannot be opened as configured.
+    """
+
+    def __init__(self, options: ZenohOptions) -> None:
+        config = zenoh_config(options)
+        try:
+            self._session = zenoh.open(config)
+        except zenoh.ZError as error:
+            raise ConfigurationError(f"zenoh does not open: {_first_line(error)}") from error
+        self.counts = BusCounts()
+        self.endpoints = _listening(config)
+        self.instance = str(self._session.zid())
+        self._declared: list[Any] = []
+
+    def announce(self) -> None:
+        """Declare the liveliness token of this instance."""
+        token = self._session.liveliness().declare_token(f"{INSTANCES}/{self.instance}")
+        self._declared.append(token)
+
+    def subscribe(self, key: str, handler: Callable[[Message], None]) -> None:
+        """Have a handler called with each sample on a key expression."""
+
+        def on_sample(sample: zenoh.Sample) -> None:
+            try:
+                handler(
+                    Message(
+                        key=str(sample.key_expr),
+                        payload=sample.payload.to_bytes(),
+                        media_type=str(sample.encoding),
+                        attachment=_bytes(sample.attachment),
+                    )
+                )
+            except Exception as error:  # Zenoh would print it and go on.
+                self.counts.report(error)
+
+        self._declared.append(self._session.declare_subscriber(key, on_sample))
+
+    def answer(self, key: str, handler: Callable[[Request], None]) -> None:
+        """Have a handler called with each query on a key expression."""
+
+        def on_query(query: zenoh.Query) -> None:
+            try:
+                handler(_request(query))
+            except Exception as error:
+                # Without this the querier would get an empty answer.
+                self.counts.report(error)
+                _refuse_and_drop(query)
+
+        self._declared.append(self._session.declare_queryable(key, on_query))
+
+    def put(self, key: str, payload: bytes, attachment: bytes) -> None:
+        """Send a JSON sample to whoever listens now; never waits for a subscriber."""
+        self._session.put(
+            key,
+            payload,
+            encoding=JSON,
+            congestion_control=_DROP,
+            priority=_UPDATES,
+            attachment=attachment,
+        )
+
+    def stream(self, key: str, depth: int, heartbeat_s: float) -> "ZenohStream":
+        """Return a stream of updates that keeps the last `depth`."""
+        return ZenohStream(self._session, key, depth, heartbeat_s)
+
+    def close(self) -> None:
+        """Close the session; whoever waits for it sees the liveliness token go."""
+        for declared in self._declared:
+            declared.undeclare()
+        self._declared.clear()
+        self._session.close()  # type: ignore[no-untyped-call]  # so in its stubs
+
+
+class ZenohStream:
+    """The updates of one key: an advanced publisher's cache, and puts in its name."""
+
+    def __init__(self, session: zenoh.Session, key: str, depth: int, heartbeat_s: float) -> None:
+        self._session = session
+        self._key = session.declare_keyexpr(key)
+        self._cache = zenoh.ext.declare_advanced_publisher(
+            session,
+            self._key,
+            encoding=JSON,
+            congestion_control=_DROP,
+            priority=_UPDATES,
+            allowed_destination=zenoh.Locality.SESSION_LOCAL,
+            cache=zenoh.ext.CacheConfig(depth),
+            sample_miss_detection=zenoh.ext.MissDetectionConfig(
+                heartbeat=heartbeat_s, sporadic_heartbeat=None
+            ),
+            publisher_detection=False,
+        )
+        self._count = 0
+        self._source = self._cache.id
+
+    def send(self, payload: bytes, attachment: bytes) -> None:
+        """Send an update to whoever listens, and keep it; never waits for a subscriber."""
+        number = self._count
+        # Kept first: who misses it can already ask for it.
+        self.remember(payload, attachment)
+        self._session.put(
+            self._key,
+            payload,
+            encoding=JSON,
+            congestion_control=_DROP,
+            priority=_UPDATES if number else _FIRST,
+            attachment=attachment,
+            allowed_destination=zenoh.Locality.REMOTE,
+            source_info=zenoh.SourceInfo(self._source, number % _SEQUENCE_END),
+        )
+
+    def remember(self, payload: bytes, attachment: bytes) -> None:
+        """Keep an update without sending it."""
+        self._cache.put(payload, attachment=attachment)
+        self._count += 1
+
+    def close(self) -> None:
+        """Forget what was kept."""
+        self._cache.undeclare()  # type: ignore[no-untyped-call]  # so in its stubs
+        self._session.undeclare(self._key)
+
+
+def _listening(config: zenoh.Config) -> tuple[str, ...]:
+    found = json.loads(config.get_json("listen/endpoints"))
+    if isinstance(found, dict):  # A list for each mode.
+        found = found.get(json.loads(config.get_json("mode")) or "peer", [])
+    return tuple(str(endpoint) for endpoint in found)
+
+
+def _request(query: zenoh.Query) -> Request:
+    payload = query.payload
+    return Request(
+        key=str(query.key_expr),
+        parameters=dict(_pairs(str(query.parameters))),
+        payload=None if payload is None else payload.to_bytes(),
+        media_type="" if query.encoding is None else str(query.encoding),
+        attachment=_bytes(query.attachment),
+        reply=lambda key, content, attachment: query.reply(
+            key, content, encoding=JSON, attachment=attachment
+        ),
+        refuse=lambda content: query.reply_err(content, encoding=JSON),
+        finish=query.drop,
+    )
+
+
+def _pairs(parameters: str) -> list[tuple[str, str]]:
+    pairs = [part.partition("=") for part in parameters.split(";") if part]
+    return [(name, value) for name, _, value in pairs]
+
+
+def _bytes(content: zenoh.ZBytes | None) -> bytes:
+    return b"" if content is None else content.to_bytes()
+
+
+def _refuse_and_drop(query: zenoh.Query) -> None:
+    try:
+        query.reply_err(b'{"code":"INTERNAL","reason":"the query failed"}', encoding=JSON)
+    finally:
+        query.drop()  # type: ignore[no-untyped-call]  # so in its stubs
+
+
+def _first_line(error: Exception) -> str:
+    return str(error).partition("\n")[0][:300]

@@ -1,0 +1,86 @@
+"""Every subscriber in another process gets every track update, in order, once."""
+
+import os
+import signal
+import threading
+
+import pytest
+
+from support.zenoh_scene import StreamingView, gateway
+from support.zenoh_subscriber import SubscriberProcess
+
+
+def complete(result: dict[str, int], expect: int) -> bool:
+    wanted = {"distinct": expect, "greatest": expect, "twice": 0, "out_of_order": 0}
+    return result == {**result, **wanted, "mismatched": 0}
+
+
+def test_a_subscriber_that_was_there_gets_every_update_in_order() -> None:
+    view = StreamingView()
+    with gateway(view) as running:
+        subscriber = SubscriberProcess(running.endpoints[0], 5000)
+        view.stream(5000, tracks=40, per_s=50_000)
+        result = subscriber.result()
+    assert complete(result, 5000), result
+    assert result["keys"] == 40
+
+
+def test_a_subscriber_that_joins_when_all_is_over_gets_every_update() -> None:
+    view = StreamingView()
+    with gateway(view) as running:
+        view.stream(5000, tracks=40, per_s=50_000)
+        result = SubscriberProcess(running.endpoints[0], 5000).result()
+    assert complete(result, 5000), result
+
+
+@pytest.mark.parametrize("detect", [True, False])
+def test_subscribers_that_join_while_updates_flow_get_every_update(detect: bool) -> None:
+    view = StreamingView()
+    count = 16_000
+    with gateway(view) as running:
+        flow = threading.Thread(target=view.stream, args=(count, 60, 8000.0))
+        flow.start()
+        subscribers = [
+            SubscriberProcess(running.endpoints[0], count, detect=detect) for _ in range(2)
+        ]
+        assert flow.is_alive()
+        results = [subscriber.result() for subscriber in subscribers]
+        flow.join()
+    assert all(complete(result, count) for result in results), results
+
+
+@pytest.mark.slow
+def test_a_subscriber_that_sleeps_gets_every_update_also_of_tracks_that_began_meanwhile() -> None:
+    view = StreamingView()
+    rounds, tracks_a_round, repeats = 60, 10, 30
+    count = rounds * tracks_a_round * repeats
+    with gateway(view) as running:
+        asleep = SubscriberProcess(running.endpoints[0], count, sleep_at=100, sleep_s=5.0)
+        awake = SubscriberProcess(running.endpoints[0], count)
+        for number in range(rounds):
+            # Enough to fill what the network holds for the one that sleeps.
+            tracks = range(1 + number * tracks_a_round, 1 + (number + 1) * tracks_a_round)
+            view.tell(list(tracks) * repeats, padding=900)
+            threading.Event().wait(0.1)
+        of_awake, of_asleep = awake.result(), asleep.result()
+    assert complete(of_awake, count), of_awake
+    assert complete(of_asleep, count), of_asleep
+
+
+@pytest.mark.slow
+def test_a_subscriber_that_is_stopped_slows_nobody_and_catches_up() -> None:
+    view = StreamingView()
+    count = 30_000
+    with gateway(view) as running:
+        stopped = SubscriberProcess(running.endpoints[0], count, patience_s=40.0)
+        other = SubscriberProcess(running.endpoints[0], count)
+        os.kill(stopped.process.pid, signal.SIGSTOP)
+        try:
+            view.stream(count, tracks=100, per_s=15_000)
+            # The other has everything although nobody has read for the first.
+            assert complete(other.result(), count)
+            assert stopped.process.poll() is None
+        finally:
+            os.kill(stopped.process.pid, signal.SIGCONT)
+        result = stopped.result()
+    assert complete(result, count), result
