@@ -1,0 +1,46 @@
+"""How the server is configured, and what it does to each connection."""
+
+import asyncio
+import socket
+
+from fastapi import FastAPI
+from uvicorn.protocols.http.h11_impl import H11Protocol
+from uvicorn.server import ServerState
+
+from multiradar.api.connections import server_config
+from multiradar.api.limits import HttpLimits
+
+
+async def test_answers_do_not_wait_for_the_acknowledgement_of_their_headers(
+    application: FastAPI,
+) -> None:
+    config = server_config(application, "127.0.0.1", 0, HttpLimits())
+    config.load()
+    made: list[H11Protocol] = []
+
+    def protocol() -> H11Protocol:
+        assert issubclass(config.http_protocol_class, H11Protocol)
+        made.append(config.http_protocol_class(config, ServerState(), {}))
+        return made[0]
+
+    # A listening socket that does not name its protocol, as the service makes it.
+    listener = socket.create_server(("127.0.0.1", 0))
+    serving = await asyncio.get_running_loop().create_server(protocol, sock=listener)
+    async with serving:
+        _, writer = await asyncio.open_connection(*listener.getsockname())
+        while not made or made[0].transport is None:
+            await asyncio.sleep(0.001)
+        accepted = made[0].transport.get_extra_info("socket")
+        assert accepted.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY) != 0
+        made[0].transport.abort()
+        writer.close()
+        await asyncio.sleep(0.01)
+
+
+def test_the_server_says_nothing_of_itself_and_trusts_no_proxy_header(
+    application: FastAPI,
+) -> None:
+    config = server_config(application, "127.0.0.1", 0, HttpLimits(header_bytes_max=5_000))
+    assert not config.server_header
+    assert not config.proxy_headers
+    assert config.h11_max_incomplete_event_size == 5_000
