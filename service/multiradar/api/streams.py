@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import secrets
 from collections.abc import Coroutine, Mapping, Sequence
 from typing import Annotated
 
@@ -27,8 +28,10 @@ CLOSE_SLOW_CLIENT = 4408
 _EVENT_STREAM = "text/event-stream"
 # A close frame holds no more of a reason, in bytes.
 _CLOSE_REASON_LENGTH_MAX = 120
-# What an event source waits before it connects again, ms.
-_RETRY_MS = 3000
+# What an event source waits before it connects again, ms: each client another time, so that those
+# who lost the service together do not come back together.
+_RETRY_MS = 2000
+_RETRY_SPREAD_MS = 2000
 
 
 router = APIRouter(prefix="/v1", tags=["streams"])
@@ -206,7 +209,8 @@ class _EventStream(Response):
 
     async def _send_batches(self, send: Send) -> None:
         # A comment and the time to wait before connecting again come first, at once.
-        await _send_body(send, b": multiradar events\nretry: %d\n\n" % _RETRY_MS)
+        retry_ms = _RETRY_MS + secrets.randbelow(_RETRY_SPREAD_MS)
+        await _send_body(send, b": multiradar events\nretry: %d\n\n" % retry_ms)
         batches = self._access.hub.batches("sse", self._after, self._kinds, event_lines)
         async with contextlib.aclosing(batches):
             async for batch in batches:

@@ -28,7 +28,9 @@ async def test_answers_do_not_wait_for_the_acknowledgement_of_their_headers(
     serving = await asyncio.get_running_loop().create_server(protocol, sock=listener)
     async with serving:
         _, writer = await asyncio.open_connection(*listener.getsockname())
-        while not made or made[0].transport is None:
+        for _ in range(1000):
+            if made and made[0].transport is not None:
+                break
             await asyncio.sleep(0.001)
         accepted = made[0].transport.get_extra_info("socket")
         assert accepted.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY) != 0
