@@ -85,7 +85,7 @@ class CompiledFilter:
             readout=np.zeros((1, READOUT_COUNT)),
         )
         work = Work(partitions=np.array([0]), bounds=np.array([0, 1]), order=np.array([0]))
-        self._definition.step(work, rows, self._model, self.arrays, result, True)
+        self._definition.step(work, rows, self._model, self.arrays, result, want_readout=True)
         self.readout = result.readout[0]
         self._book.log(result.log, rows.sensor)
         if not self._by_epochs:

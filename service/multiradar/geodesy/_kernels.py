@@ -85,10 +85,13 @@ def site_parameters(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def wrap_angle(angle: float) -> float:
-    """Return the angle (rad) as one in [−π, π)."""
+    """Return the angle (rad) as one in [−π, π); NaN for what is no angle."""
     if -math.pi <= angle < math.pi:
         return angle
-    wrapped = angle - 2.0 * math.pi * math.floor((angle + math.pi) / (2.0 * math.pi))
+    if not abs(angle) < math.inf:
+        return math.nan
+    # Not math.floor, which makes an integer: that of a large number would overflow.
+    wrapped = angle - 2.0 * math.pi * np.floor((angle + math.pi) / (2.0 * math.pi))
     # Rounding may reach π itself; π and −π are the same direction.
     return wrapped if wrapped < math.pi else -math.pi
 

@@ -44,26 +44,21 @@ def test_plane_round_trip_is_within_a_micrometre(
 
 @settings(max_examples=300, deadline=None)
 @given(
-    latitudes,
-    longitudes,
-    st.floats(-0.05, 0.05),
-    st.floats(-0.05, 0.05),
-    st.floats(2_000.0, 450_000.0),
-    st.floats(0.0, 6.283),
-    st.floats(-500.0, 3_000.0),
+    st.tuples(latitudes, longitudes),
+    st.tuples(st.floats(-0.05, 0.05), st.floats(-0.05, 0.05), st.floats(-500.0, 3_000.0)),
+    st.tuples(st.floats(2_000.0, 450_000.0), st.floats(0.0, 6.283)),
     st.floats(-500.0, 20_000.0),
 )
 def test_locate_is_the_inverse_of_predict(
-    latitude: float,
-    longitude: float,
-    off_latitude: float,
-    off_longitude: float,
-    slant: float,
-    azimuth: float,
-    site_height: float,
+    centre: tuple[float, float],
+    site_offset: tuple[float, float, float],
+    plot: tuple[float, float],
     height: float,
 ) -> None:
     """Any range and azimuth with a solution is reproduced by its own foot."""
+    latitude, longitude = centre
+    off_latitude, off_longitude, site_height = site_offset
+    slant, azimuth = plot
     plane = kernels.plane_parameters(latitude, longitude)
     site_latitude = max(-1.57, min(1.57, latitude + off_latitude))
     site = kernels.site_parameters(plane, site_latitude, longitude + off_longitude, site_height)

@@ -9,6 +9,7 @@ import pytest
 from multiradar.geodesy import _kernels as kernels
 from multiradar.geodesy.polar import slant_range_azimuth
 from multiradar.geodesy.system_plane import SystemPlane
+from support.kernels import plain
 from support.oracle import topocentric
 
 CENTRE = (56.3, 61.2)
@@ -16,7 +17,7 @@ SITES = [(56.8, 60.6, 250.0), (53.1, 66.9, 430.0), (59.9, 55.0, -12.0)]
 PLANE = SystemPlane(*np.radians(CENTRE).tolist())
 FORMS = [
     pytest.param(lambda kernel: kernel, id="compiled"),
-    pytest.param(lambda kernel: kernel.py_func, id="plain"),
+    pytest.param(plain, id="plain"),
 ]
 Form = Callable[..., Callable[..., tuple[float, ...]]]
 
@@ -160,7 +161,7 @@ def test_above_the_radar_nothing_is_divided_by_zero() -> None:
     site = kernels.site_parameters(
         PLANE.parameters, math.radians(CENTRE[0]), math.radians(CENTRE[1]), 0.0
     )
-    for form in (kernels.predict_polar, kernels.predict_polar.py_func):
+    for form in (kernels.predict_polar, plain(kernels.predict_polar)):
         assert form(PLANE.parameters, site, 0.0, 0.0, 0.0) == (0, 0, 0, 0, 0, 0, 0)
 
 
@@ -208,3 +209,9 @@ def test_angles_wrap_to_the_nearest(angle: float, wrapped: float, form: Form) ->
     assert -math.pi <= found < math.pi  # type: ignore[operator]
     assert math.isclose(math.cos(found - wrapped), 1.0)  # type: ignore[operator]
     assert math.isclose(math.sin(found - wrapped), 0.0, abs_tol=1e-14)  # type: ignore[operator]
+
+
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("angle", [math.nan, math.inf, -math.inf])
+def test_what_is_no_angle_becomes_nan(angle: float, form: Form) -> None:
+    assert math.isnan(form(kernels.wrap_angle)(angle))  # type: ignore[arg-type]

@@ -1,5 +1,8 @@
 """The compiled measurement model equals its plain forms."""
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -8,6 +11,7 @@ from multiradar.estimation.measurement.bias_parameters import bias_matrix
 from multiradar.estimation.measurement.sensors import PARAMETER_NAMES
 from multiradar.estimation.measurement.unseen_height import range_variance
 from multiradar.geodesy._kernels import plane_parameters, predict_polar, site_parameters
+from support.kernels import plain
 
 PLANE = plane_parameters(0.98, 1.06)
 SITE = site_parameters(PLANE, 0.985, 1.05, 420.0)
@@ -15,9 +19,9 @@ NOISE = np.array([40.0**2, 1e-6, 30.0**2, 420.0])
 BOTH = pytest.mark.parametrize("form", ["compiled", "plain"])
 
 
-def kernel(name: str, form: str):  # type: ignore[no-untyped-def] # A dispatcher or a function.
-    found = getattr(kernels, name)
-    return found if form == "compiled" else found.py_func
+def kernel(name: str, form: str) -> Callable[..., Any]:
+    found: Callable[..., Any] = getattr(kernels, name)
+    return found if form == "compiled" else plain(found)
 
 
 @BOTH
