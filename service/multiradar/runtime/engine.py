@@ -210,14 +210,16 @@ class Engine:
         used, work = self._pool.work(rows.slot[first:last], first)
         step, aircraft = self._filter.step, self._pool.aircraft
         if self._executor is None or last - first < PARALLEL_ROWS_MIN:
-            step(work, rows, self._model, aircraft, result, True)
+            step(work, rows, self._model, aircraft, result, want_readout=True)
             return
         shares = [
             Work(used[worker :: self._workers].copy(), work.bounds, work.order)
             for worker in range(self._workers)
         ]
         tasks = [
-            self._executor.submit(step, share, rows, self._model, aircraft, result, True)
+            self._executor.submit(
+                step, share, rows, self._model, aircraft, result, want_readout=True
+            )
             for share in shares
         ]
         for task in tasks:

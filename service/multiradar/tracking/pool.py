@@ -58,7 +58,7 @@ class AircraftPool:
             )  # fmt: skip
             if first == last:
                 return
-            self._grow()
+            self.grow()
 
     def work(self, slots: NDArray[np.int64], first: int) -> tuple[NDArray[np.int64], Work]:
         """Group rows by partition.
@@ -116,7 +116,8 @@ class AircraftPool:
         rebuild(self.roster)
         return ended
 
-    def _grow(self) -> None:
+    def grow(self) -> None:
+        """Double the slots; states and identities stay where they are."""
         capacity = len(self.roster.track_id)
         roster = Roster.empty(2 * capacity)
         aircraft = _states(2 * capacity, self._bias_columns)

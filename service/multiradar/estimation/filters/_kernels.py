@@ -11,14 +11,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows
 from multiradar.estimation.measurement._kernels import (
-    KIND_POSITION,
     KIND_RADAR,
     bias_column,
     predict_measurement,
 )
-from multiradar.estimation.motion._kernels import predict_motion
 from multiradar.geodesy._kernels import locate_polar
 
 Floats = NDArray[np.float64]
@@ -34,8 +31,6 @@ CONE = 5
 UNLOCATABLE = 6
 SINGULAR = 7
 UNSUPPORTED = 8
-# Not an outcome: the aircraft was moved to the time of the measurement, the correction is due.
-PREDICTED = -1
 
 # Positions in the vector of options.
 ACCELERATION_DENSITY = 0
@@ -127,12 +122,21 @@ def gain_times_update(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def start_aircraft(
-    row: int,
-    rows: Rows,
-    model: Model,
+    mode: int,
+    kind: int,
+    z0: float,
+    z1: float,
     height: float,
     height_variance: float,
-    mode: int,
+    plane: Floats,
+    site: Floats,
+    noise: Floats,
+    first: int,
+    last: int,
+    parameters: Integers,
+    bias: Floats,
+    bias_covariance: Floats,
+    options: Floats,
     a: Floats,
     P: Floats,
     V: Floats,
@@ -145,13 +149,6 @@ def start_aircraft(
     or `BIASES_AS_NOISE` (covariance intersection). Returns what became of the measurement; a, P, V
     are changed only when it is `STARTED`.
     """
-    s = rows.sensor[row]
-    kind = rows.kind[row]
-    z0 = rows.z[row, 0]
-    z1 = rows.z[row, 1]
-    plane, site, noise, options = model.plane, model.sites[s], model.noises[s], model.options
-    first, last = model.starts[s], model.starts[s + 1]
-    parameters, bias, bias_covariance = model.parameters, model.bias, model.bias_covariance
     b0 = 0.0
     b1 = 0.0
     for c in range(first, last):
@@ -261,71 +258,9 @@ def manoeuvre_factor(surprise: float, options: Floats) -> float:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def note_surprise(k: int, nis: float, aircraft: Aircraft, options: Floats) -> None:
-    """Move the fading mean of half the normalised innovation squared: near 1 where all is well."""
+def surprise_after(surprise: float, nis: float, options: Floats) -> float:
+    """Return the fading mean of half the normalised innovation squared with one more in it."""
     clipped = min(nis, options[REFUSE_NIS])
-    if clipped >= 0.0:
-        aircraft.surprise[k] += options[SURPRISE_GAIN] * (0.5 * clipped - aircraft.surprise[k])
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def begin_row(
-    row: int, rows: Rows, model: Model, aircraft: Aircraft, mode: int, H: Floats, W: Floats
-) -> tuple[int, float, float]:
-    """Start the aircraft of a row or move it on; return the outcome so far, height and variance."""
-    k = rows.slot[row]
-    if k < 0:
-        return UNASSOCIATED, 0.0, 0.0
-    if rows.kind[row] > KIND_POSITION:
-        return UNSUPPORTED, 0.0, 0.0
-    a, P, V = aircraft.mean[k], aircraft.covariance[k], aircraft.sensitivity[k]
-    height, variance = choose_height(rows.height[row], aircraft.height[k], model.options)
-    fresh = np.isnan(aircraft.time[k])
-    if fresh or aircraft.refusals[k] >= model.options[REFUSALS_MAX]:
-        outcome = start_aircraft(row, rows, model, height, variance, mode, a, P, V, H, W)
-        if outcome == STARTED:
-            aircraft.surprise[k] = 1.0
-            if not fresh:
-                outcome = RESTARTED
-        return outcome, height, variance
-    density = model.options[ACCELERATION_DENSITY] * manoeuvre_factor(
-        aircraft.surprise[k], model.options
-    )
-    predict_motion(a, P, V, rows.time[row] - aircraft.time[k], density)
-    aircraft.time[k] = rows.time[row]
-    return PREDICTED, height, variance
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def finish_row(
-    row: int,
-    outcome: int,
-    rows: Rows,
-    model: Model,
-    aircraft: Aircraft,
-    result: Result,
-    want_readout: bool,
-) -> None:
-    """Note what became of a row, and read the aircraft out where it was taken."""
-    result.outcome[row] = outcome
-    k = rows.slot[row]
-    if outcome > RESTARTED:
-        if outcome in (REFUSED, SINGULAR):
-            aircraft.refusals[k] += 1
-        return
-    aircraft.refusals[k] = 0
-    aircraft.updates[k] = 1 if outcome != UPDATED else aircraft.updates[k] + 1
-    aircraft.time[k] = rows.time[row]
-    if not np.isnan(rows.height[row]):
-        aircraft.height[k] = rows.height[row]
-    if want_readout:
-        read_out(
-            aircraft.mean[k],
-            aircraft.covariance[k],
-            aircraft.sensitivity[k],
-            model.bias,
-            model.factor,
-            result.readout[row],
-        )
-        result.readout[row, 8] = aircraft.height[k]
-        result.readout[row, 9] = aircraft.updates[k]
+    if not clipped >= 0.0:  # NaN says nothing
+        return surprise
+    return surprise + options[SURPRISE_GAIN] * (0.5 * clipped - surprise)

@@ -9,24 +9,18 @@ from numba import njit
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters._kernels import (
-    BIASES_AS_NOISE,
-    BIASES_KNOWN,
     CONE,
     CONE_RATIO,
     DOWNWEIGHT_NIS,
-    PREDICTED,
     REFUSE_NIS,
     REFUSED,
     SINGULAR,
     UPDATED,
-    begin_row,
     covariance_times_transposed,
-    finish_row,
     gain_times_update,
-    note_surprise,
     squared_norm,
+    surprise_after,
 )
-from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows, Work
 from multiradar.estimation.measurement._kernels import (
     KIND_RADAR,
     bias_column,
@@ -103,165 +97,100 @@ def best_gamma(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def step_blom(
-    work: Work,
-    rows: Rows,
-    model: Model,
-    aircraft: Aircraft,
-    result: Result,
-    want_readout: bool,
-) -> None:
-    """Take the rows in the given order by Blom's separated filters (report, (1.34)-(1.38))."""
-    H = np.empty((2, 2))
-    W = np.empty(2)
-    G = np.empty((4, 2))
-    K = np.empty((4, 2))
-    for p in work.partitions:
-        for i in range(work.bounds[p], work.bounds[p + 1]):
-            row = work.order[i]
-            outcome, height, variance = begin_row(row, rows, model, aircraft, BIASES_KNOWN, H, W)
-            if outcome == PREDICTED:
-                outcome, e0, e1 = compare(
-                    row, height, variance, rows, model, aircraft, result, H, W, G
-                )
-                if outcome == UPDATED:
-                    k = rows.slot[row]
-                    n00, n01, n11 = result.log[row, 2], result.log[row, 3], result.log[row, 4]
-                    add_known_information(row, p, rows, model, result)
-                    gain_times_update(
-                        aircraft.mean[k], aircraft.covariance[k], G, K,
-                        n00 + W[0], n01, n11 + W[1], e0, e1,
-                    )  # fmt: skip
-            finish_row(row, outcome, rows, model, aircraft, result, want_readout)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def step_intersection(
-    work: Work,
-    rows: Rows,
-    model: Model,
-    aircraft: Aircraft,
-    result: Result,
-    want_readout: bool,
-) -> None:
-    """Take the rows in the given order by covariance intersection (report, (1.43)-(1.45)).
-
-    The half of the biases is logged; `multiradar.estimation.bias` folds it at the end of the epoch.
-    """
-    H = np.empty((2, 2))
-    W = np.empty(2)
-    G = np.empty((4, 2))
-    K = np.empty((4, 2))
-    for p in work.partitions:
-        for i in range(work.bounds[p], work.bounds[p + 1]):
-            row = work.order[i]
-            result.log[row, 5] = 0.0
-            outcome, height, variance = begin_row(row, rows, model, aircraft, BIASES_AS_NOISE, H, W)
-            if outcome == PREDICTED:
-                outcome, e0, e1 = compare(
-                    row, height, variance, rows, model, aircraft, result, H, W, G
-                )
-                if outcome == UPDATED:
-                    intersect(row, e0, e1, rows, model, aircraft, result, W, G, K)
-            finish_row(row, outcome, rows, model, aircraft, result, want_readout)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def compare(
-    row: int,
+def correct_separated(
+    intersects: bool,
+    kind: int,
+    z0: float,
+    z1: float,
     height: float,
     height_variance: float,
-    rows: Rows,
-    model: Model,
-    aircraft: Aircraft,
-    result: Result,
+    plane: Floats,
+    site: Floats,
+    noise: Floats,
+    first: int,
+    last: int,
+    parameters: Integers,
+    bias: Floats,
+    bias_covariance: Floats,
+    options: Floats,
+    surprise: float,
+    a: Floats,
+    P: Floats,
+    Y: Floats,
+    y: Floats,
+    log: Floats,
     H: Floats,
     W: Floats,
     G: Floats,
-) -> tuple[int, float, float]:
-    """Log the innovation of a row and gate it; return the outcome and e, and fill W and G."""
-    k = rows.slot[row]
-    s = rows.sensor[row]
-    kind = rows.kind[row]
-    options = model.options
-    a, P, log = aircraft.mean[k], aircraft.covariance[k], result.log[row]
+    K: Floats,
+) -> tuple[int, float]:
+    """Correct an aircraft that was moved to the time of a measurement, by Blom or by CI.
+
+    Blom takes the biases as known for the aircraft and the aircraft as known for the biases, (1.34)
+    to (1.38). CI logs the half of the biases, which is folded at the end of the epoch. Returns what
+    became of the measurement, and the surprise with it.
+    """
     p0, p1, ground = predict_measurement(
-        kind, model.plane, model.sites[s], model.noises[s], a[0], a[1], height, height_variance,
-        H, W,
-    )  # fmt: skip
-    if kind == KIND_RADAR and ground < options[CONE_RATIO] * (height - model.noises[s, 3]):
-        return CONE, 0.0, 0.0
-    nu0 = rows.z[row, 0] - p0
-    nu1 = rows.z[row, 1] - p1
+        kind, plane, site, noise, a[0], a[1], height, height_variance, H, W
+    )
+    if kind == KIND_RADAR and ground < options[CONE_RATIO] * (height - noise[3]):
+        return CONE, surprise
+    nu0 = z0 - p0
+    nu1 = z1 - p1
     if kind == KIND_RADAR:
         nu1 = wrap_angle(nu1)
     r_rate = H[0, 0] * a[2] + H[0, 1] * a[3]
     az_rate = H[1, 0] * a[2] + H[1, 1] * a[3]
     e0 = nu0
     e1 = nu1
-    first, last = model.starts[s], model.starts[s + 1]
     for c in range(first, last):
-        j0, j1 = bias_column(model.parameters[c], p0, r_rate, az_rate)
-        e0 -= j0 * model.bias[c]
-        e1 -= j1 * model.bias[c]
+        j0, j1 = bias_column(parameters[c], p0, r_rate, az_rate)
+        e0 -= j0 * bias[c]
+        e1 -= j1 * bias[c]
     covariance_times_transposed(P, H, G)
-    n00 = H[0, 0] * G[0, 0] + H[0, 1] * G[1, 0]
-    n01 = H[0, 0] * G[0, 1] + H[0, 1] * G[1, 1]
-    n11 = H[1, 0] * G[0, 1] + H[1, 1] * G[1, 1]
-    b00, b01, b11 = bias_spread(
-        first, last, model.parameters, model.bias_covariance, p0, r_rate, az_rate
+    n = (
+        H[0, 0] * G[0, 0] + H[0, 1] * G[1, 0],
+        H[0, 0] * G[0, 1] + H[0, 1] * G[1, 1],
+        H[1, 0] * G[0, 1] + H[1, 1] * G[1, 1],
     )
+    b = bias_spread(first, last, parameters, bias_covariance, p0, r_rate, az_rate)
     # The gate is written so that NaN fails it.
-    nis = squared_norm(n00 + b00 + W[0], n01 + b01, n11 + b11 + W[1], e0, e1)
-    note_surprise(k, nis, aircraft, options)
+    nis = squared_norm(n[0] + b[0] + W[0], n[1] + b[1], n[2] + b[2] + W[1], e0, e1)
+    surprise = surprise_after(surprise, nis, options)
     if not nis <= options[REFUSE_NIS]:
-        return REFUSED if np.isfinite(nis) else SINGULAR, 0.0, 0.0
+        return REFUSED if np.isfinite(nis) else SINGULAR, surprise
     if nis > options[DOWNWEIGHT_NIS]:
         W[0] *= nis / options[DOWNWEIGHT_NIS]
         W[1] *= nis / options[DOWNWEIGHT_NIS]
-    log[0], log[1], log[2], log[3], log[4] = nu0, nu1, n00, n01, n11
-    log[5], log[6], log[7], log[8], log[9] = W[0], W[1], p0, r_rate, az_rate
-    return UPDATED, e0, e1
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def add_known_information(
-    row: int, partition: int, rows: Rows, model: Model, result: Result
-) -> None:
-    """Sum (1.37), (1.38) in information form: Y += Jᵀ W⁻¹ J, y += Jᵀ W⁻¹ ν, aircraft as known."""
-    s = rows.sensor[row]
-    log = result.log[row]
-    last = model.starts[s + 1]
-    for c in range(model.starts[s], last):
-        j0, j1 = bias_column(model.parameters[c], log[7], log[8], log[9])
-        result.vector[partition, c] += j0 * log[0] / log[5] + j1 * log[1] / log[6]
+    if intersects:
+        log[0], log[1], log[2], log[3], log[4] = nu0, nu1, n[0], n[1], n[2]
+        log[5], log[6], log[7], log[8], log[9] = W[0], W[1], p0, r_rate, az_rate
+        intersect(n, b, e0, e1, a, P, W, G, K)
+        return UPDATED, surprise
+    # (1.37), (1.38) in information form: Y += Jᵀ W⁻¹ J, y += Jᵀ W⁻¹ ν.
+    for c in range(first, last):
+        j0, j1 = bias_column(parameters[c], p0, r_rate, az_rate)
+        y[c] += j0 * nu0 / W[0] + j1 * nu1 / W[1]
         for d in range(c, last):
-            k0, k1 = bias_column(model.parameters[d], log[7], log[8], log[9])
-            result.information[partition, c, d] += j0 * k0 / log[5] + j1 * k1 / log[6]
+            k0, k1 = bias_column(parameters[d], p0, r_rate, az_rate)
+            Y[c, d] += j0 * k0 / W[0] + j1 * k1 / W[1]
+    gain_times_update(a, P, G, K, n[0] + W[0], n[1], n[2] + W[1], e0, e1)
+    return UPDATED, surprise
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def intersect(
-    row: int,
+    n: tuple[float, float, float],
+    b: tuple[float, float, float],
     e0: float,
     e1: float,
-    rows: Rows,
-    model: Model,
-    aircraft: Aircraft,
-    result: Result,
+    a: Floats,
+    P: Floats,
     W: Floats,
     G: Floats,
     K: Floats,
 ) -> None:
-    """Correct the aircraft by (1.45) with the γ of the least scaled trace."""
-    k = rows.slot[row]
-    s = rows.sensor[row]
-    a, P, log = aircraft.mean[k], aircraft.covariance[k], result.log[row]
-    n = (log[2], log[3], log[4])
-    b = bias_spread(
-        model.starts[s], model.starts[s + 1], model.parameters, model.bias_covariance,
-        log[7], log[8], log[9],
-    )  # fmt: skip
+    """Correct an aircraft by (1.45) with the γ of the least scaled trace."""
     if b[0] + b[2] == 0.0:
         gain_times_update(a, P, G, K, n[0] + W[0], n[1], n[2] + W[1], e0, e1)
         return

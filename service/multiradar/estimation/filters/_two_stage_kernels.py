@@ -10,24 +10,20 @@ from numba import njit
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters._kernels import (
-    BIASES_KEPT,
     CONE,
     CONE_RATIO,
     DOWNWEIGHT_NIS,
     EXPECTED_NIS,
-    PREDICTED,
     REFUSE_NIS,
     REFUSED,
     SINGULAR,
     UPDATED,
-    begin_row,
     covariance_times_transposed,
-    finish_row,
     gain_times_update,
-    note_surprise,
     squared_norm,
+    surprise_after,
 )
-from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows, Work
+from multiradar.estimation.filters.arrays import Aircraft
 from multiradar.estimation.measurement._kernels import (
     KIND_RADAR,
     bias_column,
@@ -40,55 +36,38 @@ Integers = NDArray[np.int64]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def step_two_stage(
-    work: Work,
-    rows: Rows,
-    model: Model,
-    aircraft: Aircraft,
-    result: Result,
-    want_readout: bool,
-) -> None:
-    """Take the rows in the given order (Friedland 1969, carried over to many aircraft)."""
-    n = model.bias.shape[0]
-    H = np.empty((2, 2))
-    W = np.empty(2)
-    G = np.empty((4, 2))
-    K = np.empty((4, 2))
-    U = np.empty((2, n))
-    for p in work.partitions:
-        for i in range(work.bounds[p], work.bounds[p + 1]):
-            row = work.order[i]
-            outcome, height, variance = begin_row(row, rows, model, aircraft, BIASES_KEPT, H, W)
-            if outcome == PREDICTED:
-                outcome = correct_two_stage(
-                    row, p, height, variance, rows, model, aircraft, result, H, W, G, K, U
-                )
-            finish_row(row, outcome, rows, model, aircraft, result, want_readout)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
 def correct_two_stage(
-    row: int,
-    partition: int,
+    kind: int,
+    z0: float,
+    z1: float,
     height: float,
     height_variance: float,
-    rows: Rows,
-    model: Model,
-    aircraft: Aircraft,
-    result: Result,
+    plane: Floats,
+    site: Floats,
+    noise: Floats,
+    first: int,
+    last: int,
+    parameters: Integers,
+    bias: Floats,
+    factor: Floats,
+    options: Floats,
+    surprise: float,
+    a: Floats,
+    P: Floats,
+    V: Floats,
+    Y: Floats,
+    y: Floats,
     H: Floats,
     W: Floats,
     G: Floats,
     K: Floats,
     U: Floats,
-) -> int:
-    """Correct the aircraft of a row that was moved to its time; return what became of the row."""
-    n = model.bias.shape[0]
-    k = rows.slot[row]
-    s = rows.sensor[row]
-    kind = rows.kind[row]
-    bias, factor, options = model.bias, model.factor, model.options
-    a, P, V = aircraft.mean[k], aircraft.covariance[k], aircraft.sensitivity[k]
+) -> tuple[int, float]:
+    """Correct an aircraft that was moved to the time of a measurement.
+
+    Returns what became of the measurement, and the surprise with it.
+    """
+    n = bias.shape[0]
     x0, x1, x2, x3 = a[0], a[1], a[2], a[3]
     for c in range(n):
         x0 += V[0, c] * bias[c]
@@ -96,12 +75,12 @@ def correct_two_stage(
         x2 += V[2, c] * bias[c]
         x3 += V[3, c] * bias[c]
     p0, p1, ground = predict_measurement(
-        kind, model.plane, model.sites[s], model.noises[s], x0, x1, height, height_variance, H, W
+        kind, plane, site, noise, x0, x1, height, height_variance, H, W
     )
-    if kind == KIND_RADAR and ground < options[CONE_RATIO] * (height - model.noises[s, 3]):
-        return CONE
-    e0 = rows.z[row, 0] - p0
-    e1 = rows.z[row, 1] - p1
+    if kind == KIND_RADAR and ground < options[CONE_RATIO] * (height - noise[3]):
+        return CONE, surprise
+    e0 = z0 - p0
+    e1 = z1 - p1
     if kind == KIND_RADAR:
         e1 = wrap_angle(e1)
     # ν = z − h(χ̂) + H V ς̂: the innovation at bias zero, linearised at χ̂ = a + V ς̂.
@@ -112,8 +91,8 @@ def correct_two_stage(
         U[1, c] = H[1, 0] * V[0, c] + H[1, 1] * V[1, c]
     r_rate = H[0, 0] * x2 + H[0, 1] * x3
     az_rate = H[1, 0] * x2 + H[1, 1] * x3
-    for c in range(model.starts[s], model.starts[s + 1]):
-        j0, j1 = bias_column(model.parameters[c], p0, r_rate, az_rate)
+    for c in range(first, last):
+        j0, j1 = bias_column(parameters[c], p0, r_rate, az_rate)
         U[0, c] += j0
         U[1, c] += j1
         e0 -= j0 * bias[c]
@@ -127,22 +106,21 @@ def correct_two_stage(
     if not nis <= EXPECTED_NIS:
         # Only now the uncertainty of the biases is worth its cost: it can but lower the figure.
         nis = squared_norm_with_biases(n00 + W[0], n01, n11 + W[1], e0, e1, U, factor)
-        note_surprise(k, nis, aircraft, options)
+        surprise = surprise_after(surprise, nis, options)
         if not nis <= options[REFUSE_NIS]:
-            return REFUSED if np.isfinite(nis) else SINGULAR
+            return REFUSED if np.isfinite(nis) else SINGULAR, surprise
         if nis > options[DOWNWEIGHT_NIS]:
             W[0] *= nis / options[DOWNWEIGHT_NIS]
             W[1] *= nis / options[DOWNWEIGHT_NIS]
     else:
-        note_surprise(k, nis, aircraft, options)
+        surprise = surprise_after(surprise, nis, options)
     s00, s01, s11 = n00 + W[0], n01, n11 + W[1]
     gain_times_update(a, P, G, K, s00, s01, s11, nu0, nu1)
     for i in range(4):
         for c in range(n):
             V[i, c] -= K[i, 0] * U[0, c] + K[i, 1] * U[1, c]
-    information, vector = result.information[partition], result.vector[partition]
-    add_information(s00, s01, s11, nu0, nu1, U, information, vector)
-    return UPDATED
+    add_information(s00, s01, s11, nu0, nu1, U, Y, y)
+    return UPDATED, surprise
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

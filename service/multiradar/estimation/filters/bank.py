@@ -1,16 +1,12 @@
 """The registry of filters: each a compiled step and a way to close an epoch, found by name."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
 
 from multiradar.errors import UnknownFilterError
 from multiradar.estimation.filters import _kernels as kernels
-from multiradar.estimation.filters._separated_kernels import step_blom, step_intersection
-from multiradar.estimation.filters._two_stage_kernels import step_two_stage
+from multiradar.estimation.filters._step_kernels import BLOM, INTERSECTION, TWO_STAGE, step
 from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows, Work
-
-Step = Callable[[Work, Rows, Model, Aircraft, Result, bool], None]
 
 
 class Outcome(IntEnum):
@@ -35,8 +31,8 @@ class FilterDefinition:
     ----------
     name : str
         Its name on the command line and in reports.
-    step : Step
-        Compiled: takes rows of one epoch, in canonical order for each partition.
+    method : int
+        Its number in the compiled loop.
     keeps_sensitivity : bool
         Whether each aircraft keeps its dependence on the biases (two-stage).
     folds_log : bool
@@ -44,18 +40,47 @@ class FilterDefinition:
     """
 
     name: str
-    step: Step
+    method: int
     keeps_sensitivity: bool
     folds_log: bool
+
+    def step(
+        self,
+        work: Work,
+        rows: Rows,
+        model: Model,
+        aircraft: Aircraft,
+        result: Result,
+        *,
+        want_readout: bool,
+    ) -> None:
+        """Take rows of one epoch, in canonical order for each partition.
+
+        Parameters
+        ----------
+        work : Work
+            Which rows, in which order.
+        rows : Rows
+            The measurements.
+        model : Model
+            What all aircraft share.
+        aircraft : Aircraft
+            Changed in place.
+        result : Result
+            Filled for these rows; sums about the biases are added to.
+        want_readout : bool
+            Whether to read the aircraft out after each row.
+        """
+        step(self.method, work, rows, model, aircraft, result, want_readout)
 
 
 #: Filters by name.
 FILTERS = {
     definition.name: definition
     for definition in (
-        FilterDefinition("two-stage", step_two_stage, keeps_sensitivity=True, folds_log=False),
-        FilterDefinition("blom", step_blom, keeps_sensitivity=False, folds_log=False),
-        FilterDefinition("ci", step_intersection, keeps_sensitivity=False, folds_log=True),
+        FilterDefinition("two-stage", TWO_STAGE, keeps_sensitivity=True, folds_log=False),
+        FilterDefinition("blom", BLOM, keeps_sensitivity=False, folds_log=False),
+        FilterDefinition("ci", INTERSECTION, keeps_sensitivity=False, folds_log=True),
     )
 }
 
