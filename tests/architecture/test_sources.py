@@ -1,0 +1,154 @@
+"""Rules of the house that no tool checks: read from the syntax trees of the tracked files."""
+
+import ast
+import re
+import subprocess
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+CODE = ("service", "converters", "schemas")
+LINES_MAX = 500
+#: The only module that may ask for the time of day.
+CLOCK = "service/multiradar/clock.py"
+CORE = (
+    "service/multiradar/tracking",
+    "service/multiradar/estimation",
+    "service/multiradar/geodesy",
+)
+
+
+@cache
+def tracked() -> tuple[str, ...]:
+    listed = subprocess.run(
+        ["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    return tuple(name for name in listed.stdout.splitlines() if (ROOT / name).is_file())
+
+
+@cache
+def text(name: str) -> str:
+    return (ROOT / name).read_text(encoding="utf-8", errors="replace")
+
+
+def modules(*folders: str) -> list[str]:
+    return [name for name in tracked() if name.endswith(".py") and name.startswith(folders)]
+
+
+@cache
+def tree(name: str) -> ast.Module:
+    return ast.parse(text(name), filename=name)
+
+
+def nodes(name: str) -> Iterator[ast.AST]:
+    yield from ast.walk(tree(name))
+
+
+def test_there_is_something_to_judge() -> None:
+    assert len(modules(*CODE)) > 20
+
+
+def test_no_module_is_longer_than_the_limit() -> None:
+    long = {name: text(name).count("\n") for name in modules(*CODE, "tests")}
+    assert {name: lines for name, lines in long.items() if lines > LINES_MAX} == {}
+
+
+def test_nothing_is_left_undone() -> None:
+    marks = re.compile(r"\b(TODO|FIXME|XXX|HACK)\b")
+    this = Path(__file__).relative_to(ROOT).as_posix()
+    marked = [name for name in modules(*CODE, "tests") if name != this and marks.search(text(name))]
+    unfinished = [
+        f"{name}:{node.lineno}"
+        for name in modules(*CODE)
+        for node in nodes(name)
+        if isinstance(node, ast.Name) and node.id == "NotImplementedError"
+    ]
+    assert (marked, unfinished) == ([], [])
+
+
+def test_no_error_is_swallowed() -> None:
+    swallowed = [
+        f"{name}:{node.lineno}"
+        for name in modules(*CODE, "tests")
+        for node in nodes(name)
+        if isinstance(node, ast.ExceptHandler) and all(_says_nothing(part) for part in node.body)
+    ]
+    assert swallowed == []
+
+
+def _says_nothing(statement: ast.stmt) -> bool:
+    if isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant):
+        return True
+    return isinstance(statement, ast.Pass)
+
+
+def test_only_the_clock_module_reads_the_clock() -> None:
+    readers = [
+        name
+        for name in modules(*CODE)
+        if name != CLOCK and any(_reads_clock(node) for node in nodes(name))
+    ]
+    assert readers == []
+
+
+_CLOCKS = re.compile(
+    r"(?:.*\.)?(?:time\.(?:time|time_ns|monotonic|monotonic_ns|perf_counter|perf_counter_ns)"
+    r"|(?:datetime|date)\.(?:now|utcnow|today))"
+)
+
+
+def _reads_clock(node: ast.AST) -> bool:
+    if isinstance(node, ast.ImportFrom) and node.module == "time":
+        return any(_CLOCKS.fullmatch(f"time.{alias.name}") for alias in node.names)
+    return isinstance(node, ast.Attribute) and _CLOCKS.fullmatch(ast.unparse(node)) is not None
+
+
+def test_no_tracked_file_names_a_machine_or_an_index_of_packages() -> None:
+    machine = re.compile(
+        r"(?<![\w.])/(?:work|root|home/\w+|tmp/team)/|pypi\.(?:org|io)|pythonhosted"
+    )
+    this = Path(__file__).relative_to(ROOT).as_posix()
+    names = [name for name in tracked() if name != this and machine.search(text(name))]
+    assert names == []
+
+
+def public_functions() -> list[tuple[str, ast.FunctionDef]]:
+    return [
+        (f"{name}:{node.name}", node)
+        for name in modules(*CORE)
+        if not Path(name).name.startswith("_")
+        for node in tree(name).body
+        if isinstance(node, ast.FunctionDef) and not node.name.startswith("_")
+    ]
+
+
+@pytest.mark.parametrize(
+    "function", [pytest.param(node, id=name) for name, node in public_functions()]
+)
+def test_public_functions_of_the_core_say_what_they_take_and_give(
+    function: ast.FunctionDef,
+) -> None:
+    documentation = ast.get_docstring(function) or ""
+    arguments = [*function.args.args, *function.args.kwonlyargs, *function.args.posonlyargs]
+    assert not arguments or "Parameters\n---" in documentation
+    gives_nothing = isinstance(function.returns, ast.Constant) and function.returns.value is None
+    assert gives_nothing or "Returns\n---" in documentation or "Yields\n---" in documentation
+
+
+def test_packages_of_the_service_say_what_they_are_for() -> None:
+    silent = [
+        name
+        for name in modules(*CODE)
+        if Path(name).name == "__init__.py" and not ast.get_docstring(tree(name))
+    ]
+    assert silent == []
+
+
+def test_no_module_is_a_drawer_for_everything() -> None:
+    drawers = {"utils", "util", "helpers", "common", "functions", "lib", "misc"}
+    assert [
+        name for name in modules(*CODE) if drawers & set(Path(name).with_suffix("").parts)
+    ] == []

@@ -1,0 +1,187 @@
+"""JSON and NDJSON bodies: good rows pass, each bad one is named, nothing else happens."""
+
+import json
+
+import pytest
+
+from multiradar_converters.normalised.parsed import PARSED_SCHEMA
+from multiradar_converters.normalised.text import parse_json, parse_ndjson
+from multiradar_schemas.errors import BodyError
+from multiradar_schemas.reject import RejectCode
+from support.messages import adsb, array, radar, without
+
+GOOD = json.dumps(radar())
+
+BAD_ROWS = [
+    pytest.param(radar(time_s=True), "WRONG_TYPE", "time_s", id="true-is-no-number"),
+    pytest.param(radar(range_m="9"), "NOT_A_NUMBER", "range_m", id="text-is-no-number"),
+    pytest.param(radar(range_m=None), "MISSING_FIELD", "range_m", id="null-where-needed"),
+    pytest.param(without(radar(), "azimuth_deg"), "MISSING_FIELD", "azimuth_deg", id="absent"),
+    pytest.param(without(radar(), "kind"), "MISSING_FIELD", "kind", id="no-kind"),
+    pytest.param(without(radar(), "time_s"), "MISSING_FIELD", "time", id="no-time"),
+    pytest.param(radar(time_ns=3), "UNKNOWN_FIELD", "time", id="two-times"),
+    pytest.param(radar(time=None, time_s=None), "MISSING_FIELD", "time", id="null-times"),
+    pytest.param(radar(kind="sonar"), "UNKNOWN_KIND", "kind", id="unknown-kind"),
+    pytest.param(radar(hight_m=3), "UNKNOWN_FIELD", "hight_m", id="unknown-field"),
+    pytest.param(radar(azimuth_deg=360), "OUT_OF_RANGE", "azimuth_deg", id="azimuth-360"),
+    pytest.param(radar(range_m=0), "OUT_OF_RANGE", "range_m", id="range-0"),
+    pytest.param(radar(range_m=1e6 + 1), "OUT_OF_RANGE", "range_m", id="range-too-large"),
+    pytest.param(adsb(latitude_deg=90.001), "OUT_OF_RANGE", "latitude_deg", id="latitude"),
+    pytest.param(adsb(longitude_deg=-181), "OUT_OF_RANGE", "longitude_deg", id="longitude"),
+    pytest.param(radar(height_m=40_001), "OUT_OF_RANGE", "height_m", id="height"),
+    pytest.param(radar(time_s=1e11), "OUT_OF_RANGE", "time_s", id="time"),
+    pytest.param(radar(track_number=-1), "OUT_OF_RANGE", "track_number", id="track-number"),
+    pytest.param(radar(track_number=2**63), "OUT_OF_RANGE", "track_number", id="64-bits"),
+    pytest.param(radar(track_number=1.0), "WRONG_TYPE", "track_number", id="float-is-no-integer"),
+    pytest.param(radar(mode_3a="7018"), "OUT_OF_RANGE", "mode_3a", id="code-not-octal"),
+    pytest.param(radar(mode_3a=7012), "WRONG_TYPE", "mode_3a", id="code-as-number"),
+    pytest.param(adsb(mode_s_address="4b1a2"), "OUT_OF_RANGE", "mode_s_address", id="address"),
+    pytest.param(radar(sensor_id="a/b"), "OUT_OF_RANGE", "sensor_id", id="sensor-id"),
+    pytest.param(radar(sensor_id="\ud800"), "ENCODING", "sensor_id", id="lone-surrogate"),
+    pytest.param(radar(**{"\udfff": 1}), "UNKNOWN_FIELD", "udfff", id="lone-surrogate-key"),
+    pytest.param(GOOD.replace("90000.0", "NaN"), "NON_FINITE", "range_m", id="nan-literal"),
+    pytest.param(
+        GOOD.replace("90000.0", "-Infinity"), "NON_FINITE", "range_m", id="infinity-literal"
+    ),
+    pytest.param(GOOD.replace("90000.0", "1e999"), "NON_FINITE", "range_m", id="overflow"),
+    pytest.param(
+        GOOD.replace("90000.0", "9" * 5000), "NON_FINITE", "range_m", id="5000-digit-integer"
+    ),
+    pytest.param(GOOD[:-1] + ',"range_m":5}', "DUPLICATE_KEY", "range_m", id="duplicate-key"),
+    pytest.param(
+        GOOD[:-1] + ',"rang\\u0065_m":5}', "DUPLICATE_KEY", "range_m", id="duplicate-key-escaped"
+    ),
+    pytest.param(
+        GOOD[:-1] + ',"mode_3a":null}', "DUPLICATE_KEY", "mode_3a", id="duplicate-key-null"
+    ),
+    pytest.param("[]", "WRONG_TYPE", "object", id="array-is-no-row"),
+    pytest.param("null", "WRONG_TYPE", "object", id="null-is-no-row"),
+    pytest.param(
+        without(radar(time="2026-02-30T00:00:00Z"), "time_s"), "OUT_OF_RANGE", "time", id="no-date"
+    ),
+    pytest.param(
+        without(radar(time="2026-02-03T00:00:00"), "time_s"), "OUT_OF_RANGE", "time", id="no-zone"
+    ),
+    pytest.param(
+        without(radar(time="1700000000"), "time_s"), "OUT_OF_RANGE", "time", id="number-as-time"
+    ),
+]
+
+
+@pytest.mark.parametrize(("row", "code", "named"), BAD_ROWS)
+def test_a_bad_row_of_an_array_is_named_and_its_neighbours_pass(
+    row: object, code: str, named: str
+) -> None:
+    parsed = parse_json(array(radar(), row, adsb()))
+    assert parsed.frame["index"].to_list() == [0, 2]
+    assert [(reject.index, reject.code) for reject in parsed.rejected] == [(1, code)]
+    assert named in parsed.rejected[0].reason
+    assert parsed.rejected[0].raw == (row if isinstance(row, str) else json.dumps(row))
+    assert parsed.rejected[0].reason.isprintable()
+
+
+@pytest.mark.parametrize(("row", "code", "named"), BAD_ROWS)
+def test_a_bad_line_is_named_by_its_number(row: object, code: str, named: str) -> None:
+    line = row if isinstance(row, str) else json.dumps(row)
+    parsed = parse_ndjson(f"{GOOD}\r\n\n{line}\n{GOOD}".encode())
+    assert parsed.frame["index"].to_list() == [0, 3]
+    assert [(reject.index, reject.code) for reject in parsed.rejected] == [(2, code)]
+    assert parsed.rejected[0].raw == line
+
+
+@pytest.mark.parametrize(
+    ("line", "code"),
+    [
+        (GOOD[:-1].encode(), "MALFORMED_JSON"),
+        (GOOD.replace("90000.0", "90_000").encode(), "MALFORMED_JSON"),
+        (GOOD.encode() + b"," + GOOD.encode(), "MALFORMED_JSON"),
+        (b'{"\xff": 1}', "ENCODING"),
+        (b"\xef\xbb\xbf" + GOOD.encode(), "MALFORMED_JSON"),
+        (b"[" * 100_000, "MALFORMED_JSON"),
+        (b'{"a":' * 100_000, "MALFORMED_JSON"),
+        (GOOD.replace("7012", "70\x0012").encode(), "MALFORMED_JSON"),
+    ],
+)
+def test_a_line_that_is_no_json_spoils_only_itself(line: bytes, code: str) -> None:
+    parsed = parse_ndjson(GOOD.encode() + b"\n" + line + b"\n" + GOOD.encode())
+    assert parsed.frame["index"].to_list() == [0, 2]
+    assert [(reject.index, reject.code) for reject in parsed.rejected] == [(1, code)]
+
+
+def test_lines_cannot_mend_each_other() -> None:
+    # Joined by commas these three lines would be valid JSON of three objects.
+    body = f'{GOOD},{GOOD}\n{GOOD[:-1]}\n"height_m":5}}\n'.encode()
+    parsed = parse_ndjson(body)
+    assert len(parsed.frame) == 0
+    assert [reject.index for reject in parsed.rejected] == [0, 1, 2]
+
+
+@pytest.mark.parametrize(
+    ("body", "code"),
+    [
+        (b"", "MALFORMED_JSON"),
+        (b"{}", "MALFORMED_JSON"),
+        (b"nonsense", "MALFORMED_JSON"),
+        (b"[", "MALFORMED_JSON"),
+        (b"[,]", "MALFORMED_JSON"),
+        (b"[1,]", "MALFORMED_JSON"),
+        (b"[]]", "MALFORMED_JSON"),
+        (b"[1 2]", "MALFORMED_JSON"),
+        (array(radar())[:-1], "MALFORMED_JSON"),
+        (array(GOOD.replace("90000.0", "90_000")), "MALFORMED_JSON"),
+        (b"[" * 200_000, "MALFORMED_JSON"),
+        (b"\xff[]", "ENCODING"),
+        ("[]".encode("utf-16"), "ENCODING"),
+        (b"\xef\xbb\xbf[]", "MALFORMED_JSON"),
+    ],
+)
+def test_a_body_that_is_no_array_is_refused_whole(body: bytes, code: str) -> None:
+    with pytest.raises(BodyError) as refusal:
+        parse_json(body)
+    assert refusal.value.code == code
+
+
+@pytest.mark.parametrize("good", [True, False])
+def test_the_limit_of_rows_holds_at_the_limit_and_one_above(good: bool) -> None:
+    row = radar() if good else 3
+    assert parse_json(array(*[row] * 4), rows_max=4) is not None
+    lines = b"\n".join([json.dumps(row).encode()] * 4)
+    assert parse_ndjson(lines, rows_max=4) is not None
+    for parse, body in ((parse_json, array(*[row] * 5)), (parse_ndjson, lines + b"\n3")):
+        with pytest.raises(BodyError) as refusal:
+            parse(body, rows_max=4)
+        assert refusal.value.code is RejectCode.TOO_LARGE
+
+
+def test_the_three_forms_of_time_agree() -> None:
+    rows = [
+        radar(time_s=1767225600.25),
+        without(radar(time_ns=1767225600250000000), "time_s"),
+        without(radar(time="2026-01-01T00:00:00.25Z"), "time_s"),
+        without(radar(time="2026-01-01T05:30:00.250+05:30"), "time_s"),
+    ]
+    for body in (array(*rows), array(*rows, 3)):
+        assert parse_json(body).frame["time_s"].to_list() == [1767225600.25] * 4
+
+
+def test_null_and_absent_are_the_same_and_integers_serve_as_numbers() -> None:
+    rows = array(radar(height_m=None, track_number=None, range_m=90), without(radar(), "height_m"))
+    frame = parse_json(rows).frame
+    assert frame.schema == PARSED_SCHEMA
+    assert frame["height_m"].to_list() == [None, None]
+    assert frame["range_m"].to_list() == [90.0, 90_000.0]
+
+
+def test_an_address_is_lower_case_afterwards() -> None:
+    assert parse_json(array(adsb(mode_s_address="4B1A2C"))).frame["mode_s_address"][0] == "4b1a2c"
+
+
+def test_no_rows_are_no_fault() -> None:
+    assert parse_json(b" [ ] ").frame.schema == PARSED_SCHEMA
+    assert parse_ndjson(b"\r\n \n").frame.schema == PARSED_SCHEMA
+
+
+def test_very_many_unknown_keys_are_one_refusal() -> None:
+    keys = ",".join(f'"key{number}":{number}' for number in range(200_000))
+    parsed = parse_json(b"[{" + keys.encode() + b"}]")
+    assert [reject.code for reject in parsed.rejected] == [RejectCode.UNKNOWN_FIELD]

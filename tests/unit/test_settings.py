@@ -1,0 +1,103 @@
+"""Settings: which source wins, and what is said about a wrong key or value."""
+
+from dataclasses import asdict, fields
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from multiradar.api.limits import HttpLimits
+from multiradar.errors import ConfigurationError
+from multiradar.runtime.limits import RuntimeLimits
+from multiradar.settings import HttpSettings, RuntimeSettings, Section, load_settings
+from multiradar.tracking.settings import TrackingSettings
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    return tmp_path / "multiradar.toml"
+
+
+def test_defaults_are_loopback_without_multicast() -> None:
+    settings = load_settings()
+    assert (settings.server.host, settings.server.port) == ("127.0.0.1", 8321)
+    assert settings.zenoh.listen == ("tcp/127.0.0.1:7447",)
+    assert not settings.zenoh.multicast
+    assert settings.tracking_settings() == TrackingSettings()
+
+
+def test_explicit_wins_over_environment_over_file(
+    file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file.write_text("[tracking]\nepoch_s = 2\ncoast_after_s = 20\nrefusals_max = 5\n")
+    monkeypatch.setenv("MULTIRADAR_TRACKING__EPOCH_S", "3.5")
+    monkeypatch.setenv("MULTIRADAR_TRACKING__COAST_AFTER_S", "30")
+    settings = load_settings(file, {"tracking": {"epoch_s": 8.0}}).tracking_settings()
+    assert (settings.epoch_s, settings.coast_after_s, settings.refusals_max) == (8.0, 30.0, 5)
+    assert settings.drop_after_s == TrackingSettings().drop_after_s
+
+
+def test_lists_come_as_json_from_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MULTIRADAR_ZENOH__LISTEN", '["tcp/127.0.0.1:0"]')
+    assert load_settings().zenoh.listen == ("tcp/127.0.0.1:0",)
+    monkeypatch.setenv("MULTIRADAR_ZENOH__LISTEN", "tcp/127.0.0.1:0")
+    with pytest.raises(ConfigurationError, match="expected JSON for a list"):
+        load_settings()
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("[tracking]\nepoch = 3", "tracking.epoch: expected no such field, was 3"),
+        ("[tracking]\nepoch_s = true", "tracking.epoch_s: expected a number, was true"),
+        ("[tracking]\nepoch_s = 0", "tracking.epoch_s: expected a value greater than 0, was 0"),
+        ("[tracking]\nepoch_s = nan", "tracking.epoch_s: expected a finite number, was nan"),
+        ("[tracking]\nepoch_s = 'x'", "tracking.epoch_s: expected a valid number"),
+        ("[server]\nport = 65536", "server.port: expected a value less than or equal to 65535"),
+        ("[http]\nbody_bytes_max = 0", "http.body_bytes_max: expected a value greater than"),
+        ("[zenoh]\nmode = 'star'", "zenoh.mode: expected 'peer', 'client' or 'router', was 'star'"),
+        ("[zenoh]\nlisten = ['here']", "zenoh.listen[0]: expected text of the form"),
+        ("[radar]\nx = 1", "radar: expected no such field"),
+        ("server = 3", "server: expected a valid dictionary"),
+        ("[", "expected TOML, was not"),
+    ],
+)
+def test_a_wrong_key_or_value_is_told_in_one_sentence(text: str, sentence: str, file: Path) -> None:
+    file.write_text(text)
+    with pytest.raises(ConfigurationError) as fault:
+        load_settings(file)
+    assert sentence in str(fault.value)
+    assert "\n" not in str(fault.value)
+
+
+@pytest.mark.parametrize(
+    ("variable", "value", "sentence"),
+    [
+        ("MULTIRADAR_SERVER__PORT", "1_0", "server.port: expected a number, was '1_0'"),
+        ("MULTIRADAR_SERVER__PORT", "x", "server.port: expected a valid integer"),
+        ("MULTIRADAR_SERVER__PROT", "1", "server.prot: expected no such field"),
+        ("MULTIRADAR_SERVR__PORT", "1", "MULTIRADAR_SERVR__PORT: expected a section of server"),
+    ],
+)
+def test_a_wrong_variable_is_told(
+    variable: str, value: str, sentence: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(variable, value)
+    with pytest.raises(ConfigurationError) as fault:
+        load_settings()
+    assert sentence in str(fault.value)
+
+
+def test_a_missing_file_is_told(file: Path) -> None:
+    with pytest.raises(ConfigurationError, match="expected a file, was: No such file"):
+        load_settings(file)
+
+
+@pytest.mark.parametrize(
+    ("section", "limits"), [(HttpSettings, HttpLimits), (RuntimeSettings, RuntimeLimits)]
+)
+def test_sections_have_the_bounds_and_defaults_of_the_parts_they_configure(
+    section: type[Section], limits: Any
+) -> None:
+    assert section().model_dump() == asdict(limits())
+    assert [field.name for field in fields(limits)] == list(section.model_fields)

@@ -1,0 +1,201 @@
+"""The translation between wire and core: units, order, missing values, and what is refused."""
+
+import numpy as np
+import polars as pl
+import pytest
+
+from multiradar.errors import InputError, MissingColumnError
+from multiradar.estimation.measurement.sensors import (
+    PARAMETER_AZIMUTH_OFFSET,
+    PARAMETER_RANGE_GAIN,
+    PARAMETER_RANGE_OFFSET,
+)
+from multiradar.tracking.measurements import KIND_BEARING, KIND_POSITION, KIND_RADAR
+from multiradar.tracking.outputs import (
+    STATE_COASTING,
+    STATE_CONFIRMED,
+    BiasRecords,
+    TrackUpdates,
+)
+from multiradar.wire import biases_frame, measurement_batch, sensor_table, tracks_frame
+from multiradar_schemas.arrow import BIAS_SCHEMA, MEASUREMENT_SCHEMA, TRACK_SCHEMA
+from multiradar_schemas.bias import BiasEstimate
+from multiradar_schemas.reject import RejectCode
+from multiradar_schemas.track import TrackUpdate
+from support.messages import adsb, radar, sensors
+
+TABLE = sensor_table(sensors())
+BEARING = {"time_s": 1.0, "sensor_id": "finder", "kind": "bearing", "azimuth_deg": 90.0}
+
+
+def frame(*rows: dict[str, object]) -> pl.DataFrame:
+    return pl.DataFrame(rows, schema=MEASUREMENT_SCHEMA)
+
+
+def test_sensors_are_sorted_and_in_radians() -> None:
+    assert TABLE.ids == ("41-10", "adsb", "finder")
+    assert TABLE.kinds.tolist() == [KIND_RADAR, KIND_POSITION, KIND_BEARING]
+    np.testing.assert_allclose(np.degrees(TABLE.latitude_rad), [55.0, np.nan, -12.0])
+    np.testing.assert_allclose(np.degrees(TABLE.azimuth_sigma_rad), 0.08)
+    assert TABLE.range_max_m.tolist() == [400_000.0, np.inf, np.inf]
+    assert np.isnan(TABLE.rotation_period_s).all()
+
+
+def test_bias_parameters_are_columns_in_the_order_of_the_sensors() -> None:
+    assert TABLE.parameter_sensor.tolist() == [0, 0, 0, 2]
+    assert TABLE.parameter_kind.tolist() == [
+        PARAMETER_RANGE_OFFSET,
+        PARAMETER_AZIMUTH_OFFSET,
+        PARAMETER_RANGE_GAIN,
+        PARAMETER_AZIMUTH_OFFSET,
+    ]
+    half_degree = np.radians(0.5)
+    np.testing.assert_allclose(TABLE.prior_sigma, [500.0, half_degree, 0.002, half_degree])
+    assert TABLE.drift.tolist() == [0.0, 0.0, 1e-6, 0.0]
+
+
+def test_a_batch_has_radians_numbers_for_codes_and_marks_what_is_missing() -> None:
+    batch, rejected = measurement_batch(frame(radar(), adsb(), BEARING), TABLE)
+    assert len(rejected) == 0
+    assert batch.sensor.tolist() == [0, 1, 2]
+    assert batch.kind.tolist() == [KIND_RADAR, KIND_POSITION, KIND_BEARING]
+    np.testing.assert_array_equal(batch.range_m, [90_000.0, np.nan, np.nan])
+    np.testing.assert_allclose(np.degrees(batch.azimuth_rad), [271.25, np.nan, 90.0])
+    np.testing.assert_allclose(np.degrees(batch.latitude_rad), [np.nan, 55.25, np.nan])
+    np.testing.assert_array_equal(batch.height_m, [9000.0, np.nan, np.nan])
+    assert batch.mode_3a.tolist() == [0o7012, -1, -1]
+    assert batch.mode_s_address.tolist() == [-1, 0x4B1A2C, -1]
+    assert batch.track_number.tolist() == [-1, 7, -1]
+
+
+def test_numbers_that_a_kind_does_not_use_do_not_reach_the_core() -> None:
+    batch, rejected = measurement_batch(
+        frame(radar(latitude_deg=1.0, longitude_deg=2.0), adsb(range_m=5.0, azimuth_deg=3.0)), TABLE
+    )
+    assert len(rejected) == 0
+    assert np.isnan(batch.latitude_rad[0])
+    assert np.isnan(batch.range_m[1])
+    assert np.isnan(batch.azimuth_rad[1])
+
+
+@pytest.mark.parametrize(
+    ("row", "code", "named"),
+    [
+        (radar(sensor_id="99-1"), RejectCode.UNKNOWN_SENSOR, "99-1"),
+        (radar(sensor_id="adsb"), RejectCode.UNKNOWN_KIND, "radar"),
+        (adsb(sensor_id="finder"), RejectCode.UNKNOWN_KIND, "adsb"),
+        (radar(kind="sonar"), RejectCode.UNKNOWN_KIND, "sonar"),
+        (radar(range_m=420_001.0), RejectCode.OUT_OF_RANGE, "instrumented range"),
+        (radar(range_m=-0.0), RejectCode.OUT_OF_RANGE, "range_m"),
+        (radar(range_m=float("nan")), RejectCode.NON_FINITE, "range_m"),
+        (radar(azimuth_deg=360.0), RejectCode.OUT_OF_RANGE, "azimuth_deg"),
+        (radar(azimuth_deg=-1e-9), RejectCode.OUT_OF_RANGE, "azimuth_deg"),
+        (radar(azimuth_deg=None), RejectCode.MISSING_FIELD, "azimuth_deg"),
+        (radar(time_s=float("inf")), RejectCode.NON_FINITE, "time_s"),
+        (radar(time_s=-1e11), RejectCode.OUT_OF_RANGE, "time_s"),
+        (radar(time_s=None), RejectCode.MISSING_FIELD, "time_s"),
+        (radar(height_m=-1000.5), RejectCode.OUT_OF_RANGE, "height_m"),
+        (radar(track_number=-1), RejectCode.OUT_OF_RANGE, "track_number"),
+        (radar(mode_3a="12345"), RejectCode.OUT_OF_RANGE, "mode_3a"),
+        (adsb(mode_s_address="zzzzzz"), RejectCode.OUT_OF_RANGE, "mode_s_address"),
+        (adsb(latitude_deg=None), RejectCode.MISSING_FIELD, "latitude_deg"),
+        (adsb(longitude_deg=180.5), RejectCode.OUT_OF_RANGE, "longitude_deg"),
+    ],
+)
+def test_a_row_that_cannot_be_true_is_refused_and_the_others_pass(
+    row: dict[str, object], code: RejectCode, named: str
+) -> None:
+    batch, rejected = measurement_batch(frame(adsb(), row, radar()), TABLE)
+    assert rejected.index.tolist() == [1]
+    assert rejected.code == (code,)
+    assert named in rejected.reason[0]
+    assert batch.sensor.tolist() == [1, 0]
+
+
+@pytest.mark.parametrize(
+    "row",
+    [
+        radar(range_m=420_000.0),
+        radar(azimuth_deg=0.0),
+        radar(azimuth_deg=float(np.nextafter(360.0, 0.0))),
+        radar(height_m=-1000.0),
+        radar(height_m=40_000.0),
+        adsb(latitude_deg=90.0, longitude_deg=-180.0),
+        radar(time_s=float(np.nextafter(1e11, 0.0))),
+    ],
+)
+def test_the_bounds_themselves_are_taken(row: dict[str, object]) -> None:
+    batch, rejected = measurement_batch(frame(row), TABLE)
+    assert (len(batch), len(rejected)) == (1, 0)
+
+
+def test_optional_columns_may_miss_and_further_ones_are_ignored() -> None:
+    columns = ["time_s", "sensor_id", "kind", "latitude_deg", "longitude_deg"]
+    some = frame(adsb()).select(columns).with_columns(index=pl.lit(3, pl.UInt32))
+    batch, rejected = measurement_batch(some, TABLE)
+    assert (len(batch), len(rejected)) == (1, 0)
+    assert batch.mode_s_address.tolist() == [-1]
+
+
+def test_a_table_without_a_needed_column_or_with_another_type_is_refused_whole() -> None:
+    with pytest.raises(MissingColumnError, match="kind"):
+        measurement_batch(frame(radar()).drop("kind"), TABLE)
+    with pytest.raises(InputError, match="range_m to be Float64, was String"):
+        measurement_batch(frame(radar()).with_columns(range_m=pl.lit("9")), TABLE)
+
+
+def test_a_table_without_rows_is_a_batch_without_rows() -> None:
+    batch, rejected = measurement_batch(frame(), TABLE)
+    assert (len(batch), len(rejected)) == (0, 0)
+
+
+UPDATES = TrackUpdates(
+    sequence=np.array([1, 2]),
+    time_s=np.array([1.0, 2.0]),
+    track_id=np.array([1, 2]),
+    sensor=np.array([0, 2], np.int32),
+    track_number=np.array([-1, 7]),
+    mode_s_address=np.array([0x00FFA0, -1]),
+    mode_3a=np.array([-1, 0o0052], np.int32),
+    latitude_rad=np.radians([55.0, -12.0]),
+    longitude_rad=np.radians([37.0, 130.0]),
+    height_m=np.array([np.nan, 9000.0]),
+    speed_mps=np.array([210.0, 0.0]),
+    heading_rad=np.array([-1e-20, np.radians(-90.0)]),
+    position_sigma_m=np.array([50.0, 60.0]),
+    velocity_sigma_mps=np.array([1.0, 2.0]),
+    state=np.array([STATE_CONFIRMED, STATE_COASTING], np.int8),
+)
+
+
+def test_tracks_have_degrees_digits_and_null_for_what_is_missing() -> None:
+    tracks = tracks_frame(UPDATES, TABLE)
+    assert tracks.schema == TRACK_SCHEMA
+    first, second = tracks.to_dicts()
+    assert first["mode_s_address"] == "00ffa0"
+    assert (first["track_number"], first["mode_3a"], first["height_m"]) == (None, None, None)
+    assert first["heading_deg"] == 0.0
+    assert (second["mode_3a"], second["mode_s_address"]) == ("0052", None)
+    assert second["heading_deg"] == pytest.approx(270.0)
+    assert (second["state"], second["sensor_id"]) == ("coasting", "finder")
+    for row in (first, second):
+        TrackUpdate.model_validate(row)
+
+
+def test_biases_have_degrees_for_azimuth_only() -> None:
+    records = BiasRecords(
+        epoch=np.array([4, 4]),
+        time_s=np.array([16.0, 16.0]),
+        sensor=np.array([0, 0], np.int32),
+        parameter=np.array([PARAMETER_RANGE_OFFSET, PARAMETER_AZIMUTH_OFFSET], np.int8),
+        estimate=np.array([120.0, np.radians(0.25)]),
+        sigma=np.array([2.0, np.radians(0.01)]),
+    )
+    biases = biases_frame(records, TABLE)
+    assert biases.schema == BIAS_SCHEMA
+    offset, azimuth = biases.to_dicts()
+    assert (offset["parameter"], offset["estimate"]) == ("range_offset_m", 120.0)
+    assert azimuth["estimate"] == pytest.approx(0.25)
+    assert azimuth["sigma"] == pytest.approx(0.01)
+    for row in (offset, azimuth):
+        BiasEstimate.model_validate(row)
