@@ -1,0 +1,464 @@
+"""The live pipeline: all is accounted for, answers come from disk, one message harms no other."""
+
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future
+from concurrent.futures import wait as wait_for
+from typing import Any
+
+import numpy as np
+import polars as pl
+import pytest
+
+from multiradar.errors import (
+    IdempotencyConflictError,
+    InputError,
+    JournalError,
+    JournalFullError,
+    PipelineError,
+    QueueFullError,
+)
+from multiradar.runtime.limits import RuntimeLimits
+from multiradar.runtime.receipt import Receipt, RejectedRow
+from multiradar.runtime.service import Service, ServiceState
+from multiradar.runtime.tracking_engine import TrackingEngine
+from multiradar.storage.entries import Entry
+from multiradar.storage.journal import Journal
+from multiradar.storage.memory_journal import MemoryJournal
+from multiradar.tracking.measurements import MeasurementBatch
+from multiradar.tracking.settings import TrackingSettings
+from support.fake_engine import EngineCrashError, FakeEngine
+from support.live_scene import cut, recording, sensors
+
+TABLE = sensors()
+Starter = Callable[..., Service]
+
+
+@pytest.fixture
+def start() -> Iterator[Starter]:
+    """Start services that are stopped at the end."""
+    services: list[Service] = []
+
+    def make(
+        journal: Journal | None = None,
+        engine: Callable[[], TrackingEngine] = FakeEngine,
+        **limits: float,
+    ) -> Service:
+        kept = journal or MemoryJournal()
+        service = Service(
+            open_journal=lambda: kept,
+            open_engine=engine,
+            sensors=TABLE,
+            tracking=TrackingSettings(),
+            limits=RuntimeLimits(**limits),  # type: ignore[arg-type]
+        )
+        services.append(service)
+        service.start()
+        return service
+
+    yield make
+    for service in services:
+        service.stop()
+
+
+def _submit(service: Service, frame: pl.DataFrame, key: str | None = None) -> Receipt:
+    return service.submit(frame, source="test", idempotency_key=key).result(10)
+
+
+def _settled(service: Service) -> dict[str, object]:
+    service.settled().result(10)
+    status = service.view.status()
+    counts = [status[name] for name in ("accepted", "duplicate", "rejected")]
+    assert status["read"] == sum(counts)
+    return status
+
+
+def test_measurements_come_out_as_updates(start: Starter) -> None:
+    service = start()
+    receipt = _submit(service, recording(100))
+    assert receipt == Receipt(100, (), False, 1)
+    assert service.settled().result(10) == 100
+    assert _settled(service)["processed_sequence"] == 1
+    assert len(service.view.tracks()) == 12
+
+
+def test_every_row_is_accepted_or_refused_with_its_place_and_content(start: Starter) -> None:
+    service = start()
+    frame = recording(10).with_columns(
+        sensor_id=pl.when(pl.int_range(10) == 3).then(pl.lit("nobody")).otherwise("sensor_id"),
+        time_s=pl.col("time_s") + pl.when(pl.int_range(10) == 7).then(1e6).otherwise(0.0),
+        height_m=pl.when(pl.int_range(10) == 5).then(float("nan")).otherwise("height_m"),
+    )
+    # The edge kept rows 0 and 4 of the message for itself.
+    index = pl.Series("index", [1, 2, 3, 5, 6, 7, 8, 9, 10, 11], pl.UInt32)
+    edge = [
+        RejectedRow(4, "WRONG_TYPE", "no", "raw 4"),
+        RejectedRow(0, "MISSING_FIELD", "no", "raw 0"),
+    ]
+    receipt = service.submit(frame.with_columns(index), source="test", rejected=edge).result(10)
+    assert receipt.accepted == 7
+    assert [(row.index, row.code) for row in receipt.rejected] == [
+        (0, "MISSING_FIELD"),
+        (4, "WRONG_TYPE"),
+        (5, "UNKNOWN_SENSOR"),
+        (7, "NON_FINITE"),
+        (9, "TIME_FUTURE"),
+    ]
+    status = _settled(service)
+    assert (status["read"], status["accepted"], status["rejected"]) == (12, 7, 5)
+    kept = service.quarantined(0, 100)
+    assert [one.row for one in kept] == list(receipt.rejected)
+    assert [one.row.raw for one in kept][:2] == ["raw 0", "raw 4"]
+    assert '"sensor_id": "nobody"' in kept[2].row.raw
+    assert '"height_m": NaN' in kept[3].row.raw
+    assert "was 1701000000" in kept[4].row.reason
+    assert service.quarantined(3, 1)[0].number == 4
+
+
+def test_late_rows_are_refused_and_the_rest_taken(start: Starter) -> None:
+    service = start()
+    frame = recording(400)
+    _submit(service, frame[300:])
+    receipt = _submit(service, frame[:310])
+    assert receipt.accepted + len(receipt.rejected) == 310
+    assert {row.code for row in receipt.rejected} == {"TIME_LATE"}
+    assert 100 < len(receipt.rejected) < 300
+
+
+def test_a_message_that_comes_again_is_taken_once(start: Starter) -> None:
+    journal = MemoryJournal()
+    service = start(journal)
+    frame = recording(50).with_columns(
+        range_m=pl.when(pl.int_range(50) == 9).then(-1.0).otherwise("range_m"),
+        kind=pl.when(pl.int_range(50) == 9).then(pl.lit("radar")).otherwise("kind"),
+    )
+    first = _submit(service, frame, "key")
+    again = _submit(service, frame, "key")
+    assert (first.duplicate, again.duplicate) == (False, True)
+    assert (again.accepted, again.rejected, again.journal_sequence) == (
+        first.accepted, first.rejected, first.journal_sequence,
+    )  # fmt: skip
+    status = _settled(service)
+    assert (status["read"], status["accepted"], status["duplicate"]) == (100, first.accepted, 50)
+    assert len(list(journal.read(0))) == 1
+    service.stop()
+    assert _submit(start(journal), frame, "key") == again
+
+
+def test_a_message_that_comes_again_in_the_same_transaction_is_taken_once(start: Starter) -> None:
+    gate = _GatedJournal()
+    service = start(gate)
+    frame = recording(30)
+    blocked = service.submit(frame[:10], source="test")
+    gate.entered.wait(10)
+    futures = [
+        service.submit(frame[10:], source="test", idempotency_key="key") for _ in range(3)
+    ] + [service.submit(frame[10:15], source="test", idempotency_key="key")]
+    gate.open.set()
+    blocked.result(10)
+    receipts = [future.result(10) for future in futures[:3]]
+    assert [receipt.duplicate for receipt in receipts] == [False, True, True]
+    assert {receipt.journal_sequence for receipt in receipts} == {2}
+    with pytest.raises(IdempotencyConflictError):
+        futures[3].result(10)
+    assert _settled(service)["accepted"] == 30
+
+
+def test_a_key_that_is_used_for_another_message_is_refused(start: Starter) -> None:
+    service = start()
+    frame = recording(50)
+    _submit(service, frame[:20], "key")
+    for other in (frame[20:40], frame[:19], frame[:20].with_columns(height_m=pl.lit(1.0))):
+        with pytest.raises(IdempotencyConflictError, match="'key'"):
+            _submit(service, other, "key")
+    with pytest.raises(IdempotencyConflictError):
+        service.flush(source="test", idempotency_key="key").result(10)
+    assert _settled(service)["read"] == 20
+
+
+def test_a_message_of_the_wrong_form_harms_no_other(start: Starter) -> None:
+    gate = _GatedJournal()
+    service = start(gate)
+    frame = recording(60)
+    service.submit(frame[:10], source="test")
+    gate.entered.wait(10)
+    good = [service.submit(frame[10:30], source="test")]
+    bad = [
+        service.submit(frame[30:40].drop("kind"), source="test"),
+        service.submit(frame[30:40].with_columns(pl.col("time_s").cast(pl.String)), source="test"),
+    ]
+    good.append(service.submit(frame[30:], source="test"))
+    gate.open.set()
+    assert [future.result(10).accepted for future in good] == [20, 30]
+    for future in bad:
+        with pytest.raises(InputError):
+            future.result(10)
+    assert _settled(service)["read"] == 60
+
+
+def test_optional_columns_may_be_absent(start: Starter) -> None:
+    frame = recording(50).filter(pl.col("kind") == "radar")
+    slim = frame.select("time_s", "sensor_id", "kind", "range_m", "azimuth_deg", "track_number")
+    assert _submit(start(), slim).accepted == len(slim)
+
+
+def test_an_empty_message_is_taken_too(start: Starter) -> None:
+    service = start()
+    assert _submit(service, recording(10)[:0], "empty") == Receipt(0, (), False, 1)
+    assert _submit(service, recording(10)[:0], "empty").duplicate
+
+
+def test_a_full_intake_says_when_to_come_back_and_takes_the_rest_later(start: Starter) -> None:
+    gate = _GatedJournal()
+    service = start(gate, intake_batches_max=3, retry_after_s=7.0)
+    frame = recording(60)
+    futures = [service.submit(frame[:10], source="test")]
+    gate.entered.wait(10)
+    futures += [service.submit(piece, source="test") for piece in cut(frame[10:40], [10, 10])]
+    with pytest.raises(QueueFullError) as full:
+        service.submit(frame[40:], source="test")
+    assert full.value.retry_after_s == 7.0
+    gate.open.set()
+    assert [future.result(10).accepted for future in futures] == [10, 10, 10, 10]
+    assert _submit(service, frame[40:]).accepted == 20
+    assert _settled(service)["read"] == 60
+
+
+def test_the_intake_is_bounded_in_rows_and_one_large_message_still_enters(start: Starter) -> None:
+    gate = _GatedJournal()
+    service = start(gate, intake_rows_max=20)
+    frame = recording(60)
+    first = service.submit(frame[:5], source="test")
+    gate.entered.wait(10)
+    large = service.submit(frame[5:55], source="test")
+    with pytest.raises(QueueFullError):
+        service.submit(frame[55:56], source="test")
+    gate.open.set()
+    assert (first.result(10).accepted, large.result(10).accepted) == (5, 50)
+
+
+def test_a_message_that_was_cancelled_while_it_waited_is_not_taken(start: Starter) -> None:
+    gate = _GatedJournal()
+    service = start(gate)
+    frame = recording(30)
+    service.submit(frame[:10], source="test")
+    gate.entered.wait(10)
+    cancelled = service.submit(frame[10:20], source="test")
+    kept = service.submit(frame[20:], source="test")
+    assert cancelled.cancel()
+    gate.open.set()
+    kept.result(10)
+    assert _settled(service)["read"] == 20
+
+
+def test_the_end_of_a_stream_releases_and_is_journalled(start: Starter) -> None:
+    journal = MemoryJournal()
+    service = start(journal)
+    frame = recording(100)
+    _submit(service, frame[50:])
+    assert service.flush(source="test").result(10) == Receipt(0, (), False, 2)
+    assert _settled(service)["epoch"] is not None
+    assert len(_submit(service, frame[:50]).rejected) == 50
+    service.stop()
+    again = start(journal)
+    assert _settled(again)["output_sha256"] == _status_sha(service)
+
+
+def test_a_failed_journal_stops_the_intake_and_reading_goes_on(start: Starter) -> None:
+    journal = _FailingJournal(JournalError("disk I/O error"))
+    service = start(journal)
+    frame = recording(100)
+    _submit(service, frame[:40])
+    journal.failing = True
+    with pytest.raises(JournalError, match="disk I/O error"):
+        _submit(service, frame[40:50])
+    journal.failing = False
+    with pytest.raises(JournalError, match="disk I/O error"):
+        service.submit(frame[50:60], source="test")
+    assert service.state is ServiceState.FAILED
+    status = _settled(service)
+    assert (status["state"], status["failure"]) == ("failed", "disk I/O error")
+    assert status["read"] == status["accepted"] == 40
+    assert len(service.view.tracks()) == frame[:40]["track_number"].n_unique()
+
+
+def test_a_full_disk_refuses_and_room_lets_the_service_go_on(start: Starter) -> None:
+    journal = _FailingJournal(JournalFullError("no room on the disk"))
+    service = start(journal)
+    frame = recording(100)
+    _submit(service, frame[:40])
+    journal.failing = True
+    later = frame[40:50].with_columns(pl.col("time_s") + 100.0)
+    for _ in range(2):
+        with pytest.raises(JournalFullError):
+            _submit(service, later)
+    journal.failing = False
+    # The data clock did not move with what was not taken.
+    assert _submit(service, frame[50:]).accepted == 50
+    assert service.state is ServiceState.RUNNING
+    assert _settled(service)["read"] == 90
+
+
+def test_an_entry_that_kills_the_engine_is_passed_over_and_all_others_count(start: Starter) -> None:
+    journal = MemoryJournal()
+    frame = recording(100)
+    poison = float(frame["time_s"][45])
+
+    def crash(batch: MeasurementBatch) -> None:
+        if np.any(batch.time_s == poison):
+            raise EngineCrashError("poison")
+
+    service = start(journal, lambda: FakeEngine(crash))
+    subscription = service.view.subscribe(0, 10_000)
+    for piece in cut(frame, [20, 20, 10, 20]):
+        _submit(service, piece)
+    status = _settled(service)
+    assert status["skipped"] == [3]
+    assert status["output_sequence"] == 90
+    numbers = [event.sequence for event in iter_events(subscription.poll)]
+    assert numbers == list(range(1, len(numbers) + 1))
+    service.stop()
+
+    again = start(journal, lambda: FakeEngine(crash))
+    assert _settled(again)["output_sha256"] == status["output_sha256"]
+    clean = start()
+    for piece in [frame[:40], frame[50:]]:
+        _submit(clean, piece)
+    assert _settled(clean)["output_sha256"] == status["output_sha256"]
+
+
+def test_an_engine_that_fails_once_loses_nothing(start: Starter) -> None:
+    failures = iter([True])
+
+    def crash(_batch: MeasurementBatch) -> None:
+        if next(failures, False):
+            raise EngineCrashError("a passing weakness")
+
+    service = start(engine=lambda: FakeEngine(crash))
+    _submit(service, recording(100))
+    status = _settled(service)
+    assert (status["skipped"], status["output_sequence"]) == ([], 100)
+
+
+def test_an_engine_that_always_fails_stops_the_service_and_says_so(start: Starter) -> None:
+    def crash(_batch: MeasurementBatch) -> None:
+        raise MemoryError
+
+    service = start(engine=lambda: FakeEngine(crash))
+    _submit(service, recording(10))
+    with pytest.raises(PipelineError, match="no memory"):
+        service.settled().result(10)
+    assert service.state is ServiceState.FAILED
+    with pytest.raises(PipelineError, match="no memory"):
+        service.submit(recording(10), source="test")
+
+
+def test_a_service_that_does_not_run_takes_nothing() -> None:
+    service = Service(
+        open_journal=MemoryJournal,
+        open_engine=FakeEngine,
+        sensors=TABLE,
+        tracking=TrackingSettings(),
+    )
+    for call in (
+        lambda: service.submit(recording(1), source="test"),
+        lambda: service.flush(source="test"),
+        service.settled,
+        lambda: service.quarantined(0, 1),
+    ):
+        with pytest.raises(PipelineError):
+            call()
+    service.start()
+    with pytest.raises(PipelineError, match="started before"):
+        service.start()
+    service.stop()
+    service.stop()
+    with pytest.raises(PipelineError):
+        service.submit(recording(1), source="test")
+    assert service.view.status()["state"] == "stopped"
+
+
+def test_stopping_finishes_what_was_handed_in(start: Starter) -> None:
+    journal = MemoryJournal()
+    service = start(journal)
+    futures = [service.submit(piece, source="test") for piece in cut(recording(500), [5] * 99)]
+    service.stop()
+    assert sum(future.result(0).accepted for future in futures) == 500
+    assert journal.counts().accepted == 500
+    assert service.view.status()["output_sequence"] == 500
+
+
+def test_a_journal_that_does_not_open_leaves_the_service_stopped() -> None:
+    def fail() -> Journal:
+        raise JournalError("journal.db: in use")
+
+    service = Service(
+        open_journal=fail, open_engine=FakeEngine, sensors=TABLE, tracking=TrackingSettings()
+    )
+    with pytest.raises(JournalError, match="in use"):
+        service.start()
+    assert service.state is ServiceState.STOPPED
+
+
+def test_the_backlog_of_the_engine_is_bounded_and_loses_nothing(start: Starter) -> None:
+    released = threading.Event()
+
+    def hold(_batch: MeasurementBatch) -> None:
+        assert released.wait(10)
+
+    service = start(
+        engine=lambda: FakeEngine(hold), backlog_rows_max=50, push_rows_max=10, intake_batches_max=8
+    )
+    pieces = cut(recording(400), [10] * 39)
+    taken: list[Future[Receipt]] = []
+
+    def fill() -> None:
+        while len(taken) < len(pieces):
+            taken.append(service.submit(pieces[len(taken)], source="test"))
+            # Those that the writer could still hand on are answered.
+            wait_for(taken[-8:-7], 0.2)
+
+    with pytest.raises(QueueFullError):
+        fill()
+    assert len(taken) >= 13
+    assert service._backlog.rows <= 50
+    released.set()
+    assert all(future.result(10).accepted == 10 for future in taken)
+    assert _settled(service)["output_sequence"] == 10 * len(taken)
+
+
+def iter_events(poll: Callable[[int], Sequence[object]]) -> list[Any]:
+    """Poll until nothing comes."""
+    found: list[Any] = []
+    while part := poll(100):
+        found += part
+    return found
+
+
+def _status_sha(service: Service) -> object:
+    return service.view.status()["output_sha256"]
+
+
+class _GatedJournal(MemoryJournal):
+    # The first append waits, so that the messages after it share a transaction.
+    def __init__(self) -> None:
+        super().__init__()
+        self.entered, self.open = threading.Event(), threading.Event()
+
+    def append(self, entries: Sequence[Entry]) -> list[int]:
+        self.entered.set()
+        assert self.open.wait(10)
+        return super().append(entries)
+
+
+class _FailingJournal(MemoryJournal):
+    # Fails while it is told to.
+    def __init__(self, error: JournalError) -> None:
+        super().__init__()
+        self.failing = False
+        self._error = error
+
+    def append(self, entries: Sequence[Entry]) -> list[int]:
+        if self.failing:
+            raise self._error
+        return super().append(entries)
