@@ -126,7 +126,7 @@ class LogSettings(Section):
 
 def _tracking_fields() -> dict[str, Any]:
     zero_allowed = {"reorder_horizon_s", "cone_ratio", "surprise_gain", "surprise_floor"}
-    kinds: dict[type, Any] = {str: str, int: Count, float: Positive}
+    kinds: dict[type, Any] = {str: str, bool: bool, int: Count, float: Positive}
     values = asdict(TrackingSettings())
     return {
         name: (NotNegative if name in zero_allowed else kinds[type(value)], value)

@@ -12,6 +12,7 @@ import pytest
 from polars.testing import assert_frame_equal
 
 from multiradar_converters.normalised.arrow import parse_arrow
+from multiradar_converters.normalised.arrow_layout import ArrowLayoutError, check_layout
 from multiradar_converters.normalised.parsed import PARSED_SCHEMA
 from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
 from multiradar_schemas.errors import BodyError
@@ -237,14 +238,16 @@ def test_forged_streams_never_end_the_process() -> None:
     assert run.stdout == "alive\n", run.stderr[-2000:]
 
 
-def test_a_row_count_beyond_the_bytes_is_refused_before_anything_is_read() -> None:
-    body = stream(FRAME)
-    rows = struct.pack("<q", 2)
-    forged = body.replace(rows, struct.pack("<q", 2**61))
-    assert forged != body
-    with pytest.raises(BodyError) as refusal:
-        parse_arrow(forged)
-    assert "rows" in str(refusal.value)
+def test_any_forged_length_is_refused_before_anything_is_read() -> None:
+    """The rows of the batch and the values of each column, also of one without a buffer."""
+    body = stream(pl.concat([FRAME] * 21).with_columns(height_m=pl.lit(None, pl.Null())))
+    rows = struct.pack("<q", 42)
+    places = [place for place in range(len(body)) if body.startswith(rows, place)]
+    assert len(places) >= 1 + len(FRAME.columns)
+    for place in places:
+        forged = body[:place] + struct.pack("<q", 2**61) + body[place + 8 :]
+        with pytest.raises(ArrowLayoutError):
+            check_layout(forged, 2**31)
 
 
 def test_every_cut_of_a_stream_is_refused_or_falls_between_messages() -> None:
