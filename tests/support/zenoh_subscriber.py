@@ -48,10 +48,17 @@ class SubscriberProcess:
         self._stdout = self.process.stdout
         assert self._stdout.readline() == b"ready\n"
 
+    def __enter__(self) -> "SubscriberProcess":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.process.kill()
+        self.process.wait(10)
+        self._stdout.close()
+
     def result(self) -> dict[str, Any]:
         """Wait for what it received."""
         text = self._stdout.read()
-        self._stdout.close()
         assert self.process.wait(10) == 0
         found: dict[str, Any] = json.loads(text)
         return found

@@ -3,6 +3,7 @@
 import os
 import signal
 import threading
+import time
 
 import pytest
 
@@ -17,8 +18,7 @@ def complete(result: dict[str, int], expect: int) -> bool:
 
 def test_a_subscriber_that_was_there_gets_every_update_in_order() -> None:
     view = StreamingView()
-    with gateway(view) as running:
-        subscriber = SubscriberProcess(running.endpoints[0], 5000)
+    with gateway(view) as running, SubscriberProcess(running.endpoints[0], 5000) as subscriber:
         view.stream(5000, tracks=40, per_s=50_000)
         result = subscriber.result()
     assert complete(result, 5000), result
@@ -29,22 +29,24 @@ def test_a_subscriber_that_joins_when_all_is_over_gets_every_update() -> None:
     view = StreamingView()
     with gateway(view) as running:
         view.stream(5000, tracks=40, per_s=50_000)
-        result = SubscriberProcess(running.endpoints[0], 5000).result()
+        with SubscriberProcess(running.endpoints[0], 5000) as subscriber:
+            result = subscriber.result()
     assert complete(result, 5000), result
 
 
 @pytest.mark.parametrize("detect", [True, False])
-def test_subscribers_that_join_while_updates_flow_get_every_update(detect: bool) -> None:
+def test_a_subscriber_that_joins_while_updates_flow_gets_every_update(detect: bool) -> None:
     view = StreamingView()
     count = 16_000
     with gateway(view) as running:
         flow = threading.Thread(target=view.stream, args=(count, 60, 8000.0))
         flow.start()
-        subscribers = [
-            SubscriberProcess(running.endpoints[0], count, detect=detect) for _ in range(2)
-        ]
-        assert flow.is_alive()
-        results = [subscriber.result() for subscriber in subscribers]
+        with (
+            SubscriberProcess(running.endpoints[0], count, detect=detect) as first,
+            SubscriberProcess(running.endpoints[0], count, detect=detect) as second,
+        ):
+            assert flow.is_alive()
+            results = [first.result(), second.result()]
         flow.join()
     assert all(complete(result, count) for result in results), results
 
@@ -54,14 +56,16 @@ def test_a_subscriber_that_sleeps_gets_every_update_also_of_tracks_that_began_me
     view = StreamingView()
     rounds, tracks_a_round, repeats = 60, 10, 30
     count = rounds * tracks_a_round * repeats
-    with gateway(view) as running:
-        asleep = SubscriberProcess(running.endpoints[0], count, sleep_at=100, sleep_s=5.0)
-        awake = SubscriberProcess(running.endpoints[0], count)
+    with (
+        gateway(view) as running,
+        SubscriberProcess(running.endpoints[0], count, sleep_at=100, sleep_s=5.0) as asleep,
+        SubscriberProcess(running.endpoints[0], count) as awake,
+    ):
         for number in range(rounds):
             # Enough to fill what the network holds for the one that sleeps.
             tracks = range(1 + number * tracks_a_round, 1 + (number + 1) * tracks_a_round)
             view.tell(list(tracks) * repeats, padding=900)
-            threading.Event().wait(0.1)
+            time.sleep(0.1)
         of_awake, of_asleep = awake.result(), asleep.result()
     assert complete(of_awake, count), of_awake
     assert complete(of_asleep, count), of_asleep
@@ -71,16 +75,16 @@ def test_a_subscriber_that_sleeps_gets_every_update_also_of_tracks_that_began_me
 def test_a_subscriber_that_is_stopped_slows_nobody_and_catches_up() -> None:
     view = StreamingView()
     count = 30_000
-    with gateway(view) as running:
-        stopped = SubscriberProcess(running.endpoints[0], count, patience_s=40.0)
-        other = SubscriberProcess(running.endpoints[0], count)
+    with (
+        gateway(view) as running,
+        SubscriberProcess(running.endpoints[0], count, patience_s=40.0) as stopped,
+        SubscriberProcess(running.endpoints[0], count) as other,
+    ):
         os.kill(stopped.process.pid, signal.SIGSTOP)
-        try:
-            view.stream(count, tracks=100, per_s=15_000)
-            # The other has everything although nobody has read for the first.
-            assert complete(other.result(), count)
-            assert stopped.process.poll() is None
-        finally:
-            os.kill(stopped.process.pid, signal.SIGCONT)
-        result = stopped.result()
-    assert complete(result, count), result
+        view.stream(count, tracks=100, per_s=15_000)
+        # The other has everything although nobody has read for the first.
+        of_other = other.result()
+        os.kill(stopped.process.pid, signal.SIGCONT)
+        of_stopped = stopped.result()
+    assert complete(of_other, count), of_other
+    assert complete(of_stopped, count), of_stopped

@@ -1,0 +1,107 @@
+"""A replay's way to a service over Zenoh: queries, which are answered when they are on disk."""
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+import polars as pl
+import zenoh
+
+from multiradar.errors import ConfigurationError, PeerError
+from multiradar.ingest.replay import Answer, UnavailableError
+from multiradar.ingest.replay_http import MEDIA_TYPES, Encoding, encode
+from multiradar.ingest.zenoh.keys import MEASUREMENTS
+from multiradar.ingest.zenoh.options import ZenohOptions
+from multiradar.ingest.zenoh.session import zenoh_config
+
+#: Longer than the service waits for its journal.
+ANSWER_TIMEOUT_S = 60.0
+#: The rows of a batch are of several sensors; the key names none.
+_KEY = f"{MEASUREMENTS}/*"
+#: The service says these for now, not for good.
+_COME_BACK = frozenset({"QUEUE_FULL", "JOURNAL_FULL", "NOT_RUNNING", "BUSY"})
+
+
+class ZenohDestination:
+    """A service that answers queries on the measurement keys.
+
+    Parameters
+    ----------
+    endpoint : str
+        Where it, or a router before it, listens, such as `tcp/127.0.0.1:7447`.
+    encoding : str
+        How batches are written: arrow, json or ndjson.
+
+    Raises
+    ------
+    ConfigurationError
+        If the endpoint is not one.
+    """
+
+    def __init__(self, endpoint: str, encoding: str) -> None:
+        self._encoding = Encoding(encoding)
+        self._endpoint = endpoint
+        config = zenoh_config(ZenohOptions(mode="client", listen=(), connect=(endpoint,)))
+        try:
+            self._session = zenoh.open(config)
+        except zenoh.ZError as error:
+            reason = str(error).partition("\n")[0]
+            raise ConfigurationError(f"zenoh:{endpoint}: {reason}") from error
+
+    def send(self, frame: pl.DataFrame, key: str) -> Answer:
+        """Ask with a batch under its key; return the counts of the answer."""
+        document = self._ask(
+            _KEY,
+            payload=encode(frame, self._encoding),
+            encoding=MEDIA_TYPES[self._encoding],
+            attachment=key.encode(),
+        )
+        try:
+            return Answer(
+                accepted=int(document["accepted"]),
+                rejected=len(document["rejected"]),
+                duplicate=bool(document["duplicate"]),
+            )
+        except (KeyError, TypeError, ValueError) as error:
+            msg = f"{self._endpoint}: expected counts of a batch, was {str(document)[:200]}"
+            raise PeerError(msg) from error
+
+    def flush(self, key: str) -> None:
+        """Tell the end of the stream."""
+        self._ask(f"{_KEY}?flush", attachment=key.encode())
+
+    def close(self) -> None:
+        """Close the session."""
+        self._session.close()  # type: ignore[no-untyped-call]  # so in its stubs
+
+    def _ask(self, selector: str, **content: Any) -> Mapping[str, Any]:
+        replies = self._session.get(
+            selector,
+            target=zenoh.QueryTarget.BEST_MATCHING,
+            timeout=ANSWER_TIMEOUT_S,
+            **content,
+        )
+        for reply in replies:
+            if reply.ok is not None:
+                return _document(reply.ok.payload)
+            if reply.err is not None:
+                raise self._refusal(_document(reply.err.payload))
+        raise UnavailableError(f"{self._endpoint}: nobody answers for {_KEY}")
+
+    def _refusal(self, document: Mapping[str, Any]) -> PeerError:
+        code, reason = str(document.get("code")), str(document.get("reason"))
+        msg = f"{self._endpoint}: {code}: {reason}"
+        if code not in _COME_BACK:
+            # A query that Zenoh itself gave up has no code of ours: the answer was lost.
+            return PeerError(msg) if "code" in document else UnavailableError(msg)
+        retry_after_s = document.get("retry_after_s")
+        known = isinstance(retry_after_s, (int, float))
+        return UnavailableError(msg, float(retry_after_s) if known else None)  # type: ignore[arg-type]
+
+
+def _document(payload: zenoh.ZBytes) -> Mapping[str, Any]:
+    try:
+        document = json.loads(payload.to_bytes())
+    except ValueError:
+        return {"reason": payload.to_bytes()[:200].decode(errors="replace")}
+    return document if isinstance(document, dict) else {"reason": str(document)[:200]}

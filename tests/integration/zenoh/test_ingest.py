@@ -1,0 +1,190 @@
+"""Measurements over Zenoh into the real service: acknowledged on disk, counted, never silent."""
+
+import json
+import time
+from collections.abc import Iterator
+from concurrent.futures import Future
+from pathlib import Path
+from typing import Any
+
+import polars as pl
+import pytest
+import zenoh
+
+from multiradar.errors import QueueFullError
+from multiradar.ingest.replay import Answer, UnavailableError
+from multiradar.ingest.replay_http import MEDIA_TYPES, Encoding, encode
+from multiradar.ingest.replay_zenoh import ZenohDestination
+from multiradar.ingest.zenoh.gateway import ZenohGateway
+from multiradar.ingest.zenoh.options import ZenohOptions
+from multiradar.runtime.service import Service
+from support.fake_service import FakeService
+from support.live_process import live_service
+from support.live_scene import recording
+from support.zenoh_scene import StreamingView, free_endpoint, gateway
+from support.zenoh_subscriber import SubscriberProcess, client_config
+
+MEASUREMENTS = "multiradar/v1/measurements"
+PATIENCE_S = 20.0
+
+
+@pytest.fixture
+def service(tmp_path: Path) -> Iterator[Service]:
+    running = live_service(tmp_path / "journal.sqlite")
+    running.start()
+    yield running
+    running.stop()
+
+
+@pytest.fixture
+def running(service: Service) -> Iterator[ZenohGateway]:
+    gateway = ZenohGateway(service, ZenohOptions(listen=(free_endpoint(),), status_period_s=0.2))
+    gateway.start()
+    yield gateway
+    gateway.stop()
+
+
+@pytest.fixture
+def client(running: ZenohGateway) -> Iterator[zenoh.Session]:
+    with zenoh.open(client_config(running.endpoints[0])) as session:
+        yield session
+
+
+def ask(session: zenoh.Session, selector: str, **content: Any) -> tuple[str, dict[str, Any]]:
+    """Return the key and document of the one answer; the key is empty for an error."""
+    replies = list(session.get(selector, timeout=PATIENCE_S, **content))
+    assert len(replies) == 1, replies
+    reply = replies[0]
+    if reply.ok is not None:
+        return str(reply.ok.key_expr), json.loads(reply.ok.payload.to_bytes())
+    assert reply.err is not None
+    return "", json.loads(reply.err.payload.to_bytes())
+
+
+def of_sensor(frame: pl.DataFrame, sensor_id: str) -> pl.DataFrame:
+    return frame.filter(pl.col("sensor_id") == sensor_id)
+
+
+def waited_for(counts: ZenohGateway, name: str, number: int) -> int:
+    end_s = time.monotonic() + PATIENCE_S
+    while counts.counts.number(name) < number and time.monotonic() < end_s:
+        time.sleep(0.01)
+    return counts.counts.number(name)
+
+
+@pytest.mark.parametrize("encoding", list(Encoding))
+def test_a_query_is_answered_when_its_measurements_are_in_the_journal(
+    client: zenoh.Session, service: Service, encoding: Encoding
+) -> None:
+    rows = of_sensor(recording(300), "41-10")
+    content = {"payload": encode(rows, encoding), "encoding": MEDIA_TYPES[encoding]}
+    key, receipt = ask(client, f"{MEASUREMENTS}/41-10", **content, attachment="batch-1")
+    assert key == f"{MEASUREMENTS}/41-10"
+    assert receipt == {
+        "accepted": rows.height,
+        "rejected": [],
+        "duplicate": False,
+        "journal_sequence": 1,
+    }
+    assert service.view.status()["accepted"] == rows.height
+    # Asked again under the same key, nothing is taken again.
+    _, again = ask(client, f"{MEASUREMENTS}/41-10", **content, attachment="batch-1")
+    assert again == {**receipt, "duplicate": True}
+    assert service.view.status()["accepted"] == rows.height
+
+
+def test_a_query_names_each_refused_row(client: zenoh.Session) -> None:
+    rows = of_sensor(recording(60), "41-10").with_columns(
+        sensor_id=pl.when(pl.int_range(pl.len()) == 1).then(pl.lit("41-20")).otherwise("sensor_id")
+    )
+    payload = encode(rows, Encoding.JSON)
+    _, receipt = ask(client, f"{MEASUREMENTS}/41-10", payload=payload, encoding="application/json")
+    assert receipt["accepted"] == rows.height - 1
+    assert [(row["index"], row["code"]) for row in receipt["rejected"]] == [(1, "UNKNOWN_SENSOR")]
+
+
+def test_samples_are_taken_and_the_tracks_come_out(
+    running: ZenohGateway, client: zenoh.Session, service: Service
+) -> None:
+    rows = recording(400)
+    for sensor_id in ("41-10", "41-20", "adsb"):
+        payload = encode(of_sensor(rows, sensor_id), Encoding.ARROW)
+        client.put(
+            f"{MEASUREMENTS}/{sensor_id}", payload, encoding="application/vnd.apache.arrow.stream"
+        )
+    assert waited_for(running, "messages_taken", 3) == 3
+    service.flush(source="test").result(PATIENCE_S)
+    updates = service.settled().result(PATIENCE_S)
+    assert updates > 100
+    assert waited_for(running, "published_tracks", updates) == updates
+    with SubscriberProcess(running.endpoints[0], updates) as subscriber:
+        result = subscriber.result()
+    assert (result["distinct"], result["greatest"]) == (updates, updates)
+    assert (result["twice"], result["out_of_order"], result["mismatched"]) == (0, 0, 0)
+
+
+def test_a_replay_over_zenoh_is_taken_once(running: ZenohGateway, service: Service) -> None:
+    rows = recording(200)
+    destination = ZenohDestination(running.endpoints[0], "arrow")
+    try:
+        assert destination.send(rows, "run-0-199") == Answer(200, 0, duplicate=False)
+        assert destination.send(rows, "run-0-199") == Answer(200, 0, duplicate=True)
+        destination.flush("run-end")
+    finally:
+        destination.close()
+    assert service.settled().result(PATIENCE_S) > 0
+    assert service.view.status()["accepted"] == 200
+
+
+def test_a_payload_that_does_not_parse_is_counted_and_told_on_the_status_key(
+    running: ZenohGateway, client: zenoh.Session, service: Service
+) -> None:
+    told: list[dict[str, Any]] = []
+    client.declare_subscriber(
+        "multiradar/v1/status", lambda sample: told.append(json.loads(sample.payload.to_bytes()))
+    )
+    time.sleep(0.2)
+    client.put(f"{MEASUREMENTS}/41-10", b"[{", encoding="application/json")
+    assert waited_for(running, "messages_malformed", 1) == 1
+    end_s = time.monotonic() + PATIENCE_S
+    while not any(status["zenoh"]["messages_malformed"] for status in told):
+        assert time.monotonic() < end_s
+        time.sleep(0.01)
+    alarm = told[-1]["zenoh"]["alarms"][-1]
+    assert alarm["code"] == "MALFORMED_JSON"
+    assert alarm["key"] == f"{MEASUREMENTS}/41-10"
+    # As an answer to a query, it is an error and nothing was taken.
+    key, refusal = ask(client, f"{MEASUREMENTS}/41-10", payload=b"[{", encoding="application/json")
+    assert (key, refusal["code"]) == ("", "MALFORMED_JSON")
+    assert service.view.status()["read"] == 0
+
+
+def test_a_query_without_content_is_told_so(client: zenoh.Session) -> None:
+    key, refusal = ask(client, f"{MEASUREMENTS}/41-10")
+    assert (key, refusal["code"]) == ("", "MISSING_FIELD")
+
+
+def test_a_full_intake_asks_queries_to_come_back_and_counts_lost_samples() -> None:
+    def refuse(_submission: Any, _future: "Future[Any]") -> None:
+        raise QueueFullError("intake", 7, 2.5)
+
+    view = StreamingView()
+    with gateway(view, FakeService(view=view, answer=refuse)) as full:
+        destination = ZenohDestination(full.endpoints[0], "json")
+        try:
+            with pytest.raises(UnavailableError) as caught:
+                destination.send(recording(20), "key")
+            assert caught.value.retry_after_s == 2.5
+        finally:
+            destination.close()
+        with zenoh.open(client_config(full.endpoints[0])) as session:
+            payload = encode(of_sensor(recording(20), "41-10"), Encoding.JSON)
+            session.put(f"{MEASUREMENTS}/41-10", payload, encoding="application/json")
+            assert waited_for(full, "messages_lost_upstream", 1) == 1
+        _, status = json_status(full)
+    assert status["zenoh"]["alarms"][-1]["code"] == "QUEUE_FULL"
+
+
+def json_status(running: ZenohGateway) -> tuple[str, dict[str, Any]]:
+    with zenoh.open(client_config(running.endpoints[0])) as session:
+        return ask(session, "multiradar/v1/status")
