@@ -1,0 +1,188 @@
+"""The real service behind the interface: measurements in, tracks, biases and events out."""
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+from websockets.sync.client import connect
+
+from multiradar.app import Application
+from multiradar.settings import load_settings
+from multiradar.wire import sensor_table
+from multiradar_schemas.bias import BiasEstimate
+from multiradar_schemas.forecast import Forecast
+from multiradar_schemas.sensor import parse_sensors
+from multiradar_schemas.track import Track, TrackUpdate
+
+_SENSORS = """
+[[sensor]]
+id = "41-10"
+kind = "radar"
+latitude_deg = 55.0
+longitude_deg = 37.0
+height_m = 200.0
+[[sensor]]
+id = "41-11"
+kind = "radar"
+latitude_deg = 55.5
+longitude_deg = 38.0
+height_m = 150.0
+"""
+
+
+def _plots(start_s: float, turns: int) -> list[dict[str, Any]]:
+    """Two aircraft that fly away from a radar at 200 m/s, seen once in five seconds."""
+    return [
+        {
+            "time_s": start_s + 5.0 * turn + 0.5 * aircraft,
+            "sensor_id": "41-10",
+            "kind": "radar",
+            "range_m": 60_000.0 + 200.0 * (start_s + 5.0 * turn - 1000.0) + 5_000.0 * aircraft,
+            "azimuth_deg": 40.0 + 90.0 * aircraft,
+            "height_m": 9_000.0,
+            "mode_s_address": f"4840d{aircraft}",
+        }
+        for turn in range(turns)
+        for aircraft in range(2)
+    ]
+
+
+def _application(folder: Path) -> Application:
+    settings = load_settings(
+        None,
+        {
+            "server": {"port": 0},
+            "journal": {"path": folder / "journal.sqlite"},
+            "zenoh": {"enabled": False},
+        },
+    )
+    return Application(settings, sensor_table(parse_sensors(_SENSORS)), lambda: None)
+
+
+def _feed(application: Application) -> None:
+    with httpx.Client(base_url=application.http_url) as client:
+        for batch in (_plots(1000.0, 10), _plots(1050.0, 10)):
+            assert client.post("/v1/measurements", json=batch).json()["accepted"] == len(batch)
+        assert client.post("/v1/flush").status_code == 200
+    application.service.settled().result(30.0)
+
+
+@pytest.fixture(scope="module")
+def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Application]:
+    application = _application(tmp_path_factory.mktemp("service"))
+    application.start()
+    _feed(application)
+    yield application
+    application.stop()
+
+
+@pytest.fixture
+def client(running: Application) -> Iterator[httpx.Client]:
+    with httpx.Client(base_url=running.http_url) as client:
+        yield client
+
+
+def _all_events(running: Application, after: int, last: int) -> list[dict[str, Any]]:
+    url = running.http_url.replace("http", "ws") + f"/v1/stream?after={after}"
+    events: list[dict[str, Any]] = []
+    with connect(url) as stream:
+        while not events or events[-1]["sequence"] < last:
+            events += json.loads(stream.recv(timeout=10)).get("events", [])
+    return events
+
+
+def test_every_measurement_is_accounted_for(client: httpx.Client) -> None:
+    status = client.get("/v1/status").json()
+    assert status["state"] == "running"
+    assert status["read"] == status["accepted"] + status["rejected"] + status["duplicate"]
+    assert status["accepted"] == 40
+    assert status["processed_sequence"] == status["journal_sequence"]
+    assert client.get("/readyz").status_code == 200
+
+
+def test_tracks_history_and_forecast_are_those_of_the_schemas(client: httpx.Client) -> None:
+    tracks = client.get("/v1/tracks").json()["tracks"]
+    assert sorted(track["mode_s_address"] for track in tracks) == ["4840d0", "4840d1"]
+    for track in tracks:
+        Track.model_validate(track)
+        history = client.get(f"/v1/tracks/{track['track_id']}/history").json()["updates"]
+        assert len(history) == 20
+        assert [TrackUpdate.model_validate(row).time_s for row in history] == sorted(
+            row["time_s"] for row in history
+        )
+        url = f"/v1/tracks/{track['track_id']}/forecast?horizon_s=60&step_s=20"
+        points = client.get(url).json()["points"]
+        assert len(points) == 4
+        sigmas = [point["position_sigma_m"] for point in points]
+        assert sigmas == sorted(sigmas)
+        known = {name: points[0][name] for name in _forecast_fields() & points[0].keys()}
+        Forecast.model_validate({"track_id": track["track_id"], "points": [known]})
+
+
+def _forecast_fields() -> set[str]:
+    return set(Forecast.model_json_schema()["$defs"]["ForecastPoint"]["properties"])
+
+
+def test_the_biases_of_each_radar_are_served_with_their_sigma(client: httpx.Client) -> None:
+    assert [one["id"] for one in client.get("/v1/sensors").json()["sensors"]] == ["41-10", "41-11"]
+    now = client.get("/v1/sensors/41-10/bias").json()["biases"]
+    assert {row["parameter"] for row in now} == {"range_offset_m", "azimuth_offset_deg"}
+    for row in now:
+        assert BiasEstimate.model_validate(row).sigma > 0.0
+    history = client.get("/v1/sensors/41-10/bias?history=true&limit=3").json()
+    assert (history["count"], history["next_cursor"] is not None) == (3, True)
+
+
+def test_a_row_refused_inside_is_listed_by_its_place_and_quarantined(
+    client: httpx.Client,
+) -> None:
+    rows = _plots(2000.0, 1)
+    body = [rows[0], {**rows[0], "sensor_id": "99-1"}, {**rows[0], "range_m": -1.0}]
+    answer = client.post("/v1/measurements", json=body).json()
+    assert answer["accepted"] + len(answer["rejected"]) == 3
+    codes = {row["index"]: row["code"] for row in answer["rejected"]}
+    assert codes[1] == "UNKNOWN_SENSOR"
+    assert codes[2] == "OUT_OF_RANGE"
+    kept = client.get("/v1/rejects").json()["rejects"]
+    assert [row["code"] for row in kept if row["index"] in (1, 2)] == [
+        "UNKNOWN_SENSOR",
+        "OUT_OF_RANGE",
+    ]
+
+
+def test_the_same_key_is_taken_once_and_another_message_refused(client: httpx.Client) -> None:
+    key = {"idempotency-key": "once"}
+    body = _plots(1100.0, 1)
+    first = client.post("/v1/measurements", json=body, headers=key).json()
+    again = client.post("/v1/measurements", json=body, headers=key).json()
+    assert again == {**first, "duplicate": True}
+    other = client.post("/v1/measurements", json=_plots(1105.0, 1), headers=key)
+    assert (other.status_code, other.json()["code"]) == (422, "IDEMPOTENCY_KEY_REUSED")
+
+
+def test_a_restart_serves_the_same_tracks_and_the_same_events(tmp_path: Path) -> None:
+    first = _application(tmp_path)
+    first.start()
+    try:
+        _feed(first)
+        with httpx.Client(base_url=first.http_url) as client:
+            before = client.get("/v1/status").json()
+            tracks = client.get("/v1/tracks").content
+        events = _all_events(first, 0, before["event_sequence"])
+    finally:
+        first.stop()
+    assert [event["sequence"] for event in events] == list(range(1, before["event_sequence"] + 1))
+    second = _application(tmp_path)
+    second.start()
+    try:
+        with httpx.Client(base_url=second.http_url) as client:
+            after = client.get("/v1/status").json()
+            assert client.get("/v1/tracks").content == tracks
+        middle = len(events) // 2
+        assert _all_events(second, middle, len(events)) == events[middle:]
+    finally:
+        second.stop()
+    assert after["output_sha256"] == before["output_sha256"]
