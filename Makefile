@@ -40,11 +40,16 @@ test: check ## Lint, types, import contracts and all tests
 demo: $(READY) ## Convert the sample, serve it, replay it, watch tracks and biases settle
 	$(BIN)/multiradar demo $(DEMO_OPTIONS)
 
-bench: $(READY) ## Measure speed; prints ratios and writes benchmark.json
-	$(BIN)/python -m tests.benchmark
+$(VENV)/.bench: $(READY) constraints-bench.txt
+	$(BIN)/pip install --quiet --disable-pip-version-check --require-hashes --no-build-isolation --requirement constraints-bench.txt
+	@touch $@
+
+bench: $(VENV)/.bench ## Measure speed beside peers; prints ratios and writes benchmark.json
+	cd tests && ../$(BIN)/python -m benchmark --out ../benchmark.json $(BENCH_OPTIONS)
 
 lock: ## Pin all versions anew (needs uv)
 	uv pip compile --universal --generate-hashes --python-version 3.11 --no-emit-index-url --no-header --extra dev pyproject.toml -o constraints.txt
+	uv pip compile --universal --generate-hashes --python-version 3.11 --no-emit-index-url --no-header --extra dev --extra bench pyproject.toml -o constraints-bench.txt
 
 clean: ## Remove what make made
 	rm -rf $(VENV) .mypy_cache .pytest_cache .ruff_cache .import_linter_cache .numba

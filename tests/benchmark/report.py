@@ -31,5 +31,5 @@ def write(path: Path, rows: list[Row]) -> None:
 def show(rows: list[Row]) -> None:
     """Print one line a row."""
     for row in rows:
-        ratio = "" if row.ratio is None else f"   {row.ratio:8.2f} x {row.peer}"
+        ratio = "" if row.ratio is None else f"   {row.ratio:9.4f} of {row.peer}"
         print(f"{row.name:58} {row.value:12.4g} {row.unit:16}{ratio}", flush=True)
