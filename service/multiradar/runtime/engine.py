@@ -23,7 +23,7 @@ from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.tracking._kernels import describe, observe
 from multiradar.tracking.measurements import MeasurementBatch
-from multiradar.tracking.model import filter_model
+from multiradar.tracking.model import filter_model, with_biases
 from multiradar.tracking.order import ReorderBuffer
 from multiradar.tracking.outputs import (
     STATE_CONFIRMED,
@@ -280,7 +280,7 @@ class Engine:
         return EndedTracks(ended, np.full(len(ended), start_s))
 
     def _publish(self) -> None:
-        self._model = filter_model(self._sensors, self._settings, self._plane, self._book.state)
+        self._model = with_biases(self._model, self._book.state)
 
 
 def _plane_for(sensors: SensorTable) -> SystemPlane:

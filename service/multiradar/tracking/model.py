@@ -15,7 +15,7 @@ from multiradar.tracking.settings import TrackingSettings
 def filter_model(
     sensors: SensorTable, settings: TrackingSettings, plane: SystemPlane, biases: BiasState
 ) -> Model:
-    """Gather what all aircraft share during an epoch.
+    """Gather what all aircraft share during the first epoch; see `with_biases` for the others.
 
     Parameters
     ----------
@@ -51,18 +51,40 @@ def filter_model(
             np.nan_to_num(sensors.height_m),
         ]
     )
-    scaled = biases.covariance / np.outer(biases.scale, biases.scale)
-    factor = np.ascontiguousarray((np.linalg.cholesky(scaled) * biases.scale[:, None]).T)
-    return Model(
+    fixed = Model(
         plane=parameters,
         sites=np.array(sites),
         noises=np.ascontiguousarray(noises),
         starts=column_starts(sensors),
         parameters=sensors.parameter_kind.astype(np.int64),
+        bias=np.empty(0),
+        bias_covariance=np.empty((0, 0)),
+        factor=np.empty((0, 0)),
+        options=_options(settings),
+    )
+    return with_biases(fixed, biases)
+
+
+def with_biases(model: Model, biases: BiasState) -> Model:
+    """Return the model with newly published biases; the rest is shared.
+
+    Parameters
+    ----------
+    model : Model
+        The model of the epoch before.
+    biases : BiasState
+        The biases to publish.
+
+    Returns
+    -------
+    Model
+        The model of the next epoch.
+    """
+    scaled = biases.covariance / np.outer(biases.scale, biases.scale)
+    return model._replace(
         bias=biases.estimate.copy(),
         bias_covariance=biases.covariance.copy(),
-        factor=factor,
-        options=_options(settings),
+        factor=np.ascontiguousarray((np.linalg.cholesky(scaled) * biases.scale[:, None]).T),
     )
 
 
