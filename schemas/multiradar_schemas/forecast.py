@@ -5,6 +5,7 @@ from typing import Annotated
 from pydantic import Field
 
 from multiradar_schemas.base import Record, described
+from multiradar_schemas.track import TrackState
 
 
 class ForecastPoint(Record):
@@ -38,6 +39,19 @@ class ForecastPoint(Record):
         float,
         Field(ge=0.0),
         described("Square root of the sum of the two variances", unit="m", source="filter"),
+    ]
+    state: Annotated[
+        TrackState,
+        described(
+            "State of the track now; a coasting track was not heard lately",
+            unit="name",
+            source="service",
+        ),
+    ]
+    age_s: Annotated[
+        float,
+        Field(ge=0.0),
+        described("`time_s` minus the time of the last update", unit="s", source="service"),
     ]
 
 

@@ -97,6 +97,8 @@ class FakeView:
                 "covariance_east_north_m2": 0.0,
                 "covariance_north_m2": 400.0,
                 "position_sigma_m": 28.28,
+                "state": track["state"],
+                "age_s": track["age_s"] + step * step_s,
             }
             for step in range(int(horizon_s / step_s) + 1)
         ]

@@ -35,7 +35,8 @@ def forecast_points(
     Returns
     -------
     list of dict or None
-        One point for each step; None when the filter has no such track.
+        One point for each step, with the state of the track and the age of its last update then;
+        None when the filter has no such track.
     """
     place = int(np.searchsorted(states.track_id, track["track_id"]))
     if place == len(states) or states.track_id[place] != track["track_id"]:
@@ -59,7 +60,7 @@ def forecast_points(
             "covariance_north_m2": north,
             "position_sigma_m": (east + north) ** 0.5,
             "state": track["state"],
-            "age_s": track["age_s"],
+            "age_s": time - track["time_s"],
         }
         for time, latitude, longitude, east, cross, north in zip(
             time_s.tolist(),
