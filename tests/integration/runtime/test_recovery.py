@@ -1,0 +1,165 @@
+"""A crash at every step of every transaction: what was answered is there, what follows is the same.
+
+The disk is copied as a crash would leave it: before the commit, after the commit but before the
+answer, and with the log torn anywhere within the last transaction.
+"""
+
+import shutil
+import threading
+from collections.abc import Sequence
+from concurrent.futures import Future
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+import pytest
+
+from multiradar.errors import JournalError
+from multiradar.runtime.limits import RuntimeLimits
+from multiradar.runtime.receipt import Receipt
+from multiradar.runtime.service import Service
+from multiradar.storage.entries import Entry
+from multiradar.storage.journal import Journal
+from multiradar.storage.sqlite_journal import SqliteJournal
+from multiradar.tracking.settings import TrackingSettings
+from support.fake_engine import FakeEngine
+from support.live_scene import cut, recording, sensors
+
+TABLE = sensors()
+
+
+@dataclass(frozen=True)
+class _Image:
+    """A copy of the disk, and the keys that were answered before it was made."""
+
+    path: Path
+    answered: frozenset[str]
+
+
+class _Watched(SqliteJournal):
+    # Copies itself before and after each commit.
+    def __init__(self, path: Path, images: Path, seed: int) -> None:
+        super().__init__(path, "f")
+        self._images = images
+        self._random = np.random.default_rng(seed)
+        self.answered: set[str] = set()
+        self.taken: list[_Image] = []
+
+    def append(self, entries: Sequence[Entry]) -> list[int]:
+        wal = self._path.with_name(self._path.name + "-wal")
+        before = wal.stat().st_size
+        answered = frozenset(self.answered)
+        sequences = super().append(entries)
+        self._copy(answered, None)
+        if wal.stat().st_size > before:
+            self._copy(answered, int(self._random.integers(before, wal.stat().st_size)))
+        return sequences
+
+    def _insert(self, entries: Sequence[Entry]) -> list[int]:
+        sequences = super()._insert(entries)
+        self._copy(frozenset(self.answered), None)
+        return sequences
+
+    def _copy(self, answered: frozenset[str], torn_at: int | None) -> None:
+        folder = self._images / str(len(self.taken))
+        folder.mkdir()
+        for file in (self._path, self._path.with_name(self._path.name + "-wal")):
+            shutil.copy(file, folder / file.name)
+        if torn_at is not None:
+            with (folder / (self._path.name + "-wal")).open("r+b") as stream:
+                stream.truncate(torn_at)
+        self.taken.append(_Image(folder / self._path.name, answered))
+
+
+def _service(journal: Journal) -> Service:
+    return Service(
+        open_journal=lambda: journal,
+        open_engine=FakeEngine,
+        sensors=TABLE,
+        tracking=TrackingSettings(),
+        # Ten transactions rather than one.
+        limits=RuntimeLimits(commit_batches_max=3),
+    )
+
+
+def _play(service: Service, pieces: list[pl.DataFrame], answered: set[str]) -> dict[str, object]:
+    service.start()
+    futures: list[Future[Receipt]] = []
+    for number, piece in enumerate(pieces):
+        key = str(number)
+        future = service.submit(piece, source="test", idempotency_key=key)
+        future.add_done_callback(lambda _done, key=key: answered.add(key))  # type: ignore[misc]
+        futures.append(future)
+    futures.append(service.flush(source="test", idempotency_key="end"))
+    for future in futures:
+        future.result(20)
+    service.settled().result(20)
+    status = service.view.status()
+    service.stop()
+    return status
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_no_crash_loses_an_answered_message_or_changes_what_follows(
+    tmp_path: Path, seed: int
+) -> None:
+    sizes = np.random.default_rng(seed).integers(1, 60, 30).tolist()
+    pieces = cut(recording(700, seed=seed), sizes)
+    (tmp_path / "images").mkdir()
+    journal = _Watched(tmp_path / "journal.db", tmp_path / "images", seed)
+    expected = _play(_service(journal), pieces, journal.answered)
+    assert len(journal.taken) >= 24
+    assert len({len(image.answered) for image in journal.taken}) >= 8
+    for image in journal.taken:
+        crashed = SqliteJournal(image.path, "f")
+        held = {stored.entry.idempotency_key for stored in crashed.read(0)}
+        assert image.answered <= held
+        status = _play(_service(crashed), pieces, set())
+        assert status["output_sha256"] == expected["output_sha256"]
+        assert status["accepted"] == expected["accepted"]
+        assert status["event_sequence"] == expected["event_sequence"]
+
+
+def test_a_journal_that_is_damaged_stops_the_start_and_names_the_entry(tmp_path: Path) -> None:
+    path = tmp_path / "journal.db"
+    pieces = cut(recording(300), [30] * 9)
+    _play(_service(SqliteJournal(path, "f")), pieces, set())
+    content = bytearray(path.read_bytes())
+    place = content.index(b"41-10", len(content) // 2)
+    content[place] ^= 4
+    path.write_bytes(bytes(content))
+    service = _service(SqliteJournal(path, "f"))
+    with pytest.raises(JournalError, match=rf"{path}: entry \d+ of the journal is damaged"):
+        service.start()
+    # It let the journal go.
+    SqliteJournal(path, "f").close()
+
+
+def test_a_service_that_recovers_can_be_read_by_nobody_and_takes_nothing(tmp_path: Path) -> None:
+    path = tmp_path / "journal.db"
+    _play(_service(SqliteJournal(path, "f")), [recording(300)], set())
+    held, seen = threading.Event(), threading.Event()
+
+    class _Slow(FakeEngine):
+        def push(self, batch):  # type: ignore[no-untyped-def]
+            seen.set()
+            assert held.wait(10)
+            return super().push(batch)
+
+    service = Service(
+        open_journal=lambda: SqliteJournal(path, "f"),
+        open_engine=_Slow,
+        sensors=TABLE,
+        tracking=TrackingSettings(),
+    )
+    starting = threading.Thread(target=service.start)
+    starting.start()
+    assert seen.wait(10)
+    assert str(service.state) == "recovering"
+    with pytest.raises(Exception, match="expected a running service, was recovering"):
+        service.submit(recording(1), source="test")
+    held.set()
+    starting.join()
+    assert str(service.state) == "running"
+    service.stop()
