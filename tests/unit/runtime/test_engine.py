@@ -119,6 +119,16 @@ def test_aircraft_without_heights_are_tracked_with_an_honest_sigma() -> None:
     assert np.hypot(east, north) < 4.0 * output.updates.position_sigma_m[-1]
 
 
+@pytest.mark.parametrize("name", FILTERS)
+def test_plots_without_height_say_nothing_of_the_biases(name: str) -> None:
+    rng = np.random.default_rng(7)
+    flights = [Flight(0.0, 200.0, (20_000.0, 40_000.0, 150.0, -80.0), reports_height=False)]
+    scene = make_scene(rng, three_radars(), flights)
+    _, output = all_output(scene, TrackingSettings(filter_name=name))
+    sigma = output.biases.sigma[-len(scene.sensors.prior_sigma) :]
+    np.testing.assert_allclose(sigma, scene.sensors.prior_sigma, rtol=1e-9)
+
+
 def test_a_silent_track_ends_once_and_comes_back_as_another() -> None:
     scene = busy_scene(2, aircraft=1, duration_s=30.0)
     again = scene.batch.take(slice(None))

@@ -162,13 +162,17 @@ def correct_separated(
     if nis > options[DOWNWEIGHT_NIS]:
         W[0] *= nis / options[DOWNWEIGHT_NIS]
         W[1] *= nis / options[DOWNWEIGHT_NIS]
+    # An unknown height is wrong by the same amount plot after plot: it says nothing of the biases.
+    informs = height_variance == 0.0
     if intersects:
         log[0], log[1], log[2], log[3], log[4] = nu0, nu1, n[0], n[1], n[2]
         log[5], log[6], log[7], log[8], log[9] = W[0], W[1], p0, r_rate, az_rate
+        if not informs:
+            log[5] = 0.0
         intersect(n, b, e0, e1, a, P, W, G, K)
         return UPDATED, surprise
     # (1.37), (1.38) in information form: Y += Jᵀ W⁻¹ J, y += Jᵀ W⁻¹ ν.
-    for c in range(first, last):
+    for c in range(first, last if informs else first):
         j0, j1 = bias_column(parameters[c], p0, r_rate, az_rate)
         y[c] += j0 * nu0 / W[0] + j1 * nu1 / W[1]
         for d in range(c, last):

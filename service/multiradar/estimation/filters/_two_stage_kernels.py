@@ -119,7 +119,9 @@ def correct_two_stage(
     for i in range(4):
         for c in range(n):
             V[i, c] -= K[i, 0] * U[0, c] + K[i, 1] * U[1, c]
-    add_information(s00, s01, s11, nu0, nu1, U, Y, y)
+    # An unknown height is wrong by the same amount plot after plot: it says nothing of the biases.
+    if height_variance == 0.0:
+        add_information(s00, s01, s11, nu0, nu1, U, Y, y)
     return UPDATED, surprise
 
 
