@@ -13,6 +13,8 @@ from multiradar.api.limits import HttpLimits
 from multiradar.errors import ConfigurationError
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.ingest.http import IntakeBounds, measurement_routes
+from multiradar.ingest.zenoh.gateway import ZenohGateway
+from multiradar.ingest.zenoh.options import ZenohOptions
 from multiradar.observability.metrics import REGISTRY
 from multiradar.observability.pipeline_metrics import watch_pipeline
 from multiradar.runtime.engine import Engine
@@ -57,6 +59,7 @@ class Application:
         self._unwatch: Callable[[], None] = lambda: None
         self.service = build_service(settings, sensors)
         self._http = HttpServer(self.service, settings, on_failure)
+        self._gateway: ZenohGateway | None = None
 
     @property
     def http_url(self) -> str:
@@ -66,7 +69,7 @@ class Application:
     @property
     def zenoh_endpoints(self) -> tuple[str, ...]:
         """Where Zenoh listens; empty before the start, or without Zenoh."""
-        return ()
+        return () if self._gateway is None else self._settings.zenoh.listen
 
     def start(self) -> None:
         """Serve HTTP, play the journal into the engine, then take measurements.
@@ -76,12 +79,17 @@ class Application:
         self._http.start()
         warm_up(sensors=self._sensors, settings=self._settings)
         self.service.start()
+        if self._settings.zenoh.enabled:
+            self._gateway = ZenohGateway(self.service, zenoh_options(self._settings))
+            self._gateway.start()
         self._unwatch = watch_pipeline(REGISTRY, self.service.view.status)
         _log.info("started", http=self.http_url)
 
     def stop(self) -> None:
         """Take nothing more, finish what was taken, close everything; in any state."""
         self._unwatch()
+        if self._gateway is not None:
+            self._gateway.stop()
         self._http.stop()
         self.service.stop()
         _log.info("stopped")
@@ -98,6 +106,21 @@ def build_service(settings: Settings, sensors: SensorTable) -> Service:
         tracking=tracking,
         limits=RuntimeLimits(**settings.runtime.model_dump()),
     )
+
+
+def zenoh_options(settings: Settings) -> ZenohOptions:
+    """Return how the service takes part in Zenoh.
+
+    Raises
+    ------
+    ConfigurationError
+        If multicast is asked for.
+    """
+    if settings.zenoh.multicast:
+        msg = "zenoh.multicast: expected false, was true; a Zenoh config_file can switch it on"
+        raise ConfigurationError(msg)
+    chosen = settings.zenoh.model_dump(exclude={"enabled", "multicast"})
+    return ZenohOptions(**chosen, message_bytes_max=settings.http.body_bytes_max)
 
 
 def warm_up(sensors: SensorTable, settings: Settings) -> None:

@@ -128,9 +128,10 @@ def _destination(to: str, encoding: EncodingChoice) -> "Destination":
 
         return HttpDestination(to, Encoding(encoding.value))
     if to.startswith("zenoh:"):
+        from multiradar.ingest.replay_http import Encoding
         from multiradar.ingest.replay_zenoh import ZenohDestination
 
-        return ZenohDestination(to.removeprefix("zenoh:"), encoding.value)
+        return ZenohDestination(to.removeprefix("zenoh:"), Encoding(encoding.value))
     msg = f"expected http://… or zenoh:… for --to, was {to!r}"
     raise typer.BadParameter(msg)
 
