@@ -37,9 +37,11 @@ def test_a_subscriber_that_joins_when_all_is_over_gets_every_update() -> None:
 @pytest.mark.parametrize("detect", [True, False])
 def test_a_subscriber_that_joins_while_updates_flow_gets_every_update(detect: bool) -> None:
     view = StreamingView()
-    count = 16_000
+    before, count = 15_000, 35_000
     with gateway(view) as running:
-        flow = threading.Thread(target=view.stream, args=(count, 60, 8000.0))
+        # A history that takes longer to send than a track waits for its next update.
+        view.stream(before, tracks=150, per_s=100_000)
+        flow = threading.Thread(target=view.stream, args=(count - before, 150, 12_000.0))
         flow.start()
         with (
             SubscriberProcess(running.endpoints[0], count, detect=detect) as first,

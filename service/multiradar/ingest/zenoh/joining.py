@@ -17,8 +17,10 @@ from multiradar.ingest.zenoh.bus import Request
 QUIET_S = 0.05
 #: Longest wait.
 WAIT_MAX_S = 1.0
-#: After a wait no other one begins for so many times its length.
-REST_FACTOR = 4.0
+#: Time that may be waited in a row, however many join …
+ALLOWANCE_MAX_S = 3.0
+#: … and the share of the time that may be waited in the long run.
+ALLOWANCE_SHARE = 0.2
 #: Questions that are kept open at a time.
 _HELD_MAX = 256
 
@@ -36,8 +38,10 @@ class JoinGate:
         self._clock = clock
         self._held: list[Request] = []
         self._began_s = 0.0
+        self._ends_s = float("-inf")
         self._asked_s = 0.0
-        self._rests_until_s = float("-inf")
+        self._allowance_s = ALLOWANCE_MAX_S
+        self._counted_s = float("-inf")
         self._lock = threading.Lock()
         self.waits = 0
 
@@ -53,11 +57,10 @@ class JoinGate:
         joining = "_sn" not in request.parameters and "*" in request.key.partition("/@adv")[0]
         with self._lock:
             self._asked_s = now_s
-            keep = joining and now_s >= self._rests_until_s and len(self._held) < _HELD_MAX
+            if joining and not self._held:
+                self._begin(now_s)
+            keep = joining and now_s < self._ends_s and len(self._held) < _HELD_MAX
             if keep:
-                if not self._held:
-                    self._began_s = now_s
-                    self.waits += 1
                 self._held.append(request)
         if not keep:
             request.finish()
@@ -68,15 +71,25 @@ class JoinGate:
             now_s = self._clock.monotonic_s()
             with self._lock:
                 quiet_s = self._asked_s + QUIET_S - now_s
-                left_s = self._began_s + WAIT_MAX_S - now_s
+                left_s = self._ends_s - now_s
                 if min(quiet_s, left_s) > 0.0:
                     remaining_s = min(quiet_s, left_s)
                     done: list[Request] = []
                 else:
                     remaining_s = 0.0
                     done, self._held = self._held, []
-                    self._rests_until_s = now_s + REST_FACTOR * (now_s - self._began_s)
+                    self._allowance_s -= now_s - self._began_s
+                    self._counted_s = self._ends_s = now_s
             for request in done:
                 request.finish()
             if remaining_s > 0.0:
                 pause(remaining_s)
+
+    def _begin(self, now_s: float) -> None:
+        gained_s = ALLOWANCE_SHARE * (now_s - self._counted_s)
+        self._allowance_s = min(self._allowance_s + gained_s, ALLOWANCE_MAX_S)
+        self._counted_s = now_s
+        if self._allowance_s > QUIET_S:
+            self._began_s = now_s
+            self._ends_s = now_s + min(WAIT_MAX_S, self._allowance_s)
+            self.waits += 1

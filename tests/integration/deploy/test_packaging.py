@@ -1,0 +1,155 @@
+"""Container, compose and systemd files: hardened, pinned, on loopback, and as the service reads them."""
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from multiradar.settings import load_settings
+
+ROOT = Path(__file__).parents[3]
+DEPLOY = ROOT / "deploy"
+SYSTEMD_ANALYZE = shutil.which("systemd-analyze")
+
+
+@pytest.fixture(scope="module")
+def services() -> dict[str, dict[str, Any]]:
+    with (DEPLOY / "compose.yaml").open(encoding="utf-8") as file:
+        found: dict[str, dict[str, Any]] = yaml.safe_load(file)["services"]
+    return found
+
+
+def unit_settings() -> dict[str, list[str]]:
+    settings: dict[str, list[str]] = {}
+    for line in (DEPLOY / "multiradar.service").read_text(encoding="utf-8").splitlines():
+        name, mark, value = line.partition("=")
+        if mark and not line.startswith("#"):
+            settings.setdefault(name, []).append(value)
+    return settings
+
+
+def instructions() -> list[tuple[str, str]]:
+    text = (DEPLOY / "Containerfile").read_text(encoding="utf-8")
+    lines = [line for line in text.splitlines() if not line.startswith("#")]
+    joined = re.sub(r"\\\n\s*", " ", "\n".join(lines))
+    found = [line.partition(" ") for line in joined.splitlines() if line]
+    return [(name, rest) for name, _, rest in found]
+
+
+@pytest.mark.parametrize("name", ["router", "multiradar"])
+def test_a_container_has_no_rights_and_writes_nothing_but_volumes(
+    services: dict[str, dict[str, Any]], name: str
+) -> None:
+    service = services[name]
+    assert service["read_only"] is True
+    assert service["cap_drop"] == ["ALL"]
+    assert "no-new-privileges:true" in service["security_opt"]
+    assert int(service["user"].partition(":")[0]) > 0
+    assert service["tmpfs"]
+    assert service["mem_limit"]
+    assert service["pids_limit"]
+    assert "privileged" not in service
+    assert service.get("network_mode") is None
+
+
+def test_everything_is_published_on_loopback_only(services: dict[str, dict[str, Any]]) -> None:
+    ports = [port for service in services.values() for port in service.get("ports", [])]
+    assert ports
+    assert all(port.startswith("127.0.0.1:") for port in ports)
+
+
+def test_what_compose_mounts_is_in_the_tree_and_read_only(
+    services: dict[str, dict[str, Any]],
+) -> None:
+    mounts = [mount for one in services.values() for mount in one["volumes"] if mount[0] == "."]
+    assert {mount.split(":")[0] for mount in mounts} == {"./zenoh/router.json5", "./sensors.toml"}
+    assert all(mount.endswith(":ro") for mount in mounts)
+    assert (DEPLOY / "zenoh/router.json5").is_file()
+
+
+def test_the_service_understands_the_environment_of_compose(
+    services: dict[str, dict[str, Any]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name, value in services["multiradar"]["environment"].items():
+        monkeypatch.setenv(name, value)
+    zenoh = load_settings().zenoh
+    assert (zenoh.mode, zenoh.listen, zenoh.connect) == ("client", (), ("tcp/router:7447",))
+
+
+def test_the_image_runs_as_nobody_and_is_installed_by_hash() -> None:
+    found = instructions()
+    stages = [rest for name, rest in found if name == "FROM"]
+    assert len(stages) == 2
+    assert all(re.search(r":\d+\.\d+-slim\b", stage) for stage in stages)
+    after = found[max(place for place, (name, _) in enumerate(found) if name == "FROM") :]
+    user = [rest for name, rest in after if name == "USER"]
+    assert user == ["10001:10001"]
+    # Nothing that runs as root stands after the change of user.
+    last_run = max(place for place, (name, _) in enumerate(after) if name == "RUN")
+    assert last_run < [name for name, _ in after].index("USER")
+    installs = " ".join(rest for name, rest in found if name == "RUN")
+    assert "--require-hashes --requirement constraints.txt" in installs
+    environment = " ".join(rest for name, rest in after if name == "ENV")
+    cache = re.search(r"NUMBA_CACHE_DIR=(\S+)", environment)
+    volumes = " ".join(rest for name, rest in after if name == "VOLUME")
+    assert cache is not None
+    assert str(Path(cache[1]).parent) in volumes
+    assert not any(name == "ADD" for name, _ in found)
+
+
+def test_what_the_image_copies_is_in_the_tree() -> None:
+    copied = [rest.split()[:-1] for name, rest in instructions() if name == "COPY"]
+    sources = [source for group in copied for source in group if not source.startswith("--from")]
+    missing = [
+        source for source in sources if not source.startswith("/") and not (ROOT / source).exists()
+    ]
+    assert missing == []
+
+
+def test_the_unit_is_hardened() -> None:
+    settings = unit_settings()
+    for name in (
+        "DynamicUser",
+        "NoNewPrivileges",
+        "PrivateTmp",
+        "PrivateDevices",
+        "ProtectHome",
+        "ProtectKernelModules",
+        "ProtectKernelTunables",
+        "ProtectControlGroups",
+        "RestrictNamespaces",
+        "RestrictSUIDSGID",
+        "LockPersonality",
+    ):
+        assert settings[name] == ["yes"], name
+    assert settings["ProtectSystem"] == ["strict"]
+    assert settings["CapabilityBoundingSet"] == [""]
+    assert settings["StateDirectory"] == ["multiradar"]
+    assert settings["IPAddressDeny"] == ["any"]
+    state = settings["ExecStart"][0].partition("--state ")[2]
+    assert state == f"/var/lib/{settings['StateDirectory'][0]}"
+    assert f"/var/cache/{settings['CacheDirectory'][0]}" in settings["Environment"][0]
+
+
+@pytest.mark.skipif(SYSTEMD_ANALYZE is None, reason="systemd-analyze is not installed")
+def test_systemd_understands_the_unit_and_finds_little_exposed(tmp_path: Path) -> None:
+    text = (DEPLOY / "multiradar.service").read_text(encoding="utf-8")
+    unit = tmp_path / "multiradar.service"
+    # The program is not installed where the unit says; everything else is taken as it stands.
+    unit.write_text(text.replace("/opt/multiradar/bin/multiradar", "/bin/true"), encoding="utf-8")
+    assert SYSTEMD_ANALYZE is not None
+    verified = subprocess.run(
+        [SYSTEMD_ANALYZE, "verify", str(unit)], capture_output=True, text=True, check=False
+    )
+    assert (verified.returncode, verified.stderr) == (0, "")
+    rated = subprocess.run(
+        [SYSTEMD_ANALYZE, "security", "--offline=true", "--threshold=20", str(unit)],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert rated.returncode == 0, rated.stdout[-500:]

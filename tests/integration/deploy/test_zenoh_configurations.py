@@ -1,0 +1,209 @@
+"""The Zenoh configurations of deploy/, opened by the service's own session."""
+
+import json
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+import zenoh
+
+from multiradar.errors import ConfigurationError
+from multiradar.ingest.zenoh.gateway import ZenohGateway
+from multiradar.ingest.zenoh.options import ZenohOptions
+from multiradar.ingest.zenoh.session import ZenohBus
+from support.certificates import Authority
+from support.fake_service import FakeService
+from support.live_scene import recording
+from support.zenoh_scene import StreamingView, free_endpoint
+from support.zenoh_subscriber import client_config
+
+FOLDER = Path(__file__).parents[3] / "deploy/zenoh"
+TIMEOUT_S = 3.0
+JSON = "application/json"
+
+
+@pytest.mark.parametrize("name", ["loopback.json5", "router.json5", "mtls.json5"])
+def test_no_configuration_looks_for_others_or_lets_a_message_be_endless(name: str) -> None:
+    config = zenoh.Config.from_file(str(FOLDER / name))
+    assert json.loads(config.get_json("scouting/multicast/enabled")) is False
+    assert json.loads(config.get_json("scouting/gossip/enabled")) is False
+    assert json.loads(config.get_json("adminspace/enabled")) is False
+    assert json.loads(config.get_json("timestamping/enabled")) is True
+    assert json.loads(config.get_json("transport/link/tx/lease")) == 2000
+    assert json.loads(config.get_json("transport/link/rx/max_message_size")) == 16 * 1024 * 1024
+
+
+def test_the_mtls_configuration_denies_what_no_rule_allows() -> None:
+    config = zenoh.Config.from_file(str(FOLDER / "mtls.json5"))
+    access = json.loads(config.get_json("access_control"))
+    assert access["enabled"] is True
+    assert access["default_permission"] == "deny"
+    assert all(subject["cert_common_names"] for subject in access["subjects"])
+    assert json.loads(config.get_json("transport/link/tls/enable_mtls")) is True
+    assert json.loads(config.get_json("transport/link/protocols")) == ["tls"]
+    listens = json.loads(config.get_json("listen/endpoints"))
+    assert all(endpoint.startswith("tls/") for endpoint in listens)
+
+
+@pytest.mark.parametrize("name", ["loopback.json5", "router.json5"])
+def test_a_configuration_without_certificates_carries_updates(name: str, tmp_path: Path) -> None:
+    text = (FOLDER / name).read_text(encoding="utf-8")
+    endpoint = free_endpoint()
+    for found in ("tcp/127.0.0.1:7447", "tcp/0.0.0.0:7447"):
+        text = text.replace(found, endpoint)
+    file = tmp_path / name
+    file.write_text(text, encoding="utf-8")
+    view = StreamingView()
+    service = ZenohGateway(FakeService(view=view), ZenohOptions(config_file=file))
+    service.start()
+    try:
+        assert service.endpoints == (endpoint,)
+        with zenoh.open(client_config(endpoint)) as session:
+            assert document(session, "multiradar/v1/status")["event_sequence"] == 0
+    finally:
+        service.stop()
+
+
+def test_a_configuration_that_is_none_is_refused_with_its_name(tmp_path: Path) -> None:
+    file = tmp_path / "broken.json5"
+    file.write_text("{ mode: 'nobody' }", encoding="utf-8")
+    with pytest.raises(ConfigurationError, match=r"broken\.json5"):
+        ZenohBus(ZenohOptions(config_file=file))
+
+
+class Guarded:
+    """A service behind mtls.json5, and clients with certificates."""
+
+    def __init__(self, folder: Path) -> None:
+        self.authority = Authority(folder / "authority")
+        self.endpoint = free_endpoint().replace("tcp/", "tls/")
+        certificate, key = self.authority.issue("multiradar")
+        text = (FOLDER / "mtls.json5").read_text(encoding="utf-8")
+        for found, put in {
+            "tls/0.0.0.0:7448": self.endpoint,
+            "/etc/multiradar/tls/ca.pem": str(self.authority.certificate),
+            "/etc/multiradar/tls/service.pem": str(certificate),
+            "/etc/multiradar/tls/service.key": str(key),
+        }.items():
+            assert found in text
+            text = text.replace(found, put)
+        file = folder / "mtls.json5"
+        file.write_text(text, encoding="utf-8")
+        self.view = StreamingView()
+        self.service = FakeService(view=self.view)
+        self.gateway = ZenohGateway(self.service, ZenohOptions(config_file=file))
+
+    def client(self, name: str, authority: Authority | None = None) -> zenoh.Config:
+        """Configuration of a client with a certificate of this common name."""
+        certificate, key = (authority or self.authority).issue(name)
+        config = client_config(self.endpoint)
+        for item, value in {
+            "connect/timeout_ms": 1500,
+            "connect/exit_on_failure": True,
+            "transport/link/tls/enable_mtls": True,
+            "transport/link/tls/root_ca_certificate": str(self.authority.certificate),
+            "transport/link/tls/connect_certificate": str(certificate),
+            "transport/link/tls/connect_private_key": str(key),
+        }.items():
+            config.insert_json5(item, json.dumps(value))
+        return config
+
+
+@pytest.fixture(scope="module")
+def guarded(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Guarded]:
+    scene = Guarded(tmp_path_factory.mktemp("mtls"))
+    scene.gateway.start()
+    yield scene
+    scene.gateway.stop()
+
+
+def answers(session: zenoh.Session, selector: str, **content: Any) -> list[zenoh.Reply]:
+    return list(session.get(selector, timeout=TIMEOUT_S, **content))
+
+
+def document(session: zenoh.Session, selector: str, **content: Any) -> dict[str, Any]:
+    (reply,) = answers(session, selector, **content)
+    assert reply.ok is not None
+    found: dict[str, Any] = json.loads(reply.ok.payload.to_bytes())
+    return found
+
+
+def plots(sensor_id: str) -> bytes:
+    frame = recording(30)
+    return json.dumps(frame.filter(frame["sensor_id"] == sensor_id).to_dicts()).encode()
+
+
+def test_a_feed_may_measure_under_its_own_name_only(guarded: Guarded) -> None:
+    with zenoh.open(guarded.client("feed-41-10")) as session:
+        receipt = document(
+            session,
+            "multiradar/v1/measurements/41-10",
+            payload=plots("41-10"),
+            encoding=JSON,
+        )
+        assert receipt["accepted"] > 0
+        taken = len(guarded.service.submissions)
+        refused = answers(
+            session, "multiradar/v1/measurements/41-20", payload=plots("41-20"), encoding=JSON
+        )
+        session.put("multiradar/v1/measurements/41-20", plots("41-20"), encoding=JSON)
+        time.sleep(0.3)
+        assert all(reply.ok is None for reply in refused)
+        assert len(guarded.service.submissions) == taken
+        # Nor does it read.
+        assert not [reply for reply in answers(session, "multiradar/v1/status") if reply.ok]
+
+
+def test_a_display_reads_and_may_not_measure(guarded: Guarded) -> None:
+    received: list[bytes] = []
+    with zenoh.open(guarded.client("display")) as session:
+        subscriber = zenoh.ext.declare_advanced_subscriber(
+            session,
+            "multiradar/v1/tracks/*",
+            lambda sample: received.append(sample.payload.to_bytes()),
+            history=zenoh.ext.HistoryConfig(),
+            recovery=zenoh.ext.RecoveryConfig(periodic_queries=None, heartbeat=True),
+        )
+        assert document(session, "multiradar/v1/status")["zenoh"]["instance"]
+        guarded.view.tell([1, 2, 3])
+        end_s = time.monotonic() + TIMEOUT_S
+        while len(received) < 3 and time.monotonic() < end_s:
+            time.sleep(0.01)
+        assert len(received) == 3
+        taken = len(guarded.service.submissions)
+        session.put("multiradar/v1/measurements/41-10", plots("41-10"), encoding=JSON)
+        time.sleep(0.3)
+        assert len(guarded.service.submissions) == taken
+        subscriber.undeclare()  # type: ignore[no-untyped-call]  # so in its stubs
+
+
+def test_a_certificate_of_another_authority_is_refused(guarded: Guarded, tmp_path: Path) -> None:
+    stranger = Authority(tmp_path / "stranger", "another-authority")
+    with pytest.raises(zenoh.ZError):
+        zenoh.open(guarded.client("display", stranger))
+
+
+def test_a_client_without_a_certificate_or_without_tls_is_refused(guarded: Guarded) -> None:
+    without = client_config(guarded.endpoint)
+    without.insert_json5("connect/timeout_ms", "1500")
+    without.insert_json5("connect/exit_on_failure", "true")
+    ca = str(guarded.authority.certificate)
+    without.insert_json5("transport/link/tls/root_ca_certificate", json.dumps(ca))
+    with pytest.raises(zenoh.ZError):
+        zenoh.open(without)
+    plain = client_config(guarded.endpoint.replace("tls/", "tcp/"))
+    plain.insert_json5("connect/timeout_ms", "1500")
+    plain.insert_json5("connect/exit_on_failure", "true")
+    with pytest.raises(zenoh.ZError):
+        zenoh.open(plain)
+
+
+def test_a_known_authority_does_not_give_rights_to_an_unknown_name(guarded: Guarded) -> None:
+    with zenoh.open(guarded.client("somebody")) as session:
+        assert not [reply for reply in answers(session, "multiradar/v1/status") if reply.ok]
+        taken = len(guarded.service.submissions)
+        session.put("multiradar/v1/measurements/41-10", plots("41-10"), encoding=JSON)
+        time.sleep(0.3)
+        assert len(guarded.service.submissions) == taken
