@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from multiradar.cli.convert import convert_app
+from multiradar.cli.demo import demo
 from multiradar.cli.replay import replay
 from multiradar.cli.serve import serve
 from multiradar.cli.track import track
@@ -36,6 +37,7 @@ app.add_typer(convert_app, name="convert")
 app.command(name="track")(track)
 app.command(name="serve")(serve)
 app.command(name="replay")(replay)
+app.command(name="demo")(demo)
 
 
 def main() -> None:

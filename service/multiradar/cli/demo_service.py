@@ -1,0 +1,109 @@
+"""The service of the demo: a real child process on free loopback ports."""
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from multiradar.errors import PeerError
+
+START_TIMEOUT_S = 120.0
+STOP_TIMEOUT_S = 30.0
+
+
+@dataclass(frozen=True, slots=True)
+class ServiceProcess:
+    """A running service.
+
+    Attributes
+    ----------
+    process : Popen
+        The child.
+    http : str
+        Where it serves HTTP.
+    zenoh : list of str
+        Where it serves Zenoh.
+    log : Path
+        What it logs.
+    """
+
+    process: "subprocess.Popen[str]"
+    http: str
+    zenoh: list[str]
+    log: Path
+
+    def stop(self) -> None:
+        """Have it stop gracefully, or end it when it does not."""
+        self.process.terminate()
+        try:
+            self.process.wait(STOP_TIMEOUT_S)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait()
+        if self.process.stdout is not None:
+            self.process.stdout.close()
+
+
+def start_service(sensors: Path, folder: Path) -> ServiceProcess:
+    """Start `multiradar serve` and wait until it says where it listens.
+
+    Parameters
+    ----------
+    sensors : Path
+        Its sensors file.
+    folder : Path
+        Where its journal and its log go.
+
+    Raises
+    ------
+    PeerError
+        If it does not come up.
+    """
+    log = folder / "service.log"
+    command = [
+        sys.executable, "-m", "multiradar", "serve", "--sensors", str(sensors),
+        "--state", str(folder / "state"), "--port", "0",
+        "--zenoh-listen", f"tcp/127.0.0.1:{_free_port()}", "--json",
+    ]  # fmt: skip
+    with log.open("w", encoding="utf-8") as stream:
+        process = subprocess.Popen(
+            command,
+            stdout=subprocess.PIPE,
+            stderr=stream,
+            text=True,
+            # Settings of the environment belong to another service than this one.
+            env={name: value for name, value in os.environ.items() if "MULTIRADAR_" not in name},
+            # Ctrl-C is for us; we tell the child in our own time.
+            start_new_session=True,
+        )
+    ready = _first_line(process)
+    if ready is None:
+        process.kill()
+        process.wait()
+        lines = log.read_text(encoding="utf-8").strip().splitlines()
+        msg = f"the service did not come up: {lines[-1] if lines else 'it said nothing'}"
+        raise PeerError(msg)
+    return ServiceProcess(process, str(ready["http"]), list(ready["zenoh"]), log)
+
+
+def _first_line(process: "subprocess.Popen[str]") -> dict[str, Any] | None:
+    assert process.stdout is not None
+    watchdog = threading.Timer(START_TIMEOUT_S, process.send_signal, [signal.SIGKILL])
+    watchdog.start()
+    try:
+        line = process.stdout.readline()
+    finally:
+        watchdog.cancel()
+    document = json.loads(line) if line.startswith("{") else None
+    return document if isinstance(document, dict) else None
+
+
+def _free_port() -> int:
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        return int(listener.getsockname()[1])
