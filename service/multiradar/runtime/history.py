@@ -101,7 +101,7 @@ class TrackHistory:
             return self._rows[:0].copy()
         found = np.empty(limit, np.int64)
         oldest = max(self._taken - len(self._rows), 0)
-        since = -np.inf if since_s is None else since_s
+        since = -np.inf if since_s is None else float(since_s)
         newest = int(self._newest[track_id])
         count = kernels.follow(
             self._previous, self._time_s, newest, oldest, since, found, since_s is not None

@@ -20,6 +20,7 @@ from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.accounting import Accounting
 from multiradar.runtime.admission import FORWARD_JUMP_MAX_S, Admission
 from multiradar.runtime.backlog import Backlog
+from multiradar.runtime.history import TrackHistory
 from multiradar.runtime.intake import Intake, Submission
 from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.processor import Processor
@@ -29,6 +30,7 @@ from multiradar.runtime.tracking_engine import TrackingEngine
 from multiradar.runtime.writer import Writer
 from multiradar.storage.entries import EntryKind, Quarantined
 from multiradar.storage.journal import Journal
+from multiradar.tracking.measurements import MeasurementBatch
 from multiradar.tracking.settings import TrackingSettings
 
 __all__ = ["Receipt", "RejectedRow", "Service", "ServiceState"]
@@ -232,6 +234,7 @@ class Service:
         admission = Admission(self._horizon_s, self._forward_jump_max_s)
         if counts.admission:
             admission.restore(counts.admission)
+        _warm_up(admission)
         self._accounting.resume(counts.accepted, counts.rejected)
         self._processor = Processor(
             journal=journal,
@@ -288,3 +291,9 @@ class Service:
             "skipped": sorted(skipped)[:_SKIPPED_SHOWN_MAX],
             "output_sha256": None if processor is None else processor.output_sha256,
         }
+
+
+# Has the loops compiled before the first message waits for them.
+def _warm_up(admission: Admission) -> None:
+    admission.admit(MeasurementBatch.empty())
+    TrackHistory(1).read(1, None, 1)

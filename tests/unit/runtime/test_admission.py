@@ -57,6 +57,12 @@ def test_a_row_in_time_ends_a_run_of_rows_from_the_future() -> None:
     assert _codes(admission, times).count(FUTURE) == 8
 
 
+def test_a_late_row_ends_a_run_of_rows_from_the_future_too() -> None:
+    admission = Admission(6.0)
+    times = [100.0] + [9000.0] * 4 + [50.0] + [9000.0] * 4
+    assert _codes(admission, times) == [ACCEPTED] + [FUTURE] * 4 + [LATE] + [FUTURE] * 4
+
+
 def test_one_sensor_among_several_cannot_move_the_clock_with_one_batch() -> None:
     admission = Admission(6.0)
     _codes(admission, [100.0, 100.0], [0, 1])

@@ -19,6 +19,7 @@ from multiradar.errors import (
     QueueFullError,
 )
 from multiradar.runtime.limits import RuntimeLimits
+from multiradar.runtime.payload import decode_rows
 from multiradar.runtime.receipt import Receipt, RejectedRow
 from multiradar.runtime.service import Service, ServiceState
 from multiradar.runtime.tracking_engine import TrackingEngine
@@ -70,6 +71,7 @@ def _settled(service: Service) -> dict[str, object]:
     status = service.view.status()
     counts = [status[name] for name in ("accepted", "duplicate", "rejected")]
     assert status["read"] == sum(counts)
+    assert status["intake_rows"] == status["intake_batches"] == status["backlog_rows"] == 0
     return status
 
 
@@ -262,6 +264,31 @@ def test_the_end_of_a_stream_releases_and_is_journalled(start: Starter) -> None:
     service.stop()
     again = start(journal)
     assert _settled(again)["output_sha256"] == _status_sha(service)
+    # What the admission knew is known again.
+    late = _submit(again, frame[:50])
+    assert {row.code for row in late.rejected} == {"TIME_LATE"}
+    assert len(late.rejected) == 50
+
+
+def test_messages_that_share_a_transaction_keep_their_own_rows(start: Starter) -> None:
+    frame = recording(120).with_columns(
+        sensor_id=pl.when(pl.int_range(120) % 7 == 3).then(pl.lit("no")).otherwise("sensor_id"),
+        time_s=pl.col("time_s") + pl.when(pl.int_range(120) % 11 == 5).then(1e6).otherwise(0.0),
+    )
+    pieces = cut(frame, [30, 1, 0, 29, 40])
+    gate, apart = _GatedJournal(), start()
+    together = start(gate)
+    futures = [together.submit(recording(1), source="test")]
+    gate.entered.wait(10)
+    futures += [together.submit(piece, source="test") for piece in pieces]
+    gate.open.set()
+    _submit(apart, recording(1))
+    alone = [_submit(apart, piece) for piece in pieces]
+    assert [future.result(10) for future in futures[1:]] == alone
+    assert sum(len(receipt.rejected) for receipt in alone) > 20
+    assert _settled(together)["output_sha256"] == _settled(apart)["output_sha256"]
+    for stored, receipt in zip(gate.read(1), alone, strict=True):
+        assert len(decode_rows(stored.entry.payload)) == receipt.accepted
 
 
 def test_a_failed_journal_stops_the_intake_and_reading_goes_on(start: Starter) -> None:

@@ -1,0 +1,81 @@
+"""`serve` and `replay` as real processes give the bytes of `track`, whatever happens between."""
+
+import json
+import os
+import subprocess
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from support.live_scene import recording
+from support.served import RUN, SENSORS, Served, free_port, run
+
+#: `MULTIRADAR_KILLS=50` for the long run.
+KILLS = max(int(os.environ.get("MULTIRADAR_KILLS", "3")), 1)
+ROWS_A_KILL = 1000
+ROWS = 300
+
+
+def _scene(folder: Path, rows: int) -> tuple[Path, Path, str]:
+    # Sensors, measurements, and the hash of their output by `track`.
+    sensors, measurements = folder / "sensors.toml", folder / "measurements.parquet"
+    sensors.write_text(SENSORS)
+    recording(rows, aircraft=30, step_s=0.02).write_parquet(measurements)
+    run("track", measurements, "--sensors", sensors, "--out", folder / "tracks")
+    report = json.loads((folder / "tracks" / "report.json").read_text())
+    assert report["counts"]["accepted"] == rows
+    return sensors, measurements, report["output_sha256"]
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path, str]:
+    return _scene(tmp_path_factory.mktemp("scene"), ROWS)
+
+
+@pytest.mark.parametrize(("batch", "workers"), [(1, 4), (7, 1), (1000, 2), (65536, 4)])
+def test_the_output_is_that_of_track(
+    tmp_path: Path, scene: tuple[Path, Path, str], batch: int, workers: int
+) -> None:
+    sensors, measurements, expected = scene
+    served = Served(sensors, tmp_path / "state", workers=workers)
+    told = run("replay", measurements, "--to", served.url, "--speed", "max", "--batch", batch)
+    status = served.status()
+    assert served.stop() == 0
+    assert told["accepted"] == ROWS
+    assert status["accepted"] == ROWS
+    assert status["output_sha256"] == expected
+
+
+def test_kills_of_the_service_in_a_replay_leave_no_trace(tmp_path: Path) -> None:
+    rows = (KILLS + 1) * ROWS_A_KILL
+    sensors, measurements, expected = _scene(tmp_path, rows)
+    random, port = np.random.default_rng(KILLS), free_port()
+    replay = subprocess.Popen(
+        [*RUN, "replay", str(measurements), "--to", f"http://127.0.0.1:{port}", "--speed", "max",
+         "--batch", "5", "--json"],
+        stdout=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    killed = 0
+    while killed < KILLS and replay.poll() is None:
+        served = Served(sensors, tmp_path / "state", port, workers=1 + killed % 2)
+        begun = served.status()["accepted"]
+        # Not before the replay has come back and been heard.
+        while served.status()["accepted"] < begun + 50 and replay.poll() is None:
+            time.sleep(0.01)
+        time.sleep(float(random.uniform(0.0, 0.2)))
+        served.kill()
+        killed += 1
+    assert killed == KILLS
+    assert replay.poll() is None, "the replay ended before the kills did"
+    served = Served(sensors, tmp_path / "state", port)
+    out, _ = replay.communicate(timeout=240)
+    assert replay.returncode == 0
+    status = served.status()
+    assert served.stop() == 0
+    told = json.loads(out)
+    # Answered again is what was taken, but not answered, before a kill.
+    assert told["accepted"] + told["duplicate"] == rows
+    assert status["accepted"] == rows
+    assert status["output_sha256"] == expected

@@ -1,0 +1,73 @@
+"""Forecasts are told in true metres east and north at the aircraft, far from the centre too."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from multiradar.geodesy.polar import slant_range_azimuth
+from multiradar.geodesy.system_plane import SystemPlane
+from multiradar.runtime.forecasts import forecast_points
+from multiradar.tracking.outputs import TrackStates
+
+PLANE = SystemPlane(np.radians(50.0), np.radians(15.0))
+TRACK: dict[str, Any] = {
+    "track_id": 7,
+    "time_s": 100.0,
+    "age_s": 0.0,
+    "height_m": None,
+    "state": "confirmed",
+}
+
+
+def _states(east_m: float, north_m: float, deviation: list[float]) -> TrackStates:
+    # Uncertain along one direction of the plane only.
+    covariance = np.zeros((1, 4, 4))
+    covariance[0, :2, :2] = np.outer(deviation, deviation)
+    return TrackStates(
+        track_id=np.array([7]),
+        time_s=np.array([100.0]),
+        mean=np.array([[east_m, north_m, 0.0, 0.0]]),
+        covariance=covariance,
+        height_m=np.array([np.nan]),
+    )
+
+
+@pytest.mark.parametrize("deviation", [[100.0, 0.0], [0.0, 100.0], [70.0, -70.0]])
+def test_the_covariance_is_in_true_metres_far_from_the_centre(deviation: list[float]) -> None:
+    """1 200 km from the centre the plane shrinks distances by 2 % and turns north by 11°."""
+    east_m, north_m = 900e3, 800e3
+    points = forecast_points(
+        _states(east_m, north_m, deviation), TRACK, np.array([0.0]), PLANE, 0.0
+    )
+    assert points is not None
+    here = PLANE.to_geodetic(east_m, north_m)
+    there = PLANE.to_geodetic(east_m + deviation[0], north_m + deviation[1])
+    length_m, azimuth_rad, _ = slant_range_azimuth(
+        (float(here[0]), float(here[1]), 0.0), there[0], there[1], 0.0
+    )
+    east, north = length_m * np.sin(azimuth_rad), length_m * np.cos(azimuth_rad)
+    found = points[0]
+    # 100 m along the Earth against its tangent: parts in 1e5.
+    tolerance = 1e-3 * float(length_m) ** 2
+    assert found["covariance_east_m2"] == pytest.approx(east**2, abs=tolerance)
+    assert found["covariance_north_m2"] == pytest.approx(north**2, abs=tolerance)
+    assert found["covariance_east_north_m2"] == pytest.approx(east * north, abs=tolerance)
+    assert found["position_sigma_m"] == pytest.approx(length_m, rel=1e-3)
+    assert length_m > 100.5 or deviation != [100.0, 0.0]
+
+
+def test_a_track_that_the_filter_does_not_know_has_no_forecast() -> None:
+    states = _states(0.0, 0.0, [1.0, 1.0])
+    for track_id in (6, 8):
+        track = {**TRACK, "track_id": track_id}
+        assert forecast_points(states, track, np.array([0.0]), PLANE, 0.0) is None
+
+
+def test_a_state_that_is_newer_than_the_data_time_is_not_turned_back() -> None:
+    states = _states(0.0, 0.0, [1.0, 1.0])
+    points = forecast_points(
+        states, {**TRACK, "time_s": 90.0, "age_s": 5.0}, np.array([0.0, 10.0]), PLANE, 1.0
+    )
+    assert points is not None
+    assert [point["time_s"] for point in points] == [100.0, 110.0]
