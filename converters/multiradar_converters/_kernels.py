@@ -2,10 +2,15 @@
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
+
+Bytes = NDArray[np.uint8]
+Words = NDArray[np.int64]
+Numbers = NDArray[np.float64]
 
 # None of these functions allocates; counting references would cost more than the work itself.
-compiled = njit(cache=True, nogil=True, _nrt=False)
-inlined = njit(cache=True, nogil=True, _nrt=False, forceinline=True)
+compiled = njit(cache=True, nogil=True, _nrt=False)  # type: ignore[call-overload]  # not in its stubs
+inlined = njit(cache=True, nogil=True, _nrt=False, forceinline=True)  # type: ignore[call-overload]  # as above
 
 _TAB, _LF, _CR, _BLANK, _COMMA, _MINUS, _POINT, _ZERO, _COLON = 9, 10, 13, 32, 44, 45, 46, 48, 58
 _TEN = np.uint64(10)
@@ -19,7 +24,7 @@ _NO_HEIGHT_FT = -777.0
 
 
 @inlined
-def _put_digits(out, i, value, count):
+def _put_digits(out: Bytes, i: int, value: np.uint64, count: int) -> int:
     """Write the last `count` digits of a number (uint64: its division by ten is the cheap one)."""
     for k in range(count):
         rest = value // _TEN
@@ -29,7 +34,7 @@ def _put_digits(out, i, value, count):
 
 
 @inlined
-def _put_whole(out, i, value):
+def _put_whole(out: Bytes, i: int, value: np.uint64) -> int:
     """Write a number (uint64) without leading zeros."""
     count = 1
     power = _TEN
@@ -40,14 +45,16 @@ def _put_whole(out, i, value):
 
 
 @inlined
-def _scaled(value, factor):
+def _scaled(value: float, factor: float) -> tuple[bool, np.uint64]:
     """Return whether a number is negative, and its magnitude times a factor, as uint64."""
     scaled = np.rint(value * factor)
     return scaled < 0.0, np.uint64(np.int64(abs(scaled)))
 
 
 @inlined
-def _put_trimmed(out, i, value, factor, decimals_max, decimals_min):
+def _put_trimmed(
+    out: Bytes, i: int, value: float, factor: float, decimals_max: int, decimals_min: int
+) -> int:
     """Write a number with as many decimals as it has, between two bounds."""
     negative, scaled = _scaled(value, factor)
     if negative:
@@ -69,7 +76,7 @@ def _put_trimmed(out, i, value, factor, decimals_max, decimals_min):
 
 
 @inlined
-def _put_padded(out, i, value, factor, decimals, width):
+def _put_padded(out: Bytes, i: int, value: float, factor: float, decimals: int, width: int) -> int:
     """Write a number with a fixed number of decimals, blanks before it up to a width."""
     negative, scaled = _scaled(value, factor)
     whole = np.uint64(np.int64(abs(value)))
@@ -95,7 +102,7 @@ def _put_padded(out, i, value, factor, decimals, width):
 
 
 @inlined
-def _put_date(out, i, days):
+def _put_date(out: Bytes, i: int, days: int) -> int:
     """Write days since 1970-01-01 as 01-Aug-18 (Hinnant's civil calendar)."""
     z = days + 719_468
     era = z // 146_097
@@ -117,7 +124,9 @@ def _put_date(out, i, days):
 
 
 @compiled
-def new4_lines(time_s, latitude_deg, longitude_deg, height_m, out):
+def new4_lines(
+    time_s: Numbers, latitude_deg: Numbers, longitude_deg: Numbers, height_m: Numbers, out: Bytes
+) -> int:
     """Write `.new4` lines; return the number of bytes (see `new4.format_lines`)."""
     i = 0
     for k in range(len(time_s)):
@@ -136,7 +145,15 @@ def new4_lines(time_s, latitude_deg, longitude_deg, height_m, out):
 
 
 @compiled
-def plt_lines(time_s, latitude_deg, longitude_deg, height_m, before_s, gap_s, out):
+def plt_lines(
+    time_s: Numbers,
+    latitude_deg: Numbers,
+    longitude_deg: Numbers,
+    height_m: Numbers,
+    before_s: float,
+    gap_s: float,
+    out: Bytes,
+) -> int:
     """Write `.plt` point lines; return the number of bytes (see `plt.format_points`)."""
     i = 0
     day_begin = np.int64(0)

@@ -1,444 +1,225 @@
-"""Compiled reading of dump lines; the plain form is `lines.parse_line`.
+"""Compiled bookkeeping of records: small numbers for large ones, days, dealing, naming.
 
-The text of a call consists of whole lines, so its last byte is the line's end mark and every scan
-stops there. A line that is anything but plainly right is noted in `odd` and left to the plain
-form, which says what is wrong with it (or that it is right after all: an exponent, 17 digits).
+Rows on their way between passes are *records*: rows of int64 words, of which some hold the bits
+of a float64. Word 0 is always the time.
 """
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
-# None of these functions allocates, so none needs numba's counting of references: with it, every
-# field costs several atomic operations for each array passed along (64 ns a field instead of 9).
-compiled = njit(cache=True, nogil=True, _nrt=False)
-inlined = njit(cache=True, nogil=True, _nrt=False, forceinline=True)
+Words = NDArray[np.int64]
+Numbers = NDArray[np.float64]
 
-_TAB, _CR, _BLANK, _PLUS, _MINUS, _POINT, _EQUALS, _SEMICOLON = 9, 13, 32, 43, 45, 46, 61, 59
-_TIME, _HEIGHT, _FIRST_INTEGER, _CODE, _ADDRESS = 0, 3, 6, 10, 11
-_INTEGER_MAX = 2**31 - 1
-# Up to here an integer and a power of ten are exact as float64, so their quotient is rounded once.
-_EXACT_MAX = 2**53
-_DECIMALS_MAX = 22
-_POWERS = 10.0 ** np.arange(_DECIMALS_MAX + 1)
+# Nothing here allocates, see `text._kernels`.
+compiled = njit(cache=True, nogil=True, _nrt=False)  # type: ignore[call-overload]  # not in its stubs
+inlined = njit(cache=True, nogil=True, _nrt=False, forceinline=True)  # type: ignore[call-overload]  # as above
 
-
-@inlined
-def _decimal(text, i):
-    """Return value, decimals (-1 without a point), place after it; a place of -1 is a failure."""
-    negative = False
-    c = int(text[i])
-    if c == _MINUS or c == _PLUS:
-        negative = c == _MINUS
-        i += 1
-    mantissa = 0
-    digits = 0
-    point = -1
-    while True:
-        c = int(text[i])
-        digit = c - 48
-        if 0 <= digit <= 9:
-            mantissa = mantissa * 10 + digit
-            digits += 1
-        elif c == _POINT and point < 0:
-            point = digits
-        else:
-            break
-        i += 1
-    if digits == 0 or digits > 18 or mantissa > _EXACT_MAX:
-        return 0.0, i, -1
-    value = float(mantissa)
-    if point >= 0:
-        value = value / _POWERS[digits - point]
-    if negative:
-        value = -value
-    return value, i, i
+_DAY_S = 86_400.0
+_HALF_DAY_S = 43_200.0
+_MIXER = 0x9E3779B97F4A7C15
 
 
 @inlined
-def _digits(text, i, count):
-    """Return the number of exactly `count` digits at a place, -1 if they are not digits."""
-    value = 0
-    for k in range(count):
-        digit = int(text[i + k]) - 48
-        if digit < 0 or digit > 9:
-            return -1
-        value = value * 10 + digit
-    return value
-
-
-@inlined
-def _days_from_civil(year, month, day):
-    """Days since 1970-01-01 of a Gregorian date (Hinnant's algorithm)."""
-    if month <= 2:
-        year -= 1
-        month += 12
-    era = year // 400
-    year_of_era = year - era * 400
-    day_of_year = (153 * (month - 3) + 2) // 5 + day - 1
-    return (
-        era * 146097
-        + year_of_era * 365
-        + year_of_era // 4
-        - year_of_era // 100
-        + day_of_year
-        - 719468
-    )
-
-
-@inlined
-def _iso_time(text, i, stop):
-    """Read YYYY-MM-DDThh:mm:ss[.fff][Z]; all else is left to the plain form."""
-    if i + 20 > stop or int(text[i + 4]) != 45 or int(text[i + 7]) != 45:
-        return 0.0, -1
-    if int(text[i + 10]) != 84 or int(text[i + 13]) != 58 or int(text[i + 16]) != 58:
-        return 0.0, -1
-    year, month, day = _digits(text, i, 4), _digits(text, i + 5, 2), _digits(text, i + 8, 2)
-    hour, minute = _digits(text, i + 11, 2), _digits(text, i + 14, 2)
-    second = _digits(text, i + 17, 2)
-    # Days 29 to 31 are left to the plain form unless every month has them.
-    if (
-        year < 0
-        or month < 1
-        or month > 12
-        or day < 1
-        or (day > 28 and not (day <= 30 and month != 2))
-    ):
-        return 0.0, -1
-    if hour < 0 or hour > 23 or minute < 0 or minute > 59 or second < 0 or second > 59:
-        return 0.0, -1
-    whole = _days_from_civil(year, month, day) * 86400 + hour * 3600 + minute * 60 + second
-    i += 19
-    decimals = 0
-    if int(text[i]) == _POINT:
-        i += 1
-        while 48 <= int(text[i]) <= 57:
-            whole = whole * 10 + int(text[i]) - 48
-            decimals += 1
-            i += 1
-            if decimals > 6:
-                return 0.0, -1
-        if decimals == 0:
-            return 0.0, -1
-    if int(text[i]) == 90:
-        i += 1
-    return float(whole) / _POWERS[decimals], i
-
-
-@inlined
-def _code(text, i):
-    """Return four octal digits as a number and the place after them, -1 on failure."""
-    value = 0
-    for k in range(4):
-        digit = int(text[i + k]) - 48
-        if digit < 0 or digit > 7:
-            return 0, -1
-        value = value * 8 + digit
-    return value, i + 4
-
-
-@inlined
-def _address(text, i):
-    """Return six hexadecimal digits as a number and the place after them, -1 on failure."""
-    value = 0
-    for k in range(6):
-        c = int(text[i + k])
-        if 48 <= c <= 57:
-            digit = c - 48
-        elif 97 <= c <= 102:
-            digit = c - 87
-        elif 65 <= c <= 70:
-            digit = c - 55
-        else:
-            return 0, -1
-        value = value * 16 + digit
-    return value, i + 6
-
-
-@inlined
-def _whole(text, i):
-    """Return a whole number without a sign and the place after it, -1 on failure."""
-    begin = i
-    value = 0
-    while True:
-        digit = int(text[i]) - 48
-        if digit < 0 or digit > 9:
-            break
-        value = value * 10 + digit
-        i += 1
-        if i - begin > 10:
-            return 0, -1
-    if i == begin or value > _INTEGER_MAX:
-        return 0, -1
-    return value, i
-
-
-@inlined
-def _value(text, i, stop, role, iso, low, high, scale, numbers, integers, row):
-    """Read one value into its place; return the place after it, -1 when it is odd."""
-    if role < _FIRST_INTEGER:
-        if role == _TIME and iso:
-            number, after = _iso_time(text, i, stop)
-        else:
-            number, _, after = _decimal(text, i)
-        if after < 0:
-            return -1
-        number = number * scale[role] + 0.0
-        if not (low[role] <= number <= high[role]):
-            return -1
-        numbers[role, row] = number
-        return after
-    if role == _CODE:
-        whole, after = _code(text, i)
-    elif role == _ADDRESS:
-        whole, after = _address(text, i)
-    else:
-        whole, after = _whole(text, i)
-    if after < 0:
-        return -1
-    integers[role - _FIRST_INTEGER, row] = whole
-    return after
-
-
-@inlined
-def _ends(text, i, terminator):
-    """Tell whether a line ends here (its mark, or a carriage return before it)."""
-    c = int(text[i])
-    return c == terminator or (c == _CR and int(text[i + 1]) == terminator)
-
-
-@inlined
-def _column_line(
-    text, i, stop, terminator, separator, roles, iso, low, high, scale, numbers, integers, row
-):
-    """Read one line of columns; return whether it was plainly right and where reading stopped."""
-    runs = separator == _BLANK
-    columns = len(roles)
-    for column in range(columns):
-        while int(text[i]) == _BLANK or (runs and int(text[i]) == _TAB):
-            i += 1
-        role = roles[column]
-        c = int(text[i])
-        at_end = _ends(text, i, terminator)
-        if role < 0:
-            while not (c == separator or (runs and c == _TAB) or c == terminator or c == 0):
-                i += 1
-                c = int(text[i])
-            if int(text[i - 1]) == _CR and c == terminator:
-                i -= 1
-            if c == 0 or (runs and at_end):
-                return False, i
-        elif at_end or c == separator:
-            if runs or (role != _HEIGHT and role != _CODE):
-                return False, i
-            if role == _HEIGHT:
-                numbers[role, row] = np.nan
-            else:
-                integers[role - _FIRST_INTEGER, row] = -1
-        else:
-            after = _value(text, i, stop, role, iso, low, high, scale, numbers, integers, row)
-            if after < 0:
-                return False, i
-            i = after
-        value_end = i
-        while int(text[i]) == _BLANK or (runs and int(text[i]) == _TAB):
-            i += 1
-        if column == columns - 1:
-            return _ends(text, i, terminator), i
-        if runs:
-            if i == value_end:
-                return False, i
-        elif int(text[i]) == separator:
-            i += 1
-        else:
-            return False, i
-    return False, i
-
-
-@inlined
-def _pair_line(
-    text, i, stop, terminator, keys, lengths, roles, hints, required, iso, low, high, scale,
-    numbers, integers, row,
-):  # fmt: skip
-    """Read one line of pairs; return whether it was plainly right and where reading stopped."""
-    numbers[_HEIGHT, row] = np.nan
-    integers[_CODE - _FIRST_INTEGER, row] = -1
-    seen = 0
-    place = 0
-    while True:
-        c = int(text[i])
-        while c == _BLANK or c == _TAB or c == _SEMICOLON:
-            i += 1
-            c = int(text[i])
-        if _ends(text, i, terminator):
-            return (seen & required) == required, i
-        found = -1
-        for attempt in range(len(lengths) + 1):
-            if attempt == 0:
-                key = hints[place] if place < len(hints) else 0
-            else:
-                key = attempt - 1
-            length = lengths[key]
-            same = i + length < stop and int(text[i + length]) == _EQUALS
-            k = 0
-            while same and k < length:
-                same = text[i + k] == keys[key, k]
-                k += 1
-            if same:
-                found = key
-                break
-        if found >= 0:
-            role = roles[found]
-            if place < len(hints):
-                hints[place] = found
-            if seen & (1 << role):
-                return False, i
-            seen |= 1 << role
-            i += lengths[found] + 1
-            c = int(text[i])
-            empty = c == _BLANK or c == _TAB or c == _SEMICOLON or _ends(text, i, terminator)
-            if empty:
-                if role != _HEIGHT and role != _CODE:
-                    return False, i
-            else:
-                i = _value(text, i, stop, role, iso, low, high, scale, numbers, integers, row)
-                if i < 0:
-                    return False, -1
-                c = int(text[i])
-                if not (c == _BLANK or c == _TAB or c == _SEMICOLON or _ends(text, i, terminator)):
-                    return False, i
-        else:
-            equals = False
-            begin = i
-            c = int(text[i])
-            while not (c == _BLANK or c == _TAB or c == _SEMICOLON or c == terminator or c == 0):
-                equals = equals or (c == _EQUALS and i > begin)
-                i += 1
-                c = int(text[i])
-            if not equals or c == 0:
-                return False, i
-        place += 1
-
-
-@inlined
-def _skip_to_end(text, i, terminator):
-    """Return the place after the end mark of the line."""
-    while int(text[i]) != terminator:
-        i += 1
-    return i + 1
-
-
-@inlined
-def _only_blanks(text, i, terminator):
-    """Tell whether nothing but blanks stands before the end of the line."""
-    while int(text[i]) == _BLANK or int(text[i]) == _TAB:
-        i += 1
-    return _ends(text, i, terminator)
+def _hash(key: int, bits: int) -> np.int64:
+    """Spread a key over 2**bits places (Fibonacci hashing)."""
+    return np.int64((np.uint64(key) * np.uint64(_MIXER)) >> np.uint64(64 - bits))
 
 
 @compiled
-def parse_columns(
-    text, start, stop, terminator, separator, roles, iso, low, high, scale, numbers, integers, odd
-):
-    """Read lines of columns until the text or the room in the arrays ends.
+def intern(
+    keys: Words,
+    bits: int,
+    table_keys: Words,
+    table_numbers: Words,
+    known: int,
+    known_max: int,
+    numbers: Words,
+) -> tuple[int, int]:
+    """Give every distinct key a small number, in order of first appearance.
 
     Parameters
     ----------
-    text : uint8[n]
-        Whole lines; ``text[stop - 1]`` is an end mark.
-    start, stop : int
-        Where to begin and end.
-    terminator, separator : int
-        Bytes that end a line and that separate fields (32: runs of blanks and tabs).
-    roles : int64[c]
-        Role of each column, -1 for one to skip.
-    iso : bool
-        Whether times are dates and times of day.
-    low, high, scale : float64[6]
-        Bounds (SI, both allowed) and factor to SI of each number.
-    numbers, integers : float64[6, r], int64[6, r]
-        Filled, a column for each line that is not blank.
-    odd : int64[r, 4]
-        Filled, a row for each line left to the plain form: its column in the arrays, its number
-        within this call (from 0), where it begins and where it ends (end mark excluded).
+    keys : int64[n]
+        Keys, not negative.
+    bits : int
+        The table has 2**bits places.
+    table_keys, table_numbers : int64[2**bits]
+        Open-addressing table, changed in place; a free place holds the key -1.
+    known : int
+        Distinct keys so far.
+    known_max : int
+        Where to stop.
+    numbers : int64[n]
+        Filled with the number of each key.
 
     Returns
     -------
     tuple of int
-        Where reading stopped, rows, odd lines, lines, blank lines.
+        Keys done (fewer than n when `known_max` is reached) and distinct keys.
     """
-    room = numbers.shape[1]
-    row = 0
-    odds = 0
-    lines = 0
-    blank = 0
-    i = start
-    while i < stop and row < room:
-        begin = i
-        good, i = _column_line(
-            text, i, stop, terminator, separator, roles, iso, low, high, scale, numbers, integers,
-            row,
-        )  # fmt: skip
-        if good:
-            i += 1 if int(text[i]) == terminator else 2
-            row += 1
-        elif _only_blanks(text, begin, terminator):
-            i = _skip_to_end(text, begin, terminator)
-            blank += 1
-        else:
-            i = _skip_to_end(text, begin, terminator)
-            odd[odds, 0] = row
-            odd[odds, 1] = lines
-            odd[odds, 2] = begin
-            odd[odds, 3] = i - 1
-            odds += 1
-            row += 1
-        lines += 1
-    return i, row, odds, lines, blank
+    places = 1 << bits
+    last_key = -1
+    last_number = -1
+    for k in range(len(keys)):
+        key = keys[k]
+        if key != last_key:
+            place = _hash(key, bits)
+            while table_keys[place] != key and table_keys[place] != -1:
+                place = (place + 1) & (places - 1)
+            if table_keys[place] == -1:
+                if known == known_max:
+                    return k, known
+                table_keys[place] = key
+                table_numbers[place] = known
+                known += 1
+            last_key = key
+            last_number = table_numbers[place]
+        numbers[k] = last_number
+    return len(keys), known
 
 
 @compiled
-def parse_pairs(
-    text, start, stop, terminator, keys, lengths, roles, hints, required, iso, low, high, scale,
-    numbers, integers, odd,
-):  # fmt: skip
-    """Read lines of pairs; as `parse_columns`, but for these.
+def unwrap(times: Numbers, current: float, late_s: float) -> float:
+    """Let times of day go on past midnight, in place, in the order of the file.
+
+    Each time is moved by whole days to where it is nearest to the one before; by a negative
+    number of days only within `late_s` (a row from just before a recording that begins at
+    midnight). Times that go on past 86 400 by themselves stay as they are.
 
     Parameters
     ----------
-    keys : uint8[k, w]
-        Names of the known keys.
-    lengths, roles : int64[k]
-        Length of each name, and the role it stands for.
-    hints : int64[p]
-        Which key stood at each place of the line before (changed in place; a guess only).
-    required : int
-        Set of roles, as bits, that a line has to have.
+    times : float64[n]
+        Times of day, s.
+    current : float
+        The time before the first of these; NaN before the first row of all.
+    late_s : float
+        How far a time may lie before the midnight at which the recording began.
+
+    Returns
+    -------
+    float
+        The last time.
     """
-    room = numbers.shape[1]
-    row = 0
-    odds = 0
-    lines = 0
-    blank = 0
-    i = start
-    while i < stop and row < room:
-        begin = i
-        if _only_blanks(text, begin, terminator):
-            i = _skip_to_end(text, begin, terminator)
-            blank += 1
-        else:
-            good, i = _pair_line(
-                text, i, stop, terminator, keys, lengths, roles, hints, required, iso, low, high,
-                scale, numbers, integers, row,
-            )  # fmt: skip
-            if good:
-                i += 1 if int(text[i]) == terminator else 2
-            else:
-                i = _skip_to_end(text, begin, terminator)
-                odd[odds, 0] = row
-                odd[odds, 1] = lines
-                odd[odds, 2] = begin
-                odd[odds, 3] = i - 1
-                odds += 1
-            row += 1
-        lines += 1
-    return i, row, odds, lines, blank
+    for k in range(len(times)):
+        time = times[k]
+        if not np.isnan(current):
+            days = np.floor((current - time + _HALF_DAY_S) / _DAY_S)
+            if days < 0.0:
+                days = -1.0 if current - (time - _DAY_S) <= late_s and time >= _HALF_DAY_S else 0.0
+            time += days * _DAY_S
+        times[k] = time
+        current = time
+    return current
+
+
+@compiled
+def count_places(places: Words, counts: Words) -> None:
+    """Add to `counts` how often each place is named."""
+    for k in range(len(places)):
+        counts[places[k]] += 1
+
+
+@compiled
+def spread(keys: Words, salt: int, bits: int, places: Words) -> None:
+    """Fill `places` with the place of each key among 2**bits; other salts mix other keys."""
+    for k in range(len(keys)):
+        mixed = (np.uint64(keys[k]) + np.uint64(salt + 1)) * np.uint64(_MIXER)
+        mixed ^= mixed >> np.uint64(29)
+        places[k] = np.int64((mixed * np.uint64(_MIXER)) >> np.uint64(64 - bits))
+
+
+@compiled
+def distribute(records: Words, places: Words, starts: Words, out: Words) -> None:
+    """Put each record where its place goes on; stable, `starts` moves along."""
+    words = records.shape[1]
+    for k in range(len(places)):
+        place = places[k]
+        target = starts[place]
+        starts[place] = target + 1
+        for word in range(words):
+            out[target, word] = records[k, word]
+
+
+@compiled
+def is_sorted(times: Numbers) -> bool:
+    """Tell whether times never fall."""
+    k = 1
+    while k < len(times) and times[k] >= times[k - 1]:
+        k += 1
+    return k >= len(times)
+
+
+@compiled
+def name_plots(
+    plot_key: Words,
+    plot_sensor: Words,
+    plot_time: Numbers,
+    reference_key: Words,
+    reference_sensor: Words,
+    reference_time: Numbers,
+    reference_global: Words,
+    tolerance_s: float,
+    bits: int,
+    heads: Words,
+    chain: Words,
+    best_distance: Numbers,
+    best_global: Words,
+    matched: Words,
+) -> None:
+    """Let every reference of a track name its plot: same key, same sensor if possible, nearest.
+
+    Parameters
+    ----------
+    plot_key, plot_sensor : int64[n]
+        Source and plot number as one key; number of the sensor.
+    plot_time : float64[n]
+        Times, s, not falling.
+    reference_key, reference_sensor, reference_time, reference_global : [m]
+        The same of the track rows, and their aircraft.
+    tolerance_s : float
+        No plot further away in time is meant.
+    bits, heads, chain : int, int64[2**bits], int64[n]
+        Room for the table.
+    best_distance, best_global : float64[n], int64[n]
+        Changed in place: the aircraft whose row lies nearest in time to each plot.
+    matched : int64[m]
+        Filled with the plot of each reference, -1 if there is none.
+    """
+    slot_s = 2.0 * tolerance_s
+    heads[:] = -1
+    for k in range(len(plot_key) - 1, -1, -1):
+        slot = int(np.floor(plot_time[k] / slot_s))
+        place = _hash(plot_key[k] * 31 + slot, bits)
+        chain[k] = heads[place]
+        heads[place] = k
+    for r in range(len(reference_key)):
+        key = reference_key[r]
+        time = reference_time[r]
+        first = int(np.floor((time - tolerance_s) / slot_s))
+        last = int(np.floor((time + tolerance_s) / slot_s))
+        best = -1
+        distance = tolerance_s
+        same_sensor = False
+        for slot in range(first, last + 1):
+            k = heads[_hash(key * 31 + slot, bits)]
+            while k >= 0:
+                if plot_key[k] == key:
+                    away = abs(plot_time[k] - time)
+                    same = plot_sensor[k] == reference_sensor[r]
+                    if away <= tolerance_s and (
+                        best < 0
+                        or (same and not same_sensor)
+                        or (
+                            same == same_sensor
+                            and (away < distance or (away == distance and k < best))
+                        )
+                    ):
+                        best = k
+                        distance = away
+                        same_sensor = same
+                k = chain[k]
+        matched[r] = best
+        if best >= 0 and distance < best_distance[best]:
+            best_distance[best] = distance
+            best_global[best] = reference_global[r]

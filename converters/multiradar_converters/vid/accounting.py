@@ -6,9 +6,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from multiradar_schemas.reject import Reject, RejectCode
-
 from multiradar_converters.errors import AccountingError
+from multiradar_schemas.reject import Reject, RejectCode
 
 
 @dataclass(frozen=True)

@@ -17,13 +17,12 @@ from numpy.typing import NDArray
 
 from multiradar_converters.vid import fields
 from multiradar_converters.vid.accounting import Account, RejectsFile
-from multiradar_converters.vid.fields import Table
 from multiradar_converters.vid.ahead import ahead
+from multiradar_converters.vid.fields import Table
 from multiradar_converters.vid.naming import NamedPlots, PlotNamer
 from multiradar_converters.vid.numbering import Numbering
 from multiradar_converters.vid.options import Options
 from multiradar_converters.vid.output import OutputFolder
-from multiradar_converters.vid.reading import Progress, Rows, read_rows
 from multiradar_converters.vid.records import (
     NAMING_WORDS,
     PLOT_WORDS,
@@ -41,7 +40,9 @@ from multiradar_converters.vid.sensors import SensorFigures, sensors_toml
 from multiradar_converters.vid.spool import Buckets, TimeSorter
 from multiradar_converters.vid.survey import DumpFile, survey
 from multiradar_converters.vid.table import table_rows, write_table
-from multiradar_converters.vid.times import Clockwork, unix_start
+from multiradar_converters.vid.text.detection import first_times
+from multiradar_converters.vid.text.reading import Progress, Rows, read_rows
+from multiradar_converters.vid.times import Clockwork, begins_before_midnight, unix_start
 from multiradar_converters.vid.track_files import (
     TrackFileNames,
     TrackWriter,
@@ -88,7 +89,9 @@ def convert(
     with OutputFolder(out) as folder, ThreadPoolExecutor(options.threads) as pool:
         files = survey(dump, options)
         with RejectsFile(folder.path / "rejects.ndjson") as rejects:
-            conversion = _Conversion(folder.path, files, options, pool, rejects, progress)
+            conversion = _Conversion(
+                folder.path, files, options, pool=pool, rejects=rejects, progress=progress
+            )
             report = conversion.run()
         folder.finish()
     return report
@@ -102,6 +105,7 @@ class _Conversion:
         folder: Path,
         files: list[DumpFile],
         options: Options,
+        *,
         pool: Executor,
         rejects: RejectsFile,
         progress: Progress,
@@ -113,7 +117,9 @@ class _Conversion:
         self._rejects = rejects
         self._progress = progress
         self._accounts: list[Account] = []
-        self._start_s: float | None = None
+        self._from_before_midnight = begins_before_midnight(
+            time for file in files for time in first_times(file.path, file.layout)
+        )
         self._sensors = Numbering("sensors", SENSORS_MAX)
         self._sources = Numbering("sources", SENSORS_MAX)
         self._aircraft = Numbering("aircraft", _NUMBERS_MAX)
@@ -172,18 +178,21 @@ class _Conversion:
             return
         account = Account(file.path.name, file.size)
         self._accounts.append(account)
-        clock = Clockwork(file.layout.time_form, self._start_s)
+        clock = Clockwork(file.layout.time_form, from_before_midnight=self._from_before_midnight)
         moved_s = self._unix_start_s
         if self._of_day or file.layout.time_form != "seconds-of-day":
             moved_s = 0.0
         for rows in read_rows(
-            file.path, file.layout, self._pool, account, self._rejects, self._progress
+            file.path,
+            file.layout,
+            pool=self._pool,
+            account=account,
+            rejects=self._rejects,
+            progress=self._progress,
         ):
             time = clock.run(rows.number(fields.TIME))
             time += moved_s
             take(rows)
-        if self._start_s is None:
-            self._start_s = clock.start_s
 
     def _sensor_numbers(self, rows: Rows) -> NDArray[np.int64]:
         source, sensor = rows.integer(fields.SOURCE), rows.integer(fields.SENSOR)
@@ -219,7 +228,7 @@ class _Conversion:
         counts[: len(self._reports_of)] += self._reports_of
         self._reports_of = counts
         if "ads" in self._options.kinds:
-            self._buckets.add(points(*columns, pack_track(aircraft, 0)))
+            self._buckets.add(points(columns, pack_track(aircraft, 0)))
 
     def _take_tracks(self, rows: Rows) -> None:
         aircraft = rows.integer(fields.GLOBAL)
@@ -244,7 +253,7 @@ class _Conversion:
             rows.number(role)
             for role in (fields.TIME, fields.LATITUDE, fields.LONGITUDE, fields.HEIGHT)
         ]
-        records = points(*columns, pack_track(aircraft, file))
+        records = points(columns, pack_track(aircraft, file))
         self._buckets.add(records if wanted.all() else records[wanted])
 
     def _sensor_names(self) -> tuple[NDArray[np.int64], list[tuple[int, int]]]:
@@ -275,7 +284,7 @@ class _Conversion:
                 plots, sensor, aircraft = plots[keep], sensor[keep], named.pair_aircraft[keep]
                 columns = [times(plots), *(decimal(plots, word) for word in (3, 4, 5))]
                 track = pack_track(aircraft, file_of_sensor[sensor])
-                self._buckets.add(points(*columns, track))
+                self._buckets.add(points(columns, track))
             yield named
 
     def _write_tracks(self, chosen: NDArray[np.int64] | None) -> Written:
@@ -312,4 +321,7 @@ def _repeated(named: NamedPlots) -> int:
     time = times(named.plots)
     same = np.concatenate([[False], time[1:] == time[:-1], [False]])
     candidates = named.plots[same[1:] | same[:-1]]
-    return len(candidates) - len(np.unique(candidates, axis=0)) if len(candidates) else 0
+    if not len(candidates):
+        return 0
+    ordered = candidates[np.lexsort(candidates.T)]
+    return int((ordered[1:] == ordered[:-1]).all(axis=1).sum())

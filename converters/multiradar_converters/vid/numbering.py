@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar_converters.errors import LayoutError
-from multiradar_converters.vid import _tables
+from multiradar_converters.vid import _kernels
 
 _BITS_FIRST = 10
 
@@ -41,7 +41,7 @@ class Numbering:
         while done < len(keys):
             # Half full at most, so that a search ends soon.
             limit = 1 << (self._bits - 1)
-            count, self._known = _tables.intern(
+            count, self._known = _kernels.intern(
                 keys[done:], self._bits, self._keys, self._numbers, self._known, limit,
                 numbers[done:],
             )  # fmt: skip
@@ -69,4 +69,4 @@ class Numbering:
         self._keys = np.full(1 << self._bits, -1, dtype=np.int64)
         self._numbers = np.zeros(1 << self._bits, dtype=np.int64)
         out = np.empty(len(keys), dtype=np.int64)
-        _tables.intern(keys, self._bits, self._keys, self._numbers, 0, len(keys) + 1, out)
+        _kernels.intern(keys, self._bits, self._keys, self._numbers, 0, len(keys) + 1, out)

@@ -132,24 +132,29 @@ def load_profile(path: Path | None) -> Profile:
 
 
 def _check_names(path: Path, profile: Profile) -> None:
+    """Refuse names of tables, fields and encodings that do not exist."""
     tables = {table.name: table for table in TABLES}
     for section, names in (("columns", profile.columns), ("headers", profile.headers)):
-        for name in names:
-            if name not in tables:
-                msg = f"{path}: {section}.{name}: expected one of {', '.join(tables)}"
-                raise ProfileError(msg)
+        for name in set(names) - set(tables):
+            msg = f"{path}: {section}.{name}: expected one of {', '.join(tables)}"
+            raise ProfileError(msg)
     for name, columns in profile.columns.items():
-        known = {NAMES[role]: role for role in tables[name].roles}
-        for field, column in columns.items():
-            if field not in known:
-                msg = f"{path}: columns.{name}.{field}: expected one of {', '.join(known)}"
-                raise ProfileError(msg)
-            if not column and known[field] not in OPTIONAL_ROLES:
-                msg = f"{path}: columns.{name}.{field}: only h and code may be missing in a dump"
-                raise ProfileError(msg)
+        _check_columns(path, tables[name], columns)
     if profile.encoding != "auto":
         try:
             codecs.lookup(profile.encoding)
         except LookupError as error:
             msg = f"{path}: encoding: {profile.encoding!r} is not known"
             raise ProfileError(msg) from error
+
+
+def _check_columns(path: Path, table: Table, columns: dict[str, str]) -> None:
+    known = {NAMES[role]: role for role in table.roles}
+    for field, column in columns.items():
+        place = f"{path}: columns.{table.name}.{field}"
+        if field not in known:
+            msg = f"{place}: expected one of {', '.join(known)}"
+            raise ProfileError(msg)
+        if not column and known[field] not in OPTIONAL_ROLES:
+            msg = f"{place}: only h and code may be missing in a dump"
+            raise ProfileError(msg)

@@ -13,6 +13,8 @@ Identity packs the number of the sensor (16 bits), the plot number (31) and the 
 "Aircraft and file" packs the track number (31 bits) above the number of the file (32).
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -76,15 +78,13 @@ def file_of(track: NDArray[np.int64]) -> NDArray[np.int64]:
     return track & ((1 << _FILE_BITS) - 1)
 
 
-def points(
-    time_s: Column, latitude: Column, longitude: Column, height: Column, track: NDArray[np.int64]
-) -> Records:
+def points(columns: Sequence[Column], track: NDArray[np.int64]) -> Records:
     """Make records of points.
 
     Parameters
     ----------
-    time_s, latitude, longitude, height : float64[n]
-        Seconds, degrees, degrees, metres (NaN: none).
+    columns : four float64[n]
+        Time (s), latitude, longitude (degrees), height (m, NaN: none).
     track : int64[n]
         Aircraft and file, packed.
 
@@ -93,8 +93,9 @@ def points(
     int64[n, 5]
         The records.
     """
-    out = np.empty((len(time_s), POINT_WORDS), dtype=np.int64)
+    out = np.empty((len(track), POINT_WORDS), dtype=np.int64)
     bits = out.view(np.float64)
-    bits[:, 0], bits[:, 1], bits[:, 2], bits[:, 3] = time_s, latitude, longitude, height
+    for word, column in enumerate(columns):
+        bits[:, word] = column
     out[:, 4] = track
     return out

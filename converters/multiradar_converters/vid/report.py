@@ -7,12 +7,11 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from multiradar_schemas.report import Report
-
 from multiradar_converters.vid.accounting import Account
 from multiradar_converters.vid.naming import NamingCounts
 from multiradar_converters.vid.options import Options
 from multiradar_converters.vid.track_files import Written
+from multiradar_schemas.report import Report
 
 
 @dataclass(frozen=True)
@@ -94,9 +93,11 @@ def _outputs(findings: Findings) -> list[dict[str, object]]:
         {"file": "measurements.parquet", "rows": findings.table_rows},
         {"file": "rejects.ndjson", "rows": rejected},
     ]
-    for stem in sorted(written.points):
-        for ending in ("new4", "plt"):
-            tables.append({"file": f"*/{stem}.{ending}", "rows": written.points[stem]})
+    tables.extend(
+        {"file": f"*/{stem}.{ending}", "rows": written.points[stem]}
+        for stem in sorted(written.points)
+        for ending in ("new4", "plt")
+    )
     return tables
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar_converters.vid import _tables
+from multiradar_converters.vid import _kernels
 from multiradar_converters.vid.records import Records, times
 
 #: Records that are sorted at once, for each sorter.
@@ -77,7 +77,7 @@ class TimeSorter:
             return
         run = self._waiting[: self._count]
         run_times = times(run)
-        if not _tables.is_sorted(run_times):
+        if not _kernels.is_sorted(run_times):
             run = run[np.argsort(run_times, kind="stable")]
         offset = self._file.seek(0, os.SEEK_END)
         write_all(self._file.fileno(), run)
@@ -195,7 +195,7 @@ class Buckets:
     def add(self, records: Records) -> None:
         """Take records; their last word deals them."""
         places = np.empty(len(records), dtype=np.int64)
-        _tables.spread(np.ascontiguousarray(records[:, -1]), self._salt, self._bits, places)
+        _kernels.spread(np.ascontiguousarray(records[:, -1]), self._salt, self._bits, places)
         dealt, ends = deal(records, places, 1 << self._bits)
         begin = 0
         for number, end in enumerate(ends.tolist()):
@@ -234,16 +234,16 @@ def deal(
         The records, and where each place ends among them.
     """
     counts = np.zeros(count, dtype=np.int64)
-    _tables.count_places(places, counts)
+    _kernels.count_places(places, counts)
     ends = np.cumsum(counts)
     out = np.empty_like(records)
-    _tables.distribute(records, places, ends - counts, out)
+    _kernels.distribute(records, places, ends - counts, out)
     return out, ends
 
 
 def write_all(descriptor: int, records: Records) -> None:
     """Write records to an open file."""
-    left = memoryview(np.ascontiguousarray(records)).cast("B")
+    left = np.ascontiguousarray(records).data.cast("B")
     while left:
         left = left[os.write(descriptor, left) :]
 
@@ -256,7 +256,7 @@ def read_exactly(descriptor: int, records: Records, offset: int) -> None:
     OSError
         The file is shorter: somebody else has changed it.
     """
-    left = memoryview(records).cast("B")
+    left = records.data.cast("B")
     while left:
         count = os.preadv(descriptor, [left], offset)
         if count == 0:

@@ -4,10 +4,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from multiradar_converters.errors import LayoutError
-from multiradar_converters.vid.detection import detect
 from multiradar_converters.vid.fields import PLOTS, TABLES
-from multiradar_converters.vid.layout import FileLayout
 from multiradar_converters.vid.options import Options
+from multiradar_converters.vid.text.detection import detect
+from multiradar_converters.vid.text.layout import FileLayout
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import polars as pl
-from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
 from numpy.typing import NDArray
 from polars.io.plugins import register_io_source
 
@@ -18,6 +17,7 @@ from multiradar_converters.vid.records import (
     sensor_of,
     times,
 )
+from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
 
 #: Rows of a frame and of a row group: the bytes of the file must not depend on anything else.
 FRAME_ROWS = 1 << 16
@@ -185,7 +185,7 @@ def _frame(rows: Records, sensor_ids: list[str], unix_start_s: float) -> pl.Data
         "sensor_id": _picked(sensor_names, np.where(adsb, len(sensor_ids), sensor)),
         "kind": _picked(pl.Series(["radar", "adsb"]), adsb),
         "mode_3a": _picked(_code_names(), np.where(rows[:, _CODE] < 0, _CODES, rows[:, _CODE])),
-        "mode_s_address": _addresses(rows[:, _ADDRESS]),
+        "mode_s_address": _addresses(rows[:, _ADDRESS], adsb),
     }
     aircraft = pl.Series(np.ascontiguousarray(rows[:, _AIRCRAFT]))
     columns = {
@@ -211,7 +211,9 @@ def _code_names() -> pl.Series:
     return pl.Series([*(f"{code:04o}" for code in range(_CODES)), None], dtype=pl.String)
 
 
-def _addresses(addresses: NDArray[np.int64]) -> pl.Series:
-    distinct, places = np.unique(addresses, return_inverse=True)
-    names = [f"{address:06x}" if address >= 0 else None for address in distinct.tolist()]
-    return _picked(pl.Series(names, dtype=pl.String), places)
+def _addresses(addresses: NDArray[np.int64], adsb: NDArray[np.bool_]) -> pl.Series:
+    distinct, places = np.unique(addresses[adsb], return_inverse=True)
+    names = [*(f"{address:06x}" for address in distinct.tolist()), None]
+    place = np.full(len(addresses), len(distinct))
+    place[adsb] = places
+    return _picked(pl.Series(names, dtype=pl.String), place)

@@ -2,14 +2,15 @@
 
 import datetime as dt
 import math
+from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar_converters.vid import _tables
-from multiradar_converters.vid.layout import TimeForm
+from multiradar_converters.vid import _kernels
+from multiradar_converters.vid.text.layout import TimeForm
 
-#: How far the rows of one file may reach back over the midnight at which another began.
+#: What counts as shortly before or after midnight.
 LATE_S = 3600.0
 
 _DAY_S = 86_400.0
@@ -22,34 +23,43 @@ class Clockwork:
     ----------
     form : str
         What the times of the file are.
-    start_s : float or None
-        Time of the first row of the file read before, so that files of which one begins before
-        and one after midnight agree on the day.
+    from_before_midnight : bool
+        Whether the recording begins shortly before a midnight: a file whose first row comes
+        shortly after one then begins on the second day.
     """
 
-    def __init__(self, form: TimeForm, start_s: float | None) -> None:
+    def __init__(self, form: TimeForm, *, from_before_midnight: bool) -> None:
         self._of_day = form == "seconds-of-day"
         self._current = math.nan
-        self._reference = start_s
-        self.start_s: float | None = None
+        self._from_before_midnight = from_before_midnight
 
     def run(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return times of the recording, s; changes the given ones."""
         if self._of_day and len(times):
-            if math.isnan(self._current) and self._reference is not None:
-                self._current = _beside(float(times[0]), self._reference)
-            self._current = float(_tables.unwrap(times, self._current, LATE_S))
-        if self.start_s is None and len(times):
-            self.start_s = float(times[0])
+            if math.isnan(self._current) and self._from_before_midnight:
+                first = float(times[0])
+                self._current = first + _DAY_S if first <= LATE_S else first
+            self._current = float(_kernels.unwrap(times, self._current, LATE_S))
         return times
 
 
-def _beside(time: float, reference: float) -> float:
-    """Return a time moved by a day if that brings it close to a reference, else as it is."""
-    for days in (-1, 1):
-        if abs(time + days * _DAY_S - reference) <= LATE_S:
-            return time + days * _DAY_S
-    return time
+def begins_before_midnight(first_times: Iterable[float]) -> bool:
+    """Tell whether a recording begins shortly before a midnight.
+
+    Parameters
+    ----------
+    first_times : iterable of float
+        Times of day of the first rows of all its files, s.
+
+    Returns
+    -------
+    bool
+        True if some are shortly before and some shortly after midnight.
+    """
+    times = list(first_times)
+    return any(_DAY_S - LATE_S <= time < _DAY_S for time in times) and any(
+        time <= LATE_S for time in times
+    )
 
 
 def unix_start(date: dt.date | None) -> float:

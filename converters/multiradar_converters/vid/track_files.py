@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar_converters import new4, plt
-from multiradar_converters.vid import _tables
+from multiradar_converters.vid import _kernels
 from multiradar_converters.vid.records import (
     POINT_WORDS,
     Records,
@@ -146,7 +146,7 @@ class TrackWriter:
         for track, end in zip(tracks.tolist(), ends.tolist(), strict=True):
             part = points[begin:end]
             begin = end
-            if not _tables.is_sorted(times(part)):
+            if not _kernels.is_sorted(times(part)):
                 part = part[np.argsort(times(part), kind="stable")]
             self._track(track, len(part), iter((part,)), written)
 
@@ -199,11 +199,11 @@ class TrackWriter:
             for part in parts:
                 for begin in range(0, len(part), _LINES_AT_ONCE):
                     chunk = part[begin : begin + _LINES_AT_ONCE]
-                    columns = [decimal(chunk, word) for word in range(1, 4)]
+                    latitude, longitude, height = (decimal(chunk, word) for word in (1, 2, 3))
                     time = times(chunk)
-                    new4_file.write(new4.format_lines(time, *columns))
+                    new4_file.write(new4.format_lines(time, latitude, longitude, height))
                     unix = time + self.unix_start_s
-                    plt_file.write(plt.format_points(unix, *columns, before))
+                    plt_file.write(plt.format_points(unix, latitude, longitude, height, before))
                     before = float(unix[-1])
 
 

@@ -1,5 +1,6 @@
 """`multiradar convert`: recordings in other forms become measurements and tracks on disk."""
 
+import ctypes
 import datetime as dt
 import json
 from pathlib import Path
@@ -16,6 +17,9 @@ if TYPE_CHECKING:
 
 #: As `multiradar_converters.vid.options.TRACK_KINDS`, not imported here: help must be fast.
 TRACK_KIND_CHOICES = ("ads", "multiradar", "monoradar", "plots")
+
+#: Number of the parameter in glibc's malloc.h.
+_M_ARENA_MAX = -8
 
 _VID_HELP = """Convert the text dump of a VID recording.
 
@@ -70,6 +74,7 @@ def convert_vid(
             metavar="OUT", help="The folder to make; it must not exist.", show_default=False
         ),
     ],
+    *,
     aircraft_max: Annotated[
         int | None,
         typer.Option(
@@ -186,6 +191,7 @@ def convert_with_bar(dump: Path, out: Path, options: "Options") -> dict[str, Any
     InputError
         The dump cannot be read; `out` does not exist.
     """
+    _share_heap()
     from multiradar_converters.errors import ConversionError, OutputTakenError
     from multiradar_converters.vid.conversion import convert
     from multiradar_converters.vid.survey import dump_bytes
@@ -204,6 +210,18 @@ def convert_with_bar(dump: Path, out: Path, options: "Options") -> dict[str, Any
         raise OutputExistsError(str(error)) from error
     except ConversionError as error:
         raise InputError(str(error)) from error
+
+
+def _share_heap() -> None:
+    """Let all threads of this process allocate from one heap, where the C library is glibc.
+
+    With a heap for each thread a conversion holds 130 MiB more that nobody uses.
+    """
+    try:
+        ctypes.CDLL(None).mallopt(_M_ARENA_MAX, 1)
+    except (AttributeError, OSError, TypeError):
+        # Another C library: nothing to tell it.
+        return
 
 
 def _summary(report: dict[str, Any], out: Path) -> str:

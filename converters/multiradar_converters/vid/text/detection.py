@@ -8,7 +8,8 @@ from pathlib import Path
 from multiradar_converters.errors import LayoutError
 from multiradar_converters.vid import fields
 from multiradar_converters.vid.fields import Table
-from multiradar_converters.vid.layout import (
+from multiradar_converters.vid.profile import Profile
+from multiradar_converters.vid.text.layout import (
     BLANK,
     COMMA,
     CR,
@@ -20,8 +21,7 @@ from multiradar_converters.vid.layout import (
     Form,
     TimeForm,
 )
-from multiradar_converters.vid.lines import RefusedError, Row, parse_line, split_columns
-from multiradar_converters.vid.profile import Profile
+from multiradar_converters.vid.text.lines import RefusedError, Row, parse_line, split_columns
 
 #: What is read of a file to find out its layout.
 HEAD_BYTES = 1 << 18
@@ -75,7 +75,8 @@ def detect(path: Path, table: Table, profile: Profile) -> FileLayout:
     encoding = _encoding(head, profile)
     names = profile.column_names(table)
     header = line if form == "columns" and table.name not in profile.headers else None
-    separator = _separator(line, profile)
+    headed = () if table.name in profile.headers else names
+    separator = _separator(line, headed, encoding, profile)
     columns: tuple[int, ...] = ()
     if form == "columns":
         given = profile.headers.get(table.name) or _header_names(line, separator, encoding)
@@ -105,9 +106,9 @@ def detect(path: Path, table: Table, profile: Profile) -> FileLayout:
 
 def _check_text(path: Path, head: bytes) -> None:
     found = next((name for mark, name in _WIDE_MARKS if head.startswith(mark)), None)
-    if found is None and len(head) >= 4 and (head[1::2].count(0) > len(head) // 4):  # noqa: PLR2004
+    if found is None and len(head) >= 4 and (head[1::2].count(0) > len(head) // 4):
         found = "UTF-16"
-    if found is None and len(head) >= 4 and (head[::2].count(0) > len(head) // 4):  # noqa: PLR2004
+    if found is None and len(head) >= 4 and (head[::2].count(0) > len(head) // 4):
         found = "UTF-16"
     if found is not None:
         msg = f"{path.name}: expected ASCII, UTF-8 or Windows-1251 text, found {found}"
@@ -144,14 +145,15 @@ def _encoding(head: bytes, profile: Profile) -> str:
     return "utf-8"
 
 
-def _separator(line: bytes, profile: Profile) -> int:
+def _separator(line: bytes, names: tuple[str, ...], encoding: str, profile: Profile) -> int:
+    """Return the separator given, or the first under which the header has all the names."""
     if profile.separator != "auto":
         return SEPARATORS[profile.separator]
-    for separator in (SEMICOLON, TAB):
-        if separator in line:
+    if not names:
+        return next((mark for mark in (SEMICOLON, TAB, COMMA) if mark in line), BLANK)
+    for separator in (SEMICOLON, TAB, COMMA):
+        if {name for name in names if name} <= set(_header_names(line, separator, encoding)):
             return separator
-    if COMMA in line and BLANK not in line.strip():
-        return COMMA
     return BLANK
 
 
@@ -182,29 +184,54 @@ def _columns(path: Path, table: Table, names: tuple[str, ...], given: list[str])
 
 def _with_times(layout: FileLayout, head: bytes, profile: Profile) -> FileLayout:
     """Return the layout with the form of its times, given or found in the first rows."""
-    form: TimeForm
-    if profile.time != "auto":
-        form = profile.time
-    else:
-        form = _time_form(layout, head)
+    form = profile.time if profile.time != "auto" else _time_form(layout, head)
     low, high = list(layout.low), list(layout.high)
     if form == "seconds-of-day":
         high[fields.TIME] = fields.UNIX_TIME_MIN_S
     return dataclasses.replace(layout, time_form=form, low=tuple(low), high=tuple(high))
 
 
+def first_times(path: Path, layout: FileLayout) -> list[float]:
+    """Return the times of the first rows of a file that can be read.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    layout : FileLayout
+        Its layout.
+
+    Returns
+    -------
+    list of float
+        Times as they stand there, s.
+    """
+    with path.open("rb") as file:
+        head = file.read(HEAD_BYTES)
+    rows = (_row(line, layout) for line in _trial_lines(layout, head))
+    return [row.numbers[fields.TIME] for row in rows if row is not None]
+
+
 def _time_form(layout: FileLayout, head: bytes) -> TimeForm:
-    lines = head[layout.data_offset :].split(bytes((layout.terminator,)), _TRIAL_LINES)
     iso = dataclasses.replace(layout, time_form="iso8601")
-    for line in lines[:_TRIAL_LINES]:
-        for trial in (layout, iso):
-            try:
-                row = parse_line(line, trial)
-            except RefusedError:
-                continue
-            if isinstance(row, Row):
-                if trial is iso:
-                    return "iso8601"
-                late = row.numbers[fields.TIME] >= fields.UNIX_TIME_MIN_S
-                return "unix" if late else "seconds-of-day"
+    for line in _trial_lines(layout, head):
+        if _row(line, iso) is not None:
+            return "iso8601"
+        row = _row(line, layout)
+        if row is not None:
+            late = row.numbers[fields.TIME] >= fields.UNIX_TIME_MIN_S
+            return "unix" if late else "seconds-of-day"
     return "seconds-of-day"
+
+
+def _trial_lines(layout: FileLayout, head: bytes) -> list[bytes]:
+    lines = head[layout.data_offset :].split(bytes((layout.terminator,)), _TRIAL_LINES)
+    return lines[:_TRIAL_LINES]
+
+
+def _row(line: bytes, layout: FileLayout) -> Row | None:
+    try:
+        row = parse_line(line, layout)
+    except RefusedError:
+        return None
+    return row if isinstance(row, Row) else None

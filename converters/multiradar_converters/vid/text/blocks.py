@@ -26,12 +26,15 @@ class Block:
         Whether it is the last line of the file, its end mark missing.
     overlong : bool
         Whether it is one line longer than a block.
+    before : bytes
+        For an unterminated line, the line before it.
     """
 
     text: bytearray | bytes
     size: int
     unterminated: bool = False
     overlong: bool = False
+    before: bytes = b""
 
 
 def read_blocks(
@@ -58,7 +61,7 @@ def read_blocks(
     mark = bytes((terminator,))
     with path.open("rb", buffering=0) as file:
         file.seek(start)
-        rest = b""
+        rest = before = b""
         while True:
             buffer = bytearray(len(rest) + block_bytes)
             buffer[: len(rest)] = rest
@@ -71,14 +74,20 @@ def read_blocks(
             if end:
                 rest = bytes(memoryview(buffer)[end:])
                 del buffer[end:]
+                before = bytes(buffer[buffer.rfind(mark, 0, end - 1) + 1 : end - 1])
                 yield Block(buffer, len(buffer))
             elif len(buffer) <= block_bytes:
                 rest = bytes(buffer)
             else:
                 long_line, rest = _long_line(file, bytes(buffer), mark, block_bytes)
                 yield long_line
-        if rest:
-            yield Block(rest, len(rest), unterminated=True)
+        # After a long line there may be whole lines among what is left.
+        end = rest.rfind(mark) + 1
+        if end:
+            before = rest[rest.rfind(mark, 0, end - 1) + 1 : end - 1]
+            yield Block(rest[:end], end)
+        if rest[end:]:
+            yield Block(rest[end:], len(rest) - end, unterminated=True, before=before)
 
 
 def _long_line(file: io.FileIO, begun: bytes, mark: bytes, block_bytes: int) -> tuple[Block, bytes]:

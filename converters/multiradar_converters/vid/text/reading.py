@@ -7,14 +7,15 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from multiradar_schemas.reject import RejectCode
 from numpy.typing import NDArray
 
-from multiradar_converters.vid import _kernels, fields
+from multiradar_converters.vid import fields
 from multiradar_converters.vid.accounting import Account, RejectedLine, RejectsFile
-from multiradar_converters.vid.blocks import BLOCK_BYTES, Block, read_blocks
-from multiradar_converters.vid.layout import FileLayout
-from multiradar_converters.vid.lines import Line, RefusedError, parse_line
+from multiradar_converters.vid.text import _kernels
+from multiradar_converters.vid.text.blocks import BLOCK_BYTES, Block, read_blocks
+from multiradar_converters.vid.text.layout import FileLayout
+from multiradar_converters.vid.text.lines import Line, RefusedError, looks_cut, parse_line
+from multiradar_schemas.reject import RejectCode
 
 #: Called with the number of bytes that have been read since the last call.
 Progress = Callable[[int], None]
@@ -46,14 +47,16 @@ class Rows:
 
     def number(self, role: int) -> NDArray[np.float64]:
         """Return the column of a role."""
-        return self.numbers[role]
+        column: NDArray[np.float64] = self.numbers[role]
+        return column
 
     def integer(self, role: int) -> NDArray[np.int64]:
         """Return the column of a role."""
-        return self.integers[role - fields.FIRST_INTEGER]
+        column: NDArray[np.int64] = self.integers[role - fields.FIRST_INTEGER]
+        return column
 
     def __len__(self) -> int:
-        return self.numbers.shape[1]
+        return len(self.numbers[0])
 
 
 @dataclass
@@ -87,6 +90,7 @@ class _Tables:
 def read_rows(
     path: Path,
     layout: FileLayout,
+    *,
     pool: Executor,
     account: Account,
     rejects: RejectsFile,
@@ -203,14 +207,16 @@ def _settle(
     keep = np.ones(len(rows), dtype=np.bool_)
     for place, line, begin, end in odd.tolist():
         keep[place] = _decide(
-            bytes(text[begin:end]), parsed.lines + line, place, rows, layout, parsed
-        )
+            bytes(text[begin:end]), parsed.lines + line,
+            place=place, rows=rows, layout=layout, parsed=parsed,
+        )  # fmt: skip
     return Rows(rows.numbers[:, keep], rows.integers[:, keep])
 
 
 def _decide(
-    raw: bytes, line: int, place: int, rows: Rows, layout: FileLayout, parsed: _Parsed
+    raw: bytes, line: int, *, place: int, rows: Rows, layout: FileLayout, parsed: _Parsed
 ) -> bool:
+    """Let the plain form take or refuse a line; return whether its row stands."""
     raw = raw.removesuffix(b"\r")
     try:
         found = parse_line(raw, layout)
@@ -237,5 +243,8 @@ def _parse_special(block: Block, layout: FileLayout, parsed: _Parsed) -> None:
         parsed.rejected.append(RejectedLine(0, RejectCode.TOO_LARGE, reason, raw))
         return
     rows = Rows(np.empty((fields.NUMBERS, 1)), np.empty((fields.INTEGERS, 1), dtype=np.int64))
-    if _decide(raw, 0, 0, rows, layout, parsed):
+    if looks_cut(raw, block.before):
+        reason = "the file ends within this line"
+        parsed.rejected.append(RejectedLine(0, RejectCode.TRUNCATED, reason, raw))
+    elif _decide(raw, 0, place=0, rows=rows, layout=layout, parsed=parsed):
         parsed.rows.append(rows)

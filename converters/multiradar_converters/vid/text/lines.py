@@ -5,10 +5,9 @@ import re
 from dataclasses import dataclass
 from enum import Enum
 
-from multiradar_schemas.reject import RejectCode
-
 from multiradar_converters.vid import fields
-from multiradar_converters.vid.layout import BLANK, FileLayout
+from multiradar_converters.vid.text.layout import BLANK, FileLayout
+from multiradar_schemas.reject import RejectCode
 
 _DECIMAL = re.compile(rb"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _NON_FINITE = re.compile(rb"[+-]?(?:nan|inf|infinity)", re.IGNORECASE)
@@ -19,6 +18,8 @@ _ISO_TIME = re.compile(
     rb"([0-9]{4})-([0-9]{2})-([0-9]{2})[T ]([0-9]{2}):([0-9]{2}):([0-9]{2})(?:\.([0-9]{1,9}))?"
     rb"(?:Z|([+-])([0-9]{2}):?([0-9]{2}))?"
 )
+_LAST_FIELD = re.compile(rb"(?:([^=\s;]+)=)?([^=\s;.]*)(?:\.([0-9]*))?$")
+_KEY = re.compile(rb"([^=\s;]+)=")
 _EPOCH = dt.date(1970, 1, 1)
 _PAIR_BREAKS = re.compile(rb"[ \t;]+")
 _BLANKS = re.compile(rb"[ \t]+")
@@ -87,6 +88,40 @@ def parse_line(line: bytes, layout: FileLayout) -> Row | Line:
         else:
             integers[role - fields.FIRST_INTEGER] = _integer(text, role, layout)
     return Row(tuple(numbers), tuple(integers))
+
+
+def looks_cut(line: bytes, before: bytes) -> bool:
+    """Tell whether a last line without an end mark looks cut within its last field.
+
+    A number that lost some of its digits is still a number, so the line is compared with the one
+    before: its last field is empty or has fewer decimals, or (in pairs) a field is missing.
+
+    Parameters
+    ----------
+    line, before : bytes
+        The last line and the line before it.
+
+    Returns
+    -------
+    bool
+        True where the line cannot be trusted to be whole.
+    """
+    key, decimals = _last_field(line)
+    key_before, decimals_before = _last_field(before) if before else (key, -1)
+    if set(_KEY.findall(before)) - set(_KEY.findall(line)):
+        return True
+    return key == key_before and decimals < decimals_before
+
+
+def _last_field(line: bytes) -> tuple[bytes, int]:
+    """Return the name of the last field, if any, and its decimals (-1: no point, -2: empty)."""
+    match = _LAST_FIELD.search(line.rstrip(b"\r"))
+    if match is None:
+        return b"", -1
+    name, value, decimals = match.groups()
+    if decimals is not None:
+        return name or b"", len(decimals)
+    return name or b"", -1 if value else -2
 
 
 def split_columns(line: bytes, separator: int) -> list[bytes]:
@@ -172,7 +207,7 @@ def _iso_time(text: bytes, name: str) -> float:
         dt.time(hour, minute, min(second, 59))
     except ValueError:
         days = None
-    if days is None or second > 60:  # noqa: PLR2004 - a leap second is second 60
+    if days is None or second > 60:
         reason = f"{name}: expected a date and time that exist, was {_shown(text)}"
         raise RefusedError(RejectCode.OUT_OF_RANGE, reason)
     whole = days * 86_400 + hour * 3600 + minute * 60 + second

@@ -1,0 +1,203 @@
+"""Dumps that are broken, cut, missing or in the way: a clear error, and nothing lost."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from multiradar_converters.errors import LayoutError, OutputTakenError, ProfileError
+from multiradar_converters.vid.profile import load_profile
+from multiradar_converters.vid.text import blocks
+from support import dumps
+
+
+@pytest.fixture
+def dump(tmp_path: Path) -> Path:
+    return dumps.write_dump(tmp_path / "dump", dumps.part_of_sample(30), dumps.columns())
+
+
+def nothing_left(folder: Path) -> bool:
+    return {path.name for path in folder.iterdir()} <= {"dump"}
+
+
+@pytest.mark.parametrize(
+    ("spoil", "said"),
+    [
+        (lambda p: (p / "plots.txt").unlink(), "expected a file plots.txt, found none"),
+        (lambda p: (p / "tracks.txt").unlink(), "expected a file tracks.txt, found none"),
+        (lambda p: (p / "plots_ads.txt").write_bytes(b""), "the file is empty"),
+        (lambda p: replace(p / "plots.txt", b"azimuth", b"azimut"), "missing are azimuth"),
+        (lambda p: replace(p / "plots.txt", b"h\tcode", b"h\th"), "missing are code"),
+        (lambda p: replace(p / "tracks.txt", b"code", b"code\tlat"), "names lat more than once"),
+        (lambda p: recode(p / "plots.txt", "utf-16"), "found UTF-16"),
+        (lambda p: recode(p / "plots.txt", "utf-16-le"), "found UTF-16"),
+        (lambda p: recode(p / "plots.txt", "utf-16-be"), "found UTF-16"),
+    ],
+)
+def test_a_dump_that_cannot_be_read_is_named_and_leaves_nothing(
+    tmp_path: Path, dump: Path, spoil: Any, said: str
+) -> None:
+    spoil(dump)
+    with pytest.raises(LayoutError, match=said):
+        dumps.run(dump, tmp_path / "out")
+    assert nothing_left(tmp_path)
+
+
+def replace(path: Path, old: bytes, new: bytes) -> None:
+    path.write_bytes(path.read_bytes().replace(old, new, 1))
+
+
+def recode(path: Path, encoding: str) -> None:
+    path.write_bytes(path.read_bytes().decode("ascii").encode(encoding))
+
+
+def test_a_folder_that_is_none_is_named(tmp_path: Path) -> None:
+    with pytest.raises(LayoutError, match="expected a folder"):
+        dumps.run(tmp_path / "nowhere", tmp_path / "out")
+
+
+def test_missing_files_may_be_allowed_but_not_plots(tmp_path: Path, dump: Path) -> None:
+    (dump / "tracks.txt").unlink()
+    (dump / "plots_ads.txt").unlink()
+    report = dumps.run(dump, tmp_path / "out", allow_missing=True)
+    assert report["counts"]["accepted"] == 30
+    assert report["figures"]["plots_named_by_no_track"] == 30
+    (dump / "plots.txt").unlink()
+    with pytest.raises(LayoutError, match=r"plots\.txt"):
+        dumps.run(dump, tmp_path / "again", allow_missing=True)
+
+
+@pytest.mark.parametrize("kind", ["folder", "file", "dangling link"])
+def test_an_output_that_exists_is_refused_untouched(tmp_path: Path, dump: Path, kind: str) -> None:
+    out = tmp_path / "out"
+    if kind == "folder":
+        out.mkdir()
+        (out / "mine").write_text("mine")
+    elif kind == "file":
+        out.write_text("mine")
+    else:
+        out.symlink_to(tmp_path / "nowhere")
+    before = sorted(tmp_path.rglob("*"))
+    with pytest.raises(OutputTakenError, match="exists"):
+        dumps.run(dump, out)
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+@pytest.mark.parametrize("name", dumps.FILES)
+def test_a_file_cut_at_any_byte_gives_its_whole_lines_and_accounts_for_the_rest(
+    tmp_path: Path, name: str
+) -> None:
+    part = dumps.part_of_sample(2)
+    dump = dumps.write_dump(tmp_path / "dump", part, dumps.columns())
+    whole = (dump / name).read_bytes()
+    header = whole.index(b"\n") + 1
+    second = whole.index(b"\n", header) + 1
+    for cut in range(second, len(whole) + 1):
+        (dump / name).write_bytes(whole[:cut])
+        report = dumps.run(dump, tmp_path / f"out{cut}", kinds=("ads",))
+        account = report["figures"]["files"][name]
+        complete = whole[header:cut].count(b"\r\n")
+        tail = whole[header:cut].rsplit(b"\n", 1)[-1]
+        assert account["bytes"] == cut
+        assert account["lines"] == 1 + complete + bool(tail)
+        # A tail without its end mark counts only when no character of its line is missing.
+        missing = whole[cut:].split(b"\n")[0]
+        assert account["accepted"] == complete + bool(tail.strip() and not missing.strip()), cut
+        for reject in dumps.rejects(tmp_path / f"out{cut}"):
+            assert (reject["line"], reject["raw"].encode()) == (2 + complete, tail.rstrip(b"\r"))
+
+
+def test_pairs_cut_within_the_last_line_are_not_trusted(tmp_path: Path) -> None:
+    part = dumps.part_of_sample(2)
+    rows = {name: [row, row] for name, (row, _) in part.items()}
+    encode = dumps.pairs()
+    dump = dumps.write_dump(tmp_path / "dump", rows, encode)
+    line = (dump / "plots.txt").read_bytes().split(b"\n")[0]
+    for cut in range(1, len(line)):
+        (dump / "plots.txt").write_bytes(line + b"\n" + line[:cut])
+        report = dumps.run(dump, tmp_path / f"out{cut}", kinds=("ads",))
+        assert report["figures"]["files"]["plots.txt"]["accepted"] == 1, line[:cut]
+
+
+def test_a_line_longer_than_a_block_is_one_reject(tmp_path: Path, dump: Path) -> None:
+    path = dump / "plots.txt"
+    lines = path.read_bytes().split(b"\r\n")
+    lines[4] = b"7" * (3 * blocks.BLOCK_BYTES)
+    path.write_bytes(b"\r\n".join(lines))
+    report = dumps.run(dump, tmp_path / "out")
+    assert [(r["line"], r["code"]) for r in dumps.rejects(tmp_path / "out")] == [(5, "TOO_LARGE")]
+    assert report["figures"]["files"]["plots.txt"]["accepted"] == 29
+
+
+def test_a_header_repeated_within_a_file_is_a_header(tmp_path: Path, dump: Path) -> None:
+    path = dump / "plots.txt"
+    path.write_bytes(path.read_bytes() * 2)
+    account = dumps.run(dump, tmp_path / "out")["figures"]["files"]["plots.txt"]
+    assert (account["header"], account["accepted"], account["rejected"]) == (2, 60, 0)
+
+
+@pytest.mark.parametrize(
+    ("field", "text", "code"),
+    [
+        ("time", "-1", "OUT_OF_RANGE"),
+        ("time", "1e999", "NON_FINITE"),
+        ("range", "0", "OUT_OF_RANGE"),
+        ("range", "1000000.1", "OUT_OF_RANGE"),
+        ("azimuth", "360.0", "OUT_OF_RANGE"),
+        ("azimuth", "13,8", "NOT_A_NUMBER"),
+        ("lat", "١٢", "NOT_A_NUMBER"),
+        ("lon", "1_0", "NOT_A_NUMBER"),
+        ("lon", "-180.0000001", "OUT_OF_RANGE"),
+        ("h", "40000.1", "OUT_OF_RANGE"),
+        ("h", "high", "NOT_A_NUMBER"),
+        ("code", "8421", "NOT_A_NUMBER"),
+        ("source", "26.0", "NOT_A_NUMBER"),
+        ("plot", "9999999999", "OUT_OF_RANGE"),
+        ("sensor", "", "MISSING_FIELD"),
+        ("sensor", "1\x000", "ENCODING"),
+    ],
+)
+def test_absurd_values_are_refused_by_name(
+    tmp_path: Path, dump: Path, field: str, text: str, code: str
+) -> None:
+    path = dump / "plots.txt"
+    lines = path.read_bytes().decode().split("\r\n")
+    fields = lines[3].split("\t")
+    fields[dumps.HEADERS["plots.txt"].index(field)] = text
+    lines[3] = "\t".join(fields)
+    path.write_bytes("\r\n".join(lines).encode())
+    report = dumps.run(dump, tmp_path / "out")
+    (reject,) = dumps.rejects(tmp_path / "out")
+    assert (reject["file"], reject["line"], reject["code"], reject["raw"]) == (
+        "plots.txt", 4, code, lines[3]
+    )  # fmt: skip
+    assert field in reject["reason"] or code == "ENCODING"
+    assert report["counts"]["accepted"] == 89
+
+
+def test_text_in_windows_1251_is_told_as_it_was(tmp_path: Path, dump: Path) -> None:
+    path = dump / "tracks.txt"
+    path.write_bytes(path.read_bytes() + "сбой записи\r\n".encode("cp1251"))
+    dumps.run(dump, tmp_path / "out")
+    assert [reject["raw"] for reject in dumps.rejects(tmp_path / "out")] == ["сбой записи"]
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("unit = 1", "unit"),
+        ("[units]\nrange = 'mile'", r"units\.range"),
+        ("[columns.plots]\nspeed = 'v'", r"columns\.plots\.speed: expected one of"),
+        ("[columns.plots]\nrange = ''", "only h and code may be missing"),
+        ("[columns.radar]\nrange = 'r'", "expected one of plots, plots_ads, tracks"),
+        ("encoding = 'klingon'", "klingon"),
+        ("= 1", "expected TOML"),
+    ],
+)
+def test_a_profile_without_meaning_is_refused_by_key(tmp_path: Path, text: str, said: str) -> None:
+    path = tmp_path / "profile.toml"
+    path.write_text(text)
+    with pytest.raises(ProfileError, match=said):
+        load_profile(path)
+    with pytest.raises(ProfileError, match="cannot read"):
+        load_profile(tmp_path / "none.toml")

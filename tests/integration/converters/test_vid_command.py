@@ -1,0 +1,70 @@
+"""`multiradar convert vid` as a process: exit status, streams, interruption, threads."""
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from support import dumps
+
+COMMAND = [sys.executable, "-m", "multiradar", "convert", "vid"]
+
+
+def command(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [*COMMAND, *map(str, arguments)], capture_output=True, text=True, check=False, timeout=120
+    )
+
+
+def test_it_prints_its_report_and_refuses_to_do_it_twice(tmp_path: Path) -> None:
+    dump = dumps.write_dump(tmp_path / "dump", dumps.part_of_sample(200), dumps.columns())
+    done = command(dump, tmp_path / "out", "--date", "2018-08-01", "--json")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert json.loads(done.stdout) == json.loads((tmp_path / "out" / "report.json").read_bytes())
+    before = dumps.contents(tmp_path / "out")
+    again = command(dump, tmp_path / "out")
+    assert (again.returncode, again.stdout) == (1, "")
+    assert again.stderr.count("\n") == 1
+    assert "exists" in again.stderr
+    assert dumps.contents(tmp_path / "out") == before
+    wrong = command(dump, tmp_path / "other", "--date", "1.8.2018")
+    assert wrong.returncode == 2
+    assert "2018-08-01" in wrong.stderr
+
+
+@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
+def test_a_run_that_is_stopped_leaves_nothing_finished_and_the_next_one_cleans_up(
+    tmp_path: Path, how: signal.Signals
+) -> None:
+    part = dumps.part_of_sample(4000)
+    large = {name: rows * 60 for name, rows in part.items()}
+    dump = dumps.write_dump(tmp_path / "dump", large, dumps.columns())
+    out = tmp_path / "out"
+    process = subprocess.Popen(
+        [*COMMAND, str(dump), str(out)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    )
+    deadline = time.monotonic() + 60
+    while not list(tmp_path.glob(".out.partial-*/.work")) and time.monotonic() < deadline:
+        assert process.poll() is None
+        time.sleep(0.005)
+    process.send_signal(how)
+    assert process.wait(60) != 0
+    assert not out.exists()
+    small = dumps.write_dump(tmp_path / "small", part, dumps.columns())
+    done = command(small, out)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["dump", "out", "small"]
+
+
+def test_the_bytes_do_not_depend_on_threads_or_repetition(tmp_path: Path) -> None:
+    dump = dumps.write_dump(tmp_path / "dump", dumps.part_of_sample(5000), dumps.columns())
+    results = []
+    for number, threads in enumerate((1, 2, 4)):
+        out = tmp_path / f"out{number}"
+        dumps.run(dump, out, threads=threads)
+        results.append({**dumps.contents(out), "report": (out / "report.json").read_bytes()})
+    assert results[0] == results[1] == results[2]
