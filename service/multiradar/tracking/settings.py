@@ -53,7 +53,7 @@ class TrackingSettings:
     cone_ratio: float = 1.0
     assumed_height_m: float = 8000.0
     assumed_height_sigma_m: float = 3000.0
-    surprise_gain: float = 0.3
+    surprise_gain: float = 0.4
     surprise_floor: float = 1.5
     manoeuvre_factor_max: float = 300.0
     confirm_updates: int = 3
