@@ -21,22 +21,24 @@ from collections.abc import Iterator, Sequence
 from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
-from urllib.parse import quote
 
 from multiradar.errors import ConfigurationError, JournalError, JournalFullError
 from multiradar.storage.chain import Columns, entry_digest, mark_digest, origin_digest
 from multiradar.storage.entries import Entry, JournalCounts, Quarantined, StoredEntry
 from multiradar.storage.file_lock import FileLock
+from multiradar.storage.sqlite_file import (
+    SYNCHRONOUS_FULL,
+    errors_told,
+    open_database,
+    refuse_other_files,
+    set_pragma,
+    snapshot,
+)
 
 FORMAT_VERSION = 1
 
 #: Entries read in one transaction; rows are fetched one at a time.
 _PIECE_ENTRIES = 256
-#: How long a reader waits for SQLite to finish a recovery or checkpoint, s.
-_BUSY_S = 10.0
-_SYNCHRONOUS_FULL = 2
-#: The first bytes of a database file (https://www.sqlite.org/fileformat.html, section 1.3.1).
-_MAGIC = b"SQLite format 3\0"
 
 _SCHEMA = """
 CREATE TABLE header (format_version INTEGER NOT NULL, fingerprint TEXT NOT NULL);
@@ -96,7 +98,7 @@ class SqliteJournal:
             raise JournalError(f"{path.parent}: {error.strerror}") from error
         self._file_lock = FileLock(path.with_name(path.name + ".lock"))
         try:
-            with self._told():
+            with errors_told(self._path):
                 self._open(fingerprint)
         except BaseException:
             self._file_lock.release()
@@ -117,7 +119,7 @@ class SqliteJournal:
             if self._broken is not None:
                 raise self._broken
             try:
-                with self._told(), self._transaction():
+                with errors_told(self._path), self._transaction():
                     return self._insert(entries)
             except JournalFullError:
                 raise
@@ -127,12 +129,12 @@ class SqliteJournal:
 
     def read(self, after: int) -> Iterator[StoredEntry]:
         """Yield the entries that follow a sequence number, verified, in bounded pieces."""
-        with self._told(), closing(self._connect("ro")) as connection:
+        with errors_told(self._path), closing(open_database(self._path, "ro")) as connection:
             previous = self._digest_of(connection, after)
             sequence = after
             while True:
                 begin = sequence
-                with _snapshot(connection):
+                with snapshot(connection):
                     head = self._head(connection)
                     piece = connection.execute(
                         _ENTRY + "WHERE sequence > ? ORDER BY sequence LIMIT ?",
@@ -150,7 +152,7 @@ class SqliteJournal:
 
     def find(self, idempotency_key: str) -> StoredEntry | None:
         """Return the entry with this key, or None."""
-        with self._told(), self._reading:
+        with errors_told(self._path), self._reading:
             row = self._reader.execute(
                 _ENTRY + "WHERE idempotency_key = ?", (idempotency_key,)
             ).fetchone()
@@ -158,7 +160,7 @@ class SqliteJournal:
 
     def quarantined(self, after: int, limit: int) -> list[Quarantined]:
         """Return at most `limit` refused rows that follow a number of the quarantine."""
-        with self._told(), self._reading, _snapshot(self._reader):
+        with errors_told(self._path), self._reading, snapshot(self._reader):
             total = self._head(self._reader).rejected
             begin = self._reader.execute(
                 "SELECT max(first) FROM quarantine WHERE first <= ?", (after + 1,)
@@ -183,14 +185,14 @@ class SqliteJournal:
 
     def counts(self) -> JournalCounts:
         """Return the number of entries and measurements, and the state of the admission."""
-        with self._told(), self._reading:
+        with errors_told(self._path), self._reading:
             head = self._head(self._reader)
             admission = self._entry(head.sequence).entry.admission if head.sequence else ""
             return JournalCounts(head.sequence, head.accepted, head.rejected, admission)
 
     def skip(self, sequence: int, reason: str) -> None:
         """Mark an entry that the engine cannot process, so that no replay tries it again."""
-        with self._writing, self._told(), self._transaction():
+        with self._writing, errors_told(self._path), self._transaction():
             self._writer.execute(
                 "INSERT OR REPLACE INTO skipped VALUES (?, ?, ?)",
                 (sequence, reason, mark_digest(sequence, reason)),
@@ -198,7 +200,7 @@ class SqliteJournal:
 
     def skipped(self) -> dict[int, str]:
         """Return the entries that replays pass over, with the reason of each."""
-        with self._told(), self._reading:
+        with errors_told(self._path), self._reading:
             marks = self._reader.execute(
                 "SELECT sequence, reason, digest FROM skipped ORDER BY sequence"
             ).fetchall()
@@ -222,36 +224,18 @@ class SqliteJournal:
     # ---------------------------------------------------------------- opening
 
     def _open(self, fingerprint: str) -> None:
-        _refuse_other_files(self._path)
-        self._writer = self._connect("rwc")
+        refuse_other_files(self._path)
+        self._writer = open_database(self._path, "rwc")
         try:
-            self._require("journal_mode", "WAL", "wal")
-            self._require("synchronous", "FULL", _SYNCHRONOUS_FULL)
+            set_pragma(self._writer, self._path, "journal_mode", "WAL", "wal")
+            set_pragma(self._writer, self._path, "synchronous", "FULL", SYNCHRONOUS_FULL)
             if not self._writer.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]:
                 self._create(fingerprint)
             self._check_header(fingerprint)
-            self._reader = self._connect("ro")
+            self._reader = open_database(self._path, "ro")
         except BaseException:
             self._writer.close()
             raise
-
-    def _connect(self, mode: str) -> sqlite3.Connection:
-        return sqlite3.connect(
-            f"file:{quote(str(self._path.absolute()))}?mode={mode}",
-            uri=True,
-            timeout=_BUSY_S,
-            isolation_level=None,
-            check_same_thread=False,
-        )
-
-    def _require(self, pragma: str, value: str, expected: str | int) -> None:
-        self._writer.execute(f"PRAGMA {pragma}={value}")
-        actual = self._writer.execute(f"PRAGMA {pragma}").fetchone()[0]
-        if actual != expected:
-            raise JournalError(
-                f"{self._path}: expected {pragma} {expected}, was {actual}; "
-                "the file system cannot hold a journal"
-            )
 
     def _create(self, fingerprint: str) -> None:
         with self._transaction():
@@ -372,41 +356,6 @@ class SqliteJournal:
 
     def _damaged(self, sequence: int, how: str) -> JournalError:
         return JournalError(f"{self._path}: entry {sequence} of the journal is damaged: {how}")
-
-    @contextmanager
-    def _told(self) -> Iterator[None]:
-        try:
-            yield
-        except UnicodeError as error:
-            raise JournalError(f"{self._path}: damaged, {error}") from error
-        except sqlite3.Error as error:
-            name = getattr(error, "sqlite_errorname", type(error).__name__)
-            if name == "SQLITE_FULL":
-                raise JournalFullError(f"{self._path}: no room on the disk") from error
-            raise JournalError(f"{self._path}: {error} ({name})") from error
-
-
-# SQLite takes a file that is too short to be a database for an empty one.
-def _refuse_other_files(path: Path) -> None:
-    try:
-        with path.open("rb") as stream:
-            begin = stream.read(len(_MAGIC))
-    except FileNotFoundError:
-        return
-    except OSError as error:
-        raise JournalError(f"{path}: {error.strerror}") from error
-    if begin and begin != _MAGIC:
-        raise JournalError(f"{path}: expected a journal, was another kind of file")
-
-
-# What is read inside belongs together.
-@contextmanager
-def _snapshot(connection: sqlite3.Connection) -> Iterator[None]:
-    connection.execute("BEGIN")
-    try:
-        yield
-    finally:
-        connection.execute("ROLLBACK")
 
 
 def _numbered(stored: StoredEntry, first: int) -> list[Quarantined]:
