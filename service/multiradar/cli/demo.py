@@ -109,9 +109,10 @@ def _play(
     try:
         endpoints = "".join(f", Zenoh at {endpoint}" for endpoint in service.zenoh)
         console.print(f"HTTP at {service.http}{endpoints}", soft_wrap=True)
-        _Show(console, service, recording, truth, speed).run()
+        show = _Show(console, service, recording, truth, speed)
+        show.run()
         if not leave:
-            _stay(console, service)
+            _stay(console, service, show.sensors)
     finally:
         service.stop()
 
@@ -182,6 +183,10 @@ class _Show:
         self._summary(time.perf_counter() - started_s)
         self._client.close()
 
+    @property
+    def sensors(self) -> list[str]:
+        return list(dict.fromkeys(line.sensor for line in self._scene.lines))
+
     def _replay(self) -> None:
         from multiradar.clock import SystemClock
         from multiradar.ingest.replay import Replay, ReplayPlan
@@ -229,7 +234,7 @@ class _Show:
         scene.tracks_seen = status["tracks"] + status["tracks_ended"]
         known = {
             (bias["sensor_id"], bias["parameter"]): bias
-            for sensor in dict.fromkeys(line.sensor for line in scene.lines)
+            for sensor in self.sensors
             for bias in self._get(f"/v1/sensors/{sensor}/bias")["biases"]
         }
         for line in scene.lines:
@@ -318,15 +323,11 @@ class _Show:
         return response.json()
 
 
-def _stay(console: "Console", service: ServiceProcess) -> None:
-    console.print(
-        f"\nThe service is still up; look around, Ctrl-C stops it:\n"
-        f"  {service.http}/docs\n"
-        f"  {service.http}/v1/tracks\n"
-        f"  {service.http}/v1/sensors/26-10/bias\n"
-        f"  {service.http}/v1/status",
-        soft_wrap=True,
-    )
+def _stay(console: "Console", service: ServiceProcess, sensors: list[str]) -> None:
+    console.print("\nThe service is still up; look around, Ctrl-C stops it:")
+    biases = [f"/v1/sensors/{sensor}/bias" for sensor in sensors[:1]]
+    for path in ("/docs", "/v1/tracks", *biases, "/v1/status"):
+        console.print(f"  {service.http}{path}", soft_wrap=True)
     status = service.process.wait()
     msg = f"the service ended on its own with status {status}"
     raise MultiradarError(msg)

@@ -134,7 +134,7 @@ def bias_table(lines: list[BiasLine]) -> "Table":
     table.add_column("bias")
     for column in ("truth", "estimate", "± sigma", "error"):
         table.add_column(column, justify="right")
-    table.add_column("sigma settling")
+    table.add_column("settling")
     before = None
     for line in lines:
         name, unit, digits = _NAMES[line.parameter]

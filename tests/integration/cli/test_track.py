@@ -1,0 +1,180 @@
+"""`multiradar track` from the command line: files when it worked, nothing when it did not."""
+
+import json
+from pathlib import Path
+
+import polars as pl
+import pytest
+
+from multiradar.cli.main import run
+from multiradar_schemas.report import Report
+from support.recorded_scene import write_scene
+
+SAMPLE = Path(__file__).parents[3] / "examples" / "vid-sample"
+FILES = ["biases.parquet", "rejects.ndjson", "report.json", "tracks.parquet"]
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    return write_scene(tmp_path_factory.mktemp("scene"), 2000)
+
+
+def _track(*arguments: object) -> int:
+    return run(["track", *map(str, arguments)])
+
+
+def test_a_run_writes_its_four_files_and_prints_the_biases(
+    scene: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    measurements, sensors = scene
+    out = tmp_path / "out"
+    assert _track(measurements, "--sensors", sensors, "--out", out) == 0
+    assert sorted(path.name for path in out.iterdir()) == FILES
+    assert out.stat().st_mode & 0o700 == 0o700
+    told = capsys.readouterr()
+    assert "2000 measurements" in told.out
+    assert "range_offset_m" in told.out
+    assert not told.err
+    assert [path.name for path in tmp_path.iterdir()] == ["out"]
+
+
+def test_json_is_the_report(
+    scene: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    measurements, sensors = scene
+    out = tmp_path / "out"
+    assert _track(measurements, "--sensors", sensors, "--out", out, "--json") == 0
+    printed = capsys.readouterr().out
+    assert json.loads(printed) == json.loads((out / "report.json").read_text())
+    report = Report.model_validate_json(printed)
+    assert report.counts.read == 2000
+    assert report.settings["filter_name"] == "two-stage"
+
+
+def test_options_reach_the_tracker_and_go_before_the_file(
+    scene: tuple[Path, Path], tmp_path: Path
+) -> None:
+    measurements, sensors = scene
+    config = tmp_path / "settings.toml"
+    config.write_text("[tracking]\nepoch_s = 2.0\nreorder_horizon_s = 7.0\n")
+    out = tmp_path / "out"
+    options = ("--config", config, "--filter", "ci", "--epoch-s", "8", "--kinds", "radar")
+    assert _track(measurements, "--sensors", sensors, "--out", out, *options) == 0
+    settings = json.loads((out / "report.json").read_text())["settings"]
+    assert settings["filter_name"] == "ci"
+    assert settings["epoch_s"] == 8.0
+    assert settings["reorder_horizon_s"] == 7.0
+    assert settings["kinds"] == ["radar"]
+
+
+def test_what_stands_in_the_way_is_left_alone(
+    scene: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    measurements, sensors = scene
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "mine").write_text("mine")
+    assert _track(measurements, "--sensors", sensors, "--out", out) == 1
+    assert "expected a folder that does not exist yet" in capsys.readouterr().err
+    assert [path.name for path in out.iterdir()] == ["mine"]
+
+
+def _spoil(kind: str, measurements: Path, folder: Path) -> Path:
+    path = folder / "spoilt.parquet"
+    if kind == "missing file":
+        return path
+    if kind == "no parquet":
+        path.write_text("time_s,range_m\n1,2\n")
+    elif kind == "missing column":
+        pl.read_parquet(measurements).drop("range_m").write_parquet(path)
+    elif kind == "truncated":
+        path.write_bytes(measurements.read_bytes()[:-100])
+    else:
+        path.mkdir()
+    return path
+
+
+@pytest.mark.parametrize(
+    ("kind", "sentence"),
+    [
+        ("missing file", "expected a file of measurements, found none"),
+        ("no parquet", "expected a Parquet file"),
+        ("missing column", "expected the columns range_m"),
+        ("truncated", "expected a Parquet file"),
+        ("empty folder", "expected measurements.parquet or the plots.txt of a dump"),
+    ],
+)
+def test_measurements_that_cannot_be_read_are_one_sentence_and_no_output(
+    scene: tuple[Path, Path],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    kind: str,
+    sentence: str,
+) -> None:
+    out = tmp_path / "out"
+    spoilt = _spoil(kind, scene[0], tmp_path)
+    before = sorted(tmp_path.iterdir())
+    assert _track(spoilt, "--sensors", scene[1], "--out", out) == 1
+    told = capsys.readouterr().err
+    assert told.startswith(f"multiradar: {spoilt}")
+    assert sentence in told
+    assert told.count("\n") == 1
+    assert sorted(tmp_path.iterdir()) == before
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        (None, "expected a file"),
+        ("[[sensor]\n", "expected TOML"),
+        ('[[sensor]]\nid = "a"\nkind = "sonar"\n', "sonar"),
+        ('[[sensor]]\nid = "adsb"\nkind = "adsb"\n', "at least one sensor with a position"),
+    ],
+)
+def test_sensors_that_cannot_be_used_are_one_sentence_and_no_output(
+    scene: tuple[Path, Path],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    text: str | None,
+    sentence: str,
+) -> None:
+    sensors = tmp_path / "sensors.toml"
+    if text is not None:
+        sensors.write_text(text)
+    assert _track(scene[0], "--sensors", sensors, "--out", tmp_path / "out") == 1
+    told = capsys.readouterr().err
+    assert sentence in told
+    assert told.count("\n") == 1
+    assert not [path for path in tmp_path.iterdir() if path != sensors]
+
+
+@pytest.mark.parametrize("options", [("--epoch-s", "0"), ("--reorder-horizon-s", "-1")])
+def test_settings_that_cannot_be_used_are_one_sentence_and_no_output(
+    scene: tuple[Path, Path],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    options: tuple[str, str],
+) -> None:
+    out = tmp_path / "out"
+    assert _track(scene[0], "--sensors", scene[1], "--out", out, *options) == 1
+    told = capsys.readouterr().err
+    assert options[0].strip("-").replace("-", "_") in told
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_dump_is_tracked_without_being_converted_by_hand(tmp_path: Path) -> None:
+    sensors = SAMPLE.parent / "sensors-vid-sample.toml"
+    dump = tmp_path / "dump"
+    dump.mkdir()
+    for name in ("tracks.txt", "plots.txt", "plots_ads.txt"):
+        lines = (SAMPLE / name).read_bytes().splitlines(keepends=True)
+        (dump / name).write_bytes(b"".join(lines[:1500]))
+    out, converted = tmp_path / "out", tmp_path / "converted"
+    options = ("--date", "2018-08-01")
+    assert _track(dump, "--sensors", sensors, "--out", out, *options) == 0
+    assert run(["convert", "vid", str(dump), str(converted), *options]) == 0
+    again = tmp_path / "again"
+    assert _track(converted, "--sensors", sensors, "--out", again) == 0
+    shas = {json.loads((one / "report.json").read_text())["output_sha256"] for one in (out, again)}
+    assert len(shas) == 1
+    assert pl.read_parquet(out / "tracks.parquet")["time_s"].min() >= 1533110400.0  # type: ignore[operator]

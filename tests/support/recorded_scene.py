@@ -1,0 +1,98 @@
+"""The small scene as files, and the command `multiradar` as a real process."""
+
+import json
+import os
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import httpx
+
+from support import live_scene
+
+SENSORS = """\
+[[sensor]]
+id = "41-10"
+kind = "radar"
+latitude_deg = 50.0
+longitude_deg = 14.0
+height_m = 400.0
+
+[[sensor]]
+id = "41-20"
+kind = "radar"
+latitude_deg = 49.2
+longitude_deg = 16.5
+height_m = 300.0
+
+[[sensor]]
+id = "adsb"
+kind = "adsb"
+"""
+_START_TIMEOUT_S = 120.0
+_STOP_TIMEOUT_S = 60.0
+
+
+def write_scene(folder: Path, rows: int) -> tuple[Path, Path]:
+    """Write a recording and its sensors; return their paths."""
+    measurements, sensors = folder / "measurements.parquet", folder / "sensors.toml"
+    live_scene.recording(rows).write_parquet(measurements)
+    sensors.write_text(SENSORS)
+    return measurements, sensors
+
+
+def command(*arguments: object) -> "subprocess.CompletedProcess[str]":
+    """Run a command to its end."""
+    line = [sys.executable, "-m", "multiradar", *map(str, arguments)]
+    return subprocess.run(
+        line, capture_output=True, text=True, check=False, env=environment(), timeout=300.0
+    )
+
+
+def environment() -> dict[str, str]:
+    """Return the environment without settings of this project."""
+    return {name: value for name, value in os.environ.items() if "MULTIRADAR_" not in name}
+
+
+@dataclass(frozen=True, slots=True)
+class Served:
+    """A running `multiradar serve`."""
+
+    process: "subprocess.Popen[str]"
+    http: str
+    zenoh: list[str]
+
+    def status(self) -> dict[str, Any]:
+        """Return `/v1/status` once everything in the journal is processed."""
+        while True:
+            answer = httpx.get(f"{self.http}/v1/status", trust_env=False, timeout=30.0)
+            status: dict[str, Any] = answer.raise_for_status().json()
+            if status["processed_sequence"] == status["journal_sequence"]:
+                return status
+
+
+@contextmanager
+def serving(*options: object) -> Iterator[Served]:
+    """Serve until the end of the block; the process ends gracefully if it is still there."""
+    line = [sys.executable, "-m", "multiradar", "serve", "--json", *map(str, options)]
+    with subprocess.Popen(line, stdout=subprocess.PIPE, text=True, env=environment()) as process:
+        watchdog = threading.Timer(_START_TIMEOUT_S, process.kill)
+        watchdog.start()
+        try:
+            assert process.stdout is not None
+            ready: dict[str, Any] = json.loads(process.stdout.readline())
+            watchdog.cancel()
+            yield Served(process, ready["http"], ready["zenoh"])
+        finally:
+            watchdog.cancel()
+            process.terminate()
+            try:
+                process.wait(_STOP_TIMEOUT_S)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                raise

@@ -1,0 +1,134 @@
+"""The front door: help everywhere, one sentence for each error, status 0, 1 or 2."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import typer
+
+from multiradar.cli import main as main_module
+from multiradar.cli.main import TRACEBACK_VARIABLE, run
+from multiradar.errors import InputError, UnknownFilterError
+
+COMMANDS = ("track", "serve", "replay", "demo", "convert", "convert vid")
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_explains_itself(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run([*command.split(), "--help"]) == 0
+    told = capsys.readouterr()
+    assert "Usage: multiradar" in told.out
+    assert not told.err
+
+
+def test_the_overview_names_every_command(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["--help"]) == 0
+    told = capsys.readouterr().out
+    for command in ("track", "serve", "replay", "demo", "convert"):
+        assert f" {command} " in told
+
+
+def test_the_version_is_that_of_the_distribution(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["--version"]) == 0
+    assert capsys.readouterr().out.startswith("multiradar 0.")
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["nonsense"],
+        ["track"],
+        ["track", "m.parquet", "--sensors", "s.toml"],
+        ["track", "m.parquet", "--sensors", "s.toml", "--out", "o", "--filter", "kalman"],
+        ["track", "m.parquet", "--sensors", "s.toml", "--out", "o", "--kinds", "radar,sonar"],
+        ["track", "m.parquet", "--sensors", "s.toml", "--out", "o", "--batch", "0"],
+        ["track", "m.parquet", "--sensors", "s.toml", "--out", "o", "--date", "1.8.2018"],
+        ["serve", "--port", "70000"],
+        ["serve", "--log-level", "loud"],
+        ["replay", "m.parquet", "--speed", "0"],
+        ["replay", "m.parquet", "--speed", "fast"],
+        ["replay", "m.parquet", "--speed", "nan"],
+        ["replay", "m.parquet", "--encoding", "xml"],
+        ["replay", "m.parquet", "--batch", "100000"],
+        ["replay", "m.parquet", "--run-name", "été"],
+        ["convert", "vid"],
+        ["demo", "--speed", "-1"],
+    ],
+)
+def test_wrong_usage_is_one_sentence_and_status_2(
+    arguments: list[str], capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    assert run(arguments) == 2
+    told = capsys.readouterr()
+    assert not told.out
+    assert told.err.startswith("multiradar: ")
+    assert told.err.count("\n") == 1
+    assert not list(tmp_path.iterdir())
+
+
+def _failing(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> None:
+    app = typer.Typer()
+
+    @app.command()
+    def fail() -> None:
+        raise error
+
+    monkeypatch.setattr(main_module, "app", app)
+
+
+@pytest.mark.parametrize(
+    ("error", "status", "sentence"),
+    [
+        (InputError("a.parquet: expected\n a file"), 1, "multiradar: a.parquet: expected a file\n"),
+        (UnknownFilterError("x", ["ci"]), 2, "multiradar: expected a filter of ci, was 'x'\n"),
+        (FileNotFoundError(2, "No such file", "a"), 1, "multiradar: a: No such file\n"),
+        (OSError("disk"), 1, "multiradar: disk\n"),
+        (KeyboardInterrupt(), 130, ""),
+    ],
+)
+def test_an_error_becomes_a_sentence_and_a_status(
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    error: BaseException,
+    status: int,
+    sentence: str,
+) -> None:
+    _failing(monkeypatch, error)
+    assert run([]) == status
+    told = capsys.readouterr()
+    assert told.err == sentence
+    assert not told.out
+
+
+def test_a_mistake_of_ours_is_a_sentence_that_says_how_to_see_more(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    _failing(monkeypatch, ZeroDivisionError("division by zero"))
+    assert run([]) == 1
+    told = capsys.readouterr().err
+    assert told.startswith("multiradar: internal error, ZeroDivisionError: division by zero")
+    assert TRACEBACK_VARIABLE in told
+    monkeypatch.setenv(TRACEBACK_VARIABLE, "1")
+    with pytest.raises(ZeroDivisionError):
+        run([])
+
+
+def test_a_reader_that_has_gone_is_no_traceback() -> None:
+    command = f"{sys.executable} -m multiradar track --help | head -c 10; exit ${{PIPESTATUS[0]}}"
+    done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False)
+    assert "Traceback" not in done.stderr
+    assert done.returncode in (0, 1)
+
+
+def test_help_imports_nothing_heavy() -> None:
+    code = (
+        "import sys\n"
+        "from multiradar.cli.main import run\n"
+        "status = run(['--help'])\n"
+        "heavy = {'numba', 'numpy', 'polars', 'zenoh', 'fastapi', 'pydantic', 'scipy', 'httpx'}\n"
+        "found = heavy & set(sys.modules)\n"
+        "sys.exit(f'imported {found}' if found or status else 0)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr

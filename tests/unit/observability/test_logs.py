@@ -1,0 +1,81 @@
+"""Logs: one way, one form, the level asked for."""
+
+import io
+import json
+import logging
+from collections.abc import Iterator
+
+import pytest
+import structlog
+
+from multiradar.clock import FixedClock
+from multiradar.observability.logs import LEVELS, configure_logs
+
+
+@pytest.fixture(autouse=True)
+def _as_before() -> Iterator[None]:
+    root = logging.getLogger()
+    handlers, level = root.handlers[:], root.level
+    yield
+    root.handlers[:] = handlers
+    root.setLevel(level)
+    structlog.reset_defaults()
+
+
+def _records(stream: io.StringIO) -> list[dict[str, object]]:
+    return [json.loads(line) for line in stream.getvalue().splitlines()]
+
+
+def test_our_events_and_those_of_libraries_go_one_way() -> None:
+    stream = io.StringIO()
+    configure_logs("info", "json", FixedClock(1533110400.25), stream)
+    structlog.get_logger("multiradar.test").info("journal_opened", entries=3)
+    logging.getLogger("somebody.else").warning("slow: %d ms", 12)
+    ours, theirs = _records(stream)
+    assert ours == {
+        "event": "journal_opened",
+        "entries": 3,
+        "level": "info",
+        "logger": "multiradar.test",
+        "time": "2018-08-01T08:00:00.250000Z",
+    }
+    assert theirs["event"] == "slow: 12 ms"
+    assert theirs["logger"] == "somebody.else"
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_what_is_below_the_level_is_not_written(level: str) -> None:
+    stream = io.StringIO()
+    configure_logs(level, "json", FixedClock(), stream)
+    logger = structlog.get_logger("multiradar.test")
+    for name in LEVELS:
+        getattr(logger, name)(name)
+    assert [record["event"] for record in _records(stream)] == list(LEVELS[LEVELS.index(level) :])
+
+
+def test_every_request_is_not_logged_but_failures_are() -> None:
+    stream = io.StringIO()
+    configure_logs("info", "json", FixedClock(), stream)
+    logging.getLogger("uvicorn.error").info("started")
+    logging.getLogger("uvicorn.error").error("broken")
+    assert [record["event"] for record in _records(stream)] == ["broken"]
+
+
+def test_an_exception_is_one_record() -> None:
+    stream = io.StringIO()
+    configure_logs("info", "json", FixedClock(), stream)
+    logger = structlog.get_logger("multiradar.test")
+    try:
+        raise ValueError("42")
+    except ValueError:
+        logger.exception("failed")
+    (record,) = _records(stream)
+    assert "ValueError: 42" in str(record["exception"])
+
+
+def test_text_is_for_people_and_without_colours_when_no_terminal_reads_it() -> None:
+    stream = io.StringIO()
+    configure_logs("info", "text", FixedClock(), stream)
+    structlog.get_logger("multiradar.test").info("started", http="http://127.0.0.1:1")
+    assert "started" in stream.getvalue()
+    assert "\x1b[" not in stream.getvalue()

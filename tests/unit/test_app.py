@@ -1,0 +1,28 @@
+"""The composition root hands every setting on."""
+
+from dataclasses import fields
+
+import pytest
+
+from multiradar.api.limits import HttpLimits
+from multiradar.app import warm_up, zenoh_options
+from multiradar.errors import ConfigurationError
+from multiradar.runtime.limits import RuntimeLimits
+from multiradar.settings import HttpSettings, RuntimeSettings, load_settings
+from support import live_scene
+
+
+def test_each_bound_has_a_setting_of_the_same_name_and_default() -> None:
+    for settings, limits in ((HttpSettings(), HttpLimits()), (RuntimeSettings(), RuntimeLimits())):
+        named = {field.name: getattr(limits, field.name) for field in fields(limits)}
+        assert settings.model_dump() == named
+
+
+def test_zenoh_stays_on_loopback_and_without_multicast() -> None:
+    assert zenoh_options(load_settings(None)).listen == ("tcp/127.0.0.1:7447",)
+    with pytest.raises(ConfigurationError, match="multicast"):
+        zenoh_options(load_settings(None, {"zenoh": {"multicast": True}}))
+
+
+def test_warming_up_needs_no_more_than_the_sensors() -> None:
+    warm_up(live_scene.sensors(), load_settings(None))
