@@ -220,10 +220,11 @@ class Processor:
                 raise _EngineFailure(group, error) from error
             self._digest.add(output)
             self._states = None
-            self.processed = group[-1].sequence
             if len(output.updates):
                 self._updates = int(output.updates.sequence[-1])
         self._publication.publish(output, self._data_time_s)
+        # Only now can a reader see what came of it.
+        self.processed = group[-1].sequence
 
     def _push(self, group: Sequence[Journalled]) -> EngineOutput:
         if group[0].kind is EntryKind.FLUSH:

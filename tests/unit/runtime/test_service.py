@@ -1,6 +1,7 @@
 """The live pipeline: all is accounted for, answers come from disk, one message harms no other."""
 
 import threading
+import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
 from concurrent.futures import wait as wait_for
@@ -27,6 +28,7 @@ from multiradar.storage.entries import Entry
 from multiradar.storage.journal import Journal
 from multiradar.storage.memory_journal import MemoryJournal
 from multiradar.tracking.measurements import MeasurementBatch
+from multiradar.tracking.outputs import EngineOutput
 from multiradar.tracking.settings import TrackingSettings
 from support.fake_engine import EngineCrashError, FakeEngine
 from support.live_scene import cut, recording, sensors
@@ -403,6 +405,23 @@ def test_a_service_that_does_not_run_takes_nothing() -> None:
     with pytest.raises(PipelineError):
         service.submit(recording(1), source="test")
     assert service.view.status()["state"] == "stopped"
+
+
+def test_what_is_settled_can_be_read(start: Starter, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Once, a reader that came between the engine and the publication saw nothing."""
+    service = start()
+    publish = service.view.publish
+
+    def slowly(output: EngineOutput, data_time_s: float | None) -> None:
+        time.sleep(0.05)
+        publish(output, data_time_s)
+
+    monkeypatch.setattr(service.view, "publish", slowly)
+    for number, piece in enumerate(cut(recording(30), [10, 10])):
+        _submit(service, piece)
+        time.sleep(0.02)
+        assert service.settled().result(10) == 10 * (number + 1)
+        assert service.view.status()["output_sequence"] == 10 * (number + 1)
 
 
 def test_stopping_finishes_what_was_handed_in(start: Starter) -> None:
