@@ -59,9 +59,9 @@ def feature_collection(frame: pl.DataFrame, head: Mapping[str, object]) -> bytes
 
 
 def arrow_stream(frame: pl.DataFrame) -> bytes:
-    """Return a table as an Arrow IPC stream that older readers understand, too."""
+    """Return a table as an Arrow IPC stream that older readers understand; NaN becomes null."""
     buffer = io.BytesIO()
-    frame.write_ipc_stream(buffer, compat_level=CompatLevel.oldest())
+    _finite(frame).write_ipc_stream(buffer, compat_level=CompatLevel.oldest())
     return buffer.getvalue()
 
 

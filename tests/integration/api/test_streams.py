@@ -145,6 +145,33 @@ def test_kinds_are_filtered_and_the_place_moves_on(port: int, view: FakeView) ->
                 break
 
 
+def test_clients_with_other_filters_do_not_get_each_others_batches(
+    port: int, view: FakeView
+) -> None:
+    view.add_events(3)
+    view.add_events(3, kind="bias")
+    view.add_events(1)
+    url = f"http://127.0.0.1:{port}/v1/events?after=0&kinds=bias"
+    with (
+        _socket(port, "?after=0&kinds=bias") as biases,
+        _socket(port, "?after=0&kinds=status") as nothing,
+        _socket(port, "?after=0") as everything,
+        httpx.stream("GET", url, timeout=10) as source,
+    ):
+        assert _numbers(_events(biases), 3) == [4, 5, 6]
+        assert _numbers(_events(everything), 7) == [1, 2, 3, 4, 5, 6, 7]
+        assert json.loads(nothing.recv(timeout=10))["type"] == "heartbeat"
+        blocks = itertools.islice(_read_lines(source), 1, 4)
+        assert [block["id"] for block in blocks] == ["4", "5", "6"]
+    with (
+        _socket(port, "?after=1&kinds=track") as tracks,
+        _socket(port, "?after=1&kinds=bias") as biases,
+    ):
+        # As many of each kind between the same numbers.
+        assert _numbers(_events(tracks), 3) == [2, 3, 7]
+        assert _numbers(_events(biases), 3) == [4, 5, 6]
+
+
 def test_silence_is_filled_with_heartbeats(port: int) -> None:
     with _socket(port) as stream:
         assert json.loads(stream.recv(timeout=10)) == {"type": "heartbeat", "last": 0}

@@ -97,6 +97,8 @@ async def test_what_is_not_finite_becomes_null(
     service.view.live = live_tracks(1).with_columns(height_m=pl.lit(float("nan")))
     assert (await client.get("/v1/tracks")).json()["tracks"][0]["height_m"] is None
     assert (await client.get("/v1/tracks/1")).json()["height_m"] is None
+    arrow = await client.get("/v1/tracks?format=arrow")
+    assert pl.read_ipc_stream(arrow.content)["height_m"].to_list() == [None]
 
 
 async def test_an_empty_service_lists_no_tracks(
