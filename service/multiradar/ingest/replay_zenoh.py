@@ -7,12 +7,12 @@ from typing import Any
 import polars as pl
 import zenoh
 
-from multiradar.errors import ConfigurationError, PeerError
+from multiradar.errors import PeerError
 from multiradar.ingest.replay import Answer, UnavailableError
 from multiradar.ingest.replay_http import MEDIA_TYPES, Encoding, encode
 from multiradar.ingest.zenoh.keys import MEASUREMENTS
 from multiradar.ingest.zenoh.options import ZenohOptions
-from multiradar.ingest.zenoh.session import zenoh_config
+from multiradar.ingest.zenoh.session import first_line, zenoh_config
 
 #: Longer than the service waits for its journal.
 ANSWER_TIMEOUT_S = 60.0
@@ -36,6 +36,8 @@ class ZenohDestination:
     ------
     ConfigurationError
         If the endpoint is not one.
+    PeerError
+        If nobody listens there.
     """
 
     def __init__(self, endpoint: str, encoding: str) -> None:
@@ -45,8 +47,7 @@ class ZenohDestination:
         try:
             self._session = zenoh.open(config)
         except zenoh.ZError as error:
-            reason = str(error).partition("\n")[0]
-            raise ConfigurationError(f"zenoh:{endpoint}: {reason}") from error
+            raise PeerError(f"zenoh:{endpoint}: {first_line(error)}") from error
 
     def send(self, frame: pl.DataFrame, key: str) -> Answer:
         """Ask with a batch under its key; return the counts of the answer."""

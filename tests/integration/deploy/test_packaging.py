@@ -1,4 +1,4 @@
-"""Container, compose and systemd files: hardened, pinned, on loopback, and as the service reads them."""
+"""Container, compose and systemd files: hardened, pinned, on loopback, read as they are meant."""
 
 import re
 import shutil
@@ -77,7 +77,7 @@ def test_the_service_understands_the_environment_of_compose(
     for name, value in services["multiradar"]["environment"].items():
         monkeypatch.setenv(name, value)
     zenoh = load_settings().zenoh
-    assert (zenoh.mode, zenoh.listen, zenoh.connect) == ("client", (), ("tcp/router:7447",))
+    assert (zenoh.mode, zenoh.listen, zenoh.connect) == ("peer", (), ("tcp/router:7447",))
 
 
 def test_the_image_runs_as_nobody_and_is_installed_by_hash() -> None:

@@ -96,7 +96,10 @@ class MemoryBus:
         """Let a sample come in."""
         for key, handler in self._subscribers:
             if _covers(key, message.key):
-                self._guarded(lambda handler=handler: handler(message))  # type: ignore[misc]
+                try:
+                    handler(message)
+                except Exception as error:
+                    self.counts.report(error)
 
     def ask(
         self,
@@ -125,14 +128,16 @@ class MemoryBus:
         )
         for served, handler in self._queryables:
             if _covers(served, key) or _covers(key, served):
-                self._guarded(lambda handler=handler: handler(request))  # type: ignore[misc]
+                self._asked(handler, request)
         return answer
 
-    def _guarded(self, call: Callable[[], None]) -> None:
+    def _asked(self, handler: Callable[[Request], None], request: Request) -> None:
         try:
-            call()
+            handler(request)
         except Exception as error:
             self.counts.report(error)
+            request.refuse(b'{"code":"INTERNAL","reason":"the query failed"}')
+            request.finish()
 
 
 def _covers(expression: str, key: str) -> bool:

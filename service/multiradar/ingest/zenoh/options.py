@@ -25,6 +25,8 @@ class ZenohOptions:
         Whether others are looked for, and told of, by multicast.
     config_file : Path, optional
         Zenoh configuration (JSON5) for mTLS and access control; it then decides mode and endpoints.
+    client_wait_s : float
+        How long a client waits for its router at the start, s.
     lease_s : float
         A peer that hears nothing of this session for so long takes it for lost, s.
     message_bytes_max : int
@@ -49,6 +51,7 @@ class ZenohOptions:
     connect: tuple[str, ...] = ()
     multicast: bool = False
     config_file: Path | None = None
+    client_wait_s: float = 5.0
     lease_s: float = 2.0
     message_bytes_max: int = 16 * 1024 * 1024
     message_rows_max: int = 100_000
@@ -83,6 +86,7 @@ def options_of(settings: ZenohSettings) -> ZenohOptions:
 
 
 _POSITIVE = (
+    "client_wait_s",
     "lease_s",
     "message_bytes_max",
     "message_rows_max",

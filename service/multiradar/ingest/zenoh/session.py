@@ -67,9 +67,12 @@ def zenoh_config(options: ZenohOptions) -> zenoh.Config:
             "listen/endpoints": list(options.listen),
             "listen/exit_on_failure": True,
             "connect/endpoints": list(options.connect),
-            # A router that is away is waited for in the background.
-            "connect/timeout_ms": 0 if options.mode != "client" else -1,
-            "connect/exit_on_failure": False,
+            # A peer waits for others in the background. A client is nothing without its router: it
+            # waits for a while; later it comes back to a router that was away.
+            "connect/timeout_ms": round(options.client_wait_s * 1000.0)
+            if options.mode == "client"
+            else -1,
+            "connect/exit_on_failure": options.mode == "client",
             "scouting/multicast/enabled": options.multicast,
             "scouting/gossip/enabled": False,
             "transport/link/tx/lease": round(options.lease_s * 1000.0),
@@ -85,7 +88,7 @@ def zenoh_config(options: ZenohOptions) -> zenoh.Config:
             config.insert_json5(key, json.dumps(value))
     except zenoh.ZError as error:
         source = "settings" if options.config_file is None else str(options.config_file)
-        raise ConfigurationError(f"{source}: {_first_line(error)}") from error
+        raise ConfigurationError(f"{source}: {first_line(error)}") from error
     return config
 
 
@@ -108,7 +111,7 @@ class ZenohBus:
         try:
             self._session = zenoh.open(config)
         except zenoh.ZError as error:
-            raise ConfigurationError(f"zenoh does not open: {_first_line(error)}") from error
+            raise ConfigurationError(f"zenoh does not open: {first_line(error)}") from error
         self.counts = BusCounts()
         self.endpoints = _listening(config)
         self.instance = str(self._session.zid())
@@ -261,5 +264,6 @@ def _refuse_and_drop(query: zenoh.Query) -> None:
         query.drop()  # type: ignore[no-untyped-call]  # so in its stubs
 
 
-def _first_line(error: Exception) -> str:
-    return str(error).partition("\n")[0][:300]
+def first_line(error: Exception) -> str:
+    """Return what Zenoh says, without where in its source it says so."""
+    return str(error).partition("\n")[0].partition(" at /")[0].rstrip(" !")[:300]

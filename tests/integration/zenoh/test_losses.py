@@ -1,0 +1,130 @@
+"""Routers that go and come back, instances that die, publications that fall behind."""
+
+import json
+import time
+from typing import Any
+
+import pytest
+import zenoh
+
+from multiradar.errors import ConfigurationError
+from multiradar.ingest.zenoh.options import ZenohOptions
+from multiradar.ingest.zenoh.session import ZenohBus, zenoh_config
+from support.zenoh_scene import StreamingView, free_endpoint, gateway
+from support.zenoh_subscriber import SubscriberProcess, client_config
+
+PATIENCE_S = 20.0
+
+
+def router(endpoint: str) -> zenoh.Session:
+    return zenoh.open(zenoh_config(ZenohOptions(mode="router", listen=(endpoint,))))
+
+
+def close(session: zenoh.Session) -> None:
+    session.close()  # type: ignore[no-untyped-call]  # so in its stubs
+
+
+@pytest.mark.slow
+def test_a_router_that_restarts_costs_no_update() -> None:
+    view, endpoint = StreamingView(), free_endpoint()
+    first = router(endpoint)
+    with (
+        gateway(view, mode="client", listen=(), connect=(endpoint,)),
+        SubscriberProcess(endpoint, 3000, patience_s=40.0) as subscriber,
+    ):
+        view.stream(1000, tracks=20, per_s=5000)
+        close(first)
+        # Nobody is told of these when they happen.
+        view.stream(1000, tracks=20, per_s=5000)
+        time.sleep(0.5)
+        second = router(endpoint)
+        time.sleep(2.0)
+        view.stream(1000, tracks=20, per_s=1000)
+        result = subscriber.result()
+        close(second)
+    assert result == {
+        **result,
+        "distinct": 3000,
+        "greatest": 3000,
+        "twice": 0,
+        "out_of_order": 0,
+    }, result
+
+
+def test_a_service_starts_without_its_router_and_publishes_when_it_comes() -> None:
+    view, endpoint = StreamingView(), free_endpoint()
+    with gateway(view, mode="peer", listen=(), connect=(endpoint,)):
+        view.stream(200, tracks=5, per_s=100_000)
+        late = router(endpoint)
+        with SubscriberProcess(endpoint, 200) as subscriber:
+            result = subscriber.result()
+        close(late)
+    assert result["distinct"] == 200, result
+
+
+def test_a_client_without_its_router_says_so() -> None:
+    options = ZenohOptions(
+        mode="client", listen=(), connect=("tcp/127.0.0.1:1",), client_wait_s=0.3
+    )
+    with pytest.raises(ConfigurationError, match=r"zenoh does not open.*127\.0\.0\.1:1") as caught:
+        ZenohBus(options)
+    assert "/src/" not in str(caught.value)
+
+
+def test_a_port_that_is_taken_is_an_error_at_the_start() -> None:
+    with (
+        gateway(StreamingView()) as running,
+        pytest.raises(ConfigurationError, match="zenoh does not open"),
+    ):
+        ZenohBus(ZenohOptions(listen=running.endpoints))
+
+
+def test_others_see_an_instance_come_and_go() -> None:
+    seen: list[tuple[str, str]] = []
+    endpoint = free_endpoint()
+    hub = router(endpoint)
+    with zenoh.open(client_config(endpoint)) as watcher:
+        watcher.liveliness().declare_subscriber(
+            "multiradar/v1/instances/*",
+            lambda sample: seen.append((str(sample.kind), str(sample.key_expr))),
+        )
+        with gateway(StreamingView(), mode="client", listen=(), connect=(endpoint,)):
+            _wait(lambda: len(seen) >= 1)
+        _wait(lambda: len(seen) >= 2)
+    close(hub)
+    assert [kind.rpartition(".")[2] for kind, _ in seen] == ["PUT", "DELETE"]
+    assert seen[0][1] == seen[1][1]
+
+
+def test_what_was_known_before_the_start_is_there_for_those_who_join() -> None:
+    view = StreamingView()
+    view.tell([1, 2, 3] * 100)
+    with gateway(view) as running:
+        with SubscriberProcess(running.endpoints[0], 300) as subscriber:
+            result = subscriber.result()
+        assert running.counts.number("published_tracks") == 300
+    assert (result["distinct"], result["twice"]) == (300, 0), result
+
+
+def test_a_publication_that_fell_behind_says_so() -> None:
+    view = StreamingView()
+    with gateway(view) as running:
+        gap = json.dumps({"gap": {"from": 1, "to": 9}}).encode()
+        view.tell_of("gap", "", gap)
+        _wait(lambda: running.counts.number("published_gaps") == 1)
+        with zenoh.open(client_config(running.endpoints[0])) as session:
+            status = _documents(session, "multiradar/v1/status")[0]
+    assert status["zenoh"]["published_gaps"] == 1
+    assert status["zenoh"]["alarms"][-1]["code"] == "PUBLICATION_GAP"
+
+
+def _documents(session: zenoh.Session, selector: str) -> list[Any]:
+    replies = list(session.get(selector, timeout=PATIENCE_S))
+    return [json.loads(one.ok.payload.to_bytes()) for one in replies if one.ok is not None]
+
+
+def _wait(done: Any) -> None:
+    end_s = time.monotonic() + PATIENCE_S
+    while not done():
+        assert time.monotonic() < end_s
+        time.sleep(0.01)

@@ -1,0 +1,139 @@
+"""What can be asked over Zenoh: tracks, biases, forecasts, status, what follows a number."""
+
+import json
+import time
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+import zenoh
+
+from multiradar.ingest.zenoh.gateway import ZenohGateway
+from multiradar.ingest.zenoh.options import ZenohOptions
+from multiradar.runtime.service import Service
+from support.live_process import live_service
+from support.live_scene import recording
+from support.zenoh_scene import free_endpoint
+from support.zenoh_subscriber import client_config
+
+PATIENCE_S = 20.0
+
+
+@pytest.fixture(scope="module")
+def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Service]:
+    running = live_service(tmp_path_factory.mktemp("journal") / "journal.sqlite")
+    running.start()
+    running.submit(recording(600), source="test").result(PATIENCE_S)
+    running.flush(source="test").result(PATIENCE_S)
+    running.settled().result(PATIENCE_S)
+    yield running
+    running.stop()
+
+
+@pytest.fixture(scope="module")
+def session(service: Service) -> Iterator[zenoh.Session]:
+    gateway = ZenohGateway(service, ZenohOptions(listen=(free_endpoint(),)))
+    gateway.start()
+    updates = service.view.status()["output_sequence"]
+    end_s = time.monotonic() + PATIENCE_S
+    while gateway.counts.number("published_tracks") < updates:
+        assert time.monotonic() < end_s
+        time.sleep(0.01)
+    with zenoh.open(client_config(gateway.endpoints[0])) as opened:
+        yield opened
+    gateway.stop()
+
+
+def answers(session: zenoh.Session, selector: str) -> list[tuple[str, Any, str]]:
+    """Key, document and attachment of each answer; the key of an error is empty."""
+    found = []
+    for reply in session.get(
+        selector, timeout=PATIENCE_S, consolidation=zenoh.ConsolidationMode.NONE
+    ):
+        if reply.ok is not None:
+            attached = reply.ok.attachment
+            text = "" if attached is None else attached.to_string()
+            found.append((str(reply.ok.key_expr), json.loads(reply.ok.payload.to_bytes()), text))
+        elif reply.err is not None:
+            found.append(("", json.loads(reply.err.payload.to_bytes()), ""))
+    return found
+
+
+def test_the_live_tracks_can_be_asked_for_at_once_or_one_by_one(
+    session: zenoh.Session, service: Service
+) -> None:
+    live = service.view.tracks()
+    every = answers(session, "multiradar/v1/tracks/*")
+    assert {key for key, _, _ in every} == {
+        f"multiradar/v1/tracks/{track}" for track in live["track_id"]
+    }
+    track = int(live["track_id"][0])
+    ((key, document, attachment),) = answers(session, f"multiradar/v1/tracks/{track}")
+    assert key == f"multiradar/v1/tracks/{track}"
+    assert document["track_id"] == track
+    assert attachment == str(document["sequence"])
+
+
+def test_who_has_a_number_gets_what_follows_it(session: zenoh.Session, service: Service) -> None:
+    updates = service.view.status()["output_sequence"]
+    following = answers(session, f"multiradar/v1/tracks/*?after={updates - 20}")
+    numbers = [document["sequence"] for _, document, _ in following]
+    assert numbers == list(range(updates - 19, updates + 1))
+    assert [attachment for _, _, attachment in following] == [str(one) for one in numbers]
+    some = answers(session, "multiradar/v1/tracks/*?after=0;limit=7")
+    assert [document["sequence"] for _, document, _ in some] == list(range(1, 8))
+    assert answers(session, f"multiradar/v1/tracks/*?after={updates}") == []
+    track = following[-1][1]["track_id"]
+    own = answers(session, f"multiradar/v1/tracks/{track}?after=0")
+    assert own
+    assert {document["track_id"] for _, document, _ in own} == {track}
+
+
+def test_a_forecast_has_a_covariance_that_grows(session: zenoh.Session, service: Service) -> None:
+    track = int(service.view.tracks()["track_id"][0])
+    selector = f"multiradar/v1/forecasts/{track}?horizon_s=60;step_s=20"
+    ((key, document, _),) = answers(session, selector)
+    assert key == f"multiradar/v1/forecasts/{track}"
+    points = document["points"]
+    assert len(points) == 4
+    sigmas = [point["position_sigma_m"] for point in points]
+    assert sigmas == sorted(sigmas)
+    assert sigmas[0] < sigmas[-1]
+
+
+def test_biases_of_one_sensor_and_of_all(session: zenoh.Session, service: Service) -> None:
+    ((_, biases, _),) = answers(session, "multiradar/v1/biases/41-10")
+    assert biases == json.loads(json.dumps(service.view.bias("41-10")))
+    assert {bias["parameter"] for bias in biases} >= {"range_offset_m", "azimuth_offset_deg"}
+    every = answers(session, "multiradar/v1/biases/*")
+    assert {key.rpartition("/")[2] for key, _, _ in every} == {"41-10", "41-20", "adsb"}
+
+
+def test_the_status_says_what_the_service_says(session: zenoh.Session, service: Service) -> None:
+    ((_, status, _),) = answers(session, "multiradar/v1/status")
+    known = service.view.status()
+    assert status["output_sha256"] == known["output_sha256"]
+    assert status["read"] == known["read"] == 600
+    assert status["zenoh"]["handler_errors"] == 0
+
+
+@pytest.mark.parametrize(
+    ("selector", "code"),
+    [
+        ("multiradar/v1/tracks/999999", "NOT_FOUND"),
+        ("multiradar/v1/tracks/abc", "OUT_OF_RANGE"),
+        ("multiradar/v1/tracks/1?after=x", "NOT_A_NUMBER"),
+        ("multiradar/v1/forecasts/999999", "NOT_FOUND"),
+        ("multiradar/v1/forecasts/1?horizon_s=nan", "NOT_A_NUMBER"),
+        ("multiradar/v1/forecasts/1?horizon_s=1_0", "NOT_A_NUMBER"),
+        ("multiradar/v1/forecasts/1?horizon_s=-5", "OUT_OF_RANGE"),
+        ("multiradar/v1/forecasts/1?horizon_s=1e9;step_s=1", "OUT_OF_RANGE"),
+        ("multiradar/v1/biases/nobody", "NOT_FOUND"),
+    ],
+)
+def test_what_cannot_be_answered_is_an_error_with_a_code(
+    session: zenoh.Session, selector: str, code: str
+) -> None:
+    ((key, document, _),) = answers(session, selector)
+    assert (key, document["code"]) == ("", code)
+    assert document["reason"]

@@ -1,0 +1,147 @@
+"""The Zenoh side over the bus in memory: what is answered, refused and counted."""
+
+import json
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future
+from typing import Any
+
+import pytest
+
+from multiradar.errors import JournalError, QueueFullError
+from multiradar.ingest.zenoh.bus import Message
+from multiradar.ingest.zenoh.gateway import ZenohGateway
+from multiradar.ingest.zenoh.keys import is_sensor_id, sensor_key, track_id
+from multiradar.ingest.zenoh.memory_bus import MemoryAnswer, MemoryBus
+from multiradar.ingest.zenoh.options import ZenohOptions
+from multiradar.runtime.receipt import Receipt
+from support.fake_service import FakeService
+from support.zenoh_scene import StreamingView
+
+KEY = "multiradar/v1/measurements/41-10"
+PLOT = {"time_s": 1.0, "kind": "radar", "range_m": 5e4, "azimuth_deg": 1.0}
+PAYLOAD = json.dumps([PLOT]).encode()
+
+
+class Scene:
+    def __init__(self) -> None:
+        self.bus = MemoryBus()
+        self.view = StreamingView()
+        self.service = FakeService(view=self.view)
+        self.gateway = ZenohGateway(self.service, ZenohOptions(), open_bus=lambda _: self.bus)
+
+    def count(self, name: str) -> int:
+        return self.gateway.counts.number(name)
+
+
+@pytest.fixture
+def scene() -> Iterator[Scene]:
+    running = Scene()
+    running.gateway.start()
+    yield running
+    running.gateway.stop()
+
+
+def settled(scene: Scene, answer: MemoryAnswer) -> MemoryAnswer:
+    """Everything that was asked is answered when the gateway has stopped."""
+    scene.gateway.stop()
+    assert answer.finished == 1
+    return answer
+
+
+def test_a_sample_becomes_a_submission_under_its_key(scene: Scene) -> None:
+    scene.bus.deliver(Message(KEY, PAYLOAD, "application/json", b"batch-7"))
+    (submission,) = scene.service.submissions
+    assert submission.frame["sensor_id"].to_list() == ["41-10"]
+    assert (submission.source, submission.idempotency_key) == ("zenoh", "batch-7")
+    assert (scene.count("messages_taken"), scene.count("rows_accepted")) == (1, 1)
+    scene.bus.deliver(Message(KEY, PAYLOAD, "application/json", b"batch-7"))
+    assert (scene.count("rows_accepted"), scene.count("rows_duplicate")) == (1, 1)
+
+
+@pytest.mark.parametrize("attachment", [b"\xff", b"a\nb", b"k" * 257])
+def test_an_attachment_that_is_no_key_is_refused(scene: Scene, attachment: bytes) -> None:
+    scene.bus.deliver(Message(KEY, PAYLOAD, "application/json", attachment))
+    answer = settled(scene, scene.bus.ask(KEY, payload=PAYLOAD, attachment=attachment))
+    assert json.loads(answer.errors[0])["code"] == "ENCODING"
+    assert scene.count("messages_malformed") == 2
+    assert not scene.service.submissions
+
+
+def refused(error: Exception) -> Callable[[Any, "Future[Receipt]"], None]:
+    def answer(_submission: Any, _future: "Future[Receipt]") -> None:
+        raise error
+
+    return answer
+
+
+def failed(error: Exception) -> Callable[[Any, "Future[Receipt]"], None]:
+    return lambda _submission, future: future.set_exception(error)
+
+
+@pytest.mark.parametrize(
+    ("answer", "code", "retry_after_s"),
+    [
+        (refused(QueueFullError("intake", 9, 2.0)), "QUEUE_FULL", 2.0),
+        (refused(JournalError("no")), "JournalError", None),
+        (failed(JournalError("no")), "JournalError", None),
+    ],
+)
+def test_a_query_that_cannot_be_taken_is_refused_with_a_code(
+    scene: Scene,
+    answer: Callable[[Any, "Future[Receipt]"], None],
+    code: str,
+    retry_after_s: float | None,
+) -> None:
+    scene.service.answer = answer
+    found = settled(scene, scene.bus.ask(KEY, payload=PAYLOAD))
+    document = json.loads(found.errors[0])
+    assert (document["code"], document.get("retry_after_s")) == (code, retry_after_s)
+    assert not found.replies
+
+
+def test_a_sample_that_finds_the_intake_full_is_counted_as_lost(scene: Scene) -> None:
+    scene.service.answer = refused(QueueFullError("intake", 9, 2.0))
+    scene.bus.deliver(Message(KEY, PAYLOAD, "application/json"))
+    assert scene.count("messages_lost_upstream") == 1
+    assert scene.gateway.counts.document()["alarms"][-1]["code"] == "QUEUE_FULL"
+
+
+def test_a_handler_that_fails_is_reported_and_the_query_is_refused(scene: Scene) -> None:
+    scene.service.answer = refused(RuntimeError("a fault"))
+    answer = settled(scene, scene.bus.ask(KEY, payload=PAYLOAD))
+    assert json.loads(answer.errors[0])["code"] == "INTERNAL"
+    assert scene.bus.counts.handler_errors == 1
+
+
+def test_a_view_that_fails_is_an_error_and_not_an_empty_answer(scene: Scene) -> None:
+    scene.view.failure = RuntimeError("a fault")
+    answer = settled(scene, scene.bus.ask("multiradar/v1/tracks/*"))
+    assert json.loads(answer.errors[0])["code"] == "INTERNAL"
+    assert not answer.replies
+
+
+def test_the_end_of_a_stream_can_be_told(scene: Scene) -> None:
+    settled(scene, scene.bus.ask("multiradar/v1/measurements/*", parameters={"flush": ""}))
+    assert scene.service.flushes == ["zenoh"]
+
+
+def test_stopping_closes_the_session_and_may_be_repeated(scene: Scene) -> None:
+    assert scene.bus.announced
+    scene.gateway.stop()
+    scene.gateway.stop()
+    assert scene.bus.closed
+
+
+@pytest.mark.parametrize(
+    "text", ["", "a/b", "*", "**", "a*", "$*", "a?b", "a#b", "@adv", "ä", "a b"]
+)
+def test_nothing_that_means_something_in_a_key_can_be_a_sensor(text: str) -> None:
+    assert not is_sensor_id(text)
+    with pytest.raises(ValueError, match="expected a sensor identifier"):
+        sensor_key("multiradar/v1/biases", text)
+
+
+@pytest.mark.parametrize("text", ["", "0", "-1", "1.0", "1_0", "٣", "*", "1" * 20])
+def test_only_the_number_of_a_track_names_one(text: str) -> None:
+    assert track_id(text) is None
+    assert track_id("120") == 120

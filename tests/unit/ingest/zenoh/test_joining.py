@@ -1,0 +1,93 @@
+"""Publishing waits for those who join, for a bounded time and a bounded share of the time."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from multiradar.clock import FixedClock
+from multiradar.ingest.zenoh.bus import Request
+from multiradar.ingest.zenoh.joining import ALLOWANCE_MAX_S, QUIET_S, WAIT_MAX_S, JoinGate
+
+EVERY = "multiradar/v1/tracks/*/@adv/**"
+
+
+@dataclass
+class Scene:
+    clock: FixedClock = field(default_factory=FixedClock)
+    finished: int = 0
+
+    def __post_init__(self) -> None:
+        self.gate = JoinGate(self.clock)
+
+    def ask(self, key: str = EVERY, parameters: Mapping[str, str] | None = None) -> None:
+        def finish() -> None:
+            self.finished += 1
+
+        request = Request(
+            key=key,
+            parameters=parameters or {},
+            payload=None,
+            media_type="",
+            attachment=b"",
+            reply=lambda *_: None,
+            refuse=lambda _: None,
+            finish=finish,
+        )
+        self.gate.on_query(request)
+
+    def waited_s(self) -> float:
+        began_s = self.clock.now_s()
+        self.gate.open_when_quiet(self.clock.advance)
+        return self.clock.now_s() - began_s
+
+
+def test_a_question_for_all_histories_is_kept_open_until_nobody_asks_any_more() -> None:
+    scene = Scene()
+    scene.ask()
+    assert scene.gate.closed
+    assert scene.finished == 0
+    scene.clock.advance(0.04)
+    scene.ask("multiradar/v1/tracks/7/@adv/pub/a/1/**", {"_sn": "3.."})
+    assert scene.finished == 1
+    assert abs(scene.waited_s() - QUIET_S) < 1e-9
+    assert scene.finished == 2
+    assert not scene.gate.closed
+
+
+def test_questions_about_one_track_or_from_a_number_on_delay_nobody() -> None:
+    scene = Scene()
+    scene.ask("multiradar/v1/tracks/7/@adv/pub/a/1/**")
+    scene.ask(EVERY, {"_sn": "3.."})
+    assert not scene.gate.closed
+    assert scene.finished == 2
+
+
+def test_who_asks_without_end_is_not_waited_for_without_end() -> None:
+    scene = Scene()
+
+    def ask_and_advance(duration_s: float) -> None:
+        scene.clock.advance(min(duration_s, 0.01))
+        scene.ask(EVERY, {"_sn": "1.."})
+
+    scene.ask()
+    scene.gate.open_when_quiet(ask_and_advance)
+    assert WAIT_MAX_S <= scene.clock.now_s() < WAIT_MAX_S + 0.02
+    assert not scene.gate.closed
+
+
+def test_those_who_join_all_the_time_get_a_bounded_share_of_the_time() -> None:
+    scene = Scene()
+    waited_s = 0.0
+    while scene.clock.now_s() < 300.0:
+        scene.ask()
+        waited_s += scene.waited_s()
+        scene.clock.advance(0.01)
+    assert waited_s < ALLOWANCE_MAX_S + 0.25 * scene.clock.now_s()
+
+
+def test_several_who_join_one_after_the_other_are_all_waited_for() -> None:
+    scene = Scene()
+    for _ in range(10):
+        scene.ask()
+        assert scene.gate.closed
+        scene.waited_s()
+    assert scene.gate.waits == 10
