@@ -6,7 +6,8 @@ from numpy.typing import NDArray
 
 Bytes = NDArray[np.uint8]
 Words = NDArray[np.int64]
-Numbers = NDArray[np.float64]
+#: Rows of time (s), latitude, longitude (degrees) and height (m, NaN: none); more may follow.
+Points = NDArray[np.float64]
 
 # None of these functions allocates; counting references would cost more than the work itself.
 compiled = njit(cache=True, nogil=True, _nrt=False)  # type: ignore[call-overload]  # not in its stubs
@@ -124,21 +125,19 @@ def _put_date(out: Bytes, i: int, days: int) -> int:
 
 
 @compiled
-def new4_lines(
-    time_s: Numbers, latitude_deg: Numbers, longitude_deg: Numbers, height_m: Numbers, out: Bytes
-) -> int:
+def new4_lines(points: Points, out: Bytes) -> int:
     """Write `.new4` lines; return the number of bytes (see `new4.format_lines`)."""
     i = 0
-    for k in range(len(time_s)):
-        i = _put_trimmed(out, i, time_s[k], 1e6, 6, 3)
+    for k in range(len(points)):
+        i = _put_trimmed(out, i, points[k, 0], 1e6, 6, 3)
         out[i] = _TAB
-        i = _put_trimmed(out, i + 1, latitude_deg[k], 1e9, 9, 7)
+        i = _put_trimmed(out, i + 1, points[k, 1], 1e9, 9, 7)
         out[i] = _TAB
-        i = _put_trimmed(out, i + 1, longitude_deg[k], 1e9, 9, 7)
+        i = _put_trimmed(out, i + 1, points[k, 2], 1e9, 9, 7)
         out[i] = _TAB
         i += 1
-        if not np.isnan(height_m[k]):
-            i = _put_trimmed(out, i, height_m[k], 1e3, 3, 1)
+        if not np.isnan(points[k, 3]):
+            i = _put_trimmed(out, i, points[k, 3], 1e3, 3, 1)
         out[i] = _LF
         i += 1
     return i
@@ -146,30 +145,24 @@ def new4_lines(
 
 @compiled
 def plt_lines(
-    time_s: Numbers,
-    latitude_deg: Numbers,
-    longitude_deg: Numbers,
-    height_m: Numbers,
-    before_s: float,
-    gap_s: float,
-    out: Bytes,
+    points: Points, unix_start_s: float, before_s: float, gap_s: float, out: Bytes
 ) -> int:
     """Write `.plt` point lines; return the number of bytes (see `plt.format_points`)."""
     i = 0
     day_begin = np.int64(0)
-    for k in range(len(time_s)):
-        time = time_s[k]
-        i = _put_padded(out, i, latitude_deg[k], 1e6, 6, 11)
+    for k in range(len(points)):
+        time = points[k, 0] + unix_start_s
+        i = _put_padded(out, i, points[k, 1], 1e6, 6, 11)
         out[i] = _COMMA
-        i = _put_padded(out, i + 1, longitude_deg[k], 1e6, 6, 11)
+        i = _put_padded(out, i + 1, points[k, 2], 1e6, 6, 11)
         out[i] = _COMMA
         # A comparison with NaN, the time before the first point, is false.
         out[i + 1] = _ZERO if time - before_s <= gap_s else _ZERO + 1
         out[i + 2] = _COMMA
         before_s = time
         feet = _NO_HEIGHT_FT
-        if not np.isnan(height_m[k]):
-            feet = height_m[k] / _METRES_A_FOOT
+        if not np.isnan(points[k, 3]):
+            feet = points[k, 3] / _METRES_A_FOOT
         i = _put_padded(out, i + 3, feet, 10.0, 1, 7)
         out[i] = _COMMA
         i = _put_padded(out, i + 1, time / _DAY_S + _EPOCH_DAYS, 1e7, 7, 0)

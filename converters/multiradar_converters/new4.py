@@ -23,30 +23,22 @@ LINE_BYTES_MAX = 112
 _COLUMNS = 4
 
 
-def format_lines(
-    time_s: NDArray[np.float64],
-    latitude_deg: NDArray[np.float64],
-    longitude_deg: NDArray[np.float64],
-    height_m: NDArray[np.float64],
-) -> bytes:
+def format_lines(points: NDArray[np.float64]) -> bytes:
     """Write measurements as lines.
 
     Parameters
     ----------
-    time_s : float64[n]
-        Times, s.
-    latitude_deg, longitude_deg : float64[n]
-        WGS 84, degrees.
-    height_m : float64[n]
-        Heights, m; NaN where there is none.
+    points : float64[n, 4]
+        Time (s), latitude and longitude (degrees WGS 84), height (m, NaN where there is none);
+        further columns are ignored.
 
     Returns
     -------
     bytes
         `n` lines.
     """
-    out = np.empty(len(time_s) * LINE_BYTES_MAX, dtype=np.uint8)
-    size = _kernels.new4_lines(time_s, latitude_deg, longitude_deg, height_m, out)
+    out = np.empty(len(points) * LINE_BYTES_MAX, dtype=np.uint8)
+    size = _kernels.new4_lines(points, out)
     return out[:size].tobytes()
 
 

@@ -62,24 +62,19 @@ def format_header(name: str, points: int, colour: int = 0x0000FF) -> bytes:
 
 
 def format_points(
-    unix_time_s: NDArray[np.float64],
-    latitude_deg: NDArray[np.float64],
-    longitude_deg: NDArray[np.float64],
-    height_m: NDArray[np.float64],
-    before_s: float = math.nan,
+    points: NDArray[np.float64], unix_start_s: float = 0.0, before_s: float = math.nan
 ) -> bytes:
     """Write points as lines.
 
     Parameters
     ----------
-    unix_time_s : float64[n]
-        Times since 1970-01-01, s.
-    latitude_deg, longitude_deg : float64[n]
-        WGS 84, degrees.
-    height_m : float64[n]
-        Heights, m; NaN where there is none.
+    points : float64[n, 4]
+        Time (s), latitude and longitude (degrees WGS 84), height (m, NaN where there is none);
+        further columns are ignored.
+    unix_start_s : float
+        What added to a time makes it Unix time, s.
     before_s : float
-        Time of the point before the first of these; NaN when there is none, which starts a
+        Unix time of the point before the first of these; NaN when there is none, which starts a
         segment.
 
     Returns
@@ -87,8 +82,6 @@ def format_points(
     bytes
         `n` lines.
     """
-    out = np.empty(len(unix_time_s) * LINE_BYTES_MAX, dtype=np.uint8)
-    size = _kernels.plt_lines(
-        unix_time_s, latitude_deg, longitude_deg, height_m, before_s, SEGMENT_GAP_S, out
-    )
+    out = np.empty(len(points) * LINE_BYTES_MAX, dtype=np.uint8)
+    size = _kernels.plt_lines(points, unix_start_s, before_s, SEGMENT_GAP_S, out)
     return out[:size].tobytes()

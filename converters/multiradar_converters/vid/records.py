@@ -73,9 +73,9 @@ def aircraft_of(track: NDArray[np.int64]) -> NDArray[np.int64]:
     return track >> _FILE_BITS
 
 
-def file_of(track: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the number of the file."""
-    return track & ((1 << _FILE_BITS) - 1)
+def split_track(track: int) -> tuple[int, int]:
+    """Return the track number of the aircraft and the number of the file."""
+    return track >> _FILE_BITS, track & ((1 << _FILE_BITS) - 1)
 
 
 def points(columns: Sequence[Column], track: NDArray[np.int64]) -> Records:

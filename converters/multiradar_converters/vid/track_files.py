@@ -4,9 +4,12 @@ A bucket that fits is sorted in memory. One that does not is dealt again; one th
 huge track is sorted on disk. So memory does not depend on the number or length of tracks.
 """
 
-from collections import Counter
+import math
+import os
+from collections import Counter, deque
 from collections.abc import Iterator
 from concurrent.futures import Executor
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -15,12 +18,12 @@ from numpy.typing import NDArray
 
 from multiradar_converters import new4, plt
 from multiradar_converters.vid import _kernels
+from multiradar_converters.vid.numbering import Numbering
 from multiradar_converters.vid.records import (
     POINT_WORDS,
     Records,
     aircraft_of,
-    decimal,
-    file_of,
+    split_track,
     times,
 )
 from multiradar_converters.vid.spool import Buckets, TimeSorter, deal
@@ -111,15 +114,11 @@ class TrackWriter:
     def write(self, buckets: Buckets, pool: Executor) -> Written:
         """Write all tracks of closed buckets, which are emptied."""
         total = Written()
-        for part in pool.map(self._bucket, buckets.paths, range(len(buckets.paths))):
+        for part in pool.map(self._spooled, buckets.paths):
             total.add(part)
         return total
 
-    def _bucket(self, path: Path, number: int) -> Written:
-        del number
-        return self._spooled(path, 0)
-
-    def _spooled(self, path: Path, depth: int) -> Written:
+    def _spooled(self, path: Path, depth: int = 0) -> Written:
         written = Written()
         count = path.stat().st_size // (POINT_WORDS * 8)
         if count == 0:
@@ -131,7 +130,7 @@ class TrackWriter:
         elif depth < _DEALT_AGAIN_MAX:
             self._dealt_again(path, depth, written)
         else:
-            self._single(path, count, written)
+            self._single(path, written)
         return written
 
     def _of_chosen(self, points: Records) -> Records:
@@ -140,7 +139,9 @@ class TrackWriter:
         return points[np.isin(aircraft_of(points[:, 4]), self.chosen)]
 
     def _in_memory(self, points: Records, written: Written) -> None:
-        tracks, places = np.unique(points[:, 4], return_inverse=True)
+        numbering = Numbering("tracks", len(points) + 1)
+        places = numbering.number(np.ascontiguousarray(points[:, 4]))
+        tracks = numbering.keys()
         points, ends = deal(points, places, len(tracks))
         begin = 0
         for track, end in zip(tracks.tolist(), ends.tolist(), strict=True):
@@ -161,9 +162,8 @@ class TrackWriter:
             written.add(self._spooled(part, _DEALT_AGAIN_MAX if _alone(part) else depth + 1))
         path.with_name(f"{path.name}-{depth}").rmdir()
 
-    def _single(self, path: Path, count: int, written: Written) -> None:
+    def _single(self, path: Path, written: Written) -> None:
         """Write tracks of which one alone is too long for memory."""
-        del count
         tracks: Counter[int] = Counter()
         for points in map(self._of_chosen, _read(path)):
             values, counts = np.unique(points[:, 4], return_counts=True)
@@ -176,35 +176,33 @@ class TrackWriter:
         path.unlink()
 
     def _track(self, track: int, length: int, parts: Iterator[Records], written: Written) -> None:
-        packed = np.array([track])
-        aircraft, file = int(aircraft_of(packed)[0]), int(file_of(packed)[0])
+        aircraft, file = split_track(track)
         stem = self.names.stem(file)
         if length < self.measurements_min:
             written.short_tracks[stem] += 1
             written.short_points[stem] += length
-            for _ in parts:
-                pass
+            deque(parts, maxlen=0)
             return
         written.tracks[stem] += 1
         written.points[stem] += length
-        folder = self.folder / str(aircraft)
-        folder.mkdir(exist_ok=True)
+        # Plain calls of the system: there may be hundreds of thousands of files.
+        path = f"{self.folder}/{aircraft}"
+        with suppress(FileExistsError):
+            os.mkdir(path)
         colour = plt.COLOURS[stem.rpartition("_")[2]]
+        header = plt.format_header(f"{aircraft} {stem}", length, colour)
         with (
-            (folder / f"{stem}.new4").open("wb", buffering=0) as new4_file,
-            (folder / f"{stem}.plt").open("wb", buffering=0) as plt_file,
+            open(f"{path}/{stem}.new4", "xb", buffering=0) as new4_file,
+            open(f"{path}/{stem}.plt", "xb", buffering=0) as plt_file,
         ):
-            plt_file.write(plt.format_header(f"{aircraft} {stem}", length, colour))
-            before = np.nan
+            before = math.nan
             for part in parts:
                 for begin in range(0, len(part), _LINES_AT_ONCE):
-                    chunk = part[begin : begin + _LINES_AT_ONCE]
-                    latitude, longitude, height = (decimal(chunk, word) for word in (1, 2, 3))
-                    time = times(chunk)
-                    new4_file.write(new4.format_lines(time, latitude, longitude, height))
-                    unix = time + self.unix_start_s
-                    plt_file.write(plt.format_points(unix, latitude, longitude, height, before))
-                    before = float(unix[-1])
+                    points = part[begin : begin + _LINES_AT_ONCE].view(np.float64)
+                    new4_file.write(new4.format_lines(points))
+                    plt_file.write(header + plt.format_points(points, self.unix_start_s, before))
+                    header = b""
+                    before = float(points[-1, 0]) + self.unix_start_s
 
 
 def bucket_bits(input_bytes: int) -> int:

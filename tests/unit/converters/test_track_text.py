@@ -24,13 +24,8 @@ rows = st.tuples(
 )
 
 
-Arrays = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
-
-
-def arrays(row: tuple[float, float, float, float | None]) -> Arrays:
-    time, latitude, longitude, height = row
-    last = math.nan if height is None else height
-    return np.array([time]), np.array([latitude]), np.array([longitude]), np.array([last])
+def matrix(row: tuple[float, float, float, float | None]) -> NDArray[np.float64]:
+    return np.array([[math.nan if value is None else value for value in row]])
 
 
 def shortest(value: float | None, least: int, most: int) -> str:
@@ -56,7 +51,7 @@ def test_new4_lines_keep_every_decimal_of_the_recording(
             shortest(height, 1, 3),
         ]
     )
-    assert new4.format_lines(*arrays(row)).decode() == expected + "\n"
+    assert new4.format_lines(matrix(row)).decode() == expected + "\n"
 
 
 @given(rows)
@@ -64,7 +59,7 @@ def test_plt_points_say_place_feet_days_and_date(
     row: tuple[float, float, float, float | None],
 ) -> None:
     time, latitude, longitude, height = row
-    line = plt.format_points(*arrays(row)).decode()
+    line = plt.format_points(matrix(row)).decode()
     assert line.endswith("\r\n")
     fields = line.rstrip("\r\n").split(",")
     assert float(fields[0]) == pytest.approx(latitude, abs=5.01e-7)
@@ -81,10 +76,10 @@ def test_plt_points_say_place_feet_days_and_date(
 
 def test_a_long_pause_starts_a_segment_also_between_calls() -> None:
     time = np.array([0.0, 600.0, 1200.1])
-    zeros = np.zeros(3)
-    lines = plt.format_points(time, zeros, zeros, zeros).decode().splitlines()
+    points = np.column_stack([time, np.zeros((3, 3))])
+    lines = plt.format_points(points).decode().splitlines()
     assert [line.split(",")[2] for line in lines] == ["1", "0", "1"]
-    lines = plt.format_points(time, zeros, zeros, zeros, before_s=-5.0).decode().splitlines()
+    lines = plt.format_points(points, before_s=-5.0).decode().splitlines()
     assert [line.split(",")[2] for line in lines] == ["0", "0", "1"]
 
 
@@ -103,12 +98,9 @@ def test_a_plt_header_stays_six_lines_of_latin_1() -> None:
 
 def test_new4_reads_back_what_it_writes_and_refuses_other_text(tmp_path: Path) -> None:
     path = tmp_path / "a.new4"
-    column = np.array([1.5, 2.0])
-    height = np.array([math.nan, 9.0])
-    path.write_bytes(new4.format_lines(column, column, column, height))
-    assert np.array_equal(
-        new4.read(path), [[1.5, 1.5, 1.5, math.nan], [2.0, 2.0, 2.0, 9.0]], equal_nan=True
-    )
+    points = np.array([[1.5, 1.5, 1.5, math.nan], [2.0, 2.0, 2.0, 9.0]])
+    path.write_bytes(new4.format_lines(points))
+    assert np.array_equal(new4.read(path), points, equal_nan=True)
     for text in ("1\t2\t3\n", "1\t2\t3\tx\n", "\t2\t3\t4\n"):
         path.write_text(text)
         with pytest.raises(LayoutError, match=r"a\.new4:1"):
