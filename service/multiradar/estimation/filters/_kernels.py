@@ -112,10 +112,13 @@ def gain_times_update(
     e1: float,
 ) -> None:
     """K ← G S⁻¹, a ← a + K e, P ← P − K Gᵀ."""
-    det = s00 * s11 - s01 * s01
+    scale = 1.0 / (s00 * s11 - s01 * s01)
+    i00 = s11 * scale
+    i01 = -s01 * scale
+    i11 = s00 * scale
     for i in range(4):
-        K[i, 0] = (G[i, 0] * s11 - G[i, 1] * s01) / det
-        K[i, 1] = (G[i, 1] * s00 - G[i, 0] * s01) / det
+        K[i, 0] = G[i, 0] * i00 + G[i, 1] * i01
+        K[i, 1] = G[i, 0] * i01 + G[i, 1] * i11
         a[i] += K[i, 0] * e0 + K[i, 1] * e1
     correct_covariance(P, G, K)
 
