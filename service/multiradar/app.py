@@ -180,7 +180,10 @@ class HttpServer:
         host, port = self._listener.getsockname()[:2]
         self.url = f"http://[{host}]:{port}" if ":" in host else f"http://{host}:{port}"
         loopback = host in LOOPBACK_NAMES
-        intake = IntakeBounds(acknowledge_deadline_s=limits.acknowledge_deadline_s)
+        intake = IntakeBounds(
+            rows_max=settings.rows_per_message_max,
+            acknowledge_deadline_s=limits.acknowledge_deadline_s,
+        )
         application = create_api(
             service,
             limits,
