@@ -1,15 +1,15 @@
 """The bias estimates of now and of the last epochs."""
 
-from typing import Any
-
 import numpy as np
 import polars as pl
+from numpy.typing import NDArray
 
 from multiradar import wire
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.tracking.outputs import BiasRecords
 
-_DTYPE = np.dtype(
+#: A row of `BiasRecords`; field names are the same.
+BIAS_DTYPE = np.dtype(
     [
         ("epoch", np.int64),
         ("time_s", np.float64),
@@ -33,11 +33,10 @@ class BiasBoard:
     """
 
     def __init__(self, sensors: SensorTable, rows_max: int) -> None:
-        self._sensors = sensors
         self._sensor = {name: number for number, name in enumerate(sensors.ids)}
-        self._rows = np.empty(rows_max, _DTYPE)
+        self._rows = np.empty(rows_max, BIAS_DTYPE)
         self._count = 0
-        self._latest: dict[int, dict[int, np.ndarray[Any, Any]]] = {}
+        self._latest: dict[int, dict[int, NDArray[np.void]]] = {}
         self._epoch: int | None = None
 
     @property
@@ -49,8 +48,8 @@ class BiasBoard:
         """Add records, in order."""
         if not len(records):
             return
-        rows = np.empty(len(records), _DTYPE)
-        for name in _DTYPE.names or ():
+        rows = np.empty(len(records), BIAS_DTYPE)
+        for name in BIAS_DTYPE.names or ():
             rows[name] = getattr(records, name)
         kept = rows[-len(self._rows) :]
         first = self._count + len(rows) - len(kept)
@@ -62,14 +61,16 @@ class BiasBoard:
         ):
             self._latest.setdefault(sensor, {})[parameter] = rows[place : place + 1]
 
-    def latest(self, sensor_id: str) -> list[dict[str, Any]]:
-        """Return the latest record of each parameter of a sensor."""
-        by_parameter = self._latest.get(self._sensor.get(sensor_id, -1), {})
-        rows = [by_parameter[parameter] for parameter in sorted(by_parameter)]
-        return self._frame(np.concatenate(rows)).to_dicts() if rows else []
+    def latest(self, sensor_id: str | None = None) -> NDArray[np.void]:
+        """Return the latest record of each parameter of a sensor, or of all; a copy."""
+        sensors = sorted(self._latest) if sensor_id is None else [self._sensor.get(sensor_id, -1)]
+        rows = [
+            row for sensor in sensors for _, row in sorted(self._latest.get(sensor, {}).items())
+        ]
+        return np.concatenate(rows) if rows else self._rows[:0].copy()
 
-    def history(self, sensor_id: str, since_s: float | None, limit: int) -> pl.DataFrame:
-        """Return records of a sensor, oldest first: the first since a time, or the last."""
+    def history(self, sensor_id: str, since_s: float | None, limit: int) -> NDArray[np.void]:
+        """Return records of a sensor, oldest first: the first since a time, or the last; a copy."""
         held = min(self._count, len(self._rows))
         order = np.arange(self._count - held, self._count) % len(self._rows)
         chosen = order[self._rows["sensor"][order] == self._sensor.get(sensor_id, -1)]
@@ -77,10 +78,11 @@ class BiasBoard:
             chosen = chosen[-limit:]
         else:
             chosen = chosen[self._rows["time_s"][chosen] >= since_s][:limit]
-        return self._frame(self._rows[chosen])
+        rows: NDArray[np.void] = self._rows[chosen]
+        return rows
 
-    def _frame(self, rows: np.ndarray[Any, Any]) -> pl.DataFrame:
-        records = BiasRecords(
-            **{name: np.ascontiguousarray(rows[name]) for name in _DTYPE.names or ()}
-        )
-        return wire.biases_frame(records, self._sensors)
+
+def bias_rows_frame(rows: NDArray[np.void], sensors: SensorTable) -> pl.DataFrame:
+    """Return rows of a board as rows of `biases.parquet`."""
+    columns = {name: np.ascontiguousarray(rows[name]) for name in BIAS_DTYPE.names or ()}
+    return wire.biases_frame(BiasRecords(**columns), sensors)

@@ -7,7 +7,6 @@ numbers of the events are a function of the journal.
 
 import io
 import json
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -116,13 +115,11 @@ def encode_events(
     list of Event
         One for each bias record, ended track, status mark and update.
     """
-    biases = wire.biases_frame(output.biases, table)
-    tracks = wire.tracks_frame(output.updates, table)
     unordered = [
-        *_frame_events(BIAS, biases["sensor_id"].to_list(), biases),
+        *_bias_events(output, table),
         *_ended_events(output),
         *_status_events(marks),
-        *_frame_events(TRACK, output.updates.track_id.tolist(), tracks),
+        *_track_events(output, table),
     ]
     return [Event(first + place, *unordered[chosen]) for place, chosen in enumerate(order.tolist())]
 
@@ -146,9 +143,20 @@ def json_rows(frame: pl.DataFrame) -> list[bytes]:
 _Parts = tuple[str, str, bytes]
 
 
-def _frame_events(kind: str, keys: Sequence[object], frame: pl.DataFrame) -> list[_Parts]:
-    rows = json_rows(frame)
-    return [(kind, str(key), row) for key, row in zip(keys, rows, strict=True)]
+def _track_events(output: EngineOutput, table: SensorTable) -> list[_Parts]:
+    if not len(output.updates):
+        return []
+    rows = json_rows(wire.tracks_frame(output.updates, table))
+    tracks = output.updates.track_id.tolist()
+    return [(TRACK, str(track), row) for track, row in zip(tracks, rows, strict=True)]
+
+
+def _bias_events(output: EngineOutput, table: SensorTable) -> list[_Parts]:
+    if not len(output.biases):
+        return []
+    frame = wire.biases_frame(output.biases, table)
+    sensors = frame["sensor_id"].to_list()
+    return [(BIAS, name, row) for name, row in zip(sensors, json_rows(frame), strict=True)]
 
 
 def _ended_events(output: EngineOutput) -> list[_Parts]:

@@ -5,9 +5,11 @@ reads it, once, in the thread of that subscriber. Nobody who reads can make the 
 """
 
 import threading
+from bisect import bisect_left
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import islice
 
 TRACK = "track"
 BIAS = "bias"
@@ -154,7 +156,7 @@ class EventRing:
                 self._asleep.append(subscription)
             return True
 
-    def after(self, sequence: int, depth: int) -> tuple[int, list[EventChunk]]:
+    def after(self, sequence: int, depth: int, events_max: int) -> tuple[int, list[EventChunk]]:
         """Return what a reader that has read up to a number can still get.
 
         Parameters
@@ -163,23 +165,25 @@ class EventRing:
             Last event that was read.
         depth : int
             A reader that lies farther behind than this loses what is older.
+        events_max : int
+            No more chunks than those with the next so many events.
 
         Returns
         -------
         next : int
             Number of the first event that is available; greater than `sequence` + 1 after a gap.
         chunks : list of EventChunk
-            The chunks from `next` on.
+            The chunks from `next` on, the first perhaps begun before.
         """
         with self._lock:
             oldest = max(self._head - self._held, self._head - depth) + 1
             first = max(sequence + 1, oldest)
+            begin = bisect_left(self._chunks, first, key=lambda chunk: chunk.last)
             chunks: list[EventChunk] = []
-            for chunk in reversed(self._chunks):
-                if chunk.last < first:
+            for chunk in islice(self._chunks, begin, None):
+                if chunk.first >= first + events_max:
                     break
                 chunks.append(chunk)
-            chunks.reverse()
             return first, chunks
 
 
@@ -220,7 +224,7 @@ class Subscription:
         """
         if self._closed:
             return []
-        first, chunks = self._ring.after(self._after, self._depth)
+        first, chunks = self._ring.after(self._after, self._depth, max_events)
         taken, self._notices = self._notices, []
         if first > self._after + 1:
             taken.append(gap_notice(self._after + 1, first - 1))

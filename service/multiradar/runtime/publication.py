@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from multiradar import wire
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.runtime.bias_board import BiasBoard
+from multiradar.runtime.bias_board import BiasBoard, bias_rows_frame
 from multiradar.runtime.event_encoding import encode_events, event_order, status_marks
 from multiradar.runtime.events import EventRing, Subscription
 from multiradar.runtime.forecasts import forecast_points
@@ -149,8 +149,10 @@ class Publication:
         """
         with self._lock:
             records = self._board.records(self._data_time_s)
-            for record in records:
-                record["biases"] = self._biases.latest(record["id"])
+            rows = self._biases.latest()
+        biases = bias_rows_frame(rows, self._sensors).to_dicts()
+        for record in records:
+            record["biases"] = [bias for bias in biases if bias["sensor_id"] == record["id"]]
         return records
 
     def bias(self, sensor_id: str) -> list[dict[str, Any]]:
@@ -163,7 +165,8 @@ class Publication:
             `biases.parquet`. Empty before the first epoch ended, or when there is no such sensor.
         """
         with self._lock:
-            return self._biases.latest(sensor_id)
+            rows = self._biases.latest(sensor_id)
+        return bias_rows_frame(rows, self._sensors).to_dicts()
 
     def bias_history(self, sensor_id: str, since_s: float | None, limit: int) -> pl.DataFrame:
         """Return bias estimates of a sensor by epoch, oldest first.
@@ -183,7 +186,8 @@ class Publication:
             Columns of `biases.parquet`.
         """
         with self._lock:
-            return self._biases.history(sensor_id, since_s, min(limit, self._limits.page_rows_max))
+            rows = self._biases.history(sensor_id, since_s, min(limit, self._limits.page_rows_max))
+        return bias_rows_frame(rows, self._sensors)
 
     def status(self) -> dict[str, Any]:
         """Return counts, sequences, data time, hash of the output and version."""

@@ -92,6 +92,7 @@ class Service:
         self._accounting = Accounting()
         self._intake = Intake(self._limits)
         self._backlog = Backlog(self._limits.backlog_rows_max)
+        self._version = version("multiradar")
         self._state = ServiceState.STOPPED
         self._changing = threading.Lock()
         self._journal: Journal | None = None
@@ -110,10 +111,9 @@ class Service:
     @property
     def failure(self) -> MultiradarError | None:
         """Why nothing more is taken, or None."""
-        writer, processor = self._writer, self._processor
-        if writer is not None and writer.failure is not None:
-            return writer.failure
-        return None if processor is None else processor.failure
+        # The engine first: the writer stops when the engine has.
+        failures = [part.failure for part in (self._processor, self._writer) if part is not None]
+        return next((failure for failure in failures if failure is not None), None)
 
     def start(self) -> None:
         """Open the journal, play it into the engine, then take measurements.
@@ -276,7 +276,7 @@ class Service:
         return {
             "state": str(self.state),
             "failure": None if failure is None else str(failure),
-            "version": version("multiradar"),
+            "version": self._version,
             "read": accounting.read,
             "accepted": accounting.accepted,
             "duplicate": accounting.duplicate,

@@ -152,11 +152,12 @@ class SqliteJournal:
 
     def find(self, idempotency_key: str) -> StoredEntry | None:
         """Return the entry with this key, or None."""
-        with errors_told(self._path), self._reading:
-            row = self._reader.execute(
+        # By the writer's connection, so that no reader of long pages keeps the writer waiting.
+        with errors_told(self._path), self._writing:
+            row = self._writer.execute(
                 _ENTRY + "WHERE idempotency_key = ?", (idempotency_key,)
             ).fetchone()
-            return None if row is None else self._alone(row)
+            return None if row is None else self._alone(self._writer, row)
 
     def quarantined(self, after: int, limit: int) -> list[Quarantined]:
         """Return at most `limit` refused rows that follow a number of the quarantine."""
@@ -320,7 +321,7 @@ class SqliteJournal:
         row = self._reader.execute(_ENTRY + "WHERE sequence = ?", (sequence,)).fetchone()
         if row is None:
             raise self._damaged(sequence, "the entry is missing")
-        return self._alone(row)
+        return self._alone(self._reader, row)
 
     def _check_end(self, head: _Head, sequence: int, digest: bytes) -> None:
         if sequence < head.sequence:
@@ -329,11 +330,11 @@ class SqliteJournal:
             raise self._damaged(sequence, "it is not the entry that was written last")
 
     # An entry by itself: verified against the digest that the entry before carries.
-    def _alone(self, row: tuple[Any, ...]) -> StoredEntry:
+    def _alone(self, connection: sqlite3.Connection, row: tuple[Any, ...]) -> StoredEntry:
         sequence = row[8]
         if not isinstance(sequence, int):
             raise JournalError(f"{self._path}: expected a sequence number, was {sequence!r}")
-        return self._verified(self._digest_of(self._reader, sequence - 1), sequence, row)
+        return self._verified(self._digest_of(connection, sequence - 1), sequence, row)
 
     def _digest_of(self, connection: sqlite3.Connection, sequence: int) -> bytes:
         if sequence == 0:

@@ -72,7 +72,7 @@ def test_the_ring_keeps_its_bound_of_events_and_less_than_a_chunk_more() -> None
     for _ in range(50):
         _fill(ring, 4)
         assert len(_drain(ring.subscribe(0, 1000))) <= 10 + 4
-    assert sum(chunk.count for chunk in ring.after(0, 1000)[1]) == 12
+    assert sum(chunk.count for chunk in ring.after(0, 1000, 1000)[1]) == 12
 
 
 def test_a_reader_that_lies_behind_its_depth_gets_a_gap_not_a_backlog() -> None:
