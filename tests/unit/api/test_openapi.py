@@ -92,3 +92,8 @@ async def test_the_page_names_every_path_and_fetches_nothing_from_elsewhere(
     links.feed(answer.text)
     assert all(address.startswith("/") for address in links.addresses)
     assert not links.tags & {"script", "link", "img", "iframe"}
+
+
+async def test_the_bare_address_leads_to_the_page(client: httpx.AsyncClient) -> None:
+    answer = await client.get("/")
+    assert (answer.status_code, answer.headers["location"]) == (307, "/docs")

@@ -1,0 +1,220 @@
+"""One request and its answer, as the limit layer sees them."""
+
+import asyncio
+import re
+from collections.abc import Callable, Iterable
+
+import structlog
+from starlette.types import Message, Receive, Scope, Send
+
+from multiradar.api.limits import HttpLimits
+from multiradar.api.problems import MEDIA_TYPE, REQUEST_ID_KEY, problem_bytes
+from multiradar.errors import RequestError
+
+_log = structlog.get_logger("multiradar.api")
+
+_DIGITS = re.compile(rb"[0-9]{1,18}", re.ASCII)
+
+_SECURITY_HEADERS: tuple[tuple[bytes, bytes], ...] = (
+    (b"x-content-type-options", b"nosniff"),
+    (b"x-frame-options", b"DENY"),
+    (b"referrer-policy", b"no-referrer"),
+    (b"cross-origin-resource-policy", b"same-origin"),
+    (b"cache-control", b"no-store"),
+    (b"content-security-policy", b"default-src 'none'; frame-ancestors 'none'"),
+)
+
+# What is read and thrown away after an early refusal, so that the client sees the answer
+# and not a reset.
+_DRAIN_BYTES_MAX = 1024 * 1024
+_DRAIN_DEADLINE_S = 1.0
+
+
+class Exchange:
+    """One request and its answer: counted, within their deadlines.
+
+    Parameters
+    ----------
+    scope, receive, send
+        The request, as ASGI gives it.
+    limits : HttpLimits
+        The bounds.
+    hold_body : callable
+        Told the number of bytes of each piece of the body; refuses them when all bodies together
+        are too much.
+    """
+
+    def __init__(
+        self,
+        scope: Scope,
+        receive: Receive,
+        send: Send,
+        limits: HttpLimits,
+        hold_body: Callable[[int], None],
+    ) -> None:
+        self._scope = scope
+        self._receive = receive
+        self._send = send
+        self._limits = limits
+        self._hold_body = hold_body
+        self._deadline_s = asyncio.get_running_loop().time() + limits.body_deadline_s
+        self._body_complete = not _announces_body(scope)
+        self.body_bytes = 0
+        self.status = 0
+        self._finished = False
+        self._stalled = False
+
+    def check_headers(self) -> None:
+        """Refuse what the headers alone give away."""
+        if _header_bytes(self._scope) > self._limits.header_bytes_max:
+            raise RequestError(
+                431,
+                "HEADERS_TOO_LARGE",
+                f"expected at most {self._limits.header_bytes_max} bytes of path and headers",
+            )
+        lengths = _headers(self._scope, b"content-length")
+        both = bool(lengths) and bool(header(self._scope, b"transfer-encoding"))
+        if both or len(lengths) > 1 or any(_DIGITS.fullmatch(length) is None for length in lengths):
+            # A body whose end can be seen in two places may hide a request from a proxy.
+            raise RequestError(
+                400,
+                "CONTENT_LENGTH_INVALID",
+                "expected one decimal Content-Length, or Transfer-Encoding without it",
+            )
+        if lengths and int(lengths[0]) > self._limits.body_bytes_max:
+            raise self._too_large()
+
+    def _too_large(self) -> RequestError:
+        return RequestError(
+            413,
+            "BODY_TOO_LARGE",
+            f"expected a body of at most {self._limits.body_bytes_max} bytes",
+        )
+
+    async def receive(self) -> Message:
+        """Return the next piece of the body, counted, within the deadline."""
+        if self._body_complete:
+            return await self._receive()
+        try:
+            async with asyncio.timeout_at(self._deadline_s):
+                message = await self._receive()
+        except TimeoutError as error:
+            raise RequestError(
+                408,
+                "BODY_TIMEOUT",
+                f"expected the whole body within {self._limits.body_deadline_s} s",
+            ) from error
+        count = len(message.get("body", b""))
+        self._body_complete = not message.get("more_body", False)
+        self.body_bytes += count
+        self._hold_body(count)
+        if self.body_bytes > self._limits.body_bytes_max:
+            raise self._too_large()
+        return message
+
+    async def send(self, message: Message) -> None:
+        """Pass a piece of the answer on; a client that does not read is let go after a while."""
+        if message["type"] == "http.response.start":
+            message = self._start(message)
+        elif not message.get("more_body", False):
+            if not self._body_complete:
+                await self._send_within({**message, "more_body": True})
+                await self._drain()
+                message = {"type": "http.response.body", "body": b"", "more_body": False}
+            self._finished = True
+        await self._send_within(message)
+
+    def _start(self, message: Message) -> Message:
+        self.status = message["status"]
+        headers = list(message.get("headers", []))
+        present = {name.lower() for name, _ in headers}
+        headers.extend(header for header in _SECURITY_HEADERS if header[0] not in present)
+        headers.append((b"x-request-id", self._scope[REQUEST_ID_KEY].encode()))
+        if not self._body_complete:
+            headers.append((b"connection", b"close"))
+        return {**message, "headers": headers}
+
+    async def _send_within(self, message: Message) -> None:
+        try:
+            async with asyncio.timeout(self._limits.send_deadline_s):
+                await self._send(message)
+        except TimeoutError:
+            self._stalled = True
+            raise
+
+    async def _drain(self) -> None:
+        # The unread rest of a refused body: a little of it is read, so that a client which
+        # writes before it reads finds the answer; then the connection closes.
+        drained = 0
+        try:
+            async with asyncio.timeout(_DRAIN_DEADLINE_S):
+                while drained < _DRAIN_BYTES_MAX:
+                    message = await self._receive()
+                    drained += len(message.get("body", b""))
+                    if not message.get("more_body", False):
+                        return
+        except TimeoutError:
+            return
+
+    async def refuse(self, error: RequestError) -> None:
+        """Answer with a problem document, unless the client does not read even that."""
+        body = problem_bytes(error, self._scope[REQUEST_ID_KEY])
+        headers = [(name.encode(), value.encode()) for name, value in error.headers.items()]
+        headers += [
+            (b"content-type", MEDIA_TYPE.encode()),
+            (b"content-length", str(len(body)).encode()),
+        ]
+        start = {"type": "http.response.start", "status": error.status, "headers": headers}
+        try:
+            await self.send(start)
+            await self.send({"type": "http.response.body", "body": body})
+        except TimeoutError:
+            self._log_stall()
+
+    async def fail(self, error: Exception) -> None:
+        """Answer for an error nobody expected: an identifier, and nothing of the inside."""
+        if self._stalled:
+            # The connection ends with half an answer; its client hears nothing anyway.
+            self._log_stall()
+            return
+        _log.error(
+            "request failed",
+            request=self._scope[REQUEST_ID_KEY],
+            method=self._scope["method"],
+            path=self._scope["path"],
+            exc_info=error,
+        )
+        if self._finished:
+            return
+        if self.status:
+            # Half an answer is out; raising makes the server close the connection on it.
+            raise error
+        await self.refuse(
+            RequestError(
+                500, "INTERNAL_ERROR", "the service failed; its log has the request's identifier"
+            )
+        )
+
+    def _log_stall(self) -> None:
+        _log.info("client does not read its answer", request=self._scope[REQUEST_ID_KEY])
+
+
+def _headers(scope: Scope, name: bytes) -> list[bytes]:
+    pairs: Iterable[tuple[bytes, bytes]] = scope["headers"]
+    return [value for key, value in pairs if key == name]
+
+
+def header(scope: Scope, name: bytes) -> bytes:
+    """Return the first value of a header; empty where it is absent."""
+    values = _headers(scope, name)
+    return values[0] if values else b""
+
+
+def _header_bytes(scope: Scope) -> int:
+    path_bytes = len(scope["raw_path"] or b"") + len(scope["query_string"])
+    return path_bytes + sum(len(name) + len(value) for name, value in scope["headers"])
+
+
+def _announces_body(scope: Scope) -> bool:
+    length = header(scope, b"content-length")
+    return bool(header(scope, b"transfer-encoding")) or length not in {b"", b"0"}
