@@ -13,10 +13,14 @@ from collections.abc import Callable
 from multiradar.clock import Clock
 from multiradar.ingest.zenoh.bus import Request
 
-#: Nobody asked for so long: they have caught up.
+#: Nobody asked for so long: they have caught up, …
 QUIET_S = 0.05
+#: … when the caches have answered by then. So long it takes them for each sample that they hold.
+ANSWER_S = 5e-6
+#: The caches of thousands of tracks are not waited for to the end.
+QUIET_MAX_S = 0.5
 #: Longest wait.
-WAIT_MAX_S = 1.0
+WAIT_MAX_S = 2.0
 #: Time that may be waited in a row, however many join …
 ALLOWANCE_MAX_S = 3.0
 #: … and the share of the time that may be waited in the long run.
@@ -44,6 +48,8 @@ class JoinGate:
         self._counted_s = float("-inf")
         self._lock = threading.Lock()
         self.waits = 0
+        #: Samples that the caches hold; the publisher says it.
+        self.samples = 0
 
     @property
     def closed(self) -> bool:
@@ -70,7 +76,7 @@ class JoinGate:
         while self._held:
             now_s = self._clock.monotonic_s()
             with self._lock:
-                quiet_s = self._asked_s + QUIET_S - now_s
+                quiet_s = self._asked_s + self._quiet_s() - now_s
                 left_s = self._ends_s - now_s
                 if min(quiet_s, left_s) > 0.0:
                     remaining_s = min(quiet_s, left_s)
@@ -84,6 +90,9 @@ class JoinGate:
                 request.finish()
             if remaining_s > 0.0:
                 pause(remaining_s)
+
+    def _quiet_s(self) -> float:
+        return min(QUIET_S + ANSWER_S * self.samples, QUIET_MAX_S)
 
     def _begin(self, now_s: float) -> None:
         gained_s = ALLOWANCE_SHARE * (now_s - self._counted_s)

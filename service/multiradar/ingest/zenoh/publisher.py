@@ -3,6 +3,7 @@
 import re
 import threading
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Protocol
 
 from multiradar.clock import Clock
@@ -69,6 +70,13 @@ class EventSource(Protocol):
         ...
 
 
+@dataclass(slots=True)
+class _Kept:
+    stream: Stream
+    depth: int
+    count: int = 0
+
+
 class Publisher:
     """Publishes the events of the service.
 
@@ -112,7 +120,7 @@ class Publisher:
         self._counts = counts
         self._options = options
         self._clock = clock
-        self._streams: dict[str, Stream] = {}
+        self._streams: dict[str, _Kept] = {}
         # By time of retirement: a dictionary keeps the order in which keys were added.
         self._retired: dict[str, float] = {}
         self._something = threading.Event()
@@ -133,7 +141,7 @@ class Publisher:
             self._thread.join()
         self._source.close()
         for stream in self._streams.values():
-            stream.close()
+            stream.stream.close()
         self._streams.clear()
 
     def step(self) -> bool:
@@ -203,17 +211,21 @@ class Publisher:
         number: int,
         depth: Callable[[], int],
     ) -> None:
-        stream = self._streams.get(key)
-        if stream is None:
+        kept = self._streams.get(key)
+        if kept is None:
             heartbeat_s = 1.0 + len(self._streams) / _STREAMS_PER_SECOND
-            stream = self._outlet.stream(key, depth(), heartbeat_s)
-            self._streams[key] = stream
+            room = depth()
+            kept = _Kept(self._outlet.stream(key, room, heartbeat_s), room)
+            self._streams[key] = kept
             self._counts.add(streams=1)
         self._retired.pop(key, None)
+        if kept.count < kept.depth:
+            kept.count += 1
+            self._gate.samples += 1
         if event.sequence > self._known_until:
-            stream.send(payload, b"%d" % number)
+            kept.stream.send(payload, b"%d" % number)
         else:
-            stream.remember(payload, b"%d" % number)
+            kept.stream.remember(payload, b"%d" % number)
 
     def _cache_depth(self) -> int:
         share = self._options.cache_samples_total // (len(self._streams) + 1)
@@ -226,7 +238,8 @@ class Publisher:
             if since_s > before_s:
                 return
             del self._retired[key]
-            stream = self._streams.pop(key, None)
-            if stream is not None:
-                stream.close()
+            kept = self._streams.pop(key, None)
+            if kept is not None:
+                kept.stream.close()
+                self._gate.samples -= kept.count
                 self._counts.add(streams=-1)

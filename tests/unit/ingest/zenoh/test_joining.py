@@ -5,7 +5,14 @@ from dataclasses import dataclass, field
 
 from multiradar.clock import FixedClock
 from multiradar.ingest.zenoh.bus import Request
-from multiradar.ingest.zenoh.joining import ALLOWANCE_MAX_S, QUIET_S, WAIT_MAX_S, JoinGate
+from multiradar.ingest.zenoh.joining import (
+    ALLOWANCE_MAX_S,
+    ANSWER_S,
+    QUIET_MAX_S,
+    QUIET_S,
+    WAIT_MAX_S,
+    JoinGate,
+)
 
 EVERY = "multiradar/v1/tracks/*/@adv/**"
 
@@ -51,6 +58,16 @@ def test_a_question_for_all_histories_is_kept_open_until_nobody_asks_any_more() 
     assert abs(scene.waited_s() - QUIET_S) < 1e-9
     assert scene.finished == 2
     assert not scene.gate.closed
+
+
+def test_full_caches_are_given_time_to_answer() -> None:
+    scene = Scene()
+    scene.gate.samples = 20_000
+    scene.ask()
+    assert abs(scene.waited_s() - (QUIET_S + 20_000 * ANSWER_S)) < 1e-9
+    scene.gate.samples = 10_000_000
+    scene.ask()
+    assert abs(scene.waited_s() - QUIET_MAX_S) < 1e-9
 
 
 def test_questions_about_one_track_or_from_a_number_on_delay_nobody() -> None:
