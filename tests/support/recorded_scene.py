@@ -14,26 +14,8 @@ from typing import Any
 import httpx
 
 from support import live_scene
+from support.served import SENSORS
 
-SENSORS = """\
-[[sensor]]
-id = "41-10"
-kind = "radar"
-latitude_deg = 50.0
-longitude_deg = 14.0
-height_m = 400.0
-
-[[sensor]]
-id = "41-20"
-kind = "radar"
-latitude_deg = 49.2
-longitude_deg = 16.5
-height_m = 300.0
-
-[[sensor]]
-id = "adsb"
-kind = "adsb"
-"""
 _START_TIMEOUT_S = 120.0
 _STOP_TIMEOUT_S = 60.0
 

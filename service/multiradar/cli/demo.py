@@ -67,7 +67,9 @@ def demo(
     from rich.console import Console
 
     console = Console(highlight=False)
-    before = signal.signal(signal.SIGTERM, _interrupt)
+    before = {
+        number: signal.signal(number, _interrupt) for number in (signal.SIGTERM, signal.SIGINT)
+    }
     folder = Path(tempfile.mkdtemp(prefix="multiradar-demo-"))
     try:
         _play(
@@ -82,7 +84,8 @@ def demo(
         console.print("stopped")
     finally:
         shutil.rmtree(folder, ignore_errors=True)
-        signal.signal(signal.SIGTERM, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def _interrupt(_number: int, _frame: object) -> None:
@@ -328,6 +331,8 @@ def _stay(console: "Console", service: ServiceProcess, sensors: list[str]) -> No
     biases = [f"/v1/sensors/{sensor}/bias" for sensor in sensors[:1]]
     for path in ("/docs", "/v1/tracks", *biases, "/v1/status"):
         console.print(f"  {service.http}{path}", soft_wrap=True)
-    status = service.process.wait()
+    # In pieces: a library may have set the signals so that a long wait goes on after one.
+    while (status := service.process.poll()) is None:
+        time.sleep(_LOOK_PERIOD_S)
     msg = f"the service ended on its own with status {status}"
     raise MultiradarError(msg)

@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     from multiradar.settings import Settings
 
 
+_PIECE_S = 0.5
+
+
 class LogLevel(StrEnum):
     """Least level that is written to the log."""
 
@@ -171,7 +174,9 @@ class _Stop:
         self._starting = False
 
     def wait(self) -> None:
-        self._told.wait()
+        # In pieces: a library may have set the signals so that a long wait goes on after one.
+        while not self._told.wait(_PIECE_S):
+            pass
 
 
 @contextmanager

@@ -1,0 +1,125 @@
+"""`serve` and `replay` as real processes: addresses, encodings, ends, and what goes wrong."""
+
+import json
+import signal
+import socket
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from support.recorded_scene import command, serving, write_scene
+from support.served import free_port
+
+ROWS = 1500
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    return write_scene(tmp_path_factory.mktemp("scene"), ROWS)
+
+
+@pytest.fixture(scope="module")
+def expected(scene: tuple[Path, Path], tmp_path_factory: pytest.TempPathFactory) -> str:
+    out = tmp_path_factory.mktemp("track") / "out"
+    done = command("track", scene[0], "--sensors", scene[1], "--out", out, "--json")
+    assert done.returncode == 0, done.stderr
+    sha256: str = json.loads(done.stdout)["output_sha256"]
+    return sha256
+
+
+def _replay(*options: object) -> dict[str, Any]:
+    done = command("replay", *options, "--speed", "max", "--json")
+    assert done.returncode == 0, done.stderr
+    counts: dict[str, Any] = json.loads(done.stdout)
+    return counts
+
+
+def _options(sensors: Path, state: Path) -> list[object]:
+    return ["--sensors", sensors, "--state", state, "--port", 0, "--log-level", "warning"]
+
+
+def test_zenoh_and_every_encoding_of_http_give_the_output_of_track(
+    scene: tuple[Path, Path], expected: str, tmp_path: Path
+) -> None:
+    measurements, sensors = scene
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    for encoding in ("arrow", "json", "ndjson"):
+        state = tmp_path / encoding
+        with serving(*_options(sensors, state), "--zenoh-listen", endpoint) as served:
+            assert served.zenoh == [endpoint]
+            to = f"zenoh:{endpoint}" if encoding == "arrow" else served.http
+            counts = _replay(measurements, "--to", to, "--encoding", encoding, "--batch", 400)
+            assert (counts["read"], counts["accepted"]) == (ROWS, ROWS)
+            assert served.status()["output_sha256"] == expected
+
+
+def test_the_same_recording_is_taken_once_and_a_restart_changes_nothing(
+    scene: tuple[Path, Path], expected: str, tmp_path: Path
+) -> None:
+    measurements, sensors = scene
+    options = [*_options(sensors, tmp_path / "state"), "--no-zenoh"]
+    with serving(*options) as served:
+        _replay(measurements, "--to", served.http)
+        again = _replay(measurements, "--to", served.http)
+        assert (again["accepted"], again["duplicate"]) == (0, ROWS)
+        served.process.send_signal(signal.SIGINT)
+        assert served.process.wait(60) == 0
+    with serving(*options) as served:
+        assert served.status()["output_sha256"] == expected
+        served.process.terminate()
+        assert served.process.wait(60) == 0
+
+
+def test_data_time_passes_at_the_speed_asked_for(scene: tuple[Path, Path], tmp_path: Path) -> None:
+    measurements, sensors = scene
+    with serving(*_options(sensors, tmp_path / "state"), "--no-zenoh") as served:
+        done = command("replay", measurements, "--to", served.http, "--speed", 100, "--no-flush")
+        assert done.returncode == 0, done.stderr
+        # 75 s of data time at 100 a second, a message for each 25 s at most.
+        assert f"{ROWS} measurements in 3 messages" in done.stdout
+        assert served.status()["journal_sequence"] == 3
+
+
+def test_a_service_that_is_not_there_costs_the_retries_asked_for(
+    scene: tuple[Path, Path],
+) -> None:
+    to = f"http://127.0.0.1:{free_port()}"
+    done = command("replay", scene[0], "--to", to, "--retries", 1)
+    assert done.returncode == 1
+    assert done.stderr.startswith(f"multiradar: {to}: no answer")
+    assert "gave up after 1 retries" in done.stderr
+    assert done.stderr.count("\n") == 1
+
+
+def test_a_port_in_use_is_one_sentence(scene: tuple[Path, Path], tmp_path: Path) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        options = ["--sensors", scene[1], "--state", tmp_path / "state", "--no-zenoh"]
+        done = command("serve", *options, "--port", port)
+    assert done.returncode == 1
+    assert f"127.0.0.1:{port}: cannot listen there" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert not done.stdout
+
+
+def test_a_journal_of_other_sensors_is_refused_in_a_sentence(
+    scene: tuple[Path, Path], tmp_path: Path
+) -> None:
+    measurements, sensors = scene
+    with serving(*_options(sensors, tmp_path / "state"), "--no-zenoh") as served:
+        _replay(measurements, "--to", served.http)
+    moved = tmp_path / "moved.toml"
+    moved.write_text(sensors.read_text().replace("50.0", "50.1"))
+    options = [*_options(moved, tmp_path / "state"), "--no-zenoh", "--log-level", "error"]
+    done = command("serve", *options)
+    assert done.returncode == 1
+    assert done.stderr.startswith("multiradar: ")
+    assert done.stderr.count("\n") == 1
+    assert not done.stdout
+
+
+def test_an_address_of_no_known_kind_is_wrong_usage(scene: tuple[Path, Path]) -> None:
+    done = command("replay", scene[0], "--to", "ftp://127.0.0.1")
+    assert done.returncode == 2
+    assert "expected http://… or zenoh:…" in done.stderr
