@@ -266,3 +266,55 @@ def test_a_failed_write_stops_the_journal_for_good_and_keeps_what_was_acknowledg
     assert stored[: int(acknowledged)] == [
         entry(number, size=5000) for number in range(int(acknowledged))
     ]
+
+
+_FAILING_SYNC = """
+import sys
+from pathlib import Path
+from multiradar.errors import JournalError
+from multiradar.storage.sqlite_journal import SqliteJournal
+from support.journal_entries import entry
+
+journal = SqliteJournal(Path(sys.argv[1]), "a" * 64)
+acknowledged = 0
+for number in range(20):
+    try:
+        acknowledged = journal.append([entry(number)])[-1]
+    except JournalError as error:
+        print("failed", error)
+try:
+    journal.append([entry(2000)])
+except JournalError as error:
+    print("refused", error)
+print(acknowledged)
+"""
+
+
+def _can_trace() -> bool:
+    tracer = shutil.which("strace")
+    return (
+        tracer is not None
+        and not subprocess.run([tracer, "-qq", "-o", "/dev/null", "true"]).returncode
+    )
+
+
+@pytest.mark.skipif(not _can_trace(), reason="needs strace, and leave to trace")
+@pytest.mark.parametrize("call", [12, 16, 20])
+def test_one_failed_sync_is_never_trusted_again(tmp_path: Path, call: int) -> None:
+    """After it the next sync succeeds, although data was lost: it must not be asked."""
+    path, tests = tmp_path / "journal.db", Path(__file__).parents[2]
+    inject = f"inject=fdatasync,fsync:error=EIO:when={call}"
+    done = subprocess.run(
+        ["strace", "-f", "-qq", "-o", "/dev/null", "-e", inject,
+         sys.executable, "-c", _FAILING_SYNC, str(path)],
+        capture_output=True, text=True, check=True, env={"PYTHONPATH": str(tests)}, timeout=60,
+    )  # fmt: skip
+    *failed, refused, acknowledged = done.stdout.splitlines()
+    assert len(failed) == 20 - int(acknowledged) > 0
+    assert "SQLITE_IOERR_FSYNC" in refused
+    journal = SqliteJournal(path, FINGERPRINT)
+    stored = [one.entry for one in journal.read(0)]
+    journal.close()
+    # What was not acknowledged may be on disk all the same, but nothing after it.
+    assert len(stored) - int(acknowledged) in (0, 1)
+    assert stored == [entry(number) for number in range(len(stored))]
