@@ -17,13 +17,23 @@ inlined = njit(cache=True, nogil=True, _nrt=False, forceinline=True)  # type: ig
 
 _DAY_S = 86_400.0
 _HALF_DAY_S = 43_200.0
-_MIXER = 0x9E3779B97F4A7C15
+_HALF = np.uint64(0xFFFF_FFFF)
+_SHIFT = np.uint64(32)
+_POSITIVE = 2**62 - 1
+# Odd constants of xxHash32.
+_MIX_LOW, _MIX_HIGH, _MIX_LAST = np.uint64(2654435761), np.uint64(2246822519), np.uint64(3266489917)
 
 
 @inlined
-def _hash(key: int, bits: int) -> np.int64:
-    """Spread a key over 2**bits places (Fibonacci hashing)."""
-    return np.int64((np.uint64(key) * np.uint64(_MIXER)) >> np.uint64(64 - bits))
+def _hash(key: int, salt: int, bits: int) -> np.int64:
+    """Spread a key over 2**bits places; products of 32-bit halves do not overflow."""
+    word = np.uint64(key)
+    low = (word & _HALF) * _MIX_LOW
+    high = (word >> _SHIFT) * _MIX_HIGH + np.uint64(salt)
+    mixed = (low & _HALF) ^ (high & _HALF)
+    mixed = ((mixed ^ (mixed >> np.uint64(15))) * _MIX_LAST) & _HALF
+    mixed = ((mixed ^ (mixed >> np.uint64(13))) * _MIX_LOW) & _HALF
+    return np.int64(mixed >> np.uint64(32 - bits))
 
 
 @compiled
@@ -64,7 +74,7 @@ def intern(
     for k in range(len(keys)):
         key = keys[k]
         if key != last_key:
-            place = _hash(key, bits)
+            place = _hash(key, 0, bits)
             while table_keys[place] != key and table_keys[place] != -1:
                 place = (place + 1) & (places - 1)
             if table_keys[place] == -1:
@@ -124,9 +134,7 @@ def count_places(places: Words, counts: Words) -> None:
 def spread(keys: Words, salt: int, bits: int, places: Words) -> None:
     """Fill `places` with the place of each key among 2**bits; other salts mix other keys."""
     for k in range(len(keys)):
-        mixed = (np.uint64(keys[k]) + np.uint64(salt + 1)) * np.uint64(_MIXER)
-        mixed ^= mixed >> np.uint64(29)
-        places[k] = np.int64((mixed * np.uint64(_MIXER)) >> np.uint64(64 - bits))
+        places[k] = _hash(keys[k], salt, bits)
 
 
 @compiled
@@ -190,7 +198,7 @@ def name_plots(
     heads[:] = -1
     for k in range(len(plot_key) - 1, -1, -1):
         slot = int(np.floor(plot_time[k] / slot_s))
-        place = _hash(plot_key[k] * 31 + slot, bits)
+        place = _hash((plot_key[k] * 31 + slot) & _POSITIVE, 0, bits)
         chain[k] = heads[place]
         heads[place] = k
     for r in range(len(reference_key)):
@@ -202,7 +210,7 @@ def name_plots(
         distance = tolerance_s
         same_sensor = False
         for slot in range(first, last + 1):
-            k = heads[_hash(key * 31 + slot, bits)]
+            k = heads[_hash((key * 31 + slot) & _POSITIVE, 0, bits)]
             while k >= 0:
                 if plot_key[k] == key:
                     away = abs(plot_time[k] - time)

@@ -92,7 +92,10 @@ def convert(
             conversion = _Conversion(
                 folder.path, files, options, pool=pool, rejects=rejects, progress=progress
             )
-            report = conversion.run()
+            try:
+                report = conversion.run()
+            finally:
+                conversion.close()
         folder.finish()
     return report
 
@@ -171,6 +174,12 @@ class _Conversion:
             table_rows=rows,
         )
         return report_json(self._folder / "report.json", findings, self._options)
+
+    def close(self) -> None:
+        """Close the working files, whatever has happened."""
+        self._buckets.close()
+        for sorter in (self._plots, self._reports, self._namings):
+            sorter.close()
 
     def _read(self, table: Table, take: Callable[[Rows], None]) -> None:
         file = self._files.get(table.name)

@@ -69,8 +69,12 @@ class TimeSorter:
         try:
             yield from self._merged()
         finally:
-            self._file.close()
-            self._path.unlink(missing_ok=True)
+            self.close()
+
+    def close(self) -> None:
+        """Close and delete the file; nothing comes back after this."""
+        self._file.close()
+        self._path.unlink(missing_ok=True)
 
     def _close_run(self) -> None:
         if not self._count:

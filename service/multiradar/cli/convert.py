@@ -21,14 +21,15 @@ TRACK_KIND_CHOICES = ("ads", "multiradar", "monoradar", "plots")
 #: Number of the parameter in glibc's malloc.h.
 _M_ARENA_MAX = -8
 
-_VID_HELP = """Convert the text dump of a VID recording.
-
-DUMP is a folder with tracks.txt, plots.txt and plots_ads.txt. OUT is made: one folder for each
-aircraft (the dump's `global`) with ads, 240_mr, SOURCE_mr (tracks of one radar) and SOURCE_r (plots
-that these name) as .new4 and .plt; beside them measurements.parquet (every plot and every ADS-B
-row), sensors.toml (a skeleton, positions to be filled in), rejects.ndjson (every broken line) and
-report.json. The options choose what goes into the .new4 and .plt files; the table always holds
-everything."""
+_VID_HELP = (
+    "Convert the text dump of a VID recording.\n\n"
+    "DUMP is a folder with tracks.txt, plots.txt and plots_ads.txt. OUT is made: one folder for "
+    "each aircraft (the dump's global) with ads, 240_mr, SOURCE_mr (tracks of one radar) and "
+    "SOURCE_r (plots that these name) as .new4 and .plt.\n\n"
+    "Beside them: measurements.parquet (every plot and every ADS-B row), sensors.toml (a skeleton, "
+    "positions to be filled in), rejects.ndjson (every broken line) and report.json. The options "
+    "choose what goes into the .new4 and .plt files; the table always holds everything."
+)
 
 convert_app = typer.Typer(
     name="convert",
