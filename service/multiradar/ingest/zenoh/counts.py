@@ -13,7 +13,8 @@ class ZenohCounts:
 
     ::
 
-        read = accepted + rejected + duplicate + malformed + lost_upstream + failed     (messages)
+        messages_read = messages_taken + messages_malformed + messages_lost_upstream
+                      + messages_refused      once everything is in the journal
     """
 
     def __init__(self) -> None:

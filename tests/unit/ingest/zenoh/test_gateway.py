@@ -145,3 +145,15 @@ def test_nothing_that_means_something_in_a_key_can_be_a_sensor(text: str) -> Non
 def test_only_the_number_of_a_track_names_one(text: str) -> None:
     assert track_id(text) is None
     assert track_id("120") == 120
+
+
+def test_every_message_is_accounted_for(scene: Scene) -> None:
+    scene.bus.deliver(Message(KEY, PAYLOAD, "application/json"))
+    scene.bus.deliver(Message(KEY, b"[{", "application/json"))
+    scene.service.answer = refused(QueueFullError("intake", 9, 2.0))
+    scene.bus.deliver(Message(KEY, PAYLOAD, "application/json"))
+    scene.service.answer = failed(JournalError("no"))
+    scene.bus.deliver(Message(KEY, PAYLOAD, "application/json"))
+    ends = ("taken", "malformed", "lost_upstream", "refused")
+    assert [scene.count(f"messages_{end}") for end in ends] == [1, 1, 1, 1]
+    assert scene.count("messages_read") == 4
