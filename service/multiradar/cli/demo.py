@@ -107,7 +107,7 @@ def _play(
     sensors = _sensors_file(truth, sensors, folder)
     converted = _convert(console, dump, folder / "converted", truth.date)
     recording = Recording(converted / MEASUREMENTS_FILE)
-    console.print("[bold]2[/] starting the service …", end=" ")
+    console.print("[bold]2[/] starting the service (the first start compiles) …", end=" ")
     service = start_service(sensors, folder)
     try:
         endpoints = "".join(f", Zenoh at {endpoint}" for endpoint in service.zenoh)

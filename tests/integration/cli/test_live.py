@@ -3,13 +3,14 @@
 import json
 import signal
 import socket
+import subprocess
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from support.recorded_scene import command, serving, write_scene
-from support.served import free_port
+from support.recorded_scene import command, environment, serving, write_scene
+from support.served import RUN, free_port
 
 ROWS = 1500
 
@@ -123,3 +124,26 @@ def test_an_address_of_no_known_kind_is_wrong_usage(scene: tuple[Path, Path]) ->
     done = command("replay", scene[0], "--to", "ftp://127.0.0.1")
     assert done.returncode == 2
     assert "expected http://… or zenoh:…" in done.stderr
+
+
+def test_a_kill_in_a_replay_over_zenoh_leaves_no_trace(
+    scene: tuple[Path, Path], expected: str, tmp_path: Path
+) -> None:
+    measurements, sensors = scene
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    options = [*_options(sensors, tmp_path / "state"), "--zenoh-listen", endpoint]
+    line = [*RUN, "replay", str(measurements), "--to", f"zenoh:{endpoint}"]
+    line += ["--speed", "max", "--batch", "5", "--json"]
+    with serving(*options) as served:
+        replay = subprocess.Popen(line, stdout=subprocess.PIPE, text=True, env=environment())
+        while served.status()["accepted"] < 100:
+            assert replay.poll() is None
+        served.process.kill()
+    assert replay.poll() is None, "the replay ended before the kill"
+    with serving(*options) as served:
+        out, _ = replay.communicate(timeout=120)
+        assert replay.returncode == 0
+        counts = json.loads(out)
+        assert counts["accepted"] + counts["duplicate"] == ROWS
+        assert counts["retries"] > 0
+        assert served.status()["output_sha256"] == expected
