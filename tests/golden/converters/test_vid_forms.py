@@ -145,6 +145,27 @@ def test_a_plot_number_that_wraps_names_the_plot_near_in_time(tmp_path: Path) ->
     assert report["figures"]["track_rows_whose_plot_is_missing"] == 1
 
 
+def test_of_two_plots_in_reach_the_nearer_is_named_whatever_their_order(tmp_path: Path) -> None:
+    plot = ["10", "5", "57014.6", "13.8440", "46.9128223", "6.2769624", "11582.4", "6430"]
+    track = ["46.7", "6.1", "11277.6", "6121"]
+    rows = {
+        "plots.txt": [["1030.0", "26", *plot], ["1000.0", "26", *plot]],
+        "tracks.txt": [
+            ["1014.9", "26", "10", "7", "5", *track],
+            ["1015.1", "26", "10", "8", "5", *track],
+            ["1001.0", "26", "10", "9", "5", *track],
+            ["1029.0", "26", "10", "6", "5", *track],
+        ],
+    }
+    dumps.run(dumps.write_dump(tmp_path / "dump", rows, dumps.columns()), tmp_path / "out")
+    table = pl.read_parquet(tmp_path / "out" / "measurements.parquet")
+    # Each plot is named by a row one second away and by another one; the files tell both.
+    assert table.select("time_s", "track_number").rows() == [(1000.0, 9), (1030.0, 6)]
+    assert dumps.read_new4(tmp_path / "out" / "7" / "26_r.new4")[0][0] == 1000.0
+    assert dumps.read_new4(tmp_path / "out" / "9" / "26_r.new4")[0][0] == 1000.0
+    assert dumps.read_new4(tmp_path / "out" / "8" / "26_r.new4")[0][0] == 1030.0
+
+
 def test_of_two_sensors_with_the_same_numbers_the_stated_one_is_meant(tmp_path: Path) -> None:
     plot = ["5", "57014.6", "13.8440", "46.9128223", "6.2769624", "11582.4", "6430"]
     track = ["46.7", "6.1", "11277.6", "6121"]

@@ -129,6 +129,19 @@ def test_a_line_longer_than_a_block_is_one_reject(tmp_path: Path, dump: Path) ->
     assert report["figures"]["files"]["plots.txt"]["accepted"] == 29
 
 
+def test_a_file_of_tiny_lines_is_read_in_small_blocks_and_loses_none(
+    tmp_path: Path, dump: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(blocks, "BLOCK_LINES_MAX", 100)
+    monkeypatch.setattr(blocks, "_SMALL_BLOCK_BYTES", 64)
+    path = dump / "plots.txt"
+    whole = path.read_bytes()
+    path.write_bytes(whole + b"x\n" * 500 + whole.split(b"\r\n")[5] + b"\r\n")
+    report = dumps.run(dump, tmp_path / "out")
+    assert [reject["line"] for reject in dumps.rejects(tmp_path / "out")] == list(range(32, 532))
+    assert report["figures"]["files"]["plots.txt"]["accepted"] == 31
+
+
 def test_a_header_repeated_within_a_file_is_a_header(tmp_path: Path, dump: Path) -> None:
     path = dump / "plots.txt"
     path.write_bytes(path.read_bytes() * 2)

@@ -8,6 +8,11 @@ from pathlib import Path
 #: Text read at once.
 BLOCK_BYTES = 2 << 20
 
+#: Lines of a block; more of them, which must be rubbish, come in smaller blocks.
+BLOCK_LINES_MAX = 1 << 16
+
+_SMALL_BLOCK_BYTES = 1 << 16
+
 #: What is kept of a line longer than a block.
 LONG_LINE_KEPT_BYTES = 4096
 
@@ -75,7 +80,7 @@ def read_blocks(
                 rest = bytes(memoryview(buffer)[end:])
                 del buffer[end:]
                 before = bytes(buffer[buffer.rfind(mark, 0, end - 1) + 1 : end - 1])
-                yield Block(buffer, len(buffer))
+                yield from _blocks(buffer, mark)
             elif len(buffer) <= block_bytes:
                 rest = bytes(buffer)
             else:
@@ -85,9 +90,23 @@ def read_blocks(
         end = rest.rfind(mark) + 1
         if end:
             before = rest[rest.rfind(mark, 0, end - 1) + 1 : end - 1]
-            yield Block(rest[:end], end)
+            yield from _blocks(rest[:end], mark)
         if rest[end:]:
             yield Block(rest[end:], len(rest) - end, unterminated=True, before=before)
+
+
+def _blocks(text: bytearray | bytes, mark: bytes) -> Iterator[Block]:
+    """Yield whole lines as one block, or as many small ones if they are very many."""
+    if text.count(mark) <= BLOCK_LINES_MAX:
+        yield Block(text, len(text))
+        return
+    begin = 0
+    while begin < len(text):
+        end = text.rfind(mark, begin, begin + _SMALL_BLOCK_BYTES) + 1
+        if end <= begin:
+            end = text.find(mark, begin) + 1
+        yield Block(bytes(text[begin:end]), end - begin)
+        begin = end
 
 
 def _long_line(file: io.FileIO, begun: bytes, mark: bytes, block_bytes: int) -> tuple[Block, bytes]:
