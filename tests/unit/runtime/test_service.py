@@ -2,12 +2,10 @@
 
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator
 from concurrent.futures import Future
 from concurrent.futures import wait as wait_for
-from typing import Any
 
-import numpy as np
 import polars as pl
 import pytest
 
@@ -15,74 +13,41 @@ from multiradar.errors import (
     IdempotencyConflictError,
     InputError,
     JournalError,
-    JournalFullError,
-    PipelineError,
     QueueFullError,
 )
-from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.payload import decode_rows
 from multiradar.runtime.receipt import Receipt, RejectedRow
 from multiradar.runtime.service import Service, ServiceState
-from multiradar.runtime.tracking_engine import TrackingEngine
-from multiradar.storage.entries import Entry
 from multiradar.storage.journal import Journal
 from multiradar.storage.memory_journal import MemoryJournal
 from multiradar.tracking.measurements import MeasurementBatch
 from multiradar.tracking.outputs import EngineOutput
 from multiradar.tracking.settings import TrackingSettings
-from support.fake_engine import EngineCrashError, FakeEngine
-from support.live_scene import cut, recording, sensors
-
-TABLE = sensors()
-Starter = Callable[..., Service]
+from support.fake_engine import FakeEngine
+from support.live_scene import cut, recording
+from support.live_services import (
+    TABLE,
+    GatedJournal,
+    Starter,
+    services,
+    settled,
+    submit,
+)
 
 
 @pytest.fixture
 def start() -> Iterator[Starter]:
     """Start services that are stopped at the end."""
-    services: list[Service] = []
-
-    def make(
-        journal: Journal | None = None,
-        engine: Callable[[], TrackingEngine] = FakeEngine,
-        **limits: float,
-    ) -> Service:
-        kept = journal or MemoryJournal()
-        service = Service(
-            open_journal=lambda: kept,
-            open_engine=engine,
-            sensors=TABLE,
-            tracking=TrackingSettings(),
-            limits=RuntimeLimits(**limits),  # type: ignore[arg-type]
-        )
-        services.append(service)
-        service.start()
-        return service
-
-    yield make
-    for service in services:
-        service.stop()
-
-
-def _submit(service: Service, frame: pl.DataFrame, key: str | None = None) -> Receipt:
-    return service.submit(frame, source="test", idempotency_key=key).result(10)
-
-
-def _settled(service: Service) -> dict[str, object]:
-    service.settled().result(10)
-    status = service.view.status()
-    counts = [status[name] for name in ("accepted", "duplicate", "rejected")]
-    assert status["read"] == sum(counts)
-    assert status["intake_rows"] == status["intake_batches"] == status["backlog_rows"] == 0
-    return status
+    with services() as starter:
+        yield starter
 
 
 def test_measurements_come_out_as_updates(start: Starter) -> None:
     service = start()
-    receipt = _submit(service, recording(100))
+    receipt = submit(service, recording(100))
     assert receipt == Receipt(100, (), False, 1)
     assert service.settled().result(10) == 100
-    assert _settled(service)["processed_sequence"] == 1
+    assert settled(service)["processed_sequence"] == 1
     assert len(service.view.tracks()) == 12
 
 
@@ -108,7 +73,7 @@ def test_every_row_is_accepted_or_refused_with_its_place_and_content(start: Star
         (7, "NON_FINITE"),
         (9, "TIME_FUTURE"),
     ]
-    status = _settled(service)
+    status = settled(service)
     assert (status["read"], status["accepted"], status["rejected"]) == (12, 7, 5)
     kept = service.quarantined(0, 100)
     assert [one.row for one in kept] == list(receipt.rejected)
@@ -122,8 +87,8 @@ def test_every_row_is_accepted_or_refused_with_its_place_and_content(start: Star
 def test_late_rows_are_refused_and_the_rest_taken(start: Starter) -> None:
     service = start()
     frame = recording(400)
-    _submit(service, frame[300:])
-    receipt = _submit(service, frame[:310])
+    submit(service, frame[300:])
+    receipt = submit(service, frame[:310])
     assert receipt.accepted + len(receipt.rejected) == 310
     assert {row.code for row in receipt.rejected} == {"TIME_LATE"}
     assert 100 < len(receipt.rejected) < 300
@@ -136,21 +101,21 @@ def test_a_message_that_comes_again_is_taken_once(start: Starter) -> None:
         range_m=pl.when(pl.int_range(50) == 9).then(-1.0).otherwise("range_m"),
         kind=pl.when(pl.int_range(50) == 9).then(pl.lit("radar")).otherwise("kind"),
     )
-    first = _submit(service, frame, "key")
-    again = _submit(service, frame, "key")
+    first = submit(service, frame, "key")
+    again = submit(service, frame, "key")
     assert (first.duplicate, again.duplicate) == (False, True)
     assert (again.accepted, again.rejected, again.journal_sequence) == (
         first.accepted, first.rejected, first.journal_sequence,
     )  # fmt: skip
-    status = _settled(service)
+    status = settled(service)
     assert (status["read"], status["accepted"], status["duplicate"]) == (100, first.accepted, 50)
     assert len(list(journal.read(0))) == 1
     service.stop()
-    assert _submit(start(journal), frame, "key") == again
+    assert submit(start(journal), frame, "key") == again
 
 
 def test_a_message_that_comes_again_in_the_same_transaction_is_taken_once(start: Starter) -> None:
-    gate = _GatedJournal()
+    gate = GatedJournal()
     service = start(gate)
     frame = recording(30)
     blocked = service.submit(frame[:10], source="test")
@@ -165,23 +130,23 @@ def test_a_message_that_comes_again_in_the_same_transaction_is_taken_once(start:
     assert {receipt.journal_sequence for receipt in receipts} == {2}
     with pytest.raises(IdempotencyConflictError):
         futures[3].result(10)
-    assert _settled(service)["accepted"] == 30
+    assert settled(service)["accepted"] == 30
 
 
 def test_a_key_that_is_used_for_another_message_is_refused(start: Starter) -> None:
     service = start()
     frame = recording(50)
-    _submit(service, frame[:20], "key")
+    submit(service, frame[:20], "key")
     for other in (frame[20:40], frame[:19], frame[:20].with_columns(height_m=pl.lit(1.0))):
         with pytest.raises(IdempotencyConflictError, match="'key'"):
-            _submit(service, other, "key")
+            submit(service, other, "key")
     with pytest.raises(IdempotencyConflictError):
         service.flush(source="test", idempotency_key="key").result(10)
-    assert _settled(service)["read"] == 20
+    assert settled(service)["read"] == 20
 
 
 def test_a_message_of_the_wrong_form_harms_no_other(start: Starter) -> None:
-    gate = _GatedJournal()
+    gate = GatedJournal()
     service = start(gate)
     frame = recording(60)
     service.submit(frame[:10], source="test")
@@ -197,23 +162,23 @@ def test_a_message_of_the_wrong_form_harms_no_other(start: Starter) -> None:
     for future in bad:
         with pytest.raises(InputError):
             future.result(10)
-    assert _settled(service)["read"] == 60
+    assert settled(service)["read"] == 60
 
 
 def test_optional_columns_may_be_absent(start: Starter) -> None:
     frame = recording(50).filter(pl.col("kind") == "radar")
     slim = frame.select("time_s", "sensor_id", "kind", "range_m", "azimuth_deg", "track_number")
-    assert _submit(start(), slim).accepted == len(slim)
+    assert submit(start(), slim).accepted == len(slim)
 
 
 def test_an_empty_message_is_taken_too(start: Starter) -> None:
     service = start()
-    assert _submit(service, recording(10)[:0], "empty") == Receipt(0, (), False, 1)
-    assert _submit(service, recording(10)[:0], "empty").duplicate
+    assert submit(service, recording(10)[:0], "empty") == Receipt(0, (), False, 1)
+    assert submit(service, recording(10)[:0], "empty").duplicate
 
 
 def test_a_full_intake_says_when_to_come_back_and_takes_the_rest_later(start: Starter) -> None:
-    gate = _GatedJournal()
+    gate = GatedJournal()
     service = start(gate, intake_batches_max=3, retry_after_s=7.0)
     frame = recording(60)
     futures = [service.submit(frame[:10], source="test")]
@@ -224,12 +189,12 @@ def test_a_full_intake_says_when_to_come_back_and_takes_the_rest_later(start: St
     assert full.value.retry_after_s == 7.0
     gate.open.set()
     assert [future.result(10).accepted for future in futures] == [10, 10, 10, 10]
-    assert _submit(service, frame[40:]).accepted == 20
-    assert _settled(service)["read"] == 60
+    assert submit(service, frame[40:]).accepted == 20
+    assert settled(service)["read"] == 60
 
 
 def test_the_intake_is_bounded_in_rows_and_one_large_message_still_enters(start: Starter) -> None:
-    gate = _GatedJournal()
+    gate = GatedJournal()
     service = start(gate, intake_rows_max=20)
     frame = recording(60)
     first = service.submit(frame[:5], source="test")
@@ -242,7 +207,7 @@ def test_the_intake_is_bounded_in_rows_and_one_large_message_still_enters(start:
 
 
 def test_a_message_that_was_cancelled_while_it_waited_is_not_taken(start: Starter) -> None:
-    gate = _GatedJournal()
+    gate = GatedJournal()
     service = start(gate)
     frame = recording(30)
     service.submit(frame[:10], source="test")
@@ -252,22 +217,22 @@ def test_a_message_that_was_cancelled_while_it_waited_is_not_taken(start: Starte
     assert cancelled.cancel()
     gate.open.set()
     kept.result(10)
-    assert _settled(service)["read"] == 20
+    assert settled(service)["read"] == 20
 
 
 def test_the_end_of_a_stream_releases_and_is_journalled(start: Starter) -> None:
     journal = MemoryJournal()
     service = start(journal)
     frame = recording(100)
-    _submit(service, frame[50:])
+    submit(service, frame[50:])
     assert service.flush(source="test").result(10) == Receipt(0, (), False, 2)
-    assert _settled(service)["epoch"] is not None
-    assert len(_submit(service, frame[:50]).rejected) == 50
+    assert settled(service)["epoch"] is not None
+    assert len(submit(service, frame[:50]).rejected) == 50
     service.stop()
     again = start(journal)
-    assert _settled(again)["output_sha256"] == _status_sha(service)
+    assert settled(again)["output_sha256"] == _status_sha(service)
     # What the admission knew is known again.
-    late = _submit(again, frame[:50])
+    late = submit(again, frame[:50])
     assert {row.code for row in late.rejected} == {"TIME_LATE"}
     assert len(late.rejected) == 50
 
@@ -278,133 +243,19 @@ def test_messages_that_share_a_transaction_keep_their_own_rows(start: Starter) -
         time_s=pl.col("time_s") + pl.when(pl.int_range(120) % 11 == 5).then(1e6).otherwise(0.0),
     )
     pieces = cut(frame, [30, 1, 0, 29, 40])
-    gate, apart = _GatedJournal(), start()
+    gate, apart = GatedJournal(), start()
     together = start(gate)
     futures = [together.submit(recording(1), source="test")]
     gate.entered.wait(10)
     futures += [together.submit(piece, source="test") for piece in pieces]
     gate.open.set()
-    _submit(apart, recording(1))
-    alone = [_submit(apart, piece) for piece in pieces]
+    submit(apart, recording(1))
+    alone = [submit(apart, piece) for piece in pieces]
     assert [future.result(10) for future in futures[1:]] == alone
     assert sum(len(receipt.rejected) for receipt in alone) > 20
-    assert _settled(together)["output_sha256"] == _settled(apart)["output_sha256"]
+    assert settled(together)["output_sha256"] == settled(apart)["output_sha256"]
     for stored, receipt in zip(gate.read(1), alone, strict=True):
         assert len(decode_rows(stored.entry.payload)) == receipt.accepted
-
-
-def test_a_failed_journal_stops_the_intake_and_reading_goes_on(start: Starter) -> None:
-    journal = _FailingJournal(JournalError("disk I/O error"))
-    service = start(journal)
-    frame = recording(100)
-    _submit(service, frame[:40])
-    journal.failing = True
-    with pytest.raises(JournalError, match="disk I/O error"):
-        _submit(service, frame[40:50])
-    journal.failing = False
-    with pytest.raises(JournalError, match="disk I/O error"):
-        service.submit(frame[50:60], source="test")
-    assert service.state is ServiceState.FAILED
-    status = _settled(service)
-    assert (status["state"], status["failure"]) == ("failed", "disk I/O error")
-    assert status["read"] == status["accepted"] == 40
-    assert len(service.view.tracks()) == frame[:40]["track_number"].n_unique()
-
-
-def test_a_full_disk_refuses_and_room_lets_the_service_go_on(start: Starter) -> None:
-    journal = _FailingJournal(JournalFullError("no room on the disk"))
-    service = start(journal)
-    frame = recording(100)
-    _submit(service, frame[:40])
-    journal.failing = True
-    later = frame[40:50].with_columns(pl.col("time_s") + 100.0)
-    for _ in range(2):
-        with pytest.raises(JournalFullError):
-            _submit(service, later)
-    journal.failing = False
-    # The data clock did not move with what was not taken.
-    assert _submit(service, frame[50:]).accepted == 50
-    assert service.state is ServiceState.RUNNING
-    assert _settled(service)["read"] == 90
-
-
-def test_an_entry_that_kills_the_engine_is_passed_over_and_all_others_count(start: Starter) -> None:
-    journal = MemoryJournal()
-    frame = recording(100)
-    poison = float(frame["time_s"][45])
-
-    def crash(batch: MeasurementBatch) -> None:
-        if np.any(batch.time_s == poison):
-            raise EngineCrashError("poison")
-
-    service = start(journal, lambda: FakeEngine(crash))
-    subscription = service.view.subscribe(0, 10_000)
-    for piece in cut(frame, [20, 20, 10, 20]):
-        _submit(service, piece)
-    status = _settled(service)
-    assert status["skipped"] == [3]
-    assert status["output_sequence"] == 90
-    numbers = [event.sequence for event in iter_events(subscription.poll)]
-    assert numbers == list(range(1, len(numbers) + 1))
-    service.stop()
-
-    again = start(journal, lambda: FakeEngine(crash))
-    assert _settled(again)["output_sha256"] == status["output_sha256"]
-    clean = start()
-    for piece in [frame[:40], frame[50:]]:
-        _submit(clean, piece)
-    assert _settled(clean)["output_sha256"] == status["output_sha256"]
-
-
-def test_an_engine_that_fails_once_loses_nothing(start: Starter) -> None:
-    failures = iter([True])
-
-    def crash(_batch: MeasurementBatch) -> None:
-        if next(failures, False):
-            raise EngineCrashError("a passing weakness")
-
-    service = start(engine=lambda: FakeEngine(crash))
-    _submit(service, recording(100))
-    status = _settled(service)
-    assert (status["skipped"], status["output_sequence"]) == ([], 100)
-
-
-def test_an_engine_that_always_fails_stops_the_service_and_says_so(start: Starter) -> None:
-    def crash(_batch: MeasurementBatch) -> None:
-        raise MemoryError
-
-    service = start(engine=lambda: FakeEngine(crash))
-    _submit(service, recording(10))
-    with pytest.raises(PipelineError, match="no memory"):
-        service.settled().result(10)
-    assert service.state is ServiceState.FAILED
-    with pytest.raises(PipelineError, match="no memory"):
-        service.submit(recording(10), source="test")
-
-
-def test_a_service_that_does_not_run_takes_nothing() -> None:
-    service = Service(
-        open_journal=MemoryJournal,
-        open_engine=FakeEngine,
-        sensors=TABLE,
-        tracking=TrackingSettings(),
-    )
-    for call in (
-        lambda: service.submit(recording(1), source="test"),
-        lambda: service.flush(source="test"),
-        service.settled,
-        lambda: service.quarantined(0, 1),
-    ):
-        with pytest.raises(PipelineError):
-            call()
-    service.start()
-    with pytest.raises(PipelineError, match="started before"):
-        service.start()
-    service.stop()
-    service.stop()
-    with pytest.raises(PipelineError):
-        service.submit(recording(1), source="test")
-    assert service.view.status()["state"] == "stopped"
 
 
 def test_what_is_settled_can_be_read(start: Starter, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -418,7 +269,7 @@ def test_what_is_settled_can_be_read(start: Starter, monkeypatch: pytest.MonkeyP
 
     monkeypatch.setattr(service.view, "publish", slowly)
     for number, piece in enumerate(cut(recording(30), [10, 10])):
-        _submit(service, piece)
+        submit(service, piece)
         time.sleep(0.02)
         assert service.settled().result(10) == 10 * (number + 1)
         assert service.view.status()["output_sequence"] == 10 * (number + 1)
@@ -470,41 +321,8 @@ def test_the_backlog_of_the_engine_is_bounded_and_loses_nothing(start: Starter) 
     assert service._backlog.rows <= 50
     released.set()
     assert all(future.result(10).accepted == 10 for future in taken)
-    assert _settled(service)["output_sequence"] == 10 * len(taken)
-
-
-def iter_events(poll: Callable[[int], Sequence[object]]) -> list[Any]:
-    """Poll until nothing comes."""
-    found: list[Any] = []
-    while part := poll(100):
-        found += part
-    return found
+    assert settled(service)["output_sequence"] == 10 * len(taken)
 
 
 def _status_sha(service: Service) -> object:
     return service.view.status()["output_sha256"]
-
-
-class _GatedJournal(MemoryJournal):
-    # The first append waits, so that the messages after it share a transaction.
-    def __init__(self) -> None:
-        super().__init__()
-        self.entered, self.open = threading.Event(), threading.Event()
-
-    def append(self, entries: Sequence[Entry]) -> list[int]:
-        self.entered.set()
-        assert self.open.wait(10)
-        return super().append(entries)
-
-
-class _FailingJournal(MemoryJournal):
-    # Fails while it is told to.
-    def __init__(self, error: JournalError) -> None:
-        super().__init__()
-        self.failing = False
-        self._error = error
-
-    def append(self, entries: Sequence[Entry]) -> list[int]:
-        if self.failing:
-            raise self._error
-        return super().append(entries)
