@@ -1,17 +1,35 @@
-"""Rows of benchmark.json."""
+"""Rows of benchmark.json, of the terminal and of docs/benchmarks.md."""
 
 import json
+import os
+import platform
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
 
 @dataclass(frozen=True)
 class Row:
-    """One figure, and what it is compared with in the same run."""
+    """One figure, and what it is compared with in the same run.
+
+    Attributes
+    ----------
+    name, unit : str
+        What was measured.
+    value : float
+        The median of the runs, unless the name says otherwise.
+    runs : int
+        How many runs.
+    peer : str, optional
+        What else was measured.
+    peer_value : float, optional
+        Its value, in the same unit.
+    """
 
     name: str
     value: float
     unit: str
+    runs: int
     peer: str | None = None
     peer_value: float | None = None
 
@@ -21,15 +39,58 @@ class Row:
         return None if self.peer_value is None else self.value / self.peer_value
 
 
-def write(path: Path, rows: list[Row]) -> None:
+def write(path: Path, suites: dict[str, list[Row]]) -> None:
     """Write all rows as a JSON array."""
-    path.write_text(
-        json.dumps([asdict(row) | {"ratio": row.ratio} for row in rows], indent=1) + "\n"
-    )
+    documents = [
+        {"suite": suite} | asdict(row) | {"ratio": row.ratio}
+        for suite, rows in suites.items()
+        for row in rows
+    ]
+    path.write_text(json.dumps(documents, indent=1) + "\n", encoding="utf-8")
 
 
-def show(rows: list[Row]) -> None:
+def show(rows: Sequence[Row]) -> None:
     """Print one line a row."""
     for row in rows:
-        ratio = "" if row.ratio is None else f"   {row.ratio:9.4f} of {row.peer}"
-        print(f"{row.name:58} {row.value:12.4g} {row.unit:16}{ratio}", flush=True)
+        beside = "" if row.ratio is None else f"   {_digits(row.ratio):>8} × {row.peer}"
+        print(f"{row.name:62} {_digits(row.value):>10} {row.unit:15}{beside}", flush=True)
+
+
+def write_markdown(
+    path: Path, suites: dict[str, list[Row]], texts: dict[str, str], command: str
+) -> None:
+    """Write the document of the figures: a table for each suite, under what it measures."""
+    lines = [
+        "# Benchmarks",
+        "",
+        f"Made by `{command}` on {os.cpu_count()} cores ({platform.machine()}, "
+        f"{platform.system()}, Python {platform.python_version()}), load average "
+        f"{os.getloadavg()[0]:.1f} at the end, the benchmarks' own load included. "
+        "Everything runs on loopback and ends by itself.",
+        "",
+        "Figures are medians of the runs named. Another machine, or other work on this one, "
+        "changes them; the ratio to the peer, which is measured in the same run, changes far less. "
+        "*Ratio* is the figure over the peer's: above 1 is better where the unit is a rate, below "
+        "1 where it is a time.",
+    ]
+    for suite, rows in suites.items():
+        lines += ["", f"## {suite}", "", texts[suite], ""]
+        lines += ["| What | Figure | Unit | Runs | Peer | Peer's figure | Ratio |"]
+        lines += ["|---|---:|---|---:|---|---:|---:|"]
+        lines += [_markdown_row(row) for row in rows]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def _markdown_row(row: Row) -> str:
+    head = f"| {row.name} | {_digits(row.value)} | {row.unit} | {row.runs} |"
+    if row.ratio is None or row.peer_value is None:
+        return f"{head} | | |"
+    return f"{head} {row.peer} | {_digits(row.peer_value)} | {_digits(row.ratio)} |"
+
+
+def _digits(value: float) -> str:
+    """Write three significant digits, without an exponent."""
+    if value == 0.0:
+        return "0"
+    text = f"{float(f'{value:.3g}'):,.6f}".rstrip("0").rstrip(".")
+    return text.replace(",", " ")

@@ -1,0 +1,113 @@
+"""A recording on disk through the whole tracker to tables on disk, in plots a second."""
+
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import median
+
+import polars as pl
+
+from benchmark.plan import Plan, seconds
+from benchmark.report import Row
+from benchmark.sky import make_recording, write_sensors
+from multiradar import wire
+from multiradar.estimation.filters.bank import FILTERS
+from multiradar.runtime.offline import TRACKS_FILE, OfflineJob, track_recording
+from multiradar.storage.recording import MEASUREMENTS_FILE, Recording
+from multiradar.tracking.settings import TrackingSettings
+from multiradar_schemas.sensor import load_sensors
+
+TEXT = (
+    "`multiradar track` without its start: `measurements.parquet` is read, checked, tracked, "
+    "digested and written to `tracks.parquet` and `biases.parquet`; 8 radars and ADS-B. The peer "
+    "is polars, which reads the same measurements and writes the same tracks, all in memory and on "
+    "all cores, and does nothing between."
+)
+AIRCRAFT = (150, 4_000, 15_000)
+ROWS = 2_000_000
+#: For what is only compared with another run.
+ROWS_COMPARED = 500_000
+ROW_GROUP_ROWS = 131_072
+
+
+@dataclass(frozen=True)
+class _Case:
+    filter_name: str
+    aircraft: int
+    rows: int
+    workers: int = 1
+
+    @property
+    def label(self) -> str:
+        workers = f"{self.workers} worker{'s' * (self.workers > 1)}"
+        return f"{self.filter_name}, {self.aircraft} aircraft, {self.rows:.2g} plots, {workers}"
+
+
+def run(plan: Plan) -> list[Row]:
+    """Track recordings of several sizes; compare filters and workers on one of them."""
+    write_sensors(plan.folder / "sensors.toml")
+    for name in FILTERS:
+        _track(plan, _Case(name, 150, 10_000))
+    rows = []
+    for aircraft in AIRCRAFT:
+        case = _Case("two-stage", plan.size(aircraft), plan.size(ROWS))
+        rates, peer = _rates(plan, case)
+        rows.append(Row(case.label, median(rates), "plots/s", len(rates), "polars copy", peer))
+    return rows + _compared(plan)
+
+
+def _compared(plan: Plan) -> list[Row]:
+    aircraft, count = plan.size(15_000), plan.size(ROWS_COMPARED)
+    plain = _Case("two-stage", aircraft, count)
+    rates, _ = _rates(plan, plain)
+    rows = []
+    others = [_Case(name, aircraft, count) for name in FILTERS if name != plain.filter_name]
+    for case in [*others, _Case("two-stage", aircraft, count, workers=2)]:
+        found, _ = _rates(plan, case)
+        rows.append(
+            Row(case.label, median(found), "plots/s", len(found), plain.label, median(rates))
+        )
+    return rows
+
+
+def _rates(plan: Plan, case: _Case) -> tuple[list[float], float]:
+    """Return plots a second of each run, and of the peer."""
+    found, copied = [], []
+    for _ in range(plan.runs):
+        found.append(case.rows / _track(plan, case))
+        copied.append(case.rows / _copy(plan.folder))
+    return found, median(copied)
+
+
+def _track(plan: Plan, case: _Case) -> float:
+    given = plan.folder / f"{case.aircraft}-{case.rows}" / MEASUREMENTS_FILE
+    if not given.exists():
+        given.parent.mkdir()
+        frame = make_recording(case.rows, case.aircraft)
+        frame.write_parquet(given, compression="zstd", row_group_size=ROW_GROUP_ROWS)
+    out = _new(plan.folder / "out")
+    shutil.copyfile(given, plan.folder / MEASUREMENTS_FILE)
+    job = OfflineJob(
+        recording=Recording(plan.folder / MEASUREMENTS_FILE),
+        sensors=wire.sensor_table(load_sensors(plan.folder / "sensors.toml")),
+        settings=TrackingSettings(filter_name=case.filter_name),
+        workers=case.workers,
+    )
+    return seconds(lambda: track_recording(job, out))
+
+
+def _copy(folder: Path) -> float:
+    """Read what the tracker last read and write what it wrote, as plain tables."""
+    tracks = pl.read_parquet(folder / "out" / TRACKS_FILE)
+
+    def copy() -> None:
+        pl.read_parquet(folder / MEASUREMENTS_FILE)
+        tracks.write_parquet(folder / "copy.parquet", compression="zstd")
+
+    return seconds(copy)
+
+
+def _new(folder: Path) -> Path:
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir()
+    return folder

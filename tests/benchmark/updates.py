@@ -1,0 +1,80 @@
+"""Track updates over Zenoh, from the measurement handed in to a subscriber in another process."""
+
+import socket
+from statistics import median
+from time import perf_counter
+
+import zenoh
+
+from benchmark.counting_subscriber import CountingSubscriber
+from benchmark.plan import Plan
+from benchmark.report import Row
+from benchmark.server import Server
+from benchmark.sky import make_recording
+from multiradar.ingest.replay_http import MEDIA_TYPES, Encoding, encode
+from multiradar.ingest.zenoh.options import ZenohOptions
+from multiradar.ingest.zenoh.session import zenoh_config
+
+TEXT = (
+    "Measurements go in over HTTP (Arrow, 1 000 a request), their track updates come out over "
+    "Zenoh, JSON with cache and recovery; a subscriber in a third process counts different "
+    "updates, from the first request to its last update. 1 000 aircraft. The peer is plain Zenoh: "
+    "payloads of the same size and keys, put in a loop to the same subscriber, no tracker, cache "
+    "or JSON."
+)
+AIRCRAFT = 1_000
+ROWS = 40_000
+BATCH = 1_000
+PATIENCE_S = 8.0
+#: About the size of an update as JSON.
+PAYLOAD = bytes(400)
+
+
+def run(plan: Plan) -> list[Row]:
+    """Measure updates received a second, and how many never came."""
+    count = plan.size(ROWS)
+    plain = median(_plain(count) for _ in range(plan.runs))
+    endpoint = _free_endpoint()
+    recording = make_recording((plan.runs + 1) * count, plan.size(AIRCRAFT))
+    rates, lost = [], 0
+    with Server(plan.folder / "server", endpoint) as server, CountingSubscriber(endpoint) as heard:
+        for part in recording.iter_slices(count):
+            bodies = [encode(piece, Encoding.ARROW) for piece in part.iter_slices(BATCH)]
+            before, _ = heard.count()
+            begin = perf_counter()
+            server.post(bodies, MEDIA_TYPES[Encoding.ARROW], in_flight=1)
+            server.wait_processed()
+            sent = int(server.status()["output_sequence"])
+            received, last_s = heard.wait_for(sent, PATIENCE_S)
+            rates.append((received - before) / (last_s - begin))
+            lost = sent - received
+    # In the first run the keys and caches of all tracks are made.
+    label = f"{plan.size(AIRCRAFT)} tracks"
+    return [
+        Row(f"{label}: received", median(rates[1:]), "updates/s", plan.runs, "plain put", plain),
+        Row(f"{label}, just begun: received", rates[0], "updates/s", 1, "plain put", plain),
+        Row(f"{label}: never came", lost, "updates", plan.runs + 1),
+    ]
+
+
+def _plain(count: int) -> float:
+    endpoint = _free_endpoint()
+    session = zenoh.open(zenoh_config(ZenohOptions(listen=(endpoint,))))
+    with CountingSubscriber(endpoint) as heard:
+        begin = perf_counter()
+        for number in range(count):
+            session.put(
+                f"multiradar/v1/tracks/{number % AIRCRAFT + 1}",
+                PAYLOAD,
+                attachment=b"%d" % number,
+                congestion_control=zenoh.CongestionControl.BLOCK,
+            )
+        received, last_s = heard.wait_for(count, PATIENCE_S)
+    session.close()  # type: ignore[no-untyped-call]  # so in its stubs
+    return received / (last_s - begin)
+
+
+def _free_endpoint() -> str:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
