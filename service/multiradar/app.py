@@ -109,18 +109,12 @@ def build_service(settings: Settings, sensors: SensorTable) -> Service:
 
 
 def zenoh_options(settings: Settings) -> ZenohOptions:
-    """Return how the service takes part in Zenoh.
-
-    Raises
-    ------
-    ConfigurationError
-        If multicast is asked for.
-    """
-    if settings.zenoh.multicast:
-        msg = "zenoh.multicast: expected false, was true; a Zenoh config_file can switch it on"
-        raise ConfigurationError(msg)
-    chosen = settings.zenoh.model_dump(exclude={"enabled", "multicast"})
-    return ZenohOptions(**chosen, message_bytes_max=settings.http.body_bytes_max)
+    """Return how the service takes part in Zenoh; bounds of messages are those of HTTP."""
+    return ZenohOptions(
+        **settings.zenoh.model_dump(exclude={"enabled"}),
+        message_bytes_max=settings.http.body_bytes_max,
+        message_rows_max=settings.rows_per_message_max,
+    )
 
 
 def warm_up(sensors: SensorTable, settings: Settings) -> None:

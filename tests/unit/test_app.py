@@ -2,11 +2,8 @@
 
 from dataclasses import fields
 
-import pytest
-
 from multiradar.api.limits import HttpLimits
 from multiradar.app import warm_up, zenoh_options
-from multiradar.errors import ConfigurationError
 from multiradar.runtime.limits import RuntimeLimits
 from multiradar.settings import HttpSettings, RuntimeSettings, load_settings
 from support import live_scene
@@ -18,10 +15,13 @@ def test_each_bound_has_a_setting_of_the_same_name_and_default() -> None:
         assert settings.model_dump() == named
 
 
-def test_zenoh_stays_on_loopback_and_without_multicast() -> None:
-    assert zenoh_options(load_settings(None)).listen == ("tcp/127.0.0.1:7447",)
-    with pytest.raises(ConfigurationError, match="multicast"):
-        zenoh_options(load_settings(None, {"zenoh": {"multicast": True}}))
+def test_zenoh_is_on_loopback_and_without_multicast_unless_told_otherwise() -> None:
+    options = zenoh_options(load_settings(None))
+    assert options.listen == ("tcp/127.0.0.1:7447",)
+    assert not options.multicast
+    told = {"zenoh": {"multicast": True}, "rows_per_message_max": 7, "http": {"body_bytes_max": 8}}
+    options = zenoh_options(load_settings(None, told))
+    assert (options.multicast, options.message_rows_max, options.message_bytes_max) == (True, 7, 8)
 
 
 def test_warming_up_needs_no_more_than_the_sensors() -> None:

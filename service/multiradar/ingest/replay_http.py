@@ -7,7 +7,7 @@ from typing import Any
 import httpx
 import polars as pl
 
-from multiradar.errors import PeerError
+from multiradar.errors import ConfigurationError, PeerError
 from multiradar.ingest.replay import Answer, UnavailableError
 
 CONNECT_TIMEOUT_S = 5.0
@@ -47,12 +47,18 @@ class HttpDestination:
         How batches are written.
     transport : httpx.BaseTransport, optional
         Instead of the network, for tests.
+
+    Raises
+    ------
+    ConfigurationError
+        If the address is no address.
     """
 
     def __init__(
         self, url: str, encoding: Encoding, transport: httpx.BaseTransport | None = None
     ) -> None:
         self._encoding = encoding
+        _check_address(url)
         timeout = httpx.Timeout(ANSWER_TIMEOUT_S, connect=CONNECT_TIMEOUT_S)
         # A proxy of the environment is for the outside world, not for a service next door.
         self._client = httpx.Client(
@@ -122,6 +128,17 @@ def encode(frame: pl.DataFrame, encoding: Encoding) -> bytes:
     buffer = io.BytesIO()
     frame.rechunk().write_ipc_stream(buffer)
     return buffer.getvalue()
+
+
+def _check_address(url: str) -> None:
+    try:
+        host = httpx.URL(url).host
+    except httpx.InvalidURL as error:
+        msg = f"expected an address such as http://127.0.0.1:8321, was {url!r} ({error})"
+        raise ConfigurationError(msg) from error
+    if not host or any(character.isspace() for character in url):
+        msg = f"expected an address such as http://127.0.0.1:8321, was {url!r}"
+        raise ConfigurationError(msg)
 
 
 def _retry_after_s(response: httpx.Response) -> float | None:

@@ -7,7 +7,7 @@ import httpx
 import polars as pl
 import pytest
 
-from multiradar.errors import PeerError
+from multiradar.errors import ConfigurationError, PeerError
 from multiradar.ingest.replay import Answer, UnavailableError
 from multiradar.ingest.replay_http import Encoding, HttpDestination, encode
 from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
@@ -113,3 +113,9 @@ def test_numbers_keep_all_their_digits_in_every_encoding() -> None:
         assert rows[0]["range_m"] == batch["range_m"][0]
         assert rows[0]["mode_3a"] == "0123"
         assert rows[1].get("range_m") is None
+
+
+@pytest.mark.parametrize("url", ["http://", "http://a b", "http://127.0.0.1:port"])
+def test_an_address_that_is_none_is_refused_before_anything_is_sent(url: str) -> None:
+    with pytest.raises(ConfigurationError, match="expected an address such as http://"):
+        HttpDestination(url, Encoding.ARROW)
