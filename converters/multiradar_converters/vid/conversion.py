@@ -28,6 +28,7 @@ from multiradar_converters.vid.records import (
     PLOT_WORDS,
     REPORT_WORDS,
     SENSORS_MAX,
+    Records,
     decimal,
     pack_identity,
     pack_track,
@@ -52,6 +53,9 @@ from multiradar_converters.vid.track_files import (
     plots_file,
 )
 
+#: How often each byte of a dump counts as progress.
+PASSES = 3
+
 _NUMBERS_MAX = 1 << 31
 _SENSOR_BITS = 31
 
@@ -70,7 +74,7 @@ def convert(
     options : Options
         The user's choices.
     progress : callable
-        Told of bytes read.
+        Told of bytes done; a byte counts `PASSES` times: when it is read, joined and written.
 
     Returns
     -------
@@ -134,8 +138,8 @@ class _Conversion:
         self._unix_start_s = unix_start(options.date)
         work = folder / ".work"
         work.mkdir()
-        size = sum(file.size for file in files)
-        self._buckets = Buckets(work / "points", bucket_bits(size))
+        self._size = sum(file.size for file in files)
+        self._buckets = Buckets(work / "points", bucket_bits(self._size))
         self._plots = TimeSorter(work / "plots", PLOT_WORDS)
         self._reports = TimeSorter(work / "reports", REPORT_WORDS)
         self._namings = TimeSorter(work / "namings", NAMING_WORDS)
@@ -153,7 +157,10 @@ class _Conversion:
         named = self._named(namer, source_of_sensor, names)
         rows = write_table(
             self._folder / "measurements.parquet",
-            table_rows(ahead(named, self._pool), self._reports.sorted()),
+            self._shown(
+                table_rows(ahead(named, self._pool), self._reports.sorted()),
+                len(self._plots) + reports,
+            ),
             [f"{source}-{sensor}" for source, sensor in names],
             self._unix_start_s if self._of_day else 0.0,
         )
@@ -296,6 +303,12 @@ class _Conversion:
                 self._buckets.add(points(columns, track))
             yield named
 
+    def _shown(self, blocks: Iterator[Records], count: int) -> Iterator[Records]:
+        """Pass blocks on, telling of progress as if the dump were read once more."""
+        for block in blocks:
+            yield block
+            self._progress(self._size * len(block) // count)
+
     def _write_tracks(self, chosen: NDArray[np.int64] | None) -> Written:
         self._buckets.close()
         names = TrackFileNames(tuple(self._sources.keys().tolist()))
@@ -306,7 +319,8 @@ class _Conversion:
             self._unix_start_s if self._of_day else 0.0,
             chosen,
         )
-        written = writer.write(self._buckets, self._pool)
+        share = self._size // len(self._buckets.paths)
+        written = writer.write(self._buckets, self._pool, lambda: self._progress(share))
         self._buckets.remove()
         return written
 

@@ -7,7 +7,7 @@ huge track is sorted on disk. So memory does not depend on the number or length 
 import math
 import os
 from collections import Counter, deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -111,11 +111,14 @@ class TrackWriter:
     chosen: NDArray[np.int64] | None = None
     points_max: int = BUCKET_POINTS_MAX
 
-    def write(self, buckets: Buckets, pool: Executor) -> Written:
-        """Write all tracks of closed buckets, which are emptied."""
+    def write(
+        self, buckets: Buckets, pool: Executor, done: Callable[[], None] = lambda: None
+    ) -> Written:
+        """Write all tracks of closed buckets, which are emptied; say when each is done."""
         total = Written()
         for part in pool.map(self._spooled, buckets.paths):
             total.add(part)
+            done()
         return total
 
     def _spooled(self, path: Path, depth: int = 0) -> Written:

@@ -194,11 +194,11 @@ def convert_with_bar(dump: Path, out: Path, options: "Options") -> dict[str, Any
     """
     _share_heap()
     from multiradar_converters.errors import ConversionError, OutputTakenError
-    from multiradar_converters.vid.conversion import convert
+    from multiradar_converters.vid.conversion import PASSES, convert
     from multiradar_converters.vid.survey import dump_bytes
 
     try:
-        with progress_bar("converting", dump_bytes(dump, options)) as show:
+        with progress_bar("converting", PASSES * dump_bytes(dump, options)) as show:
             done = 0
 
             def advance(read: int) -> None:

@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from multiradar_converters.vid.conversion import PASSES, convert
+from multiradar_converters.vid.options import Options
 from support import dumps
 
 COMMAND = [sys.executable, "-m", "multiradar", "convert", "vid"]
@@ -68,3 +70,13 @@ def test_the_bytes_do_not_depend_on_threads_or_repetition(tmp_path: Path) -> Non
         dumps.run(dump, out, threads=threads)
         results.append({**dumps.contents(out), "report": (out / "report.json").read_bytes()})
     assert results[0] == results[1] == results[2]
+
+
+def test_progress_reaches_its_end(tmp_path: Path) -> None:
+    dump = dumps.write_dump(tmp_path / "dump", dumps.part_of_sample(3000), dumps.columns())
+    told: list[int] = []
+    convert(dump, tmp_path / "out", Options(), told.append)
+    total = PASSES * sum((dump / name).stat().st_size for name in dumps.FILES)
+    # Each step may lose the fraction of a byte.
+    assert total - len(told) - 400 <= sum(told) <= total
+    assert min(told) >= 0
