@@ -144,6 +144,7 @@ class RequestError(MultiradarError):
         detail: str,
         headers: Mapping[str, str] | None = None,
         parameters: Mapping[str, str] | None = None,
+        *,
         members: Mapping[str, object] | None = None,
     ) -> None:
         self.status = status
