@@ -29,7 +29,7 @@ from multiradar_converters.vid.records import (
 from multiradar_converters.vid.spool import Buckets, TimeSorter, deal
 
 #: Points that are sorted in memory at once, for each thread.
-BUCKET_POINTS_MAX = 1_000_000
+BUCKET_POINTS_MAX = 400_000
 
 #: Points aimed at for a bucket.
 BUCKET_POINTS = 300_000

@@ -178,18 +178,9 @@ def _whole(text: Bytes, i: int) -> tuple[int, int]:
 
 @inlined
 def _value(
-    text: Bytes,
-    i: int,
-    stop: int,
-    role: int,
-    iso: bool,
-    low: Numbers,
-    high: Numbers,
-    scale: Numbers,
-    numbers: Numbers,
-    integers: Words,
-    row: int,
-) -> int:
+    text: Bytes, i: int, stop: int, role: int, iso: bool, low: Numbers, high: Numbers, scale:
+    Numbers, numbers: Numbers, integers: Words, row: int,
+) -> int:  # fmt: skip
     """Read one value into its place; return the place after it, -1 when it is odd."""
     if role < _FIRST_INTEGER:
         if role == _TIME and iso:
@@ -230,20 +221,9 @@ def _ends(text: Bytes, i: int, terminator: int) -> bool:
 
 @inlined
 def _column_line(
-    text: Bytes,
-    i: int,
-    stop: int,
-    terminator: int,
-    separator: int,
-    roles: Words,
-    iso: bool,
-    low: Numbers,
-    high: Numbers,
-    scale: Numbers,
-    numbers: Numbers,
-    integers: Words,
-    row: int,
-) -> tuple[bool, int]:
+    text: Bytes, i: int, stop: int, terminator: int, separator: int, roles: Words, iso: bool, low:
+    Numbers, high: Numbers, scale: Numbers, numbers: Numbers, integers: Words, row: int,
+) -> tuple[bool, int]:  # fmt: skip
     """Read one line of columns; return whether it was plainly right and where reading stopped."""
     runs = separator == _BLANK
     columns = len(roles)
@@ -290,23 +270,10 @@ def _column_line(
 
 @inlined
 def _pair_line(
-    text: Bytes,
-    i: int,
-    stop: int,
-    terminator: int,
-    keys: Bytes,
-    lengths: Words,
-    roles: Words,
-    hints: Words,
-    required: int,
-    iso: bool,
-    low: Numbers,
-    high: Numbers,
-    scale: Numbers,
-    numbers: Numbers,
-    integers: Words,
-    row: int,
-) -> tuple[bool, int]:
+    text: Bytes, i: int, stop: int, terminator: int, keys: Bytes, lengths: Words, roles: Words,
+    hints: Words, required: int, iso: bool, low: Numbers, high: Numbers, scale: Numbers, numbers:
+    Numbers, integers: Words, row: int,
+) -> tuple[bool, int]:  # fmt: skip
     """Read one line of pairs; return whether it was plainly right and where reading stopped."""
     numbers[_HEIGHT, row] = np.nan
     integers[_CODE - _FIRST_INTEGER, row] = -1
@@ -384,20 +351,9 @@ def _only_blanks(text: Bytes, i: int, terminator: int) -> bool:
 
 @compiled
 def parse_columns(
-    text: Bytes,
-    start: int,
-    stop: int,
-    terminator: int,
-    separator: int,
-    roles: Words,
-    iso: bool,
-    low: Numbers,
-    high: Numbers,
-    scale: Numbers,
-    numbers: Numbers,
-    integers: Words,
-    odd: Words,
-) -> tuple[int, int, int, int, int]:
+    text: Bytes, start: int, stop: int, terminator: int, separator: int, roles: Words, iso: bool,
+    low: Numbers, high: Numbers, scale: Numbers, numbers: Numbers, integers: Words, odd: Words,
+) -> tuple[int, int, int, int, int]:  # fmt: skip
     """Read lines of columns until the text or the room in the arrays ends.
 
     Parameters
@@ -457,23 +413,10 @@ def parse_columns(
 
 @compiled
 def parse_pairs(
-    text: Bytes,
-    start: int,
-    stop: int,
-    terminator: int,
-    keys: Bytes,
-    lengths: Words,
-    roles: Words,
-    hints: Words,
-    required: int,
-    iso: bool,
-    low: Numbers,
-    high: Numbers,
-    scale: Numbers,
-    numbers: Numbers,
-    integers: Words,
-    odd: Words,
-) -> tuple[int, int, int, int, int]:
+    text: Bytes, start: int, stop: int, terminator: int, keys: Bytes, lengths: Words, roles: Words,
+    hints: Words, required: int, iso: bool, low: Numbers, high: Numbers, scale: Numbers, numbers:
+    Numbers, integers: Words, odd: Words,
+) -> tuple[int, int, int, int, int]:  # fmt: skip
     """Read lines of pairs; as `parse_columns`, but for these.
 
     Parameters
