@@ -21,6 +21,7 @@ from multiradar.cli.demo_view import (
     plain_line,
 )
 from multiradar.cli.replay import parse_speed
+from multiradar.clock import SystemClock
 from multiradar.errors import InputError, MultiradarError
 
 if TYPE_CHECKING:
@@ -160,6 +161,7 @@ class _Show:
     ) -> None:
         import httpx
 
+        self._clock = SystemClock()
         self._console = console
         self._service = service
         self._recording = recording
@@ -173,7 +175,7 @@ class _Show:
     def run(self) -> None:
         self._console.print("[bold]3[/] replaying the radar plots; ADS-B is kept back as a check\n")
         thread = threading.Thread(target=self._replay, name="demo-replay", daemon=True)
-        started_s = time.perf_counter()
+        started_s = self._clock.monotonic_s()
         thread.start()
         try:
             self._watch(thread)
@@ -183,7 +185,7 @@ class _Show:
         if self._failure is not None:
             raise self._failure
         self._wait_until_processed()
-        self._summary(time.perf_counter() - started_s)
+        self._summary(self._clock.monotonic_s() - started_s)
         self._client.close()
 
     @property
@@ -246,8 +248,8 @@ class _Show:
                 line.look(bias["estimate"], bias["sigma"])
 
     def _wait_until_processed(self) -> None:
-        deadline_s = time.perf_counter() + _SETTLE_TIMEOUT_S
-        while time.perf_counter() < deadline_s:
+        deadline_s = self._clock.monotonic_s() + _SETTLE_TIMEOUT_S
+        while self._clock.monotonic_s() < deadline_s:
             status = self._get("/v1/status")
             if status["processed_sequence"] == status["journal_sequence"]:
                 break

@@ -13,6 +13,7 @@ from multiradar.cli.replay import replay
 from multiradar.cli.serve import serve
 from multiradar.cli.track import track
 from multiradar.errors import MultiradarError, UnknownFilterError
+from multiradar.kernel_cache import choose_kernel_cache
 
 EXIT_DONE = 0
 EXIT_FAILED = 1
@@ -42,6 +43,7 @@ app.command(name="demo")(demo)
 
 def main() -> None:
     """Run the command of this process's arguments and leave with its exit status."""
+    choose_kernel_cache()
     sys.exit(run(sys.argv[1:]))
 
 
