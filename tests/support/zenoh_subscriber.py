@@ -116,6 +116,11 @@ def _main(options: dict[str, Any]) -> None:
         json.dumps(
             {
                 "distinct": len(received.numbers),
+                "missing": [
+                    number
+                    for number in range(1, max(received.numbers, default=0))
+                    if number not in received.numbers
+                ][:20],
                 "twice": sum(1 for count in received.numbers.values() if count > 1),
                 "greatest": max(received.numbers, default=0),
                 "out_of_order": received.out_of_order,

@@ -8,6 +8,8 @@ from multiradar.errors import ConfigurationError
 from multiradar.settings import ZenohSettings
 
 Mode = Literal["peer", "client", "router"]
+_LEASE_FACING_SUBSCRIBERS_S = 10.0
+_LEASE_BEHIND_A_ROUTER_S = 2.0
 _MODES = ("peer", "client", "router")
 
 
@@ -28,7 +30,10 @@ class ZenohOptions:
     client_wait_s : float
         How long a client waits for its router at the start, s.
     lease_s : float
-        A peer that hears nothing of this session for so long takes it for lost, s.
+        A peer that hears nothing of this session for so long takes it for lost, s. None: 10 s where
+        others connect to it, 2 s where nobody does. A subscriber that sleeps in its callback hears
+        nothing meanwhile; with 2 s it closes the connection when it wakes, and whatever
+        was on its way is lost with it. A router does not sleep.
     message_bytes_max : int
         Largest message that is taken in.
     message_rows_max : int
@@ -52,7 +57,7 @@ class ZenohOptions:
     multicast: bool = False
     config_file: Path | None = None
     client_wait_s: float = 5.0
-    lease_s: float = 2.0
+    lease_s: float | None = None
     message_bytes_max: int = 16 * 1024 * 1024
     message_rows_max: int = 100_000
     cache_samples_max: int = 1024
@@ -60,6 +65,12 @@ class ZenohOptions:
     catch_up_samples_max: int = 200_000
     status_period_s: float = 1.0
     retention_s: float = 600.0
+
+    @property
+    def lease_ms(self) -> int:
+        """The lease, in whole milliseconds."""
+        faced = _LEASE_FACING_SUBSCRIBERS_S if self.listen else _LEASE_BEHIND_A_ROUTER_S
+        return round((faced if self.lease_s is None else self.lease_s) * 1000.0)
 
     def __post_init__(self) -> None:
         if self.mode not in _MODES:
@@ -70,7 +81,7 @@ class ZenohOptions:
             raise ConfigurationError("zenoh mode client: expected an endpoint to connect to")
         for name in _POSITIVE:
             value = getattr(self, name)
-            if not value > 0:
+            if value is not None and not value > 0:
                 raise ConfigurationError(f"zenoh {name}: expected more than 0, was {value}")
 
 

@@ -75,7 +75,7 @@ def zenoh_config(options: ZenohOptions) -> zenoh.Config:
             "connect/exit_on_failure": options.mode == "client",
             "scouting/multicast/enabled": options.multicast,
             "scouting/gossip/enabled": False,
-            "transport/link/tx/lease": round(options.lease_s * 1000.0),
+            "transport/link/tx/lease": options.lease_ms,
             "transport/link/rx/max_message_size": options.message_bytes_max,
         }
     try:
@@ -181,7 +181,7 @@ class ZenohStream:
 
     def __init__(self, session: zenoh.Session, key: str, depth: int, heartbeat_s: float) -> None:
         self._session = session
-        self._key = session.declare_keyexpr(key)
+        self._key = key
         self._cache = zenoh.ext.declare_advanced_publisher(
             session,
             self._key,
@@ -222,7 +222,6 @@ class ZenohStream:
     def close(self) -> None:
         """Forget what was kept."""
         self._cache.undeclare()  # type: ignore[no-untyped-call]  # so in its stubs
-        self._session.undeclare(self._key)
 
 
 def _listening(config: zenoh.Config) -> tuple[str, ...]:

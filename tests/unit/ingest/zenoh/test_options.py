@@ -1,0 +1,51 @@
+"""Settings of the Zenoh side: defaults that reach this host only, sentences for what is wrong."""
+
+import json
+from typing import Any
+
+import pytest
+
+from multiradar.errors import ConfigurationError
+from multiradar.ingest.zenoh.options import ZenohOptions, options_of
+from multiradar.ingest.zenoh.session import zenoh_config
+from multiradar.settings import ZenohSettings
+
+
+def setting(options: ZenohOptions, key: str) -> Any:
+    return json.loads(zenoh_config(options).get_json(key))
+
+
+def test_the_defaults_listen_on_loopback_and_look_for_nobody() -> None:
+    options = options_of(ZenohSettings())
+    assert setting(options, "mode") == "peer"
+    assert setting(options, "listen/endpoints") == ["tcp/127.0.0.1:7447"]
+    assert setting(options, "connect/endpoints") == []
+    assert setting(options, "scouting/multicast/enabled") is False
+    assert setting(options, "scouting/gossip/enabled") is False
+    assert setting(options, "transport/link/rx/max_message_size") == options.message_bytes_max
+
+
+def test_subscribers_may_sleep_and_routers_may_not() -> None:
+    assert setting(ZenohOptions(), "transport/link/tx/lease") == 10_000
+    behind = ZenohOptions(listen=(), connect=("tcp/127.0.0.1:7447",))
+    assert setting(behind, "transport/link/tx/lease") == 2000
+    assert setting(ZenohOptions(lease_s=3.5), "transport/link/tx/lease") == 3500
+
+
+@pytest.mark.parametrize(
+    ("wrong", "sentence"),
+    [
+        ({"mode": "nobody"}, "expected one of peer, client, router, was 'nobody'"),
+        ({"mode": "client"}, "expected an endpoint to connect to"),
+        ({"lease_s": 0.0}, "lease_s: expected more than 0, was 0"),
+        ({"message_bytes_max": -1}, "message_bytes_max: expected more than 0, was -1"),
+    ],
+)
+def test_what_cannot_be_is_refused_with_a_sentence(wrong: Any, sentence: str) -> None:
+    with pytest.raises(ConfigurationError, match=sentence):
+        ZenohOptions(**wrong)
+
+
+def test_an_endpoint_that_is_none_is_refused() -> None:
+    with pytest.raises(ConfigurationError, match="settings"):
+        zenoh_config(ZenohOptions(listen=("nonsense",)))
