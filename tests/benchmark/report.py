@@ -74,7 +74,7 @@ def write_markdown(
         "1 where it is a time.",
     ]
     for suite, rows in suites.items():
-        lines += ["", f"## {suite}", "", texts[suite], ""]
+        lines += ["", f"## {suite.capitalize()}", "", texts[suite], ""]
         lines += ["| What | Figure | Unit | Runs | Peer | Peer's figure | Ratio |"]
         lines += ["|---|---:|---|---:|---|---:|---:|"]
         lines += [_markdown_row(row) for row in rows]
