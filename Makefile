@@ -27,7 +27,7 @@ lint: $(READY) ## Check style
 	$(BIN)/ruff format --check .
 
 types: $(READY) ## Check types, strictly, tests included
-	$(BIN)/mypy service converters schemas tests
+	$(BIN)/mypy service converters schemas tests docs
 
 contracts: $(READY) ## Check the import contracts
 	$(BIN)/lint-imports
