@@ -49,6 +49,7 @@ bench: $(VENV)/.bench ## Measure speed beside peers; prints ratios and writes be
 
 lock: ## Pin all versions anew (needs uv)
 	uv pip compile --universal --generate-hashes --python-version 3.11 --no-emit-index-url --no-header --extra dev pyproject.toml -o constraints.txt
+	uv pip compile --universal --generate-hashes --python-version 3.11 --no-emit-index-url --no-header pyproject.toml --constraint constraints.txt -o constraints-run.txt
 	uv pip compile --universal --generate-hashes --python-version 3.11 --no-emit-index-url --no-header --extra dev --extra bench pyproject.toml -o constraints-bench.txt
 
 clean: ## Remove what make made

@@ -92,13 +92,23 @@ def test_the_image_runs_as_nobody_and_is_installed_by_hash() -> None:
     last_run = max(place for place, (name, _) in enumerate(after) if name == "RUN")
     assert last_run < [name for name, _ in after].index("USER")
     installs = " ".join(rest for name, rest in found if name == "RUN")
-    assert "--require-hashes --requirement constraints.txt" in installs
+    assert "multiradar/bin/pip install --no-cache-dir --require-hashes --requirement" in installs
     environment = " ".join(rest for name, rest in after if name == "ENV")
-    cache = re.search(r"NUMBA_CACHE_DIR=(\S+)", environment)
+    cache = re.search(r"XDG_CACHE_HOME=(\S+)", environment)
     volumes = " ".join(rest for name, rest in after if name == "VOLUME")
     assert cache is not None
-    assert str(Path(cache[1]).parent) in volumes
+    assert cache[1] in volumes
     assert not any(name == "ADD" for name, _ in found)
+
+
+def test_the_service_runs_with_the_versions_that_were_tested() -> None:
+    def pins(name: str) -> set[str]:
+        return set(re.findall(r"^\S+==\S+", (ROOT / name).read_text(), re.MULTILINE))
+
+    running, tested = pins("constraints-run.txt"), pins("constraints.txt")
+    assert running
+    assert running <= tested
+    assert not any(pin.startswith("pytest==") for pin in running)
 
 
 def test_what_the_image_copies_is_in_the_tree() -> None:
