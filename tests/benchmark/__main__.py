@@ -1,6 +1,7 @@
 """Runs all benchmarks, prints their rows and writes them as JSON: `make bench`."""
 
 import argparse
+import os
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
@@ -25,6 +26,7 @@ GIGABYTES = 0.1
 def main() -> None:
     """Run the suites asked for."""
     options = _options()
+    load_before = os.getloadavg()[0]
     measured: dict[str, list[Row]] = {}
     for name, (_, suite) in SUITES.items():
         if options.only is not None and name not in options.only:
@@ -37,7 +39,7 @@ def main() -> None:
     write(options.out, measured)
     if options.markdown is not None:
         texts = {name: text for name, (text, _) in SUITES.items()}
-        write_markdown(options.markdown, measured, texts, _command(options))
+        write_markdown(options.markdown, measured, texts, _command(options), load_before)
 
 
 def _options() -> argparse.Namespace:

@@ -57,15 +57,19 @@ def show(rows: Sequence[Row]) -> None:
 
 
 def write_markdown(
-    path: Path, suites: dict[str, list[Row]], texts: dict[str, str], command: str
+    path: Path,
+    suites: dict[str, list[Row]],
+    texts: dict[str, str],
+    command: str,
+    load_before: float,
 ) -> None:
     """Write the document of the figures: a table for each suite, under what it measures."""
     lines = [
         "# Benchmarks",
         "",
         f"Made by `{command}` on {os.cpu_count()} cores ({platform.machine()}, "
-        f"{platform.system()}, Python {platform.python_version()}), load average "
-        f"{os.getloadavg()[0]:.1f} at the end, the benchmarks' own load included. "
+        f"{platform.system()}, Python {platform.python_version()}). Load average {load_before:.1f} "
+        f"before, {os.getloadavg()[0]:.1f} at the end, the benchmarks' own included. "
         "Everything runs on loopback and ends by itself.",
         "",
         "Figures are medians of the runs named. Another machine, or other work on this one, "
