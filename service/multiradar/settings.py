@@ -124,14 +124,41 @@ class LogSettings(Section):
     form: Literal["text", "json"] = "text"
 
 
+# Least and largest value of each setting of the tracker that is a number.
+_TRACKING_BOUNDS: dict[str, tuple[float, float]] = {
+    "epoch_s": (0.001, 3600.0),
+    "reorder_horizon_s": (0.0, 600.0),
+    "acceleration_density": (1e-9, 1e6),
+    "speed_sigma_mps": (1.0, 10_000.0),
+    "downweight_nis": (1.0, 1e12),
+    "refuse_nis": (1.0, 1e12),
+    "refusals_max": (1, 1000),
+    "cone_ratio": (0.0, 10.0),
+    "assumed_height_m": (-1000.0, 40_000.0),
+    "assumed_height_sigma_m": (1.0, 40_000.0),
+    "surprise_gain": (0.0, 1.0),
+    "surprise_floor": (0.1, 1000.0),
+    "manoeuvre_factor_max": (1.0, 1e6),
+    "confirm_updates": (1, 1000),
+    "coast_after_s": (0.1, 3600.0),
+    "drop_after_s": (0.1, 86_400.0),
+}
+
+
 def _tracking_fields() -> dict[str, Any]:
-    zero_allowed = {"reorder_horizon_s", "cone_ratio", "surprise_gain", "surprise_floor"}
-    kinds: dict[type, Any] = {str: str, bool: bool, int: Count, float: Positive}
-    values = asdict(TrackingSettings())
-    return {
-        name: (NotNegative if name in zero_allowed else kinds[type(value)], value)
-        for name, value in values.items()
-    }
+    fields: dict[str, Any] = {}
+    for name, value in asdict(TrackingSettings()).items():
+        if isinstance(value, str):
+            fields[name] = (str, value)
+            continue
+        least, largest = _TRACKING_BOUNDS[name]
+        kind: Any = Annotated[
+            type(value),
+            BeforeValidator(_plain_number),
+            Field(ge=least, le=largest, allow_inf_nan=False),
+        ]
+        fields[name] = (kind, value)
+    return fields
 
 
 if TYPE_CHECKING:

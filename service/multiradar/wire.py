@@ -6,8 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 import polars as pl
 from numpy.typing import NDArray
+from polars import selectors as cs
 
-from multiradar.errors import InputError, MissingColumnError
+from multiradar.errors import ConfigurationError, InputError, MissingColumnError
 from multiradar.estimation.measurement.sensors import PARAMETER_NAMES, SensorTable
 from multiradar.tracking.measurements import (
     KIND_BEARING,
@@ -79,9 +80,20 @@ def sensor_table(sensors: SensorsFile) -> SensorTable:
     -------
     SensorTable
         The sensors sorted by identifier, angles in radians, and the bias parameters to estimate.
+
+    Raises
+    ------
+    ConfigurationError
+        If a time offset is to be estimated: its sigma would be too small (see DECISIONS.md).
     """
     ordered = sorted(sensors.sensor, key=lambda sensor: sensor.id)
     biases = [(row, bias) for row, one in enumerate(ordered) for bias in one.estimated_biases()]
+    for row, bias in biases:
+        if bias.parameter == "time_offset_s":
+            raise ConfigurationError(
+                f"sensor {ordered[row].id}: expected no estimate of time_offset_s, which is not "
+                "estimated consistently yet, was estimate = true"
+            )
     kinds = np.array([PARAMETER_NAMES.index(bias.parameter) for _, bias in biases], np.int8)
     unit = np.array([_parameter_unit(bias.parameter) for _, bias in biases], np.float64)
     return SensorTable(
@@ -292,6 +304,8 @@ def _columns(frame: pl.DataFrame) -> MeasurementBatch:
         pl.col("mode_s_address").str.to_integer(base=16, dtype=pl.Int64).fill_null(MISSING_INTEGER),
         pl.col("track_number").fill_null(MISSING_INTEGER),
     )
+    # Minus zero is zero: rows are ordered and compared by content.
+    columns = columns.with_columns(cs.float() + 0.0)
     # Owned by the batch, so that a kernel sees one type of array whatever the frame was made of.
     arrays = {column.name: column.to_numpy(writable=True) for column in columns}
     return MeasurementBatch(

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.bias.book import BiasBook
-from multiradar.estimation.filters._kernels import READOUT_COUNT
+from multiradar.estimation.filters._kernels import READOUT_COUNT, SEVERAL
 from multiradar.estimation.filters._separated_kernels import LOG_COUNT
 from multiradar.estimation.filters.arrays import Aircraft, Result, Rows, Work
 from multiradar.estimation.filters.bank import Outcome, find_filter
@@ -53,6 +53,8 @@ class CompiledFilter:
             height=np.full(slots, np.nan),
             refusals=np.zeros(slots, np.int64),
             updates=np.zeros(slots, np.int64),
+            updated=np.full(slots, np.nan),
+            place=np.full(slots, -1, np.int64),
             surprise=np.ones(slots),
         )
         self._load()
@@ -62,6 +64,8 @@ class CompiledFilter:
         self.arrays.covariance[aircraft] = covariance[UPPER]
         self.arrays.sensitivity[aircraft] = 0.0
         self.arrays.time[aircraft] = time_s
+        # A prior from elsewhere: every plot may speak about the biases.
+        self.arrays.place[aircraft] = SEVERAL
 
     def observe(self, observation: Observation) -> None:
         outcome = self.take(observation)

@@ -50,7 +50,10 @@ def test_lists_come_as_json_from_the_environment(monkeypatch: pytest.MonkeyPatch
     [
         ("[tracking]\nepoch = 3", "tracking.epoch: expected no such field, was 3"),
         ("[tracking]\nepoch_s = true", "tracking.epoch_s: expected a number, was true"),
-        ("[tracking]\nepoch_s = 0", "tracking.epoch_s: expected a value greater than 0, was 0"),
+        (
+            "[tracking]\nepoch_s = 0",
+            "tracking.epoch_s: expected a value greater than or equal to 0.001",
+        ),
         ("[tracking]\nepoch_s = nan", "tracking.epoch_s: expected a finite number, was nan"),
         ("[tracking]\nepoch_s = 'x'", "tracking.epoch_s: expected a valid number"),
         ("[server]\nport = 65536", "server.port: expected a value less than or equal to 65535"),

@@ -4,7 +4,7 @@ import numpy as np
 import polars as pl
 import pytest
 
-from multiradar.errors import InputError, MissingColumnError
+from multiradar.errors import ConfigurationError, InputError, MissingColumnError
 from multiradar.estimation.measurement.sensors import (
     PARAMETER_AZIMUTH_OFFSET,
     PARAMETER_RANGE_GAIN,
@@ -21,6 +21,7 @@ from multiradar.wire import biases_frame, measurement_batch, sensor_table, track
 from multiradar_schemas.arrow import BIAS_SCHEMA, MEASUREMENT_SCHEMA, TRACK_SCHEMA
 from multiradar_schemas.bias import BiasEstimate
 from multiradar_schemas.reject import RejectCode
+from multiradar_schemas.sensor import parse_sensors
 from multiradar_schemas.track import TrackUpdate
 from support.messages import adsb, radar, sensors
 
@@ -52,6 +53,27 @@ def test_bias_parameters_are_columns_in_the_order_of_the_sensors() -> None:
     half_degree = np.radians(0.5)
     np.testing.assert_allclose(TABLE.prior_sigma, [500.0, half_degree, 0.002, half_degree])
     assert TABLE.drift.tolist() == [0.0, 0.0, 1e-6, 0.0]
+
+
+def test_a_time_offset_is_refused_since_its_sigma_could_not_be_trusted() -> None:
+    radar_table = """
+[[sensor]]
+id = "a"
+kind = "radar"
+latitude_deg = 46.0
+longitude_deg = 7.0
+height_m = 500.0
+[sensor.bias.time_offset_s]
+estimate = true
+"""
+    with pytest.raises(ConfigurationError, match="sensor a: expected no estimate of time_offset_s"):
+        sensor_table(parse_sensors(radar_table, source="sensors.toml"))
+
+
+def test_minus_zero_is_zero() -> None:
+    frame = pl.DataFrame([radar(azimuth_deg=-0.0), radar(azimuth_deg=0.0)])
+    batch, _ = measurement_batch(frame, sensor_table(sensors()))
+    assert np.signbit(batch.azimuth_rad).tolist() == [False, False]
 
 
 def test_a_batch_has_radians_numbers_for_codes_and_marks_what_is_missing() -> None:

@@ -80,6 +80,7 @@ class Engine:
         self._vector = np.zeros((PARTITIONS, columns))
         self._model = filter_model(sensors, settings, self._plane, self._book.state)
         self._epoch: int | None = None
+        self._epoch_open = False
         self._sequence = 0
         self._outcomes: Counter[str] = Counter()
         self._workers = workers
@@ -115,6 +116,9 @@ class Engine:
     def flush(self) -> EngineOutput:
         """Release what waits to be put in order and close the epoch: the end of a stream.
 
+        Measurements of the same epoch that come later open it again; its biases are then said once
+        more, with these measurements in them, at its end.
+
         Returns
         -------
         EngineOutput
@@ -122,11 +126,8 @@ class Engine:
         """
         released = self._order.flush()
         output = _EMPTY if released is None else self._process(released)
-        if self._epoch is None:
-            return output
-        biases = [output.biases] if len(output.biases) else []
-        biases.append(self._close_epoch())
-        return EngineOutput(output.updates, BiasRecords.concatenate(biases), output.ended)
+        biases = BiasRecords.concatenate([output.biases, self._close_epoch()])
+        return EngineOutput(output.updates, biases, output.ended)
 
     def tracks(self) -> TrackStates:
         """Return the live tracks with the uncertainty of the biases included."""
@@ -168,10 +169,11 @@ class Engine:
         for first, last in itertools.pairwise(cuts):
             epoch = int(epochs[first])
             if epoch != self._epoch:
+                biases.append(self._close_epoch())
                 if self._epoch is not None:
-                    biases.append(self._close_epoch())
                     ended.append(self._open_epoch(self._epoch, epoch))
                 self._epoch = epoch
+            self._epoch_open = True
             self._pool.assign(batch, codes, first, last, identities)
             self._step(rows, result, first, last)
             self._book.log(result.log[first:last], rows.sensor[first:last])
@@ -255,7 +257,9 @@ class Engine:
         )
 
     def _close_epoch(self) -> BiasRecords:
-        assert self._epoch is not None
+        if self._epoch is None or not self._epoch_open:
+            return _EMPTY.biases
+        self._epoch_open = False
         self._book.merge(self._information, self._vector)
         self._information[:] = 0.0
         self._vector[:] = 0.0

@@ -1,7 +1,7 @@
 """Compiled look-up of aircraft by identity, and the turn of readouts into track updates.
 
 The look-up tables are open hash tables: ``keys`` (−1 = free) and ``values`` of a length that is a
-power of two, at most half full, probed one place after the other.
+power of two, at most a quarter full, probed one place after the other.
 """
 
 from math import atan2, hypot, sqrt
@@ -10,6 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from multiradar.estimation.filters._kernels import NO_ROOM_SLOT
 from multiradar.estimation.filters.arrays import Aircraft
 from multiradar.estimation.measurement._kernels import KIND_POSITION
 from multiradar.geodesy._kernels import geodetic_to_plane, local_matrix, plane_to_geodetic
@@ -67,6 +68,7 @@ def rebuild(roster: Roster) -> None:
 def assign(
     first: int,
     last: int,
+    full: bool,
     track_numbers: Integers,
     addresses: Integers,
     codes: Integers,
@@ -75,6 +77,8 @@ def assign(
     identities: RowIdentities,
 ) -> int:
     """Find or make the aircraft of rows first…last; return the row that needs more room, or last.
+
+    When the pool is ``full``, no room is to be had: such rows get `NO_ROOM_SLOT`.
 
     ``roster.counters`` holds the last track identifier given and the number of free slots, which
     are taken from the end of ``roster.free``.
@@ -90,7 +94,10 @@ def assign(
                 slot = MISSING
         if slot < 0 and (number >= 0 or address >= 0):
             if roster.counters[1] == 0:
-                return row
+                if not full:
+                    return row
+                identities.slot[row] = NO_ROOM_SLOT
+                continue
             roster.counters[1] -= 1
             slot = roster.free[roster.counters[1]]
             roster.counters[0] += 1
@@ -102,6 +109,8 @@ def assign(
             aircraft.height[slot] = np.nan
             aircraft.refusals[slot] = 0
             aircraft.updates[slot] = 0
+            aircraft.updated[slot] = np.nan
+            aircraft.place[slot] = MISSING
         identities.slot[row] = slot
         if slot < 0:
             continue

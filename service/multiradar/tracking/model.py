@@ -1,6 +1,7 @@
 """What the compiled filters need to know of sensors, settings and published biases."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from multiradar.estimation.bias.book import column_starts
 from multiradar.estimation.bias.store import BiasState
@@ -9,7 +10,11 @@ from multiradar.estimation.filters.arrays import Model
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy._kernels import site_parameters
 from multiradar.geodesy.system_plane import SystemPlane
+from multiradar.geodesy.wgs84 import geodetic_to_ecef
 from multiradar.tracking.settings import TrackingSettings
+
+#: Radars closer together than this see an aircraft from the same side.
+ONE_SITE_M = 1000.0
 
 
 def filter_model(
@@ -55,6 +60,7 @@ def filter_model(
         plane=parameters,
         sites=np.array(sites),
         noises=np.ascontiguousarray(noises),
+        places=_places(sensors),
         starts=column_starts(sensors),
         parameters=sensors.parameter_kind.astype(np.int64),
         bias=np.empty(0),
@@ -88,7 +94,17 @@ def with_biases(model: Model, biases: BiasState) -> Model:
     )
 
 
-def _options(settings: TrackingSettings) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+def _places(sensors: SensorTable) -> NDArray[np.int64]:
+    # A sensor takes the number of the first one that stands where it stands; sensors without a site
+    # keep their own.
+    position = geodetic_to_ecef(sensors.latitude_rad, sensors.longitude_rad, sensors.height_m)
+    distance_m = np.linalg.norm(position[:, None, :] - position[None, :, :], axis=-1)
+    same = (distance_m < ONE_SITE_M) | np.eye(len(sensors), dtype=np.bool_)
+    places: NDArray[np.int64] = np.argmax(same, axis=1).astype(np.int64)
+    return places
+
+
+def _options(settings: TrackingSettings) -> NDArray[np.float64]:
     options = np.empty(kernels.OPTION_COUNT)
     options[kernels.ACCELERATION_DENSITY] = settings.acceleration_density
     options[kernels.SPEED_SIGMA] = settings.speed_sigma_mps

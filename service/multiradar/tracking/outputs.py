@@ -99,6 +99,8 @@ class TrackUpdates:
 class BiasRecords:
     """One row for each bias parameter at the end of each epoch that had measurements.
 
+    An epoch that was closed by the end of a stream and then went on has rows for both ends.
+
     Attributes
     ----------
     epoch : (n,) int64
@@ -166,7 +168,7 @@ class TrackStates:
     track_id : (n,) int64
         The track.
     time_s : (n,) float64
-        Data time of its last update.
+        Data time of the state: of the last measurement that moved it, taken or refused.
     mean : (n, 4) float64
         East and north in the system plane, m, and their rates, m/s.
     covariance : (n, 4, 4) float64

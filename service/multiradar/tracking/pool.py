@@ -16,8 +16,9 @@ from multiradar.tracking.roster import MISSING, Roster, RowIdentities
 
 #: Number of partitions; part of what the output depends on, so it is no setting.
 PARTITIONS = 16
-#: Slots made at first; doubled whenever they run out.
+#: Slots made at first; doubled whenever they run out, up to the largest number.
 CAPACITY_FIRST = 256
+CAPACITY_MAX = 131_072
 
 
 class AircraftPool:
@@ -53,8 +54,8 @@ class AircraftPool:
         """
         while True:
             first = assign(
-                first, last, batch.track_number, batch.mode_s_address, codes, self.roster,
-                self.aircraft, identities,
+                first, last, self._full, batch.track_number, batch.mode_s_address, codes,
+                self.roster, self.aircraft, identities,
             )  # fmt: skip
             if first == last:
                 return
@@ -84,6 +85,10 @@ class AircraftPool:
         used = np.flatnonzero(np.diff(bounds))
         return used, Work(used, bounds, order)
 
+    @property
+    def _full(self) -> bool:
+        return len(self.roster.track_id) >= CAPACITY_MAX
+
     def used(self) -> NDArray[np.intp]:
         """Return the slots that hold an aircraft, ascending."""
         return np.flatnonzero(self.roster.track_id != MISSING)
@@ -103,11 +108,11 @@ class AircraftPool:
             first measurement located nothing) is freed without a track.
         """
         used = self.used()
-        times = self.aircraft.time[used]
+        times = self.aircraft.updated[used]
         old = used[~(times >= before_s)]
         if len(old) == 0:
             return np.empty(0, np.int64)
-        started = ~np.isnan(self.aircraft.time[old])
+        started = ~np.isnan(self.aircraft.updated[old])
         ended = np.sort(self.roster.track_id[old[started]])
         self.roster.track_id[old] = MISSING
         count = self.roster.counters[1]
@@ -141,5 +146,7 @@ def _states(capacity: int, bias_columns: int) -> Aircraft:
         height=np.full(capacity, np.nan),
         refusals=np.zeros(capacity, np.int64),
         updates=np.zeros(capacity, np.int64),
+        updated=np.full(capacity, np.nan),
+        place=np.full(capacity, -1, np.int64),
         surprise=np.ones(capacity),
     )

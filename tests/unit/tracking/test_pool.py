@@ -1,7 +1,10 @@
 """Aircraft are found by identity, keep their slots, and end when they are old."""
 
 import numpy as np
+import pytest
 
+from multiradar.estimation.filters._kernels import NO_ROOM_SLOT
+from multiradar.tracking import pool as pool_module
 from multiradar.tracking.measurements import MeasurementBatch
 from multiradar.tracking.pool import CAPACITY_FIRST, PARTITIONS, AircraftPool
 from multiradar.tracking.roster import RowIdentities
@@ -52,10 +55,24 @@ def test_more_aircraft_than_slots_make_the_pool_grow_and_lose_none() -> None:
     assert pool.aircraft.sensitivity.shape[1:] == (4, 3)
 
 
+def test_a_full_pool_says_so_and_keeps_the_aircraft_it_has(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(pool_module, "CAPACITY_MAX", CAPACITY_FIRST)
+    pool = AircraftPool(0)
+    numbers = list(range(CAPACITY_FIRST + 2))
+    rows = assigned(pool, batch_of([0.0] * len(numbers), track_number=numbers))
+    assert rows.slot[-2:].tolist() == [NO_ROOM_SLOT, NO_ROOM_SLOT]
+    again = assigned(pool, batch_of([1.0], track_number=[0]))
+    assert again.track_id.tolist() == [1]
+
+
 def test_an_old_track_ends_and_its_number_starts_another() -> None:
     pool = AircraftPool(0)
     rows = assigned(pool, batch_of([0.0, 0.0, 0.0], track_number=[1, 2, 3]))
-    pool.aircraft.time[rows.slot] = [10.0, 50.0, 10.0]
+    pool.aircraft.time[rows.slot] = 50.0
+    # Moved on by refused measurements, but updated long ago.
+    pool.aircraft.updated[rows.slot] = [10.0, 50.0, 10.0]
     assert pool.drop(40.0).tolist() == [1, 3]
     later = assigned(pool, batch_of([60.0, 60.0], track_number=[3, 2]))
     assert later.track_id.tolist() == [4, 2]

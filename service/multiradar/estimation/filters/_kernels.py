@@ -31,6 +31,11 @@ CONE = 5
 UNLOCATABLE = 6
 SINGULAR = 7
 UNSUPPORTED = 8
+NO_ROOM = 9
+
+# In `Rows.slot`: no aircraft, for want of identity, or of a free slot.
+NO_IDENTITY_SLOT = -1
+NO_ROOM_SLOT = -2
 
 # Positions in the vector of options.
 ACCELERATION_DENSITY = 0
@@ -51,6 +56,9 @@ EXPECTED_NIS = 2.77
 
 # Columns of the readout of an aircraft: see `read_out`.
 READOUT_COUNT = 10
+
+# In `Aircraft.place`: measured from more than one place.
+SEVERAL = -2
 
 # How a new aircraft takes the biases: in V, as known, or as so much more noise.
 BIASES_KEPT = 0

@@ -114,6 +114,7 @@ def correct_separated(
     bias_covariance: Floats,
     options: Floats,
     surprise: float,
+    informs: bool,
     a: Floats,
     P: Floats,
     Y: Floats,
@@ -128,7 +129,8 @@ def correct_separated(
 
     Blom takes the biases as known for the aircraft and the aircraft as known for the biases, (1.34)
     to (1.38). CI logs the half of the biases, which is folded at the end of the epoch. Returns what
-    became of the measurement, and the surprise with it.
+    became of the measurement, and the surprise with it. ``informs`` says whether it may speak about
+    the biases.
     """
     p0, p1, ground = predict_measurement(
         kind, plane, site, noise, a[0], a[1], height, height_variance, H, W
@@ -162,8 +164,6 @@ def correct_separated(
     if nis > options[DOWNWEIGHT_NIS]:
         W[0] *= nis / options[DOWNWEIGHT_NIS]
         W[1] *= nis / options[DOWNWEIGHT_NIS]
-    # An unknown height is wrong by the same amount plot after plot: it says nothing of the biases.
-    informs = height_variance == 0.0
     if intersects:
         log[0], log[1], log[2], log[3], log[4] = nu0, nu1, n[0], n[1], n[2]
         log[5], log[6], log[7], log[8], log[9] = W[0], W[1], p0, r_rate, az_rate

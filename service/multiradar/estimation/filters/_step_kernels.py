@@ -5,10 +5,13 @@ from numba import njit
 
 from multiradar.estimation.filters._kernels import (
     ACCELERATION_DENSITY,
+    NO_ROOM,
+    NO_ROOM_SLOT,
     READOUT_COUNT,
     REFUSALS_MAX,
     REFUSED,
     RESTARTED,
+    SEVERAL,
     SINGULAR,
     STARTED,
     UNASSOCIATED,
@@ -51,7 +54,8 @@ def step(
     bias_covariance = model.bias_covariance
     means, covariances, sensitivities = aircraft.mean, aircraft.covariance, aircraft.sensitivity
     times, heights, surprises = aircraft.time, aircraft.height, aircraft.surprise
-    refusals, updates = aircraft.refusals, aircraft.updates
+    refusals, updates, updated = aircraft.refusals, aircraft.updates, aircraft.updated
+    heard, places = aircraft.place, model.places
     outcomes, readouts, logs = result.outcome, result.readout, result.log
     H = np.empty((2, 2))
     W = np.empty(2)
@@ -66,7 +70,9 @@ def step(
             k = rows.slot[row]
             kind = rows.kind[row]
             if k < 0 or kind > KIND_POSITION:
-                outcomes[row] = UNASSOCIATED if k < 0 else UNSUPPORTED
+                outcomes[row] = UNSUPPORTED
+                if k < 0:
+                    outcomes[row] = NO_ROOM if k == NO_ROOM_SLOT else UNASSOCIATED
                 continue
             s = rows.sensor[row]
             site, noise, first, last = sites[s], noises[s], starts[s], starts[s + 1]
@@ -82,28 +88,37 @@ def step(
                 if outcome == STARTED:
                     surprises[k] = 1.0
                     updates[k] = 0
+                    heard[k] = places[s]
                     outcome = STARTED if fresh else RESTARTED
             else:
                 density = options[ACCELERATION_DENSITY] * manoeuvre_factor(surprises[k], options)
                 predict_motion(a, P, V, time - times[k], density)
                 times[k] = time
+                # A plot speaks about the biases when its height is known (an unknown one is wrong
+                # by the same amount plot after plot) and the aircraft was measured from elsewhere
+                # too (from one place alone, linearising anew at every plot makes biases seem to be
+                # seen that cannot be told from motion).
+                informs = variance == 0.0 and heard[k] != places[s]
                 if method == TWO_STAGE:
                     outcome, surprises[k] = correct_two_stage(
                         kind, z0, z1, height, variance, plane, site, noise, first, last,
-                        parameters, bias, factor, options, surprises[k], a, P, V, Y, y,
-                        H, W, G, K, U,
+                        parameters, bias, factor, options, surprises[k], informs, a, P, V,
+                        Y, y, H, W, G, K, U,
                     )  # fmt: skip
                 else:
                     outcome, surprises[k] = correct_separated(
                         method == INTERSECTION, kind, z0, z1, height, variance, plane, site, noise,
                         first, last, parameters, bias, bias_covariance, options, surprises[k],
-                        a, P, Y, y, logs[row], H, W, G, K,
+                        informs, a, P, Y, y, logs[row], H, W, G, K,
                     )  # fmt: skip
             outcomes[row] = outcome
             if outcome in (UPDATED, STARTED, RESTARTED):
                 refusals[k] = 0
                 updates[k] += 1
                 times[k] = time
+                updated[k] = time
+                if heard[k] != places[s]:
+                    heard[k] = SEVERAL
                 if not np.isnan(rows.height[row]):
                     heights[k] = rows.height[row]
                 if want_readout:

@@ -52,6 +52,7 @@ def correct_two_stage(
     factor: Floats,
     options: Floats,
     surprise: float,
+    informs: bool,
     a: Floats,
     P: Floats,
     V: Floats,
@@ -65,7 +66,8 @@ def correct_two_stage(
 ) -> tuple[int, float]:
     """Correct an aircraft that was moved to the time of a measurement.
 
-    Returns what became of the measurement, and the surprise with it.
+    Returns what became of the measurement, and the surprise with it. ``informs`` says whether it
+    may speak about the biases.
     """
     n = bias.shape[0]
     x0, x1, x2, x3 = a[0], a[1], a[2], a[3]
@@ -119,8 +121,7 @@ def correct_two_stage(
     for i in range(4):
         for c in range(n):
             V[i, c] -= K[i, 0] * U[0, c] + K[i, 1] * U[1, c]
-    # An unknown height is wrong by the same amount plot after plot: it says nothing of the biases.
-    if height_variance == 0.0:
+    if informs:
         add_information(s00, s01, s11, nu0, nu1, U, Y, y)
     return UPDATED, surprise
 

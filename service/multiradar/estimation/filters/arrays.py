@@ -19,7 +19,7 @@ class Rows(NamedTuple):
     Attributes
     ----------
     slot : (n,) int64
-        Place of the aircraft in `Aircraft`, −1 for none.
+        Place of the aircraft in `Aircraft`, negative for none (see `_kernels`).
     time : (n,) float64
         Data time, s; never going back for one aircraft.
     kind, sensor : (n,) int64
@@ -50,6 +50,8 @@ class Model(NamedTuple):
     noises : (m, 4) float64
         Variances of range (m²), azimuth (rad²), reported position (m² on each axis); height of the
         site (m).
+    places : (m,) int64
+        Number of the place of each sensor: radars on one site share it.
     starts : (m + 1,) int64
         First column of each sensor in the bias vector.
     parameters : (c,) int64
@@ -67,6 +69,7 @@ class Model(NamedTuple):
     plane: Floats
     sites: Floats
     noises: Floats
+    places: Integers
     starts: Integers
     parameters: Integers
     bias: Floats
@@ -87,13 +90,19 @@ class Aircraft(NamedTuple):
     sensitivity : (s, 4, c) float64
         Derivative of the mean by the biases; without columns for filters that do not keep it.
     time : (s,) float64
-        Data time of the state, NaN for an aircraft that has not started.
+        Data time of the state (a refused measurement moves it too), NaN for an aircraft that has
+        not started.
     height : (s,) float64
         Last height heard, m, NaN when none was.
     refusals : (s,) int64
         Measurements refused in a row.
     updates : (s,) int64
         Measurements taken since the aircraft started.
+    updated : (s,) float64
+        Data time of the last measurement that was taken, NaN before the first.
+    place : (s,) int64
+        The one place (see `Model.places`) from which the aircraft was measured so far, −1 before
+        the first, `SEVERAL` when there were more or when its start came from elsewhere.
     surprise : (s,) float64
         Fading mean of half the normalised innovation squared: 1 where the motion is as modelled.
     """
@@ -105,6 +114,8 @@ class Aircraft(NamedTuple):
     height: Floats
     refusals: Integers
     updates: Integers
+    updated: Floats
+    place: Integers
     surprise: Floats
 
 

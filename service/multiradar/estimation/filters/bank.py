@@ -21,6 +21,7 @@ class Outcome(IntEnum):
     UNLOCATABLE = kernels.UNLOCATABLE
     SINGULAR = kernels.SINGULAR
     UNSUPPORTED = kernels.UNSUPPORTED
+    NO_ROOM = kernels.NO_ROOM
 
 
 @dataclass(frozen=True, slots=True)
