@@ -59,6 +59,7 @@ class FakeView:
     updates: dict[int, pl.DataFrame] = field(default_factory=dict)
     biases: pl.DataFrame = field(default_factory=lambda: pl.DataFrame(schema=BIAS_SCHEMA))
     ring: EventRing = field(default_factory=lambda: EventRing(1000))
+    page_rows_max: int = 10_000
     failure: Exception | None = None
     entered: threading.Event = field(default_factory=threading.Event)
     gate: threading.Event | None = None

@@ -63,6 +63,7 @@ async def list_rejects(
     limit: Limit = 1000,
 ) -> Response:
     """Return measurements that were refused, oldest first: source, place, code and reason."""
+    limit = min(limit, access.view.page_rows_max)
     rows = await access.workers.run(access.service.quarantined, after, limit)
     rejects = [
         {

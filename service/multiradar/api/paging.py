@@ -45,7 +45,8 @@ def page_by_time(
     Parameters
     ----------
     read : callable
-        Returns the first rows from a data time on, s, oldest first, at most so many.
+        Returns the first rows from a data time on, s, oldest first, at most so many; fewer are
+        taken to be the last.
     since : float or None
         Data time of the first page, s; None begins with the oldest row.
     cursor : str or None

@@ -54,6 +54,11 @@ class EventSource(Protocol):
 class View(Protocol):
     """What can be read; safe to call from any thread."""
 
+    @property
+    def page_rows_max(self) -> int:
+        """Rows of one page of a history or of the quarantine, at most."""
+        ...
+
     def tracks(self) -> pl.DataFrame:
         """Return the live tracks, one row each."""
         ...

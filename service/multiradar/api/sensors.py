@@ -72,7 +72,8 @@ def _history(
 ) -> Response:
     _sensor(access.view, sensor_id)
     read = partial(access.view.bias_history, sensor_id)
-    page, following = page_by_time(read, since, cursor, limit)
+    rows = min(limit, access.view.page_rows_max)
+    page, following = page_by_time(read, since, cursor, rows)
     head = {"count": page.height, "next_cursor": following, "sensor_id": sensor_id}
     body = encoding.envelope(head, "biases", encoding.rows(page))
     return Response(body, media_type=encoding.JSON)

@@ -132,7 +132,8 @@ async def get_history(
 
     def answer() -> Response:
         read = partial(access.view.history, track_id)
-        page, following = page_by_time(read, since, cursor, limit)
+        rows = min(limit, access.view.page_rows_max)
+        page, following = page_by_time(read, since, cursor, rows)
         if page.is_empty() and not _is_known(access.view, track_id):
             raise _not_found(track_id)
         return table_response(request, page, "updates", form, following)

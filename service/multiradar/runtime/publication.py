@@ -62,6 +62,11 @@ class Publication:
 
     # ---------------------------------------------------------------- readers
 
+    @property
+    def page_rows_max(self) -> int:
+        """Rows of one page of a history; who pages bounds the pages, or rows would go unseen."""
+        return self._limits.page_rows_max
+
     def tracks(self) -> pl.DataFrame:
         """Return the live tracks by ascending identifier.
 
@@ -97,14 +102,14 @@ class Publication:
         since_s : float or None
             A data time: the first updates from then on. None: the last updates.
         limit : int
-            Number of rows at most; `page_rows_max` bounds it.
+            Number of rows at most: fewer mean that there are no more.
 
         Returns
         -------
         DataFrame
             Columns of `tracks.parquet`; empty when nothing is kept of the track.
         """
-        rows = self._history.read(track_id, since_s, min(limit, self._limits.page_rows_max))
+        rows = self._history.read(track_id, since_s, limit)
         return wire.tracks_frame(row_updates(rows), self._sensors)
 
     def forecast(
@@ -178,7 +183,7 @@ class Publication:
         since_s : float or None
             A data time: the first rows from then on. None: the last rows.
         limit : int
-            Number of rows at most; `page_rows_max` bounds it.
+            Number of rows at most: fewer mean that there are no more.
 
         Returns
         -------
@@ -186,7 +191,7 @@ class Publication:
             Columns of `biases.parquet`.
         """
         with self._lock:
-            rows = self._biases.history(sensor_id, since_s, min(limit, self._limits.page_rows_max))
+            rows = self._biases.history(sensor_id, since_s, limit)
         return bias_rows_frame(rows, self._sensors)
 
     def status(self) -> dict[str, Any]:

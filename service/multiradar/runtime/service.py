@@ -212,10 +212,13 @@ class Service:
         return self._processor.settled(self._writer.head)
 
     def quarantined(self, after: int, limit: int) -> list[Quarantined]:
-        """Return refused rows that follow a number of the quarantine, at most `limit`."""
+        """Return refused rows that follow a number of the quarantine, at most `limit`.
+
+        Fewer than `limit` mean that there are no more for now.
+        """
         if self._journal is None:
             raise PipelineError("the service is not running")
-        return self._journal.quarantined(after, min(limit, self._limits.page_rows_max))
+        return self._journal.quarantined(after, limit)
 
     # ---------------------------------------------------------------- inside
 

@@ -82,6 +82,24 @@ async def test_the_quarantine_is_read_by_pages(
     }
 
 
+async def test_pages_of_the_quarantine_smaller_than_asked_for_lose_no_row(
+    client: httpx.AsyncClient, service: FakeService
+) -> None:
+    service.view.page_rows_max = 2
+    service.quarantine = [
+        Quarantined(number, 5, "http", RejectedRow(number, "OUT_OF_RANGE", "why", "{}"))
+        for number in range(1, 6)
+    ]
+    seen: list[int] = []
+    after: int | None = 0
+    while after is not None:
+        page = (await client.get(f"/v1/rejects?after={after}")).json()
+        assert page["count"] <= 2
+        seen += [row["number"] for row in page["rejects"]]
+        after = page["next_after"]
+    assert seen == [1, 2, 3, 4, 5]
+
+
 async def test_sensors_are_listed_and_found_by_name(client: httpx.AsyncClient) -> None:
     listed = (await client.get("/v1/sensors")).json()
     assert listed["count"] == 1
@@ -114,6 +132,16 @@ async def test_the_history_of_biases_is_read_by_pages(
             break
         parameters["cursor"] = page["next_cursor"]
     assert seen == service.view.biases.to_dicts()
+
+
+async def test_pages_of_biases_smaller_than_asked_for_lose_no_row(
+    client: httpx.AsyncClient, service: FakeService
+) -> None:
+    service.view.page_rows_max = 3
+    service.view.biases = _biases(5)
+    page = (await client.get("/v1/sensors/41-10/bias?history=true")).json()
+    assert page["count"] == 3
+    assert page["next_cursor"] is not None
 
 
 async def test_the_history_of_biases_begins_at_since(

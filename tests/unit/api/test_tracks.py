@@ -187,6 +187,21 @@ async def test_a_history_by_pages_gives_every_update_once_in_order(
     assert seen == list(range(1, 13))
 
 
+async def test_pages_smaller_than_asked_for_lose_no_update(
+    client: httpx.AsyncClient, service: FakeService
+) -> None:
+    service.view.page_rows_max = 5
+    service.view.updates[7] = updates_of(7, 12)
+    seen: list[int] = []
+    url = "/v1/tracks/7/history?limit=10"
+    while url:
+        answer = await client.get(url)
+        assert answer.json()["count"] <= 5
+        seen += [update["sequence"] for update in answer.json()["updates"]]
+        url = answer.links.get("next", {}).get("url", "")
+    assert seen == list(range(1, 13))
+
+
 async def test_a_history_begins_at_since(client: httpx.AsyncClient, service: FakeService) -> None:
     service.view.updates[7] = updates_of(7, 12)
     answer = await client.get("/v1/tracks/7/history?since=9")

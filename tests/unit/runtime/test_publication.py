@@ -183,6 +183,17 @@ def test_biases_are_the_latest_and_the_history_pages() -> None:
     assert told.view.bias_history(name, since, 4).equals(every[5:9])
 
 
+def test_small_pages_cut_no_read_of_a_history() -> None:
+    """Who pages reads one row more than the page: a read that is cut looks like the last page."""
+    told = _Told(page_rows_max=3)
+    frame = recording(2000)
+    output = told.tell(frame)
+    number = int(output.updates.track_id[0])
+    assert told.view.page_rows_max == 3
+    assert len(told.view.history(number, -1e11, 10)) == 10
+    assert len(told.view.bias_history(TABLE.ids[0], -1e11, 10)) == 10
+
+
 def test_the_bias_history_is_bounded() -> None:
     told = _Told(bias_history_rows_max=7)
     every = biases_frame(told.tell(recording(2000)).biases, TABLE)
