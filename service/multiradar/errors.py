@@ -15,6 +15,7 @@
     │   └── JournalFullError        there is no room on the disk; nothing was taken
     ├── PipelineError               the live pipeline has stopped and takes nothing more
     ├── QueueFullError              a bounded queue is full; try again later
+    ├── ForecastError               a forecast is asked for farther or finer than is given
     ├── RequestError                a request over HTTP that is refused, with its status and code
     └── PeerError                   another process did not answer as agreed
 """
@@ -118,6 +119,14 @@ class QueueFullError(MultiradarError):
         super().__init__(
             f"{name} holds {depth} entries and takes no more; retry in {retry_after_s} s"
         )
+
+
+class ForecastError(MultiradarError):
+    """A forecast is asked for farther or finer than is given; `parameter` names what is wrong."""
+
+    def __init__(self, parameter: str, reason: str) -> None:
+        self.parameter = parameter
+        super().__init__(f"{parameter}: {reason}")
 
 
 class RequestError(MultiradarError):

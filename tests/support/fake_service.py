@@ -9,6 +9,7 @@ from typing import Any
 import polars as pl
 
 from multiradar.runtime.events import Event, EventRing, Subscription
+from multiradar.runtime.forecasts import forecast_steps
 from multiradar.runtime.receipt import Receipt, RejectedRow
 from multiradar.storage.entries import Quarantined
 from multiradar_schemas.arrow import BIAS_SCHEMA, TRACK_SCHEMA
@@ -60,6 +61,7 @@ class FakeView:
     biases: pl.DataFrame = field(default_factory=lambda: pl.DataFrame(schema=BIAS_SCHEMA))
     ring: EventRing = field(default_factory=lambda: EventRing(1000))
     page_rows_max: int = 10_000
+    forecast_steps_max: int = 1000
     failure: Exception | None = None
     entered: threading.Event = field(default_factory=threading.Event)
     gate: threading.Event | None = None
@@ -85,12 +87,13 @@ class FakeView:
     def forecast(
         self, track_id: int, horizon_s: float, step_s: float
     ) -> list[dict[str, Any]] | None:
+        steps_s = forecast_steps(horizon_s, step_s, self.forecast_steps_max)
         track = self.track(track_id)
         if track is None:
             return None
         return [
             {
-                "time_s": track["time_s"] + step * step_s,
+                "time_s": track["time_s"] + step_s,
                 "latitude_deg": track["latitude_deg"],
                 "longitude_deg": track["longitude_deg"],
                 "height_m": track["height_m"],
@@ -99,9 +102,9 @@ class FakeView:
                 "covariance_north_m2": 400.0,
                 "position_sigma_m": 28.28,
                 "state": track["state"],
-                "age_s": track["age_s"] + step * step_s,
+                "age_s": track["age_s"] + step_s,
             }
-            for step in range(int(horizon_s / step_s) + 1)
+            for step_s in steps_s.tolist()
         ]
 
     def sensors(self) -> list[dict[str, Any]]:

@@ -74,7 +74,7 @@ class View(Protocol):
     def forecast(
         self, track_id: int, horizon_s: float, step_s: float
     ) -> list[dict[str, Any]] | None:
-        """Return the states a track is expected to have."""
+        """Return the states a track is expected to have; raises ForecastError beyond its bounds."""
         ...
 
     def sensors(self) -> list[dict[str, Any]]:

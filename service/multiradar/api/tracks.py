@@ -26,13 +26,15 @@ from multiradar.api.tables import (
     json_response,
     table_response,
 )
-from multiradar.errors import RequestError
+from multiradar.errors import ForecastError, RequestError
+from multiradar.runtime.forecasts import (
+    HORIZON_DEFAULT_S,
+    HORIZON_MAX_S,
+    STEP_DEFAULT_S,
+    STEP_MIN_S,
+)
 from multiradar_schemas.forecast import Forecast
 from multiradar_schemas.track import Track
-
-#: Longest forecast, s, and most points in one, that of its own time included.
-FORECAST_HORIZON_MAX_S = 3600.0
-FORECAST_POINTS_MAX = 1_000
 
 router = APIRouter(prefix="/v1/tracks", tags=["tracks"], dependencies=[Depends(strict_query)])
 
@@ -68,11 +70,11 @@ HistoryLimit = Annotated[
 ]
 Horizon = Annotated[
     Number,
-    Query(gt=0.0, le=FORECAST_HORIZON_MAX_S, description="How far ahead, s", examples=[120]),
+    Query(gt=0.0, le=HORIZON_MAX_S, description="How far ahead, s", examples=[120]),
 ]
 Step = Annotated[
     Number,
-    Query(ge=0.1, le=FORECAST_HORIZON_MAX_S, description="Time between points, s", examples=[10]),
+    Query(ge=STEP_MIN_S, le=HORIZON_MAX_S, description="Time between points, s", examples=[10]),
 ]
 
 
@@ -143,16 +145,16 @@ async def get_history(
 
 @router.get("/{track_id}/forecast", response_model=Forecast, responses=NOT_FOUND)
 async def get_forecast(
-    track_id: TrackId, access: Granted, horizon_s: Horizon = 60.0, step_s: Step = 5.0
+    track_id: TrackId,
+    access: Granted,
+    horizon_s: Horizon = HORIZON_DEFAULT_S,
+    step_s: Step = STEP_DEFAULT_S,
 ) -> Response:
     """Return where a track is expected to be, its state propagated with its covariance."""
-    if horizon_s / step_s + 1 > FORECAST_POINTS_MAX:
-        reason = (
-            f"expected at most {FORECAST_POINTS_MAX} points, "
-            f"was a horizon of {horizon_s} s in steps of {step_s} s"
-        )
-        raise parameter_error({"step_s": reason})
-    points = await access.workers.run(access.view.forecast, track_id, horizon_s, step_s)
+    try:
+        points = await access.workers.run(access.view.forecast, track_id, horizon_s, step_s)
+    except ForecastError as error:
+        raise parameter_error({error.parameter: str(error)}) from error
     if points is None:
         raise _not_found(track_id)
     return json_response({"track_id": track_id, "points": points})

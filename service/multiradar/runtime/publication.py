@@ -18,7 +18,7 @@ from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.bias_board import BiasBoard, bias_rows_frame
 from multiradar.runtime.event_encoding import encode_events, event_order, status_marks
 from multiradar.runtime.events import EventRing, Subscription
-from multiradar.runtime.forecasts import forecast_points
+from multiradar.runtime.forecasts import forecast_points, forecast_steps
 from multiradar.runtime.history import TrackHistory, row_updates, update_rows
 from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.live_tracks import LiveTracks
@@ -129,14 +129,15 @@ class Publication:
         list of dict or None
             Points by ascending time: `time_s`, `latitude_deg`, `longitude_deg`, `height_m`,
             `covariance_east_m2`, `covariance_east_north_m2`, `covariance_north_m2`,
-            `position_sigma_m`, `state`, `age_s`. None when there is no such live track.
+            `position_sigma_m`, `state`, `age_s`; none beyond the system plane. None when there is
+            no such live track.
 
         Raises
         ------
-        ValueError
-            If the horizon or step is not positive, or the points are too many.
+        ForecastError
+            If the horizon or the step is out of its bounds, or the points are too many.
         """
-        steps = self._forecast_steps(horizon_s, step_s)
+        steps = forecast_steps(horizon_s, step_s, self._limits.forecast_steps_max)
         track = self.track(track_id)
         if track is None or self._states is None:
             return None
@@ -296,18 +297,3 @@ class Publication:
         rows["state"] = np.where(coasting, STATE_COASTING, rows["state"])
         frame = wire.tracks_frame(row_updates(rows), self._sensors)
         return frame.with_columns(pl.Series("age_s", age_s, pl.Float64))
-
-    def _forecast_steps(self, horizon_s: float, step_s: float) -> NDArray[np.float64]:
-        # Written so that NaN fails.
-        if not (step_s > 0.0 and horizon_s >= 0.0 and np.isfinite(horizon_s)):
-            msg = (
-                "expected a finite horizon of at least 0 s and a step above 0 s, "
-                f"was {horizon_s} s and {step_s} s"
-            )
-            raise ValueError(msg)
-        # The tolerance keeps the last point when the step divides the horizon but for rounding.
-        count = int(min(horizon_s / step_s + 1e-9, 1e9)) + 1
-        if count > self._limits.forecast_steps_max:
-            msg = f"expected at most {self._limits.forecast_steps_max} points, was {count}"
-            raise ValueError(msg)
-        return np.arange(count, dtype=np.float64) * step_s

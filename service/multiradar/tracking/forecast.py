@@ -3,6 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.estimation.motion.constant_velocity import process_noise, transition
+
 
 def forecast(
     mean: NDArray[np.float64],
@@ -39,27 +41,12 @@ def forecast(
     -----
     Exact for the continuous white-noise acceleration model. A manoeuvre that begins after the state
     is covered only as far as q covers it.
-
-    References
-    ----------
-    Bar-Shalom, Li, Kirubarajan: Estimation with Applications to Tracking and Navigation (2001),
-    eqs. (6.2.2-4) and (6.2.2-9).
     """
     ahead = np.asarray(ahead_s, np.float64)
-    if not np.all((ahead >= 0.0) & np.isfinite(ahead)):
-        msg = f"expected times that are finite and not negative, was {ahead.min()} s at least"
-        raise ValueError(msg)
-    identity = np.eye(2)
-    transition = np.zeros((len(ahead), 4, 4))
-    transition[:] = np.eye(4)
-    transition[:, :2, 2:] = ahead[:, None, None] * identity  # eq. (6.2.2-4)
-    noise = np.zeros((len(ahead), 4, 4))
-    noise[:, :2, :2] = (ahead**3 / 3.0)[:, None, None] * identity  # eq. (6.2.2-9)
-    noise[:, :2, 2:] = (ahead**2 / 2.0)[:, None, None] * identity
-    noise[:, 2:, :2] = noise[:, :2, 2:]
-    noise[:, 2:, 2:] = ahead[:, None, None] * identity
-    means = transition @ mean
-    covariances = (
-        transition @ covariance @ transition.transpose(0, 2, 1) + acceleration_density * noise
-    )
-    return means, 0.5 * (covariances + covariances.transpose(0, 2, 1))
+    wrong = ahead[~((ahead >= 0.0) & np.isfinite(ahead))]
+    if len(wrong):
+        raise ValueError(f"expected times that are finite and not negative, was {wrong[0]} s")
+    move = transition(ahead)
+    noise = process_noise(ahead, acceleration_density)
+    covariances = move @ covariance @ move.transpose(0, 2, 1) + noise
+    return move @ mean, 0.5 * (covariances + covariances.transpose(0, 2, 1))

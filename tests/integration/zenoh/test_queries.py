@@ -10,6 +10,7 @@ import zenoh
 
 from multiradar.ingest.zenoh.gateway import ZenohGateway
 from multiradar.ingest.zenoh.options import ZenohOptions
+from multiradar.runtime.forecasts import HORIZON_DEFAULT_S, STEP_DEFAULT_S
 from multiradar.runtime.service import Service
 from support.live_process import live_service
 from support.live_scene import recording
@@ -101,6 +102,16 @@ def test_a_forecast_has_a_covariance_that_grows(session: zenoh.Session, service:
     assert sigmas[0] < sigmas[-1]
 
 
+def test_a_forecast_without_parameters_is_that_of_http(
+    session: zenoh.Session, service: Service
+) -> None:
+    track = int(service.view.tracks()["track_id"][0])
+    ((_, document, _),) = answers(session, f"multiradar/v1/forecasts/{track}")
+    known = service.view.forecast(track, HORIZON_DEFAULT_S, STEP_DEFAULT_S)
+    assert known is not None
+    assert [point["time_s"] for point in document["points"]] == [point["time_s"] for point in known]
+
+
 def test_biases_of_one_sensor_and_of_all(session: zenoh.Session, service: Service) -> None:
     ((_, biases, _),) = answers(session, "multiradar/v1/biases/41-10")
     assert biases == json.loads(json.dumps(service.view.bias("41-10")))
@@ -128,6 +139,8 @@ def test_the_status_says_what_the_service_says(session: zenoh.Session, service: 
         ("multiradar/v1/forecasts/1?horizon_s=1_0", "NOT_A_NUMBER"),
         ("multiradar/v1/forecasts/1?horizon_s=-5", "OUT_OF_RANGE"),
         ("multiradar/v1/forecasts/1?horizon_s=1e9;step_s=1", "OUT_OF_RANGE"),
+        ("multiradar/v1/forecasts/1?horizon_s=1e5;step_s=1e4", "OUT_OF_RANGE"),
+        ("multiradar/v1/forecasts/1?horizon_s=1e200;step_s=1e199", "OUT_OF_RANGE"),
         ("multiradar/v1/biases/nobody", "NOT_FOUND"),
     ],
 )

@@ -1,6 +1,7 @@
 """The list of tracks, one track, its history and its forecast."""
 
 import io
+import json
 from typing import Any
 
 import httpx
@@ -243,6 +244,17 @@ async def test_a_forecast_beyond_its_limits_is_422(client: httpx.AsyncClient, qu
     answer = await client.get(f"/v1/tracks/3/forecast?{query}")
     assert (answer.status_code, answer.json()["code"]) == (422, "INVALID_PARAMETER")
     assert answer.json()["errors"][0]["parameter"] in {"horizon_s", "step_s"}
+
+
+async def test_a_smaller_bound_of_points_is_a_422_that_names_it(
+    client: httpx.AsyncClient, service: FakeService
+) -> None:
+    service.view.forecast_steps_max = 10
+    answer = await client.get("/v1/tracks/3/forecast?horizon_s=10&step_s=1")
+    assert (answer.status_code, answer.json()["code"]) == (422, "INVALID_PARAMETER")
+    (problem,) = answer.json()["errors"]
+    assert "step_s" in json.dumps(problem)
+    assert "at most 10 points, was 11" in json.dumps(problem)
 
 
 async def test_a_forecast_at_its_limit_is_served(client: httpx.AsyncClient) -> None:

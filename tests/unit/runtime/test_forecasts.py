@@ -71,3 +71,29 @@ def test_a_state_that_is_newer_than_the_data_time_is_not_turned_back() -> None:
     )
     assert points is not None
     assert [point["time_s"] for point in points] == [100.0, 110.0]
+
+
+def test_a_forecast_ends_where_the_track_leaves_the_plane() -> None:
+    # The plane ends 60° from its centre, 5 517 km of plane: 20 km on, at 1 km/s.
+    states = _states(5_490e3, 0.0, [1.0, 1.0])
+    states.mean[0, 2] = 1000.0
+    points = forecast_points(states, TRACK, np.arange(100.0), PLANE, 1.0)
+    assert points is not None
+    assert 1 < len(points) < 100
+    assert [point["time_s"] for point in points] == [100.0 + step for step in range(len(points))]
+
+
+def test_a_track_outside_the_plane_has_no_points() -> None:
+    points = forecast_points(_states(6e6, 0.0, [1.0, 1.0]), TRACK, np.arange(3.0), PLANE, 1.0)
+    assert points == []
+
+
+def test_the_covariance_is_told_at_the_height_of_the_aircraft() -> None:
+    """Verticals spread: 10 km up, 100 m on the ground are 100 × (1 + 10/6378) m."""
+    states, now = _states(0.0, 0.0, [100.0, 0.0]), np.array([0.0])
+    low = forecast_points(states, TRACK, now, PLANE, 0.0)
+    high = forecast_points(states, {**TRACK, "height_m": 10e3}, now, PLANE, 0.0)
+    assert low is not None
+    assert high is not None
+    ratio = high[0]["position_sigma_m"] / low[0]["position_sigma_m"]
+    assert ratio == pytest.approx(1.0 + 10.0 / 6388.0, abs=1e-5)

@@ -8,7 +8,7 @@ import numpy as np
 import polars as pl
 import pytest
 
-from multiradar.errors import ConfigurationError
+from multiradar.errors import ConfigurationError, ForecastError
 from multiradar.runtime.events import Event
 from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.publication import Publication
@@ -142,17 +142,31 @@ def test_a_forecast_begins_now_and_spreads() -> None:
     assert sigma == sorted(sigma)
     # After 4 s, of the variances 100 and 400 m², 1 and 4 m²/s² of the fake engine.
     noise = 2.0 * TrackingSettings().acceleration_density * 4.0**3 / 3.0
-    assert sigma[0] == pytest.approx(np.sqrt(100 + 16 + 400 + 64 + noise), rel=1e-3)
+    # Metres at the aircraft's height: verticals spread.
+    aloft = 1.0 + points[0]["height_m"] / 6.37e6
+    assert sigma[0] == pytest.approx(aloft * np.sqrt(100 + 16 + 400 + 64 + noise), rel=1e-4)
 
 
 @pytest.mark.parametrize(
     ("horizon_s", "step_s"),
-    [(-1.0, 1.0), (10.0, 0.0), (10.0, np.nan), (np.inf, 1.0), (np.nan, 1.0), (1e300, 1e-300)],
+    [
+        (-1.0, 1.0),
+        (0.0, 1.0),
+        (10.0, 0.0),
+        (10.0, 0.09),
+        (10.0, np.nan),
+        (np.inf, 1.0),
+        (np.nan, 1.0),
+        (1e300, 1e-300),
+        (1e200, 1e199),
+        (1e5, 1e4),
+        (3600.1, 10.0),
+    ],
 )
 def test_a_forecast_without_sense_is_refused(horizon_s: float, step_s: float) -> None:
     told = _Told()
     told.tell(recording(10))
-    with pytest.raises(ValueError, match="expected"):
+    with pytest.raises(ForecastError, match="expected"):
         told.view.forecast(1, horizon_s, step_s)
 
 
@@ -163,7 +177,7 @@ def test_a_forecast_of_the_bound_is_given_and_one_more_is_refused() -> None:
     points = told.view.forecast(number, 0.9, 0.1)
     assert points is not None
     assert len(points) == 10
-    with pytest.raises(ValueError, match="at most 10 points, was 11"):
+    with pytest.raises(ForecastError, match="at most 10 points, was 11"):
         told.view.forecast(number, 1.0, 0.1)
 
 

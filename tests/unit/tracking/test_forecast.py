@@ -49,5 +49,10 @@ def test_the_covariance_grows_and_stays_one() -> None:
 
 @pytest.mark.parametrize("ahead_s", [-0.1, np.nan, np.inf])
 def test_a_time_before_the_state_is_refused(ahead_s: float) -> None:
-    with pytest.raises(ValueError, match="finite and not negative"):
+    with pytest.raises(ValueError, match=f"finite and not negative, was {ahead_s} s"):
         forecast(MEAN, COVARIANCE, DENSITY, np.array([1.0, ahead_s]))
+
+
+def test_no_times_give_no_states() -> None:
+    means, covariances = forecast(MEAN, COVARIANCE, DENSITY, np.array([]))
+    assert (means.shape, covariances.shape) == ((0, 4), (0, 4, 4))

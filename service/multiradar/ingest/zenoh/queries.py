@@ -7,7 +7,7 @@ from typing import Any, Protocol
 
 import polars as pl
 
-from multiradar.errors import RequestError
+from multiradar.errors import ForecastError, RequestError
 from multiradar.ingest.zenoh.bus import Request
 from multiradar.ingest.zenoh.catch_up import CatchUp
 from multiradar.ingest.zenoh.counts import ZenohCounts
@@ -21,11 +21,10 @@ from multiradar.ingest.zenoh.keys import (
     sensor_key,
     track_id,
 )
+from multiradar.runtime.forecasts import HORIZON_DEFAULT_S, STEP_DEFAULT_S
 
 #: Updates in one answer to a query with `after`, unless it asks for fewer.
 CATCH_UP_LIMIT = 10_000
-HORIZON_DEFAULT_S = 60.0
-STEP_DEFAULT_S = 10.0
 _WILD = frozenset({"*", "**"})
 _BAD_REQUEST = 400
 _NOT_FOUND = 404
@@ -159,10 +158,10 @@ class Answers:
     def _forecast(self, request: Request) -> None:
         track = _known_track(last_part(request.key))
         horizon_s = _number(request.parameters, "horizon_s", HORIZON_DEFAULT_S)
-        step_s = _number(request.parameters, "step_s", min(STEP_DEFAULT_S, max(horizon_s, 1e-3)))
+        step_s = _number(request.parameters, "step_s", STEP_DEFAULT_S)
         try:
             points = self._view.forecast(track, horizon_s, step_s)
-        except ValueError as error:
+        except ForecastError as error:
             raise RequestError(_BAD_REQUEST, "OUT_OF_RANGE", str(error)) from error
         if points is None:
             raise _no_track(str(track))
