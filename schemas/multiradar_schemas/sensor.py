@@ -1,5 +1,6 @@
 """Sensors and what is known of their biases: the model of `sensors.toml`."""
 
+import re
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -49,15 +50,17 @@ class BiasParameter(Record):
     estimate: Annotated[
         bool | None, _of_file("Estimate it", "true or false", "the default of the kind holds")
     ] = None
-    prior: Annotated[float, _of_file("Mean beforehand", "of the parameter")] = 0.0
+    prior: Annotated[
+        float, Field(ge=-1e6, le=1e6), _of_file("Mean beforehand", "of the parameter")
+    ] = 0.0
     prior_sigma: Annotated[
         float | None,
-        Field(gt=0.0),
+        Field(ge=1e-9, le=1e6),
         _of_file("Standard deviation beforehand", "of the parameter", "the default holds"),
     ] = None
     drift: Annotated[
         float,
-        Field(ge=0.0),
+        Field(ge=0.0, le=1e4),
         _of_file("Random walk: standard deviation after one second", "of the parameter / √s"),
     ] = 0.0
 
@@ -152,6 +155,19 @@ class Sensor(Record):
     ] = None
     bias: Annotated[SensorBias, _of_file("Its bias parameters", "table")] = SensorBias()
 
+    def names_by_numbers(self) -> tuple[str, ...]:
+        """Return the names that dumps and ASTERIX make of the sensor's numbers."""
+        pairs = ((self.source, self.sensor), (self.sac, self.sic))
+        return tuple(f"{a}-{b}" for a, b in pairs if a is not None and b is not None)
+
+    @model_validator(mode="after")
+    def _id_and_numbers_agree(self) -> Self:
+        names = self.names_by_numbers()
+        if names and self.id not in names and re.fullmatch(r"\d+-\d+", self.id):
+            msg = f"expected the id that the numbers make, {' or '.join(names)}, was {self.id}"
+            raise ValueError(msg)
+        return self
+
     @model_validator(mode="before")
     @classmethod
     def _name_by_numbers(cls, data: Any) -> Any:
@@ -209,10 +225,11 @@ class SensorsFile(Record):
     def _names_are_unique(self) -> Self:
         seen: set[str] = set()
         for one in self.sensor:
-            if one.id in seen:
-                msg = f"expected each id once, was twice {one.id}"
+            names = {one.id, *one.names_by_numbers()}
+            for name in sorted(names & seen):
+                msg = f"expected each id and each pair of numbers once, was twice {name}"
                 raise ValueError(msg)
-            seen.add(one.id)
+            seen |= names
         return self
 
 

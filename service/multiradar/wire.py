@@ -6,7 +6,6 @@ from dataclasses import dataclass
 import numpy as np
 import polars as pl
 from numpy.typing import NDArray
-from polars import selectors as cs
 
 from multiradar.errors import ConfigurationError, InputError, MissingColumnError
 from multiradar.estimation.measurement.sensors import PARAMETER_NAMES, SensorTable
@@ -112,6 +111,12 @@ def sensor_table(sensors: SensorsFile) -> SensorTable:
         prior_mean=np.array([bias.prior for _, bias in biases], np.float64) * unit,
         prior_sigma=np.array([bias.prior_sigma for _, bias in biases], np.float64) * unit,
         drift=np.array([bias.drift for _, bias in biases], np.float64) * unit,
+        aliases=tuple(
+            (name, row)
+            for row, one in enumerate(ordered)
+            for name in one.names_by_numbers()
+            if name != one.id
+        ),
     )
 
 
@@ -244,8 +249,9 @@ def _known_columns(frame: pl.DataFrame) -> pl.DataFrame:
 
 
 def _with_sensors(frame: pl.DataFrame, table: SensorTable) -> pl.DataFrame:
-    number = np.arange(len(table), dtype=np.int32)
-    names = pl.Series(table.ids, dtype=pl.String)
+    aliases = [name for name, _ in table.aliases]
+    number = np.array([*range(len(table)), *(row for _, row in table.aliases)], np.int32)
+    names = pl.Series([*table.ids, *aliases], dtype=pl.String)
     end_m = pl.Series(table.range_max_m * RANGE_MAX_FACTOR)
     sensor = pl.col("sensor_id").replace_strict(
         names, pl.Series(number), default=None, return_dtype=pl.Int32
@@ -304,10 +310,11 @@ def _columns(frame: pl.DataFrame) -> MeasurementBatch:
         pl.col("mode_s_address").str.to_integer(base=16, dtype=pl.Int64).fill_null(MISSING_INTEGER),
         pl.col("track_number").fill_null(MISSING_INTEGER),
     )
-    # Minus zero is zero: rows are ordered and compared by content.
-    columns = columns.with_columns(cs.float() + 0.0)
     # Owned by the batch, so that a kernel sees one type of array whatever the frame was made of.
     arrays = {column.name: column.to_numpy(writable=True) for column in columns}
+    for array in arrays.values():
+        if array.dtype.kind == "f":
+            array += 0.0  # Minus zero is zero: rows are ordered and compared by content.
     return MeasurementBatch(
         azimuth_rad=np.radians(arrays.pop("azimuth_deg")),
         latitude_rad=np.radians(arrays.pop("latitude_deg")),

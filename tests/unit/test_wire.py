@@ -71,9 +71,30 @@ estimate = true
 
 
 def test_minus_zero_is_zero() -> None:
-    frame = pl.DataFrame([radar(azimuth_deg=-0.0), radar(azimuth_deg=0.0)])
-    batch, _ = measurement_batch(frame, sensor_table(sensors()))
+    rows = [radar(azimuth_deg=-0.0), radar(azimuth_deg=0.0)]
+    batch, _ = measurement_batch(pl.DataFrame(rows, schema=MEASUREMENT_SCHEMA), TABLE)
     assert np.signbit(batch.azimuth_rad).tolist() == [False, False]
+
+
+def test_a_sensor_is_also_known_by_its_numbers() -> None:
+    numbers = """
+[[sensor]]
+id = "Lausanne"
+source = 26
+sensor = 10
+sac = 20
+sic = 130
+kind = "radar"
+latitude_deg = 46.0
+longitude_deg = 7.0
+height_m = 500.0
+"""
+    table = sensor_table(parse_sensors(numbers))
+    names = ["26-10", "20-130", "Lausanne", "10-26"]
+    rows = [radar(sensor_id=name) for name in names]
+    batch, refused = measurement_batch(pl.DataFrame(rows, schema=MEASUREMENT_SCHEMA), table)
+    assert batch.sensor.tolist() == [0, 0, 0]
+    assert refused.index.tolist() == [3]
 
 
 def test_a_batch_has_radians_numbers_for_codes_and_marks_what_is_missing() -> None:

@@ -78,12 +78,12 @@ def test_a_sensor_without_id_is_named_by_its_numbers(numbers: str, name: str) ->
         (RADAR.replace('"radar"', '"sonar"'), "sensor[0].kind: expected 'radar', 'adsb'"),
         (RADAR.replace('id = "a"', ""), "sensor[0].id: expected a value, was absent"),
         (RADAR.replace('"a"', '"a b"'), "sensor[0].id: expected text of the form"),
-        (RADAR + RADAR, "expected each id once, was twice a"),
+        (RADAR + RADAR, "expected each id and each pair of numbers once, was twice a"),
         (RADAR + "range_sigma_m = 0", "range_sigma_m: expected a value greater than 0, was 0"),
         (RADAR + "[sensor.bias.wobble]", "sensor[0].bias.wobble: expected no such field"),
         (
             RADAR + "[sensor.bias.range_gain]\nprior_sigma = -1",
-            "sensor[0].bias.range_gain.prior_sigma: expected a value greater than 0, was -1",
+            "sensor[0].bias.range_gain.prior_sigma: expected a value greater than or equal to 0.0",
         ),
         (
             '[[sensor]]\nid="x"\nkind="adsb"\n[sensor.bias.range_gain]\nestimate = true',

@@ -42,6 +42,8 @@ class SensorTable:
         What is known of each parameter beforehand.
     drift : (c,) float64
         Random walk of each parameter: standard deviation after one second.
+    aliases : tuple of (str, int)
+        Further names that measurements may use, with the index of the sensor.
     """
 
     ids: tuple[str, ...]
@@ -59,6 +61,7 @@ class SensorTable:
     prior_mean: NDArray[np.float64]
     prior_sigma: NDArray[np.float64]
     drift: NDArray[np.float64]
+    aliases: tuple[tuple[str, int], ...] = ()
 
     def __len__(self) -> int:
         return len(self.ids)
