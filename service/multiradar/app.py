@@ -69,7 +69,7 @@ class Application:
     @property
     def zenoh_endpoints(self) -> tuple[str, ...]:
         """Where Zenoh listens; empty before the start, or without Zenoh."""
-        return () if self._gateway is None else self._settings.zenoh.listen
+        return () if self._gateway is None else self._gateway.endpoints
 
     def start(self) -> None:
         """Serve HTTP, play the journal into the engine, then take measurements.
