@@ -69,6 +69,11 @@ class Admission:
         clock = float(self._clock[kernels.CLOCK])
         return None if np.isnan(clock) else clock
 
+    @property
+    def floor_s(self) -> float:
+        """End of the last stream that was flushed, which nothing may come before; −∞ without."""
+        return float(self._clock[kernels.FLOOR])
+
     def admit(self, batch: MeasurementBatch) -> NDArray[np.int8]:
         """Decide about the next rows.
 
@@ -95,14 +100,6 @@ class Admission:
             code,
         )
         return code
-
-    def explain(self, code: int, time_s: float, data_clock_s: float) -> str:
-        """Return the sentence that goes with a refusal at a data time."""
-        if code == LATE:
-            bound = f"at most {self.horizon_s:g} s before the data time of {data_clock_s} s"
-        else:
-            bound = f"at most {self.forward_jump_max_s:g} s after the data time of {data_clock_s} s"
-        return f"expected a time {bound}, was {time_s} s"
 
     def flush(self) -> None:
         """End the stream: what was accepted is released, so nothing may come before it any more."""

@@ -9,7 +9,7 @@ import numpy as np
 import polars as pl
 from numpy.typing import NDArray
 
-from multiradar.runtime.admission import ACCEPTED, FUTURE, LATE, Admission
+from multiradar.runtime.admission import ACCEPTED, LATE, Admission
 from multiradar.storage.recording import INDEX_COLUMN
 from multiradar.wire import Rejected
 from multiradar_schemas.reject import Reject, RejectCode
@@ -106,12 +106,20 @@ class TimeRefusals:
         accepted_s = np.where(codes == ACCEPTED, time_s, -np.inf)
         # The data time that each row met, so that the sentence does not depend on the batches.
         met_s = np.maximum(np.maximum.accumulate(np.append(-np.inf, accepted_s))[:-1], before)
-        bounds = {
-            LATE: (RejectCode.TIME_LATE, f"at most {admission.horizon_s:g} s before"),
-            FUTURE: (RejectCode.TIME_FUTURE, f"at most {admission.forward_jump_max_s:g} s after"),
-        }
         self.verdicts: list[tuple[int, RejectCode, str]] = []
         for row in np.flatnonzero(codes != ACCEPTED).tolist():
-            code, bound = bounds[int(codes[row])]
-            sentence = f"expected a time {bound} the data time {met_s[row]} s, was {time_s[row]} s"
-            self.verdicts.append((row, code, sentence))
+            late = codes[row] == LATE
+            bound = _late(admission, met_s[row]) if late else _future(admission, met_s[row])
+            code = RejectCode.TIME_LATE if late else RejectCode.TIME_FUTURE
+            self.verdicts.append((row, code, f"expected a time {bound}, was {time_s[row]} s"))
+
+
+def _late(admission: Admission, met_s: float) -> str:
+    # The later of the two bounds is the one that counted.
+    if admission.floor_s > met_s - admission.horizon_s:
+        return f"not before the end of the stream at {admission.floor_s} s"
+    return f"at most {admission.horizon_s:g} s before the data time {met_s} s"
+
+
+def _future(admission: Admission, met_s: float) -> str:
+    return f"at most {admission.forward_jump_max_s:g} s after the data time {met_s} s"

@@ -6,6 +6,7 @@ import pytest
 from multiradar.errors import ConfigurationError, JournalError
 from multiradar.runtime import _kernels as kernels
 from multiradar.runtime.admission import ACCEPTED, FUTURE, LATE, Admission
+from multiradar.runtime.reject_file import TimeRefusals
 from multiradar.tracking.measurements import MeasurementBatch
 from support.timed_batches import timed_batch
 
@@ -100,14 +101,28 @@ def test_the_end_of_a_stream_that_never_began_changes_nothing() -> None:
     assert _codes(admission, [-5.0]) == [ACCEPTED]
 
 
+def _sentences(admission: Admission, times: list[float]) -> list[str]:
+    batch, clock_s = timed_batch(times), admission.data_clock_s
+    codes = admission.admit(batch)
+    return [why for _, _, why in TimeRefusals(admission, clock_s, batch.time_s, codes).verdicts]
+
+
 def test_a_refusal_says_what_was_expected_and_what_was_met() -> None:
+    assert _sentences(Admission(6.0), [100.0, 93.0, 1e10]) == [
+        "expected a time at most 6 s before the data time 100.0 s, was 93.0 s",
+        "expected a time at most 600 s after the data time 100.0 s, was 10000000000.0 s",
+    ]
+
+
+def test_what_comes_after_the_end_of_its_stream_is_told_so() -> None:
     admission = Admission(6.0)
-    assert admission.explain(LATE, 93.0, 100.0) == (
-        "expected a time at most 6 s before the data time of 100.0 s, was 93.0 s"
-    )
-    assert "at most 600 s after the data time of 100.0 s, was 10000000000.0 s" in admission.explain(
-        FUTURE, 1e10, 100.0
-    )
+    admission.admit(timed_batch([100.0]))
+    admission.flush()
+    assert _sentences(admission, [98.0, 103.0, 99.0, 107.0, 100.5]) == [
+        "expected a time not before the end of the stream at 100.0 s, was 98.0 s",
+        "expected a time not before the end of the stream at 100.0 s, was 99.0 s",
+        "expected a time at most 6 s before the data time 107.0 s, was 100.5 s",
+    ]
 
 
 @pytest.mark.parametrize("state", ["", "{}", "[]", '{"clock": [], "run": []}', '{"clock": "x"}'])
