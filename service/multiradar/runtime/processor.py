@@ -28,13 +28,11 @@ _log = logging.getLogger(__name__)
 
 #: Entries that may be passed over in one recovery before the engine is given up.
 POISON_ENTRIES_MAX = 10
-
-
 #: Entries of the journal that are in memory at once while it is played.
 PIECE_ENTRIES_MAX = 256
 
 
-class _EngineFailure(Exception):  # noqa: N818
+class _EngineFailureError(Exception):
     # The engine failed on these entries.
     def __init__(self, entries: Sequence[Journalled], cause: Exception) -> None:
         self.entries = entries
@@ -100,7 +98,10 @@ class Processor:
             return dict(sorted(self._engine.counts.items()))
 
     def states(self) -> tuple[TrackStates, SystemPlane]:
-        """Return the live tracks and their plane; waits for a call of the engine to end."""
+        """Return the live tracks and their plane; waits for a call of the engine to end.
+
+        The tracks are taken from the engine once for each change, however many readers ask.
+        """
         with self._lock:
             if self._states is None:
                 self._states = self._engine.tracks()
@@ -139,9 +140,7 @@ class Processor:
         """Let the engine go; futures that cannot be resolved any more fail."""
         with self._lock:
             self._engine.close()
-            waiting, self._settling = self._settling, []
-        for _, future in waiting:
-            future.set_exception(self.failure or PipelineError("the service has stopped"))
+        self._give_up(self.failure or PipelineError("the service has stopped"))
 
     # ---------------------------------------------------------------- inside
 
@@ -157,7 +156,7 @@ class Processor:
     def _process_or_rebuild(self, group: Sequence[Journalled]) -> None:
         try:
             self._process(group)
-        except _EngineFailure as failure:
+        except _EngineFailureError as failure:
             _log.warning("the engine failed, the journal is played again", exc_info=failure.cause)
             self._rebuild(group[-1].sequence, one_by_one=True)
         self._settle()
@@ -173,7 +172,7 @@ class Processor:
             try:
                 for group in self._stored(until, rows_max):
                     self._process(group)
-            except _EngineFailure as failure:
+            except _EngineFailureError as failure:
                 if isinstance(failure.cause, MemoryError):
                     raise PipelineError("the engine has no memory left") from failure.cause
                 if rows_max == 1:
@@ -217,7 +216,7 @@ class Processor:
             try:
                 output = self._push(group)
             except Exception as error:
-                raise _EngineFailure(group, error) from error
+                raise _EngineFailureError(group, error) from error
             self._digest.add(output)
             self._states = None
             if len(output.updates):
@@ -234,7 +233,8 @@ class Processor:
         output = self._engine.push(batch)
         if len(batch):
             latest = float(batch.time_s.max())
-            self._data_time_s = max(self._data_time_s or latest, latest)
+            known_s = self._data_time_s
+            self._data_time_s = latest if known_s is None else max(known_s, latest)
         return output
 
     def _settle(self) -> None:
@@ -243,7 +243,9 @@ class Processor:
             done = [future for sequence, future in self._settling if sequence <= processed]
             self._settling = [one for one in self._settling if one[0] > processed]
         for future in done:
-            future.set_result(updates)
+            # Who asked may have stopped waiting.
+            if future.set_running_or_notify_cancel():
+                future.set_result(updates)
 
     def _stop(self, error: Exception) -> None:
         if isinstance(error, MultiradarError):
@@ -252,7 +254,11 @@ class Processor:
             self.failure = PipelineError(f"the engine has stopped: {error!r}")
         _log.error("the engine has stopped", exc_info=error)
         self._backlog.abandon()
+        self._give_up(self.failure)
+
+    def _give_up(self, error: MultiradarError) -> None:
         with self._lock:
             waiting, self._settling = self._settling, []
         for _, future in waiting:
-            future.set_exception(self.failure)
+            if future.set_running_or_notify_cancel():
+                future.set_exception(error)

@@ -94,6 +94,13 @@ def test_late_rows_are_refused_and_the_rest_taken(start: Starter) -> None:
     assert 100 < len(receipt.rejected) < 300
 
 
+def test_the_data_time_zero_does_not_go_back(start: Starter) -> None:
+    service, frame = start(), recording(2)
+    for time_s in (0.0, -3.0):
+        submit(service, frame[:1].with_columns(time_s=time_s))
+    assert settled(service)["data_time_s"] == 0.0
+
+
 def test_a_message_that_comes_again_is_taken_once(start: Starter) -> None:
     journal = MemoryJournal()
     service = start(journal)

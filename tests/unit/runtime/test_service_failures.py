@@ -1,5 +1,6 @@
 """The live pipeline when the disk or the engine fails: nothing is lost, and everybody is told."""
 
+import threading
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
@@ -15,6 +16,7 @@ from multiradar.errors import (
 from multiradar.runtime.service import Service, ServiceState
 from multiradar.storage.memory_journal import MemoryJournal
 from multiradar.tracking.measurements import MeasurementBatch
+from multiradar.tracking.outputs import EngineOutput
 from multiradar.tracking.settings import TrackingSettings
 from support.fake_engine import EngineCrashError, FakeEngine
 from support.live_scene import cut, recording
@@ -102,6 +104,45 @@ def test_an_engine_that_fails_once_loses_nothing(start: Starter) -> None:
     submit(service, recording(100))
     status = settled(service)
     assert (status["skipped"], status["output_sequence"]) == ([], 100)
+
+
+def test_who_stops_waiting_for_the_engine_does_not_stop_it(start: Starter) -> None:
+    service, gate = start(), threading.Event()
+    frame = recording(20)
+    view, publish = service.view, service.view.publish
+
+    def publish_late(output: EngineOutput, data_time_s: float | None) -> None:
+        gate.wait(10.0)
+        publish(output, data_time_s)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(view, "publish", publish_late)
+        submit(service, frame[:10])
+        waiting = service.settled()
+        assert waiting.cancel()
+        gate.set()
+        assert service.settled().result(10.0) == 10
+    submit(service, frame[10:])
+    assert service.settled().result(10.0) == 20
+    assert service.state is ServiceState.RUNNING
+
+
+def test_who_stopped_waiting_does_not_keep_a_service_from_stopping(start: Starter) -> None:
+    service, gate = start(), threading.Event()
+
+    def crash(output: EngineOutput, data_time_s: float | None) -> None:
+        gate.wait(10.0)
+        raise OSError("no room for the output")
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(service.view, "publish", crash)
+        submit(service, recording(10))
+        left, stays = service.settled(), service.settled()
+        assert left.cancel()
+        gate.set()
+        with pytest.raises(PipelineError, match="the engine has stopped"):
+            stays.result(10.0)
+    assert service.state is ServiceState.FAILED
 
 
 def test_an_engine_that_always_fails_stops_the_service_and_says_so(start: Starter) -> None:
