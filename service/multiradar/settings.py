@@ -97,6 +97,7 @@ class RuntimeSettings(Section):
     page_rows_max: Count = 10_000
     forecast_steps_max: Count = 1000
     status_period_s: Seconds = 10.0
+    clock_ahead_max_s: Seconds = 60.0
     retry_after_s: Seconds = 1.0
 
 

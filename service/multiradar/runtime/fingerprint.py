@@ -9,13 +9,17 @@ from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.admission import FORWARD_JUMP_MAX_S
 from multiradar.tracking.settings import TrackingSettings
 
+#: Number of the rules by which measurements become output, beside the settings; raised whenever a
+#: change of the program changes the bytes that a journal plays to.
+OUTPUT_RULES = 1
+
 
 def configuration_fingerprint(
     sensors: SensorTable,
     tracking: TrackingSettings,
     forward_jump_max_s: float = FORWARD_JUMP_MAX_S,
 ) -> str:
-    """Return the SHA-256 of sensors and settings.
+    """Return the SHA-256 of sensors, settings and rules.
 
     A journal that was begun with one configuration cannot go on with another: its replay would give
     other tracks than those that were told before.
@@ -34,11 +38,12 @@ def configuration_fingerprint(
     str
         64 hexadecimal digits.
     """
-    whole = hashlib.sha256()
+    whole = hashlib.sha256(f"rules={OUTPUT_RULES};".encode())
     for name, value in sorted(asdict(tracking).items()):
         whole.update(f"{name}={value!r};".encode())
     whole.update(f"forward_jump_max_s={forward_jump_max_s!r};".encode())
     whole.update("\n".join(sensors.ids).encode())
+    whole.update(f";aliases={sensors.aliases!r}".encode())
     for field in fields(sensors):
         value = getattr(sensors, field.name)
         if isinstance(value, np.ndarray):

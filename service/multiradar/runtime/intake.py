@@ -5,6 +5,7 @@ from collections import deque
 from collections.abc import Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, field
+from math import inf
 
 import polars as pl
 
@@ -30,6 +31,8 @@ class Submission:
         The sender's name for the message.
     rejected : sequence of RejectedRow
         Rows that the edge refused.
+    latest_s : float
+        Measurements later than this are from the future, s.
     future : Future of Receipt
         Resolved when the message is in the journal.
     """
@@ -39,6 +42,7 @@ class Submission:
     source: str
     idempotency_key: str | None
     rejected: Sequence[RejectedRow]
+    latest_s: float = inf
     future: Future[Receipt] = field(default_factory=Future)
 
     @property

@@ -7,7 +7,7 @@ from multiradar.errors import ConfigurationError
 
 @dataclass(frozen=True, slots=True)
 class RuntimeLimits:
-    """Bounds of queues, rings and pages; none of them changes the output.
+    """Bounds of queues, rings and pages; none changes what becomes of an accepted measurement.
 
     Attributes
     ----------
@@ -29,6 +29,8 @@ class RuntimeLimits:
         Points of one forecast.
     status_period_s : float
         Data time between two status events, s.
+    clock_ahead_max_s : float
+        How far a live measurement may lie ahead of the time of day, s.
     retry_after_s : float
         What a sender is told to wait when the intake is full, s.
     """
@@ -44,6 +46,7 @@ class RuntimeLimits:
     page_rows_max: int = 10_000
     forecast_steps_max: int = 1000
     status_period_s: float = 10.0
+    clock_ahead_max_s: float = 60.0
     retry_after_s: float = 1.0
 
     def __post_init__(self) -> None:

@@ -25,6 +25,7 @@ from multiradar.runtime.reject_file import TimeRefusals
 from multiradar.storage.entries import Entry, EntryKind, RejectedRow, StoredEntry
 from multiradar.tracking.measurements import MeasurementBatch
 from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
+from multiradar_schemas.reject import RejectCode
 
 #: Column of a frame with the place of each row in its message.
 INDEX_COLUMN = "index"
@@ -183,6 +184,7 @@ def _decide(
     admission: Admission,
 ) -> Prepared:
     frame = submission.frame
+    batch, refused = _until(submission.latest_s, frame, batch, refused)
     clock_s = admission.data_clock_s
     code = admission.admit(batch)
     if not len(refused) and not code.any():
@@ -197,6 +199,26 @@ def _decide(
     kept = frame[passed[accepted]]
     entry = _entry(submission, kept, _rejected_rows(frame, verdicts), admission)
     return Prepared(entry, batch.take(accepted))
+
+
+def _until(
+    latest_s: float, frame: pl.DataFrame, batch: MeasurementBatch, refused: wire.Rejected
+) -> _Translated:
+    """Refuse measurements that lie ahead of the time of day; the journal holds none of them."""
+    ahead = batch.time_s > latest_s
+    if not ahead.any():
+        return batch, refused
+    rows = np.delete(np.arange(len(frame)), refused.index)[ahead]
+    reasons = [
+        f"expected a time that is not ahead of the time of day ({latest_s:.0f} s), was {time_s} s"
+        for time_s in batch.time_s[ahead].tolist()
+    ]
+    together = wire.Rejected(
+        np.concatenate([refused.index, rows]),
+        (*refused.code, *[RejectCode.TIME_FUTURE] * len(rows)),
+        (*refused.reason, *reasons),
+    )
+    return batch.take(~ahead), together
 
 
 def _entry(

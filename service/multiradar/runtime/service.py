@@ -15,6 +15,7 @@ from typing import Any
 
 import polars as pl
 
+from multiradar.clock import Clock, SystemClock
 from multiradar.errors import MultiradarError, PipelineError
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.accounting import Accounting
@@ -66,6 +67,8 @@ class Service:
         Bounds of queues and rings.
     forward_jump_max_s : float
         Measurements farther ahead of the data time are refused.
+    clock : Clock, optional
+        The time of day, by which measurements from the future are told; the machine's by default.
 
     Attributes
     ----------
@@ -82,7 +85,9 @@ class Service:
         tracking: TrackingSettings,
         limits: RuntimeLimits | None = None,
         forward_jump_max_s: float = FORWARD_JUMP_MAX_S,
+        clock: Clock | None = None,
     ) -> None:
+        self._clock = clock or SystemClock()
         self._open_journal = open_journal
         self._open_engine = open_engine
         self._sensors = sensors
@@ -189,7 +194,14 @@ class Service:
             If the service is not running, or has stopped taking measurements.
         """
         return self._put(
-            Submission(EntryKind.BATCH, frame, source, idempotency_key, tuple(rejected))
+            Submission(
+                EntryKind.BATCH,
+                frame,
+                source,
+                idempotency_key,
+                tuple(rejected),
+                latest_s=self._clock.now_s() + self._limits.clock_ahead_max_s,
+            )
         )
 
     def flush(self, *, source: str, idempotency_key: str | None = None) -> Future[Receipt]:
