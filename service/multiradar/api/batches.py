@@ -68,13 +68,14 @@ class StreamHub:
         self._remembered: OrderedDict[tuple[object, ...], bytes] = OrderedDict()
         self._lock = threading.Lock()
 
-    def check_place(self) -> None:
-        """Refuse another stream when all places are taken.
+    @contextmanager
+    def place(self, transport: str) -> Iterator[None]:
+        """Hold a place for a stream.
 
         Raises
         ------
         RequestError
-            503 with the bound.
+            503 with the bound, when all places are taken.
         """
         if self._clients >= self._limits.streams_max:
             raise RequestError(
@@ -83,10 +84,6 @@ class StreamHub:
                 f"{self._limits.streams_max} streams are open, no more are taken",
                 {"retry-after": "5"},
             )
-
-    @contextmanager
-    def place(self, transport: str) -> Iterator[None]:
-        """Hold a place for a stream."""
         self._clients += 1
         STREAM_CLIENTS.labels(transport=transport).inc()
         try:

@@ -69,7 +69,6 @@ async def server_sent_events(
     last_event_id = request.headers.get("last-event-id")
     if last_event_id is not None:
         after = _sequence(last_event_id, "Last-Event-ID")
-    access.hub.check_place()
     return _EventStream(access, after, chosen)
 
 
@@ -78,15 +77,15 @@ async def web_socket(socket: WebSocket, access: Granted) -> None:
     """Stream batches of events; parameters `after` and `kinds` as for `/v1/events`."""
     # Accepted first: before that, a close code does not reach the client.
     await socket.accept()
-    try:
-        after, chosen = _socket_parameters(socket.query_params.multi_items())
-        access.hub.check_place()
-    except RequestError as error:
-        HTTP_REFUSALS.labels(code=error.code).inc()
-        code = CLOSE_POLICY if error.parameters else CLOSE_TRY_LATER
-        await socket.close(code, f"{error.code}: {error}"[:_CLOSE_REASON_LENGTH_MAX])
-        return
-    with access.hub.place("websocket"):
+    with contextlib.ExitStack() as held:
+        try:
+            after, chosen = _socket_parameters(socket.query_params.multi_items())
+            held.enter_context(access.hub.place("websocket"))
+        except RequestError as error:
+            HTTP_REFUSALS.labels(code=error.code).inc()
+            code = CLOSE_POLICY if error.parameters else CLOSE_TRY_LATER
+            await socket.close(code, f"{error.code}: {error}"[:_CLOSE_REASON_LENGTH_MAX])
+            return
         sender = _send_batches(socket, access, after, chosen)
         await _first_of(sender, _listen(socket))
 
@@ -202,6 +201,7 @@ class _EventStream(Response):
         self._kinds = kinds
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        # Refused here, before anything is sent: the answer is a problem document then.
         with self._access.hub.place("sse"):
             start = {"type": "http.response.start", "status": 200, "headers": self.raw_headers}
             await send(start)
