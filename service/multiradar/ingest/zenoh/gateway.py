@@ -13,12 +13,11 @@ from multiradar.ingest.zenoh.counts import ZenohCounts
 from multiradar.ingest.zenoh.joining import JoinGate
 from multiradar.ingest.zenoh.keys import MEASUREMENTS, STATUS, TRACK_CACHES
 from multiradar.ingest.zenoh.measurements import Intake, MeasurementInlet
-from multiradar.ingest.zenoh.options import ZenohOptions, options_of
+from multiradar.ingest.zenoh.options import ZenohOptions
 from multiradar.ingest.zenoh.payload import PayloadBounds
 from multiradar.ingest.zenoh.publisher import EventSource, Publisher
 from multiradar.ingest.zenoh.queries import Answers, View
 from multiradar.ingest.zenoh.session import ZenohBus
-from multiradar.settings import ZenohSettings
 
 #: Threads that send answers; a querier that does not listen occupies one for some seconds.
 _ANSWER_THREADS = 4
@@ -72,7 +71,7 @@ class ZenohGateway:
     ----------
     service : Service
         The running service.
-    options : ZenohOptions or ZenohSettings
+    options : ZenohOptions, optional
         How to open the session, and bounds.
     open_bus : callable
         Opens the session; another one in tests.
@@ -83,15 +82,13 @@ class ZenohGateway:
     def __init__(
         self,
         service: ZenohService,
-        options: ZenohOptions | ZenohSettings | None = None,
+        options: ZenohOptions | None = None,
         *,
         open_bus: Callable[[ZenohOptions], Bus] = ZenohBus,
         clock: Clock | None = None,
     ) -> None:
         self._service = service
-        self._options = (
-            options_of(options) if isinstance(options, ZenohSettings) else options or ZenohOptions()
-        )
+        self._options = options or ZenohOptions()
         self._open_bus = open_bus
         self._clock = clock or SystemClock()
         self.counts = ZenohCounts()

@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import Literal
 
 from multiradar.errors import ConfigurationError
-from multiradar.settings import ZenohSettings
 
 Mode = Literal["peer", "client", "router"]
 _LEASE_FACING_SUBSCRIBERS_S = 10.0
@@ -83,17 +82,6 @@ class ZenohOptions:
             value = getattr(self, name)
             if value is not None and not value > 0:
                 raise ConfigurationError(f"zenoh {name}: expected more than 0, was {value}")
-
-
-def options_of(settings: ZenohSettings) -> ZenohOptions:
-    """Return the options that the section `zenoh` of the settings stands for."""
-    return ZenohOptions(
-        mode=settings.mode,
-        listen=settings.listen,
-        connect=settings.connect,
-        multicast=settings.multicast,
-        config_file=settings.config_file,
-    )
 
 
 _POSITIVE = (

@@ -5,10 +5,11 @@ from typing import Any
 
 import pytest
 
+from multiradar.app import zenoh_options
 from multiradar.errors import ConfigurationError
-from multiradar.ingest.zenoh.options import ZenohOptions, options_of
+from multiradar.ingest.zenoh.options import ZenohOptions
 from multiradar.ingest.zenoh.session import zenoh_config
-from multiradar.settings import ZenohSettings
+from multiradar.settings import load_settings
 
 
 def setting(options: ZenohOptions, key: str) -> Any:
@@ -16,7 +17,7 @@ def setting(options: ZenohOptions, key: str) -> Any:
 
 
 def test_the_defaults_listen_on_loopback_and_look_for_nobody() -> None:
-    options = options_of(ZenohSettings())
+    options = zenoh_options(load_settings(None))
     assert setting(options, "mode") == "peer"
     assert setting(options, "listen/endpoints") == ["tcp/127.0.0.1:7447"]
     assert setting(options, "connect/endpoints") == []
