@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar_converters.output_folder import OutputFolder
 from multiradar_converters.vid import fields
 from multiradar_converters.vid.accounting import Account, RejectsFile
 from multiradar_converters.vid.ahead import ahead
@@ -22,7 +23,6 @@ from multiradar_converters.vid.fields import Table
 from multiradar_converters.vid.naming import NamedPlots, PlotNamer
 from multiradar_converters.vid.numbering import Numbering
 from multiradar_converters.vid.options import Options
-from multiradar_converters.vid.output import OutputFolder
 from multiradar_converters.vid.records import (
     NAMING_WORDS,
     PLOT_WORDS,

@@ -1,13 +1,17 @@
-"""An output folder that is either finished or not there."""
+"""An output folder that is either finished or not there.
+
+The rule is that of `multiradar convert`, what a killed run left included; the sentences are those
+of the service.
+"""
 
 import os
-import shutil
-import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from multiradar.errors import InputError, OutputExistsError
+from multiradar_converters.errors import ConversionError, OutputTakenError
+from multiradar_converters.output_folder import OutputFolder
 
 
 @contextmanager
@@ -22,30 +26,28 @@ def new_folder(path: Path) -> Iterator[Path]:
     Yields
     ------
     Path
-        A hidden sibling to write to, removed when anything goes wrong.
+        A hidden sibling to write to, removed when anything goes wrong; by the next run for the
+        same folder when this one is killed.
 
     Raises
     ------
     OutputExistsError
         There is something of that name already; it is left alone.
     InputError
-        There is no folder to make it in.
+        There is no folder to make it in, or it cannot be written to.
     """
     check_new(path)
     parent = path.absolute().parent
     if not parent.is_dir():
         msg = f"{parent}: expected a folder to write {path.name} to, found none"
         raise InputError(msg)
-    partial = Path(tempfile.mkdtemp(prefix=f".{path.name}.partial-", dir=parent))
-    try:
-        # mkdtemp makes it private; a finished folder is as open as the user wants it.
-        partial.chmod(0o777 & ~_umask())
-        yield partial
-        check_new(path)
-        partial.rename(path)
-    except BaseException:
-        shutil.rmtree(partial, ignore_errors=True)
-        raise
+    folder = OutputFolder(path.absolute())
+    with ExitStack() as held:
+        with _translated():
+            held.enter_context(folder)
+        yield folder.path
+        with _translated():
+            folder.finish()
 
 
 def check_new(path: Path) -> None:
@@ -55,8 +57,11 @@ def check_new(path: Path) -> None:
         raise OutputExistsError(msg)
 
 
-def _umask() -> int:
-    # The only way to read it is to set it.
-    umask = os.umask(0o022)
-    os.umask(umask)
-    return umask
+@contextmanager
+def _translated() -> Iterator[None]:
+    try:
+        yield
+    except OutputTakenError as error:
+        raise OutputExistsError(str(error)) from error
+    except ConversionError as error:
+        raise InputError(str(error)) from error

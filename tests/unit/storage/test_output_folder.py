@@ -1,5 +1,6 @@
 """An output folder is either finished or not there, and what stands there already is left alone."""
 
+import fcntl
 from pathlib import Path
 
 import pytest
@@ -56,4 +57,52 @@ def test_a_folder_that_appears_meanwhile_is_left_alone(tmp_path: Path) -> None:
 def test_a_missing_parent_is_named(tmp_path: Path) -> None:
     out = tmp_path / "nowhere" / "out"
     with pytest.raises(InputError, match="nowhere: expected a folder"), new_folder(out):
+        pytest.fail("nothing may be written")
+
+
+def _left_behind(folder: Path, name: str) -> Path:
+    partial = folder / name
+    partial.mkdir()
+    (partial / "tracks.parquet").write_text("half")
+    (partial / ".lock").touch()
+    return partial
+
+
+def test_what_a_killed_run_left_is_removed_by_the_next(tmp_path: Path) -> None:
+    _left_behind(tmp_path, ".out.partial-99999999")
+    other = _left_behind(tmp_path, ".outer.partial-99999999")
+    with new_folder(tmp_path / "out"):
+        pass
+    assert sorted(tmp_path.iterdir()) == [other, tmp_path / "out"]
+
+
+def test_what_a_living_run_writes_is_left_alone(tmp_path: Path) -> None:
+    living = _left_behind(tmp_path, ".out.partial-99999999")
+    with (living / ".lock").open() as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        with new_folder(tmp_path / "out"):
+            pass
+        assert (living / "tracks.parquet").read_text() == "half"
+
+
+def test_a_finished_folder_is_as_open_as_the_user_wants_it(tmp_path: Path) -> None:
+    ordinary = tmp_path / "ordinary"
+    ordinary.mkdir()
+    with new_folder(tmp_path / "out"):
+        pass
+    assert (tmp_path / "out").stat().st_mode == ordinary.stat().st_mode
+    assert not list((tmp_path / "out").iterdir())
+
+
+def test_a_folder_that_cannot_be_written_to_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(_path: Path, *_: object) -> None:
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(Path, "mkdir", refuse)
+    with (
+        pytest.raises(InputError, match="out: cannot be made: Permission denied"),
+        new_folder(tmp_path / "out"),
+    ):
         pytest.fail("nothing may be written")
