@@ -182,6 +182,10 @@ def _value_bytes(name: str, kind: int, form: Table) -> int:
         width = form.scalar(0, "i") // 8
     elif kind == _FLOAT:
         width = _FLOAT_BYTES.get(form.scalar(0, "h"), -1)
+        if name == "time_s" and 0 < width < 8:
+            # Single precision counts Unix times in steps of 128 s.
+            found = f"float{8 * width}"
+            raise ArrowLayoutError(f"column 'time_s': expected float64 or integers, was {found}")
     else:
         width = widths.get(kind, -1)
     if width < 0 or (kind == _INTEGER and width not in (1, 2, 4, 8)):

@@ -106,6 +106,12 @@ def _check_columns(path: Path, found: pl.Schema) -> None:
     missing = [name for name in MEASUREMENT_SCHEMA if name not in found]
     if missing:
         raise MissingColumnError(str(path), missing, list(found))
+    if found["time_s"] == pl.Float32():
+        msg = (
+            f"{path}: expected Float64 or whole seconds in the column time_s, found Float32, "
+            "which counts Unix times in steps of 128 s"
+        )
+        raise InputError(msg)
     for name, wanted in MEASUREMENT_SCHEMA.items():
         if not _convertible(found[name], wanted):
             msg = f"{path}: expected {wanted} in the column {name}, found {found[name]}"

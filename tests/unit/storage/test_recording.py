@@ -88,6 +88,16 @@ def test_numbers_of_other_widths_and_further_columns_are_taken(tmp_path: Path) -
     assert block["track_number"].to_list() == [7, 7, 7]
 
 
+def test_a_time_of_single_precision_is_refused_because_its_seconds_are_lost(tmp_path: Path) -> None:
+    path = tmp_path / "measurements.parquet"
+    short = [pl.col(name).cast(pl.Float32) for name in ("range_m", "time_s")]
+    _measurements(3).with_columns(short).write_parquet(path)
+    with pytest.raises(InputError, match=r"expected Float64 .* column time_s, found Float32"):
+        Recording(path)
+    _measurements(3).with_columns(short[0]).write_parquet(path)
+    assert next(Recording(path).blocks())["range_m"].dtype == pl.Float64
+
+
 def test_a_folder_means_the_measurements_in_it(tmp_path: Path) -> None:
     assert measurements_path(tmp_path) == tmp_path / "measurements.parquet"
     file = tmp_path / "other.parquet"

@@ -65,6 +65,14 @@ def test_the_same_table_in_any_encoding_gives_the_same_rows(body: bytes) -> None
     assert parsed.frame["index"].to_list() == [0, 1]
 
 
+@pytest.mark.parametrize("kind", [pa.float16(), pa.float32()])
+def test_a_time_that_has_lost_its_seconds_is_refused(kind: pa.DataType) -> None:
+    times = pa.array([0.0, 4.0], pa.float64()).cast(kind)
+    with pytest.raises(BodyError, match=r"'time_s': expected float64 or integers, was float") as e:
+        parse_arrow(pyarrow_stream(FRAME.to_arrow().set_column(0, "time_s", times)))
+    assert e.value.code == RejectCode.MALFORMED_ARROW
+
+
 def test_integers_and_short_floats_serve_as_numbers_and_optional_columns_may_miss() -> None:
     table = pa.table(
         {
