@@ -10,6 +10,7 @@ from multiradar.estimation.measurement.sensors import (
 )
 from multiradar.runtime.digest import OutputDigest
 from multiradar.runtime.engine import Engine
+from multiradar.tracking.measurements import MeasurementBatch
 from multiradar.tracking.outputs import EngineOutput, TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
 from support.batches import batch_of
@@ -162,6 +163,30 @@ def test_plots_without_height_say_nothing_of_the_biases(name: str) -> None:
     _, output = all_output(scene, TrackingSettings(filter_name=name))
     sigma = output.biases.sigma[-len(scene.sensors.prior_sigma) :]
     np.testing.assert_allclose(sigma, scene.sensors.prior_sigma, rtol=1e-9)
+
+
+@pytest.mark.parametrize("name", FILTERS)
+def test_a_plot_that_is_refused_leaves_the_uncertainty_as_it_was(name: str) -> None:
+    # A refused outlier once counted as a manoeuvre: the process noise rose three hundredfold, and
+    # the next outlier was believed.
+    rng = np.random.default_rng(9)
+    scene = make_scene(rng, three_radars(), random_flights(rng, 3, 300.0))
+    settings = TrackingSettings(filter_name=name)
+    row = len(scene.batch) - 60
+    outlier = scene.batch.take(slice(row, row + 1))
+    object.__setattr__(outlier, "range_m", outlier.range_m + 6000.0)
+    object.__setattr__(outlier, "time_s", outlier.time_s + 1e-3)
+    engine, expected = all_output(scene, settings)
+    with_outlier = Engine(scene.sensors, settings)
+    first, last = (
+        with_outlier.push(MeasurementBatch.concatenate([scene.batch, outlier])),
+        (with_outlier.flush()),
+    )
+    updates = TrackUpdates.concatenate([first.updates, last.updates])
+    assert with_outlier.counts["REFUSED"] == engine.counts["REFUSED"] + 1
+    np.testing.assert_allclose(
+        updates.position_sigma_m, expected.updates.position_sigma_m, rtol=1e-3
+    )
 
 
 def test_a_silent_track_ends_once_and_comes_back_as_another() -> None:

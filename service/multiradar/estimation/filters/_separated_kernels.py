@@ -158,9 +158,9 @@ def correct_separated(
     b = bias_spread(first, last, parameters, bias_covariance, p0, r_rate, az_rate)
     # The gate is written so that NaN fails it.
     nis = squared_norm(n[0] + b[0] + W[0], n[1] + b[1], n[2] + b[2] + W[1], e0, e1)
-    surprise = surprise_after(surprise, nis, options)
     if not nis <= options[REFUSE_NIS]:
         return REFUSED if np.isfinite(nis) else SINGULAR, surprise
+    surprise = surprise_after(surprise, nis, options)
     if nis > options[DOWNWEIGHT_NIS]:
         W[0] *= nis / options[DOWNWEIGHT_NIS]
         W[1] *= nis / options[DOWNWEIGHT_NIS]

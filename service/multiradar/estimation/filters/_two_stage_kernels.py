@@ -108,9 +108,9 @@ def correct_two_stage(
     if not nis <= EXPECTED_NIS:
         # Only now the uncertainty of the biases is worth its cost: it can but lower the figure.
         nis = squared_norm_with_biases(n00 + W[0], n01, n11 + W[1], e0, e1, U, factor)
-        surprise = surprise_after(surprise, nis, options)
         if not nis <= options[REFUSE_NIS]:
             return REFUSED if np.isfinite(nis) else SINGULAR, surprise
+        surprise = surprise_after(surprise, nis, options)
         if nis > options[DOWNWEIGHT_NIS]:
             W[0] *= nis / options[DOWNWEIGHT_NIS]
             W[1] *= nis / options[DOWNWEIGHT_NIS]
