@@ -7,6 +7,8 @@ import socket
 import subprocess
 import sys
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -39,13 +41,15 @@ class ServiceProcess:
     log: Path
 
     def stop(self) -> None:
-        """Have it stop gracefully, or end it when it does not."""
-        self.process.terminate()
+        """Have it stop gracefully, or end it when it does not, or when we must not wait."""
         try:
+            self.process.terminate()
             self.process.wait(STOP_TIMEOUT_S)
         except subprocess.TimeoutExpired:
-            self.process.kill()
-            self.process.wait()
+            _end(self.process)
+        except BaseException:
+            _end(self.process)
+            raise
         if self.process.stdout is not None:
             self.process.stdout.close()
 
@@ -71,8 +75,27 @@ def start_service(sensors: Path, folder: Path) -> ServiceProcess:
         "--state", str(folder / "state"), "--port", "0",
         "--zenoh-listen", f"tcp/127.0.0.1:{_free_port()}", "--json",
     ]  # fmt: skip
+    process: subprocess.Popen[str] | None = None
+    try:
+        # A process that is there, but that we hold no handle of yet, would outlive us.
+        with _signals_put_off():
+            process = _launch(command, log)
+        ready = _first_line(process)
+    except BaseException:
+        if process is not None:
+            _end(process)
+        raise
+    if ready is None:
+        _end(process)
+        lines = log.read_text(encoding="utf-8").strip().splitlines()
+        msg = f"the service did not come up: {lines[-1] if lines else 'it said nothing'}"
+        raise PeerError(msg)
+    return ServiceProcess(process, str(ready["http"]), list(ready["zenoh"]), log)
+
+
+def _launch(command: list[str], log: Path) -> "subprocess.Popen[str]":
     with log.open("w", encoding="utf-8") as stream:
-        process = subprocess.Popen(
+        return subprocess.Popen(
             command,
             stdout=subprocess.PIPE,
             stderr=stream,
@@ -82,21 +105,37 @@ def start_service(sensors: Path, folder: Path) -> ServiceProcess:
             # Ctrl-C is for us; we tell the child in our own time.
             start_new_session=True,
         )
-    ready = _first_line(process)
-    if ready is None:
-        process.kill()
-        process.wait()
-        lines = log.read_text(encoding="utf-8").strip().splitlines()
-        msg = f"the service did not come up: {lines[-1] if lines else 'it said nothing'}"
-        raise PeerError(msg)
-    return ServiceProcess(process, str(ready["http"]), list(ready["zenoh"]), log)
+
+
+def _end(process: "subprocess.Popen[str]") -> None:
+    process.kill()
+    process.wait()
+
+
+@contextmanager
+def _signals_put_off() -> Iterator[None]:
+    put_off: list[int] = []
+    numbers = (signal.SIGTERM, signal.SIGINT)
+    before = {
+        number: signal.signal(number, lambda told, _frame: put_off.append(told))
+        for number in numbers
+    }
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+    for number in put_off:
+        signal.raise_signal(number)
 
 
 def _first_line(process: "subprocess.Popen[str]") -> dict[str, Any] | None:
     assert process.stdout is not None
     watchdog = threading.Timer(START_TIMEOUT_S, process.send_signal, [signal.SIGKILL])
-    watchdog.start()
+    # Started where an interruption cannot leave it ticking.
+    watchdog.daemon = True
     try:
+        watchdog.start()
         line = process.stdout.readline()
     finally:
         watchdog.cancel()

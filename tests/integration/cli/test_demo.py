@@ -1,11 +1,13 @@
 """The first thing a user sees runs to its end, says what it found, and leaves nothing behind."""
 
 import json
+import os
 import re
 import signal
 import subprocess
 import sys
-import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -49,27 +51,70 @@ def test_the_demo_ends_with_biases_near_the_truth_and_leaves_nothing(
     assert "ADS-B positions, which the tracker has not seen" in done.stdout
 
 
+def _processes_that_name(folder: Path) -> list[int]:
+    # Only the service of the demo under test has a path below this folder among its arguments.
+    found = []
+    for entry in Path("/proc").glob("[0-9]*"):
+        try:
+            line = (entry / "cmdline").read_bytes()
+        except OSError:
+            # It has ended since.
+            continue
+        if os.fsencode(folder) in line and b"serve" in line.split(b"\0"):
+            found.append(int(entry.name))
+    return found
+
+
+@contextmanager
+def _demo(dump: Path, temporary: Path) -> Iterator["subprocess.Popen[str]"]:
+    # Ends what it started, the service too, however the test ends.
+    line = [sys.executable, "-m", "multiradar", "demo", "--dump", str(dump), "--speed", "max"]
+    temporary.mkdir()
+    own = {**environment(), "TMPDIR": str(temporary)}
+    with subprocess.Popen(line, stdout=subprocess.PIPE, text=True, env=own) as process:
+        try:
+            yield process
+        finally:
+            process.kill()
+            for service in _processes_that_name(temporary):
+                os.kill(service, signal.SIGKILL)
+
+
+def _read_until(process: "subprocess.Popen[str]", wanted: str) -> str:
+    assert process.stdout is not None
+    seen = ""
+    for told in process.stdout:
+        seen += told
+        if wanted in told:
+            break
+    return seen
+
+
 @pytest.mark.slow
-def test_ctrl_c_stops_the_service_and_removes_everything(
-    short_dump: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_ctrl_c_stops_the_service_and_removes_everything(short_dump: Path, tmp_path: Path) -> None:
+    temporary = tmp_path / "tmp"
+    with _demo(short_dump, temporary) as process:
+        assert "still up" in _read_until(process, "/v1/status")
+        assert _processes_that_name(temporary)
+        process.send_signal(signal.SIGINT)
+        assert process.wait(60.0) == 0
+        assert not _processes_that_name(temporary)
+    assert not list(temporary.iterdir())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_demo_interrupted_while_its_service_starts_leaves_no_process(
+    short_dump: Path, tmp_path: Path, number: signal.Signals
 ) -> None:
     temporary = tmp_path / "tmp"
-    temporary.mkdir()
-    monkeypatch.setenv("TMPDIR", str(temporary))
-    line = [sys.executable, "-m", "multiradar", "demo", "--dump", str(short_dump), "--speed", "max"]
-    with subprocess.Popen(line, stdout=subprocess.PIPE, text=True, env=environment()) as process:
-        assert process.stdout is not None
-        seen = ""
-        for told in process.stdout:
-            seen += told
-            if "/v1/status" in told:
-                break
-        assert "still up" in seen
-        process.send_signal(signal.SIGINT)
-        watchdog = threading.Timer(60.0, process.kill)
-        watchdog.start()
-        assert process.wait() == 0
-        watchdog.cancel()
+    with _demo(short_dump, temporary) as process:
+        # As early as the service can be seen, long before it says where it listens.
+        while not _processes_that_name(temporary):
+            assert process.poll() is None
+        process.send_signal(number)
+        assert process.wait(60.0) == 0
+        assert not _processes_that_name(temporary)
     assert not list(temporary.iterdir())
 
 
