@@ -4,20 +4,23 @@
 
     MultiradarError                 anything this project says no to
     ├── ConfigurationError          a setting, sensors file or option that cannot be used
+    │   └── UnknownFilterError      a filter name that is not in the registry
     ├── InputError                  a file or message that cannot be read at all
     │   ├── MissingColumnError      a table lacks a column
+    │   ├── PayloadError            a Zenoh sample or query that cannot be taken as a whole
     │   └── IdempotencyConflictError  a key was used before, for another message
     ├── OutputExistsError           the place to write to is taken
-    ├── UnknownFilterError          a filter name that is not in the registry
     ├── OutsidePlaneError           a place too far from the centre of the system plane
     ├── CovarianceError             a matrix that is no covariance
     ├── JournalError                the journal cannot be written or does not verify
     │   └── JournalFullError        there is no room on the disk; nothing was taken
     ├── PipelineError               the live pipeline has stopped and takes nothing more
+    ├── AccountingError             measurements read are not those accounted for
     ├── QueueFullError              a bounded queue is full; try again later
     ├── ForecastError               a forecast is asked for farther or finer than is given
     ├── RequestError                a request over HTTP that is refused, with its status and code
     └── PeerError                   another process did not answer as agreed
+        └── UnavailableError        it cannot take anything now; try again
 """
 
 from collections.abc import Mapping, Sequence
@@ -46,6 +49,23 @@ class MissingColumnError(InputError):
             f"{source}: expected the columns {', '.join(self.missing)}, "
             f"found only {', '.join(self.found) or 'none'}"
         )
+
+
+class PayloadError(InputError):
+    """A sample or query that cannot be taken as a whole.
+
+    Attributes
+    ----------
+    code : str
+        Stable code of the reject.
+    reason : str
+        One sentence.
+    """
+
+    def __init__(self, code: str, reason: str) -> None:
+        self.code = code
+        self.reason = reason
+        super().__init__(f"{code}: {reason}")
 
 
 class IdempotencyConflictError(InputError):
@@ -109,6 +129,10 @@ class PipelineError(MultiradarError):
     """The live pipeline has stopped, or was not started, and takes nothing more."""
 
 
+class AccountingError(MultiradarError):
+    """Measurements read are not those accepted and rejected: a mistake of ours, told loudly."""
+
+
 class QueueFullError(MultiradarError):
     """A bounded queue is full; nothing was taken, the sender may try again later."""
 
@@ -166,3 +190,11 @@ class RequestError(MultiradarError):
 
 class PeerError(MultiradarError):
     """Another process did not answer as agreed."""
+
+
+class UnavailableError(PeerError):
+    """The service cannot take the batch now; the same batch may be sent again."""
+
+    def __init__(self, reason: str, retry_after_s: float | None = None) -> None:
+        self.retry_after_s = retry_after_s
+        super().__init__(reason)

@@ -15,7 +15,7 @@ import polars as pl
 from numpy.typing import NDArray
 
 from multiradar.clock import Clock
-from multiradar.errors import PeerError
+from multiradar.errors import PeerError, UnavailableError
 from multiradar.storage.recording import INDEX_COLUMN, Recording
 
 #: Wall time that one batch may span when the speed is finite: the delay that batching adds.
@@ -31,14 +31,6 @@ RETRY_AFTER_MAX_S = 60.0
 _KEY_HASH_CHARACTERS = 16
 
 _T = TypeVar("_T")
-
-
-class UnavailableError(PeerError):
-    """The service cannot take the batch now; the same batch may be sent again."""
-
-    def __init__(self, reason: str, retry_after_s: float | None = None) -> None:
-        self.retry_after_s = retry_after_s
-        super().__init__(reason)
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,8 +7,8 @@ from typing import Any
 import httpx
 import polars as pl
 
-from multiradar.errors import ConfigurationError, PeerError
-from multiradar.ingest.replay import Answer, UnavailableError
+from multiradar.errors import ConfigurationError, PeerError, UnavailableError
+from multiradar.ingest.replay import Answer
 
 CONNECT_TIMEOUT_S = 5.0
 #: Longer than the service waits for its journal.

@@ -7,8 +7,8 @@ from typing import Any
 import polars as pl
 import zenoh
 
-from multiradar.errors import PeerError
-from multiradar.ingest.replay import Answer, UnavailableError
+from multiradar.errors import PeerError, UnavailableError
+from multiradar.ingest.replay import Answer
 from multiradar.ingest.replay_http import MEDIA_TYPES, Encoding, encode
 from multiradar.ingest.zenoh.keys import MEASUREMENTS
 from multiradar.ingest.zenoh.options import ZenohOptions
@@ -95,9 +95,8 @@ class ZenohDestination:
         if code not in _COME_BACK:
             # A query that Zenoh itself gave up has no code of ours: the answer was lost.
             return PeerError(msg) if "code" in document else UnavailableError(msg)
-        retry_after_s = document.get("retry_after_s")
-        known = isinstance(retry_after_s, (int, float))
-        return UnavailableError(msg, float(retry_after_s) if known else None)  # type: ignore[arg-type]
+        after_s = document.get("retry_after_s")
+        return UnavailableError(msg, float(after_s) if isinstance(after_s, (int, float)) else None)
 
 
 def _document(payload: zenoh.ZBytes) -> Mapping[str, Any]:

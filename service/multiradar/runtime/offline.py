@@ -13,7 +13,7 @@ import numpy as np
 import polars as pl
 
 from multiradar import wire
-from multiradar.errors import MultiradarError
+from multiradar.errors import AccountingError
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.admission import ACCEPTED, Admission
 from multiradar.runtime.digest import OutputDigest
@@ -29,10 +29,6 @@ BATCH_ROWS = 8192
 TRACKS_FILE = "tracks.parquet"
 BIASES_FILE = "biases.parquet"
 REJECTS_FILE = "rejects.ndjson"
-
-
-class AccountingError(MultiradarError):
-    """Measurements read are not those accepted and rejected: a mistake of ours, told loudly."""
 
 
 @dataclass(frozen=True, slots=True)

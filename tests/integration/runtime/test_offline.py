@@ -8,8 +8,9 @@ from typing import Any
 import polars as pl
 import pytest
 
+from multiradar.errors import AccountingError
 from multiradar.runtime.engine import Engine
-from multiradar.runtime.offline import AccountingError, OfflineJob, OfflineResult, track_recording
+from multiradar.runtime.offline import OfflineJob, OfflineResult, track_recording
 from multiradar.runtime.offline_report import offline_report
 from multiradar.storage import recording as recording_module
 from multiradar.storage.recording import Recording

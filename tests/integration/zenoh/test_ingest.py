@@ -11,8 +11,8 @@ import polars as pl
 import pytest
 import zenoh
 
-from multiradar.errors import QueueFullError
-from multiradar.ingest.replay import Answer, UnavailableError
+from multiradar.errors import QueueFullError, UnavailableError
+from multiradar.ingest.replay import Answer
 from multiradar.ingest.replay_http import MEDIA_TYPES, Encoding, encode
 from multiradar.ingest.replay_zenoh import ZenohDestination
 from multiradar.ingest.zenoh.gateway import ZenohGateway

@@ -6,7 +6,7 @@ import polars as pl
 import pytest
 
 from multiradar.clock import FixedClock
-from multiradar.errors import PeerError
+from multiradar.errors import PeerError, UnavailableError
 from multiradar.ingest.replay import (
     BACKOFF_MAX_S,
     RETRY_AFTER_MAX_S,
@@ -14,7 +14,6 @@ from multiradar.ingest.replay import (
     Answer,
     Replay,
     ReplayPlan,
-    UnavailableError,
     backoff_s,
     derived_run_name,
     replay_batches,

@@ -7,8 +7,8 @@ import httpx
 import polars as pl
 import pytest
 
-from multiradar.errors import ConfigurationError, PeerError
-from multiradar.ingest.replay import Answer, UnavailableError
+from multiradar.errors import ConfigurationError, PeerError, UnavailableError
+from multiradar.ingest.replay import Answer
 from multiradar.ingest.replay_http import Encoding, HttpDestination, encode
 from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
 

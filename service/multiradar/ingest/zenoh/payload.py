@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import polars as pl
 
-from multiradar.errors import InputError, RequestError
+from multiradar.errors import PayloadError, RequestError
 from multiradar.ingest.bodies import Decoded, decode
 from multiradar.ingest.zenoh.keys import is_sensor_id, last_part
 from multiradar.runtime.receipt import RejectedRow
@@ -32,23 +32,6 @@ _ARROW_START = b"\xff\xff\xff\xff"
 #: The last part of a key that stands for measurements of several sensors.
 _ANY_SENSOR = frozenset({"*", "**"})
 _NOT_NAMED = str(RejectCode.MISSING_FIELD)
-
-
-class PayloadError(InputError):
-    """A sample or query that cannot be taken as a whole.
-
-    Attributes
-    ----------
-    code : str
-        Stable code of the reject.
-    reason : str
-        One sentence.
-    """
-
-    def __init__(self, code: str, reason: str) -> None:
-        self.code = code
-        self.reason = reason
-        super().__init__(f"{code}: {reason}")
 
 
 @dataclass(frozen=True, slots=True)

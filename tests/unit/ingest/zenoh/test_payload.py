@@ -7,7 +7,8 @@ from typing import Any
 import polars as pl
 import pytest
 
-from multiradar.ingest.zenoh.payload import PayloadBounds, PayloadError, read_payload
+from multiradar.errors import PayloadError
+from multiradar.ingest.zenoh.payload import PayloadBounds, read_payload
 from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
 
 BOUNDS = PayloadBounds(bytes_max=10_000, rows_max=100)

@@ -1,0 +1,44 @@
+"""The exception tree is the one that is drawn."""
+
+import importlib
+import inspect
+import pkgutil
+import re
+
+import multiradar
+from multiradar import errors
+from multiradar.errors import MultiradarError
+
+
+def _drawn() -> dict[str, str]:
+    """Each class of the drawing with the one above it, by how far it stands to the right."""
+    above: list[tuple[int, str]] = []
+    found: dict[str, str] = {}
+    for line in (errors.__doc__ or "").splitlines():
+        match = re.match(r"[ │├└─]*(?=\w+Error)", line)
+        if match is None or not line.startswith("    "):
+            continue
+        depth, name = match.end(), line[match.end() :].split()[0]
+        above = [one for one in above if one[0] < depth]
+        found[name] = above[-1][1] if above else "Exception"
+        above.append((depth, name))
+    return found
+
+
+def test_the_tree_in_the_docstring_is_that_of_the_classes() -> None:
+    classes = inspect.getmembers(errors, inspect.isclass)
+    real = {
+        name: found.__bases__[0].__name__ for name, found in classes if issubclass(found, Exception)
+    }
+    assert _drawn() == real
+
+
+def test_every_error_that_is_told_to_the_user_is_in_the_tree() -> None:
+    for module in pkgutil.walk_packages(multiradar.__path__, "multiradar."):
+        if not module.name.endswith("__main__"):
+            importlib.import_module(module.name)
+    pending = [MultiradarError]
+    while pending:
+        found = pending.pop()
+        assert found.__module__ == errors.__name__
+        pending += found.__subclasses__()
