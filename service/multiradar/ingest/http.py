@@ -2,7 +2,6 @@
 
 import asyncio
 import json
-import re
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
@@ -15,10 +14,15 @@ from starlette.responses import Response
 
 from multiradar.errors import RequestError
 from multiradar.ingest.bodies import MEDIA_TYPES, Decoded, decode
-from multiradar.runtime.receipt import Receipt, RejectedRow
+from multiradar.runtime.receipt import (
+    IDEMPOTENCY_KEY_FORM,
+    IDEMPOTENCY_KEY_LENGTH_MAX,
+    Receipt,
+    RejectedRow,
+    is_idempotency_key,
+    receipt_document,
+)
 from multiradar_schemas.reject import RejectCode
-
-_IDEMPOTENCY_KEY = re.compile(r"[\x21-\x7e](?:[\x20-\x7e]{0,126}[\x21-\x7e])?", re.ASCII)
 
 #: Refusals that depend on when a measurement comes and who listens, not on what it says.
 _CIRCUMSTANCES = frozenset(
@@ -178,22 +182,14 @@ def _retrieved(future: "asyncio.Future[Receipt]") -> None:
 
 
 def _answer(receipt: Receipt) -> Response:
-    rejected = [
-        {"index": row.index, "code": row.code, "reason": row.reason} for row in receipt.rejected
-    ]
-    document: dict[str, Any] = {
-        "accepted": receipt.accepted,
-        "rejected": rejected,
-        "duplicate": receipt.duplicate,
-        "journal_sequence": receipt.journal_sequence,
-    }
+    document = receipt_document(receipt)
     codes = {row.code for row in receipt.rejected}
     if receipt.accepted == 0 and codes and not codes & _CIRCUMSTANCES:
         raise RequestError(
             422,
             "NO_MEASUREMENTS",
-            f"none of the {len(rejected)} rows could be read as a measurement, "
-            f"the first because: {rejected[0]['reason']}",
+            f"none of the {len(receipt.rejected)} rows could be read as a measurement, "
+            f"the first because: {receipt.rejected[0].reason}",
             members=document,
         )
     return Response(json.dumps(document), media_type="application/json")
@@ -241,11 +237,11 @@ def _idempotency_key(request: Request) -> str | None:
     keys = request.headers.getlist("idempotency-key")
     if not keys:
         return None
-    if len(keys) > 1 or _IDEMPOTENCY_KEY.fullmatch(keys[0]) is None:
+    if len(keys) > 1 or not is_idempotency_key(keys[0]):
         raise RequestError(
             400,
             "IDEMPOTENCY_KEY_INVALID",
-            "expected one Idempotency-Key of 1 to 128 printable ASCII characters",
+            f"expected one Idempotency-Key, {IDEMPOTENCY_KEY_FORM}",
         )
     return keys[0]
 
@@ -265,9 +261,9 @@ _KEY_PARAMETER = {
     "name": "Idempotency-Key",
     "in": "header",
     "required": False,
-    "description": "The sender's name for the message: 1 to 128 printable ASCII characters. Sent "
+    "description": f"The sender's name for the message: {IDEMPOTENCY_KEY_FORM}. Sent "
     "again with the same key, a message is taken once and answered with `duplicate: true`",
-    "schema": {"type": "string", "minLength": 1, "maxLength": 128},
+    "schema": {"type": "string", "minLength": 1, "maxLength": IDEMPOTENCY_KEY_LENGTH_MAX},
 }
 
 _EXAMPLE = [

@@ -12,17 +12,28 @@ from typing import Protocol
 
 import polars as pl
 
-from multiradar.errors import JournalFullError, MultiradarError, PipelineError, QueueFullError
+from multiradar.errors import (
+    JournalFullError,
+    MultiradarError,
+    PayloadError,
+    PipelineError,
+    QueueFullError,
+)
 from multiradar.ingest.bodies import Decoded
 from multiradar.ingest.zenoh.bus import Message, Request
 from multiradar.ingest.zenoh.counts import ZenohCounts
 from multiradar.ingest.zenoh.keys import MEASUREMENTS
-from multiradar.ingest.zenoh.payload import PayloadBounds, PayloadError, read_payload
-from multiradar.runtime.receipt import Receipt, RejectedRow
+from multiradar.ingest.zenoh.payload import PayloadBounds, read_payload
+from multiradar.runtime.receipt import (
+    IDEMPOTENCY_KEY_FORM,
+    Receipt,
+    RejectedRow,
+    is_idempotency_key,
+    receipt_document,
+)
 
 SOURCE = "zenoh"
-#: As over HTTP.
-_KEY_LENGTH_MAX = 256
+_KEY_EXPECTED = f"expected an attachment that is an idempotency key, {IDEMPOTENCY_KEY_FORM}"
 
 
 class Intake(Protocol):
@@ -140,7 +151,8 @@ class MeasurementInlet:
 
     def _answer_settled(self, done: "Future[Receipt]", request: Request) -> None:
         if self._settled(done, request.key):
-            request.reply(_reply_key(request.key), _receipt(done.result()), b"")
+            answer = json.dumps(receipt_document(done.result())).encode()
+            request.reply(_reply_key(request.key), answer, b"")
             request.finish()
         else:
             _refuse_for(request, done.exception())
@@ -161,28 +173,9 @@ def _idempotency_key(attachment: bytes) -> str | None:
         key = attachment.decode("ascii")
     except UnicodeDecodeError as error:
         raise PayloadError("ENCODING", _KEY_EXPECTED) from error
-    if not key.isprintable() or len(key) > _KEY_LENGTH_MAX:
+    if not is_idempotency_key(key):
         raise PayloadError("ENCODING", _KEY_EXPECTED)
     return key
-
-
-_KEY_EXPECTED = (
-    f"expected an attachment of at most {_KEY_LENGTH_MAX} printable ASCII characters "
-    "(the idempotency key)"
-)
-
-
-def _receipt(receipt: Receipt) -> bytes:
-    rejected = [
-        {"index": row.index, "code": row.code, "reason": row.reason} for row in receipt.rejected
-    ]
-    document = {
-        "accepted": receipt.accepted,
-        "rejected": rejected,
-        "duplicate": receipt.duplicate,
-        "journal_sequence": receipt.journal_sequence,
-    }
-    return json.dumps(document).encode()
 
 
 def _reply_key(asked: str) -> str:
