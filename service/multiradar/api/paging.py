@@ -8,8 +8,8 @@ from collections.abc import Callable
 import polars as pl
 
 from multiradar.api.problems import parameter_error
-from multiradar.api.query import TIME_MAX_S
 from multiradar.errors import RequestError
+from multiradar_schemas.measurement import TIME_MAX_S
 
 #: Most rows in a page of a history.
 HISTORY_ROWS_MAX = 5_000

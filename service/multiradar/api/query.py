@@ -8,6 +8,7 @@ from fastapi import Path, Query, Request
 from pydantic import BeforeValidator
 
 from multiradar.api.problems import parameter_error
+from multiradar_schemas.measurement import SENSOR_ID_PATTERN, TIME_MAX_S
 
 # ASCII only: Python's float() and int() also take "1_0" and digits of other scripts.
 _NUMBER = re.compile(
@@ -16,11 +17,6 @@ _NUMBER = re.compile(
 _INTEGER = re.compile(r"[+-]?[0-9]{1,18}")
 
 _ISO_8601_LENGTH_MAX = 40
-
-#: Data times lie in this range, as those of measurements do, s.
-TIME_MAX_S = 1e11
-
-SENSOR_ID_PATTERN = r"^[A-Za-z0-9._-]{1,64}$"
 
 
 def number(text: object) -> float:
