@@ -161,7 +161,7 @@ class _Front:
             cut = len(self.records)
         else:
             side = "right" if self.run.index < index else "left"
-            cut = int(np.searchsorted(times(self.records), time, side=side))  # type: ignore[call-overload]
+            cut = int(np.searchsorted(times(self.records), time, side=side))  # type: ignore[call-overload]  # an exact integer
         taken, self.records = self.records[:cut], self.records[cut:]
         return taken
 

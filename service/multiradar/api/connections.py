@@ -176,7 +176,9 @@ class _Http(H11Protocol):
         super().__init__(config, server_state, app_state, _loop)
         self._header_timer: asyncio.TimerHandle | None = None
 
-    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+    def connection_made(  # type: ignore[override]  # the transport is narrower, as in uvicorn
+        self, transport: asyncio.Transport
+    ) -> None:
         super().connection_made(transport)
         _send_at_once(transport)
         if self.registry.admit(transport):

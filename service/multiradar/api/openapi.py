@@ -27,7 +27,7 @@ def install(application: FastAPI) -> None:
         return application.openapi_schema or {}
 
     # The way FastAPI documents for changing the document.
-    application.openapi = document  # type: ignore[method-assign]
+    application.openapi = document  # type: ignore[method-assign]  # a method there
 
 
 def _describe_refusals(document: dict[str, Any]) -> None:

@@ -37,7 +37,7 @@ def _row_bytes(table: object) -> bytes:
     """Return the rows one after the other, each as its columns in little-endian order."""
     columns: list[tuple[str, NDArray[np.generic]]] = [
         (field.name, getattr(table, field.name))
-        for field in fields(table)  # type: ignore[arg-type]
+        for field in fields(table)  # type: ignore[arg-type]  # any dataclass of arrays
     ]
     rows = np.empty(
         len(columns[0][1]),

@@ -37,7 +37,9 @@ class SensorBoard:
         records = []
         for number, name in enumerate(sensors.ids):
             last_s = _finite(self._last_s[number])
-            aged = last_s is not None and data_time_s is not None
+            age_s = None
+            if last_s is not None and data_time_s is not None:
+                age_s = max(data_time_s - last_s, 0.0)
             records.append(
                 {
                     "id": name,
@@ -52,7 +54,7 @@ class SensorBoard:
                     "rotation_period_s": _finite(sensors.rotation_period_s[number]),
                     "updates": int(self._updates[number]),
                     "last_update_s": last_s,
-                    "age_s": max(data_time_s - last_s, 0.0) if aged else None,  # type: ignore[operator]
+                    "age_s": age_s,
                 }
             )
         return records
