@@ -8,8 +8,8 @@ from starlette.requests import HTTPConnection
 
 from multiradar.api.batches import StreamHub
 from multiradar.api.limits import HttpLimits
-from multiradar.api.ports import ReadableService, View
 from multiradar.api.workers import Workers
+from multiradar.runtime.ports import ReadableService, View
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,10 +9,10 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 
 from multiradar.api.limits import HttpLimits
-from multiradar.api.ports import EventSource, StreamEvent, View
 from multiradar.api.workers import Workers
 from multiradar.errors import RequestError
 from multiradar.observability.metrics import STREAM_CLIENTS, STREAM_EVENTS, STREAM_GAPS
+from multiradar.runtime.ports import EventSource, StreamEvent, View
 
 #: Kinds of events a client may choose among; gap notices always come.
 KINDS = ("track", "bias", "ended", "status")

@@ -11,8 +11,8 @@ from multiradar.api.access import Access
 from multiradar.api.batches import StreamHub
 from multiradar.api.guard import LimitLayer
 from multiradar.api.limits import HttpLimits
-from multiradar.api.ports import ReadableService
 from multiradar.api.workers import Workers
+from multiradar.runtime.ports import ReadableService
 
 _DESCRIPTION = """\
 Plots of several radars in, tracks and radar biases out.

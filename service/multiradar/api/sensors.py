@@ -10,11 +10,11 @@ from multiradar.api import encoding
 from multiradar.api.access import Access, Granted
 from multiradar.api.documents import NOT_FOUND, BiasAnswer, SensorList, SensorState
 from multiradar.api.paging import HISTORY_ROWS_MAX, page_by_time
-from multiradar.api.ports import View
 from multiradar.api.problems import parameter_error
 from multiradar.api.query import Cursor, Integer, SensorId, Since, strict_query
 from multiradar.api.tables import json_response
 from multiradar.errors import RequestError
+from multiradar.runtime.ports import View
 
 router = APIRouter(prefix="/v1/sensors", tags=["sensors"], dependencies=[Depends(strict_query)])
 

@@ -14,11 +14,11 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from multiradar.api.access import Access, Granted
 from multiradar.api.batches import KINDS, Batch
-from multiradar.api.ports import StreamEvent
 from multiradar.api.problems import parameter_error
 from multiradar.api.query import Integer, integer, strict_query
 from multiradar.errors import RequestError
 from multiradar.observability.metrics import HTTP_CONNECTIONS_DROPPED, HTTP_REFUSALS
+from multiradar.runtime.ports import StreamEvent
 
 #: Close codes of `/v1/stream`.
 CLOSE_POLICY = 1008

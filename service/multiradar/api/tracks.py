@@ -15,7 +15,6 @@ from multiradar.api.paging import (
     read_track_cursor,
     track_cursor,
 )
-from multiradar.api.ports import View
 from multiradar.api.problems import parameter_error
 from multiradar.api.query import Cursor, Integer, Limit, Number, Since, TrackId, strict_query
 from multiradar.api.selection import bounding_box, columns, identity, inside
@@ -33,6 +32,7 @@ from multiradar.runtime.forecasts import (
     STEP_DEFAULT_S,
     STEP_MIN_S,
 )
+from multiradar.runtime.ports import View
 from multiradar_schemas.forecast import Forecast
 from multiradar_schemas.track import Track
 

@@ -2,23 +2,22 @@
 
 import asyncio
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
-import polars as pl
 from fastapi import APIRouter, Request
 from pydantic import BaseModel, Field
 from starlette.responses import Response
 
 from multiradar.errors import RequestError
 from multiradar.ingest.bodies import MEDIA_TYPES, Decoded, decode
+from multiradar.runtime.ports import MeasurementSink
 from multiradar.runtime.receipt import (
     IDEMPOTENCY_KEY_FORM,
     IDEMPOTENCY_KEY_LENGTH_MAX,
     Receipt,
-    RejectedRow,
     is_idempotency_key,
     receipt_document,
 )
@@ -35,25 +34,6 @@ _CIRCUMSTANCES = frozenset(
 )
 
 _SOURCE = "http"
-
-
-class MeasurementSink(Protocol):
-    """The running service as those see it who hand measurements in."""
-
-    def submit(
-        self,
-        frame: pl.DataFrame,
-        *,
-        source: str,
-        idempotency_key: str | None = None,
-        rejected: Sequence[RejectedRow] = (),
-    ) -> Future[Receipt]:
-        """Hand in measurements; resolved when they are on disk."""
-        ...
-
-    def flush(self, *, source: str, idempotency_key: str | None = None) -> Future[Receipt]:
-        """Hand in the end of a stream; resolved when it is on disk."""
-        ...
 
 
 class RefusedRow(BaseModel):

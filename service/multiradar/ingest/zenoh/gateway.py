@@ -4,7 +4,7 @@ import json
 import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any, Protocol
+from typing import Protocol
 
 from multiradar.clock import Clock, SystemClock
 from multiradar.ingest.zenoh.bus import BusCounts, Inlet, Outlet
@@ -12,12 +12,13 @@ from multiradar.ingest.zenoh.catch_up import CatchUp
 from multiradar.ingest.zenoh.counts import ZenohCounts
 from multiradar.ingest.zenoh.joining import JoinGate
 from multiradar.ingest.zenoh.keys import MEASUREMENTS, STATUS, TRACK_CACHES
-from multiradar.ingest.zenoh.measurements import Intake, MeasurementInlet
+from multiradar.ingest.zenoh.measurements import MeasurementInlet
 from multiradar.ingest.zenoh.options import ZenohOptions
 from multiradar.ingest.zenoh.payload import PayloadBounds
-from multiradar.ingest.zenoh.publisher import EventSource, Publisher
-from multiradar.ingest.zenoh.queries import Answers, View
+from multiradar.ingest.zenoh.publisher import Publisher
+from multiradar.ingest.zenoh.queries import Answers
 from multiradar.ingest.zenoh.session import ZenohBus
+from multiradar.runtime.ports import MeasurementSink, View
 
 #: Threads that send answers; a querier that does not listen occupies one for some seconds.
 _ANSWER_THREADS = 4
@@ -27,23 +28,11 @@ _QUERIES_MAX = 1024
 _ALARM_PERIOD_S = 0.1
 
 
-class ServiceView(View, Protocol):
-    """The read side that is needed."""
-
-    def status(self) -> dict[str, Any]:
-        """Return the status."""
-        ...
-
-    def subscribe(self, after: int | None, depth: int) -> EventSource:
-        """Enter the events."""
-        ...
-
-
-class ZenohService(Intake, Protocol):
+class ZenohService(MeasurementSink, Protocol):
     """The service that is needed."""
 
     @property
-    def view(self) -> ServiceView:
+    def view(self) -> View:
         """The read side."""
         ...
 

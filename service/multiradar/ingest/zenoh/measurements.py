@@ -8,9 +8,6 @@ when it is in the journal, on disk: that is the acknowledged way in.
 import json
 from collections.abc import Callable
 from concurrent.futures import Future
-from typing import Protocol
-
-import polars as pl
 
 from multiradar.errors import (
     JournalFullError,
@@ -24,10 +21,10 @@ from multiradar.ingest.zenoh.bus import Message, Request
 from multiradar.ingest.zenoh.counts import ZenohCounts
 from multiradar.ingest.zenoh.keys import MEASUREMENTS
 from multiradar.ingest.zenoh.payload import PayloadBounds, read_payload
+from multiradar.runtime.ports import MeasurementSink
 from multiradar.runtime.receipt import (
     IDEMPOTENCY_KEY_FORM,
     Receipt,
-    RejectedRow,
     is_idempotency_key,
     receipt_document,
 )
@@ -36,31 +33,12 @@ SOURCE = "zenoh"
 _KEY_EXPECTED = f"expected an attachment that is an idempotency key, {IDEMPOTENCY_KEY_FORM}"
 
 
-class Intake(Protocol):
-    """What takes measurements."""
-
-    def submit(
-        self,
-        frame: pl.DataFrame,
-        *,
-        source: str,
-        idempotency_key: str | None = None,
-        rejected: tuple[RejectedRow, ...] = (),
-    ) -> "Future[Receipt]":
-        """Hand in measurements; the receipt comes when they are on disk."""
-        ...
-
-    def flush(self, *, source: str, idempotency_key: str | None = None) -> "Future[Receipt]":
-        """Hand in the end of a stream."""
-        ...
-
-
 class MeasurementInlet:
     """Handlers of the measurement keys.
 
     Parameters
     ----------
-    intake : Intake
+    intake : MeasurementSink
         Takes what was read.
     counts : ZenohCounts
         Told of everything that came.
@@ -73,7 +51,7 @@ class MeasurementInlet:
 
     def __init__(
         self,
-        intake: Intake,
+        intake: MeasurementSink,
         counts: ZenohCounts,
         bounds: PayloadBounds,
         later: Callable[[Callable[[], None]], None],

@@ -2,9 +2,8 @@
 
 import re
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
 
 from multiradar.clock import Clock
 from multiradar.ingest.zenoh.bus import Outlet, Stream
@@ -13,6 +12,7 @@ from multiradar.ingest.zenoh.counts import ZenohCounts
 from multiradar.ingest.zenoh.joining import JoinGate
 from multiradar.ingest.zenoh.keys import BIASES, ENDED, TRACKS, sensor_key
 from multiradar.ingest.zenoh.options import ZenohOptions
+from multiradar.runtime.ports import EventSource, StreamEvent
 
 #: Updates that a cache keeps at least, however many tracks there are.
 CACHE_SAMPLES_MIN = 64
@@ -26,48 +26,6 @@ _IDLE_S = 0.02
 #: more for every so many, because thousands of timers cost more than the updates.
 _STREAMS_PER_SECOND = 500.0
 _SEQUENCE = re.compile(rb'"sequence":\s*([0-9]+)')
-
-
-class PublishedEvent(Protocol):
-    """One event of the service."""
-
-    @property
-    def sequence(self) -> int:
-        """Number of the event."""
-        ...
-
-    @property
-    def kind(self) -> str:
-        """One of track, bias, ended, status and gap."""
-        ...
-
-    @property
-    def key(self) -> str:
-        """Track or sensor identifier."""
-        ...
-
-    @property
-    def payload(self) -> bytes:
-        """A JSON object."""
-        ...
-
-
-class EventSource(Protocol):
-    """A place in the events of the service."""
-
-    lost: int
-
-    def poll(self, max_events: int) -> Sequence[PublishedEvent]:
-        """Return the next events without waiting."""
-        ...
-
-    def set_wakeup(self, callback: Callable[[], None]) -> None:
-        """Name what is called when there is something to poll."""
-        ...
-
-    def close(self) -> None:
-        """Leave."""
-        ...
 
 
 @dataclass(slots=True)
@@ -171,7 +129,7 @@ class Publisher:
     def _pause(self, duration_s: float) -> None:
         self._stopping.wait(duration_s)
 
-    def _publish(self, event: PublishedEvent) -> None:
+    def _publish(self, event: StreamEvent) -> None:
         if event.kind == "track":
             self._track(event)
         elif event.kind == "bias":
@@ -182,7 +140,7 @@ class Publisher:
             self._counts.add(published_gaps=1)
             self._counts.alarm("PUBLICATION_GAP", event.payload.decode(), TRACKS)
 
-    def _track(self, event: PublishedEvent) -> None:
+    def _track(self, event: StreamEvent) -> None:
         found = _SEQUENCE.search(event.payload)
         number = int(found[1]) if found else event.sequence
         key = f"{TRACKS}/{event.key}"
@@ -190,13 +148,13 @@ class Publisher:
         self._emit(key, event, event.payload, number, self._cache_depth)
         self._counts.add(published_tracks=1)
 
-    def _bias(self, event: PublishedEvent) -> None:
+    def _bias(self, event: StreamEvent) -> None:
         key = sensor_key(BIASES, event.key)
         payload = event.payload[:-1] + b',"sequence":%d}' % event.sequence
         self._emit(key, event, payload, event.sequence, lambda: BIAS_SAMPLES)
         self._counts.add(published_biases=1)
 
-    def _ended(self, event: PublishedEvent) -> None:
+    def _ended(self, event: StreamEvent) -> None:
         key = f"{TRACKS}/{event.key}"
         self._retired[key] = self._clock.monotonic_s()
         if event.sequence > self._known_until:
@@ -206,7 +164,7 @@ class Publisher:
     def _emit(
         self,
         key: str,
-        event: PublishedEvent,
+        event: StreamEvent,
         payload: bytes,
         number: int,
         depth: Callable[[], int],

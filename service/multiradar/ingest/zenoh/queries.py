@@ -3,9 +3,7 @@
 import json
 import math
 from collections.abc import Callable, Mapping
-from typing import Any, Protocol
-
-import polars as pl
+from typing import Any
 
 from multiradar.errors import ForecastError, RequestError
 from multiradar.ingest.zenoh.bus import Request
@@ -22,38 +20,13 @@ from multiradar.ingest.zenoh.keys import (
     track_id,
 )
 from multiradar.runtime.forecasts import HORIZON_DEFAULT_S, STEP_DEFAULT_S
+from multiradar.runtime.ports import View
 
 #: Updates in one answer to a query with `after`, unless it asks for fewer.
 CATCH_UP_LIMIT = 10_000
 _WILD = frozenset({"*", "**"})
 _BAD_REQUEST = 400
 _NOT_FOUND = 404
-
-
-class View(Protocol):
-    """What is known, to be read from any thread."""
-
-    def tracks(self) -> pl.DataFrame:
-        """Return the live tracks."""
-        ...
-
-    def track(self, track_id: int) -> dict[str, Any] | None:
-        """Return one live track."""
-        ...
-
-    def forecast(
-        self, track_id: int, horizon_s: float, step_s: float
-    ) -> list[dict[str, Any]] | None:
-        """Return where a track is expected to be."""
-        ...
-
-    def sensors(self) -> list[dict[str, Any]]:
-        """Return the sensors."""
-        ...
-
-    def bias(self, sensor_id: str) -> list[dict[str, Any]]:
-        """Return the current bias estimates of a sensor."""
-        ...
 
 
 class Answers:

@@ -1,9 +1,13 @@
-"""What the API needs of the running service: the read side, and nothing that changes it."""
+"""The running service as the edges see it: what they may call, and nothing behind it."""
 
 from collections.abc import Callable, Sequence
+from concurrent.futures import Future
 from typing import Any, Protocol
 
 import polars as pl
+
+from multiradar.runtime.receipt import Receipt, RejectedRow
+from multiradar.storage.entries import Quarantined
 
 
 class StreamEvent(Protocol):
@@ -36,6 +40,11 @@ class EventSource(Protocol):
     @property
     def after(self) -> int:
         """Sequence number of the last event that was polled or declared lost."""
+        ...
+
+    @property
+    def lost(self) -> int:
+        """Events that this reader lost because it was too slow or came too late."""
         ...
 
     def poll(self, max_events: int) -> Sequence[StreamEvent]:
@@ -98,56 +107,27 @@ class View(Protocol):
         ...
 
 
-class RefusedRow(Protocol):
-    """A row of a message that was refused."""
+class MeasurementSink(Protocol):
+    """The running service as those see it who hand measurements in."""
 
-    @property
-    def index(self) -> int:
-        """Place of the row in its message, from 0."""
+    def submit(
+        self,
+        frame: pl.DataFrame,
+        *,
+        source: str,
+        idempotency_key: str | None = None,
+        rejected: Sequence[RejectedRow] = (),
+    ) -> Future[Receipt]:
+        """Hand in measurements; resolved when they are on disk."""
         ...
 
-    @property
-    def code(self) -> str:
-        """Stable code."""
-        ...
-
-    @property
-    def reason(self) -> str:
-        """One sentence for people."""
-        ...
-
-    @property
-    def raw(self) -> str:
-        """What stood there; empty where it was not kept."""
-        ...
-
-
-class QuarantinedRow(Protocol):
-    """A refused row with its place in the quarantine."""
-
-    @property
-    def number(self) -> int:
-        """Place in the quarantine, 1, 2, 3, …."""
-        ...
-
-    @property
-    def sequence(self) -> int:
-        """Entry of the journal that it belongs to."""
-        ...
-
-    @property
-    def source(self) -> str:
-        """Who sent it."""
-        ...
-
-    @property
-    def row(self) -> RefusedRow:
-        """The row itself."""
+    def flush(self, *, source: str, idempotency_key: str | None = None) -> Future[Receipt]:
+        """Hand in the end of a stream; resolved when it is on disk."""
         ...
 
 
 class ReadableService(Protocol):
-    """The running service as the API sees it."""
+    """The running service as those see it who only read."""
 
     @property
     def view(self) -> View:
@@ -159,6 +139,6 @@ class ReadableService(Protocol):
         """One of stopped, recovering, running and failed."""
         ...
 
-    def quarantined(self, after: int, limit: int) -> Sequence[QuarantinedRow]:
+    def quarantined(self, after: int, limit: int) -> Sequence[Quarantined]:
         """Return refused rows behind a number of the quarantine, oldest first."""
         ...
