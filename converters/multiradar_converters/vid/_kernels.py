@@ -10,13 +10,23 @@ from numpy.typing import NDArray
 
 Words = NDArray[np.int64]
 Numbers = NDArray[np.float64]
+Flags = NDArray[np.bool_]
 
 # Nothing here allocates, see `text._kernels`.
 compiled = njit(cache=True, nogil=True, _nrt=False)  # type: ignore[call-overload]  # not in its stubs
 inlined = njit(cache=True, nogil=True, _nrt=False, forceinline=True)  # type: ignore[call-overload]  # as above
 
+#: So many rows in a row, far from those before them but not from one another, follow a gap.
+AGREEING_ROWS = 5
+
 _DAY_S = 86_400.0
 _HALF_DAY_S = 43_200.0
+# What is far in time, s.
+_FAR_S = 3600.0
+# Jumps that are taken back within so many rows were errors of the recorder's clock.
+_RETURN_ROWS = 1000
+# Places in the state of `judge_times`.
+_LAST, _RAW, _BEFORE, _SINCE = 2, 3, 4, 5
 _HALF = np.uint64(0xFFFF_FFFF)
 _SHIFT = np.uint64(32)
 _POSITIVE = 2**62 - 1
@@ -89,38 +99,115 @@ def intern(
     return len(keys), known
 
 
-@compiled
-def unwrap(times: Numbers, current: float, late_s: float) -> float:
-    """Let times of day go on past midnight, in place, in the order of the file.
+@inlined
+def _nearest(time: float, reference: float, of_day: bool) -> float:
+    """Move a time of day by whole days to where it is nearest to a reference.
 
-    Each time is moved by whole days to where it is nearest to the one before; by a negative
-    number of days only within `late_s` (a row from just before a recording that begins at
-    midnight). Times that go on past 86 400 by themselves stay as they are.
+    By a day back only shortly before the midnight at which the recording began. Times that go on
+    past 86 400 by themselves, and dates, stay as they are.
+    """
+    if not of_day:
+        return time
+    days = np.floor((reference - time + _HALF_DAY_S) / _DAY_S)
+    if days < 0.0:
+        early = _HALF_DAY_S <= time < _DAY_S and reference - (time - _DAY_S) <= _FAR_S
+        days = -1.0 if early else 0.0
+    return float(time + days * _DAY_S)
+
+
+@inlined
+def _landing(time: float, state: Numbers, of_day: bool) -> float:
+    """Return where the first of several rows that agree lies, after a gap in the recording.
+
+    A day passes only where the time of day falls by more than half a day, and not where times are
+    soon back at those from which they jumped.
+    """
+    current, before = state[_LAST], state[_BEFORE]
+    if not of_day or time >= _DAY_S:
+        return time
+    landed = time + max(0.0, np.floor(current / _DAY_S)) * _DAY_S
+    if landed >= current - _HALF_DAY_S:
+        return float(landed)
+    if state[_SINCE] < _RETURN_ROWS and not np.isnan(before):
+        back = _nearest(time, before, of_day)
+        if abs(back - before) <= _FAR_S:
+            return float(back)
+    return float(landed + _DAY_S)
+
+
+@inlined
+def _follow(state: Numbers, time: float, raw: float) -> None:
+    """Enter a row that was taken."""
+    state[0], state[1], state[_LAST] = state[1], state[_LAST], time
+    state[_RAW] = raw
+    state[_SINCE] += 1.0
+
+
+@compiled
+def judge_times(times: Numbers, state: Numbers, of_day: bool, kept: Flags) -> tuple[int, int]:
+    """Let times of day go on past midnight, in place and in the order of the file; find outliers.
+
+    The reference is the median of the last three rows taken. A row within an hour of it, or of
+    the last row, is taken. Others wait: once `AGREEING_ROWS` of them in a row lie within an hour
+    of one another, the recording had a gap and goes on with them; before that, a row that does
+    not agree with those waiting, but with the reference or with neither, refuses those waiting.
 
     Parameters
     ----------
     times : float64[n]
-        Times of day, s.
-    current : float
-        The time before the first of these; NaN before the first row of all.
-    late_s : float
-        How far a time may lie before the midnight at which the recording began.
+        Times as in the file, s. Changed: those of rows taken to times of the recording, those of
+        rows refused to the time, as in the file, of the last row taken before.
+    state : float64[6]
+        Last three times, s (NaN before the first row of all), the last as in the file, the time
+        before the last jump (NaN: none), rows since then. Changed.
+    of_day : bool
+        Whether these are times of day.
+    kept : bool[n]
+        Filled: whether a row is taken.
 
     Returns
     -------
-    float
-        The last time.
+    tuple of int
+        Rows decided, and how many of these were refused. Rows after them wait for what follows,
+        fewer than `AGREEING_ROWS`; begin with them, and the same state, the next time.
     """
+    begin = 0
+    refused = 0
+    chain = 0.0
     for k in range(len(times)):
         time = times[k]
-        if not np.isnan(current):
-            days = np.floor((current - time + _HALF_DAY_S) / _DAY_S)
-            if days < 0.0:
-                days = -1.0 if current - (time - _DAY_S) <= late_s and time >= _HALF_DAY_S else 0.0
-            time += days * _DAY_S
-        times[k] = time
-        current = time
-    return current
+        if np.isnan(state[_LAST]):
+            state[0] = state[1] = state[_LAST] = time
+        low, high = min(state[0], state[1]), max(state[0], state[1])
+        median = max(low, min(high, state[_LAST]))
+        near = _nearest(time, median, of_day)
+        taken = abs(near - median) <= _FAR_S or abs(near - state[_LAST]) <= _FAR_S
+        chained = _nearest(time, chain, of_day)
+        if taken or (begin < k and not abs(chained - chain) <= _FAR_S):
+            for j in range(begin, k):
+                kept[j] = False
+                times[j] = state[_RAW]
+                refused += 1
+            begin = k
+        if taken:
+            _follow(state, near, time)
+            times[k] = near
+            kept[k] = True
+            begin = k + 1
+            continue
+        chain = time if begin == k else chained
+        if k + 1 - begin == AGREEING_ROWS:
+            chain = times[begin]
+            moved = _landing(chain, state, of_day) - chain
+            state[_BEFORE] = state[_LAST]
+            state[_SINCE] = 0.0
+            for j in range(begin, k + 1):
+                chain = _nearest(times[j], chain, of_day)
+                _follow(state, chain + moved, times[j])
+                times[j] = chain + moved
+                kept[j] = True
+            begin = k + 1
+    return begin, refused
 
 
 @compiled

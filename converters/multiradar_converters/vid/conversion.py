@@ -42,8 +42,15 @@ from multiradar_converters.vid.spool import Buckets, TimeSorter
 from multiradar_converters.vid.survey import DumpFile, survey
 from multiradar_converters.vid.table import table_rows, write_table
 from multiradar_converters.vid.text.detection import first_times
-from multiradar_converters.vid.text.reading import Progress, Rows, read_rows
-from multiradar_converters.vid.times import Clockwork, begins_before_midnight, unix_start
+from multiradar_converters.vid.text.reading import Progress, read_rows
+from multiradar_converters.vid.text.sieve import Rows
+from multiradar_converters.vid.times import (
+    Clockwork,
+    agreed_start,
+    agreeing,
+    begins_before_midnight,
+    unix_start,
+)
 from multiradar_converters.vid.track_files import (
     TrackFileNames,
     TrackWriter,
@@ -124,8 +131,13 @@ class _Conversion:
         self._rejects = rejects
         self._progress = progress
         self._accounts: list[Account] = []
+        self._first_times = {
+            file.layout.table.name: first_times(file.path, file.layout) for file in files
+        }
         self._from_before_midnight = begins_before_midnight(
-            time for file in files for time in first_times(file.path, file.layout)
+            time
+            for file in files
+            for time in agreeing(self._first_times[file.layout.table.name], file.layout.time_form)
         )
         self._sensors = Numbering("sensors", SENSORS_MAX)
         self._sources = Numbering("sources", SENSORS_MAX)
@@ -194,7 +206,11 @@ class _Conversion:
             return
         account = Account(file.path.name, file.size)
         self._accounts.append(account)
-        clock = Clockwork(file.layout.time_form, from_before_midnight=self._from_before_midnight)
+        clock = Clockwork(
+            file.layout.time_form,
+            start=agreed_start(self._first_times[table.name], file.layout.time_form),
+            from_before_midnight=self._from_before_midnight,
+        )
         moved_s = self._unix_start_s
         if self._of_day or file.layout.time_form != "seconds-of-day":
             moved_s = 0.0
@@ -205,8 +221,9 @@ class _Conversion:
             account=account,
             rejects=self._rejects,
             progress=self._progress,
+            clock=clock,
         ):
-            time = clock.run(rows.number(fields.TIME))
+            time = rows.number(fields.TIME)
             time += moved_s
             take(rows)
 

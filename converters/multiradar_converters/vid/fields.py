@@ -43,7 +43,10 @@ UNITS = ("s", "°", "°", "m", "m", "°")
 #: Largest whole number in a field: what fits 31 bits.
 INTEGER_MAX = 2**31 - 1
 
-#: Times of day go on past midnight; what is larger is seconds since the Unix epoch (1973 on).
+#: Times of day may go on past midnight, for a month; larger ones are wrong.
+TIME_OF_DAY_MAX_S = 31 * 86_400.0
+
+#: What is this large is seconds since the Unix epoch (1973 on).
 UNIX_TIME_MIN_S = 1e8
 
 #: Bounds of the numbers, both ends allowed (azimuth 360 and range 0 are not).

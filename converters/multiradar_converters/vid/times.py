@@ -2,7 +2,7 @@
 
 import datetime as dt
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,24 +23,69 @@ class Clockwork:
     ----------
     form : str
         What the times of the file are.
+    start : float
+        What its first rows agree on, as in the file, s; NaN where it has none.
     from_before_midnight : bool
-        Whether the recording begins shortly before a midnight: a file whose first row comes
+        Whether the recording begins shortly before a midnight: a file whose first rows come
         shortly after one then begins on the second day.
     """
 
-    def __init__(self, form: TimeForm, *, from_before_midnight: bool) -> None:
+    def __init__(self, form: TimeForm, *, start: float, from_before_midnight: bool) -> None:
         self._of_day = form == "seconds-of-day"
-        self._current = math.nan
-        self._from_before_midnight = from_before_midnight
+        self._state = np.array([start, start, start, start, math.nan, 0.0])
+        if self._of_day and from_before_midnight and start <= LATE_S:
+            self._state[:3] += _DAY_S
 
-    def run(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return times of the recording, s; changes the given ones."""
-        if self._of_day and len(times):
-            if math.isnan(self._current) and self._from_before_midnight:
-                first = float(times[0])
-                self._current = first + _DAY_S if first <= LATE_S else first
-            self._current = float(_kernels.unwrap(times, self._current, LATE_S))
-        return times
+    @property
+    def last_s(self) -> float:
+        """Time of the last row taken, as in the file, s."""
+        return float(self._state[3])
+
+    def run(self, times: NDArray[np.float64], kept: NDArray[np.bool_]) -> tuple[int, int]:
+        """Move times to those of the recording, s, in place; see `_kernels.judge_times`."""
+        decided, refused = _kernels.judge_times(times, self._state, self._of_day, kept)
+        return int(decided), int(refused)
+
+
+def agreed_start(times: Sequence[float], form: TimeForm) -> float:
+    """Return the time at which a file begins, whatever single rows say.
+
+    Parameters
+    ----------
+    times : sequence of float
+        Times of its first rows as in the file, s.
+    form : str
+        What they are.
+
+    Returns
+    -------
+    float
+        The first time of the first rows in a row that agree, or of the most that do; NaN if
+        there are none.
+    """
+    best, best_count, begin = math.nan, 0, 0
+    for k in range(1, len(times) + 1):
+        if k < len(times) and _distance(times[k], times[k - 1], form) <= LATE_S:
+            continue
+        if k - begin > best_count:
+            best, best_count = times[begin], k - begin
+        if best_count >= _kernels.AGREEING_ROWS:
+            break
+        begin = k
+    return best
+
+
+def agreeing(times: Sequence[float], form: TimeForm) -> list[float]:
+    """Return those of the first times of a file that are near to what these agree on."""
+    start = agreed_start(times, form)
+    return [time for time in times if _distance(time, start, form) <= LATE_S]
+
+
+def _distance(time: float, other: float, form: TimeForm) -> float:
+    """Return how far apart two times are, s; times of day may lie about a midnight."""
+    away = abs(time - other)
+    over_midnight = form == "seconds-of-day" and max(time, other) < _DAY_S
+    return min(away, _DAY_S - away) if over_midnight else away
 
 
 def begins_before_midnight(first_times: Iterable[float]) -> bool:

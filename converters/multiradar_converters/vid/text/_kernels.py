@@ -352,7 +352,8 @@ def _only_blanks(text: Bytes, i: int, terminator: int) -> bool:
 @compiled
 def parse_columns(
     text: Bytes, start: int, stop: int, terminator: int, separator: int, roles: Words, iso: bool,
-    low: Numbers, high: Numbers, scale: Numbers, numbers: Numbers, integers: Words, odd: Words,
+    low: Numbers, high: Numbers, scale: Numbers, numbers: Numbers, integers: Words, begins: Words,
+    odd: Words,
 ) -> tuple[int, int, int, int, int]:  # fmt: skip
     """Read lines of columns until the text or the room in the arrays ends.
 
@@ -372,6 +373,8 @@ def parse_columns(
         Bounds (SI, both allowed) and factor to SI of each number.
     numbers, integers : float64[6, r], int64[6, r]
         Filled, a column for each line that is not blank.
+    begins : int64[r]
+        Filled with where the line of each column begins.
     odd : int64[r, 4]
         Filled, a row for each line left to the plain form: its column in the arrays, its number
         within this call (from 0), where it begins and where it ends (end mark excluded).
@@ -389,6 +392,7 @@ def parse_columns(
     i = start
     while i < stop and row < room:
         begin = i
+        begins[row] = begin
         good, i = _column_line(
             text, i, stop, terminator, separator, roles, iso, low, high, scale, numbers, integers,
             row,
@@ -415,7 +419,7 @@ def parse_columns(
 def parse_pairs(
     text: Bytes, start: int, stop: int, terminator: int, keys: Bytes, lengths: Words, roles: Words,
     hints: Words, required: int, iso: bool, low: Numbers, high: Numbers, scale: Numbers, numbers:
-    Numbers, integers: Words, odd: Words,
+    Numbers, integers: Words, begins: Words, odd: Words,
 ) -> tuple[int, int, int, int, int]:  # fmt: skip
     """Read lines of pairs; as `parse_columns`, but for these.
 
@@ -442,6 +446,7 @@ def parse_pairs(
             i = _skip_to_end(text, begin, terminator)
             blank += 1
         else:
+            begins[row] = begin
             good, i = _pair_line(
                 text, i, stop, terminator, keys, lengths, roles, hints, required, iso, low, high,
                 scale, numbers, integers, row,

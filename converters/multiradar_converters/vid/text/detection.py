@@ -187,7 +187,7 @@ def _with_times(layout: FileLayout, head: bytes, profile: Profile) -> FileLayout
     form = profile.time if profile.time != "auto" else _time_form(layout, head)
     low, high = list(layout.low), list(layout.high)
     if form == "seconds-of-day":
-        high[fields.TIME] = fields.UNIX_TIME_MIN_S
+        high[fields.TIME] = fields.TIME_OF_DAY_MAX_S
     return dataclasses.replace(layout, time_form=form, low=tuple(low), high=tuple(high))
 
 

@@ -3,7 +3,6 @@
 from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future
-from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +14,8 @@ from multiradar_converters.vid.text import _kernels
 from multiradar_converters.vid.text.blocks import BLOCK_BYTES, Block, read_blocks
 from multiradar_converters.vid.text.layout import FileLayout
 from multiradar_converters.vid.text.lines import Line, RefusedError, looks_cut, parse_line
+from multiradar_converters.vid.text.sieve import Parsed, Rows, Sieve
+from multiradar_converters.vid.times import Clockwork
 from multiradar_schemas.reject import RejectCode
 
 #: Called with the number of bytes that have been read since the last call.
@@ -28,46 +29,6 @@ _ROW_BYTES_MIN = 16
 
 #: Places of a line of pairs at which a guess is kept of what stands there.
 _HINTS = 32
-
-
-@dataclass
-class Rows:
-    """Accepted rows of a block.
-
-    Attributes
-    ----------
-    numbers : float64[6, n]
-        By role, SI and degrees; NaN where absent. Roles the table lacks are undefined.
-    integers : int64[6, n]
-        By role less `FIRST_INTEGER`; -1 where absent.
-    """
-
-    numbers: NDArray[np.float64]
-    integers: NDArray[np.int64]
-
-    def number(self, role: int) -> NDArray[np.float64]:
-        """Return the column of a role."""
-        column: NDArray[np.float64] = self.numbers[role]
-        return column
-
-    def integer(self, role: int) -> NDArray[np.int64]:
-        """Return the column of a role."""
-        column: NDArray[np.int64] = self.integers[role - fields.FIRST_INTEGER]
-        return column
-
-    def __len__(self) -> int:
-        return len(self.numbers[0])
-
-
-@dataclass
-class _Parsed:
-    size: int
-    lines: int = 0
-    blank: int = 0
-    header: int = 0
-    rows: list[Rows] = field(default_factory=list)
-    # Numbers of the lines count within the block, from 0.
-    rejected: list[RejectedLine] = field(default_factory=list)
 
 
 class _Tables:
@@ -95,6 +56,7 @@ def read_rows(
     account: Account,
     rejects: RejectsFile,
     progress: Progress,
+    clock: Clockwork | None = None,
     block_bytes: int = BLOCK_BYTES,
 ) -> Iterator[Rows]:
     """Read the accepted rows of a file, in its order.
@@ -113,6 +75,8 @@ def read_rows(
         Takes the broken lines, in the order of the file.
     progress : Progress
         Told of bytes read.
+    clock : Clockwork or None
+        Moves times to those of the recording and refuses outliers; None leaves them alone.
     block_bytes : int
         How much to read at once.
 
@@ -135,41 +99,32 @@ def read_rows(
         account.header += 1
         account.blank += account.lines - 1
     tables = _Tables(layout)
-    in_work: deque[Future[_Parsed]] = deque()
+    in_work: deque[Future[Parsed]] = deque()
+    sieve = Sieve(layout, clock, account, rejects)
     for block in read_blocks(path, layout.data_offset, layout.terminator, block_bytes):
         in_work.append(pool.submit(_parse_block, block, layout, tables))
         if len(in_work) == _IN_WORK_MAX:
-            yield from _taken(in_work.popleft().result(), layout, account, rejects, progress)
+            yield from _taken(in_work.popleft().result(), sieve, account, progress)
     while in_work:
-        yield from _taken(in_work.popleft().result(), layout, account, rejects, progress)
+        yield from _taken(in_work.popleft().result(), sieve, account, progress)
+    sieve.finish()
     account.check()
 
 
-def _taken(
-    parsed: _Parsed,
-    layout: FileLayout,
-    account: Account,
-    rejects: RejectsFile,
-    progress: Progress,
-) -> list[Rows]:
+def _taken(parsed: Parsed, sieve: Sieve, account: Account, progress: Progress) -> list[Rows]:
     """Enter a block into the account; return its rows."""
-    for rejected in parsed.rejected:
-        line = RejectedLine(
-            account.lines + 1 + rejected.line, rejected.code, rejected.reason, rejected.raw
-        )
-        rejects.write(account.file, layout.encoding, line)
-        account.rejected[rejected.code] += 1
+    rows = sieve.take(parsed)
     account.bytes_read += parsed.size
     account.lines += parsed.lines
     account.blank += parsed.blank
     account.header += parsed.header
-    account.accepted += sum(len(rows) for rows in parsed.rows)
+    account.accepted += sum(len(each) for each in rows)
     progress(parsed.size)
-    return [rows for rows in parsed.rows if len(rows)]
+    return rows
 
 
-def _parse_block(block: Block, layout: FileLayout, tables: _Tables) -> _Parsed:
-    parsed = _Parsed(block.size)
+def _parse_block(block: Block, layout: FileLayout, tables: _Tables) -> Parsed:
+    parsed = Parsed(block.size, block.text)
     if block.overlong or block.unterminated:
         _parse_special(block, layout, parsed)
         return parsed
@@ -180,8 +135,11 @@ def _parse_block(block: Block, layout: FileLayout, tables: _Tables) -> _Parsed:
         room = (len(text) - place) // _ROW_BYTES_MIN + 1
         numbers = np.empty((fields.NUMBERS, room))
         integers = np.empty((fields.INTEGERS, room), dtype=np.int64)
+        begins = np.empty(room, dtype=np.int64)
         odd = np.empty((room, 4), dtype=np.int64)
-        common = (layout.iso_time, tables.low, tables.high, tables.scale, numbers, integers, odd)
+        common = (
+            layout.iso_time, tables.low, tables.high, tables.scale, numbers, integers, begins, odd,
+        )  # fmt: skip
         if layout.form == "columns":
             place, count, odds, lines, blank = _kernels.parse_columns(
                 text, place, len(text), layout.terminator, layout.separator, tables.roles, *common
@@ -191,7 +149,7 @@ def _parse_block(block: Block, layout: FileLayout, tables: _Tables) -> _Parsed:
                 text, place, len(text), layout.terminator, tables.keys, tables.lengths,
                 tables.key_roles, hints, tables.required, *common,
             )  # fmt: skip
-        rows = Rows(numbers[:, :count], integers[:, :count])
+        rows = Rows(numbers, integers, begins).chosen(slice(count))
         parsed.rows.append(_settle(rows, odd[:odds], block.text, layout, parsed))
         parsed.lines += lines
         parsed.blank += blank
@@ -199,7 +157,7 @@ def _parse_block(block: Block, layout: FileLayout, tables: _Tables) -> _Parsed:
 
 
 def _settle(
-    rows: Rows, odd: NDArray[np.int64], text: bytes | bytearray, layout: FileLayout, parsed: _Parsed
+    rows: Rows, odd: NDArray[np.int64], text: bytes | bytearray, layout: FileLayout, parsed: Parsed
 ) -> Rows:
     """Let the plain form decide about the odd lines; return the rows that stand."""
     if not len(odd):
@@ -210,11 +168,11 @@ def _settle(
             bytes(text[begin:end]), parsed.lines + line,
             place=place, rows=rows, layout=layout, parsed=parsed,
         )  # fmt: skip
-    return Rows(rows.numbers[:, keep], rows.integers[:, keep])
+    return rows.chosen(keep)
 
 
 def _decide(
-    raw: bytes, line: int, *, place: int, rows: Rows, layout: FileLayout, parsed: _Parsed
+    raw: bytes, line: int, *, place: int, rows: Rows, layout: FileLayout, parsed: Parsed
 ) -> bool:
     """Let the plain form take or refuse a line; return whether its row stands."""
     raw = raw.removesuffix(b"\r")
@@ -232,7 +190,7 @@ def _decide(
     return True
 
 
-def _parse_special(block: Block, layout: FileLayout, parsed: _Parsed) -> None:
+def _parse_special(block: Block, layout: FileLayout, parsed: Parsed) -> None:
     """Take a line that is longer than a block, or the last one without an end mark."""
     parsed.lines = 1
     raw = bytes(block.text)
@@ -242,7 +200,11 @@ def _parse_special(block: Block, layout: FileLayout, parsed: _Parsed) -> None:
         )
         parsed.rejected.append(RejectedLine(0, RejectCode.TOO_LARGE, reason, raw))
         return
-    rows = Rows(np.empty((fields.NUMBERS, 1)), np.empty((fields.INTEGERS, 1), dtype=np.int64))
+    rows = Rows(
+        np.empty((fields.NUMBERS, 1)),
+        np.empty((fields.INTEGERS, 1), dtype=np.int64),
+        np.zeros(1, dtype=np.int64),
+    )
     if looks_cut(raw, block.before):
         reason = "the file ends within this line"
         parsed.rejected.append(RejectedLine(0, RejectCode.TRUNCATED, reason, raw))
