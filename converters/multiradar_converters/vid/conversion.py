@@ -8,6 +8,7 @@
 Then the points dealt to each aircraft are sorted and written, a bucket of aircraft at a time.
 """
 
+import datetime as dt
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ThreadPoolExecutor
 from pathlib import Path
@@ -15,6 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar_converters.errors import LayoutError
 from multiradar_converters.output_folder import OutputFolder
 from multiradar_converters.vid import fields
 from multiradar_converters.vid.accounting import Account, RejectsFile
@@ -49,6 +51,7 @@ from multiradar_converters.vid.times import (
     agreed_start,
     agreeing,
     begins_before_midnight,
+    dates_of,
     unix_start,
 )
 from multiradar_converters.vid.track_files import (
@@ -139,6 +142,7 @@ class _Conversion:
             for file in files
             for time in agreeing(self._first_times[file.layout.table.name], file.layout.time_form)
         )
+        self._check_date(files, options.date)
         self._sensors = Numbering("sensors", SENSORS_MAX)
         self._sources = Numbering("sources", SENSORS_MAX)
         self._aircraft = Numbering("aircraft", _NUMBERS_MAX)
@@ -156,6 +160,16 @@ class _Conversion:
         self._reports = TimeSorter(work / "reports", REPORT_WORDS)
         self._namings = TimeSorter(work / "namings", NAMING_WORDS)
         self._work = work
+
+    def _check_date(self, files: list[DumpFile], date: dt.date | None) -> None:
+        """Refuse a date other than that of the dump."""
+        for file in files:
+            if date is None or file.layout.time_form == "seconds-of-day":
+                continue
+            days = dates_of(self._first_times[file.layout.table.name])
+            if days is not None and not days[0] <= date <= days[1]:
+                msg = f"{file.path}: expected a recording of {date}, was one of {' or '.join(dict.fromkeys(map(str, days)))}"
+                raise LayoutError(msg)
 
     def run(self) -> dict[str, object]:
         """Do all passes; return the report."""
@@ -191,6 +205,7 @@ class _Conversion:
             aircraft=len(self._aircraft),
             aircraft_not_chosen=0 if chosen is None else len(self._aircraft) - len(chosen),
             table_rows=rows,
+            of_day=self._of_day,
         )
         return report_json(self._folder / "report.json", findings, self._options)
 

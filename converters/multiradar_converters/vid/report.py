@@ -25,6 +25,7 @@ class Findings:
     aircraft: int
     aircraft_not_chosen: int
     table_rows: int
+    of_day: bool
 
 
 def report_json(path: Path, findings: Findings, options: Options) -> dict[str, object]:
@@ -119,6 +120,6 @@ def _figures(findings: Findings, options: Options) -> dict[str, object]:
         "track_rows_naming_a_plot": naming.found + naming.lost,
         "track_rows_whose_plot_is_missing": naming.lost,
     }
-    if options.date is None:
+    if findings.of_day and options.date is None:
         figures["note"] = "without a date, the .plt files count times of day from 1970-01-01"
     return figures

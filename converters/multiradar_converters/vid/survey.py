@@ -1,13 +1,15 @@
 """The files of a dump: which are there, and how each is laid out."""
 
+import dataclasses
+import datetime as dt
 from dataclasses import dataclass
 from pathlib import Path
 
 from multiradar_converters.errors import LayoutError
 from multiradar_converters.vid.fields import PLOTS, TABLES
 from multiradar_converters.vid.options import Options
-from multiradar_converters.vid.text.detection import detect
-from multiradar_converters.vid.text.layout import FileLayout
+from multiradar_converters.vid.text.detection import detect, with_times
+from multiradar_converters.vid.text.layout import FileLayout, TimeForm
 
 
 @dataclass(frozen=True)
@@ -45,21 +47,36 @@ def survey(dump: Path, options: Options) -> list[DumpFile]:
     files = []
     for table in TABLES:
         path = dump / options.profile.files.of(table)
-        if not path.is_file():
+        if not path.exists():
             if options.allow_missing and table is not PLOTS:
                 continue
-            msg = f"{dump}: expected a file {path.name}, found none"
+            hint = "" if table is PLOTS else "; --allow-missing does without it"
+            msg = f"{dump}: expected a file {path.name}, found none{hint}"
+            raise LayoutError(msg)
+        if not path.is_file():
+            msg = f"{path}: expected a file, was a {'folder' if path.is_dir() else 'special file'}"
             raise LayoutError(msg)
         files.append(_file(path, detect(path, table, options.profile)))
-    forms = {file.layout.time_form for file in files}
-    if "seconds-of-day" in forms and len(forms) > 1 and options.date is None:
-        msg = f"{dump}: some files have times of day, others dates: expected the date of the day"
-        raise LayoutError(msg)
-    return files
+    return _with_times(dump, files, options.date)
 
 
 def _file(path: Path, layout: FileLayout) -> DumpFile:
     return DumpFile(path, path.stat().st_size, layout)
+
+
+def _with_times(dump: Path, files: list[DumpFile], date: dt.date | None) -> list[DumpFile]:
+    """Compare the forms of times; a file whose rows do not tell has that of the others."""
+    forms: set[TimeForm] = {file.layout.time_form for file in files if file.layout.time_form}
+    if "seconds-of-day" in forms and len(forms) > 1 and date is None:
+        msg = f"{dump}: some files have times of day, others dates: expected the date of the day"
+        raise LayoutError(msg)
+    common: TimeForm = min(forms, default="seconds-of-day")
+    return [
+        file
+        if file.layout.time_form
+        else dataclasses.replace(file, layout=with_times(file.layout, common))
+        for file in files
+    ]
 
 
 def dump_bytes(dump: Path, options: Options) -> int:

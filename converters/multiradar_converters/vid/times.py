@@ -21,7 +21,7 @@ class Clockwork:
 
     Parameters
     ----------
-    form : str
+    form : str or None
         What the times of the file are.
     start : float
         What its first rows agree on, as in the file, s; NaN where it has none.
@@ -30,7 +30,7 @@ class Clockwork:
         shortly after one then begins on the second day.
     """
 
-    def __init__(self, form: TimeForm, *, start: float, from_before_midnight: bool) -> None:
+    def __init__(self, form: TimeForm | None, *, start: float, from_before_midnight: bool) -> None:
         self._of_day = form == "seconds-of-day"
         self._state = np.array([start, start, start, start, math.nan, 0.0])
         if self._of_day and from_before_midnight and start <= LATE_S:
@@ -47,14 +47,14 @@ class Clockwork:
         return int(decided), int(refused)
 
 
-def agreed_start(times: Sequence[float], form: TimeForm) -> float:
+def agreed_start(times: Sequence[float], form: TimeForm | None) -> float:
     """Return the time at which a file begins, whatever single rows say.
 
     Parameters
     ----------
     times : sequence of float
         Times of its first rows as in the file, s.
-    form : str
+    form : str or None
         What they are.
 
     Returns
@@ -75,13 +75,13 @@ def agreed_start(times: Sequence[float], form: TimeForm) -> float:
     return best
 
 
-def agreeing(times: Sequence[float], form: TimeForm) -> list[float]:
+def agreeing(times: Sequence[float], form: TimeForm | None) -> list[float]:
     """Return those of the first times of a file that are near to what these agree on."""
     start = agreed_start(times, form)
     return [time for time in times if _distance(time, start, form) <= LATE_S]
 
 
-def _distance(time: float, other: float, form: TimeForm) -> float:
+def _distance(time: float, other: float, form: TimeForm | None) -> float:
     """Return how far apart two times are, s; times of day may lie about a midnight."""
     away = abs(time - other)
     over_midnight = form == "seconds-of-day" and max(time, other) < _DAY_S
@@ -105,6 +105,27 @@ def begins_before_midnight(first_times: Iterable[float]) -> bool:
     return any(_DAY_S - LATE_S <= time < _DAY_S for time in times) and any(
         time <= LATE_S for time in times
     )
+
+
+def dates_of(times: Iterable[float]) -> tuple[dt.date, dt.date] | None:
+    """Return the days on which a file with dates may be said to begin.
+
+    Parameters
+    ----------
+    times : iterable of float
+        Unix times of its first rows, s.
+
+    Returns
+    -------
+    tuple of two dates or None
+        The same day twice, unless a midnight is near; None without times.
+    """
+    start = agreed_start(list(times), None)
+    if math.isnan(start):
+        return None
+    days = [math.floor((start + step) / _DAY_S) for step in (-LATE_S, LATE_S)]
+    first, last = (dt.date(1970, 1, 1) + dt.timedelta(days=day) for day in days)
+    return first, last
 
 
 def unix_start(date: dt.date | None) -> float:

@@ -3,6 +3,7 @@
 import codecs
 import dataclasses
 import re
+from collections import Counter
 from pathlib import Path
 
 from multiradar_converters.errors import LayoutError
@@ -53,7 +54,7 @@ def detect(path: Path, table: Table, profile: Profile) -> FileLayout:
     Returns
     -------
     FileLayout
-        The layout.
+        The layout; its form of times is None where no row tells.
 
     Raises
     ------
@@ -95,13 +96,13 @@ def detect(path: Path, table: Table, profile: Profile) -> FileLayout:
         key_roles=tuple(role for _, role in keys),
         header=header,
         data_offset=mark if header is None else _after(head, start + len(line), terminator),
-        time_form="unix",
+        time_form=None,
         encoding=encoding,
         low=fields.LOW,
         high=fields.HIGH,
         scale=profile.units.scale(),
     )
-    return _with_times(layout, head, profile)
+    return with_times(layout, _time_form(layout, head) if profile.time == "auto" else profile.time)
 
 
 def _check_text(path: Path, head: bytes) -> None:
@@ -182,12 +183,13 @@ def _columns(path: Path, table: Table, names: tuple[str, ...], given: list[str])
     return tuple(expected.get(name, fields.IGNORED) for name in given)
 
 
-def _with_times(layout: FileLayout, head: bytes, profile: Profile) -> FileLayout:
-    """Return the layout with the form of its times, given or found in the first rows."""
-    form = profile.time if profile.time != "auto" else _time_form(layout, head)
-    low, high = list(layout.low), list(layout.high)
+def with_times(layout: FileLayout, form: TimeForm | None) -> FileLayout:
+    """Return a layout with the form of its times and their bounds; None is not known yet."""
+    low, high = list(fields.LOW), list(fields.HIGH)
     if form == "seconds-of-day":
         high[fields.TIME] = fields.TIME_OF_DAY_MAX_S
+    elif form == "unix":
+        low[fields.TIME] = fields.UNIX_TIME_MIN_S
     return dataclasses.replace(layout, time_form=form, low=tuple(low), high=tuple(high))
 
 
@@ -212,16 +214,18 @@ def first_times(path: Path, layout: FileLayout) -> list[float]:
     return [row.numbers[fields.TIME] for row in rows if row is not None]
 
 
-def _time_form(layout: FileLayout, head: bytes) -> TimeForm:
+def _time_form(layout: FileLayout, head: bytes) -> TimeForm | None:
+    """Return the form of most of the first rows, of equally many the first; None without rows."""
     iso = dataclasses.replace(layout, time_form="iso8601")
+    found: Counter[TimeForm] = Counter()
     for line in _trial_lines(layout, head):
-        if _row(line, iso) is not None:
-            return "iso8601"
         row = _row(line, layout)
         if row is not None:
             late = row.numbers[fields.TIME] >= fields.UNIX_TIME_MIN_S
-            return "unix" if late else "seconds-of-day"
-    return "seconds-of-day"
+            found["unix" if late else "seconds-of-day"] += 1
+        elif _row(line, iso) is not None:
+            found["iso8601"] += 1
+    return found.most_common(1)[0][0] if found else None
 
 
 def _trial_lines(layout: FileLayout, head: bytes) -> list[bytes]:

@@ -38,8 +38,8 @@ class FileLayout:
         The header line, without its end mark.
     data_offset : int
         Where the first line of data begins, bytes.
-    time_form : str
-        What the times are.
+    time_form : str or None
+        What the times are; None where no row tells.
     encoding : str
         Of names and of raw text in rejects.
     low, high, scale : tuple of float
@@ -56,7 +56,7 @@ class FileLayout:
     key_roles: tuple[int, ...]
     header: bytes | None
     data_offset: int
-    time_form: TimeForm
+    time_form: TimeForm | None
     encoding: str
     low: tuple[float, ...]
     high: tuple[float, ...]
