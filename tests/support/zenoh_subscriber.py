@@ -79,7 +79,10 @@ def _say(text: str) -> None:
 
 
 def _main(options: dict[str, Any]) -> None:
-    session = zenoh.open(client_config(options["endpoint"]))
+    config = client_config(options["endpoint"])
+    if "lease_ms" in options:
+        config.insert_json5("transport/link/tx/lease", json.dumps(options["lease_ms"]))
+    session = zenoh.open(config)
     received = _Received()
 
     def on_sample(sample: zenoh.Sample) -> None:

@@ -90,3 +90,27 @@ def test_a_subscriber_that_is_stopped_slows_nobody_and_catches_up() -> None:
         of_stopped = stopped.result()
     assert complete(of_other, count), of_other
     assert complete(of_stopped, count), of_stopped
+
+
+def test_a_subscriber_that_lost_its_connection_gets_also_the_tracks_that_began_meanwhile() -> None:
+    view = StreamingView()
+    # A track more in each round, all of them updated every 10 ms.
+    rounds, repeats = 30, 10
+    count = repeats * rounds * (rounds + 1) // 2
+    with (
+        gateway(view) as running,
+        # The service hears nothing of it for so long, and closes the connection.
+        SubscriberProcess(running.endpoints[0], count, lease_ms=400) as stopped,
+        SubscriberProcess(running.endpoints[0], count) as other,
+    ):
+        for number in range(1, rounds + 1):
+            if number == 6:
+                os.kill(stopped.process.pid, signal.SIGSTOP)
+            if number == 21:
+                os.kill(stopped.process.pid, signal.SIGCONT)
+            for _ in range(repeats):
+                view.tell(list(range(1, number + 1)))
+                time.sleep(0.01)
+        of_other, of_stopped = other.result(), stopped.result()
+    assert complete(of_other, count), of_other
+    assert complete(of_stopped, count), of_stopped

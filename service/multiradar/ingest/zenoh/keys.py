@@ -26,6 +26,9 @@ INSTANCES = f"{ROOT}/instances"
 
 #: Where the caches of advanced publishers of tracks answer; queries on it tell who is catching up.
 TRACK_CACHES = f"{TRACKS}/*/@adv/**"
+#: A liveliness token for all caches of tracks together. It names no publisher: an advanced
+#: subscriber that detects late publishers answers such a token by asking for the whole history.
+TRACK_HISTORY = f"{TRACKS}/*/@adv/pub/*/*/_"
 
 _SENSOR_ID = re.compile(SENSOR_ID_PATTERN)
 _TRACK_ID = re.compile(r"[1-9][0-9]{0,18}")

@@ -23,7 +23,7 @@ import zenoh.ext
 
 from multiradar.errors import ConfigurationError
 from multiradar.ingest.zenoh.bus import JSON, BusCounts, Message, Request
-from multiradar.ingest.zenoh.keys import INSTANCES
+from multiradar.ingest.zenoh.keys import INSTANCES, TRACK_HISTORY
 from multiradar.ingest.zenoh.options import ZenohOptions
 
 #: Batches that may wait for a slow peer, by priority; 16 is the most that Zenoh allows.
@@ -118,9 +118,9 @@ class ZenohBus:
         self._declared: list[Any] = []
 
     def announce(self) -> None:
-        """Declare the liveliness token of this instance."""
-        token = self._session.liveliness().declare_token(f"{INSTANCES}/{self.instance}")
-        self._declared.append(token)
+        """Declare the liveliness tokens of this instance and of the histories that it keeps."""
+        for key in (f"{INSTANCES}/{self.instance}", TRACK_HISTORY):
+            self._declared.append(self._session.liveliness().declare_token(key))
 
     def subscribe(self, key: str, handler: Callable[[Message], None]) -> None:
         """Have a handler called with each sample on a key expression."""
