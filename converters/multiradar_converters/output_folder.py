@@ -4,6 +4,7 @@ Work happens in `.NAME.partial-PID` beside it, which is locked while its process
 at the end. What a killed run left is recognised by its free lock and removed by the next run.
 """
 
+import errno
 import fcntl
 import os
 import shutil
@@ -14,6 +15,9 @@ from typing import Self
 from multiradar_converters.errors import ConversionError, OutputTakenError
 
 _LOCK = ".lock"
+
+# What the system says when what is written does not fit or cannot be stored.
+_NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS})
 
 
 class OutputFolder:
@@ -29,7 +33,8 @@ class OutputFolder:
     OutputTakenError
         On entering or finishing: the target exists.
     ConversionError
-        On entering: the folder above it does not exist or cannot be written to.
+        On entering: the folder above it does not exist or cannot be written to. On leaving: there
+        was no room for what was written.
     """
 
     def __init__(self, target: Path) -> None:
@@ -45,14 +50,24 @@ class OutputFolder:
 
     def __enter__(self) -> Self:
         self._refuse_if_taken()
+        if not self._target.parent.is_dir():
+            msg = (
+                f"{self._target}: expected a folder {self._target.parent} to make it in, found none"
+            )
+            raise ConversionError(msg)
         try:
             _remove_abandoned(self._target)
             self.path.mkdir()
             self._lock = os.open(self.path / _LOCK, os.O_CREAT | os.O_RDWR, 0o600)
-        except OSError as error:
+            fcntl.flock(self._lock, fcntl.LOCK_EX)
+        except BaseException as error:
+            # An interruption, too: without its lock no later run would remove the folder.
+            if not isinstance(error, FileExistsError):
+                self.__exit__(None, None, None)
+            if not isinstance(error, OSError):
+                raise
             msg = f"{self._target}: cannot be made: {error.strerror}"
             raise ConversionError(msg) from error
-        fcntl.flock(self._lock, fcntl.LOCK_EX)
         return self
 
     def __exit__(
@@ -64,6 +79,9 @@ class OutputFolder:
         if self._lock is not None:
             os.close(self._lock)
         shutil.rmtree(self.path, ignore_errors=True)
+        if isinstance(error, OSError) and error.errno in _NO_ROOM:
+            msg = f"{self._target}: cannot be written: {error.strerror}"
+            raise ConversionError(msg) from error
 
     def _refuse_if_taken(self) -> None:
         if os.path.lexists(self._target):

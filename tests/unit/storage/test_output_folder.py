@@ -106,3 +106,17 @@ def test_a_folder_that_cannot_be_written_to_is_named(
         new_folder(tmp_path / "out"),
     ):
         pytest.fail("nothing may be written")
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt(), OSError(28, "No space left on device")])
+def test_nothing_is_left_when_it_is_interrupted_while_it_is_made(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: BaseException
+) -> None:
+    def fail(*_arguments: object) -> None:
+        raise error
+
+    monkeypatch.setattr("multiradar_converters.output_folder.fcntl.flock", fail)
+    expected = KeyboardInterrupt if isinstance(error, KeyboardInterrupt) else InputError
+    with pytest.raises(expected), new_folder(tmp_path / "out"):
+        pytest.fail("nothing may be written")
+    assert not list(tmp_path.iterdir())
