@@ -60,6 +60,7 @@ class Application:
         self.service = build_service(settings, sensors)
         self._http = HttpServer(self.service, settings, on_failure)
         self._gateway: ZenohGateway | None = None
+        self._started = False
 
     @property
     def http_url(self) -> str:
@@ -83,6 +84,7 @@ class Application:
             self._gateway = ZenohGateway(self.service, zenoh_options(self._settings))
             self._gateway.start()
         self._unwatch = watch_pipeline(REGISTRY, self.service.view.status)
+        self._started = True
         _log.info("started", http=self.http_url)
 
     def stop(self) -> None:
@@ -92,7 +94,8 @@ class Application:
             self._gateway.stop()
         self._http.stop()
         self.service.stop()
-        _log.info("stopped")
+        if self._started:
+            _log.info("stopped")
 
 
 def build_service(settings: Settings, sensors: SensorTable) -> Service:
