@@ -1,8 +1,11 @@
 """The command `multiradar`: verbs, one sentence on errors, exit status 0, 1 or 2."""
 
 import os
+import re
+import signal
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from types import FrameType
 from typing import Annotated
 
 import typer
@@ -20,9 +23,19 @@ EXIT_FAILED = 1
 EXIT_USAGE = 2
 #: What a shell reports of a command stopped by Ctrl-C: 128 + SIGINT.
 EXIT_INTERRUPTED = 130
+#: The same of SIGTERM.
+EXIT_TERMINATED = 143
 
 #: Set to 1 to see the traceback of an error that is our own mistake.
 TRACEBACK_VARIABLE = "MULTIRADAR_TRACEBACK"
+
+_CHOICE = re.compile(r"^'(?P<was>.*)' is not one of (?P<known>.*?)\.?$")
+
+
+class _Terminated(BaseException):
+    # SIGTERM: everything is cleaned up as after Ctrl-C, which typer keeps to itself.
+    pass
+
 
 app = typer.Typer(
     name="multiradar",
@@ -44,6 +57,7 @@ app.command(name="demo")(demo)
 def main() -> None:
     """Run the command of this process's arguments and leave with its exit status."""
     choose_kernel_cache()
+    signal.signal(signal.SIGTERM, _on_termination)
     sys.exit(run(sys.argv[1:]))
 
 
@@ -58,16 +72,17 @@ def run(arguments: Sequence[str]) -> int:
     Returns
     -------
     int
-        0 done, 1 failed on data, 2 wrong usage, 130 stopped by Ctrl-C.
+        0 done, 1 failed on data, 2 wrong usage, 130 stopped by Ctrl-C, 143 by SIGTERM.
     """
     try:
         return _invoke(arguments)
     except BrokenPipeError:
         return _leave_broken_pipe()
-    except (KeyboardInterrupt, typer.Abort):
-        return _say("stopped", EXIT_INTERRUPTED)
+    except (KeyboardInterrupt, typer.Abort, _Terminated) as error:
+        told = EXIT_TERMINATED if isinstance(error, _Terminated) else EXIT_INTERRUPTED
+        return _say("stopped", told)
     except (typer.TyperException, UnknownFilterError) as error:
-        return _say(str(error), EXIT_USAGE)
+        return _say(_usage(error), EXIT_USAGE)
     except (MultiradarError, OSError) as error:
         return _say(_describe(error), EXIT_FAILED)
     except Exception as error:
@@ -84,9 +99,37 @@ def _invoke(arguments: Sequence[str]) -> int:
     return status if isinstance(status, int) else EXIT_DONE
 
 
+def _on_termination(_number: int, _frame: FrameType | None) -> None:
+    raise _Terminated
+
+
+def _usage(error: Exception) -> str:
+    # A value that an option's type refuses is told without the name of the option.
+    options = getattr(getattr(error, "param", None), "opts", ())
+    sentence = str(error).removeprefix("Value error, ")
+    if options and sentence.startswith("Missing parameter"):
+        return f"expected a value for {options[0]}, was none"
+    sentence = _expectation(sentence, getattr(getattr(error, "cmd", None), "commands", {}))
+    return f"{options[0]}: {sentence}" if options else sentence
+
+
+def _expectation(sentence: str, commands: Iterable[str]) -> str:
+    if choice := _CHOICE.match(sentence):
+        known = choice["known"].replace("'", "")
+        return f"expected one of {known}, was {choice['was']!r}"
+    if sentence.startswith("Input should be "):
+        return f"expected {sentence.removeprefix('Input should be ')}"
+    if sentence.startswith("No such command "):
+        was = sentence.removeprefix("No such command ").rstrip(".")
+        return f"expected a command of {', '.join(commands)}, was {was}"
+    return sentence
+
+
 def _say(sentence: str, status: int) -> int:
-    one_line = " ".join(sentence.split())
-    print(f"multiradar: {one_line}", file=sys.stderr)
+    # Nothing is said where help was asked for by saying nothing, and has been given.
+    if sentence:
+        one_line = " ".join(sentence.split())
+        print(f"multiradar: {one_line}", file=sys.stderr)
     return status
 
 

@@ -54,6 +54,11 @@ def test_the_version_is_that_of_the_distribution(capsys: pytest.CaptureFixture[s
         ["replay", "m.parquet", "--run-name", "été"],
         ["convert", "vid"],
         ["demo", "--speed", "-1"],
+        ["convert", "nonsense"],
+        *(
+            ["track", "m.parquet", "--sensors", "s.toml", "--out", "o", "--workers", workers]
+            for workers in ("0", "x")
+        ),
     ],
 )
 def test_wrong_usage_is_one_sentence_and_status_2(
@@ -65,6 +70,32 @@ def test_wrong_usage_is_one_sentence_and_status_2(
     assert told.err.startswith("multiradar: ")
     assert told.err.count("\n") == 1
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["nonsense"], "expected a command of track, serve, replay, demo, convert, was 'nonsense'"),
+        (["serve", "--filter", "foo"], "--filter: expected one of two-stage, blom, ci, was 'foo'"),
+        (["replay", "m", "--batch", "0"], "--batch: expected greater than or equal to 1"),
+        (["track", "m"], "expected a value for --sensors, was none"),
+    ],
+)
+def test_wrong_usage_names_the_option_and_what_was_expected(
+    arguments: list[str], sentence: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(arguments) == 2
+    assert capsys.readouterr().err == f"multiradar: {sentence}\n"
+
+
+@pytest.mark.parametrize("arguments", [[], ["convert"]])
+def test_no_command_is_help_without_an_empty_error(
+    arguments: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(arguments) == 2
+    told = capsys.readouterr()
+    assert "Usage: multiradar" in told.out
+    assert not told.err
 
 
 def _failing(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> None:
