@@ -115,18 +115,17 @@ def _end(process: "subprocess.Popen[str]") -> None:
 @contextmanager
 def _signals_put_off() -> Iterator[None]:
     put_off: list[int] = []
-    numbers = (signal.SIGTERM, signal.SIGINT)
     before = {
         number: signal.signal(number, lambda told, _frame: put_off.append(told))
-        for number in numbers
+        for number in (signal.SIGTERM, signal.SIGINT)
     }
     try:
         yield
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-    for number in put_off:
-        signal.raise_signal(number)
+    for told in put_off:
+        signal.raise_signal(told)
 
 
 def _first_line(process: "subprocess.Popen[str]") -> dict[str, Any] | None:
