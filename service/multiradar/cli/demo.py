@@ -5,6 +5,7 @@ import signal
 import tempfile
 import threading
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -20,6 +21,8 @@ from multiradar.cli.demo_view import (
     plain_head,
     plain_line,
 )
+from multiradar.cli.inputs import DumpChoice
+from multiradar.cli.options import AllowMissingOption, ProfileOption
 from multiradar.cli.replay import parse_speed
 from multiradar.clock import SystemClock
 from multiradar.errors import InputError, MultiradarError
@@ -54,6 +57,8 @@ def demo(
             show_default="from the truth.json of the dump",
         ),
     ] = None,
+    profile: ProfileOption = None,
+    allow_missing: AllowMissingOption = False,
     speed: Annotated[
         float,
         typer.Option(
@@ -78,6 +83,7 @@ def demo(
             folder,
             dump=dump or sample_folder(),
             sensors=sensors,
+            choice=DumpChoice(None, profile, allow_missing),
             speed=speed,
             leave=leave,
         )
@@ -99,6 +105,7 @@ def _play(
     *,
     dump: Path,
     sensors: Path | None,
+    choice: DumpChoice,
     speed: float,
     leave: bool,
 ) -> None:
@@ -106,7 +113,8 @@ def _play(
 
     truth = read_truth(dump)
     sensors = _sensors_file(truth, sensors, folder)
-    converted = _convert(console, dump, folder / "converted", truth.date)
+    choice = replace(choice, date=truth.date)
+    converted = _convert(console, dump, folder / "converted", choice)
     recording = Recording(converted / MEASUREMENTS_FILE)
     console.print("[bold]2[/] starting the service (the first start compiles) …", end=" ")
     service = start_service(sensors, folder)
@@ -132,14 +140,10 @@ def _sensors_file(truth: Truth, given: Path | None, folder: Path) -> Path:
     return path
 
 
-def _convert(console: "Console", dump: Path, out: Path, date: str | None) -> Path:
-    import datetime as dt
-
+def _convert(console: "Console", dump: Path, out: Path, choice: DumpChoice) -> Path:
     from multiradar.cli.convert import convert_with_bar
-    from multiradar_converters.vid.options import Options
 
-    day = None if date is None else dt.date.fromisoformat(date)
-    report = convert_with_bar(dump, out, Options(date=day))
+    report = convert_with_bar(dump, out, choice.options())
     counts = report["counts"]
     console.print(
         f"[bold]1[/] converted {dump.name}: {counts['read']:,} lines read = "

@@ -1,17 +1,58 @@
 """What commands read: sensors, and measurements in whatever form they are given."""
 
 import datetime as dt
+import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from multiradar.errors import ConfigurationError, InputError
 
 if TYPE_CHECKING:
     from multiradar.estimation.measurement.sensors import SensorTable
     from multiradar.storage.recording import Recording
+    from multiradar_converters.vid.options import Options
+
+
+@dataclass(frozen=True, slots=True)
+class DumpChoice:
+    """What is said of a dump that is converted on the way.
+
+    Attributes
+    ----------
+    date : str, optional
+        Date of its first line.
+    profile : Path, optional
+        What it calls its files and columns.
+    allow_missing : bool
+        Whether it may lack tracks or ADS-B.
+    """
+
+    date: str | None = None
+    profile: Path | None = None
+    allow_missing: bool = False
+
+    def options(self, **more: Any) -> "Options":
+        """Return them as the converter takes them.
+
+        Raises
+        ------
+        ConfigurationError
+            The profile cannot be used.
+        """
+        from multiradar_converters.errors import ProfileError
+        from multiradar_converters.vid.options import Options
+        from multiradar_converters.vid.profile import load_profile
+
+        try:
+            profile = load_profile(self.profile)
+        except ProfileError as error:
+            raise ConfigurationError(str(error)) from error
+        day = None if self.date is None else dt.date.fromisoformat(self.date)
+        return Options(date=day, profile=profile, allow_missing=self.allow_missing, **more)
 
 
 def load_sensor_table(path: Path) -> "SensorTable":
@@ -33,39 +74,77 @@ def load_sensor_table(path: Path) -> "SensorTable":
 
 
 @contextmanager
-def open_measurements(given: Path, date: str | None) -> Iterator["Recording"]:
+def open_measurements(given: Path, dump: DumpChoice, horizon_s: float) -> Iterator["Recording"]:
     """Open measurements: a Parquet file, a converted folder, or a dump, converted on the way.
 
     Parameters
     ----------
     given : Path
         The file or folder.
-    date : str, optional
-        Date of the first line of a dump.
+    dump : DumpChoice
+        What is said of a dump.
+    horizon_s : float
+        Rows that are out of order by more data time than this are put in order first.
 
     Yields
     ------
     Recording
-        The measurements; those of a dump are in a temporary folder that is removed afterwards.
+        At least one measurement; temporary files are removed afterwards.
+
+    Raises
+    ------
+    InputError
+        It cannot be read, or there is nothing in it.
     """
     from multiradar.storage.recording import MEASUREMENTS_FILE, Recording, measurements_path
 
     if not given.is_dir() or (given / MEASUREMENTS_FILE).exists():
-        yield Recording(measurements_path(given))
+        with _in_order(Recording(measurements_path(given)), given, horizon_s) as recording:
+            yield recording
         return
-    if not (given / "plots.txt").exists():
-        msg = f"{given}: expected {MEASUREMENTS_FILE} or the plots.txt of a dump, found neither"
+    options = dump.options(kinds=())
+    plots = options.profile.files.plots
+    if not (given / plots).exists():
+        msg = f"{given}: expected {MEASUREMENTS_FILE} or the {plots} of a dump, found neither"
         raise InputError(msg)
     with tempfile.TemporaryDirectory(prefix="multiradar-dump-") as temporary:
+        from multiradar.cli.convert import convert_with_bar
+
         converted = Path(temporary) / "converted"
-        _convert_dump(given, converted, date)
-        yield Recording(converted / MEASUREMENTS_FILE)
+        # The table is all that is wanted: no files for each aircraft.
+        convert_with_bar(given, converted, options)
+        measured = Recording(converted / MEASUREMENTS_FILE)
+        with _in_order(measured, given, horizon_s) as recording:
+            yield recording
 
 
-def _convert_dump(dump: Path, out: Path, date: str | None) -> None:
-    from multiradar.cli.convert import convert_with_bar
-    from multiradar_converters.vid.options import Options
+@contextmanager
+def _in_order(recording: "Recording", given: Path, horizon_s: float) -> Iterator["Recording"]:
+    from multiradar.storage.time_order import disorder_s, in_time_order
 
-    day = None if date is None else dt.date.fromisoformat(date)
-    # The table is all that is wanted: no files for each aircraft.
-    convert_with_bar(dump, out, Options(kinds=(), date=day))
+    if recording.rows == 0:
+        msg = f"{given}: expected measurements, found an empty table"
+        raise InputError(msg)
+    apart_s = disorder_s(recording)
+    if apart_s <= horizon_s:
+        yield recording
+        return
+    print(
+        f"multiradar: {given}: rows are up to {apart_s:g} s out of order; sorted by time first",
+        file=sys.stderr,
+    )
+    with tempfile.TemporaryDirectory(prefix="multiradar-sort-") as temporary:
+        yield in_time_order(recording, Path(temporary))
+
+
+def check_found(found: int, kinds: str | None, given: Path) -> None:
+    """Raise `InputError` when there is no measurement of the kinds chosen."""
+    if found == 0:
+        msg = f"{given}: expected measurements of the kinds {kinds}, found none"
+        raise InputError(msg)
+
+
+def codes_told(rejected: dict[str, int]) -> str:
+    """Return counts by reject code as text, the most frequent first."""
+    ordered = sorted(rejected.items(), key=lambda item: (-item[1], item[0]))
+    return ", ".join(f"{count} {code}" for code, count in ordered)

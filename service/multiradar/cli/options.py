@@ -7,6 +7,11 @@ from typing import Annotated
 
 import typer
 
+from multiradar.tracking.settings import TrackingSettings
+
+#: Defaults of the tracker, as help shows them.
+TRACKING_DEFAULTS = TrackingSettings()
+
 #: As `multiradar_schemas.measurement.KINDS`, which is not imported here: help must be fast.
 KIND_CHOICES = ("radar", "adsb", "mlat", "bearing")
 
@@ -77,6 +82,22 @@ DateOption = Annotated[
         show_default=False,
     ),
 ]
+ProfileOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--profile",
+        metavar="FILE.toml",
+        help="What a dump calls its files and columns, its units, separator, form of time.",
+        show_default="the layout of docs/converter.md",
+    ),
+]
+AllowMissingOption = Annotated[
+    bool,
+    typer.Option(
+        "--allow-missing",
+        help="Do without tracks.txt or plots_ads.txt where a dump lacks it.",
+    ),
+]
 ConfigOption = Annotated[
     Path | None,
     typer.Option(
@@ -88,5 +109,9 @@ ConfigOption = Annotated[
 ]
 FilterOption = Annotated[
     FilterChoice | None,
-    typer.Option("--filter", help="How motion and biases are estimated.", show_default="two-stage"),
+    typer.Option(
+        "--filter",
+        help="How motion and biases are estimated.",
+        show_default=TRACKING_DEFAULTS.filter_name,
+    ),
 ]

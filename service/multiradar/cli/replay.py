@@ -7,15 +7,19 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from multiradar.cli.inputs import open_measurements
+from multiradar.cli.inputs import DumpChoice, check_found, codes_told, open_measurements
 from multiradar.cli.options import (
+    TRACKING_DEFAULTS,
+    AllowMissingOption,
     DateOption,
     JsonOption,
     KindsOption,
     MeasurementsArgument,
+    ProfileOption,
     chosen_kinds,
 )
 from multiradar.cli.progress import progress_bar
+from multiradar.errors import InputError
 
 if TYPE_CHECKING:
     from multiradar.ingest.replay import Destination, ReplayCounts
@@ -71,6 +75,8 @@ def replay(
     ] = EncodingChoice.ARROW,
     kinds: KindsOption = None,
     date: DateOption = None,
+    profile: ProfileOption = None,
+    allow_missing: AllowMissingOption = False,
     flush: Annotated[bool, typer.Option(help="Tell the service that the stream has ended.")] = True,
     run_name: Annotated[
         str | None,
@@ -96,7 +102,10 @@ def replay(
         flush=flush,
         retries_max=retries,
     )
-    with open_measurements(measurements, date) as recording:
+    dump = DumpChoice(date, profile, allow_missing)
+    # The horizon of a service whose settings are the defaults.
+    opened = open_measurements(measurements, dump, TRACKING_DEFAULTS.reorder_horizon_s)
+    with opened as recording:
         destination = _destination(to, encoding)
         try:
             with progress_bar("replaying", recording.rows) as show:
@@ -111,7 +120,11 @@ def replay(
                 counts = play.run()
         finally:
             destination.close()
+    check_found(counts.read, kinds, measurements)
     _print_counts(counts, json_wanted)
+    if counts.rejected == counts.read:
+        msg = f"none of {counts.read} measurements accepted: {codes_told(counts.rejected_by_code)}"
+        raise InputError(msg)
 
 
 def _checked_run_name(name: str | None) -> str | None:
@@ -148,3 +161,5 @@ def _print_counts(counts: "ReplayCounts", json_wanted: bool) -> None:
         f"{counts.rejected} rejected, {counts.duplicate} duplicate"
         + (f"; {counts.retries} retries" if counts.retries else "")
     )
+    if counts.rejected_by_code:
+        print(f"rejected: {codes_told(counts.rejected_by_code)}")

@@ -1,23 +1,35 @@
 """`multiradar track`: measurements in, tracks and biases out."""
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from multiradar.cli.inputs import load_sensor_table, open_measurements
+from multiradar.cli.inputs import (
+    DumpChoice,
+    check_found,
+    codes_told,
+    load_sensor_table,
+    open_measurements,
+)
 from multiradar.cli.options import (
+    TRACKING_DEFAULTS,
+    AllowMissingOption,
     ConfigOption,
     DateOption,
     FilterOption,
     JsonOption,
     KindsOption,
     MeasurementsArgument,
+    ProfileOption,
     SensorsOption,
     chosen_kinds,
 )
 from multiradar.cli.progress import progress_bar
+from multiradar.errors import InputError
 
 if TYPE_CHECKING:
     from multiradar.tracking.settings import TrackingSettings
@@ -36,18 +48,27 @@ def track(
     filter_name: FilterOption = None,
     kinds: KindsOption = None,
     date: DateOption = None,
+    profile: ProfileOption = None,
+    allow_missing: AllowMissingOption = False,
     epoch_s: Annotated[
         float | None,
-        typer.Option(help="Data time between two publications of the biases.", show_default="4"),
+        typer.Option(
+            help="Data time between two publications of the biases.",
+            show_default=f"{TRACKING_DEFAULTS.epoch_s:g}",
+        ),
     ] = None,
     reorder_horizon_s: Annotated[
         float | None,
-        typer.Option(help="Measurements are sorted within this much data time.", show_default="6"),
+        typer.Option(
+            help="Measurements are sorted within this much data time.",
+            show_default=f"{TRACKING_DEFAULTS.reorder_horizon_s:g}",
+        ),
     ] = None,
     acceleration_density: Annotated[
         float | None,
         typer.Option(
-            help="Spectral density of an aircraft's acceleration, m²/s³.", show_default="1"
+            help="Spectral density of an aircraft's acceleration, m²/s³.",
+            show_default=f"{TRACKING_DEFAULTS.acceleration_density:g}",
         ),
     ] = None,
     workers: Annotated[
@@ -74,7 +95,9 @@ def track(
         "acceleration_density": acceleration_density,
     }
     settings = _settings(config, given)
-    with open_measurements(measurements, date) as recording, new_folder(out) as folder:
+    dump = DumpChoice(date, profile, allow_missing)
+    opened = open_measurements(measurements, dump, settings.reorder_horizon_s)
+    with opened as recording, new_folder(out) as folder, _naming(out):
         job = OfflineJob(
             recording=recording,
             sensors=table,
@@ -85,6 +108,7 @@ def track(
         )
         with progress_bar("tracking", recording.rows) as on_progress:
             result = track_recording(job, folder, on_progress)
+        check_found(result.read, kinds, measurements)
         report = offline_report(job, result)
         text = report.model_dump_json(indent=2)
         (folder / REPORT_FILE).write_text(text + "\n", encoding="utf-8")
@@ -92,12 +116,37 @@ def track(
         print(text)
     else:
         _print_report(report, out)
+    if report.counts.accepted == 0:
+        codes = codes_told({str(code): n for code, n in report.rejected_by_code.items()})
+        msg = f"none of {report.counts.read} measurements accepted: {codes}; {out} says why"
+        raise InputError(msg)
+
+
+@contextmanager
+def _naming(out: Path) -> Iterator[None]:
+    # What the disk refuses without a name is what we write: the recording has one.
+    try:
+        yield
+    except OSError as error:
+        if error.filename is not None:
+            raise
+        msg = f"{out}: cannot write there, {error.strerror or error}; nothing is left of it"
+        raise InputError(msg) from error
 
 
 def _settings(config: Path | None, given: dict[str, Any]) -> "TrackingSettings":
-    from multiradar.settings import load_settings
+    # What the command line itself says wrong is wrong usage; the rest is the configuration.
+    from pydantic import ValidationError
+
+    from multiradar.settings import TrackingSection, load_settings
+    from multiradar_schemas.explain import explain
 
     chosen = {name: value for name, value in given.items() if value is not None}
+    try:
+        TrackingSection.model_validate(chosen)
+    except ValidationError as error:
+        name, _, reason = explain(error.errors(include_url=False)[0])[1].partition(": ")
+        raise typer.BadParameter(f"--{name.replace('_', '-')}: {reason}") from error
     return load_settings(config, {"tracking": chosen}).tracking_settings()
 
 
@@ -111,6 +160,9 @@ def _print_report(report: "Report", out: Path) -> None:
         f"[bold]{figures['tracks']} tracks[/] from {counts.read} measurements: "
         f"{counts.accepted} accepted, {counts.rejected} rejected, {counts.duplicate} duplicate"
     )
+    if report.rejected_by_code:
+        codes = {str(code): n for code, n in report.rejected_by_code.items()}
+        console.print(f"rejected: {codes_told(codes)}", soft_wrap=True)
     table = Table(title="Biases at the end (measured minus true)", title_justify="left")
     for column in ("sensor", "parameter"):
         table.add_column(column)

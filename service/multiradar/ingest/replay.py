@@ -5,10 +5,11 @@ sent, but whose answer was lost, is sent again under the same key and taken once
 is killed and started again loses nothing and doubles nothing.
 """
 
-from collections.abc import Callable, Collection, Iterator
+from collections import Counter
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Protocol, TypeVar
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 import polars as pl
@@ -40,6 +41,25 @@ class Answer:
     accepted: int
     rejected: int
     duplicate: bool
+    #: How many rows were rejected, by code.
+    codes: Mapping[str, int] = field(default_factory=dict)
+
+    @classmethod
+    def of_document(cls, document: Mapping[str, Any]) -> "Answer":
+        """Read the answer of a service.
+
+        Raises
+        ------
+        KeyError, TypeError, ValueError
+            It is not of the form agreed.
+        """
+        rejected = document["rejected"]
+        return cls(
+            accepted=int(document["accepted"]),
+            rejected=len(rejected),
+            duplicate=bool(document["duplicate"]),
+            codes=Counter(str(row["code"]) for row in rejected if "code" in row),
+        )
 
 
 class Destination(Protocol):
@@ -97,6 +117,7 @@ class ReplayCounts:
     duplicate: int = 0
     batches: int = 0
     retries: int = 0
+    rejected_by_code: dict[str, int] = field(default_factory=dict)
     data_time_s: float | None = None
 
 
@@ -202,6 +223,9 @@ class Replay:
             raise PeerError(msg)
         counts.accepted += answer.accepted
         counts.rejected += answer.rejected
+        for code, rows_rejected in answer.codes.items():
+            known = counts.rejected_by_code.get(code, 0)
+            counts.rejected_by_code[code] = known + rows_rejected
 
 
 def backoff_s(retry: int, retry_after_s: float | None) -> float:

@@ -73,11 +73,7 @@ class HttpDestination:
         if response.status_code == _NONE_TAKEN and "accepted" not in document:
             raise _refusal(response, document)
         try:
-            return Answer(
-                accepted=int(document["accepted"]),
-                rejected=len(document["rejected"]),
-                duplicate=bool(document["duplicate"]),
-            )
+            return Answer.of_document(document)
         except (KeyError, TypeError, ValueError) as error:
             msg = f"{response.url}: expected counts of a batch, was {response.text[:200]!r}"
             raise PeerError(msg) from error

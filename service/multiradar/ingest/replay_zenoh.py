@@ -58,11 +58,7 @@ class ZenohDestination:
             attachment=key.encode(),
         )
         try:
-            return Answer(
-                accepted=int(document["accepted"]),
-                rejected=len(document["rejected"]),
-                duplicate=bool(document["duplicate"]),
-            )
+            return Answer.of_document(document)
         except (KeyError, TypeError, ValueError) as error:
             msg = f"{self._endpoint}: expected counts of a batch, was {str(document)[:200]}"
             raise PeerError(msg) from error

@@ -123,6 +123,7 @@ def track_recording(
         Read is not accepted + rejected.
     """
     engine = Engine(job.sensors, job.settings, job.workers)
+    run: _Run | None = None
     try:
         run = _Run(job, folder, engine)
         done = 0
@@ -132,6 +133,8 @@ def track_recording(
             done += len(block)
         return run.finish()
     finally:
+        if run is not None:
+            run.close()
         engine.close()
 
 
@@ -170,7 +173,7 @@ class _Run:
         self._write([self._engine.flush()])
         self._tracks.finish()
         self._biases.finish()
-        self._rejects.close()
+        self.close()
         result = self._result
         outcomes = self._engine.counts
         result.duplicate = outcomes.pop("DUPLICATE")
@@ -181,6 +184,9 @@ class _Run:
         _check(result, late)
         result.output_sha256 = self._digest.hexdigest()
         return result
+
+    def close(self) -> None:
+        self._rejects.close()
 
     def _write(self, outputs: Sequence[EngineOutput]) -> None:
         for output in outputs:

@@ -31,8 +31,8 @@ def offline_report(job: OfflineJob, result: OfflineResult) -> Report:
     Returns
     -------
     Report
-        Counts, settings, digest; figures: number of tracks, last biases with sigma, and what
-        became of the accepted measurements in the filter.
+        Counts, settings, digest; figures: whether the recording had to be sorted, number of tracks,
+        last biases with sigma, and what became of the accepted measurements in the filter.
     """
     counts = Counts(
         read=result.read,
@@ -62,6 +62,7 @@ def offline_report(job: OfflineJob, result: OfflineResult) -> Report:
         output_sha256=result.output_sha256,
         settings={**asdict(job.settings), "kinds": kinds, "sensors": list(job.sensors.ids)},
         figures={
+            "sorted": recording.sorted,
             "tracks": result.tracks,
             "measurements_by_outcome": dict(sorted(result.tracker.items())),
             "final_biases": biases,

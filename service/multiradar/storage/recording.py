@@ -1,10 +1,13 @@
 """A recording on disk, `measurements.parquet`, read in bounded blocks."""
 
+import copy
 import hashlib
 from collections.abc import Collection, Iterator
 from pathlib import Path
 
+import numpy as np
 import polars as pl
+from numpy.typing import NDArray
 
 from multiradar.errors import InputError, MissingColumnError
 from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
@@ -34,6 +37,8 @@ class Recording:
         The file.
     rows : int
         Number of measurements in it.
+    sorted : bool
+        Whether it is read in order of time, which is not that of the file.
 
     Raises
     ------
@@ -45,6 +50,7 @@ class Recording:
 
     def __init__(self, path: Path) -> None:
         self.path = path
+        self.sorted = False
         if not path.is_file():
             msg = f"{path}: expected a file of measurements, found none"
             raise InputError(msg)
@@ -76,20 +82,52 @@ class Recording:
             The file changed or broke while it was read.
         """
         columns = [pl.col(name).cast(dtype) for name, dtype in MEASUREMENT_SCHEMA.items()]
-        indexed = self._scan.with_row_index(INDEX_COLUMN)
+        indexed = self._scan if self.sorted else self._scan.with_row_index(INDEX_COLUMN)
         for start in range(0, self.rows, BLOCK_ROWS):
             wanted = indexed.slice(start, BLOCK_ROWS).select(*columns, INDEX_COLUMN)
             if kinds is not None:
                 wanted = wanted.filter(pl.col("kind").is_in(sorted(kinds)))
             try:
                 block = wanted.collect()
+            except pl.exceptions.InvalidOperationError as error:
+                msg = f"{self.path}: expected values that fit their columns ({_first_line(error)})"
+                raise InputError(msg) from error
             except (pl.exceptions.PolarsError, OSError) as error:
                 raise _unreadable(self.path, error) from error
             yield block
 
+    def times(self) -> Iterator[NDArray[np.float64]]:
+        """Yield the times of all rows, s, block after block; NaN where there is none.
+
+        Raises
+        ------
+        InputError
+            The file changed or broke while it was read.
+        """
+        times = self._scan.select(pl.col("time_s").cast(pl.Float64).fill_null(np.nan))
+        for start in range(0, self.rows, BLOCK_ROWS):
+            try:
+                block = times.slice(start, BLOCK_ROWS).collect()
+            except (pl.exceptions.PolarsError, OSError) as error:
+                raise _unreadable(self.path, error) from error
+            yield block["time_s"].to_numpy()
+
+    def in_order_of(self, file: Path) -> "Recording":
+        """Return this recording read in the order of another file, which has `index`, too.
+
+        Parameters
+        ----------
+        file : Path
+            Parquet with the same rows and, in `index`, the place of each in this recording.
+        """
+        other = copy.copy(self)
+        other.sorted = True
+        other._scan = pl.scan_parquet(file)
+        return other
+
     def content_sha256(self) -> str:
-        """Return the SHA-256 of the bytes of the file, in hexadecimal."""
-        digest = hashlib.sha256()
+        """Return the SHA-256 of the bytes of the file and of its order, in hexadecimal."""
+        digest = hashlib.sha256(b"sorted" if self.sorted else b"")
         with self.path.open("rb") as stream:
             while chunk := stream.read(_HASH_CHUNK_BYTES):
                 digest.update(chunk)
@@ -130,5 +168,9 @@ def _convertible(found: pl.DataType, wanted: pl.DataType) -> bool:
 
 
 def _unreadable(path: Path, error: Exception) -> InputError:
-    reason = str(error).strip().splitlines()
-    return InputError(f"{path}: expected a Parquet file ({reason[0] if reason else error!r})")
+    return InputError(f"{path}: expected a Parquet file ({_first_line(error)})")
+
+
+def _first_line(error: Exception) -> str:
+    lines = str(error).strip().splitlines()
+    return lines[0] if lines else repr(error)

@@ -7,6 +7,7 @@ import subprocess
 from pathlib import Path
 from typing import Any
 
+import polars as pl
 import pytest
 
 from support.recorded_scene import command, environment, serving, write_scene
@@ -100,6 +101,7 @@ def test_a_port_in_use_is_one_sentence(scene: tuple[Path, Path], tmp_path: Path)
         done = command("serve", *options, "--port", port)
     assert done.returncode == 1
     assert f"127.0.0.1:{port}: cannot listen there" in done.stderr
+    assert "stopped" not in done.stderr
     assert "Traceback" not in done.stderr
     assert not done.stdout
 
@@ -112,7 +114,8 @@ def test_a_journal_of_other_sensors_is_refused_in_a_sentence(
         _replay(measurements, "--to", served.http)
     moved = tmp_path / "moved.toml"
     moved.write_text(sensors.read_text().replace("50.0", "50.1"))
-    options = [*_options(moved, tmp_path / "state"), "--no-zenoh", "--log-level", "error"]
+    # All that is logged: a service that never started does not say that it stopped.
+    options = [*_options(moved, tmp_path / "state"), "--no-zenoh", "--log-level", "info"]
     done = command("serve", *options)
     assert done.returncode == 1
     assert done.stderr.startswith("multiradar: ")
@@ -124,6 +127,24 @@ def test_an_address_of_no_known_kind_is_wrong_usage(scene: tuple[Path, Path]) ->
     done = command("replay", scene[0], "--to", "ftp://127.0.0.1")
     assert done.returncode == 2
     assert "expected http://… or zenoh:…" in done.stderr
+
+
+def test_a_recording_out_of_order_or_of_strangers_is_replayed_or_refused_in_words(
+    scene: tuple[Path, Path], expected: str, tmp_path: Path
+) -> None:
+    frame = pl.read_parquet(scene[0])
+    backwards, strangers = tmp_path / "backwards.parquet", tmp_path / "strangers.parquet"
+    # Stable in time: rows of the same time stay in their order, and so does the output.
+    frame.sort("time_s", descending=True, maintain_order=True).write_parquet(backwards)
+    frame.with_columns(sensor_id=pl.lit("77-7")).write_parquet(strangers)
+    with serving(*_options(scene[1], tmp_path / "state"), "--no-zenoh") as served:
+        refused = command("replay", strangers, "--to", served.http, "--speed", "max", "--no-flush")
+        assert refused.returncode == 1
+        assert f"rejected: {ROWS} UNKNOWN_SENSOR" in refused.stdout
+        assert f"none of {ROWS} measurements accepted" in refused.stderr
+        counts = _replay(backwards, "--to", served.http)
+        assert (counts["accepted"], counts["rejected"]) == (ROWS, 0)
+        assert served.status()["output_sha256"] == expected
 
 
 def test_a_kill_in_a_replay_over_zenoh_leaves_no_trace(

@@ -1,6 +1,9 @@
 """`multiradar track` from the command line: files when it worked, nothing when it did not."""
 
 import json
+import resource
+import signal
+import subprocess
 from pathlib import Path
 
 import polars as pl
@@ -8,7 +11,8 @@ import pytest
 
 from multiradar.cli.main import run
 from multiradar_schemas.report import Report
-from support.recorded_scene import write_scene
+from support.recorded_scene import environment, write_scene
+from support.served import RUN
 
 SAMPLE = Path(__file__).parents[3] / "examples" / "vid-sample"
 FILES = ["biases.parquet", "rejects.ndjson", "report.json", "tracks.parquet"]
@@ -148,18 +152,136 @@ def test_sensors_that_cannot_be_used_are_one_sentence_and_no_output(
     assert not [path for path in tmp_path.iterdir() if path != sensors]
 
 
-@pytest.mark.parametrize("options", [("--epoch-s", "0"), ("--reorder-horizon-s", "-1")])
-def test_settings_that_cannot_be_used_are_one_sentence_and_no_output(
+@pytest.mark.parametrize(
+    "options",
+    [
+        ("--epoch-s", "0"),
+        ("--epoch-s", "nan"),
+        ("--reorder-horizon-s", "-1"),
+        ("--acceleration-density", "inf"),
+    ],
+)
+def test_settings_that_cannot_be_used_are_wrong_usage_in_one_sentence_and_no_output(
     scene: tuple[Path, Path],
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
     options: tuple[str, str],
 ) -> None:
     out = tmp_path / "out"
-    assert _track(scene[0], "--sensors", scene[1], "--out", out, *options) == 1
+    assert _track(scene[0], "--sensors", scene[1], "--out", out, *options) == 2
     told = capsys.readouterr().err
-    assert options[0].strip("-").replace("-", "_") in told
+    assert told.startswith(f"multiradar: {options[0]}: expected ")
+    assert told.count("\n") == 1
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("order", ["radar after radar", "reversed", "shuffled"])
+def test_a_recording_out_of_order_loses_nothing_and_says_so(
+    scene: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str], order: str
+) -> None:
+    frame = pl.read_parquet(scene[0])
+    if order == "radar after radar":
+        frame = frame.sort("sensor_id", maintain_order=True)
+    else:
+        frame = frame.reverse() if order == "reversed" else frame.sample(fraction=1.0, shuffle=True)
+    measurements, out = tmp_path / "unsorted.parquet", tmp_path / "out"
+    frame.write_parquet(measurements)
+    assert _track(measurements, "--sensors", scene[1], "--out", out, "--json") == 0
+    told = capsys.readouterr()
+    assert "s out of order; sorted by time first" in told.err
+    assert told.err.count("\n") == 1
+    report = Report.model_validate_json(told.out)
+    assert (report.counts.read, report.counts.accepted) == (2000, 2000)
+    assert report.figures["sorted"] is True
+    assert report.inputs[0].file == "unsorted.parquet"
+    assert report.inputs[0].bytes == measurements.stat().st_size
+
+
+def test_a_run_that_accepts_nothing_fails_and_names_the_codes(
+    scene: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    measurements, out = tmp_path / "strangers.parquet", tmp_path / "out"
+    strangers = pl.read_parquet(scene[0]).with_columns(sensor_id=pl.lit("77-7"))
+    strangers.write_parquet(measurements)
+    assert _track(measurements, "--sensors", scene[1], "--out", out) == 1
+    told = capsys.readouterr()
+    assert "rejected: 2000 UNKNOWN_SENSOR" in told.out
+    assert "none of 2000 measurements accepted: 2000 UNKNOWN_SENSOR" in told.err
+    assert len((out / "rejects.ndjson").read_text().splitlines()) == 2000
+
+
+def test_nothing_to_track_is_one_sentence_and_no_output(
+    scene: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    empty, out = tmp_path / "empty.parquet", tmp_path / "out"
+    pl.read_parquet(scene[0]).clear().write_parquet(empty)
+    assert _track(empty, "--sensors", scene[1], "--out", out) == 1
+    assert "expected measurements, found an empty table" in capsys.readouterr().err
+    assert _track(scene[0], "--sensors", scene[1], "--out", out, "--kinds", "mlat") == 1
+    assert "expected measurements of the kinds mlat, found none" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == [empty]
+
+
+def test_a_value_too_large_for_its_column_is_told_as_such(
+    scene: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    measurements = tmp_path / "large.parquet"
+    large = pl.lit(2**63, pl.UInt64).alias("track_number")
+    pl.read_parquet(scene[0]).with_columns(large).write_parquet(measurements)
+    assert _track(measurements, "--sensors", scene[1], "--out", tmp_path / "out") == 1
+    told = capsys.readouterr().err
+    assert "expected values that fit their columns" in told
+    assert "Parquet" not in told
+
+
+def test_a_file_that_cannot_grow_is_told_with_the_name_of_the_output(
+    scene: tuple[Path, Path], tmp_path: Path
+) -> None:
+    out = tmp_path / "out"
+    line = [*RUN, "track", str(scene[0]), "--sensors", str(scene[1]), "--out", str(out)]
+
+    # As on a full disk: writes fail from some byte on. Caches of kernels were made before.
+    def bound() -> None:
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
+
+    done = subprocess.run(
+        line, capture_output=True, text=True, check=False, env=environment(), preexec_fn=bound
+    )
+    assert done.returncode == 1
+    assert str(out) in done.stderr
+    assert "internal error" not in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert not list(tmp_path.iterdir())
+
+
+def test_termination_removes_the_partial_output_and_the_converted_dump(tmp_path: Path) -> None:
+    temporary, out = tmp_path / "tmp", tmp_path / "out"
+    temporary.mkdir()
+    sensors = SAMPLE.parent / "sensors-vid-sample.toml"
+    line = [*RUN, "track", str(SAMPLE), "--sensors", str(sensors), "--out", str(out)]
+    own = {**environment(), "TMPDIR": str(temporary)}
+    with subprocess.Popen(line, stderr=subprocess.PIPE, text=True, env=own) as process:
+        while not list(tmp_path.glob(".out.partial-*/rejects.ndjson")):
+            assert process.poll() is None
+        process.terminate()
+        assert process.stderr is not None
+        assert process.stderr.read() == "multiradar: stopped\n"
+        assert process.wait(60.0) == 143
+    assert list(tmp_path.iterdir()) == [temporary]
+    assert not list(temporary.iterdir())
+
+
+def test_a_dump_of_another_layout_without_adsb_is_tracked(tmp_path: Path) -> None:
+    sensors = SAMPLE.parent / "sensors-vid-sample.toml"
+    dump, profile = tmp_path / "dump", tmp_path / "profile.toml"
+    dump.mkdir()
+    lines = (SAMPLE / "plots.txt").read_bytes().splitlines(keepends=True)
+    (dump / "radar.txt").write_bytes(b"".join(lines[:1500]))
+    profile.write_text('[files]\nplots = "radar.txt"\n')
+    options = ("--profile", profile, "--allow-missing")
+    assert _track(dump, "--sensors", sensors, "--out", tmp_path / "out", *options) == 0
+    assert _track(dump, "--sensors", sensors, "--out", tmp_path / "no", *options[:2]) == 1
 
 
 def test_a_dump_is_tracked_without_being_converted_by_hand(tmp_path: Path) -> None:

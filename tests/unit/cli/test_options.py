@@ -1,5 +1,8 @@
 """Names that are repeated on the command line, so that help is fast, are those of the core."""
 
+import pytest
+
+from multiradar.cli.main import run
 from multiradar.cli.options import KIND_CHOICES, FilterChoice, chosen_kinds
 from multiradar.cli.replay import _BATCH_ROWS_MAX, EncodingChoice
 from multiradar.cli.serve import LogForm, LogLevel
@@ -8,6 +11,7 @@ from multiradar.ingest.replay import RETRIES_MAX, ReplayPlan
 from multiradar.ingest.replay_http import Encoding
 from multiradar.settings import load_settings
 from multiradar.storage.recording import BLOCK_ROWS
+from multiradar.tracking.settings import TrackingSettings
 from multiradar_schemas.measurement import KINDS
 
 
@@ -17,6 +21,21 @@ def test_the_choices_are_those_of_the_core() -> None:
     assert {choice.value for choice in EncodingChoice} == {one.value for one in Encoding}
     assert BLOCK_ROWS == _BATCH_ROWS_MAX
     assert ReplayPlan().retries_max == RETRIES_MAX == 50
+
+
+def test_the_defaults_that_help_shows_are_those_of_the_tracker(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("COLUMNS", "250")
+    assert run(["track", "--help"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    defaults = TrackingSettings()
+    for option in ("epoch_s", "reorder_horizon_s", "acceleration_density"):
+        flag = f"--{option.replace('_', '-')} "
+        told = [line for line in lines if flag in line]
+        assert len(told) == 1
+        assert f"[default: ({getattr(defaults, option):g})]" in told[0]
+    assert any(f"[default: ({defaults.filter_name})]" in line for line in lines)
 
 
 def test_every_log_option_is_a_setting() -> None:

@@ -83,8 +83,14 @@ def test_a_lost_connection_is_a_retry(error: httpx.TransportError) -> None:
 
 
 def test_a_batch_of_which_no_row_was_taken_is_an_answer_all_the_same() -> None:
-    problem = {"title": "none", "accepted": 0, "rejected": [{}, {}], "duplicate": False}
-    assert _service(httpx.Response(422, json=problem)).send(_batch(), "k") == Answer(0, 2, False)
+    problem = {
+        "title": "none",
+        "accepted": 0,
+        "rejected": [{"code": "OUT_OF_RANGE"}, {"code": "OUT_OF_RANGE"}],
+        "duplicate": False,
+    }
+    answer = _service(httpx.Response(422, json=problem)).send(_batch(), "k")
+    assert answer == Answer(0, 2, False, {"OUT_OF_RANGE": 2})
 
 
 @pytest.mark.parametrize("status", [400, 409, 413, 415, 422])
