@@ -4,7 +4,6 @@ Work happens in `.NAME.partial-PID` beside it, which is locked while its process
 at the end. What a killed run left is recognised by its free lock and removed by the next run.
 """
 
-import errno
 import fcntl
 import os
 import shutil
@@ -15,9 +14,6 @@ from typing import Self
 from multiradar_converters.errors import ConversionError, OutputTakenError
 
 _LOCK = ".lock"
-
-# What the system says when what is written does not fit or cannot be stored.
-_NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS})
 
 
 class OutputFolder:
@@ -33,8 +29,7 @@ class OutputFolder:
     OutputTakenError
         On entering or finishing: the target exists.
     ConversionError
-        On entering: the folder above it does not exist or cannot be written to. On leaving: there
-        was no room for what was written.
+        On entering: the folder above it does not exist or cannot be written to.
     """
 
     def __init__(self, target: Path) -> None:
@@ -79,9 +74,6 @@ class OutputFolder:
         if self._lock is not None:
             os.close(self._lock)
         shutil.rmtree(self.path, ignore_errors=True)
-        if isinstance(error, OSError) and error.errno in _NO_ROOM:
-            msg = f"{self._target}: cannot be written: {error.strerror}"
-            raise ConversionError(msg) from error
 
     def _refuse_if_taken(self) -> None:
         if os.path.lexists(self._target):

@@ -6,7 +6,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from multiradar_converters.errors import AccountingError
+from multiradar_converters.errors import AccountingError, LayoutError
 from multiradar_schemas.reject import Reject, RejectCode
 
 
@@ -32,6 +32,31 @@ class Account:
     blank: int = 0
     accepted: int = 0
     rejected: Counter[RejectCode] = field(default_factory=Counter)
+    # The first rejected line of each code.
+    examples: dict[RejectCode, RejectedLine] = field(default_factory=dict)
+
+    def reject(self, line: RejectedLine) -> None:
+        """Enter a refused line."""
+        self.rejected[line.code] += 1
+        self.examples.setdefault(line.code, line)
+
+    def check_some_accepted(self) -> None:
+        """Refuse a file whose every line was refused.
+
+        Raises
+        ------
+        LayoutError
+            Names the commonest reason.
+        """
+        if self.accepted or not self.rejected:
+            return
+        code, count = self.rejected.most_common(1)[0]
+        first = self.examples[code]
+        msg = (
+            f"{self.file}: none of {self.rejected.total()} lines can be taken; {count} of them for "
+            f"{code}, the first in line {first.line}: {first.reason}"
+        )
+        raise LayoutError(msg)
 
     def check(self) -> None:
         """Compare what was read with what became of it.

@@ -9,6 +9,7 @@ Then the points dealt to each aircraft are sorted and written, a bucket of aircr
 """
 
 import datetime as dt
+import errno
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ThreadPoolExecutor
 from pathlib import Path
@@ -16,7 +17,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar_converters.errors import LayoutError
+from multiradar_converters.errors import ConversionError, LayoutError
 from multiradar_converters.output_folder import OutputFolder
 from multiradar_converters.vid import fields
 from multiradar_converters.vid.accounting import Account, RejectsFile
@@ -66,6 +67,9 @@ from multiradar_converters.vid.track_files import (
 #: How often each byte of a dump counts as progress.
 PASSES = 3
 
+# What the system says when what is written does not fit or cannot be stored.
+_NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS})
+
 _NUMBERS_MAX = 1 << 31
 _SENSOR_BITS = 31
 
@@ -99,7 +103,19 @@ def convert(
         A file is missing or not laid out as expected; `out` does not exist.
     AccountingError
         A line or byte is unaccounted for; `out` does not exist.
+    ConversionError
+        There is no room for `out`; it does not exist.
     """
+    try:
+        return _converted(dump, out, options, progress)
+    except OSError as error:
+        if error.errno not in _NO_ROOM:
+            raise
+        msg = f"{out}: cannot be written: {error.strerror}"
+        raise ConversionError(msg) from error
+
+
+def _converted(dump: Path, out: Path, options: Options, progress: Progress) -> dict[str, object]:
     with OutputFolder(out) as folder, ThreadPoolExecutor(options.threads) as pool:
         files = survey(dump, options)
         with RejectsFile(folder.path / "rejects.ndjson") as rejects:
@@ -168,12 +184,14 @@ class _Conversion:
                 continue
             days = dates_of(self._first_times[file.layout.table.name])
             if days is not None and not days[0] <= date <= days[1]:
-                msg = f"{file.path}: expected a recording of {date}, was one of {' or '.join(dict.fromkeys(map(str, days)))}"
+                own = " or ".join(dict.fromkeys(map(str, days)))
+                msg = f"{file.path}: expected a recording of {date}, was one of {own}"
                 raise LayoutError(msg)
 
     def run(self) -> dict[str, object]:
         """Do all passes; return the report."""
         self._read(fields.PLOTS, self._take_plots)
+        self._accounts[0].check_some_accepted()
         self._read(fields.REPORTS, self._take_reports)
         self._read(fields.TRACKS, self._take_tracks)
         source_of_sensor, names = self._sensor_names()

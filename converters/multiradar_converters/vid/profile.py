@@ -30,13 +30,31 @@ import codecs
 import math
 import tomllib
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from multiradar_converters.errors import ProfileError
 from multiradar_converters.vid import fields
 from multiradar_converters.vid.fields import NAMES, OPTIONAL_ROLES, TABLES, Table
+
+if TYPE_CHECKING:
+    from pydantic_core import ErrorDetails
+
+# What is expected, by the type of pydantic's complaint.
+_EXPECTED = {
+    "literal_error": "{expected}",
+    "string_type": "text",
+    "int_type": "a whole number",
+    "float_type": "a number",
+    "finite_number": "a finite number",
+    "greater_than": "a number above {gt:g}",
+    "greater_than_equal": "at least {ge}",
+    "less_than_equal": "at most {le:g}",
+    "dict_type": "a section",
+    "model_type": "a section",
+    "list_type": "a list",
+}
 
 _LENGTHS_M = {"m": 1.0, "km": 1000.0, "NM": 1852.0, "ft": 0.3048, "FL": 30.48}
 _ANGLES_DEG = {"degree": 1.0, "radian": math.degrees(1.0), "ACP": 360.0 / 4096.0}
@@ -125,10 +143,29 @@ def load_profile(path: Path | None) -> Profile:
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         place = ".".join(str(part) for part in first["loc"])
-        msg = f"{path}: {place}: {first['msg']}"
+        msg = f"{path}: {place}: {_said(first)}"
         raise ProfileError(msg) from error
     _check_names(path, profile)
     return profile
+
+
+def _said(error: "ErrorDetails") -> str:
+    """Return what was expected of a key, and what it was."""
+    kind, context = error["type"], error.get("ctx", {})
+    if kind == "extra_forbidden":
+        return f"expected one of the keys {', '.join(_keys(error['loc'][:-1]))}, was another"
+    expected = _EXPECTED.get(kind, "").format(**context)
+    if not expected:
+        message = error["msg"]
+        expected = message[:1].lower() + message[1:]
+    return f"expected {expected}, was {str(error['input'])[:80]!r}"
+
+
+def _keys(place: tuple[int | str, ...]) -> list[str]:
+    """Return the keys of a section of a profile."""
+    sections: dict[str, type[_Strict]] = {"files": Files, "units": Units}
+    section = sections[str(place[0])] if place else Profile
+    return list(section.model_fields)
 
 
 def _check_names(path: Path, profile: Profile) -> None:

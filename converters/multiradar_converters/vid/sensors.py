@@ -77,11 +77,27 @@ def sensors_toml(
             f'kind = "radar"\n'
             f"source = {source}\n"
             f"sensor = {sensor}\n"
-            f"# {figures.plots[number]} plots, {figures.named[number]} of them named by tracks, "
-            f"the farthest at {figures.range_max_m[number]:.0f} m\n"
+            f"# {_said(figures, number)}\n"
             f"# latitude_deg =\n"
             f"# longitude_deg =\n"
             f"# height_m =\n"
         )
-    parts.append(f'\n[[sensor]]\nid = "{ADSB_ID}"\nkind = "adsb"\n# {reports} reports\n')
+    parts.append(
+        f'\n[[sensor]]\nid = "{ADSB_ID}"\nkind = "adsb"\n# {_counted(reports, "report")}\n'
+    )
     return "".join(parts)
+
+
+def _said(figures: SensorFigures, number: int) -> str:
+    """Tell what the plots say about a sensor."""
+    plots, named = int(figures.plots[number]), int(figures.named[number])
+    if not plots:
+        return "no plots, seen in tracks only"
+    far = f"{figures.range_max_m[number]:.0f} m"
+    if plots == 1:
+        return f"1 plot, {'named' if named else 'not named'} by tracks, at {far}"
+    return f"{plots} plots, {named} of them named by tracks, the farthest at {far}"
+
+
+def _counted(count: int, what: str) -> str:
+    return f"{count} {what}" if count == 1 else f"{count} {what}s"

@@ -229,7 +229,7 @@ def _summary(report: dict[str, Any], out: Path) -> str:
     counts, figures = report["counts"], report["figures"]
     lines = [
         f"read {counts['read']} lines: accepted {counts['accepted']}, "
-        f"rejected {counts['rejected']}; blank {counts['blank']}",
+        f"rejected {counts['rejected']}{_by_code(report)}; blank {counts['blank']}",
         f"{figures['aircraft']} aircraft; tracks written: "
         + (", ".join(f"{stem} {n}" for stem, n in figures["tracks_written"].items()) or "none"),
         f"plots that no track names: {figures['plots_named_by_no_track']}",
@@ -237,3 +237,9 @@ def _summary(report: dict[str, Any], out: Path) -> str:
     if "note" in figures:
         lines.append(f"note: {figures['note']}")
     return "\n".join([*lines, f"wrote {out}"])
+
+
+def _by_code(report: dict[str, Any]) -> str:
+    """Name the codes of rejects, the commonest first."""
+    codes = sorted(report["rejected_by_code"].items(), key=lambda item: (-item[1], item[0]))
+    return f" ({', '.join(f'{code} {count}' for code, count in codes)})" if codes else ""

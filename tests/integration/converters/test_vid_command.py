@@ -80,3 +80,25 @@ def test_progress_reaches_its_end(tmp_path: Path) -> None:
     # Each step may lose the fraction of a byte.
     assert total - len(told) - 400 <= sum(told) <= total
     assert min(told) >= 0
+
+
+def test_plots_that_are_all_refused_end_the_run_with_the_commonest_reason(tmp_path: Path) -> None:
+    part = dumps.part_of_sample(30)
+    rows = [[*row[:5], "400", *row[6:]] for row in part["plots.txt"]]
+    dumps.write_dump(tmp_path / "bad", {**part, "plots.txt": [["x"], *rows]}, dumps.columns())
+    done = command(tmp_path / "bad", tmp_path / "out")
+    assert (done.returncode, done.stdout) == (1, "")
+    assert "none of 31 lines can be taken; 30 of them for OUT_OF_RANGE" in done.stderr
+    assert "azimuth: expected 0 to 360" in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert not (tmp_path / "out").exists()
+
+
+def test_the_summary_names_rejects_by_code(tmp_path: Path) -> None:
+    dump = dumps.write_dump(tmp_path / "dump", dumps.part_of_sample(30), dumps.columns())
+    with (dump / "tracks.txt").open("ab") as file:
+        file.write(b"x\r\ny\r\n" + b"x\t" * 8 + b"x\r\n")
+    done = command(dump, tmp_path / "out")
+    assert "rejected 3 (WRONG_FIELD_COUNT 2, NOT_A_NUMBER 1); blank 0" in done.stdout
+    report = json.loads((tmp_path / "out" / "report.json").read_bytes())
+    assert report["counts"]["rejected"] == 3

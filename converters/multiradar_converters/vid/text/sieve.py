@@ -173,7 +173,7 @@ class Sieve:
                 later.append(rejected)
                 continue
             self._file.write(self._account.file, self._layout.encoding, rejected)
-            self._account.rejected[rejected.code] += 1
+            self._account.reject(rejected)
         self._rejects = later
 
 

@@ -1,0 +1,89 @@
+"""What a user is told: which folder, which key, which reason."""
+
+import errno
+import os
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from multiradar_converters.errors import ConversionError, LayoutError, ProfileError
+from multiradar_converters.vid import spool
+from multiradar_converters.vid.profile import load_profile
+from support import dumps
+
+
+@pytest.fixture
+def dump(tmp_path: Path) -> Path:
+    return dumps.write_dump(tmp_path / "dump", dumps.part_of_sample(30), dumps.columns())
+
+
+def test_a_missing_parent_folder_is_named(tmp_path: Path, dump: Path) -> None:
+    with pytest.raises(ConversionError, match=f"expected a folder {tmp_path / 'c'} to make it in"):
+        dumps.run(dump, tmp_path / "c" / "base")
+
+
+def test_a_full_disk_is_told_with_the_output(
+    tmp_path: Path, dump: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(spool, "write_all", full)
+    with pytest.raises(ConversionError, match=f"{tmp_path / 'out'}: cannot be written: No space"):
+        dumps.run(dump, tmp_path / "out")
+    assert [path.name for path in tmp_path.iterdir()] == ["dump"]
+
+
+@pytest.mark.parametrize(
+    ("make", "was"), [(Path.mkdir, "folder"), (os.mkfifo, "special file")], ids=["folder", "FIFO"]
+)
+def test_what_is_not_a_file_is_called_so(tmp_path: Path, dump: Path, make: Any, was: str) -> None:
+    (dump / "plots.txt").unlink()
+    make(dump / "plots.txt")
+    with pytest.raises(LayoutError, match=rf"plots\.txt: expected a file, was a {was}"):
+        dumps.run(dump, tmp_path / "out")
+
+
+def test_a_missing_file_that_may_be_missing_is_told_with_the_option(
+    tmp_path: Path, dump: Path
+) -> None:
+    (dump / "plots_ads.txt").unlink()
+    with pytest.raises(LayoutError, match="--allow-missing"):
+        dumps.run(dump, tmp_path / "out")
+
+
+def test_the_skeleton_speaks_of_sensors_without_plots_and_of_one_plot(tmp_path: Path) -> None:
+    plot = ["10", "5", "57014.6", "13.8440", "46.9128223", "6.2769624", "11582.4", "6430"]
+    track = ["10", "7", "0", "46.7", "6.1", "11277.6", "6121"]
+    rows = {
+        "plots.txt": [["1000.0", "26", *plot]],
+        "tracks.txt": [["1000.3", "41", *track]],
+        "plots_ads.txt": [["999.0", "7", "3c09df", "47.2", "8.3", ""]],
+    }
+    dumps.run(dumps.write_dump(tmp_path / "dump", rows, dumps.columns()), tmp_path / "out")
+    text = (tmp_path / "out" / "sensors.toml").read_text()
+    assert "# 1 plot, not named by tracks, at 57015 m\n" in text
+    assert "# no plots, seen in tracks only\n" in text
+    assert "# 1 report\n" in text
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("unit = 1", "unit: expected one of the keys encoding, form, .*, was another"),
+        ("[units]\nspeed = 'm'", r"units\.speed: expected one of the keys range, height, azimuth"),
+        ("form = 'rows'", "form: expected 'auto', 'columns' or 'pairs', was 'rows'"),
+        ("naming_tolerance_s = 0.0", "naming_tolerance_s: expected a number above 0, was '0.0'"),
+        ("multiradar_source = 'x'", "multiradar_source: expected a whole number, was 'x'"),
+        ("units = 'm'", "units: expected a section, was 'm'"),
+        ("[headers]\nplots = 'time'", r"headers\.plots: expected a list, was 'time'"),
+    ],
+)
+def test_a_wrong_key_of_a_profile_is_told_as_expected_and_was(
+    tmp_path: Path, text: str, said: str
+) -> None:
+    path = tmp_path / "profile.toml"
+    path.write_text(text)
+    with pytest.raises(ProfileError, match=said):
+        load_profile(path)
