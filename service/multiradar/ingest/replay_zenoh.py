@@ -19,7 +19,7 @@ ANSWER_TIMEOUT_S = 60.0
 #: The rows of a batch are of several sensors; the key names none.
 _KEY = f"{MEASUREMENTS}/*"
 #: The service says these for now, not for good.
-_COME_BACK = frozenset({"QUEUE_FULL", "JOURNAL_FULL", "NOT_RUNNING", "BUSY"})
+_COME_BACK = frozenset({"QUEUE_FULL", "JOURNAL_FULL", "NOT_READY", "BUSY"})
 
 
 class ZenohDestination:

@@ -164,6 +164,28 @@ def test_a_query_without_content_is_told_so(client: zenoh.Session) -> None:
     assert (key, refusal["code"]) == ("", "MISSING_FIELD")
 
 
+def test_a_key_that_was_used_for_another_message_is_refused_as_over_http(
+    client: zenoh.Session, running: ZenohGateway
+) -> None:
+    rows = of_sensor(recording(60), "41-10")
+    for part, code in ((rows[:5], None), (rows[5:], "IDEMPOTENCY_KEY_REUSED")):
+        _, answer = ask(
+            client,
+            f"{MEASUREMENTS}/41-10",
+            payload=encode(part, Encoding.JSON),
+            encoding="application/json",
+            attachment="batch-1",
+        )
+        assert answer.get("code") == code
+    assert running.counts.document()["alarms"][-1]["code"] == "IDEMPOTENCY_KEY_REUSED"
+
+
+def test_a_misspelt_parameter_does_not_pass_for_nothing(client: zenoh.Session) -> None:
+    _, refusal = ask(client, f"{MEASUREMENTS}/*?flsh")
+    assert refusal["code"] == "UNKNOWN_PARAMETER"
+    assert "flush" in refusal["reason"]
+
+
 def test_a_full_intake_asks_queries_to_come_back_and_counts_lost_samples() -> None:
     def refuse(_submission: Any, _future: "Future[Any]") -> None:
         raise QueueFullError("intake", 7, 2.5)

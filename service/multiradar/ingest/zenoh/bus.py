@@ -1,6 +1,6 @@
 """What the service needs of Zenoh: two small interfaces, and the messages that pass them."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -61,6 +61,19 @@ class Request:
     reply: Callable[[str, bytes, bytes], None]
     refuse: Callable[[bytes], None]
     finish: Callable[[], None]
+
+
+def unknown_parameters(given: Iterable[str], known: Collection[str]) -> str:
+    """Return what is wrong with the names of a query's parameters; empty when nothing is.
+
+    Names that begin with an underscore are Zenoh's own.
+    """
+    unknown = [name for name in given if name not in known and not name.startswith("_")]
+    if not unknown:
+        return ""
+    shown = ", ".join(ascii(name)[1:-1][:64] for name in unknown[:8])
+    expected = f"one of {', '.join(sorted(known))}" if known else "no parameters"
+    return f"expected {expected}, was {shown}"
 
 
 class Stream(Protocol):

@@ -10,6 +10,9 @@ from collections.abc import Callable
 from concurrent.futures import Future
 
 from multiradar.errors import (
+    IdempotencyConflictError,
+    InputError,
+    JournalError,
     JournalFullError,
     MultiradarError,
     PayloadError,
@@ -17,7 +20,7 @@ from multiradar.errors import (
     QueueFullError,
 )
 from multiradar.ingest.bodies import Decoded
-from multiradar.ingest.zenoh.bus import Message, Request
+from multiradar.ingest.zenoh.bus import Message, Request, unknown_parameters
 from multiradar.ingest.zenoh.counts import ZenohCounts
 from multiradar.ingest.zenoh.keys import MEASUREMENTS
 from multiradar.ingest.zenoh.payload import PayloadBounds, read_payload
@@ -30,6 +33,16 @@ from multiradar.runtime.receipt import (
 )
 
 SOURCE = "zenoh"
+#: What the service itself refuses: the first line that fits. The codes are those of HTTP.
+_CODES: tuple[tuple[type[MultiradarError], str], ...] = (
+    (QueueFullError, "QUEUE_FULL"),
+    (IdempotencyConflictError, "IDEMPOTENCY_KEY_REUSED"),
+    (InputError, "MALFORMED_BODY"),
+    (JournalFullError, "JOURNAL_FULL"),
+    (JournalError, "JOURNAL_FAILED"),
+    (PipelineError, "NOT_READY"),
+)
+_PARAMETERS = frozenset({"flush"})
 _KEY_EXPECTED = f"expected an attachment that is an idempotency key, {IDEMPOTENCY_KEY_FORM}"
 
 
@@ -99,6 +112,9 @@ class MeasurementInlet:
 
     def _handed_in(self, request: Request) -> "Future[Receipt]":
         idempotency_key = _idempotency_key(request.attachment)
+        unknown = unknown_parameters(request.parameters, _PARAMETERS)
+        if unknown:
+            raise PayloadError("UNKNOWN_PARAMETER", unknown)
         if "flush" in request.parameters and not request.payload:
             return self._intake.flush(source=SOURCE, idempotency_key=idempotency_key)
         if request.payload is None:
@@ -141,7 +157,7 @@ class MeasurementInlet:
 
     def _refused(self, error: BaseException, key: str) -> None:
         self._counts.add(messages_refused=1)
-        self._counts.alarm(type(error).__name__, str(error)[:300], key)
+        self._counts.alarm(_code(error), str(error)[:300], key)
 
 
 def _idempotency_key(attachment: bytes) -> str | None:
@@ -162,16 +178,16 @@ def _reply_key(asked: str) -> str:
 
 
 def _refuse_for(request: Request, error: BaseException | None) -> None:
-    retry_after_s: float | None = None
+    retry_after_s = None
     if isinstance(error, QueueFullError):
-        code, retry_after_s = "QUEUE_FULL", error.retry_after_s
-    elif isinstance(error, JournalFullError):
-        code, retry_after_s = "JOURNAL_FULL", 1.0
-    elif isinstance(error, PipelineError):
-        code, retry_after_s = "NOT_RUNNING", 1.0
-    else:
-        code = type(error).__name__
-    _refuse(request, code, str(error), retry_after_s)
+        retry_after_s = error.retry_after_s
+    elif isinstance(error, JournalFullError | PipelineError):
+        retry_after_s = 1.0
+    _refuse(request, _code(error), str(error), retry_after_s)
+
+
+def _code(error: BaseException | None) -> str:
+    return next((code for kind, code in _CODES if isinstance(error, kind)), "INTERNAL")
 
 
 def _refuse(request: Request, code: str, reason: str, retry_after_s: float | None = None) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from multiradar.errors import ForecastError, RequestError
-from multiradar.ingest.zenoh.bus import Request
+from multiradar.ingest.zenoh.bus import Request, unknown_parameters
 from multiradar.ingest.zenoh.catch_up import CatchUp
 from multiradar.ingest.zenoh.counts import ZenohCounts
 from multiradar.ingest.zenoh.keys import (
@@ -25,6 +25,7 @@ from multiradar.runtime.ports import View
 #: Updates in one answer to a query with `after`, unless it asks for fewer.
 CATCH_UP_LIMIT = 10_000
 _WILD = frozenset({"*", "**"})
+_NO_PARAMETERS: frozenset[str] = frozenset()
 _BAD_REQUEST = 400
 _NOT_FOUND = 404
 
@@ -62,19 +63,21 @@ class Answers:
 
     def handlers(self) -> dict[str, Callable[[Request], None]]:
         """Return the handler of each key expression."""
-        served = {
-            f"{TRACKS}/*": self._tracks,
-            f"{BIASES}/*": self._biases,
-            f"{FORECASTS}/*": self._forecast,
-            STATUS: self._answer_status,
+        return {
+            f"{TRACKS}/*": self._guarded(self._tracks, frozenset({"after", "limit"})),
+            f"{BIASES}/*": self._guarded(self._biases, _NO_PARAMETERS),
+            f"{FORECASTS}/*": self._guarded(self._forecast, frozenset({"horizon_s", "step_s"})),
+            STATUS: self._guarded(self._answer_status, _NO_PARAMETERS),
         }
-        return {key: self._guarded(answer) for key, answer in served.items()}
 
     # ---------------------------------------------------------------- inside
 
-    def _guarded(self, answer: Callable[[Request], None]) -> Callable[[Request], None]:
+    def _guarded(
+        self, answer: Callable[[Request], None], parameters: frozenset[str]
+    ) -> Callable[[Request], None]:
         def answered(request: Request) -> None:
             try:
+                _refuse_unknown(request.parameters, parameters)
                 answer(request)
             except RequestError as error:
                 self._refuse(request, error.code, str(error))
@@ -192,6 +195,12 @@ def _number(parameters: Mapping[str, str], name: str, absent: float) -> float:
     if not math.isfinite(value):
         raise _bad(name, "a finite number", text)
     return value
+
+
+def _refuse_unknown(parameters: Mapping[str, str], known: frozenset[str]) -> None:
+    reason = unknown_parameters(parameters, known)
+    if reason:
+        raise RequestError(_BAD_REQUEST, "UNKNOWN_PARAMETER", reason)
 
 
 def _bad(name: str, expected: str, text: str) -> RequestError:

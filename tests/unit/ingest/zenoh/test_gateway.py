@@ -82,8 +82,8 @@ def failed(error: Exception) -> Callable[[Any, "Future[Receipt]"], None]:
     ("answer", "code", "retry_after_s"),
     [
         (refused(QueueFullError("intake", 9, 2.0)), "QUEUE_FULL", 2.0),
-        (refused(JournalError("no")), "JournalError", None),
-        (failed(JournalError("no")), "JournalError", None),
+        (refused(JournalError("no")), "JOURNAL_FAILED", None),
+        (failed(JournalError("no")), "JOURNAL_FAILED", None),
     ],
 )
 def test_a_query_that_cannot_be_taken_is_refused_with_a_code(
