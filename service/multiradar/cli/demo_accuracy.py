@@ -40,6 +40,9 @@ def position_accuracy(reports: pl.DataFrame, updates: pl.DataFrame) -> Accuracy 
     Accuracy or None
         None when nothing can be compared.
     """
+    # A dump without ADS-B, or one whose plots name no aircraft.
+    if reports.is_empty() or updates.is_empty():
+        return None
     tracked = updates.filter(pl.col("track_number").is_not_null()).sort("time_s")
     begun = pl.col("time_s").min().over("track_number").alias("begun_s")
     tracked = tracked.with_columns(begun, pl.col("time_s").alias("update_s"))

@@ -92,3 +92,11 @@ def test_lines_show_the_estimate_with_its_sigma_and_the_table_its_error() -> Non
     assert line.error == -1.5
     assert unknown.error is None
     assert bias_table(scene.lines).row_count == 2
+
+
+def test_without_reports_or_without_tracks_there_is_nothing_to_compare() -> None:
+    columns = ["time_s", "track_number", "latitude_deg", "longitude_deg"]
+    reports = pl.DataFrame({name: [1.0] for name in columns})
+    updates = reports.with_columns(speed_mps=pl.lit(0.0), heading_deg=pl.lit(0.0))
+    assert position_accuracy(reports, pl.DataFrame()) is None
+    assert position_accuracy(reports.clear(), updates) is None
