@@ -87,3 +87,41 @@ def test_a_wrong_key_of_a_profile_is_told_as_expected_and_was(
     path.write_text(text)
     with pytest.raises(ProfileError, match=said):
         load_profile(path)
+
+
+@pytest.mark.parametrize("form", ["columns", "pairs"])
+def test_rubbish_before_the_first_row_is_refused_and_the_rest_read(
+    tmp_path: Path, form: str
+) -> None:
+    encode = dumps.columns() if form == "columns" else dumps.pairs()
+    dump = dumps.write_dump(tmp_path / "dump", dumps.part_of_sample(30), encode)
+    path = dump / "plots.txt"
+    end = b"\r\n" if form == "columns" else b"\n"
+    path.write_bytes(end.join([b"# recorded=2018", b"", b"\xffrubbish", path.read_bytes()]))
+    report = dumps.run(dump, tmp_path / "out")
+    assert [(r["line"], r["code"]) for r in dumps.rejects(tmp_path / "out")] == [
+        (1, "MALFORMED_LINE"), (3, "MALFORMED_LINE"),
+    ]  # fmt: skip
+    assert (report["counts"]["accepted"], report["counts"]["blank"]) == (90, 1)
+
+
+def test_a_header_in_capitals_is_read(tmp_path: Path, dump: Path) -> None:
+    path = dump / "plots.txt"
+    header, rest = path.read_bytes().split(b"\r\n", 1)
+    path.write_bytes(header.upper() + b"\r\n" + rest)
+    assert dumps.run(dump, tmp_path / "out")["counts"]["accepted"] == 90
+
+
+def test_nul_bytes_are_not_called_utf_16(tmp_path: Path, dump: Path) -> None:
+    path = dump / "plots.txt"
+    path.write_bytes(bytes(300_000) + path.read_bytes())
+    with pytest.raises(LayoutError, match="found mostly NUL bytes"):
+        dumps.run(dump, tmp_path / "out")
+
+
+def test_the_columns_of_a_binary_file_are_cut_and_printable(tmp_path: Path, dump: Path) -> None:
+    (dump / "plots.txt").write_bytes(bytes(range(1, 256)) * 100)
+    with pytest.raises(LayoutError) as told:
+        dumps.run(dump, tmp_path / "out")
+    assert len(str(told.value)) < 350
+    assert str(told.value).isprintable()

@@ -31,6 +31,11 @@ HEAD_BYTES = 1 << 18
 _TRIAL_LINES = 200
 
 _PAIR = re.compile(rb"[^=\s;]+=")
+_WORD_BREAKS = re.compile(r"[\s;,=]+")
+
+#: Lines of rubbish that may stand before the header.
+_LEADING_LINES_MAX = 10
+
 _WIDE_MARKS = (
     (codecs.BOM_UTF32_LE, "UTF-32"),
     (codecs.BOM_UTF32_BE, "UTF-32"),
@@ -66,7 +71,7 @@ def detect(path: Path, table: Table, profile: Profile) -> FileLayout:
     _check_text(path, head)
     mark = len(codecs.BOM_UTF8) if head.startswith(codecs.BOM_UTF8) else 0
     terminator = LF if b"\n" in head or b"\r" not in head else CR
-    start, line = _first_line(head, mark, terminator)
+    start, line = _telling_line(head, mark, terminator, profile.column_names(table))
     if not line:
         msg = f"{path.name}: expected a header line or lines of name=value, the file is empty"
         raise LayoutError(msg)
@@ -107,10 +112,10 @@ def detect(path: Path, table: Table, profile: Profile) -> FileLayout:
 
 def _check_text(path: Path, head: bytes) -> None:
     found = next((name for mark, name in _WIDE_MARKS if head.startswith(mark)), None)
-    if found is None and len(head) >= 4 and (head[1::2].count(0) > len(head) // 4):
-        found = "UTF-16"
-    if found is None and len(head) >= 4 and (head[::2].count(0) > len(head) // 4):
-        found = "UTF-16"
+    even, odd = head[::2].count(0), head[1::2].count(0)
+    many = len(head) // 8
+    if found is None and len(head) >= 4 and max(even, odd) > 2 * many:
+        found = "UTF-16" if min(even, odd) <= many else "mostly NUL bytes"
     if found is not None:
         msg = f"{path.name}: expected ASCII, UTF-8 or Windows-1251 text, found {found}"
         raise LayoutError(msg)
@@ -127,6 +132,22 @@ def _first_line(head: bytes, start: int, terminator: int) -> tuple[int, bytes]:
             return start, line
         start = end + 1
     return start, b""
+
+
+def _telling_line(
+    head: bytes, start: int, terminator: int, names: tuple[str, ...]
+) -> tuple[int, bytes]:
+    """Return the first of the first lines that names the columns; else the first line of all."""
+    first = start, line = _first_line(head, start, terminator)
+    wanted = {name.casefold() for name in names if name}
+    for _ in range(_LEADING_LINES_MAX):
+        if not line:
+            break
+        text = line.decode("utf-8", errors="replace").casefold()
+        if wanted <= set(_WORD_BREAKS.split(text)):
+            return start, line
+        start, line = _first_line(head, start + len(line), terminator)
+    return first
 
 
 def _after(head: bytes, place: int, terminator: int) -> int:
@@ -153,7 +174,8 @@ def _separator(line: bytes, names: tuple[str, ...], encoding: str, profile: Prof
     if not names:
         return next((mark for mark in (SEMICOLON, TAB, COMMA) if mark in line), BLANK)
     for separator in (SEMICOLON, TAB, COMMA):
-        if {name for name in names if name} <= set(_header_names(line, separator, encoding)):
+        found = {name.casefold() for name in _header_names(line, separator, encoding)}
+        if {name.casefold() for name in names if name} <= found:
             return separator
     return BLANK
 
@@ -169,11 +191,14 @@ def _named(table: Table, names: tuple[str, ...]) -> list[tuple[str, int]]:
 
 def _columns(path: Path, table: Table, names: tuple[str, ...], given: list[str]) -> tuple[int, ...]:
     expected = dict(_named(table, names))
+    # Capitals do not matter where the exact name is not there.
+    folded = {name.casefold(): name for name in expected if name not in given}
+    given = [name if name in expected else folded.get(name.casefold(), name) for name in given]
     missing = [name for name in expected if name not in given]
     if missing:
         msg = (
             f"{path.name}: expected the columns {', '.join(expected)}; missing are "
-            f"{', '.join(missing)}, found {', '.join(given)[:200]}"
+            f"{', '.join(missing)}, found {_shown(given)}"
         )
         raise LayoutError(msg)
     twice = [name for name in expected if given.count(name) > 1]
@@ -181,6 +206,13 @@ def _columns(path: Path, table: Table, names: tuple[str, ...], given: list[str])
         msg = f"{path.name}: the header names {', '.join(twice)} more than once"
         raise LayoutError(msg)
     return tuple(expected.get(name, fields.IGNORED) for name in given)
+
+
+def _shown(names: list[str]) -> str:
+    """Return names for a message: the first of them, without control characters."""
+    text = ", ".join(names[:20])[:100]
+    shown = "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text)
+    return shown if len(names) <= 20 and len(", ".join(names)) <= 100 else f"{shown} …"
 
 
 def with_times(layout: FileLayout, form: TimeForm | None) -> FileLayout:

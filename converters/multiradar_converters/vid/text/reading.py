@@ -1,5 +1,6 @@
 """Reading one file of a dump: lines in, columns of accepted rows out, every line accounted for."""
 
+import codecs
 from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future
@@ -92,12 +93,7 @@ def read_rows(
     """
     account.bytes_read += layout.data_offset
     if layout.header is not None:
-        # Blank lines before the header are blank lines of the file.
-        with path.open("rb") as file:
-            before = file.read(layout.data_offset)
-        account.lines += max(1, before.count(bytes((layout.terminator,))))
-        account.header += 1
-        account.blank += account.lines - 1
+        _enter_head(path, layout, account, rejects)
     tables = _Tables(layout)
     in_work: deque[Future[Parsed]] = deque()
     sieve = Sieve(layout, clock, account, rejects)
@@ -109,6 +105,25 @@ def read_rows(
         yield from _taken(in_work.popleft().result(), sieve, account, progress)
     sieve.finish()
     account.check()
+
+
+def _enter_head(path: Path, layout: FileLayout, account: Account, rejects: RejectsFile) -> None:
+    """Enter the header and what stands before it into the account."""
+    with path.open("rb") as file:
+        head = file.read(layout.data_offset)
+    mark = bytes((layout.terminator,))
+    for raw in head.removesuffix(mark).removeprefix(codecs.BOM_UTF8).split(mark):
+        line = raw.rstrip(b"\r")
+        account.lines += 1
+        if line == layout.header:
+            account.header += 1
+        elif not line.strip(b" \t"):
+            account.blank += 1
+        else:
+            reason = "expected a header line with the names of the columns"
+            rejected = RejectedLine(account.lines, RejectCode.MALFORMED_LINE, reason, line)
+            rejects.write(account.file, layout.encoding, rejected)
+            account.reject(rejected)
 
 
 def _taken(parsed: Parsed, sieve: Sieve, account: Account, progress: Progress) -> list[Rows]:
