@@ -103,6 +103,10 @@ class Inlet(Protocol):
         """Have a handler called with each query on a key expression."""
         ...
 
+    def watch(self, handler: Callable[[], None]) -> None:
+        """Have a handler called whenever another session connects to this one."""
+        ...
+
 
 class Outlet(Protocol):
     """What goes out."""

@@ -121,6 +121,7 @@ class ZenohGateway:
         for key, handler in answers.handlers().items():
             bus.answer(key, handler)
         bus.answer(TRACK_CACHES, self._gate.on_query)
+        bus.watch(self._gate.on_arrival)
         bounds = PayloadBounds(options.message_bytes_max, options.message_rows_max)
         inlet = MeasurementInlet(self._service, self.counts, bounds, self._later)
         bus.answer(f"{MEASUREMENTS}/*", inlet.on_query)

@@ -63,6 +63,7 @@ class MemoryBus:
         self.closed = False
         self.sent: list[Message] = []
         self.streams: dict[str, MemoryStream] = {}
+        self.watchers: list[Callable[[], None]] = []
         self._subscribers: list[tuple[str, Callable[[Message], None]]] = []
         self._queryables: list[tuple[str, Callable[[Request], None]]] = []
 
@@ -77,6 +78,10 @@ class MemoryBus:
     def answer(self, key: str, handler: Callable[[Request], None]) -> None:
         """Have a handler called with each query on a key expression."""
         self._queryables.append((key, handler))
+
+    def watch(self, handler: Callable[[], None]) -> None:
+        """Have a handler called when a test says that somebody connects."""
+        self.watchers.append(handler)
 
     def put(self, key: str, payload: bytes, attachment: bytes) -> None:
         """Note a sample that was sent."""

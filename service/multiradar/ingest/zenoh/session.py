@@ -11,7 +11,8 @@ Why it is built as it is (measured with 1.10, see docs/zenoh.md):
 - An advanced publisher has one priority. Therefore it keeps the cache and the heartbeat, is
   confined to this session, and the samples are put by the session in its name.
 - Publisher detection stays off: with it, an advanced subscriber that joins while samples arrive
-  loses the history of the sources that it detects.
+  loses the history of the sources that it detects. Instead there is one token for all histories:
+  whoever connects again asks for everything, and holds back what arrives until it is answered.
 """
 
 import json
@@ -152,6 +153,17 @@ class ZenohBus:
                 _refuse_and_drop(query)
 
         self._declared.append(self._session.declare_queryable(key, on_query))
+
+    def watch(self, handler: Callable[[], None]) -> None:
+        """Have a handler called whenever another session connects to this one."""
+
+        def on_event(event: zenoh.TransportEvent) -> None:
+            if event.kind == zenoh.SampleKind.PUT:
+                handler()
+
+        self._declared.append(
+            self._session.info.declare_transport_events_listener(on_event, history=False)
+        )
 
     def put(self, key: str, payload: bytes, attachment: bytes) -> None:
         """Send a JSON sample to whoever listens now; never waits for a subscriber."""

@@ -48,6 +48,14 @@ def settled(scene: Scene, answer: MemoryAnswer) -> MemoryAnswer:
     return answer
 
 
+def test_publishing_waits_a_moment_for_who_connects(scene: Scene) -> None:
+    for connected in scene.bus.watchers:
+        connected()
+    answer = settled(scene, scene.bus.ask("multiradar/v1/status"))
+    ((_, document, _),) = answer.replies
+    assert json.loads(document)["zenoh"]["joins_waited_for"] == 1
+
+
 def test_a_sample_becomes_a_submission_under_its_key(scene: Scene) -> None:
     scene.bus.deliver(Message(KEY, PAYLOAD, "application/json", b"batch-7"))
     (submission,) = scene.service.submissions

@@ -70,6 +70,31 @@ def test_full_caches_are_given_time_to_answer() -> None:
     assert abs(scene.waited_s() - QUIET_MAX_S) < 1e-9
 
 
+def test_who_connects_is_given_a_moment_to_ask() -> None:
+    scene = Scene()
+    # Most of those who connect want no history: they are not waited for as if they did.
+    scene.gate.samples = 20_000
+    scene.gate.on_arrival()
+    assert scene.gate.closed
+    assert abs(scene.waited_s() - QUIET_S) < 1e-9
+    assert not scene.gate.closed
+    scene.gate.on_arrival()
+    scene.clock.advance(QUIET_S / 2)
+    scene.ask()
+    assert abs(scene.waited_s() - (QUIET_S + 20_000 * ANSWER_S)) < 1e-9
+    assert scene.finished == 1
+
+
+def test_those_who_connect_without_end_are_not_waited_for_without_end() -> None:
+    scene = Scene()
+    waited_s = 0.0
+    for _ in range(1000):
+        scene.gate.on_arrival()
+        waited_s += scene.waited_s()
+        scene.clock.advance(0.01)
+    assert waited_s <= ALLOWANCE_MAX_S + 0.2 * scene.clock.now_s() + WAIT_MAX_S
+
+
 def test_questions_about_one_track_or_from_a_number_on_delay_nobody() -> None:
     scene = Scene()
     scene.ask("multiradar/v1/tracks/7/@adv/pub/a/1/**")
