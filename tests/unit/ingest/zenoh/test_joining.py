@@ -75,9 +75,10 @@ def test_who_connects_is_given_a_moment_to_ask() -> None:
     # Most of those who connect want no history: they are not waited for as if they did.
     scene.gate.samples = 20_000
     scene.gate.on_arrival()
-    assert scene.gate.closed
+    closed_before = scene.gate.closed
     assert abs(scene.waited_s() - QUIET_S) < 1e-9
-    assert not scene.gate.closed
+    closed_after = scene.gate.closed
+    assert (closed_before, closed_after) == (True, False)
     scene.gate.on_arrival()
     scene.clock.advance(QUIET_S / 2)
     scene.ask()
