@@ -8,6 +8,7 @@ Symbols: χ = state of an aircraft (east, north, velocity east, velocity north),
 radars, H = ∂h/∂χ, J = ∂z/∂ς, W = noise, ν = z − h(χ) without any bias.
 """
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -229,7 +230,7 @@ class TwoStage:
         return information, information @ (self._bias / self._scale)
 
 
-class Separated:
+class Separated(ABC):
     """What Blom's filters and covariance intersection share: no cross-covariances are kept."""
 
     def __init__(self, model: MeasurementModel, prior: BiasPrior, acceleration: float) -> None:
@@ -268,8 +269,8 @@ class Separated:
     def biases(self) -> tuple[Floats, Floats]:
         return self._bias, self._covariance
 
-    def _correct(self, seen: Linearised, covariance: Floats) -> tuple[Floats, ...]:
-        raise NotImplementedError
+    @abstractmethod
+    def _correct(self, seen: Linearised, covariance: Floats) -> tuple[Floats, ...]: ...
 
 
 class BlomSeparated(Separated):
