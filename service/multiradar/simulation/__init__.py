@@ -1,0 +1,1 @@
+"""Scenes: truth and what sensors see of it, from a seed."""

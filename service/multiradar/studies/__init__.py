@@ -1,0 +1,1 @@
+"""Studies that reproduce the tables and figures of the source papers."""
