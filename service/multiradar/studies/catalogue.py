@@ -1,0 +1,118 @@
+"""The studies by name, with what each takes; a study's code is imported only when it runs."""
+
+import dataclasses
+import importlib
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Protocol, cast
+
+from multiradar.errors import UnknownFilterError
+from multiradar.studies.result import Progress, StudyOptions, StudyResult
+
+
+@dataclass(frozen=True, slots=True)
+class StudyEntry:
+    """A study as the catalogue knows it.
+
+    Attributes
+    ----------
+    name : str
+        What the command calls it.
+    title : str
+        Heading of its report.
+    purpose : str
+        What it shows, in one sentence.
+    module : str
+        Where its `run` is, imported only when it runs.
+    runs : int, optional
+        Realisations unless others are asked for; None: it has none to repeat.
+    duration_s : float, optional
+        Length of its scene, s, unless another is asked for; None: it is fixed.
+    filters : tuple of str
+        Filters it judges; empty: no choice.
+    """
+
+    name: str
+    title: str
+    purpose: str
+    module: str
+    runs: int | None = None
+    duration_s: float | None = None
+    filters: tuple[str, ...] = ()
+
+    @property
+    def takes(self) -> tuple[str, ...]:
+        """Names of the fields of `StudyOptions` that make a difference to it."""
+        chosen = {"runs": self.runs, "filters": self.filters, "duration_s": self.duration_s}
+        return ("seed", *(name for name, default in chosen.items() if default))
+
+    def complete(self, options: StudyOptions) -> StudyOptions:
+        """Return options with this study's own in place of what is None.
+
+        Options that the study does not take become None.
+
+        Raises
+        ------
+        UnknownFilterError
+            A filter that the study does not judge.
+        """
+        for name in options.filters or () if self.filters else ():
+            if name not in self.filters:
+                raise UnknownFilterError(name, self.filters)
+        return dataclasses.replace(
+            options,
+            runs=None if self.runs is None else options.runs or self.runs,
+            duration_s=None if self.duration_s is None else options.duration_s or self.duration_s,
+            filters=(options.filters or self.filters) if self.filters else None,
+        )
+
+    def run(self, options: StudyOptions, progress: Progress) -> StudyResult:
+        """Import the study and run it, with its own options in place of what is None.
+
+        Raises
+        ------
+        UnknownFilterError
+            A filter that the study does not judge.
+        """
+        completed = self.complete(options)
+        study = cast("_Study", importlib.import_module(self.module))
+        return study.run(completed, progress)
+
+
+class _Study(Protocol):
+    # What a module of a study offers.
+    def run(self, options: StudyOptions, progress: Progress) -> StudyResult: ...
+
+
+BIAS_ESTIMATION = StudyEntry(
+    name="bias-estimation",
+    title="Joint estimation of motion and radar biases",
+    purpose="Compare the filters on the scene of the report's section 1.6: errors of position, "
+    "velocity and biases beside the theoretical and the reported ones, with drift and without.",
+    module="multiradar.studies.bias_estimation",
+    runs=20,
+    duration_s=1000.0,
+    filters=("joint", "two-stage", "blom", "blom-macro", "ci"),
+)
+POLYNOMIAL_FORECAST = StudyEntry(
+    name="polynomial-forecast",
+    title="Filtering and forecast of a polynomial trajectory",
+    purpose="Reproduce the variance tables of Koptev, Rozov and Romanovsky: exact values, a Monte "
+    "Carlo with its band, and what the paper prints.",
+    module="multiradar.studies.polynomial_forecast",
+    runs=10_000,
+)
+COUPLED_MOTION = StudyEntry(
+    name="coupled-motion",
+    title="Motion models in the velocity frame",
+    purpose="Draw what figures 1 and 3 of Vasiliev and Mattis show: trajectories of models whose "
+    "acceleration acts along and across the velocity.",
+    module="multiradar.studies.coupled_motion",
+    runs=20,
+    duration_s=600.0,
+)
+
+#: All studies by name, in the order of help.
+STUDIES = MappingProxyType(
+    {entry.name: entry for entry in (BIAS_ESTIMATION, POLYNOMIAL_FORECAST, COUPLED_MOTION)}
+)

@@ -1,0 +1,222 @@
+"""What a study takes and what it gives: rows for programs, tables and plots for readers.
+
+A study is a module with one function, ``run(options, progress) -> StudyResult``. It knows nothing
+of terminals, files or HTML: `multiradar.studies.report` and the command show what it gives.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+#: Told how many steps of how many are done; the total may be told anew while it runs.
+Progress = Callable[[int, int], None]
+
+#: A value of a row or of a table's cell; None where there is none.
+Value = float | str | bool | None
+
+#: How a series is drawn: ``line`` solid, ``dashed``, ``dotted``, ``thin`` (one run of many, faint),
+#: ``band`` (filled from `y` to `y2`, faint), ``points``, ``track`` (solid, its start marked),
+#: ``reference`` (thin and grey: what is expected).
+Style = Literal["line", "dashed", "dotted", "thin", "band", "points", "track", "reference"]
+Scale = Literal["linear", "log"]
+
+
+@dataclass(frozen=True, slots=True)
+class StudyOptions:
+    """What may be chosen of a study.
+
+    Attributes
+    ----------
+    runs : int, optional
+        Independent realisations, at least 1; None takes the study's own number.
+    seed : int
+        Seed of everything random, not negative: the same seed gives the same result.
+    filters : tuple of str, optional
+        Names of the filters to judge, known to the study; None takes all of them.
+    duration_s : float, optional
+        Length of the scene, s, positive; None takes the study's own.
+    """
+
+    runs: int | None = None
+    seed: int = 0
+    filters: tuple[str, ...] | None = None
+    duration_s: float | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Series:
+    """A line, band or cloud of points of a plot.
+
+    Attributes
+    ----------
+    label : str
+        Name in the legend; empty for none. Series of one label share one entry.
+    x, y : array, shape (n,)
+        Points in the units of the plot's axes; NaN leaves a gap.
+    style : Style
+        How it is drawn.
+    y2 : array, shape (n,), optional
+        The other edge of a band; a band needs it, nothing else has it.
+    key : str
+        Series of one key have one colour in all plots of a report, such as the name of a filter;
+        empty takes the label.
+
+    Raises
+    ------
+    ValueError
+        Shapes differ, or `y2` and the style do not go together.
+    """
+
+    label: str
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
+    style: Style = "line"
+    y2: NDArray[np.float64] | None = None
+    key: str = ""
+
+    def __post_init__(self) -> None:
+        shapes = [np.shape(values) for values in (self.x, self.y, self.y2) if values is not None]
+        if len(shapes[0]) != 1 or len(set(shapes)) != 1:
+            msg = f"series {self.label!r}: expected arrays of one length, was {shapes}"
+            raise ValueError(msg)
+        if (self.y2 is not None) != (self.style == "band"):
+            msg = f"series {self.label!r}: expected y2 for a band and for nothing else"
+            raise ValueError(msg)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Plot:
+    """One pair of axes with what is drawn in it.
+
+    Attributes
+    ----------
+    title, x_label, y_label, caption : str
+        Texts; the labels carry the unit, the caption says what to see. Plain text.
+    series : tuple of Series
+        Drawn in this order.
+    x_scale, y_scale : Scale
+        Logarithmic where values span decades; what is not positive is left out then.
+    equal_axes : bool
+        Whether a metre is as long on both axes, as on a map.
+    group : str
+        Heading of a group: plots of one group that follow each other stand side by side, with the
+        same limits of both axes (unless they have equal axes) and one legend. Empty stands alone.
+    x_limits, y_limits : tuple of float, optional
+        Ends of the axes; None takes those of the series.
+    name : str
+        Name of the picture's file where the plot is written to one, such as ``range-bias``.
+    """
+
+    title: str
+    x_label: str
+    y_label: str
+    series: tuple[Series, ...]
+    x_scale: Scale = "linear"
+    y_scale: Scale = "linear"
+    equal_axes: bool = False
+    caption: str = ""
+    group: str = ""
+    x_limits: tuple[float, float] | None = None
+    y_limits: tuple[float, float] | None = None
+    name: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """A table for readers.
+
+    Attributes
+    ----------
+    title, caption : str
+        Plain text.
+    header : tuple of str
+        Names of the columns, with units.
+    rows : tuple of tuples
+        As long as the header. A float is shown with three significant digits, None and what is
+        not finite as a dash, True and False as yes and no; a string is shown as it is.
+
+    Raises
+    ------
+    ValueError
+        A row is longer or shorter than the header.
+    """
+
+    title: str
+    header: tuple[str, ...]
+    rows: tuple[tuple[Value, ...], ...]
+    caption: str = ""
+
+    def __post_init__(self) -> None:
+        for row in self.rows:
+            if len(row) != len(self.header):
+                msg = f"table {self.title!r}: expected {len(self.header)} cells, was {row}"
+                raise ValueError(msg)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StudyResult:
+    """What a study found.
+
+    Attributes
+    ----------
+    study : str
+        Its name in the catalogue.
+    title : str
+        Heading of the report.
+    seed : int
+        The seed it ran with.
+    rows : list of dict
+        The figures for programs, one flat object a row; documented in ``docs/studies.md``.
+    tables : list of Table
+        For readers; the first is the main one.
+    plots : list of Plot
+        For readers; the first is the main one.
+    notes : list of str
+        Readings, limits and what to see, one plain paragraph each.
+    summary : str
+        What was studied, in one plain paragraph.
+    options : mapping
+        What it ran with: runs, filters, duration_s, where it takes them.
+    """
+
+    study: str
+    title: str
+    seed: int
+    rows: list[dict[str, Value]]
+    tables: list[Table]
+    plots: list[Plot]
+    notes: list[str] = field(default_factory=list)
+    summary: str = ""
+    options: Mapping[str, Value | list[str]] = field(default_factory=dict)
+
+    def json_object(self) -> dict[str, object]:
+        """Return the object that ``--json`` prints.
+
+        Returns
+        -------
+        dict
+            ``study, seed, options, rows, notes``; plain Python values, every number finite, None
+            in place of what is not.
+        """
+        return {
+            "study": self.study,
+            "seed": int(self.seed),
+            "options": {name: _plain(value) for name, value in self.options.items()},
+            "rows": [{name: _plain(value) for name, value in row.items()} for row in self.rows],
+            "notes": list(self.notes),
+        }
+
+
+def _plain(value: object) -> object:
+    # Numbers of numpy are told as Python's; JSON has no word for what is not finite.
+    if isinstance(value, list | tuple):
+        return [_plain(one) for one in value]
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
