@@ -1,0 +1,67 @@
+"""True biases of the sensors over time."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar.simulation.scene import PARAMETERS, Sensor
+
+Floats = NDArray[np.float64]
+
+# Knots of the random walks; between them a bias is linear.
+STEP_S = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class TrueBiases:
+    """The biases of all sensors on a grid of times.
+
+    Attributes
+    ----------
+    time_s : (t,) ndarray
+        Times, from 0 to the end of the scene or just beyond.
+    values : (t, m, 4) ndarray
+        For each sensor range offset (m), azimuth offset (rad), range gain (1), time offset (s);
+        measured minus true.
+    """
+
+    time_s: Floats
+    values: Floats
+
+    def at(self, sensor: int, time_s: Floats) -> Floats:
+        """Return (4, n) the parameters of a sensor at times (n,)."""
+        columns = self.values[:, sensor].T
+        return np.array([np.interp(time_s, self.time_s, column) for column in columns])
+
+
+def walk_biases(
+    sensors: Sequence[Sensor], duration_s: float, rng: np.random.Generator
+) -> TrueBiases:
+    """Let the biases of sensors drift as random walks.
+
+    Parameters
+    ----------
+    sensors : sequence of Sensor
+        The m sensors.
+    duration_s : float
+        Length of the scene.
+    rng : Generator
+        For the steps; biases without drift stay as they are.
+
+    Returns
+    -------
+    TrueBiases
+        A value a second.
+
+    References
+    ----------
+    IMM UrO RAN report (2016), equation (1.7).
+    """
+    time_s = STEP_S * np.arange(np.ceil(duration_s / STEP_S) + 1.0)
+    start = np.array([[bias.value for bias in one.biases] for one in sensors])
+    drift = np.array([[bias.drift for bias in one.biases] for one in sensors])
+    steps = rng.normal(size=(len(time_s) - 1, len(sensors), PARAMETERS)) * np.sqrt(STEP_S) * drift
+    walk = np.concatenate([np.zeros((1, *start.shape)), np.cumsum(steps, axis=0)])
+    return TrueBiases(time_s, start + walk)
