@@ -14,9 +14,11 @@ from multiradar.cli.convert import convert_app
 from multiradar.cli.demo import demo
 from multiradar.cli.replay import replay
 from multiradar.cli.serve import serve
+from multiradar.cli.study import study_command, study_help
 from multiradar.cli.track import track
 from multiradar.errors import MultiradarError, UnknownFilterError
 from multiradar.kernel_cache import choose_kernel_cache
+from multiradar.studies.catalogue import STUDIES
 
 EXIT_DONE = 0
 EXIT_FAILED = 1
@@ -52,6 +54,7 @@ app.command(name="track")(track)
 app.command(name="serve")(serve)
 app.command(name="replay")(replay)
 app.command(name="demo")(demo)
+app.command(name="study", help=study_help(STUDIES))(study_command(STUDIES))
 
 
 def main() -> None:
@@ -61,13 +64,15 @@ def main() -> None:
     sys.exit(run(sys.argv[1:]))
 
 
-def run(arguments: Sequence[str]) -> int:
+def run(arguments: Sequence[str], commands: typer.Typer = app) -> int:
     """Run one command and return its exit status.
 
     Parameters
     ----------
     arguments : sequence of str
         What follows the name of the program.
+    commands : typer.Typer
+        The commands there are.
 
     Returns
     -------
@@ -75,7 +80,7 @@ def run(arguments: Sequence[str]) -> int:
         0 done, 1 failed on data, 2 wrong usage, 130 stopped by Ctrl-C, 143 by SIGTERM.
     """
     try:
-        return _invoke(arguments)
+        return _invoke(arguments, commands)
     except BrokenPipeError:
         return _leave_broken_pipe()
     except (KeyboardInterrupt, typer.Abort, _Terminated) as error:
@@ -92,8 +97,8 @@ def run(arguments: Sequence[str]) -> int:
         return _say(f"internal error, {type(error).__name__}: {error} ({hint})", EXIT_FAILED)
 
 
-def _invoke(arguments: Sequence[str]) -> int:
-    command = typer.main.get_command(app)
+def _invoke(arguments: Sequence[str], commands: typer.Typer) -> int:
+    command = typer.main.get_command(commands)
     status = command.main(args=list(arguments), prog_name="multiradar", standalone_mode=False)
     sys.stdout.flush()
     return status if isinstance(status, int) else EXIT_DONE

@@ -21,8 +21,27 @@ def progress_bar(what: str, total: int) -> Iterator[Callable[[int], None]]:
     callable
         To be told the number of steps done.
     """
+    with counting_bar(what) as tell:
+        tell(0, total)
+        yield lambda done: tell(done, total)
+
+
+@contextmanager
+def counting_bar(what: str) -> Iterator[Callable[[int, int], None]]:
+    """Show how much of a long piece of work is done, which itself says how long it is.
+
+    Parameters
+    ----------
+    what : str
+        What is being done.
+
+    Yields
+    ------
+    callable
+        To be told the number of steps done, and of steps in all.
+    """
     if not sys.stderr.isatty():
-        yield lambda _done: None
+        yield lambda _done, _total: None
         return
     from rich.console import Console
     from rich.progress import (
@@ -40,5 +59,5 @@ def progress_bar(what: str, total: int) -> Iterator[Callable[[int], None]]:
         TimeRemainingColumn(),
     )
     with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
-        task = progress.add_task(what, total=total)
-        yield lambda done: progress.update(task, completed=done)
+        task = progress.add_task(what, total=None)
+        yield lambda done, total: progress.update(task, completed=done, total=total)

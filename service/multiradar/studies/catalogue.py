@@ -4,10 +4,13 @@ import dataclasses
 import importlib
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Protocol, cast
+from typing import TYPE_CHECKING, Protocol, cast
 
 from multiradar.errors import UnknownFilterError
-from multiradar.studies.result import Progress, StudyOptions, StudyResult
+
+if TYPE_CHECKING:
+    # Help must be fast: the types bring NumPy with them.
+    from multiradar.studies.result import Progress, StudyOptions, StudyResult
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +49,7 @@ class StudyEntry:
         chosen = {"runs": self.runs, "filters": self.filters, "duration_s": self.duration_s}
         return ("seed", *(name for name, default in chosen.items() if default))
 
-    def complete(self, options: StudyOptions) -> StudyOptions:
+    def complete(self, options: "StudyOptions") -> "StudyOptions":
         """Return options with this study's own in place of what is None.
 
         Options that the study does not take become None.
@@ -66,7 +69,7 @@ class StudyEntry:
             filters=(options.filters or self.filters) if self.filters else None,
         )
 
-    def run(self, options: StudyOptions, progress: Progress) -> StudyResult:
+    def run(self, options: "StudyOptions", progress: "Progress") -> "StudyResult":
         """Import the study and run it, with its own options in place of what is None.
 
         Raises
@@ -81,7 +84,7 @@ class StudyEntry:
 
 class _Study(Protocol):
     # What a module of a study offers.
-    def run(self, options: StudyOptions, progress: Progress) -> StudyResult: ...
+    def run(self, options: "StudyOptions", progress: "Progress") -> "StudyResult": ...
 
 
 BIAS_ESTIMATION = StudyEntry(

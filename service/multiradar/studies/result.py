@@ -42,7 +42,7 @@ class StudyOptions:
     """
 
     runs: int | None = None
-    seed: int = 0
+    seed: int = 1
     filters: tuple[str, ...] | None = None
     duration_s: float | None = None
 

@@ -1,0 +1,216 @@
+"""`multiradar study`: reproduce the tables and figures of the source papers."""
+
+import json
+import math
+import sys
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from multiradar.cli.options import JsonOption
+from multiradar.cli.progress import counting_bar
+from multiradar.studies.catalogue import StudyEntry
+
+if TYPE_CHECKING:
+    from multiradar.studies.result import StudyResult
+
+#: Bounds of what one run of the command may be asked for.
+RUNS_MAX = 1_000_000
+DURATION_S_MAX = 86_400.0
+
+_FLAGS = {"runs": "--runs", "filters": "--filters", "duration_s": "--duration"}
+
+
+def study_command(catalogue: Mapping[str, StudyEntry]) -> Callable[..., None]:
+    """Return the command for the studies of a catalogue.
+
+    Parameters
+    ----------
+    catalogue : mapping of str to StudyEntry
+        The studies by name.
+
+    Returns
+    -------
+    callable
+        A command for typer; `study_help` is its help.
+    """
+
+    def known_name(text: str) -> str:
+        if text not in catalogue:
+            msg = f"expected one of {', '.join(catalogue)}, was {text!r}"
+            raise typer.BadParameter(msg)
+        return text
+
+    def command(
+        study: Annotated[
+            str,
+            typer.Argument(
+                metavar="NAME",
+                help=f"The study: {', '.join(catalogue)}.",
+                parser=known_name,
+                show_default=False,
+            ),
+        ],
+        *,
+        runs: Annotated[
+            int | None,
+            typer.Option(
+                metavar="N",
+                help="Independent realisations.",
+                parser=_parse_runs,
+                show_default="of the study",
+            ),
+        ] = None,
+        seed: Annotated[
+            int,
+            typer.Option(
+                metavar="N",
+                help="The same seed gives the same figures.",
+                parser=_parse_seed,
+            ),
+        ] = 1,
+        filters: Annotated[
+            str | None,
+            typer.Option(
+                metavar="NAME,NAME",
+                help="Judge only these filters.",
+                show_default="all of the study",
+            ),
+        ] = None,
+        duration: Annotated[
+            float | None,
+            typer.Option(
+                metavar="SECONDS",
+                help="Length of the scene.",
+                parser=_parse_duration,
+                show_default="of the study",
+            ),
+        ] = None,
+        out: Annotated[
+            Path | None,
+            typer.Option(
+                metavar="FILE.html",
+                help="The report to write; it must not exist yet. With --json there is none unless "
+                "it is named here.",
+                show_default="NAME.html, or NAME-2.html … where that exists",
+            ),
+        ] = None,
+        json_wanted: JsonOption = False,
+    ) -> None:
+        entry = catalogue[study]
+        chosen = {"runs": runs, "filters": _chosen_filters(filters), "duration_s": duration}
+        _tell_unused(entry, chosen)
+        _run(entry, seed, chosen, out, json_wanted)
+
+    return command
+
+
+def study_help(catalogue: Mapping[str, StudyEntry]) -> str:
+    """Return the help of the command: what it does, and a paragraph for each study."""
+    first = (
+        "Reproduce the tables and figures of the source papers: tables in the terminal, a report "
+        "with plots in one HTML file."
+    )
+    studies = [
+        f"[bold]{name}[/]: {entry.purpose} {_told(entry)}" for name, entry in catalogue.items()
+    ]
+    last = "An option that a study does not take is told on standard error and not used."
+    return "\n\n".join((first, *studies, last))
+
+
+def _told(entry: StudyEntry) -> str:
+    defaults = []
+    if entry.runs is not None:
+        defaults.append(f"--runs {entry.runs}")
+    if entry.duration_s is not None:
+        defaults.append(f"--duration {entry.duration_s:g}")
+    if entry.filters:
+        defaults.append(f"--filters {','.join(entry.filters)}")
+    return f"Takes, with its defaults: {' '.join(defaults)}." if defaults else ""
+
+
+def _run(
+    entry: StudyEntry,
+    seed: int,
+    chosen: Mapping[str, object],
+    out: Path | None,
+    json_wanted: bool,
+) -> None:
+    from multiradar.storage.output_file import free_name, new_file
+    from multiradar.studies.result import StudyOptions
+
+    options = entry.complete(StudyOptions(seed=seed, **chosen))  # type: ignore[arg-type]
+    if out is None and not json_wanted:
+        out = free_name(Path(f"{entry.name}.html"))
+    with ExitStack() as held:
+        # The place is taken before the work: minutes of a study are not lost on a wrong name.
+        partial = None if out is None else held.enter_context(new_file(out))
+        with counting_bar(entry.name) as progress:
+            result = entry.run(options, progress)
+        if partial is not None:
+            from multiradar.studies.report.page import report_page
+
+            partial.write_text(report_page(result), encoding="utf-8")
+    if json_wanted:
+        print(json.dumps(result.json_object(), ensure_ascii=False, allow_nan=False))
+        return
+    _print_result(result)
+    print(f"report written to {out}")
+
+
+def _print_result(result: "StudyResult") -> None:
+    from rich.console import Console
+
+    from multiradar.cli.study_tables import print_study
+
+    print_study(result, Console(highlight=False, markup=False))
+
+
+def _tell_unused(entry: StudyEntry, chosen: Mapping[str, object]) -> None:
+    unused = [
+        _FLAGS[name]
+        for name, value in chosen.items()
+        if value is not None and name not in entry.takes
+    ]
+    if unused:
+        print(
+            f"multiradar: {entry.name} does not take {', '.join(unused)}; not used", file=sys.stderr
+        )
+
+
+def _chosen_filters(text: str | None) -> tuple[str, ...] | None:
+    # In the order given, each once.
+    return None if text is None else tuple(dict.fromkeys(name.strip() for name in text.split(",")))
+
+
+def _parse_runs(text: str) -> int:
+    return _whole(text, 1, RUNS_MAX)
+
+
+def _parse_seed(text: str) -> int:
+    return _whole(text, 0, 2**63 - 1)
+
+
+def _whole(text: str, least: int, most: int) -> int:
+    try:
+        number = int(text)
+    except ValueError:
+        number = least - 1
+    if not least <= number <= most:
+        msg = f"expected a whole number from {least} to {most}, was {text!r}"
+        raise typer.BadParameter(msg)
+    return number
+
+
+def _parse_duration(text: str) -> float:
+    try:
+        seconds = float(text)
+    except ValueError:
+        seconds = math.nan
+    if not 0.0 < seconds <= DURATION_S_MAX:
+        msg = f"expected seconds above 0 and up to {DURATION_S_MAX:g}, was {text!r}"
+        raise typer.BadParameter(msg)
+    return seconds

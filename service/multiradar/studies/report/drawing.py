@@ -1,0 +1,193 @@
+"""Plots drawn by matplotlib on figures of their own: no state that another could change."""
+
+from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
+
+from multiradar.studies.report.colours import FAINT, GRID, INK, Colour, series_colour
+from multiradar.studies.report.thinning import thin
+from multiradar.studies.result import Plot, Series
+
+#: Inches at 72 points each: the viewBox of a plot that stands alone, of one in a group, of a map.
+ALONE, IN_GROUP, MAP = (9.0, 4.9), (6.4, 4.2), (6.6, 6.6)
+
+# matplotlib's words for the styles of a line, and its widths in points.
+_DASHES = {"dashed": (0, (5, 2.2)), "dotted": (0, (1.2, 1.6)), "reference": (0, (3, 2))}
+_WIDTHS = {"thin": 0.9, "reference": 1.2, "track": 1.4}
+_OPACITIES = {"thin": 0.55, "band": 0.16, "points": 0.75}
+_LINE_WIDTH = 1.9
+_FONT_POINTS = 12.0
+
+
+def plain_state() -> AbstractContextManager[None]:
+    """Return a context in which nothing but this module decides how a figure looks."""
+    settings = {
+        "svg.fonttype": "none",
+        "svg.hashsalt": "multiradar",
+        "path.simplify": True,
+        "path.simplify_threshold": 0.25,
+        "font.family": ["DejaVu Sans"],
+        "font.size": _FONT_POINTS,
+        "axes.unicode_minus": True,
+        # A dollar sign of a label is a dollar sign.
+        "text.parse_math": False,
+    }
+    return mpl.rc_context({**mpl.rcParamsDefault, "backend": "svg", **settings})  # type: ignore[dict-item]
+
+
+def draw_group(
+    plots: Sequence[Plot], colours: Mapping[str, Colour], *, titled: bool = False
+) -> list[Figure]:
+    """Draw plots that stand side by side, with the same limits of their axes.
+
+    Parameters
+    ----------
+    plots : sequence of Plot
+        One, or several of one group.
+    colours : mapping of str to Colour
+        By the key of a series; drawn with their marks.
+    titled : bool
+        Whether title and legend are part of the picture.
+
+    Returns
+    -------
+    list of Figure
+        One for each plot.
+    """
+    size = IN_GROUP if len(plots) > 1 else ALONE
+    figures = []
+    for plot in plots:
+        figure = Figure(figsize=MAP if plot.equal_axes and len(plots) == 1 else size)
+        _draw(figure.add_subplot(), plot, colours)
+        figures.append(figure)
+    _share_limits([figure.axes[0] for figure in figures], plots)
+    for figure, plot in zip(figures, plots, strict=True):
+        _finish(figure, plot, titled=titled)
+    return figures
+
+
+def _draw(axes: Axes, plot: Plot, colours: Mapping[str, Colour]) -> None:
+    axes.set_xscale(plot.x_scale)
+    axes.set_yscale(plot.y_scale, nonpositive="mask") if plot.y_scale == "log" else None
+    for series in plot.series:
+        _draw_series(axes, thin(series), series_colour(series, colours).mark)
+    axes.margins(x=0.0 if _runs_in_time(plot) else 0.04, y=0.06)
+    if plot.equal_axes:
+        axes.set_aspect("equal", adjustable="datalim")
+    axes.autoscale_view()
+
+
+def _runs_in_time(plot: Plot) -> bool:
+    drawn = [series.style for series in plot.series]
+    return not plot.equal_axes and "points" not in drawn and "track" not in drawn
+
+
+def _draw_series(axes: Axes, series: Series, mark: str) -> None:
+    label = series.label or "_"
+    opacity = _OPACITIES.get(series.style, 1.0)
+    if series.y2 is not None:
+        axes.fill_between(
+            series.x, series.y, series.y2, color=mark, alpha=opacity, linewidth=0.0, label=label
+        )
+        return
+    if series.style == "points":
+        axes.plot(
+            series.x, series.y, "o", color=mark, ms=4.5, mec="none", alpha=opacity, label=label
+        )
+        return
+    axes.plot(
+        series.x,
+        series.y,
+        color=mark,
+        alpha=opacity,
+        label=label,
+        linewidth=_WIDTHS.get(series.style, _LINE_WIDTH),
+        linestyle=_DASHES.get(series.style, "-"),
+        solid_capstyle="round",
+        solid_joinstyle="round",
+        zorder=1.9 if series.style in {"reference", "thin"} else 2.0,
+    )
+    if series.style == "track" and len(series.x):
+        axes.plot(series.x[:1], series.y[:1], "o", color=mark, ms=5.0, mec="none", label="_")
+
+
+def _share_limits(all_axes: Sequence[Axes], plots: Sequence[Plot]) -> None:
+    shared = [axes for axes, plot in zip(all_axes, plots, strict=True) if not plot.equal_axes]
+    if shared:
+        x_limits = _union([axes.get_xlim() for axes in shared])
+        y_limits = _union([axes.get_ylim() for axes in shared])
+        for axes in shared:
+            axes.set_xlim(*x_limits)
+            axes.set_ylim(*y_limits)
+    for axes, plot in zip(all_axes, plots, strict=True):
+        if plot.x_limits is not None:
+            axes.set_xlim(*plot.x_limits)
+        if plot.y_limits is not None:
+            axes.set_ylim(*plot.y_limits)
+
+
+def _union(limits: Sequence[tuple[float, float]]) -> tuple[float, float]:
+    return min(low for low, _ in limits), max(high for _, high in limits)
+
+
+def _finish(figure: Figure, plot: Plot, *, titled: bool) -> None:
+    axes = figure.axes[0]
+    for side in ("top", "right", "left"):
+        axes.spines[side].set_visible(False)
+    axes.spines["bottom"].set_color(FAINT.mark)
+    axes.grid(visible=True, color=GRID.mark, linewidth=0.9)
+    axes.set_axisbelow(True)
+    axes.tick_params(colors=FAINT.mark, length=0, pad=6)
+    axes.tick_params(axis="x", which="major", length=4, color=FAINT.mark)
+    axes.tick_params(which="minor", length=0)
+    for axis, scale in ((axes.xaxis, plot.x_scale), (axes.yaxis, plot.y_scale)):
+        axis.set_major_formatter(FuncFormatter(_tick_text))
+        if scale == "log":
+            _set_decades(axes, "x" if axis is axes.xaxis else "y")
+        else:
+            axis.set_major_locator(MaxNLocator(nbins=6, steps=[1, 2, 2.5, 5, 10]))
+    axes.set_xlabel(plot.x_label, color=FAINT.mark, labelpad=6)
+    # Above the axis and level: read without turning one's head.
+    figure.text(0.012, 1.0, plot.y_label, color=FAINT.mark, ha="left", va="top")
+    top = 0.925
+    if titled:
+        top = _add_title_and_legend(figure, plot)
+    figure.tight_layout(rect=(0.0, 0.0, 1.0, top), pad=0.6)
+
+
+def _set_decades(axes: Axes, which: str) -> None:
+    axis = axes.xaxis if which == "x" else axes.yaxis
+    low, high = axis.get_view_interval()
+    decades = np.log10(high / low)
+    # Few decades need marks between them, many need not all of them.
+    subs = (1.0,) if decades > 2.2 else (1.0, 2.0, 5.0)
+    axis.set_major_locator(LogLocator(subs=subs, numticks=9))
+    axis.set_minor_formatter(NullFormatter())
+
+
+def _tick_text(value: float, _position: int | None = None) -> str:
+    if value != 0.0 and (abs(value) >= 1e6 or abs(value) < 1e-5):
+        return f"{value:.0e}".replace("e-0", "e-").replace("e+0", "e")
+    return f"{value:.10g}".replace("-", "−")
+
+
+def _add_title_and_legend(figure: Figure, plot: Plot) -> float:
+    height = figure.get_figheight() * 72.0
+    figure.texts[-1].set_y(1.0 - 34.0 / height)
+    figure.text(
+        0.012, 1.0 - 4.0 / height, plot.title, color=INK.mark, ha="left", va="top",
+        fontsize=_FONT_POINTS * 1.2, fontweight="bold",
+    )  # fmt: skip
+    handles, labels = figure.axes[0].get_legend_handles_labels()
+    unique = {label: handle for handle, label in zip(handles, labels, strict=True)}
+    if unique:
+        figure.axes[0].legend(
+            list(unique.values()), list(unique), loc="upper left", bbox_to_anchor=(1.01, 1.0),
+            frameon=False, labelcolor=INK.mark, fontsize=_FONT_POINTS * 0.9, borderaxespad=0.0,
+        )  # fmt: skip
+    return 1.0 - 54.0 / height

@@ -1,0 +1,53 @@
+"""The legend of plots as HTML, which a narrow screen can wrap."""
+
+import html
+from collections.abc import Iterable, Mapping
+
+from multiradar.studies.report.colours import Colour, series_colour
+from multiradar.studies.result import Plot, Series
+
+# The line of a sample, as attributes of SVG.
+_LINES = {
+    "line": 'stroke-width="2.5"',
+    "track": 'stroke-width="2"',
+    "thin": 'stroke-width="1.2" stroke-opacity="0.55"',
+    "dashed": 'stroke-width="2.5" stroke-dasharray="7 3.5"',
+    "dotted": 'stroke-width="2.5" stroke-dasharray="2 2.6"',
+    "reference": 'stroke-width="1.5" stroke-dasharray="4 3"',
+}
+
+
+def legend_html(plots: Iterable[Plot], colours: Mapping[str, Colour]) -> str:
+    """Return the legend of plots that stand together.
+
+    Parameters
+    ----------
+    plots : iterable of Plot
+        Each label is told once.
+    colours : mapping of str to Colour
+        By the key of a series.
+
+    Returns
+    -------
+    str
+        A list; nothing where no series has a label.
+    """
+    labelled = {
+        series.label: _entry(series, series_colour(series, colours))
+        for plot in plots
+        for series in plot.series
+        if series.label
+    }
+    return f'<ul class="legend">{"".join(labelled.values())}</ul>\n' if labelled else ""
+
+
+def _entry(series: Series, colour: Colour) -> str:
+    paint = f"var({colour.variable})"
+    if series.style == "band":
+        sample = f'<rect y="2" width="28" height="10" style="fill:{paint}" fill-opacity="0.25"/>'
+    elif series.style == "points":
+        sample = f'<circle cx="14" cy="7" r="4" style="fill:{paint}"/>'
+    else:
+        sample = f'<path d="M1 7H27" style="stroke:{paint}" {_LINES[series.style]}/>'
+    picture = f'<svg viewBox="0 0 28 14" width="28" height="14" aria-hidden="true">{sample}</svg>'
+    return f"<li>{picture}{html.escape(series.label)}</li>"

@@ -1,0 +1,131 @@
+"""The HTML report: one file that fetches nothing, light and dark, on paper and on a phone."""
+
+import html
+import itertools
+from collections.abc import Mapping, Sequence
+from importlib.resources import files
+
+from multiradar.studies.report.cells import cell_text, numeric_columns
+from multiradar.studies.report.colours import ALL, Colour, assign_colours
+from multiradar.studies.report.command import command_of
+from multiradar.studies.report.drawing import draw_group, plain_state
+from multiradar.studies.report.legend import legend_html
+from multiradar.studies.report.svg import inline_svg
+from multiradar.studies.result import Plot, StudyResult, Table
+
+#: The page may run no script and fetch nothing, whatever it holds.
+_POLICY = "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
+
+
+def report_page(result: StudyResult) -> str:
+    """Return the report of a study as one HTML page.
+
+    Parameters
+    ----------
+    result : StudyResult
+        What the study found.
+
+    Returns
+    -------
+    str
+        The same text for the same result; all texts of the result are escaped.
+    """
+    colours = assign_colours(result.plots)
+    groups = _groups(result.plots)
+    with plain_state():
+        drawn = [_figures(number, group, colours) for number, group in enumerate(groups, 1)]
+    tables = [_table(table) for table in result.tables]
+    parts = [
+        "<!DOCTYPE html>\n",
+        '<html lang="en">\n<head>\n<meta charset="utf-8">\n',
+        f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">\n',
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n',
+        '<meta name="color-scheme" content="light dark">\n',
+        f"<title>{html.escape(result.title)}</title>\n",
+        f"<style>\n{_style()}</style>\n</head>\n<body>\n",
+        _header(result),
+        "<main>\n",
+        *tables[:1],
+        *drawn,
+        *tables[1:],
+        _notes(result.notes),
+        "</main>\n</body>\n</html>\n",
+    ]
+    return "".join(parts)
+
+
+def _style() -> str:
+    light = "".join(f"{colour.variable}:{colour.light};" for colour in ALL)
+    dark = "".join(f"{colour.variable}:{colour.dark};" for colour in ALL)
+    rules = files("multiradar.studies.report").joinpath("style.css").read_text(encoding="utf-8")
+    return (
+        f":root{{{light}}}\n"
+        f"@media screen and (prefers-color-scheme:dark){{:root{{{dark}}}}}\n{rules}"
+    )
+
+
+def _header(result: StudyResult) -> str:
+    summary = f'<p class="summary">{html.escape(result.summary)}</p>\n' if result.summary else ""
+    return (
+        f"<header>\n<h1>{html.escape(result.title)}</h1>\n{summary}"
+        f'<p class="command">Made by <code>{html.escape(command_of(result))}</code></p>\n'
+        "</header>\n"
+    )
+
+
+def _groups(plots: Sequence[Plot]) -> list[list[Plot]]:
+    # Plots without a group stand alone, also one after the other.
+    keyed = itertools.groupby(enumerate(plots), key=lambda pair: pair[1].group or pair[0])
+    return [[plot for _, plot in pairs] for _, pairs in keyed]
+
+
+def _figures(number: int, group: Sequence[Plot], colours: Mapping[str, Colour]) -> str:
+    legend = legend_html(group, colours)
+    figures = draw_group(group, colours)
+    titled = [
+        (plot, inline_svg(figure, f"plot{number}-{index}", plot.title))
+        for index, (plot, figure) in enumerate(zip(group, figures, strict=True), 1)
+    ]
+    heading = group[0].group or group[0].title
+    cells = "".join(_figure(plot, svg, shown=bool(plot.group)) for plot, svg in titled)
+    side_by_side = ' class="side-by-side"' if len(group) > 1 else ' class="alone"'
+    return (
+        f"<section>\n<h2>{html.escape(heading)}</h2>\n{legend}"
+        f"<div{side_by_side}>\n{cells}</div>\n</section>\n"
+    )
+
+
+def _figure(plot: Plot, svg: str, *, shown: bool) -> str:
+    title = f"<h3>{html.escape(plot.title)}</h3>\n" if shown else ""
+    caption = f"<figcaption>{html.escape(plot.caption)}</figcaption>\n" if plot.caption else ""
+    return f'<figure>\n{title}<div class="picture">{svg}</div>\n{caption}</figure>\n'
+
+
+def _table(table: Table) -> str:
+    right = [' class="number"' if numeric else "" for numeric in numeric_columns(table)]
+    head = "".join(
+        f'<th scope="col"{side}>{html.escape(name)}</th>'
+        for name, side in zip(table.header, right, strict=True)
+    )
+    body = "".join(
+        "<tr>"
+        + "".join(
+            f"<td{side}>{html.escape(cell_text(value))}</td>"
+            for value, side in zip(row, right, strict=True)
+        )
+        + "</tr>\n"
+        for row in table.rows
+    )
+    caption = f'<p class="caption">{html.escape(table.caption)}</p>\n' if table.caption else ""
+    return (
+        f'<section>\n<h2>{html.escape(table.title)}</h2>\n<div class="wide">'
+        f"<table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n{body}</tbody>\n</table></div>\n"
+        f"{caption}</section>\n"
+    )
+
+
+def _notes(notes: Sequence[str]) -> str:
+    if not notes:
+        return ""
+    items = "".join(f"<li>{html.escape(note)}</li>\n" for note in notes)
+    return f'<section class="notes">\n<h2>Notes</h2>\n<ul>\n{items}</ul>\n</section>\n'

@@ -1,0 +1,100 @@
+"""Figures as SVG: text as text, the same bytes for the same figure, colours by name or by value."""
+
+import html
+import io
+import re
+from collections.abc import Callable
+
+from matplotlib.figure import Figure
+
+from multiradar.studies.report.colours import ALL, PAPER
+
+_HEAD = re.compile(r"^.*?(?=<svg )", re.DOTALL)
+_METADATA = re.compile(r"\s*<metadata>.*?</metadata>", re.DOTALL)
+_COMMENT = re.compile(r"\s*<!--.*?-->", re.DOTALL)
+_SIZE = re.compile(r' (?:width|height)="[\d.]+pt"')
+_ID = re.compile(r' id="([^"]*)"')
+_REFERENCE = re.compile(r'(?:url\(|href=")#([^")]+)')
+_LONG_NUMBER = re.compile(r"(\d+\.\d{2})\d+")
+_FONT = re.compile(r"font: ([^;\"]*?)'DejaVu Sans'[^;\"]*")
+_SPACE_BETWEEN_TAGS = re.compile(r">\s+<")
+
+
+def inline_svg(figure: Figure, name: str, title: str) -> str:
+    """Return a figure as SVG for an HTML page, coloured by the page's CSS variables.
+
+    Parameters
+    ----------
+    figure : Figure
+        Drawn with the marks of `multiradar.studies.report.colours`.
+    name : str
+        What the ids within it begin with, so that pictures of one page do not meet.
+    title : str
+        What it is called for those who cannot see it.
+
+    Returns
+    -------
+    str
+        One ``svg`` element without a size of its own.
+    """
+    return _named(
+        _coloured(_cleaned(_drawn(figure)), lambda one: f"var({one.variable})"), name, title
+    )
+
+
+def standalone_svg(figure: Figure, title: str) -> str:
+    """Return a figure as an SVG file of its own, light, on white.
+
+    Parameters
+    ----------
+    figure : Figure
+        Drawn with the marks of `multiradar.studies.report.colours`.
+    title : str
+        What it is called for those who cannot see it.
+
+    Returns
+    -------
+    str
+        The text of the file.
+    """
+    text = _coloured(_cleaned(_drawn(figure)), lambda one: one.light)
+    width, height = (72.0 * side for side in figure.get_size_inches())
+    paper = f'<rect width="{width:g}" height="{height:g}" fill="{PAPER.light}"/>'
+    text = _named(text, "plot", title)
+    end = text.index(">") + 1
+    return text[:end] + paper + text[end:] + "\n"
+
+
+def _drawn(figure: Figure) -> str:
+    buffer = io.StringIO()
+    figure.patch.set_visible(False)
+    for axes in figure.axes:
+        axes.patch.set_visible(False)
+    metadata = dict.fromkeys(("Date", "Creator", "Format", "Type"))
+    figure.savefig(buffer, format="svg", metadata=metadata)
+    return buffer.getvalue()
+
+
+def _cleaned(text: str) -> str:
+    text = _COMMENT.sub("", _METADATA.sub("", _HEAD.sub("", text)))
+    head, rest = text.split(">", 1)
+    text = f"{_SIZE.sub('', head)}>{rest}"
+    text = _FONT.sub(r"font: \1system-ui, sans-serif", text)
+    return _SPACE_BETWEEN_TAGS.sub(">\n<", _LONG_NUMBER.sub(r"\1", text)).strip()
+
+
+def _coloured(text: str, told: Callable[..., str]) -> str:
+    for colour in ALL:
+        text = text.replace(colour.mark, told(colour))
+    return text
+
+
+def _named(text: str, name: str, title: str) -> str:
+    referred = set(_REFERENCE.findall(text))
+
+    def renamed(match: re.Match[str]) -> str:
+        return f' id="{name}-{match[1]}"' if match[1] in referred else ""
+
+    text = _ID.sub(renamed, text)
+    text = text.replace("url(#", f"url(#{name}-").replace('href="#', f'href="#{name}-')
+    return text.replace("<svg ", f'<svg role="img" aria-label="{html.escape(title)}" ', 1)

@@ -1,0 +1,54 @@
+"""Series without the points that no pixel shows."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar.studies.result import Series
+
+#: Columns that a line is told by; each keeps its first, lowest, highest and last point.
+COLUMNS = 500
+#: Points of a cloud that are drawn, evenly taken.
+POINTS_MAX = 2000
+
+
+def thin(series: Series) -> Series:
+    """Return a series that looks the same with fewer points.
+
+    Parameters
+    ----------
+    series : Series
+        Of any length; lines and bands run from left to right, or they are kept whole.
+
+    Returns
+    -------
+    Series
+        At most about four points for each of `COLUMNS`; extremes and gaps are kept.
+    """
+    count = len(series.x)
+    if series.style == "points":
+        return _taken(series, np.arange(0, count, -(-count // POINTS_MAX))) if count else series
+    if count <= 4 * COLUMNS or np.any(np.diff(series.x) < 0.0) or np.isnan(series.x).any():
+        return series
+    return _taken(series, _kept(series))
+
+
+def _taken(series: Series, kept: NDArray[np.intp]) -> Series:
+    y2 = None if series.y2 is None else np.asarray(series.y2)[kept]
+    x, y = np.asarray(series.x)[kept], np.asarray(series.y)[kept]
+    return Series(series.label, x, y, series.style, y2, series.key)
+
+
+def _kept(series: Series) -> NDArray[np.intp]:
+    edges = np.linspace(series.x[0], series.x[-1], COLUMNS + 1)
+    starts = np.unique(np.searchsorted(series.x, edges[:-1]))
+    kept: set[int] = set()
+    values = [series.y] if series.y2 is None else [series.y, series.y2]
+    for start, stop in zip(starts, [*starts[1:], len(series.x)], strict=True):
+        kept |= {int(start), int(stop) - 1}
+        for one in values:
+            column = np.asarray(one)[start:stop]
+            gaps = np.flatnonzero(np.isnan(column))
+            kept |= {int(start + gap) for gap in gaps[:1]}
+            if len(gaps) < len(column):
+                kept |= {int(start + np.nanargmin(column)), int(start + np.nanargmax(column))}
+    return np.array(sorted(kept), dtype=np.intp)
