@@ -4,7 +4,10 @@
 
     MultiradarError                 anything this project says no to
     ├── ConfigurationError          a setting, sensors file or option that cannot be used
-    │   └── UnknownFilterError      a filter name that is not in the registry
+    │   ├── UnknownFilterError      a filter name that is not in the registry
+    │   ├── UnknownParameterError   a bias parameter that no filter knows
+    │   ├── SensorPositionError     a radar without a position
+    │   └── PriorError              a prior or a noise that leaves nothing uncertain
     ├── InputError                  a file or message that cannot be read at all
     │   ├── MissingColumnError      a table lacks a column
     │   ├── PayloadError            a Zenoh sample or query that cannot be taken as a whole
@@ -12,6 +15,8 @@
     ├── OutputExistsError           the place to write to is taken
     ├── OutsidePlaneError           a place too far from the centre of the system plane
     ├── CovarianceError             a matrix that is no covariance
+    ├── ShapeError                  an array of another shape than expected, or not of numbers
+    ├── TimeOrderError              a time before one that was there already
     ├── JournalError                the journal cannot be written or does not verify
     │   └── JournalFullError        there is no room on the disk; nothing was taken
     ├── PipelineError               the live pipeline has stopped and takes nothing more
@@ -93,6 +98,27 @@ class UnknownFilterError(ConfigurationError):
         super().__init__(f"expected a filter of {', '.join(self.known)}, was {name!r}")
 
 
+class UnknownParameterError(ConfigurationError):
+    """A kind of bias parameter that no filter knows."""
+
+    def __init__(self, kind: object, names: Sequence[str]) -> None:
+        self.kind = kind
+        known = ", ".join(f"{number} ({name})" for number, name in enumerate(names))
+        super().__init__(f"kind of bias parameter: expected one of {known}, was {kind!r}")
+
+
+class SensorPositionError(ConfigurationError):
+    """A radar has no position, so that nothing can be told from its plots."""
+
+    def __init__(self, sensor: str) -> None:
+        self.sensor = sensor
+        super().__init__(f"radar {sensor}: expected a position, has none")
+
+
+class PriorError(ConfigurationError):
+    """A prior variance or a noise is not positive, or a drift is negative."""
+
+
 class OutsidePlaneError(MultiradarError):
     """A place is too far from the centre of the system plane, or is no number."""
 
@@ -115,6 +141,25 @@ class OutsidePlaneError(MultiradarError):
 
 class CovarianceError(MultiradarError):
     """A matrix that was given as a covariance is not symmetric or not positive definite."""
+
+
+class ShapeError(MultiradarError):
+    """An array is not of the expected shape, or holds what is no finite number."""
+
+    def __init__(self, what: str, expected: str, shape: tuple[int, ...]) -> None:
+        self.what = what
+        self.shape = shape
+        super().__init__(f"{what}: expected {expected}, was of shape {shape}")
+
+
+class TimeOrderError(MultiradarError):
+    """A time lies before one that was there already."""
+
+    def __init__(self, what: str, time_s: float, after_s: float) -> None:
+        self.what = what
+        self.time_s = time_s
+        self.after_s = after_s
+        super().__init__(f"{what}: expected a time of {after_s} s or later, was {time_s} s")
 
 
 class JournalError(MultiradarError):
