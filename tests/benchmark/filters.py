@@ -11,9 +11,7 @@ from benchmark.peers import filterpy_nanoseconds
 from benchmark.plan import Plan
 from benchmark.report import Row
 from multiradar.estimation.bias.book import BiasBook
-from multiradar.estimation.filters._kernels import READOUT_COUNT
-from multiradar.estimation.filters._separated_kernels import LOG_COUNT
-from multiradar.estimation.filters.arrays import Result
+from multiradar.estimation.filters.arrays import result_arrays
 from multiradar.estimation.filters.bank import FILTERS, FilterDefinition
 from multiradar.tracking.model import filter_model
 from multiradar.tracking.pool import PARTITIONS, AircraftPool
@@ -54,10 +52,7 @@ def nanoseconds(definition: FilterDefinition, load: Load, runs: int) -> float:
         load.sensors, TrackingSettings(), load.plane, BiasBook(load.sensors, definition).state
     )
     count = len(load.rows.slot)
-    result = Result(
-        np.zeros((PARTITIONS, columns, columns)), np.zeros((PARTITIONS, columns)),
-        np.zeros((count, LOG_COUNT)), np.zeros(count, np.int64), np.zeros((count, READOUT_COUNT)),
-    )  # fmt: skip
+    result = result_arrays(count, PARTITIONS, columns)
     _, work = pool.work(load.rows.slot, 0)
     found = []
     for _ in range(runs + 1):

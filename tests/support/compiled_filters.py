@@ -4,9 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.bias.book import BiasBook
-from multiradar.estimation.filters._kernels import READOUT_COUNT, SEVERAL
-from multiradar.estimation.filters._separated_kernels import LOG_COUNT
-from multiradar.estimation.filters.arrays import Aircraft, Result, Rows, Work
+from multiradar.estimation.filters._kernels import SEVERAL
+from multiradar.estimation.filters.arrays import Rows, Work, aircraft_arrays, result_arrays
 from multiradar.estimation.filters.bank import Outcome, find_filter
 from multiradar.tracking.measurements import KIND_POSITION, KIND_RADAR
 from multiradar.tracking.model import filter_model
@@ -45,18 +44,7 @@ class CompiledFilter:
         self._book = BiasBook(scene.sensors, self._definition)
         columns = len(scene.sensors.parameter_kind)
         self._information, self._vector = np.zeros((1, columns, columns)), np.zeros((1, columns))
-        self.arrays = Aircraft(
-            mean=np.zeros((slots, 4)),
-            covariance=np.zeros((slots, 10)),
-            sensitivity=np.zeros((slots, 4, columns if self._definition.keeps_sensitivity else 0)),
-            time=np.full(slots, np.nan),
-            height=np.full(slots, np.nan),
-            refusals=np.zeros(slots, np.int64),
-            updates=np.zeros(slots, np.int64),
-            updated=np.full(slots, np.nan),
-            place=np.full(slots, -1, np.int64),
-            surprise=np.ones(slots),
-        )
+        self.arrays = aircraft_arrays(slots, columns if self._definition.keeps_sensitivity else 0)
         self._load()
 
     def start(self, aircraft: int, time_s: float, mean: Floats, covariance: Floats) -> None:
@@ -81,13 +69,7 @@ class CompiledFilter:
             z=observation.value[None, :].copy(),
             height=np.array([observation.height_m]),
         )
-        result = Result(
-            information=self._information,
-            vector=self._vector,
-            log=np.zeros((1, LOG_COUNT)),
-            outcome=np.zeros(1, np.int64),
-            readout=np.zeros((1, READOUT_COUNT)),
-        )
+        result = result_arrays(1, 0, 0)._replace(information=self._information, vector=self._vector)
         work = Work(partitions=np.array([0]), bounds=np.array([0, 1]), order=np.array([0]))
         self._definition.step(work, rows, self._model, self.arrays, result, want_readout=True)
         self.readout = result.readout[0]

@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 
 from multiradar.errors import ConfigurationError
 from multiradar.estimation.bias.book import BiasBook
-from multiradar.estimation.filters._kernels import READOUT_COUNT, RESTARTED
-from multiradar.estimation.filters._separated_kernels import LOG_COUNT
-from multiradar.estimation.filters.arrays import Result, Rows, Work
+from multiradar.estimation.filters._kernels import RESTARTED
+from multiradar.estimation.filters.arrays import Result, Rows, Work, result_arrays
 from multiradar.estimation.filters.bank import Outcome, find_filter
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
@@ -199,12 +198,8 @@ class Engine:
             z=z,
             height=batch.height_m,
         )
-        result = Result(
-            information=self._information,
-            vector=self._vector,
-            log=np.zeros((0 if self._filter.keeps_sensitivity else n, LOG_COUNT)),
-            outcome=np.zeros(n, np.int64),
-            readout=np.zeros((n, READOUT_COUNT)),
+        result = result_arrays(n, 0, 0, keeps_log=not self._filter.keeps_sensitivity)._replace(
+            information=self._information, vector=self._vector
         )
         return rows, result, batch.mode_3a.astype(np.int64)
 

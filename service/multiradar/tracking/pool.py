@@ -9,7 +9,7 @@ result depends on how many workers there are.
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.estimation.filters.arrays import Aircraft, Work
+from multiradar.estimation.filters.arrays import Work, aircraft_arrays
 from multiradar.tracking._kernels import assign, rebuild
 from multiradar.tracking.measurements import MeasurementBatch
 from multiradar.tracking.roster import MISSING, Roster, RowIdentities
@@ -33,7 +33,7 @@ class AircraftPool:
     def __init__(self, bias_columns: int) -> None:
         self._bias_columns = bias_columns
         self.roster = Roster.empty(CAPACITY_FIRST)
-        self.aircraft = _states(CAPACITY_FIRST, bias_columns)
+        self.aircraft = aircraft_arrays(CAPACITY_FIRST, bias_columns)
 
     def assign(
         self, batch: MeasurementBatch, codes: NDArray[np.int64], first: int, last: int,
@@ -125,7 +125,7 @@ class AircraftPool:
         """Double the slots; states and identities stay where they are."""
         capacity = len(self.roster.track_id)
         roster = Roster.empty(2 * capacity)
-        aircraft = _states(2 * capacity, self._bias_columns)
+        aircraft = aircraft_arrays(2 * capacity, self._bias_columns)
         for new, old in zip(aircraft, self.aircraft, strict=True):
             new[:capacity] = old
         for name in ("track_id", "track_number", "mode_s_address", "mode_3a"):
@@ -135,18 +135,3 @@ class AircraftPool:
         roster.counters[:] = self.roster.counters[0], capacity
         rebuild(roster)
         self.roster, self.aircraft = roster, aircraft
-
-
-def _states(capacity: int, bias_columns: int) -> Aircraft:
-    return Aircraft(
-        mean=np.zeros((capacity, 4)),
-        covariance=np.zeros((capacity, 10)),
-        sensitivity=np.zeros((capacity, 4, bias_columns)),
-        time=np.full(capacity, np.nan),
-        height=np.full(capacity, np.nan),
-        refusals=np.zeros(capacity, np.int64),
-        updates=np.zeros(capacity, np.int64),
-        updated=np.full(capacity, np.nan),
-        place=np.full(capacity, -1, np.int64),
-        surprise=np.ones(capacity),
-    )

@@ -4,8 +4,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from multiradar.estimation.filters._kernels import LOG_BIASES, SENSOR_BIASES_MAX
 from multiradar.estimation.filters._separated_kernels import best_gamma
-from multiradar.estimation.measurement._kernels import bias_column
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -16,7 +16,6 @@ def fold_biases(
     log: Floats,
     sensors: Integers,
     starts: Integers,
-    parameters: Integers,
     scales: Floats,
     bias: Floats,
     covariance: Floats,
@@ -26,8 +25,8 @@ def fold_biases(
     (1.43)-(1.45) for ς: the aircraft's uncertainty N is the other part. ``scales`` (1/variance of
     the prior of each parameter) make the trace to be minimised dimensionless.
     """
-    J = np.empty((2, 4))
-    F = np.empty((4, 2))
+    J = np.empty((2, SENSOR_BIASES_MAX))
+    F = np.empty((SENSOR_BIASES_MAX, 2))
     for row in range(log.shape[0]):
         if not log[row, 5] > 0.0:
             continue
@@ -39,9 +38,8 @@ def fold_biases(
         e0 = log[row, 0]
         e1 = log[row, 1]
         for c in range(size):
-            J[0, c], J[1, c] = bias_column(
-                parameters[first + c], log[row, 7], log[row, 8], log[row, 9]
-            )
+            J[0, c] = log[row, LOG_BIASES + 2 * c]
+            J[1, c] = log[row, LOG_BIASES + 2 * c + 1]
             e0 -= J[0, c] * bias[first + c]
             e1 -= J[1, c] * bias[first + c]
         trace = 0.0
@@ -69,15 +67,15 @@ def fold_biases(
             m01 += scale * f0 * f1
             m11 += scale * f1 * f1
         n = (log[row, 2], log[row, 3], log[row, 4])
-        w = (log[row, 5], log[row, 6])
+        w = (log[row, 5], log[row, 6], log[row, 7])
         gamma = best_gamma(trace, (m00, m01, m11), (b00, b01, b11), n, w)
         if gamma == 0.0:
             continue
         g = 1.0 + gamma
         h = 1.0 + 1.0 / gamma
         s00 = g * b00 + h * n[0] + w[0]
-        s01 = g * b01 + h * n[1]
-        s11 = g * b11 + h * n[2] + w[1]
+        s01 = g * b01 + h * n[1] + w[1]
+        s11 = g * b11 + h * n[2] + w[2]
         det = s00 * s11 - s01 * s01
         for c in range(size):
             k0 = g * (F[c, 0] * s11 - F[c, 1] * s01) / det

@@ -33,7 +33,6 @@ class BiasBook:
     def __init__(self, sensors: SensorTable, definition: FilterDefinition) -> None:
         self._sensors = sensors
         self._definition = definition
-        self._parameters = sensors.parameter_kind.astype(np.int64)
         self._starts = column_starts(sensors)
         self._log: list[tuple[Floats, Integers]] = []
         self.state: BiasState = prior(sensors)
@@ -43,7 +42,7 @@ class BiasBook:
 
         Parameters
         ----------
-        log : (n, 10) float64
+        log : (n, LOG_COUNT) float64
             As `multiradar.estimation.filters.arrays.Result.log`.
         sensors : (n,) int64
             Index of the sensor of each.
@@ -108,8 +107,11 @@ class BiasBook:
         fold_biases(
             np.concatenate([log for log, _ in self._log]),
             np.concatenate([sensors for _, sensors in self._log]),
-            self._starts, self._parameters, self.state.scale**-2.0, estimate, covariance,
-        )  # fmt: skip
+            self._starts,
+            self.state.scale**-2.0,
+            estimate,
+            covariance,
+        )
         self._log.clear()
         self.state = BiasState(estimate, covariance, self.state.scale)
 

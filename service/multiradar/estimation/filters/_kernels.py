@@ -12,11 +12,10 @@ from numba import njit
 from numpy.typing import NDArray
 
 from multiradar.estimation.measurement._kernels import (
-    KIND_RADAR,
     bias_column,
+    locate_measurement,
     predict_measurement,
 )
-from multiradar.geodesy._kernels import locate_polar
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -56,6 +55,12 @@ EXPECTED_NIS = 2.77
 
 # Columns of the readout of an aircraft: see `read_out`.
 READOUT_COUNT = 10
+
+# Columns of a logged contribution: ν0 ν1 N00 N01 N11 W00 W01 W11, then J, column after column, of
+# as many bias parameters as a sensor may have.
+LOG_BIASES = 8
+SENSOR_BIASES_MAX = 4
+LOG_COUNT = LOG_BIASES + 2 * SENSOR_BIASES_MAX
 
 # In `Aircraft.place`: measured from more than one place.
 SEVERAL = -2
@@ -163,20 +168,16 @@ def start_aircraft(
     b0 = 0.0
     b1 = 0.0
     for c in range(first, last):
-        j0, j1 = bias_column(parameters[c], z0, 0.0, 0.0)
+        j0, j1 = bias_column(kind, parameters[c], site, z0, z1, 0.0, 0.0)
         b0 += j0 * bias[c]
         b1 += j1 * bias[c]
-    east, north = z0, z1
-    if kind == KIND_RADAR:
-        ok, east, north = locate_polar(plane, site, z0 - b0, z1 - b1, height)
-        if not ok:
-            return UNLOCATABLE
-    if not (np.isfinite(east) and np.isfinite(north)):
+    ok, east, north = locate_measurement(kind, plane, site, z0 - b0, z1 - b1, height)
+    if not (ok and np.isfinite(east) and np.isfinite(north)):
         return UNLOCATABLE
-    r, _, ground = predict_measurement(
+    p0, p1, ground = predict_measurement(
         kind, plane, site, noise, east, north, height, height_variance, H, W
     )
-    if kind == KIND_RADAR and ground < options[CONE_RATIO] * (height - noise[3]):
+    if ground < options[CONE_RATIO] * (height - noise[3]):
         return CONE
     det = H[0, 0] * H[1, 1] - H[0, 1] * H[1, 0]
     if not abs(det) > 0.0:
@@ -186,8 +187,8 @@ def start_aircraft(
     i10 = -H[1, 0] / det
     i11 = H[0, 0] / det
     b00 = W[0]
-    b01 = 0.0
-    b11 = W[1]
+    b01 = W[1]
+    b11 = W[2]
     a[0] = east
     a[1] = north
     a[2] = 0.0
@@ -196,7 +197,7 @@ def start_aircraft(
         for c in range(V.shape[1]):
             V[i, c] = 0.0
     for c in range(first, last):
-        j0, j1 = bias_column(parameters[c], r, 0.0, 0.0)
+        j0, j1 = bias_column(kind, parameters[c], site, p0, p1, 0.0, 0.0)
         if mode == BIASES_KEPT:
             V[0, c] = -(i00 * j0 + i01 * j1)
             V[1, c] = -(i10 * j0 + i11 * j1)
@@ -204,7 +205,7 @@ def start_aircraft(
             a[1] -= V[1, c] * bias[c]
         elif mode == BIASES_AS_NOISE:
             for d in range(first, last):
-                k0, k1 = bias_column(parameters[d], r, 0.0, 0.0)
+                k0, k1 = bias_column(kind, parameters[d], site, p0, p1, 0.0, 0.0)
                 b00 += j0 * bias_covariance[c, d] * k0
                 b01 += 0.5 * (j0 * k1 + j1 * k0) * bias_covariance[c, d]
                 b11 += j1 * bias_covariance[c, d] * k1

@@ -25,7 +25,12 @@ from multiradar.estimation.filters._kernels import (
 from multiradar.estimation.filters._separated_kernels import correct_separated
 from multiradar.estimation.filters._two_stage_kernels import correct_two_stage
 from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows, Work
-from multiradar.estimation.measurement._kernels import KIND_POSITION
+from multiradar.estimation.measurement._kernels import (
+    KIND_BEARING,
+    KIND_FLAT_PLACE,
+    KIND_FLAT_POLAR,
+    KIND_RADAR,
+)
 from multiradar.estimation.motion._kernels import predict_motion
 
 # Methods; they also say how a new aircraft takes the biases (`_kernels.start_aircraft`).
@@ -58,7 +63,7 @@ def step(
     heard, places = aircraft.place, model.places
     outcomes, readouts, logs = result.outcome, result.readout, result.log
     H = np.empty((2, 2))
-    W = np.empty(2)
+    W = np.empty(3)
     G = np.empty((4, 2))
     K = np.empty((4, 2))
     U = np.empty((2, bias.shape[0]))
@@ -69,7 +74,7 @@ def step(
             row = work.order[i]
             k = rows.slot[row]
             kind = rows.kind[row]
-            if k < 0 or kind > KIND_POSITION:
+            if k < 0 or kind < KIND_RADAR or kind == KIND_BEARING or kind > KIND_FLAT_PLACE:
                 outcomes[row] = UNSUPPORTED
                 if k < 0:
                     outcomes[row] = NO_ROOM if k == NO_ROOM_SLOT else UNASSOCIATED
@@ -79,6 +84,8 @@ def step(
             z0, z1, time = rows.z[row, 0], rows.z[row, 1], rows.time[row]
             a, P, V = means[k], covariances[k], sensitivities[k]
             height, variance = choose_height(rows.height[row], heights[k], options)
+            if kind >= KIND_FLAT_POLAR:
+                variance = 0.0  # On a flat plane no height enters the range.
             fresh = np.isnan(times[k])
             if fresh or refusals[k] >= options[REFUSALS_MAX]:
                 outcome = start_aircraft(

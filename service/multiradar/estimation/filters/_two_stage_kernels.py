@@ -25,8 +25,8 @@ from multiradar.estimation.filters._kernels import (
 )
 from multiradar.estimation.filters.arrays import Aircraft
 from multiradar.estimation.measurement._kernels import (
-    KIND_RADAR,
     bias_column,
+    measures_azimuth,
     predict_measurement,
 )
 from multiradar.geodesy._kernels import wrap_angle
@@ -79,11 +79,11 @@ def correct_two_stage(
     p0, p1, ground = predict_measurement(
         kind, plane, site, noise, x0, x1, height, height_variance, H, W
     )
-    if kind == KIND_RADAR and ground < options[CONE_RATIO] * (height - noise[3]):
+    if ground < options[CONE_RATIO] * (height - noise[3]):
         return CONE, surprise
     e0 = z0 - p0
     e1 = z1 - p1
-    if kind == KIND_RADAR:
+    if measures_azimuth(kind):
         e1 = wrap_angle(e1)
     # ν = z − h(χ̂) + H V ς̂: the innovation at bias zero, linearised at χ̂ = a + V ς̂.
     nu0 = e0 + H[0, 0] * (x0 - a[0]) + H[0, 1] * (x1 - a[1])
@@ -91,10 +91,10 @@ def correct_two_stage(
     for c in range(n):
         U[0, c] = H[0, 0] * V[0, c] + H[0, 1] * V[1, c]
         U[1, c] = H[1, 0] * V[0, c] + H[1, 1] * V[1, c]
-    r_rate = H[0, 0] * x2 + H[0, 1] * x3
-    az_rate = H[1, 0] * x2 + H[1, 1] * x3
+    rate0 = H[0, 0] * x2 + H[0, 1] * x3
+    rate1 = H[1, 0] * x2 + H[1, 1] * x3
     for c in range(first, last):
-        j0, j1 = bias_column(parameters[c], p0, r_rate, az_rate)
+        j0, j1 = bias_column(kind, parameters[c], site, p0, p1, rate0, rate1)
         U[0, c] += j0
         U[1, c] += j1
         e0 -= j0 * bias[c]
@@ -104,19 +104,18 @@ def correct_two_stage(
     n01 = H[0, 0] * G[0, 1] + H[0, 1] * G[1, 1]
     n11 = H[1, 0] * G[0, 1] + H[1, 1] * G[1, 1]
     # The gates are written so that NaN fails them.
-    nis = squared_norm(n00 + W[0], n01, n11 + W[1], e0, e1)
+    nis = squared_norm(n00 + W[0], n01 + W[1], n11 + W[2], e0, e1)
     if not nis <= EXPECTED_NIS:
         # Only now the uncertainty of the biases is worth its cost: it can but lower the figure.
-        nis = squared_norm_with_biases(n00 + W[0], n01, n11 + W[1], e0, e1, U, factor)
+        nis = squared_norm_with_biases(n00 + W[0], n01 + W[1], n11 + W[2], e0, e1, U, factor)
         if not nis <= options[REFUSE_NIS]:
             return REFUSED if np.isfinite(nis) else SINGULAR, surprise
         surprise = surprise_after(surprise, nis, options)
         if nis > options[DOWNWEIGHT_NIS]:
-            W[0] *= nis / options[DOWNWEIGHT_NIS]
-            W[1] *= nis / options[DOWNWEIGHT_NIS]
+            W *= nis / options[DOWNWEIGHT_NIS]
     else:
         surprise = surprise_after(surprise, nis, options)
-    s00, s01, s11 = n00 + W[0], n01, n11 + W[1]
+    s00, s01, s11 = n00 + W[0], n01 + W[1], n11 + W[2]
     gain_times_update(a, P, G, K, s00, s01, s11, nu0, nu1)
     for i in range(4):
         for c in range(n):

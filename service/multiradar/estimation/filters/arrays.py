@@ -9,6 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.estimation.filters._kernels import LOG_COUNT, READOUT_COUNT
+
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
@@ -25,7 +27,7 @@ class Rows(NamedTuple):
     kind, sensor : (n,) int64
         Kind of the measurement and index of the sensor.
     z : (n, 2) float64
-        Range (m) and azimuth (rad), or east and north in the system plane (m).
+        Range (m) and azimuth (rad), or east and north (m).
     height : (n,) float64
         Measured height, m, NaN when there is none.
     """
@@ -46,7 +48,7 @@ class Model(NamedTuple):
     plane : (k,) float64
         Parameters of the system plane.
     sites : (m, l) float64
-        Parameters of the sites.
+        Parameters of the sites; east and north (m) first for the kinds on a flat plane.
     noises : (m, 4) float64
         Variances of range (m²), azimuth (rad²), reported position (m² on each axis); height of the
         site (m).
@@ -146,7 +148,7 @@ class Result(NamedTuple):
         Sum of the information about the biases, upper triangle, for each partition.
     vector : (p, c) float64
         Sum of the information vector, for each partition.
-    log : (n, 10) float64
+    log : (n, LOG_COUNT) float64
         One row a measurement, for filters that fold measurements into the biases one by one.
     outcome : (n,) int64
         What became of each measurement.
@@ -159,3 +161,62 @@ class Result(NamedTuple):
     log: Floats
     outcome: Integers
     readout: Floats
+
+
+def aircraft_arrays(slots: int, bias_columns: int) -> Aircraft:
+    """Return room for aircraft, none of which has started.
+
+    Parameters
+    ----------
+    slots : int
+        For how many.
+    bias_columns : int
+        Number of bias parameters that each depends on (0 for filters that drop it).
+
+    Returns
+    -------
+    Aircraft
+        The arrays.
+    """
+    return Aircraft(
+        mean=np.zeros((slots, 4)),
+        covariance=np.zeros((slots, 10)),
+        sensitivity=np.zeros((slots, 4, bias_columns)),
+        time=np.full(slots, np.nan),
+        height=np.full(slots, np.nan),
+        refusals=np.zeros(slots, np.int64),
+        updates=np.zeros(slots, np.int64),
+        updated=np.full(slots, np.nan),
+        place=np.full(slots, -1, np.int64),
+        surprise=np.ones(slots),
+    )
+
+
+def result_arrays(
+    rows: int, partitions: int, bias_columns: int, *, keeps_log: bool = True
+) -> Result:
+    """Return room for what a step puts out.
+
+    Parameters
+    ----------
+    rows : int
+        Number of measurements.
+    partitions : int
+        Number of partitions.
+    bias_columns : int
+        Number of bias parameters.
+    keeps_log : bool
+        Whether the filter logs measurements.
+
+    Returns
+    -------
+    Result
+        The arrays, zero.
+    """
+    return Result(
+        information=np.zeros((partitions, bias_columns, bias_columns)),
+        vector=np.zeros((partitions, bias_columns)),
+        log=np.zeros((rows if keeps_log else 0, LOG_COUNT)),
+        outcome=np.zeros(rows, np.int64),
+        readout=np.zeros((rows, READOUT_COUNT)),
+    )

@@ -19,7 +19,7 @@ def triple(matrix: np.ndarray) -> Triple:
 
 def scalars(
     bound: np.ndarray, matrix: np.ndarray, other: np.ndarray, noise: np.ndarray
-) -> tuple[float, Triple, Triple, Triple, tuple[float, float]]:
+) -> tuple[float, Triple, Triple, Triple, Triple]:
     """What the kernels take: tr T R, C R T R Cᵀ, C R Cᵀ, the other half, W."""
     seen = matrix @ bound
     return (
@@ -27,7 +27,7 @@ def scalars(
         triple((seen * WEIGHTS) @ seen.T),
         triple(seen @ matrix.T),
         triple(other),
-        (float(noise[0, 0]), float(noise[1, 1])),
+        triple(noise),
     )
 
 
