@@ -14,6 +14,7 @@ from multiradar.cli.convert import convert_app
 from multiradar.cli.demo import demo
 from multiradar.cli.replay import replay
 from multiradar.cli.serve import serve
+from multiradar.cli.simulate import simulate
 from multiradar.cli.study import study_command, study_help
 from multiradar.cli.track import track
 from multiradar.errors import MultiradarError, UnknownFilterError
@@ -54,6 +55,7 @@ app.command(name="track")(track)
 app.command(name="serve")(serve)
 app.command(name="replay")(replay)
 app.command(name="demo")(demo)
+app.command(name="simulate")(simulate)
 app.command(name="study", help=study_help(STUDIES))(study_command(STUDIES))
 
 

@@ -117,9 +117,7 @@ def _seen(
     look = partial(_line, sensor, path)
     turning = sensor.rotation_period_s is not None
     times = look_times(sensor, phase if turning else 0.0, (path.start_s, path.end_s), look)
-    # The state of a simultaneous scene is given at time 0: the first plots come one interval later.
-    times = times[times > 0.0]
-    plots = make_plots(sensor, times, look, partial(biases.at, radar), rng)
+    plots, _ = make_plots(sensor, times, look, partial(biases.at, radar), rng)
     state = path.states(plots.time_s)
     count = len(plots.time_s)
     return (

@@ -18,8 +18,8 @@ Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
 TURN_RAD = 2.0 * np.pi
-# The antenna meets the aircraft, which moves on meanwhile: each round gains three digits.
-_ROUNDS = 3
+# The antenna meets the aircraft, which moves on meanwhile: each round gains two digits or more.
+_ROUNDS = 2
 # What a plot that shows nothing is wrong by.
 _OUTLIER_RANGE_M: Span = (2e3, 2e4)
 _OUTLIER_AZIMUTH_RAD = 0.2
@@ -77,7 +77,7 @@ def look_times(sensor: Sensor, phase: float, life_s: Span, look: Look | None = N
     phase : float
         Part of a turn (or interval) in which the first one begins, in [0, 1).
     life_s : (from, until)
-        Only times from here to here, both included.
+        Only times after the first and not after the second.
     look : callable, optional
         The line of sight; a turning antenna needs it.
 
@@ -96,7 +96,7 @@ def look_times(sensor: Sensor, phase: float, life_s: Span, look: Look | None = N
         for _ in range(_ROUNDS):
             seen = look(np.clip(time_s, start, end))
             time_s = north + period * seen.azimuth_rad / TURN_RAD
-    return time_s[(time_s >= start) & (time_s <= end)]
+    return time_s[(time_s > start) & (time_s <= end)]
 
 
 def make_plots(
@@ -105,7 +105,7 @@ def make_plots(
     look: Look,
     bias_at: Callable[[Floats], Floats],
     rng: np.random.Generator,
-) -> Plots:
+) -> tuple[Plots, int]:
     """Measure an aircraft.
 
     Parameters
@@ -125,6 +125,8 @@ def make_plots(
     -------
     Plots
         What it sees; looks in gaps, outside the coverage and without detection give none.
+    int
+        Number of looks within the coverage.
 
     References
     ----------
@@ -141,13 +143,9 @@ def make_plots(
     pointed += sensor.azimuth_sigma_rad * noise[1] + outlier * aside
     seen = line.visible & (chance[1] < sensor.detection_probability) & (measured > 0.0)
     seen &= outside_gaps(sensor, time_s)
-    return Plots(
-        time_s[seen],
-        (time_s + bias[PARAMETER_TIME_OFFSET])[seen],
-        measured[seen],
-        wrapped(pointed[seen]),
-        outlier[seen],
-    )
+    stamp = time_s + bias[PARAMETER_TIME_OFFSET]
+    plots = Plots(time_s[seen], stamp[seen], measured[seen], wrapped(pointed[seen]), outlier[seen])
+    return plots, int(np.count_nonzero(line.visible))
 
 
 def outside_gaps(sensor: Sensor, time_s: Floats) -> Bools:

@@ -23,6 +23,7 @@ from multiradar.simulation.scene_tables import (
     SensorTable,
     TrafficTable,
 )
+from multiradar.simulation.toml_text import toml_text
 from multiradar_schemas.documents import parse_toml, read_toml
 from multiradar_schemas.errors import SchemaError
 from multiradar_schemas.explain import explain, place
@@ -101,6 +102,29 @@ def scene_table(values: dict[str, Any], *, source: str) -> SceneTable:
         else:
             reason = explain(details)[1]
         raise ConfigurationError(f"{source}: {reason}") from error
+
+
+def changed(
+    table: SceneTable, *, seed: int | None = None, duration_s: float | None = None
+) -> SceneTable:
+    """Return a table with another seed or duration, checked anew.
+
+    Raises
+    ------
+    ConfigurationError
+        If the scene does not bear the change.
+    """
+    given = {"seed": seed, "duration_s": duration_s}
+    chosen = {name: value for name, value in given.items() if value is not None}
+    return scene_table(
+        table.model_dump(exclude_unset=True) | chosen, source=table.title or "the scene"
+    )
+
+
+def table_text(table: SceneTable) -> str:
+    """Return a table as the TOML text of a scene: seed included, defaults left out."""
+    values = table.model_dump(exclude_unset=True)
+    return toml_text({"title": table.title, "seed": table.seed} | values)
 
 
 def scene_of(table: SceneTable) -> Scene:

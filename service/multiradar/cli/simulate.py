@@ -1,0 +1,189 @@
+"""`multiradar simulate`: a scene in, measurements and the truth out."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from multiradar.cli.options import JsonOption
+from multiradar.cli.progress import progress_bar
+
+if TYPE_CHECKING:
+    from multiradar.simulation.observation import Observation
+    from multiradar.simulation.scene import Scene
+    from multiradar.simulation.scene_tables import SceneTable
+    from multiradar_schemas.report import Report
+
+_SEED_MAX = 2**63 - 1
+_DURATION_MIN_S = 0.1
+_MEASUREMENTS_FILE = "measurements.parquet"
+_TRUTH_FILE = "truth.parquet"
+_TRUE_BIASES_FILE = "truth_biases.parquet"
+_SENSORS_FILE = "sensors.toml"
+_SCENE_FILE = "scene.toml"
+
+
+def simulate(
+    scene: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="SCENE",
+            help="A scene that comes with the program (see --list), or a TOML file.",
+            show_default=False,
+        ),
+    ] = None,
+    *,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out",
+            metavar="DIR",
+            help="Folder to make; it must not exist yet.",
+            show_default=False,
+        ),
+    ] = None,
+    seed: Annotated[
+        int | None,
+        typer.Option(
+            min=0, max=_SEED_MAX, help="Another seed than the scene's.", show_default=False
+        ),
+    ] = None,
+    duration: Annotated[
+        float | None,
+        typer.Option(
+            "--duration",
+            metavar="S",
+            min=_DURATION_MIN_S,
+            help="Another length than the scene's, in seconds.",
+            show_default=False,
+        ),
+    ] = None,
+    list_wanted: Annotated[
+        bool, typer.Option("--list", help="Name the scenes that come with the program.")
+    ] = False,
+    json_wanted: JsonOption = False,
+) -> None:
+    """Simulate a scene: write measurements, a sensors file for `track`, and the truth."""
+    if list_wanted:
+        _print_scenes(json_wanted)
+        return
+    if scene is None:
+        msg = "expected the name of a scene (see --list) or a TOML file, was none"
+        raise typer.BadParameter(msg)
+    if out is None:
+        msg = "expected a folder to make, as --out DIR, was none"
+        raise typer.BadParameter(msg)
+    from multiradar.storage.output_folder import check_new, new_folder
+
+    check_new(out)
+    from multiradar.simulation.observation import observe
+    from multiradar.simulation.scene_file import changed, scene_of
+    from multiradar.simulation.traffic import all_aircraft, run_generator
+
+    table = changed(_table(scene), seed=seed, duration_s=duration)
+    described = scene_of(table)
+    with new_folder(out) as folder:
+        with progress_bar("simulating", len(all_aircraft(described))) as on_progress:
+            seen = observe(described, run_generator(described.seed), on_progress)
+        report = _write(folder, scene, table, described, seen)
+    if json_wanted:
+        print(report.model_dump_json(indent=2))
+    else:
+        _print_report(report, out)
+
+
+def _table(named: str) -> "SceneTable":
+    from multiradar.simulation.scene_file import builtin_names, builtin_table, load_table
+
+    if named in builtin_names():
+        return builtin_table(named)
+    path = Path(named)
+    if path.suffix == ".toml" or path.exists():
+        return load_table(path)
+    msg = f"expected a scene of {', '.join(builtin_names())}, or a TOML file, was {named!r}"
+    raise typer.BadParameter(msg)
+
+
+def _write(
+    folder: Path, named: str, table: "SceneTable", scene: "Scene", seen: "Observation"
+) -> "Report":
+    from multiradar.simulation.output import measurements_frame, true_biases_frame, truth_frame
+    from multiradar.simulation.scene_file import table_text
+    from multiradar.simulation.sensors_text import sensors_text
+
+    frames = {
+        _MEASUREMENTS_FILE: measurements_frame(scene, seen),
+        _TRUTH_FILE: truth_frame(scene, seen),
+        _TRUE_BIASES_FILE: true_biases_frame(scene, seen),
+    }
+    for name, frame in frames.items():
+        frame.write_parquet(folder / name, compression="zstd")
+    (folder / _SENSORS_FILE).write_text(sensors_text(scene), encoding="utf-8")
+    (folder / _SCENE_FILE).write_text(table_text(table), encoding="utf-8")
+    report = _report(named, scene, seen, {name: len(frame) for name, frame in frames.items()})
+    text = report.model_dump_json(indent=2)
+    (folder / "report.json").write_text(text + "\n", encoding="utf-8")
+    return report
+
+
+def _report(named: str, scene: "Scene", seen: "Observation", rows: dict[str, int]) -> "Report":
+    from importlib.metadata import version
+
+    from multiradar.simulation.counts import counts_by_sensor
+    from multiradar_schemas.report import Counts, OutputFile, Report
+
+    made = len(seen.measurements)
+    return Report(
+        command="simulate",
+        version=version("multiradar"),
+        counts=Counts(read=made, accepted=made, rejected=0),
+        rejected_by_code={},
+        inputs=[],
+        outputs=[OutputFile(file=name, rows=count) for name, count in rows.items()],
+        settings={"scene": named, "seed": scene.seed, "duration_s": scene.duration_s},
+        figures={
+            "aircraft": len(seen.aircraft),
+            "sensors": len(scene.sensors),
+            "measurements": made,
+            "by_sensor": {name: dict(one) for name, one in counts_by_sensor(scene, seen).items()},
+        },
+    )
+
+
+def _print_scenes(json_wanted: bool) -> None:
+    import json
+
+    from multiradar.simulation.scene_file import builtin_names, builtin_table
+
+    titles = {name: builtin_table(name).title for name in builtin_names()}
+    if json_wanted:
+        print(json.dumps(titles, indent=2))
+        return
+    width = max(len(name) for name in titles)
+    for name, title in titles.items():
+        print(f"{name:{width}}  {title}")
+
+
+def _print_report(report: "Report", out: Path) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    console = Console(highlight=False)
+    figures = report.figures
+    console.print(
+        f"[bold]{figures['measurements']} measurements[/] of {figures['aircraft']} aircraft "
+        f"by {figures['sensors']} sensors in {report.settings['duration_s']:g} s, "
+        f"seed {report.settings['seed']}"
+    )
+    table = Table()
+    by_sensor = figures["by_sensor"]
+    assert isinstance(by_sensor, dict)
+    first = next(iter(by_sensor.values()))
+    assert isinstance(first, dict)
+    for column in ("sensor", *first):
+        table.add_column(column, justify="left" if column == "sensor" else "right")
+    for sensor, counts in by_sensor.items():
+        assert isinstance(counts, dict)
+        table.add_row(sensor, *(str(count) for count in counts.values()))
+    console.print(table)
+    console.print(f"written to {out}", soft_wrap=True)

@@ -1,0 +1,37 @@
+"""Plots that show no aircraft."""
+
+import numpy as np
+
+from multiradar.simulation.looks import TURN_RAD, Plots, outside_gaps
+from multiradar.simulation.scene import Sensor
+
+# Clutter of a radar without instrumented range lies within this.
+_RANGE_MAX_M = 200e3
+
+
+def clutter_plots(sensor: Sensor, duration_s: float, rng: np.random.Generator) -> Plots:
+    """Draw the clutter of a radar, evenly over the area and the time.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        Its mean number of such plots a turn, its coverage and gaps.
+    duration_s : float
+        Length of the scene.
+    rng : Generator
+        For everything.
+
+    Returns
+    -------
+    Plots
+        In no order; all are outliers.
+    """
+    period = sensor.rotation_period_s or sensor.interval_s
+    count = rng.poisson(sensor.clutter_per_turn * duration_s / period)
+    time_s = rng.uniform(0.0, duration_s, count)
+    squares = np.square([sensor.range_min_m, min(sensor.range_max_m, _RANGE_MAX_M)])
+    range_m = np.sqrt(squares[0] + (squares[1] - squares[0]) * rng.uniform(size=count))
+    azimuth_rad = rng.uniform(0.0, TURN_RAD, count)
+    seen = outside_gaps(sensor, time_s) & (range_m > 0.0)
+    time_s = time_s[seen]
+    return Plots(time_s, time_s, range_m[seen], azimuth_rad[seen], np.ones(len(time_s), np.bool_))

@@ -1,0 +1,73 @@
+"""Simulated measurements and their truth as columns."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+#: Index of the aircraft of a plot that shows none.
+NO_AIRCRAFT = -1
+
+
+@dataclass(frozen=True, slots=True)
+class Measurements:
+    """Measurements by ascending time stamp, then sensor, then aircraft; a missing number is NaN.
+
+    Attributes
+    ----------
+    time_s : (n,) float64
+        Time stamps, from the beginning of the scene.
+    sensor, aircraft : (n,) int32
+        Indices; `NO_AIRCRAFT` for clutter.
+    range_m, azimuth_rad : (n,) float64
+        What radars measure.
+    latitude_rad, longitude_rad : (n,) float64
+        What ADS-B and multilateration report.
+    height_m : (n,) float64
+        Height heard.
+    outlier : (n,) bool
+        Whether it is far from the truth on purpose.
+    true_latitude_rad, true_longitude_rad, true_height_m, true_speed_mps, true_heading_rad : (n,)
+        State of the aircraft at the time stamp, the speed along the ground, the heading clockwise
+        from true north at the aircraft.
+    """
+
+    time_s: Floats
+    sensor: NDArray[np.int32]
+    aircraft: NDArray[np.int32]
+    range_m: Floats
+    azimuth_rad: Floats
+    latitude_rad: Floats
+    longitude_rad: Floats
+    height_m: Floats
+    outlier: NDArray[np.bool_]
+    true_latitude_rad: Floats
+    true_longitude_rad: Floats
+    true_height_m: Floats
+    true_speed_mps: Floats
+    true_heading_rad: Floats
+
+    def __len__(self) -> int:
+        return len(self.time_s)
+
+
+def none() -> Measurements:
+    """Return no measurements."""
+    nothing, integers = np.empty(0), np.empty(0, np.int32)
+    return Measurements(
+        nothing, integers, integers, nothing, nothing, nothing, nothing, nothing,
+        np.empty(0, np.bool_), nothing, nothing, nothing, nothing, nothing,
+    )  # fmt: skip
+
+
+def merged(parts: Sequence[Measurements]) -> Measurements:
+    """Return the measurements of all parts in their order: by time stamp, sensor, aircraft."""
+    columns = {
+        field.name: np.concatenate([getattr(part, field.name) for part in parts])
+        for field in fields(Measurements)
+    }
+    order = np.lexsort((columns["aircraft"], columns["sensor"], columns["time_s"]))
+    return Measurements(**{name: column[order] for name, column in columns.items()})

@@ -1,0 +1,156 @@
+"""What a simulation leaves on disk, as tables: measurements, truth and true biases."""
+
+import numpy as np
+import polars as pl
+from numpy.typing import NDArray
+
+from multiradar.estimation.measurement.sensors import (
+    PARAMETER_AZIMUTH_OFFSET,
+    PARAMETER_NAMES,
+    PARAMETER_RANGE_OFFSET,
+)
+from multiradar.simulation.measurements import NO_AIRCRAFT
+from multiradar.simulation.observation import Observation
+from multiradar.simulation.scene import Heard, Scene, Sensor
+from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
+
+#: `truth.parquet`: row i is the truth of row i of `measurements.parquet`.
+TRUTH_SCHEMA = pl.Schema(
+    {
+        "time_s": pl.Float64(),
+        "track_number": pl.Int64(),
+        "latitude_deg": pl.Float64(),
+        "longitude_deg": pl.Float64(),
+        "height_m": pl.Float64(),
+        "speed_mps": pl.Float64(),
+        "heading_deg": pl.Float64(),
+        "sensor_id": pl.String(),
+        "outlier": pl.Boolean(),
+    }
+)
+
+#: `truth_biases.parquet`: one row for each time, sensor and parameter.
+TRUE_BIAS_SCHEMA = pl.Schema(
+    {
+        "time_s": pl.Float64(),
+        "sensor_id": pl.String(),
+        "parameter": pl.String(),
+        "value": pl.Float64(),
+    }
+)
+
+_TURN_DEG = 360.0
+
+
+def measurements_frame(scene: Scene, observation: Observation) -> pl.DataFrame:
+    """Return `measurements.parquet`: `MEASUREMENT_SCHEMA`, degrees, by ascending time stamp."""
+    rows = observation.measurements
+    kinds = [one.kind for one in scene.sensors]
+    frame = pl.DataFrame(
+        {
+            "time_s": scene.start_time_s + rows.time_s,
+            "sensor_id": _named(scene, rows.sensor),
+            "kind": pl.Series(kinds, dtype=pl.String).gather(pl.Series(rows.sensor)),
+            "range_m": rows.range_m,
+            "azimuth_deg": _degrees(rows.azimuth_rad),
+            "latitude_deg": np.degrees(rows.latitude_rad),
+            "longitude_deg": np.degrees(rows.longitude_rad),
+            "height_m": rows.height_m,
+            "mode_3a": _identity(scene, observation, "mode_3a"),
+            "mode_s_address": _identity(scene, observation, "mode_s_address"),
+            "track_number": _identity(scene, observation, "track_number"),
+        }
+    )
+    return _without_nan(frame, MEASUREMENT_SCHEMA)
+
+
+def truth_frame(scene: Scene, observation: Observation) -> pl.DataFrame:
+    """Return `truth.parquet`: `TRUTH_SCHEMA`, degrees, a row for each measurement."""
+    rows = observation.measurements
+    numbers = pl.Series([one.track_number for one in observation.aircraft], dtype=pl.Int64)
+    frame = pl.DataFrame(
+        {
+            "time_s": scene.start_time_s + rows.time_s,
+            "track_number": numbers.gather(_aircraft(rows.aircraft)),
+            "latitude_deg": np.degrees(rows.true_latitude_rad),
+            "longitude_deg": np.degrees(rows.true_longitude_rad),
+            "height_m": rows.true_height_m,
+            "speed_mps": rows.true_speed_mps,
+            "heading_deg": _degrees(rows.true_heading_rad),
+            "sensor_id": _named(scene, rows.sensor),
+            "outlier": rows.outlier,
+        }
+    )
+    return _without_nan(frame, TRUTH_SCHEMA)
+
+
+def true_biases_frame(scene: Scene, observation: Observation) -> pl.DataFrame:
+    """Return `truth_biases.parquet`: `TRUE_BIAS_SCHEMA`, by time, then sensor, then parameter."""
+    columns = [
+        (sensor, kind)
+        for sensor, one in sorted(enumerate(scene.sensors), key=lambda item: item[1].identifier)
+        for kind in true_parameters(one)
+    ]
+    sensor = np.array([sensor for sensor, _ in columns], np.int64)
+    kind = np.array([kind for _, kind in columns], np.int64)
+    unit = np.where(kind == PARAMETER_AZIMUTH_OFFSET, np.radians(1.0), 1.0)
+    grid = observation.biases.time_s
+    values = observation.biases.values[:, sensor, kind] / unit
+    return pl.DataFrame(
+        {
+            "time_s": scene.start_time_s + np.repeat(grid, len(columns)),
+            "sensor_id": _named(scene, np.tile(sensor, len(grid))),
+            "parameter": pl.Series(PARAMETER_NAMES, dtype=pl.String).gather(
+                pl.Series(np.tile(kind, len(grid)))
+            ),
+            "value": values.ravel(),
+        },
+        schema=TRUE_BIAS_SCHEMA,
+    )
+
+
+def true_parameters(sensor: Sensor) -> tuple[int, ...]:
+    """Return the kinds of parameter of a sensor whose truth is told: its offsets, always."""
+    if sensor.kind != "radar":
+        return ()
+    return tuple(sorted({PARAMETER_RANGE_OFFSET, PARAMETER_AZIMUTH_OFFSET} | sensor.told))
+
+
+def _identity(scene: Scene, observation: Observation, name: Heard) -> pl.Series:
+    kind = MEASUREMENT_SCHEMA[name]
+    rows = observation.measurements
+    told = pl.Series(
+        [_written(getattr(one, name), name) for one in observation.aircraft], dtype=kind
+    ).gather(_aircraft(rows.aircraft))
+    heard = np.array([name in one.heard for one in scene.sensors])[rows.sensor]
+    return told.to_frame("told").select(pl.when(pl.Series(heard)).then("told")).to_series()
+
+
+def _written(value: int | None, name: Heard) -> int | str | None:
+    if value is None:
+        return None
+    return {"mode_3a": f"{value:04o}", "mode_s_address": f"{value:06x}"}.get(name, value)
+
+
+# Index of the aircraft of each row; null where there is none.
+def _aircraft(aircraft: NDArray[np.int32]) -> pl.Series:
+    index = pl.Series(aircraft)
+    return index.set(index == NO_AIRCRAFT, None)
+
+
+def _named(scene: Scene, sensor: NDArray[np.integer]) -> pl.Series:
+    names = pl.Series([one.identifier for one in scene.sensors], dtype=pl.String)
+    return names.gather(pl.Series(sensor))
+
+
+def _degrees(angle_rad: NDArray[np.float64]) -> NDArray[np.float64]:
+    degrees = np.degrees(angle_rad)
+    # The largest angle below 2π may round to a whole turn.
+    return np.where(degrees >= _TURN_DEG, 0.0, degrees)
+
+
+def _without_nan(frame: pl.DataFrame, schema: pl.Schema) -> pl.DataFrame:
+    return frame.select(
+        (pl.col(name).fill_nan(None) if kind == pl.Float64() else pl.col(name)).cast(kind)
+        for name, kind in schema.items()
+    )
