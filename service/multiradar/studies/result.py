@@ -63,7 +63,8 @@ class Series:
         The other edge of a band; a band needs it, nothing else has it.
     key : str
         Series of one key have one colour in all plots of a report, such as the name of a filter;
-        empty takes the label.
+        empty takes the label. The key ``ink`` is the colour of text, such as for theory; the line
+        of the key ``joint`` is drawn wide and pale, so that one that equals it is seen on it.
 
     Raises
     ------

@@ -49,6 +49,11 @@ PALETTE = tuple(
 )
 ALL = (INK, FAINT, GRID, PAPER, *PALETTE)
 
+#: A series of this key is drawn in the colour of text, such as the theory behind coloured results.
+INK_KEY = "ink"
+#: The reference filter is drawn wide and pale, so that one that equals it is seen on it.
+WIDE_KEY = "joint"
+
 #: Filters keep their colours from study to study.
 _FILTERS = {"two-stage": 0, "blom": 1, "ci": 3, "blom-macro": 4, "joint": 7}
 
@@ -72,7 +77,7 @@ def assign_colours(plots: Iterable[Plot]) -> Mapping[str, Colour]:
         By key; colours repeat where there are more keys than colours.
     """
     keys = dict.fromkeys(
-        key_of(series) for plot in plots for series in plot.series if series.style != "reference"
+        key_of(series) for plot in plots for series in plot.series if _is_coloured(series)
     )
     taken = {_FILTERS[key] for key in keys if key in _FILTERS}
     free = [index for index in range(len(PALETTE)) if index not in taken]
@@ -84,5 +89,17 @@ def assign_colours(plots: Iterable[Plot]) -> Mapping[str, Colour]:
 
 
 def series_colour(series: Series, colours: Mapping[str, Colour]) -> Colour:
-    """Return the colour of a series; what is expected is grey."""
-    return FAINT if series.style == "reference" else colours[key_of(series)]
+    """Return the colour of a series; what is expected is grey, theory may be as text."""
+    if series.style == "reference":
+        return FAINT
+    return INK if series.key == INK_KEY else colours[key_of(series)]
+
+
+def is_wide(series: Series, plot: Plot) -> bool:
+    """Return whether a series is the reference filter's line, with others to be seen on it."""
+    compared = {key_of(one) for one in plot.series if _is_coloured(one) and one.style == "line"}
+    return key_of(series) == WIDE_KEY and series.style == "line" and len(compared) > 1
+
+
+def _is_coloured(series: Series) -> bool:
+    return series.style != "reference" and series.key != INK_KEY

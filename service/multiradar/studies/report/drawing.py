@@ -9,18 +9,26 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 
-from multiradar.studies.report.colours import FAINT, GRID, INK, Colour, series_colour
+from multiradar.studies.report.colours import (
+    FAINT,
+    GRID,
+    INK,
+    Colour,
+    is_wide,
+    series_colour,
+)
 from multiradar.studies.report.thinning import thin
 from multiradar.studies.result import Plot, Series
 
 #: Inches at 72 points each: the viewBox of a plot that stands alone, of one in a group, of a map.
-ALONE, IN_GROUP, MAP = (9.0, 4.9), (6.4, 4.2), (6.6, 6.6)
+ALONE, IN_GROUP, MAP = (11.0, 5.4), (6.4, 4.0), (8.0, 8.0)
 
 # matplotlib's words for the styles of a line, and its widths in points.
 _DASHES = {"dashed": (0, (5, 2.2)), "dotted": (0, (1.2, 1.6)), "reference": (0, (3, 2))}
 _WIDTHS = {"thin": 0.9, "reference": 1.2, "track": 1.4}
 _OPACITIES = {"thin": 0.55, "band": 0.16, "points": 0.75}
 _LINE_WIDTH = 1.9
+_WIDE_WIDTH, _WIDE_OPACITY = 5.0, 0.45
 _FONT_POINTS = 12.0
 
 
@@ -75,7 +83,8 @@ def _draw(axes: Axes, plot: Plot, colours: Mapping[str, Colour]) -> None:
     axes.set_xscale(plot.x_scale)
     axes.set_yscale(plot.y_scale, nonpositive="mask") if plot.y_scale == "log" else None
     for series in plot.series:
-        _draw_series(axes, thin(series), series_colour(series, colours).mark)
+        mark = series_colour(series, colours).mark
+        _draw_series(axes, thin(series), mark, wide=is_wide(series, plot))
     axes.margins(x=0.0 if _runs_in_time(plot) else 0.04, y=0.06)
     if plot.equal_axes:
         axes.set_aspect("equal", adjustable="datalim")
@@ -87,7 +96,7 @@ def _runs_in_time(plot: Plot) -> bool:
     return not plot.equal_axes and "points" not in drawn and "track" not in drawn
 
 
-def _draw_series(axes: Axes, series: Series, mark: str) -> None:
+def _draw_series(axes: Axes, series: Series, mark: str, *, wide: bool) -> None:
     label = series.label or "_"
     opacity = _OPACITIES.get(series.style, 1.0)
     if series.y2 is not None:
@@ -104,9 +113,9 @@ def _draw_series(axes: Axes, series: Series, mark: str) -> None:
         series.x,
         series.y,
         color=mark,
-        alpha=opacity,
+        alpha=_WIDE_OPACITY if wide else opacity,
         label=label,
-        linewidth=_WIDTHS.get(series.style, _LINE_WIDTH),
+        linewidth=_WIDE_WIDTH if wide else _WIDTHS.get(series.style, _LINE_WIDTH),
         linestyle=_DASHES.get(series.style, "-"),
         solid_capstyle="round",
         solid_joinstyle="round",

@@ -3,12 +3,13 @@
 import html
 from collections.abc import Iterable, Mapping
 
-from multiradar.studies.report.colours import Colour, series_colour
+from multiradar.studies.report.colours import FAINT, Colour, is_wide, series_colour
 from multiradar.studies.result import Plot, Series
 
 # The line of a sample, as attributes of SVG.
 _LINES = {
     "line": 'stroke-width="2.5"',
+    "wide": 'stroke-width="6" stroke-opacity="0.45"',
     "track": 'stroke-width="2"',
     "thin": 'stroke-width="1.2" stroke-opacity="0.55"',
     "dashed": 'stroke-width="2.5" stroke-dasharray="7 3.5"',
@@ -32,22 +33,26 @@ def legend_html(plots: Iterable[Plot], colours: Mapping[str, Colour]) -> str:
     str
         A list; nothing where no series has a label.
     """
-    labelled = {
-        series.label: _entry(series, series_colour(series, colours))
-        for plot in plots
-        for series in plot.series
-        if series.label
-    }
-    return f'<ul class="legend">{"".join(labelled.values())}</ul>\n' if labelled else ""
+    labelled: dict[str, tuple[Series, Colour, bool]] = {}
+    for plot in plots:
+        for series in (one for one in plot.series if one.label):
+            told = series, series_colour(series, colours), is_wide(series, plot)
+            first, known, wide = labelled.setdefault(series.label, told)
+            if known is not told[1]:
+                # One meaning in several colours: the style tells it, not the colour.
+                labelled[series.label] = first, FAINT, wide
+    entries = "".join(_entry(*told) for told in labelled.values())
+    return f'<ul class="legend">{entries}</ul>\n' if entries else ""
 
 
-def _entry(series: Series, colour: Colour) -> str:
+def _entry(series: Series, colour: Colour, wide: bool) -> str:
     paint = f"var({colour.variable})"
     if series.style == "band":
         sample = f'<rect y="2" width="28" height="10" style="fill:{paint}" fill-opacity="0.25"/>'
     elif series.style == "points":
         sample = f'<circle cx="14" cy="7" r="4" style="fill:{paint}"/>'
     else:
-        sample = f'<path d="M1 7H27" style="stroke:{paint}" {_LINES[series.style]}/>'
+        line = _LINES["wide" if wide else series.style]
+        sample = f'<path d="M1 7H27" style="stroke:{paint}" {line}/>'
     picture = f'<svg viewBox="0 0 28 14" width="28" height="14" aria-hidden="true">{sample}</svg>'
     return f"<li>{picture}{html.escape(series.label)}</li>"

@@ -88,10 +88,10 @@ def _figures(number: int, group: Sequence[Plot], colours: Mapping[str, Colour]) 
     ]
     heading = group[0].group or group[0].title
     cells = "".join(_figure(plot, svg, shown=bool(plot.group)) for plot, svg in titled)
-    side_by_side = ' class="side-by-side"' if len(group) > 1 else ' class="alone"'
+    kind = "side-by-side" if len(group) > 1 else "map" if group[0].equal_axes else "alone"
     return (
         f"<section>\n<h2>{html.escape(heading)}</h2>\n{legend}"
-        f"<div{side_by_side}>\n{cells}</div>\n</section>\n"
+        f'<div class="{kind}">\n{cells}</div>\n</section>\n'
     )
 
 

@@ -15,6 +15,7 @@ _COMMENT = re.compile(r"\s*<!--.*?-->", re.DOTALL)
 _SIZE = re.compile(r' (?:width|height)="[\d.]+pt"')
 _ID = re.compile(r' id="([^"]*)"')
 _REFERENCE = re.compile(r'(?:url\(|href=")#([^")]+)')
+_TAG = re.compile(r"<[^>]*>")
 _LONG_NUMBER = re.compile(r"(\d+\.\d{2})\d+")
 _FONT = re.compile(r"font: ([^;\"]*?)'DejaVu Sans'[^;\"]*")
 _SPACE_BETWEEN_TAGS = re.compile(r">\s+<")
@@ -80,7 +81,9 @@ def _cleaned(text: str) -> str:
     head, rest = text.split(">", 1)
     text = f"{_SIZE.sub('', head)}>{rest}"
     text = _FONT.sub(r"font: \1system-ui, sans-serif", text)
-    return _SPACE_BETWEEN_TAGS.sub(">\n<", _LONG_NUMBER.sub(r"\1", text)).strip()
+    # A hundredth of a point is enough for a place; numbers that are read stay as they are.
+    text = _TAG.sub(lambda tag: _LONG_NUMBER.sub(r"\1", tag[0]), text)
+    return _SPACE_BETWEEN_TAGS.sub(">\n<", text).strip()
 
 
 def _coloured(text: str, told: Callable[..., str]) -> str:
