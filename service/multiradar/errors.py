@@ -7,7 +7,8 @@
     │   ├── UnknownFilterError      a filter name that is not in the registry
     │   ├── UnknownParameterError   a bias parameter that no filter knows
     │   ├── SensorPositionError     a radar without a position
-    │   └── PriorError              a prior or a noise that leaves nothing uncertain
+    │   ├── PriorError              a prior or a noise that leaves nothing uncertain
+    │   └── MotionParameterError    a motion model's parameter that is negative or no number
     ├── InputError                  a file or message that cannot be read at all
     │   ├── MissingColumnError      a table lacks a column
     │   ├── PayloadError            a Zenoh sample or query that cannot be taken as a whole
@@ -117,6 +118,15 @@ class SensorPositionError(ConfigurationError):
 
 class PriorError(ConfigurationError):
     """A prior variance or a noise is not positive, or a drift is negative."""
+
+
+class MotionParameterError(ConfigurationError):
+    """A parameter of a motion model is out of its range, or is no finite number."""
+
+    def __init__(self, name: str, expected: str, value: float) -> None:
+        self.name = name
+        self.value = value
+        super().__init__(f"{name}: expected {expected}, was {value}")
 
 
 class OutsidePlaneError(MultiradarError):

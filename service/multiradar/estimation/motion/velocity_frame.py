@@ -1,0 +1,124 @@
+"""Vasiliev and Mattis, (3)-(5): speed, course and climb angle as random walks.
+
+The parameters belong to the kind of aircraft and know nothing of the directions of the axes. The
+model serves as a simulator, `VelocityFrame.step`, and as the nonlinear model of a filter whose
+state is (east, north, up, V, K, φ).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from multiradar.estimation.motion.axes import STATE_SIZE, Floats, canonical_frame, frame_to_velocity
+from multiradar.estimation.motion.coordinates import (
+    VELOCITY_FRAME,
+    frame_jacobian,
+    frame_transition,
+)
+from multiradar.estimation.motion.inputs import components, forward, require_not_negative
+
+
+@dataclass(frozen=True, slots=True)
+class VelocityFrame:
+    """Motion whose speed, course and climb angle each walk at random.
+
+    Attributes
+    ----------
+    acceleration_mps2 : float
+        a, standard deviation of the acceleration along the velocity, m/s².
+    turn_rate_radps : float
+        v_K, standard deviation of the rate of the course, rad/s.
+    climb_rate_radps : float
+        v_φ, standard deviation of the rate of the climb angle, rad/s; with 0 an aircraft in level
+        flight stays level.
+
+    Raises
+    ------
+    MotionParameterError
+        A parameter is negative or no finite number.
+
+    Notes
+    -----
+    Acceleration and rates are constant over an interval and independent between intervals, as
+    printed: the variance that two half intervals add is half of what one adds. The parameters go
+    with the interval at which they are used.
+
+    References
+    ----------
+    Vasiliev, Mattis, equations (3), (4) and (5). What the text calls "equation (17)" is (3).
+    """
+
+    acceleration_mps2: float
+    turn_rate_radps: float
+    climb_rate_radps: float = 0.0
+
+    coordinates = VELOCITY_FRAME
+    transition = staticmethod(frame_transition)
+    jacobian = staticmethod(frame_jacobian)
+
+    def __post_init__(self) -> None:
+        require_not_negative("acceleration", self.acceleration_mps2)
+        require_not_negative("turn rate", self.turn_rate_radps)
+        require_not_negative("climb rate", self.climb_rate_radps)
+
+    def _spreads(self) -> Floats:
+        return np.array([self.acceleration_mps2, self.turn_rate_radps, self.climb_rate_radps])
+
+    def step(self, state: ArrayLike, interval_s: float, draws: ArrayLike) -> Floats:
+        """Move aircraft on by one interval, equation (5).
+
+        Parameters
+        ----------
+        state : (..., 6) array_like
+            East, north, up (m), V (m/s), K, φ (rad).
+        interval_s : float
+            T, s, not negative.
+        draws : (..., 3) array_like
+            ξ_V, ξ_K, ξ_φ: independent standard normal numbers.
+
+        Returns
+        -------
+        (..., 6) ndarray
+            The new state, canonical (see `axes`: nothing jumps where V crosses 0 or φ leaves its
+            range). The position moves with the old velocity.
+
+        Raises
+        ------
+        ShapeError
+            State or draws have another number of components.
+        TimeOrderError
+            The interval is negative or no finite number.
+        """
+        interval = forward(interval_s)
+        values = components("state", state, STATE_SIZE)
+        numbers = components("draws", draws, 3)
+        position = values[..., :3] + interval * frame_to_velocity(values[..., 3:])  # (5)
+        frame = values[..., 3:] + interval * self._spreads() * numbers  # (4)
+        parts = np.broadcast_arrays(position, canonical_frame(frame)[0])
+        return np.concatenate(parts, axis=-1)
+
+    def noise(self, state: ArrayLike, interval_s: float) -> Floats:
+        """Return the covariance that an interval adds, the same for every state.
+
+        Parameters
+        ----------
+        state : (..., 6) array_like
+            Gives the number of aircraft.
+        interval_s : float
+            T, s, not negative.
+
+        Returns
+        -------
+        (..., 6, 6) ndarray
+            diag(0, 0, 0, a²T², v_K²T², v_φ²T²).
+
+        Raises
+        ------
+        ShapeError, TimeOrderError
+            As for `step`.
+        """
+        values = components("state", state, STATE_SIZE)
+        result = np.zeros((*values.shape, STATE_SIZE))
+        result[..., [3, 4, 5], [3, 4, 5]] = (forward(interval_s) * self._spreads()) ** 2  # (4)
+        return result

@@ -1,0 +1,251 @@
+"""Vasiliev and Mattis, (7): Cartesian motion with the noise of the velocity frame.
+
+The state is Cartesian and its transition linear; the acceleration is random along the velocity,
+across it in the plane, and in climb, so that its covariance depends on the velocity. With
+J = ∂v/∂(V, K, φ) (`axes.velocity_by_frame`) the paper's covariance of the acceleration is
+
+    D(v) = J diag(a², v_K², v_φ²) Jᵀ = a² u uᵀ + v_K² w wᵀ + v_φ² c cᵀ,
+
+    u = v / V,    w = (v_north, −v_east, 0),    c = (−v_up k, v_level),    k = h / v_level,
+
+with h = (v_east, v_north) and v_level = |h|, and the velocity's share of Q is T² D(v).
+
+**Where J degenerates.** u has no limit as V → 0, and k none as v_level → 0. The rule fills in what
+is not known by *every* direction, gradually, so that D is continuous everywhere, symmetric,
+positive semi-definite and bounded by trace D ≤ 3 a² + (v_K² + 2 v_φ²) V²:
+
+    u uᵀ  becomes  v vᵀ/m + (1 − V²/m) I,             m = max(V², V_s²)
+    k kᵀ  becomes  h hᵀ/n + (1 − v_level²/n) I,       n = max(v_level², κ² V²)
+
+with V_s = `slow_speed_mps` and κ = `STEEP_COSINE`. At V ≥ V_s and |φ| ≤ 84.26° this is the printed
+(7) to rounding. An aircraft at rest accelerates by a along each axis, as in model (2); one that
+flies straight up pitches in any direction.
+
+**In the plane** (v_up = 0, no climb) the rule is one expression without a branch or a division by
+zero, the form that a compiled step uses; with m as above, in the order (east, north),
+
+    d_00 = a² (1 + (v_e² − V²)/m) + v_K² v_n²
+    d_01 = (a²/m − v_K²) v_e v_n
+    d_11 = a² (1 + (v_n² − V²)/m) + v_K² v_e²
+
+**Intervals.** As printed, the acceleration is constant over an interval and its sigma belongs to
+the interval: Q = [[0, 0], [0, T²]] ⊗ D, and two half intervals add half the variance of one. Plots
+of several radars come at irregular times; then the printed interval becomes a constant of the
+model, T₀ = `nominal_interval_s`, D T₀ is the density of white acceleration, and
+
+    Q = [[T³/3, T²/2], [T²/2, T]] ⊗ (T₀ D),
+
+the exact integral, whose sum over parts is that of the whole while the velocity stays. The variance
+of the velocity is the printed one at T = T₀. In a compiled step the parameters are the densities
+a² T₀ (m²/s³) and v_K² T₀ (rad²/s); with v_K² V² = a² it is the white acceleration of
+`constant_velocity`, with q = a² T₀.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from multiradar.estimation.motion.axes import STATE_SIZE, Floats
+from multiradar.estimation.motion.coordinates import (
+    CARTESIAN,
+    cartesian_jacobian,
+    cartesian_transition,
+)
+from multiradar.estimation.motion.inputs import (
+    components,
+    forward,
+    require_not_negative,
+    require_positive,
+)
+
+#: Below this speed a course is not known well enough to accelerate along it: slower than aeroplanes
+#: fly, and within what radars leave uncertain of a velocity.
+SLOW_SPEED_MPS = 10.0
+#: Below this cosine of the climb angle (above 84.26°) a course is as good as not defined.
+STEEP_COSINE = 0.1
+
+
+@dataclass(frozen=True, slots=True)
+class VelocityFrameNoise:
+    """Cartesian motion, disturbed along and across the velocity.
+
+    Attributes
+    ----------
+    acceleration_mps2 : float
+        a, standard deviation of the acceleration along the velocity, m/s².
+    turn_rate_radps : float
+        v_K, standard deviation of the rate of the course, rad/s.
+    climb_rate_radps : float
+        v_φ, standard deviation of the rate of the climb angle, rad/s.
+    nominal_interval_s : float, optional
+        T₀, s, above 0: the interval that a, v_K and v_φ go with; None as printed, each interval
+        itself.
+    slow_speed_mps : float
+        V_s, m/s, above 0: below it the course counts as less and less known.
+
+    Raises
+    ------
+    MotionParameterError
+        A parameter is negative or no finite number, or T₀ or V_s not above 0.
+
+    References
+    ----------
+    Vasiliev, Mattis, equation (7).
+    """
+
+    acceleration_mps2: float
+    turn_rate_radps: float
+    climb_rate_radps: float = 0.0
+    nominal_interval_s: float | None = None
+    slow_speed_mps: float = SLOW_SPEED_MPS
+
+    coordinates = CARTESIAN
+    transition = staticmethod(cartesian_transition)
+    jacobian = staticmethod(cartesian_jacobian)
+
+    def __post_init__(self) -> None:
+        require_not_negative("acceleration", self.acceleration_mps2)
+        require_not_negative("turn rate", self.turn_rate_radps)
+        require_not_negative("climb rate", self.climb_rate_radps)
+        require_positive("slow speed", self.slow_speed_mps)
+        if self.nominal_interval_s is not None:
+            require_positive("nominal interval", self.nominal_interval_s)
+
+    def noise(self, state: ArrayLike, interval_s: float) -> Floats:
+        """Return the covariance that an interval adds at the velocity of a state.
+
+        Parameters
+        ----------
+        state : (..., 6) array_like
+            East, north, up (m), v_east, v_north, v_up (m/s).
+        interval_s : float
+            T, s, not negative.
+
+        Returns
+        -------
+        (..., 6, 6) ndarray
+            Symmetric, positive semi-definite; m², m²/s and (m/s)².
+
+        Raises
+        ------
+        ShapeError
+            The state has another number of components.
+        TimeOrderError
+            The interval is negative or no finite number.
+        """
+        values = components("state", state, STATE_SIZE)
+        spread = acceleration_covariance(
+            values[..., 3:],
+            self.acceleration_mps2,
+            self.turn_rate_radps,
+            self.climb_rate_radps,
+            self.slow_speed_mps,
+        )
+        result = np.zeros((*values.shape, STATE_SIZE))
+        result[...] = held_or_white(spread, forward(interval_s), self.nominal_interval_s)
+        return result
+
+
+def acceleration_covariance(
+    velocity: ArrayLike,
+    acceleration_mps2: float,
+    turn_rate_radps: float,
+    climb_rate_radps: float = 0.0,
+    slow_speed_mps: float = SLOW_SPEED_MPS,
+) -> Floats:
+    """Return D(v), the covariance of the acceleration at a velocity, for every velocity.
+
+    Parameters
+    ----------
+    velocity : (..., 3) or (..., 2) array_like
+        East, north, up, m/s; with two components the aircraft moves on the plane.
+    acceleration_mps2, turn_rate_radps, climb_rate_radps : float
+        a (m/s²), v_K and v_φ (rad/s); not negative. On the plane v_φ has no part in it.
+    slow_speed_mps : float
+        V_s, m/s, above 0.
+
+    Returns
+    -------
+    (..., 3, 3) or (..., 2, 2) ndarray
+        m²/s⁴. On the plane it is the corner (east, north) of that in space.
+
+    Raises
+    ------
+    ShapeError
+        The velocity has another number of components.
+
+    References
+    ----------
+    Vasiliev, Mattis, equation (7), with the rule of this module's head where it degenerates.
+    """
+    values = np.asarray(velocity, np.float64)
+    if values.ndim == 0 or values.shape[-1] != 2:
+        values = components("velocity", values, 3)
+    size = values.shape[-1]
+    along = _filled(values, slow_speed_mps**2)
+    turn = np.zeros_like(values)
+    turn[..., 0], turn[..., 1] = values[..., 1], -values[..., 0]
+    result = acceleration_mps2**2 * along + turn_rate_radps**2 * _outer(turn, turn)
+    if size == 3:
+        result += climb_rate_radps**2 * _climb(values)
+    return np.asarray(result)
+
+
+def held_or_white(spread: Floats, interval_s: float, nominal_interval_s: float | None) -> Floats:
+    """Return what accelerations of a covariance add to position and velocity over an interval.
+
+    Parameters
+    ----------
+    spread : (..., n, n) ndarray
+        D, covariance of the acceleration, m²/s⁴.
+    interval_s : float
+        T, s.
+    nominal_interval_s : float, optional
+        T₀, s; None: the acceleration is constant over the interval, as printed.
+
+    Returns
+    -------
+    (..., 2n, 2n) ndarray
+        Position, then velocity.
+    """
+    size = spread.shape[-1]
+    result = np.zeros((*spread.shape[:-2], 2 * size, 2 * size))
+    if nominal_interval_s is None:
+        result[..., size:, size:] = interval_s**2 * spread  # (7)
+        return result
+    density = nominal_interval_s * spread
+    result[..., :size, :size] = interval_s**3 / 3.0 * density
+    result[..., :size, size:] = interval_s**2 / 2.0 * density
+    result[..., size:, :size] = result[..., :size, size:]
+    result[..., size:, size:] = interval_s * density
+    return result
+
+
+# x xᵀ / m + (1 − x²/m) I with m = max(x², floor): the direction of x as far as it is known. A floor
+# of 0 belongs to a velocity of 0; there any bounded value will do, and I is taken.
+def _filled(vector: Floats, floor: float | Floats) -> Floats:
+    squared = (vector**2).sum(axis=-1)
+    largest = np.maximum(squared, floor)
+    safe = np.where(largest > 0.0, largest, 1.0)
+    unknown = 1.0 - squared / safe
+    return np.asarray(
+        _outer(vector, vector) / safe[..., None, None]
+        + unknown[..., None, None] * np.eye(vector.shape[-1])
+    )
+
+
+# c cᵀ, with k kᵀ filled in near the vertical.
+def _climb(velocity: Floats) -> Floats:
+    level, up = velocity[..., :2], velocity[..., 2]
+    floor = STEEP_COSINE**2 * (velocity**2).sum(axis=-1)
+    result = np.empty((*velocity.shape, 3))
+    result[..., :2, :2] = (up**2)[..., None, None] * _filled(level, floor)
+    result[..., :2, 2] = -up[..., None] * level  # v_level k is the level velocity
+    result[..., 2, :2] = result[..., :2, 2]
+    result[..., 2, 2] = (level**2).sum(axis=-1)
+    return result
+
+
+def _outer(left: Floats, right: Floats) -> Floats:
+    return np.asarray(left[..., :, None] * right[..., None, :])
