@@ -1,0 +1,156 @@
+"""The arrays of one filter in sequential form: made here, for the player, the theory and the class."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar.errors import ConfigurationError
+from multiradar.estimation.filters import _kernels as kernels
+from multiradar.estimation.filters._joint_kernels import adopt_aircraft
+from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Work, result_arrays
+from multiradar.estimation.filters.bank import FilterDefinition, find_filter
+from multiradar.estimation.sequential._kernels import inform
+from multiradar.estimation.sequential.arrays import Store
+from multiradar.estimation.sequential.sensors import Sensors
+
+Floats = NDArray[np.float64]
+UPPER = np.triu_indices(4)
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """How a filter works; by default as the papers have it, without gates.
+
+    Attributes
+    ----------
+    acceleration_density : float
+        Spectral density of the white acceleration of an aircraft, m²/s³ on each axis.
+    cone_ratio : float
+        Least ratio of ground range to height above a radar at which its plots are taken.
+    refuse_nis, downweight_nis : float
+        Normalised innovation squared from which a measurement is refused, or counts less.
+    """
+
+    acceleration_density: float = 0.0
+    cone_ratio: float = 0.0
+    refuse_nis: float = np.inf
+    downweight_nis: float = np.inf
+
+    def __post_init__(self) -> None:
+        for name in ("acceleration_density", "cone_ratio", "refuse_nis", "downweight_nis"):
+            value = getattr(self, name)
+            if not value >= 0.0:
+                raise ConfigurationError(f"{name}: expected 0 or more, was {value}")
+
+
+@dataclass(frozen=True, slots=True)
+class Arrangement:
+    """A filter with its arrays, ready to take rows."""
+
+    definition: FilterDefinition
+    model: Model
+    store: Store
+    aircraft: Aircraft
+    result: Result
+    work: Work
+
+
+def arrange(
+    name: str, sensors: Sensors, options: Options, *, slots: int, rows: int
+) -> Arrangement:
+    """Return a filter that has seen nothing yet.
+
+    Parameters
+    ----------
+    name : str
+        Name of the filter.
+    sensors : Sensors
+        The sensors and the prior of their biases.
+    options : Options
+        How it works.
+    slots : int
+        Room for so many aircraft.
+    rows : int
+        Room for so many measurements.
+
+    Returns
+    -------
+    Arrangement
+        Its arrays.
+
+    Raises
+    ------
+    UnknownFilterError
+        If there is no filter of that name.
+    """
+    definition = find_filter(name)
+    prior = sensors.prior
+    count = len(prior.mean)
+    model = Model(
+        plane=sensors.plane,
+        sites=sensors.sites,
+        noises=sensors.noises,
+        places=sensors.places,
+        starts=sensors.starts,
+        parameters=sensors.parameters,
+        bias=prior.mean.copy(),
+        bias_covariance=prior.covariance.copy(),
+        factor=np.zeros((count, count)),
+        options=_options(options),
+    )
+    store = Store(prior.sigma, prior.drift.copy(), np.zeros((count, count)))
+    inform(model, store)
+    return Arrangement(
+        definition=definition,
+        model=model,
+        store=store,
+        aircraft=definition.aircraft(slots, count, len(sensors)),
+        result=result_arrays(rows, 1, count, keeps_log=definition.folds_log),
+        work=Work(np.zeros(1, np.int64), np.zeros(2, np.int64), np.arange(rows)),
+    )
+
+
+def begin(
+    one: Arrangement, aircraft: int, time_s: float, mean: Floats, covariance: Floats
+) -> None:
+    """Give an aircraft a state that does not come from the sensors.
+
+    Parameters
+    ----------
+    one : Arrangement
+        Changed in place.
+    aircraft : int
+        Its slot.
+    time_s : float
+        Time of the state, s.
+    mean : (4,) float64
+        East, north (m) and their rates (m/s).
+    covariance : (4, 4) float64
+        Covariance of its error, which has nothing to do with the biases.
+    """
+    arrays = one.aircraft
+    arrays.mean[aircraft] = mean
+    arrays.covariance[aircraft] = covariance[UPPER]
+    arrays.sensitivity[aircraft] = 0.0
+    arrays.time[aircraft] = time_s
+    arrays.updated[aircraft] = np.nan
+    arrays.height[aircraft] = np.nan
+    arrays.refusals[aircraft], arrays.updates[aircraft] = 0, 0
+    arrays.surprise[aircraft] = 1.0
+    # Every plot may speak about the biases, the first one too.
+    arrays.place[aircraft] = kernels.SEVERAL
+    if one.definition.corrects_biases:
+        adopt_aircraft(arrays, len(one.model.bias), aircraft)
+
+
+def _options(options: Options) -> Floats:
+    values = np.zeros(kernels.OPTION_COUNT)
+    values[kernels.ACCELERATION_DENSITY] = options.acceleration_density
+    values[kernels.CONE_RATIO] = options.cone_ratio
+    values[kernels.DOWNWEIGHT_NIS] = options.downweight_nis
+    values[kernels.REFUSE_NIS] = options.refuse_nis
+    values[kernels.REFUSALS_MAX] = np.inf
+    values[kernels.SURPRISE_FLOOR] = 1.0
+    values[kernels.MANOEUVRE_FACTOR_MAX] = 1.0
+    return values

@@ -1,0 +1,279 @@
+"""A filter one measurement at a time, for research: the kernels of the service, behind checks."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from multiradar.errors import ConfigurationError, ShapeError, TimeOrderError
+from multiradar.estimation.filters.bank import Outcome
+from multiradar.estimation.gaussian import require_covariance
+from multiradar.estimation.sequential._kernels import take_rows, walk
+from multiradar.estimation.sequential._player_kernels import write_record
+from multiradar.estimation.sequential.arrangement import Options, arrange, begin
+from multiradar.estimation.sequential.player import empty_record
+from multiradar.estimation.sequential.plots import Form, Plots, Starts, filter_rows
+from multiradar.estimation.sequential.sensors import Sensors, expect_shape, finite
+
+Floats = NDArray[np.float64]
+
+_PLAIN = Options()
+
+
+class SequentialFilter:
+    """One of the registered filters, taking one measurement at a time.
+
+    Parameters
+    ----------
+    name : str
+        `joint`, `two-stage`, `blom`, `blom-macro` or `ci`.
+    sensors : Sensors
+        From `flat_radars` or `earth_sensors`, with the prior of the biases.
+    form : {"polar", "linearised"}
+        How plots of flat radars are read: as they are, or as places, (1.11).
+    options : Options
+        Process noise and gates; by default neither.
+    aircraft_max : int
+        Most aircraft at a time.
+
+    Raises
+    ------
+    UnknownFilterError
+        If there is no filter of that name.
+    ConfigurationError
+        If the form is unknown or there is room for no aircraft.
+
+    Notes
+    -----
+    The biases of all sensors are corrected by every measurement at once. With the macro-filter one
+    call of `observe_together` is one measurement.
+
+    References
+    ----------
+    IMM UrO RAN report (2016), equations (1.28) to (1.38), (1.43) to (1.45); Friedland, "Treatment
+    of bias in recursive filtering", IEEE TAC 14 (1969), 359-367, for the two-stage filter.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from multiradar.estimation.sequential.sensors import BiasPrior, flat_radars
+    >>> prior = BiasPrior(np.zeros(4), np.diag([500.0, 0.005] * 2) ** 2)
+    >>> radars = flat_radars([[0.0, 0.0], [50e3, 0.0]], 15.0, 1e-3, prior)
+    >>> one = SequentialFilter("two-stage", radars)
+    >>> one.start(7, 0.0, [20e3, 30e3, 100.0, 0.0], np.diag([1e3, 1e3, 50.0, 50.0]) ** 2)
+    >>> one.observe(7, 1.0, 0, [36_100.0, 0.59]).name
+    'UPDATED'
+    >>> one.biases()[0].round(2).tolist()
+    [16.0, 0.0, 0.0, 0.0]
+    """
+
+    def __init__(
+        self,
+        name: str,
+        sensors: Sensors,
+        *,
+        form: Form = "polar",
+        options: Options = _PLAIN,
+        aircraft_max: int = 64,
+    ) -> None:
+        if aircraft_max < 1:
+            raise ConfigurationError(f"aircraft_max: expected 1 or more, was {aircraft_max}")
+        self._sensors, self._form = sensors, form
+        nobody = Starts(np.zeros(0), np.zeros((0, 4)), np.zeros((0, 4, 4)))
+        filter_rows(_plots([], 0.0, [], np.zeros((0, 2)), None), sensors, nobody, form)
+        room = max(len(sensors), 1)
+        self._one = arrange(name, sensors, options, slots=aircraft_max, rows=room)
+        self._slots: dict[int, int] = {}
+        self._free = list(range(aircraft_max - 1, -1, -1))
+        self._walked_s = 0.0
+
+    def start(self, aircraft: int, time_s: float, mean: ArrayLike, covariance: ArrayLike) -> None:
+        """Tell the filter of an aircraft, or anew of one it knows.
+
+        Parameters
+        ----------
+        aircraft : int
+            Any number.
+        time_s : float
+            Time of the state, s.
+        mean : (4,) array_like
+            East, north (m) and their rates (m/s).
+        covariance : (4, 4) array_like
+            Covariance of its error.
+
+        Raises
+        ------
+        ShapeError
+            If the state or the covariance is of another shape, or no finite numbers.
+        CovarianceError
+            If the covariance is not symmetric or not positive definite.
+        ConfigurationError
+            If there is no room for one more aircraft.
+        """
+        state = finite(mean, "state of the aircraft", 1)
+        matrix = np.asarray(covariance, np.float64)
+        expect_shape(state, (4,), "state of the aircraft")
+        expect_shape(matrix, (4, 4), "covariance of the aircraft")
+        require_covariance(matrix, "covariance of the aircraft")
+        if not np.isfinite(time_s):
+            raise ShapeError("time of the start", "a finite number", ())
+        begin(self._one, self._slot(aircraft), time_s, state, matrix)
+
+    def observe(
+        self, aircraft: int, time_s: float, sensor: int, value: ArrayLike, height_m: float = 0.0
+    ) -> Outcome:
+        """Take one measurement; an aircraft that was not started begins at it.
+
+        Parameters
+        ----------
+        aircraft, sensor : int
+            Who is seen, and who sees (counted from 0).
+        time_s : float
+            Not before the last time of this aircraft.
+        value : (2,) array_like
+            Range (m) and azimuth (rad), or east and north (m).
+        height_m : float
+            Height of the aircraft; on a flat plane it does not matter.
+
+        Returns
+        -------
+        Outcome
+            What became of it.
+
+        Raises
+        ------
+        TimeOrderError
+            If the time goes back.
+        ShapeError
+            If the value is not two numbers, or there is no such sensor.
+        """
+        values = np.asarray(value, np.float64)
+        expect_shape(values, (2,), "value of the plot")
+        return self.observe_together(aircraft, time_s, [sensor], values[None, :], [height_m])[0]
+
+    def observe_together(
+        self,
+        aircraft: int,
+        time_s: float,
+        sensors: Sequence[int],
+        values: ArrayLike,
+        height_m: ArrayLike | None = None,
+    ) -> tuple[Outcome, ...]:
+        """Take simultaneous measurements of one aircraft, each by another sensor.
+
+        Parameters
+        ----------
+        aircraft : int
+            Who is seen.
+        time_s : float
+            Not before the last time of this aircraft.
+        sensors : sequence of int
+            Who sees it.
+        values : (n, 2) array_like
+            What each measures.
+        height_m : (n,) array_like, optional
+            Heights.
+
+        Returns
+        -------
+        tuple of Outcome
+            What became of each.
+
+        Raises
+        ------
+        TimeOrderError
+            If the time goes back.
+        ShapeError
+            If the values are not pairs of numbers, one for each sensor, or a sensor is twice there
+            or not at all.
+        """
+        if len(set(sensors)) != len(sensors):
+            raise ShapeError("sensors of the plots", "each sensor once", (len(sensors),))
+        plots = _plots([self._slot(aircraft)], time_s, sensors, values, height_m)
+        one = self._one
+        arrays, slot = one.aircraft, self._slots[aircraft]
+        known = arrays.time[slot] if not np.isnan(arrays.time[slot]) else -np.inf
+        if time_s < known:
+            raise TimeOrderError(f"plot of aircraft {aircraft}", time_s, float(known))
+        count = len(arrays.time)
+        everyone = Starts(
+            np.full(count, time_s), np.zeros((count, 4)), np.tile(np.eye(4), (count, 1, 1))
+        )
+        rows = filter_rows(plots, self._sensors, everyone, self._form)
+        step = len(plots) if one.definition.stacks_plots else 1
+        for first in range(0, len(plots), max(step, 1)):
+            take_rows(
+                one.definition.method, first, first + step, one.work, rows, one.model, arrays,
+                one.result, one.store, False,
+            )  # fmt: skip
+        return tuple(Outcome(int(number)) for number in one.result.outcome[: len(plots)])
+
+    def walk(self, duration_s: float) -> None:
+        """Let the biases walk for a while, with the drift of their prior.
+
+        Parameters
+        ----------
+        duration_s : float
+            How long, s.
+
+        Raises
+        ------
+        TimeOrderError
+            If it is negative or no number.
+        """
+        if not 0.0 <= duration_s < np.inf:
+            raise TimeOrderError("end of the walk", duration_s, 0.0)
+        one = self._one
+        walk(one.definition.method, duration_s, one.model, one.aircraft, one.store)
+
+    def end(self, aircraft: int) -> None:
+        """Forget an aircraft; what it said about the biases stays.
+
+        Raises
+        ------
+        KeyError
+            If there is no such aircraft.
+        """
+        slot = self._slots.pop(aircraft)
+        self._one.aircraft.time[slot] = np.nan
+        self._free.append(slot)
+
+    def aircraft(self, aircraft: int) -> tuple[Floats, Floats]:
+        """Return state (4,) and covariance (4, 4) of an aircraft at its last time, biases included.
+
+        Raises
+        ------
+        KeyError
+            If there is no such aircraft.
+        """
+        slot, one = self._slots[aircraft], self._one
+        record = empty_record(1, len(one.aircraft.time), len(one.model.bias))
+        write_record(0, float(one.aircraft.time[slot]), one.model, one.aircraft, record)
+        return record.mean[0, slot], record.covariance[0, slot]
+
+    def biases(self) -> tuple[Floats, Floats]:
+        """Return the estimates of the biases, (c,), and their covariance, (c, c)."""
+        model = self._one.model
+        return model.bias.copy(), model.bias_covariance.copy()
+
+    def _slot(self, aircraft: int) -> int:
+        if aircraft not in self._slots:
+            if not self._free:
+                count = len(self._slots)
+                raise ConfigurationError(f"aircraft: expected at most {count}, was one more")
+            self._slots[aircraft] = self._free.pop()
+        return self._slots[aircraft]
+
+
+def _plots(
+    slots: list[int],
+    time_s: float,
+    sensors: Sequence[int],
+    values: ArrayLike,
+    height_m: ArrayLike | None,
+) -> Plots:
+    count = len(sensors)
+    return Plots(
+        np.full(count, time_s), np.array(slots * count, np.int64), np.array(sensors, np.int64),
+        values, height_m,
+    )  # fmt: skip

@@ -1,0 +1,121 @@
+"""Plays the measurements of a scene through one filter, one measurement an epoch."""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from multiradar.errors import ConfigurationError, TimeOrderError
+from multiradar.estimation.sequential._player_kernels import play_rows
+from multiradar.estimation.sequential.arrangement import Arrangement, Options, arrange, begin
+from multiradar.estimation.sequential.arrays import Record
+from multiradar.estimation.sequential.plots import Form, Plots, Starts, filter_rows
+from multiradar.estimation.sequential.sensors import Sensors, finite
+
+Floats = NDArray[np.float64]
+
+_PLAIN = Options()
+
+
+def play(
+    name: str,
+    sensors: Sensors,
+    plots: Plots,
+    starts: Starts,
+    times_s: ArrayLike,
+    *,
+    form: Form = "polar",
+    walk_s: float = 1.0,
+    options: Options = _PLAIN,
+) -> Record:
+    """Play plots through a filter and write down what it says at chosen times.
+
+    Parameters
+    ----------
+    name : str
+        `joint`, `two-stage`, `blom`, `blom-macro` or `ci`.
+    sensors : Sensors
+        The sensors and the prior of their biases.
+    plots : Plots
+        The measurements.
+    starts : Starts
+        What is known of each aircraft beforehand.
+    times_s : (t,) array_like
+        When to write down, ascending; plots after the last are not taken.
+    form : {"polar", "linearised"}
+        How plots of flat radars are read.
+    walk_s : float
+        Interval at which the biases walk, counted from the earliest start, s.
+    options : Options
+        Process noise and gates; by default neither.
+
+    Returns
+    -------
+    Record
+        Aircraft, moved on to each of the times, and biases.
+
+    Raises
+    ------
+    UnknownFilterError
+        If there is no filter of that name.
+    ConfigurationError
+        If the form is unknown, or the interval of the walk is not positive.
+    ShapeError
+        If a plot is of an aircraft without a start, or of a sensor that is not there.
+    TimeOrderError
+        If the times go back, or an aircraft is seen or asked for before its start.
+
+    Notes
+    -----
+    An epoch is one measurement, whose news is folded into the biases at once; for the macro-filter
+    it is the simultaneous plots of one aircraft. The kernels are those of the service.
+
+    References
+    ----------
+    IMM UrO RAN report (2016), sections 1.2 to 1.5.
+    """
+    times = record_times(times_s, starts)
+    rows = filter_rows(plots, sensors, starts, form)
+    one = prepared(name, sensors, starts, options, len(plots))
+    count = len(sensors.prior.mean)
+    record = empty_record(len(times), len(starts), count)
+    play_rows(
+        one.definition.method, walk_start(starts, walk_s), walk_s, times, one.work, rows,
+        one.model, one.aircraft, one.result, one.store, record,
+    )  # fmt: skip
+    return record
+
+
+def prepared(
+    name: str, sensors: Sensors, starts: Starts, options: Options, rows: int
+) -> Arrangement:
+    """Return a filter that was told of all aircraft, with room for so many rows."""
+    one = arrange(name, sensors, options, slots=len(starts), rows=rows)
+    for slot in range(len(starts)):
+        begin(one, slot, starts.time_s[slot], starts.mean[slot], starts.covariance[slot])
+    return one
+
+
+def empty_record(times: int, aircraft: int, biases: int) -> Record:
+    """Return room for what a filter says at so many times."""
+    return Record(
+        mean=np.full((times, aircraft, 4), np.nan),
+        covariance=np.full((times, aircraft, 4, 4), np.nan),
+        bias=np.full((times, biases), np.nan),
+        bias_covariance=np.full((times, biases, biases), np.nan),
+    )
+
+
+def record_times(times_s: ArrayLike, starts: Starts) -> Floats:
+    """Return times that ascend and come after all starts, or raise `TimeOrderError`."""
+    times = finite(times_s, "times to write down", 1)
+    before = np.concatenate([[starts.time_s.max(initial=-np.inf)], times[:-1]])
+    for time_s, after_s in zip(times.tolist(), before.tolist(), strict=True):
+        if time_s < after_s:
+            raise TimeOrderError("time to write down", time_s, after_s)
+    return times
+
+
+def walk_start(starts: Starts, walk_s: float) -> float:
+    """Return when the biases begin to walk, or raise `ConfigurationError` for the interval."""
+    if not 0.0 < walk_s < np.inf:
+        raise ConfigurationError(f"interval of the walk: expected more than 0 s, was {walk_s}")
+    return float(starts.time_s.min(initial=np.inf))

@@ -1,0 +1,178 @@
+"""The measurements of a scene and the first guesses of its aircraft, as the player takes them."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from multiradar.errors import ConfigurationError, ShapeError, TimeOrderError
+from multiradar.estimation.filters.arrays import Rows
+from multiradar.estimation.gaussian import require_covariance
+from multiradar.estimation.measurement._kernels import KIND_FLAT_PLACE, KIND_FLAT_POLAR
+from multiradar.estimation.measurement.linearised import cartesian_plot
+from multiradar.estimation.sequential.sensors import Sensors, expect_shape, finite
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+#: How a flat plot is read: as range and azimuth, or turned into a place and linearised, (1.11).
+Form = Literal["polar", "linearised"]
+FORMS: tuple[Form, ...] = ("polar", "linearised")
+
+
+@dataclass(frozen=True, slots=True)
+class Plots:
+    """Measurements in the order in which they are taken.
+
+    Parameters
+    ----------
+    time_s : (n,) array_like
+        Times, never going back.
+    aircraft, sensor : (n,) array_like of int
+        Who is seen, counted from 0, and who sees.
+    value : (n, 2) array_like
+        Range (m) and azimuth (rad); east and north (m) for sensors that report positions.
+    height_m : (n,) array_like, optional
+        Heights; 0 without, as on a flat plane.
+
+    Raises
+    ------
+    ShapeError
+        If the columns are not of one length, or hold what is no finite number.
+    TimeOrderError
+        If a time goes back.
+    """
+
+    time_s: Floats
+    aircraft: Integers
+    sensor: Integers
+    value: Floats
+    height_m: Floats
+
+    def __init__(
+        self,
+        time_s: ArrayLike,
+        aircraft: ArrayLike,
+        sensor: ArrayLike,
+        value: ArrayLike,
+        height_m: ArrayLike | None = None,
+    ) -> None:
+        times = finite(time_s, "times of the plots", 1)
+        back = np.flatnonzero(np.diff(times) < 0.0)
+        if len(back):
+            place = int(back[0])
+            raise TimeOrderError("plot", float(times[place + 1]), float(times[place]))
+        count = len(times)
+        heights = np.zeros(count) if height_m is None else finite(height_m, "heights", 1)
+        values = finite(value, "values of the plots", 2)
+        expect_shape(values, (count, 2), "values of the plots")
+        expect_shape(heights, (count,), "heights of the plots")
+        object.__setattr__(self, "time_s", times)
+        object.__setattr__(self, "aircraft", _indices(aircraft, count, "aircraft of the plots"))
+        object.__setattr__(self, "sensor", _indices(sensor, count, "sensors of the plots"))
+        object.__setattr__(self, "value", values)
+        object.__setattr__(self, "height_m", heights)
+
+    def __len__(self) -> int:
+        return len(self.time_s)
+
+
+@dataclass(frozen=True, slots=True)
+class Starts:
+    """What a filter is told of each aircraft beforehand.
+
+    Parameters
+    ----------
+    time_s : (s,) array_like
+        Times of the states.
+    mean : (s, 4) array_like
+        East, north (m) and their rates (m/s).
+    covariance : (s, 4, 4) array_like
+        Covariances of their errors.
+
+    Raises
+    ------
+    ShapeError
+        If the shapes do not go together, or there are numbers that are not finite.
+    CovarianceError
+        If a covariance is not symmetric or not positive definite.
+    """
+
+    time_s: Floats
+    mean: Floats
+    covariance: Floats
+
+    def __init__(self, time_s: ArrayLike, mean: ArrayLike, covariance: ArrayLike) -> None:
+        times = finite(time_s, "times of the starts", 1)
+        means = finite(mean, "states of the starts", 2)
+        matrices = np.asarray(covariance, np.float64)
+        expect_shape(means, (len(times), 4), "states of the starts")
+        expect_shape(matrices, (len(times), 4, 4), "covariances of the starts")
+        require_covariance(matrices, "covariances of the starts")
+        object.__setattr__(self, "time_s", times)
+        object.__setattr__(self, "mean", means)
+        object.__setattr__(self, "covariance", matrices)
+
+    def __len__(self) -> int:
+        return len(self.time_s)
+
+
+def filter_rows(plots: Plots, sensors: Sensors, starts: Starts, form: Form) -> Rows:
+    """Return the plots as the kernels take them.
+
+    Parameters
+    ----------
+    plots : Plots
+        The measurements.
+    sensors : Sensors
+        The sensors.
+    starts : Starts
+        The aircraft.
+    form : {"polar", "linearised"}
+        How plots of flat radars are read.
+
+    Returns
+    -------
+    Rows
+        The rows.
+
+    Raises
+    ------
+    ConfigurationError
+        If the form is unknown.
+    ShapeError
+        If a plot is of an aircraft without a start, or of a sensor that is not there.
+    TimeOrderError
+        If an aircraft is seen before its start.
+    """
+    if form not in FORMS:
+        raise ConfigurationError(f"form: expected one of {', '.join(FORMS)}, was {form!r}")
+    for values, known, what in (
+        (plots.aircraft, len(starts), "aircraft of the plots"),
+        (plots.sensor, len(sensors), "sensors of the plots"),
+    ):
+        if len(values) and not int(values.max()) < known:
+            raise ShapeError(what, f"indices below {known}", (int(values.max()),))
+    early = np.flatnonzero(plots.time_s < starts.time_s[plots.aircraft])
+    if len(early):
+        row = int(early[0])
+        start_s = float(starts.time_s[plots.aircraft[row]])
+        raise TimeOrderError("plot of an aircraft", float(plots.time_s[row]), start_s)
+    kind = sensors.kind[plots.sensor]
+    value = plots.value.copy()
+    if form == "linearised":
+        flat = kind == KIND_FLAT_POLAR
+        sites = sensors.sites[plots.sensor[flat], :2]
+        value[flat] = cartesian_plot(sites, *plots.value[flat].T)
+        kind = np.where(flat, KIND_FLAT_PLACE, kind)
+    return Rows(plots.aircraft, plots.time_s, kind, plots.sensor, value, plots.height_m)
+
+
+def _indices(values: ArrayLike, count: int, what: str) -> Integers:
+    array = np.asarray(values)
+    if array.shape != (count,) or not np.issubdtype(array.dtype, np.integer):
+        raise ShapeError(what, f"({count},) integers", array.shape)
+    if count and int(array.min()) < 0:
+        raise ShapeError(what, "indices of 0 or more", array.shape)
+    return array.astype(np.int64)

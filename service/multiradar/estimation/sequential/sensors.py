@@ -1,0 +1,264 @@
+"""What the sequential form knows of the sensors: flat radars of the papers, or sensors on WGS 84."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from multiradar.errors import PriorError, SensorPositionError, ShapeError, UnknownParameterError
+from multiradar.estimation.gaussian import require_covariance
+from multiradar.estimation.measurement._kernels import KIND_FLAT_POLAR, KIND_RADAR
+from multiradar.estimation.measurement.sensors import (
+    PARAMETER_AZIMUTH_OFFSET,
+    PARAMETER_NAMES,
+    PARAMETER_RANGE_OFFSET,
+    SensorTable,
+)
+from multiradar.geodesy._kernels import site_parameters
+from multiradar.geodesy.system_plane import SystemPlane
+from multiradar.geodesy.wgs84 import geodetic_to_ecef
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+#: Radars closer together than this see an aircraft from the same side.
+ONE_SITE_M = 1000.0
+
+
+@dataclass(frozen=True, slots=True)
+class BiasPrior:
+    """What is known of the biases beforehand, and how they walk.
+
+    Parameters
+    ----------
+    mean : (c,) array_like
+        Prior estimates, parameter by parameter, those of one sensor side by side (m, rad, 1 or s).
+    covariance : (c, c) array_like
+        Covariance of their errors.
+    drift : (c,) array_like, optional
+        Standard deviation of each walk after one second; none without.
+
+    Raises
+    ------
+    PriorError
+        If a prior variance is not positive, or a drift is negative or no number.
+    ShapeError
+        If the shapes do not go together, or a mean is no number.
+    CovarianceError
+        If the covariance is not symmetric or not positive definite.
+    """
+
+    mean: Floats
+    covariance: Floats
+    drift: Floats
+
+    def __init__(
+        self, mean: ArrayLike, covariance: ArrayLike, drift: ArrayLike | None = None
+    ) -> None:
+        means = finite(mean, "prior means of the biases", 1)
+        size = len(means)
+        rates = np.zeros(size) if drift is None else np.asarray(drift, np.float64)
+        matrix = np.asarray(covariance, np.float64)
+        expect_shape(matrix, (size, size), "prior covariance of the biases")
+        expect_shape(rates, (size,), "drift of the biases")
+        for variance, rate in zip(np.diagonal(matrix), rates, strict=True):
+            if not (variance > 0.0 and 0.0 <= rate < np.inf):
+                raise PriorError(
+                    "prior of the biases: expected variances above 0 and drifts of 0 or more, was "
+                    f"{variance} and {rate}"
+                )
+        if size:
+            require_covariance(matrix, "prior covariance of the biases")
+        object.__setattr__(self, "mean", means)
+        object.__setattr__(self, "covariance", matrix)
+        object.__setattr__(self, "drift", rates)
+
+    @property
+    def sigma(self) -> Floats:
+        """Standard deviations, (c,)."""
+        return np.asarray(np.sqrt(np.diagonal(self.covariance)))
+
+
+@dataclass(frozen=True, slots=True)
+class Sensors:
+    """Sensors as the kernels take them; made by `flat_radars` or `earth_sensors`.
+
+    Attributes
+    ----------
+    kind : (m,) int64
+        What each measures, as in `multiradar.estimation.measurement._kernels`.
+    plane, sites, noises, places, starts, parameters
+        As in `multiradar.estimation.filters.arrays.Model`.
+    prior : BiasPrior
+        What is known of the biases.
+    """
+
+    kind: Integers
+    plane: Floats
+    sites: Floats
+    noises: Floats
+    places: Integers
+    starts: Integers
+    parameters: Integers
+    prior: BiasPrior
+
+    def __len__(self) -> int:
+        return len(self.kind)
+
+
+def flat_radars(
+    site_m: ArrayLike,
+    range_sigma_m: ArrayLike,
+    azimuth_sigma_rad: ArrayLike,
+    prior: BiasPrior,
+    parameters: ArrayLike = (PARAMETER_RANGE_OFFSET, PARAMETER_AZIMUTH_OFFSET),
+) -> Sensors:
+    """Return radars on a flat plane, all with the same bias parameters.
+
+    Parameters
+    ----------
+    site_m : (m, 2) array_like
+        East and north of the radars.
+    range_sigma_m, azimuth_sigma_rad : (m,) array_like
+        Standard deviations of the random errors; a number alone is that of all.
+    prior : BiasPrior
+        Of m × p parameters, radar by radar.
+    parameters : (p,) array_like of int
+        Kinds of the bias parameters, as in `SensorTable.parameter_kind`.
+
+    Returns
+    -------
+    Sensors
+        For `SequentialFilter` and `play`.
+
+    Raises
+    ------
+    SensorPositionError
+        If a radar has no position.
+    PriorError
+        If the noise of a radar is not positive.
+    UnknownParameterError
+        If a kind of parameter is unknown.
+    ShapeError
+        If the shapes do not go together.
+
+    References
+    ----------
+    IMM UrO RAN report (2016), equations (1.5), (1.7), (1.11) and (1.13).
+    """
+    sites = np.asarray(site_m, np.float64)
+    if sites.ndim != 2 or sites.shape[1] != 2:
+        raise ShapeError("sites of the radars", "(m, 2)", sites.shape)
+    require_positions(np.isfinite(sites).all(axis=1), [str(one) for one in range(len(sites))])
+    count = len(sites)
+    kinds = known_parameters(parameters)
+    variances = [
+        positive_variances(sigma, count, name)
+        for sigma, name in ((range_sigma_m, "range"), (azimuth_sigma_rad, "azimuth"))
+    ]
+    expect_shape(prior.mean, (count * len(kinds),), "prior of the biases")
+    return Sensors(
+        kind=np.full(count, KIND_FLAT_POLAR, np.int64),
+        plane=np.zeros(1),
+        sites=np.ascontiguousarray(sites),
+        noises=np.column_stack([*variances, np.ones(count), np.zeros(count)]),
+        places=_one_places(np.column_stack([sites, np.zeros(count)])),
+        starts=len(kinds) * np.arange(count + 1, dtype=np.int64),
+        parameters=np.tile(kinds, count),
+        prior=prior,
+    )
+
+
+def earth_sensors(table: SensorTable, plane: SystemPlane) -> Sensors:
+    """Return sensors on WGS 84.
+
+    Parameters
+    ----------
+    table : SensorTable
+        The sensors, with bias parameters, their priors and drifts.
+    plane : SystemPlane
+        The plane on which aircraft are estimated.
+
+    Returns
+    -------
+    Sensors
+        For `SequentialFilter` and `play`.
+
+    Raises
+    ------
+    SensorPositionError
+        If a radar has no position.
+    UnknownParameterError
+        If a kind of parameter is unknown.
+    PriorError
+        If a prior standard deviation is not positive or a drift is negative.
+    """
+    kinds = table.kinds.astype(np.int64)
+    places = np.column_stack([table.latitude_rad, table.longitude_rad, table.height_m])
+    located = np.isfinite(places).all(axis=1)
+    require_positions(located | (kinds != KIND_RADAR), table.ids)
+    parameters = np.array(plane.parameters)
+    sites = [site_parameters(parameters, *place) for place in np.nan_to_num(places)]
+    noises = [table.range_sigma_m**2, table.azimuth_sigma_rad**2, table.position_sigma_m**2]
+    starts = np.searchsorted(table.parameter_sensor, np.arange(len(table) + 1)).astype(np.int64)
+    if not (table.prior_sigma > 0.0).all():
+        raise PriorError(
+            f"prior of the biases: expected sigmas above 0, was {table.prior_sigma.tolist()}"
+        )
+    return Sensors(
+        kind=kinds,
+        plane=parameters,
+        sites=np.array(sites),
+        noises=np.column_stack([*noises, np.nan_to_num(table.height_m)]),
+        places=_one_places(geodetic_to_ecef(*places.T)),
+        starts=starts,
+        parameters=known_parameters(table.parameter_kind),
+        prior=BiasPrior(table.prior_mean, np.diag(table.prior_sigma**2), table.drift),
+    )
+
+
+def finite(values: ArrayLike, what: str, dimensions: int) -> Floats:
+    """Return numbers as an array of so many dimensions, or raise `ShapeError`."""
+    array = np.array(values, np.float64)
+    if array.ndim != dimensions or not np.isfinite(array).all():
+        raise ShapeError(what, f"finite numbers in {dimensions} dimensions", array.shape)
+    return array
+
+
+def expect_shape(array: Floats, shape: tuple[int, ...], what: str) -> None:
+    """Raise `ShapeError` unless the array is of this shape."""
+    if array.shape != shape:
+        raise ShapeError(what, str(shape), array.shape)
+
+
+def require_positions(located: NDArray[np.bool_], names: tuple[str, ...] | list[str]) -> None:
+    """Raise `SensorPositionError` for the first sensor that has no position."""
+    for name, there in zip(names, located, strict=True):
+        if not there:
+            raise SensorPositionError(name)
+
+
+def known_parameters(kinds: ArrayLike) -> Integers:
+    """Return kinds of bias parameters, or raise `UnknownParameterError`."""
+    values = np.asarray(kinds)
+    for kind in values.ravel().tolist():
+        if kind not in range(len(PARAMETER_NAMES)):
+            raise UnknownParameterError(kind, PARAMETER_NAMES)
+    return values.astype(np.int64).ravel()
+
+
+def positive_variances(sigma: ArrayLike, count: int, what: str) -> Floats:
+    """Return squares of standard deviations, one a radar, or raise `PriorError`."""
+    values = np.asarray(sigma, np.float64)
+    if values.shape not in ((), (count,)):
+        raise ShapeError(f"sigma of the {what}", f"({count},)", values.shape)
+    if not ((values > 0.0) & (values < np.inf)).all():
+        raise PriorError(f"sigma of the {what}: expected more than 0, was {values.tolist()}")
+    return np.asarray(np.broadcast_to(values**2, count))
+
+
+# A sensor takes the number of the first one that stands where it stands.
+def _one_places(position_m: Floats) -> Integers:
+    distance = np.linalg.norm(position_m[:, None, :] - position_m[None, :, :], axis=-1)
+    same = (distance < ONE_SITE_M) | np.eye(len(position_m), dtype=np.bool_)
+    return np.argmax(same, axis=1).astype(np.int64)
