@@ -17,6 +17,9 @@ from multiradar.studies.catalogue import StudyEntry
 if TYPE_CHECKING:
     from multiradar.studies.result import StudyResult
 
+#: Columns of the tables where there is no terminal to ask.
+WIDTH_UNKNOWN = 160
+
 #: Bounds of what one run of the command may be asked for.
 RUNS_MAX = 1_000_000
 DURATION_S_MAX = 86_400.0
@@ -166,7 +169,8 @@ def _print_result(result: "StudyResult") -> None:
 
     from multiradar.cli.study_tables import print_study
 
-    print_study(result, Console(highlight=False, markup=False))
+    width = None if sys.stdout.isatty() else WIDTH_UNKNOWN
+    print_study(result, Console(highlight=False, markup=False, width=width))
 
 
 def _tell_unused(entry: StudyEntry, chosen: Mapping[str, object]) -> None:

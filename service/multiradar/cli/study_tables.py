@@ -1,7 +1,6 @@
 """The tables and notes of a study in the terminal."""
 
 from rich.console import Console
-from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
@@ -31,7 +30,7 @@ def print_study(result: StudyResult, console: Console) -> None:
     if result.notes:
         console.print()
     for note in result.notes:
-        console.print(Padding(Text(f"* {note}"), (0, 0, 0, 0)))
+        console.print(Text(f"* {note}"))
 
 
 def _drawn(table: StudyTable) -> Table:

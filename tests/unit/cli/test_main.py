@@ -7,11 +7,10 @@ from pathlib import Path
 import pytest
 import typer
 
-from multiradar.cli import main as main_module
 from multiradar.cli.main import TRACEBACK_VARIABLE, run
 from multiradar.errors import InputError, UnknownFilterError
 
-COMMANDS = ("track", "serve", "replay", "demo", "convert", "convert vid")
+COMMANDS = ("track", "serve", "replay", "demo", "simulate", "study", "convert", "convert vid")
 
 
 @pytest.mark.parametrize("command", COMMANDS)
@@ -25,7 +24,7 @@ def test_every_command_explains_itself(command: str, capsys: pytest.CaptureFixtu
 def test_the_overview_names_every_command(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["--help"]) == 0
     told = capsys.readouterr().out
-    for command in ("track", "serve", "replay", "demo", "convert"):
+    for command in (one for one in COMMANDS if " " not in one):
         assert f" {command} " in told
 
 
@@ -75,8 +74,15 @@ def test_wrong_usage_is_one_sentence_and_status_2(
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
-        (["nonsense"], "expected a command of track, serve, replay, demo, convert, was 'nonsense'"),
-        (["serve", "--filter", "foo"], "--filter: expected one of two-stage, blom, ci, was 'foo'"),
+        (
+            ["nonsense"],
+            "expected a command of track, serve, replay, demo, simulate, study, convert, "
+            "was 'nonsense'",
+        ),
+        (
+            ["serve", "--filter", "foo"],
+            "--filter: expected one of two-stage, joint, blom, blom-macro, ci, was 'foo'",
+        ),
         (["replay", "m", "--batch", "0"], "--batch: expected greater than or equal to 1"),
         (["track", "m"], "expected a value for --sensors, was none"),
     ],
@@ -98,14 +104,14 @@ def test_no_command_is_help_without_an_empty_error(
     assert not told.err
 
 
-def _failing(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> None:
+def _failing(error: BaseException) -> typer.Typer:
     app = typer.Typer()
 
     @app.command()
     def fail() -> None:
         raise error
 
-    monkeypatch.setattr(main_module, "app", app)
+    return app
 
 
 @pytest.mark.parametrize(
@@ -119,14 +125,12 @@ def _failing(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> None:
     ],
 )
 def test_an_error_becomes_a_sentence_and_a_status(
-    monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
     error: BaseException,
     status: int,
     sentence: str,
 ) -> None:
-    _failing(monkeypatch, error)
-    assert run([]) == status
+    assert run([], _failing(error)) == status
     told = capsys.readouterr()
     assert told.err == sentence
     assert not told.out
@@ -135,14 +139,14 @@ def test_an_error_becomes_a_sentence_and_a_status(
 def test_a_mistake_of_ours_is_a_sentence_that_says_how_to_see_more(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    _failing(monkeypatch, ZeroDivisionError("division by zero"))
-    assert run([]) == 1
+    failing = _failing(ZeroDivisionError("division by zero"))
+    assert run([], failing) == 1
     told = capsys.readouterr().err
     assert told.startswith("multiradar: internal error, ZeroDivisionError: division by zero")
     assert TRACEBACK_VARIABLE in told
     monkeypatch.setenv(TRACEBACK_VARIABLE, "1")
     with pytest.raises(ZeroDivisionError):
-        run([])
+        run([], failing)
 
 
 def test_a_reader_that_has_gone_is_no_traceback() -> None:

@@ -8,7 +8,8 @@ from multiradar.studies.result import Table, Value
 #: What stands where there is no value.
 NONE = "–"
 
-_NUMBER = re.compile(r"[-+−±]?\s*\d[\d  .,]*(e[-+]?\d+)?\s*[%°]?")
+# Numbers, also several of them: a range, a value with its error.
+_NUMBER = re.compile(r"(?=.*\d)[-+−±\d\s.,…–e%°()<>≤≥]+")
 
 
 def cell_text(value: Value) -> str:
@@ -54,4 +55,4 @@ def numeric_columns(table: Table) -> tuple[bool, ...]:
 def _numeric(column: list[Value]) -> bool:
     texts = [cell_text(value) for value in column if not isinstance(value, bool)]
     told = [text for text in texts if text not in {NONE, ""}]
-    return bool(told) and all(_NUMBER.match(text) for text in told)
+    return bool(told) and all(_NUMBER.fullmatch(text) for text in told)

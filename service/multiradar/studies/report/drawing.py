@@ -45,7 +45,9 @@ def plain_state() -> AbstractContextManager[None]:
         # A dollar sign of a label is a dollar sign.
         "text.parse_math": False,
     }
-    return mpl.rc_context({**mpl.rcParamsDefault, "backend": "svg", **settings})  # type: ignore[dict-item]
+    # The backend is no matter of looks, and what a context sets of it would stay.
+    defaults = {name: value for name, value in mpl.rcParamsDefault.items() if name != "backend"}
+    return mpl.rc_context({**defaults, **settings})  # type: ignore[dict-item]
 
 
 def draw_group(

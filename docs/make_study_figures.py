@@ -1,0 +1,78 @@
+"""Runs the studies and puts their main table and plots into docs/studies.md and docs/images.
+
+::
+
+    python docs/make_study_figures.py                      # all studies as they are by default
+    python docs/make_study_figures.py coupled-motion       # one of them
+
+Of a study's plots those with a name are taken, or the first where none has one.
+"""
+
+import argparse
+import re
+import sys
+from collections.abc import Iterable, Sequence
+from functools import partial
+from pathlib import Path
+
+from multiradar.studies.catalogue import STUDIES
+from multiradar.studies.report.command import command_of
+from multiradar.studies.report.markdown import markdown_table, plot_svg
+from multiradar.studies.result import Plot, StudyOptions, StudyResult
+
+DOCS = Path(__file__).parent
+
+
+def main() -> None:
+    """Run the studies that are named and write what they give."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
+    parser.add_argument("studies", nargs="*", help="names of studies; all where none is given")
+    parser.add_argument("--runs", type=int, help="realisations; the study's own where not given")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--docs", type=Path, default=DOCS, help="folder of studies.md")
+    arguments = parser.parse_args()
+    for name in arguments.studies or STUDIES:
+        options = StudyOptions(runs=arguments.runs, seed=arguments.seed)
+        result = STUDIES[name].run(options, partial(tell, name))
+        write(result, arguments.docs)
+
+
+def tell(name: str, done: int, total: int) -> None:
+    """Say on standard error how far a study is."""
+    end = "\n" if done == total else ""
+    print(f"\r{name}: {done} of {total}", end=end, file=sys.stderr, flush=True)
+
+
+def write(result: StudyResult, docs: Path) -> None:
+    """Write the plots of a result, and its part of studies.md."""
+    pictures = []
+    for number, plot in enumerate(chosen(result.plots)):
+        more = f"-{plot.name}" if number else ""
+        file = f"images/study-{result.study}{more}.svg"
+        (docs / file).write_text(plot_svg(result, plot), encoding="utf-8")
+        pictures.append(
+            f"![{plot.title}]({file})\n" + (f"\n{plot.caption}\n" if plot.caption else "")
+        )
+    head = f"Made by `{command_of(result)}`.\n"
+    parts = [head, f"**{result.tables[0].title}**\n", markdown_table(result.tables[0]), *pictures]
+    page = docs / "studies.md"
+    text = page.read_text(encoding="utf-8")
+    page.write_text(replaced(text, result.study, "\n".join(parts)), encoding="utf-8")
+
+
+def chosen(plots: Sequence[Plot]) -> Iterable[Plot]:
+    """Return the plots that have a name, or the first."""
+    return [plot for plot in plots if plot.name] or plots[:1]
+
+
+def replaced(text: str, study: str, part: str) -> str:
+    """Return the page with a new text between the marks of a study."""
+    begin, end = f"<!-- {study}: made by make_study_figures.py -->", f"<!-- end of {study} -->"
+    marked = re.compile(f"{re.escape(begin)}.*?{re.escape(end)}", re.DOTALL)
+    if not marked.search(text):
+        raise SystemExit(f"expected the marks {begin} and {end}, found none")
+    return marked.sub(lambda _: f"{begin}\n\n{part}\n{end}", text)
+
+
+if __name__ == "__main__":
+    main()

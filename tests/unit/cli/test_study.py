@@ -1,0 +1,188 @@
+"""`multiradar study`: tables, a report that takes no file's place, one JSON object, sentences."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import typer
+
+from multiradar.cli.main import run
+from multiradar.cli.study import study_command, study_help
+from multiradar.studies.catalogue import STUDIES, StudyEntry
+from support.fake_study import ENTRY, FAILING_SEED, FIXED, HOSTILE
+
+CATALOGUE: dict[str, StudyEntry] = {"fake": ENTRY, "fixed": FIXED}
+
+
+@pytest.fixture(autouse=True)
+def _in_a_folder_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def _study(*arguments: object) -> int:
+    commands = typer.Typer()
+    commands.callback()(lambda: None)
+    commands.command(name="study", help=study_help(CATALOGUE))(study_command(CATALOGUE))
+    return run(["study", *map(str, arguments)], commands)
+
+
+def test_tables_are_printed_and_the_report_is_written_where_it_says(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert _study("fake") == 0
+    told = capsys.readouterr()
+    assert not told.err
+    for text in ("Main table", "two-stage", "0.250", "Second table", HOSTILE, "A second note."):
+        assert text in told.out
+    assert told.out.endswith("report written to fake.html\n")
+    assert (tmp_path / "fake.html").read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
+    assert [path.name for path in tmp_path.iterdir()] == ["fake.html"]
+
+
+def test_a_second_run_leaves_the_first_report_alone(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "fake.html").write_text("precious")
+    assert _study("fake") == 0
+    assert capsys.readouterr().out.endswith("report written to fake-2.html\n")
+    assert _study("fake") == 0
+    assert (tmp_path / "fake.html").read_text() == "precious"
+    names = {path.name for path in tmp_path.iterdir()}
+    assert names == {"fake.html", "fake-2.html", "fake-3.html"}
+    assert (tmp_path / "fake-2.html").read_bytes() == (tmp_path / "fake-3.html").read_bytes()
+
+
+def test_json_is_one_object_on_standard_output_and_no_file(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert _study("fake", "--json", "--seed", 5, "--filters", "ci, joint,ci") == 0
+    told = capsys.readouterr()
+    assert not told.err
+    assert json.loads(told.out) == {
+        "study": "fake",
+        "seed": 5,
+        "options": {"runs": 3, "duration_s": 10.0, "filters": ["ci", "joint"]},
+        "rows": [
+            {"filter": "ci", "error_m": 0.0, "missing": None, "drift": False},
+            {"filter": "joint", "error_m": 1.0, "missing": None, "drift": False},
+        ],
+        "notes": [HOSTILE, "A second note."],
+    }
+    assert not list(tmp_path.iterdir())
+
+
+def test_json_with_out_writes_the_report_as_well(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert _study("fake", "--json", "--out", "r.html") == 0
+    json.loads(capsys.readouterr().out)
+    assert (tmp_path / "r.html").stat().st_size > 10_000
+
+
+def test_standard_output_stays_pure_while_a_bar_is_drawn(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    assert _study("fake", "--json") == 0
+    assert json.loads(capsys.readouterr().out)["study"] == "fake"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        ((), "expected a value for study, was none"),
+        (("nonsense",), "study: expected one of fake, fixed, was 'nonsense'"),
+        (("fake", "--runs", "0"), "--runs: expected a whole number from 1 to 1000000, was '0'"),
+        (("fake", "--runs", "2.5"), "--runs: expected a whole number from 1 to 1000000, was '2.5'"),
+        (
+            ("fake", "--seed", "-1"),
+            f"--seed: expected a whole number from 0 to {2**63 - 1}, was '-1'",
+        ),
+        *(
+            (
+                ("fake", "--duration", duration),
+                f"--duration: expected seconds above 0 and up to 86400, was '{duration}'",
+            )
+            for duration in ("0", "-5", "nan", "inf", "1e9", "long")
+        ),
+        (("fake", "--filters", "x"), "expected a filter of joint, two-stage, ci, was 'x'"),
+        (("fake", "--filters", ""), "expected a filter of joint, two-stage, ci, was ''"),
+    ],
+)
+def test_wrong_usage_is_one_sentence_status_2_and_no_file(
+    arguments: tuple[str, ...], sentence: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert _study(*arguments) == 2
+    told = capsys.readouterr()
+    assert told.err == f"multiradar: {sentence}\n"
+    assert not told.out
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_option_that_a_study_does_not_take_is_told_and_not_used(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert _study("fixed", "--runs", 5, "--filters", "x", "--json") == 0
+    told = capsys.readouterr()
+    assert told.err == "multiradar: fixed does not take --runs, --filters; not used\n"
+    assert json.loads(told.out)["options"] == {"runs": None, "duration_s": None, "filters": []}
+
+
+def test_a_file_that_exists_is_told_and_left_alone(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    taken = tmp_path / "r.html"
+    taken.write_text("precious")
+    assert _study("fake", "--out", taken) == 1
+    assert capsys.readouterr().err == (
+        f"multiradar: {taken}: expected a file that does not exist yet, it does\n"
+    )
+    assert taken.read_text() == "precious"
+    assert list(tmp_path.iterdir()) == [taken]
+
+
+def test_a_place_that_cannot_be_written_to_is_told_before_the_work(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    # The work would fail in another way: the sentence shows that it was not begun.
+    seed = ("--seed", FAILING_SEED)
+    assert _study("fake", *seed, "--out", tmp_path / "none" / "r.html") == 1
+    assert "expected a folder to write r.html to, found none" in capsys.readouterr().err
+    assert _study("fake", *seed, "--out", tmp_path / f"{'x' * 300}.html") == 1
+    assert "cannot write there, File name too long" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_study_that_fails_is_one_sentence_and_leaves_no_file(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert _study("fake", "--seed", FAILING_SEED) == 1
+    told = capsys.readouterr()
+    assert told.err == "multiradar: expected a luckier seed, was 13\n"
+    assert not told.out
+    assert not list(tmp_path.iterdir())
+
+
+def test_help_names_every_study_with_its_sentence_and_defaults(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert run(["study", "--help"]) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    for name, entry in STUDIES.items():
+        assert f"{name}: {entry.purpose}" in told
+        if entry.runs is not None:
+            assert f"--runs {entry.runs}" in told
+
+
+def test_help_of_studies_imports_nothing_heavy() -> None:
+    code = (
+        "import sys\n"
+        "from multiradar.cli.main import run\n"
+        "status = run(['study', '--help'])\n"
+        "found = {'numba', 'numpy', 'scipy', 'matplotlib', 'polars'} & set(sys.modules)\n"
+        "sys.exit(f'imported {found}' if found or status else 0)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr

@@ -1,0 +1,145 @@
+"""Plots keep their colours, limits and extremes, and leave matplotlib as it was."""
+
+import re
+from collections.abc import Mapping
+from xml.etree import ElementTree
+
+import matplotlib as mpl
+import numpy as np
+
+from multiradar.studies.report.colours import (
+    PALETTE,
+    Colour,
+    assign_colours,
+    is_wide,
+)
+from multiradar.studies.report.drawing import draw_group, plain_state
+from multiradar.studies.report.markdown import markdown_table, plot_svg
+from multiradar.studies.report.thinning import COLUMNS, POINTS_MAX, thin
+from multiradar.studies.result import Plot, Series, StudyOptions, Style, Table
+from support.fake_study import ENTRY
+
+X = np.linspace(0.0, 10.0, 20)
+
+
+def _plot(*keys: str, style: Style = "line", scale: float = 1.0) -> Plot:
+    series = tuple(Series(key, X, scale * X, style) for key in keys)
+    return Plot("t", "x", "y", series, group="g")
+
+
+def _colours(*plots: Plot) -> Mapping[str, Colour]:
+    return assign_colours(plots)
+
+
+def test_filters_have_their_own_colours_in_every_study() -> None:
+    one, other = _colours(_plot("two-stage", "ci")), _colours(_plot("exact", "ci", "two-stage"))
+    assert one["two-stage"] is other["two-stage"]
+    assert one["ci"] is other["ci"]
+    assert len({colour.mark for colour in other.values()}) == 3
+
+
+def test_more_keys_than_colours_are_coloured_all_the_same() -> None:
+    keys = [f"track {number}" for number in range(20)]
+    colours = _colours(_plot(*keys))
+    assert set(colours) == set(keys)
+    assert {colour.mark for colour in colours.values()} == {colour.mark for colour in PALETTE}
+
+
+def test_marks_of_colours_are_found_nowhere_else() -> None:
+    assert len({colour.mark for colour in PALETTE}) == len(PALETTE)
+
+
+def test_the_reference_filter_is_wide_only_beside_others() -> None:
+    compared, alone = _plot("joint", "two-stage"), _plot("joint")
+    assert [is_wide(series, compared) for series in compared.series] == [True, False]
+    assert not is_wide(alone.series[0], alone)
+
+
+def test_plots_of_a_group_have_the_same_limits_unless_they_are_told() -> None:
+    plots = [_plot("a"), _plot("a", scale=5.0)]
+    first, second = (figure.axes[0] for figure in draw_group(plots, _colours(*plots)))
+    assert first.get_ylim() == second.get_ylim()
+    assert first.get_ylim()[1] > 50.0
+    fixed = Plot("t", "x", "y", plots[0].series, y_limits=(0.0, 2.0))
+    assert draw_group([fixed], _colours(fixed))[0].axes[0].get_ylim() == (0.0, 2.0)
+
+
+def test_a_logarithmic_axis_leaves_out_what_has_no_logarithm() -> None:
+    y = np.array([0.0, -1.0, np.nan, 1e-3, 1e3])
+    plot = Plot("t", "x", "y", (Series("a", np.arange(5.0), y),), y_scale="log")
+    low, high = draw_group([plot], _colours(plot))[0].axes[0].get_ylim()
+    assert 1e-5 < low < 1e-3
+    assert 1e3 < high < 1e5
+
+
+def test_drawing_leaves_no_trace_in_matplotlib() -> None:
+    before = dict(mpl.rcParams)
+    with plain_state():
+        assert mpl.rcParams["svg.fonttype"] == "none"
+        draw_group([_plot("a")], _colours(_plot("a")))
+    assert dict(mpl.rcParams) == before
+
+
+def test_a_long_line_keeps_its_ends_and_extremes() -> None:
+    x = np.arange(100_000.0)
+    y = np.sin(x / 1000.0)
+    y[54_321], y[77_777] = 40.0, -40.0
+    thinned = thin(Series("a", x, y))
+    assert len(thinned.x) <= 5 * COLUMNS
+    assert (thinned.x[0], thinned.x[-1]) == (x[0], x[-1])
+    assert (thinned.y.max(), thinned.y.min()) == (40.0, -40.0)
+
+
+def test_a_long_band_keeps_both_edges_and_a_gap_stays_a_gap() -> None:
+    x = np.arange(50_000.0)
+    low, high = -np.ones(len(x)), np.ones(len(x))
+    low[123], high[45_678] = -9.0, 9.0
+    low[30_000:31_000] = np.nan
+    thinned = thin(Series("a", x, low, "band", high))
+    assert thinned.y2 is not None
+    assert (np.nanmin(thinned.y), thinned.y2.max()) == (-9.0, 9.0)
+    gap = thinned.x[np.isnan(thinned.y)]
+    assert 30_000.0 <= gap.min() <= 30_000.0 + len(x) / COLUMNS
+    assert 31_000.0 - len(x) / COLUMNS <= gap.max() < 31_000.0
+
+
+def test_a_track_that_turns_back_is_kept_whole_and_a_cloud_is_bounded() -> None:
+    angle = np.linspace(0.0, 60.0, 9000)
+    track = Series("a", np.cos(angle), np.sin(angle), "track")
+    assert thin(track) is track
+    cloud = thin(Series("a", angle, angle, "points"))
+    assert POINTS_MAX / 2 <= len(cloud.x) <= POINTS_MAX
+    nothing = Series("a", X[:0], X[:0], "points")
+    assert len(thin(nothing).x) == 0
+
+
+def test_a_picture_for_documents_stands_on_its_own() -> None:
+    result = ENTRY.run(StudyOptions(), lambda _done, _total: None)
+    text = plot_svg(result, result.plots[0])
+    root = ElementTree.fromstring(text)
+    assert root.tag == "{http://www.w3.org/2000/svg}svg"
+    assert "var(" not in text
+    assert "#0a0b" not in text
+    words = {element.text for element in root.iter("{http://www.w3.org/2000/svg}text")}
+    assert {result.plots[0].title, "time, s", "two-stage", "expected"} <= words
+    assert text == plot_svg(result, result.plots[0])
+
+
+def test_a_table_for_documents_keeps_its_columns() -> None:
+    text = markdown_table(Table("t", ("a|b", "n"), (("x|y\nz", 1.0), (None, 0.25)), "Caption."))
+    assert text.splitlines() == [
+        r"| a\|b | n |",
+        "|---|---:|",
+        r"| x\|y z | 1.00 |",
+        "| – | 0.250 |",
+        "",
+        "Caption.",
+    ]
+
+
+def test_ticks_keep_their_digits() -> None:
+    plot = Plot("t", "x", "y", (Series("a", X + 1.0, 10.0 ** (-X / 2.5)),), y_scale="log")
+    result = ENTRY.run(StudyOptions(), lambda _done, _total: None)
+    result.plots[:] = [plot]
+    texts = re.findall(r"<text[^>]*>([^<]*)</text>", plot_svg(result, plot))
+    assert {"0.0001", "0.001", "0.01", "0.1", "1"} <= set(texts)

@@ -1,0 +1,126 @@
+"""The report is one sound page that fetches nothing, whatever the texts in it."""
+
+import re
+from html.parser import HTMLParser
+from xml.etree import ElementTree
+
+import pytest
+
+from multiradar.studies.report.page import report_page
+from multiradar.studies.result import StudyOptions, StudyResult
+from support.fake_study import ENTRY, HOSTILE
+
+VOID = {"meta", "br", "link", "img", "hr", "input"}
+#: Names of namespaces look like addresses, and nothing is fetched from them.
+NAMESPACES = ("http://www.w3.org/2000/svg", "http://www.w3.org/1999/xlink")
+
+
+@pytest.fixture(scope="module")
+def result() -> StudyResult:
+    return ENTRY.run(StudyOptions(), lambda _done, _total: None)
+
+
+@pytest.fixture(scope="module")
+def page(result: StudyResult) -> str:
+    return report_page(result)
+
+
+class _Reader(HTMLParser):
+    def __init__(self) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.tags: list[tuple[str, dict[str, str | None]]] = []
+        self.text: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append((tag, dict(attrs)))
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append((tag, dict(attrs)))
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        self.text.append(data)
+
+
+@pytest.fixture(scope="module")
+def read(page: str) -> _Reader:
+    reader = _Reader()
+    reader.feed(page)
+    reader.close()
+    return reader
+
+
+def test_every_element_is_closed_where_it_was_opened(read: _Reader) -> None:
+    assert read.open == []
+    assert [tag for tag, _ in read.tags].count("h1") == 1
+
+
+def test_nothing_is_fetched_and_nothing_runs(page: str, read: _Reader) -> None:
+    without = page
+    for namespace in NAMESPACES:
+        without = without.replace(f'"{namespace}"', '""')
+    assert "://" not in without
+    assert "@import" not in page
+    assert all(target.startswith("#") for target in re.findall(r"url\(([^)]*)\)", page))
+    fetching = {"script", "link", "img", "iframe", "object", "embed", "image", "base"}
+    assert fetching.isdisjoint(tag for tag, _ in read.tags)
+    for _tag, attributes in read.tags:
+        assert not any(name.startswith("on") for name in attributes)
+        for name in ("href", "xlink:href", "src"):
+            assert (attributes.get(name) or "#").startswith("#")
+    policies = [attributes for _, attributes in read.tags if "http-equiv" in attributes]
+    assert (policies[0]["content"] or "").startswith("default-src 'none'")
+
+
+def test_texts_of_a_study_are_shown_and_not_obeyed(page: str, read: _Reader) -> None:
+    shown = "".join(read.text)
+    # Title, headings, captions, cells, notes and legends.
+    assert shown.count(HOSTILE) >= 8
+    assert "<script" not in page
+
+
+def test_every_picture_is_sound_by_itself_and_its_ids_are_its_own(page: str) -> None:
+    pictures = re.findall(r"<svg role.*?</svg>", page, re.DOTALL)
+    assert len(pictures) == 3
+    for picture in pictures:
+        root = ElementTree.fromstring(picture)
+        assert root.get("aria-label")
+        assert "viewBox" in root.attrib
+        assert "width" not in root.attrib
+    ids = re.findall(r' id="([^"]*)"', page)
+    assert len(ids) == len(set(ids))
+    referred = set(re.findall(r'(?:url\(|href=")#([^")]+)', page))
+    assert referred <= set(ids)
+
+
+def test_words_in_pictures_are_text(page: str) -> None:
+    texts = re.findall(r"<text[^>]*>([^<]*)</text>", page)
+    assert {"time, s", "error, m", "x, km"} <= set(texts)
+
+
+def test_colours_are_told_by_name_so_that_they_follow_the_screen(page: str) -> None:
+    assert "#0a0b" not in page
+    assert "prefers-color-scheme:dark" in page
+    variables = set(re.findall(r"var\((--[a-z0-9-]+)\)", page))
+    assert variables <= set(re.findall(r"(--[a-z0-9-]+):", page))
+    assert {"--ink", "--faint", "--grid", "--series-0"} <= variables
+
+
+def test_the_report_says_how_it_was_made(read: _Reader) -> None:
+    command = "multiradar study fake --runs 3 --filters joint,two-stage,ci --duration 10 --seed 1"
+    assert command in read.text
+
+
+def test_the_same_result_gives_the_same_bytes(result: StudyResult, page: str) -> None:
+    assert report_page(result) == page
+
+
+def test_a_result_without_plots_or_notes_is_a_page_as_well() -> None:
+    bare = report_page(StudyResult("s", "S", 1, [], [], []))
+    assert "<h1>S</h1>" in bare
+    assert "Notes" not in bare

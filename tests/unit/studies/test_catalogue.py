@@ -1,0 +1,36 @@
+"""The catalogue fills in what a study takes, and leaves out what it does not."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from multiradar.errors import UnknownFilterError
+from multiradar.studies.catalogue import STUDIES
+from multiradar.studies.result import StudyOptions
+from support.fake_study import ENTRY, FIXED
+
+DOCUMENT = Path(__file__).parents[3] / "docs" / "studies.md"
+
+
+def test_what_is_not_chosen_is_the_studys_own() -> None:
+    assert ENTRY.complete(StudyOptions(seed=4)) == StudyOptions(3, 4, ENTRY.filters, 10.0)
+    chosen = StudyOptions(1, 2, ("ci",), 0.5)
+    assert ENTRY.complete(chosen) == chosen
+
+
+def test_what_a_study_does_not_take_does_not_reach_it() -> None:
+    assert FIXED.takes == ("seed",)
+    assert FIXED.complete(StudyOptions(5, 2, ("no such",), 9.0)) == StudyOptions(seed=2)
+
+
+def test_a_filter_that_is_not_judged_is_named_with_those_that_are() -> None:
+    with pytest.raises(UnknownFilterError, match=r"joint, two-stage, ci, was 'kalman'"):
+        ENTRY.complete(StudyOptions(filters=("ci", "kalman")))
+
+
+def test_every_study_says_in_one_sentence_what_it_shows() -> None:
+    for name, entry in STUDIES.items():
+        assert entry.name == name
+        assert re.fullmatch(r"[A-Z][^\n]*\.", entry.purpose)
+        assert f"<!-- end of {name} -->" in DOCUMENT.read_text(encoding="utf-8")
