@@ -16,6 +16,7 @@ import numpy as np
 import polars as pl
 
 from multiradar.cli.demo_accuracy import position_accuracy
+from multiradar.estimation.filters.bank import FILTERS
 
 
 def main() -> None:
@@ -23,7 +24,7 @@ def main() -> None:
     converted, sensors, truth_file = (Path(argument) for argument in sys.argv[1:4])
     truth = json.loads(truth_file.read_text())
     reports = pl.read_parquet(converted / "measurements.parquet").filter(kind="adsb")
-    for name in ("two-stage", "blom", "ci"):
+    for name in FILTERS:
         with tempfile.TemporaryDirectory() as folder:
             out = Path(folder) / "tracks"
             command = Path(sys.executable).with_name("multiradar")

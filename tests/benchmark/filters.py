@@ -36,6 +36,8 @@ def run(plan: Plan) -> list[Row]:
         load = make_load(plan.size(aircraft), radars)
         peer = filterpy_nanoseconds(load)
         for name, definition in FILTERS.items():
+            if definition.aircraft_max is not None and aircraft > definition.aircraft_max:
+                continue  # The joint filter has no room for so many.
             label = f"{name}, {plan.size(aircraft)} aircraft, {radars} radars"
             value = nanoseconds(definition, load, runs)
             rows.append(Row(label, value, "ns/plot", runs, PEER, peer))
@@ -45,7 +47,7 @@ def run(plan: Plan) -> list[Row]:
 def nanoseconds(definition: FilterDefinition, load: Load, runs: int) -> float:
     """Time the step over all rows in one thread, the aircraft already under way."""
     columns = len(load.sensors.parameter_kind)
-    pool = AircraftPool(columns if definition.keeps_sensitivity else 0)
+    pool = AircraftPool(definition, columns, len(load.sensors))
     while len(pool.aircraft.time) <= load.rows.slot.max():
         pool.grow()
     model = filter_model(

@@ -66,7 +66,9 @@ def _compared(plan: Plan) -> list[Row]:
     plain = _Case("two-stage", aircraft, count)
     rates, _ = _rates(plan, plain)
     rows = []
-    others = [_Case(name, aircraft, count) for name in FILTERS if name != plain.filter_name]
+    # The joint filter has no room for so many aircraft.
+    names = [name for name, definition in FILTERS.items() if definition.aircraft_max is None]
+    others = [_Case(name, aircraft, count) for name in names if name != plain.filter_name]
     for case in [*others, _Case("two-stage", aircraft, count, workers=2)]:
         found, _ = _rates(plan, case)
         rows.append(

@@ -4,8 +4,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.bias.book import BiasBook
+from multiradar.estimation.filters._joint_kernels import adopt_aircraft
 from multiradar.estimation.filters._kernels import SEVERAL
-from multiradar.estimation.filters.arrays import Rows, Work, aircraft_arrays, result_arrays
+from multiradar.estimation.filters.arrays import Rows, Work, result_arrays
 from multiradar.estimation.filters.bank import Outcome, find_filter
 from multiradar.tracking.measurements import KIND_POSITION, KIND_RADAR
 from multiradar.tracking.model import filter_model
@@ -44,7 +45,7 @@ class CompiledFilter:
         self._book = BiasBook(scene.sensors, self._definition)
         columns = len(scene.sensors.parameter_kind)
         self._information, self._vector = np.zeros((1, columns, columns)), np.zeros((1, columns))
-        self.arrays = aircraft_arrays(slots, columns if self._definition.keeps_sensitivity else 0)
+        self.arrays = self._definition.aircraft(slots, columns, len(scene.sensors))
         self._load()
 
     def start(self, aircraft: int, time_s: float, mean: Floats, covariance: Floats) -> None:
@@ -54,6 +55,7 @@ class CompiledFilter:
         self.arrays.time[aircraft] = time_s
         # A prior from elsewhere: every plot may speak about the biases.
         self.arrays.place[aircraft] = SEVERAL
+        adopt_aircraft(self.arrays, len(self._sensors.parameter_kind), aircraft)
 
     def observe(self, observation: Observation) -> None:
         outcome = self.take(observation)
@@ -79,7 +81,12 @@ class CompiledFilter:
         return Outcome(result.outcome[0])
 
     def publish(self) -> None:
-        self._book.merge(self._information, self._vector)
+        if self._definition.corrects_biases:
+            self._book.follow(self._model.bias, self._model.bias_covariance)
+        else:
+            used = np.flatnonzero(~np.isnan(self.arrays.time))
+            self._definition.close(used, self._model, self.arrays, self._information, self._vector)
+            self._book.merge(self._information, self._vector)
         self._information[:], self._vector[:] = 0.0, 0.0
         self._load()
 

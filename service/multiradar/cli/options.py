@@ -20,7 +20,9 @@ class FilterChoice(StrEnum):
     """Names of the filters."""
 
     TWO_STAGE = "two-stage"
+    JOINT = "joint"
     BLOM = "blom"
+    BLOM_MACRO = "blom-macro"
     CI = "ci"
 
 

@@ -74,7 +74,7 @@ class Engine:
         self._order = ReorderBuffer(settings.reorder_horizon_s)
         self._book = BiasBook(sensors, self._filter)
         columns = len(sensors.parameter_kind)
-        self._pool = AircraftPool(columns if self._filter.keeps_sensitivity else 0)
+        self._pool = AircraftPool(self._filter, columns, len(sensors))
         self._information = np.zeros((PARTITIONS, columns, columns))
         self._vector = np.zeros((PARTITIONS, columns))
         self._model = filter_model(sensors, settings, self._plane, self._book.state)
@@ -206,7 +206,7 @@ class Engine:
     def _step(self, rows: Rows, result: Result, first: int, last: int) -> None:
         used, work = self._pool.work(rows.slot[first:last], first)
         step, aircraft = self._filter.step, self._pool.aircraft
-        if self._executor is None or last - first < PARALLEL_ROWS_MIN:
+        if self._executor is None or last - first < PARALLEL_ROWS_MIN or len(used) == 1:
             step(work, rows, self._model, aircraft, result, want_readout=True)
             return
         shares = [
@@ -255,7 +255,13 @@ class Engine:
         if self._epoch is None or not self._epoch_open:
             return _EMPTY.biases
         self._epoch_open = False
-        self._book.merge(self._information, self._vector)
+        if self._filter.corrects_biases:
+            self._book.follow(self._model.bias, self._model.bias_covariance)
+        else:
+            self._filter.close(
+                self._pool.used(), self._model, self._pool.aircraft, self._information, self._vector
+            )
+            self._book.merge(self._information, self._vector)
         self._information[:] = 0.0
         self._vector[:] = 0.0
         self._publish()

@@ -9,7 +9,8 @@ result depends on how many workers there are.
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.estimation.filters.arrays import Work, aircraft_arrays
+from multiradar.estimation.filters.arrays import Work
+from multiradar.estimation.filters.bank import FilterDefinition
 from multiradar.tracking._kernels import assign, rebuild
 from multiradar.tracking.measurements import MeasurementBatch
 from multiradar.tracking.roster import MISSING, Roster, RowIdentities
@@ -26,14 +27,19 @@ class AircraftPool:
 
     Parameters
     ----------
+    definition : FilterDefinition
+        Says what is kept of each aircraft, and of how many at most.
     bias_columns : int
-        Number of bias parameters that each aircraft depends on (0 for filters that drop it).
+        Number of bias parameters.
+    sensors : int
+        Number of sensors.
     """
 
-    def __init__(self, bias_columns: int) -> None:
-        self._bias_columns = bias_columns
+    def __init__(self, definition: FilterDefinition, bias_columns: int, sensors: int) -> None:
+        self._definition, self._sizes = definition, (bias_columns, sensors)
+        self._capacity_max = definition.aircraft_max or CAPACITY_MAX
         self.roster = Roster.empty(CAPACITY_FIRST)
-        self.aircraft = aircraft_arrays(CAPACITY_FIRST, bias_columns)
+        self.aircraft = definition.aircraft(CAPACITY_FIRST, bias_columns, sensors)
 
     def assign(
         self, batch: MeasurementBatch, codes: NDArray[np.int64], first: int, last: int,
@@ -77,7 +83,16 @@ class AircraftPool:
             The partitions that have rows.
         work : Work
             All of them in one piece.
+
+        Notes
+        -----
+        A filter that corrects the biases with every row needs all rows in their order: to it they
+        are one partition.
         """
+        if self._definition.corrects_biases:
+            one = np.zeros(1, np.int64)
+            bounds = np.array([0, len(slots)], np.int64)
+            return one, Work(one, bounds, np.arange(first, first + len(slots)))
         partitions = (slots % PARTITIONS).astype(np.uint8)
         order = np.argsort(partitions, kind="stable") + first
         bounds = np.zeros(PARTITIONS + 1, np.int64)
@@ -87,7 +102,7 @@ class AircraftPool:
 
     @property
     def _full(self) -> bool:
-        return len(self.roster.track_id) >= CAPACITY_MAX
+        return len(self.roster.track_id) >= self._capacity_max
 
     def used(self) -> NDArray[np.intp]:
         """Return the slots that hold an aircraft, ascending."""
@@ -115,6 +130,7 @@ class AircraftPool:
         started = ~np.isnan(self.aircraft.updated[old])
         ended = np.sort(self.roster.track_id[old[started]])
         self.roster.track_id[old] = MISSING
+        self.aircraft.time[old] = np.nan
         count = self.roster.counters[1]
         self.roster.free[count : count + len(old)] = old[::-1]
         self.roster.counters[1] += len(old)
@@ -125,9 +141,9 @@ class AircraftPool:
         """Double the slots; states and identities stay where they are."""
         capacity = len(self.roster.track_id)
         roster = Roster.empty(2 * capacity)
-        aircraft = aircraft_arrays(2 * capacity, self._bias_columns)
+        aircraft = self._definition.aircraft(2 * capacity, *self._sizes)
         for new, old in zip(aircraft, self.aircraft, strict=True):
-            new[:capacity] = old
+            new[tuple(slice(size) for size in old.shape)] = old
         for name in ("track_id", "track_number", "mode_s_address", "mode_3a"):
             getattr(roster, name)[:capacity] = getattr(self.roster, name)
         # Growing happens only when no slot is free, so the free ones are just the new ones.

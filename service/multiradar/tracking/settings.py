@@ -10,7 +10,7 @@ class TrackingSettings:
     Attributes
     ----------
     filter_name : str
-        `two-stage`, `blom` or `ci`.
+        `two-stage`, `joint`, `blom`, `blom-macro` or `ci`.
     epoch_s : float
         Length of an epoch of data time: biases are published at its end.
     reorder_horizon_s : float

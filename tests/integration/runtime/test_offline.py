@@ -9,6 +9,7 @@ import polars as pl
 import pytest
 
 from multiradar.errors import AccountingError
+from multiradar.estimation.filters.bank import FILTERS
 from multiradar.runtime.engine import Engine
 from multiradar.runtime.offline import OfflineJob, OfflineResult, track_recording
 from multiradar.runtime.offline_report import offline_report
@@ -137,9 +138,9 @@ def test_only_the_kinds_asked_for_are_read(measured: Path, tmp_path: Path) -> No
 def test_other_settings_make_another_output(measured: Path, tmp_path: Path) -> None:
     shas = {
         _run(measured, tmp_path / name, settings=TrackingSettings(filter_name=name)).output_sha256
-        for name in ("two-stage", "blom", "ci")
+        for name in FILTERS
     }
-    assert len(shas) == 3
+    assert len(shas) == len(FILTERS) == 5
 
 
 def test_a_recording_without_rows_makes_tables_without_rows(tmp_path: Path) -> None:

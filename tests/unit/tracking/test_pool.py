@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from multiradar.estimation.filters._kernels import NO_ROOM_SLOT
+from multiradar.estimation.filters.bank import FILTERS
 from multiradar.tracking import pool as pool_module
 from multiradar.tracking.measurements import MeasurementBatch
 from multiradar.tracking.pool import CAPACITY_FIRST, PARTITIONS, AircraftPool
@@ -18,13 +19,13 @@ def assigned(pool: AircraftPool, batch: MeasurementBatch) -> RowIdentities:
 
 
 def test_rows_of_one_track_number_are_one_track() -> None:
-    pool = AircraftPool(0)
+    pool = AircraftPool(FILTERS["blom"], 0, 0)
     rows = assigned(pool, batch_of([0.0] * 5, track_number=[7, 9, 7, 9, 7]))
     assert rows.track_id.tolist() == [1, 2, 1, 2, 1]
 
 
 def test_an_address_and_a_number_that_were_heard_together_are_one_track() -> None:
-    pool = AircraftPool(0)
+    pool = AircraftPool(FILTERS["blom"], 0, 0)
     rows = assigned(
         pool,
         batch_of([0.0] * 4, track_number=[5, -1, 5, -1], mode_s_address=[0xABC, 0xABC, -1, 0xDEF]),
@@ -34,19 +35,19 @@ def test_an_address_and_a_number_that_were_heard_together_are_one_track() -> Non
 
 
 def test_one_address_under_two_numbers_is_two_tracks() -> None:
-    pool = AircraftPool(0)
+    pool = AircraftPool(FILTERS["blom"], 0, 0)
     rows = assigned(pool, batch_of([0.0] * 3, track_number=[1, 2, 1], mode_s_address=[9, 9, 9]))
     assert rows.track_id.tolist() == [1, 2, 1]
 
 
 def test_a_row_without_identity_has_no_track() -> None:
-    rows = assigned(AircraftPool(0), batch_of([0.0, 0.0], track_number=[-1, 3]))
+    rows = assigned(AircraftPool(FILTERS["blom"], 0, 0), batch_of([0.0, 0.0], track_number=[-1, 3]))
     assert rows.slot.tolist()[0] == -1
     assert rows.track_id.tolist() == [-1, 1]
 
 
 def test_more_aircraft_than_slots_make_the_pool_grow_and_lose_none() -> None:
-    pool = AircraftPool(3)
+    pool = AircraftPool(FILTERS["two-stage"], 3, 0)
     numbers = np.arange(5 * CAPACITY_FIRST)
     first = assigned(pool, batch_of([0.0] * len(numbers), track_number=numbers.tolist()))
     again = assigned(pool, batch_of([1.0] * len(numbers), track_number=numbers.tolist()))
@@ -59,7 +60,7 @@ def test_a_full_pool_says_so_and_keeps_the_aircraft_it_has(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(pool_module, "CAPACITY_MAX", CAPACITY_FIRST)
-    pool = AircraftPool(0)
+    pool = AircraftPool(FILTERS["blom"], 0, 0)
     numbers = list(range(CAPACITY_FIRST + 2))
     rows = assigned(pool, batch_of([0.0] * len(numbers), track_number=numbers))
     assert rows.slot[-2:].tolist() == [NO_ROOM_SLOT, NO_ROOM_SLOT]
@@ -68,7 +69,7 @@ def test_a_full_pool_says_so_and_keeps_the_aircraft_it_has(
 
 
 def test_an_old_track_ends_and_its_number_starts_another() -> None:
-    pool = AircraftPool(0)
+    pool = AircraftPool(FILTERS["blom"], 0, 0)
     rows = assigned(pool, batch_of([0.0, 0.0, 0.0], track_number=[1, 2, 3]))
     pool.aircraft.time[rows.slot] = 50.0
     # Moved on by refused measurements, but updated long ago.
@@ -80,14 +81,14 @@ def test_an_old_track_ends_and_its_number_starts_another() -> None:
 
 
 def test_an_aircraft_that_was_never_located_is_freed_without_a_track_that_ends() -> None:
-    pool = AircraftPool(0)
+    pool = AircraftPool(FILTERS["blom"], 0, 0)
     assigned(pool, batch_of([0.0], track_number=[1]))
     assert pool.drop(1e9).tolist() == []
     assert len(pool.used()) == 0
 
 
 def test_work_keeps_the_order_within_a_partition_and_takes_every_row_once() -> None:
-    pool = AircraftPool(0)
+    pool = AircraftPool(FILTERS["blom"], 0, 0)
     slots = np.array([5, 21, 3, 5, -1, 37, 3], np.int64)
     used, work = pool.work(slots, first=100)
     assert sorted(work.order.tolist()) == list(range(100, 107))

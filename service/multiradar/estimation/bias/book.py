@@ -73,6 +73,18 @@ class BiasBook:
         total += np.triu(total, 1).T
         self.state = add_information(self.state, total, total_vector)
 
+    def follow(self, estimate: Floats, covariance: Floats) -> None:
+        """Take over biases that the filter has corrected itself (joint).
+
+        Parameters
+        ----------
+        estimate : (c,) float64
+            The estimates.
+        covariance : (c, c) float64
+            Their covariance.
+        """
+        self.state = BiasState(estimate.copy(), covariance.copy(), self.state.scale)
+
     def drift(self, duration_s: float, aircraft: Aircraft) -> bool:
         """Let the biases walk, and anchor the aircraft that depend on them anew.
 

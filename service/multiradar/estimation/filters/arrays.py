@@ -14,6 +14,15 @@ from multiradar.estimation.filters._kernels import LOG_COUNT, READOUT_COUNT
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
+# Columns of `Aircraft.recent`.
+RECENT_TIME = 0
+RECENT_Z0 = 1
+RECENT_Z1 = 2
+RECENT_HEIGHT = 3
+RECENT_KIND = 4
+RECENT_WEIGHT = 5
+RECENT_COUNT = 6
+
 
 class Rows(NamedTuple):
     """Measurements in canonical order.
@@ -107,6 +116,12 @@ class Aircraft(NamedTuple):
         the first, `SEVERAL` when there were more or when its start came from elsewhere.
     surprise : (s,) float64
         Fading mean of half the normalised innovation squared: 1 where the motion is as modelled.
+    joint : (c + 4 s, c + 4 s) float64
+        Covariance of the biases and all aircraft, in that order; without rows for filters that do
+        not keep it. Only the upper triangle of what has started means anything.
+    recent : (s, m, RECENT_COUNT) float64
+        Latest plot of each sensor in this epoch: time (s, NaN for none), both components, height
+        (m), kind, and the weight it was given; without sensors for filters that do not keep it.
     """
 
     mean: Floats
@@ -119,6 +134,8 @@ class Aircraft(NamedTuple):
     updated: Floats
     place: Integers
     surprise: Floats
+    joint: Floats
+    recent: Floats
 
 
 class Work(NamedTuple):
@@ -163,7 +180,9 @@ class Result(NamedTuple):
     readout: Floats
 
 
-def aircraft_arrays(slots: int, bias_columns: int) -> Aircraft:
+def aircraft_arrays(
+    slots: int, bias_columns: int, *, joint_columns: int | None = None, recent_sensors: int = 0
+) -> Aircraft:
     """Return room for aircraft, none of which has started.
 
     Parameters
@@ -172,12 +191,17 @@ def aircraft_arrays(slots: int, bias_columns: int) -> Aircraft:
         For how many.
     bias_columns : int
         Number of bias parameters that each depends on (0 for filters that drop it).
+    joint_columns : int or None
+        Number of bias parameters in the joint covariance, None for filters that keep none.
+    recent_sensors : int
+        Number of sensors whose latest plot of each aircraft is kept.
 
     Returns
     -------
     Aircraft
         The arrays.
     """
+    joint = 0 if joint_columns is None else joint_columns + 4 * slots
     return Aircraft(
         mean=np.zeros((slots, 4)),
         covariance=np.zeros((slots, 10)),
@@ -189,6 +213,8 @@ def aircraft_arrays(slots: int, bias_columns: int) -> Aircraft:
         updated=np.full(slots, np.nan),
         place=np.full(slots, -1, np.int64),
         surprise=np.ones(slots),
+        joint=np.zeros((joint, joint)),
+        recent=np.full((slots, recent_sensors, RECENT_COUNT), np.nan),
     )
 
 

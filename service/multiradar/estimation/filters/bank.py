@@ -3,10 +3,29 @@
 from dataclasses import dataclass
 from enum import IntEnum
 
+import numpy as np
+from numpy.typing import NDArray
+
 from multiradar.errors import UnknownFilterError
 from multiradar.estimation.filters import _kernels as kernels
+from multiradar.estimation.filters._joint_kernels import JOINT, joint_step
+from multiradar.estimation.filters._macro_kernels import MACRO, macro_step, stack_all
 from multiradar.estimation.filters._step_kernels import BLOM, INTERSECTION, TWO_STAGE, step
-from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows, Work
+from multiradar.estimation.filters.arrays import (
+    Aircraft,
+    Model,
+    Result,
+    Rows,
+    Work,
+    aircraft_arrays,
+)
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+#: The joint filter keeps one covariance over all aircraft, and every plot works through all of it:
+#: with so many a plot costs some milliseconds, and the matrix takes 34 MB.
+JOINT_AIRCRAFT_MAX = 512
 
 
 class Outcome(IntEnum):
@@ -38,12 +57,46 @@ class FilterDefinition:
         Whether each aircraft keeps its dependence on the biases (two-stage).
     folds_log : bool
         Whether the biases take the logged measurements one by one (CI) rather than their sum.
+    corrects_biases : bool
+        Whether the step itself corrects the biases of the model, measurement by measurement
+        (joint): rows are then taken in canonical order by one worker, whatever their partition.
+    stacks_plots : bool
+        Whether plots wait in their aircraft for the end of the epoch (Blom's macro-filter).
+    aircraft_max : int or None
+        The most aircraft it has room for; None for as many as there is memory for.
     """
 
     name: str
     method: int
-    keeps_sensitivity: bool
-    folds_log: bool
+    keeps_sensitivity: bool = False
+    folds_log: bool = False
+    corrects_biases: bool = False
+    stacks_plots: bool = False
+    aircraft_max: int | None = None
+
+    def aircraft(self, slots: int, columns: int, sensors: int) -> Aircraft:
+        """Return arrays for aircraft, with what this filter keeps of each.
+
+        Parameters
+        ----------
+        slots : int
+            Number of aircraft there is room for.
+        columns : int
+            Number of bias parameters.
+        sensors : int
+            Number of sensors.
+
+        Returns
+        -------
+        Aircraft
+            None of them has started.
+        """
+        return aircraft_arrays(
+            slots,
+            columns if self.keeps_sensitivity else 0,
+            joint_columns=columns if self.corrects_biases else None,
+            recent_sensors=sensors if self.stacks_plots else 0,
+        )
 
     def step(
         self,
@@ -72,16 +125,49 @@ class FilterDefinition:
         want_readout : bool
             Whether to read the aircraft out after each row.
         """
-        step(self.method, work, rows, model, aircraft, result, want_readout)
+        if self.method == JOINT:
+            joint_step(work, rows, model, aircraft, result, want_readout)
+        elif self.method == MACRO:
+            macro_step(work, rows, model, aircraft, result, want_readout)
+        else:
+            step(self.method, work, rows, model, aircraft, result, want_readout)
+
+    def close(
+        self,
+        slots: Integers,
+        model: Model,
+        aircraft: Aircraft,
+        information: Floats,
+        vector: Floats,
+    ) -> None:
+        """End an epoch: let what waits in the aircraft speak about the biases.
+
+        Parameters
+        ----------
+        slots : (n,) int64
+            Slots in use, ascending.
+        model : Model
+            What all aircraft share.
+        aircraft : Aircraft
+            Forget what waited.
+        information : (p, c, c) float64
+            Sums of the information of each partition, upper triangle; added to.
+        vector : (p, c) float64
+            Sums of the information vector; added to.
+        """
+        if self.stacks_plots:
+            stack_all(slots, model, aircraft, information, vector)
 
 
 #: Filters by name.
 FILTERS = {
     definition.name: definition
     for definition in (
-        FilterDefinition("two-stage", TWO_STAGE, keeps_sensitivity=True, folds_log=False),
-        FilterDefinition("blom", BLOM, keeps_sensitivity=False, folds_log=False),
-        FilterDefinition("ci", INTERSECTION, keeps_sensitivity=False, folds_log=True),
+        FilterDefinition("two-stage", TWO_STAGE, keeps_sensitivity=True),
+        FilterDefinition("joint", JOINT, corrects_biases=True, aircraft_max=JOINT_AIRCRAFT_MAX),
+        FilterDefinition("blom", BLOM),
+        FilterDefinition("blom-macro", MACRO, stacks_plots=True),
+        FilterDefinition("ci", INTERSECTION, folds_log=True),
     )
 }
 
@@ -92,7 +178,7 @@ def find_filter(name: str) -> FilterDefinition:
     Parameters
     ----------
     name : str
-        `two-stage`, `blom` or `ci`.
+        `two-stage`, `joint`, `blom`, `blom-macro` or `ci`.
 
     Returns
     -------

@@ -1,0 +1,519 @@
+"""Compiled joint Kalman filter over all aircraft and all biases: exact, and one row at a time.
+
+The whole state is stacked as (1.8), biases first: ξ = (ς, χ_0, χ_1, …) with χ_k at `Aircraft.mean`
+and ς at `Model.bias`. `Aircraft.joint` is its covariance, of which the upper triangle of the rows
+and columns in use is kept; its bias block is read from `Model.bias_covariance` when a step begins
+and written there when it ends, so whoever lets the biases walk changes the model alone.
+
+Symbols beside those of `_kernels`: C = (J, H) of (1.10), G = P̄ Cᵀ, S = Λ of (1.29), F = G L⁻ᵀ with
+L Lᵀ = S, so that P̂ = P̄ − F Fᵀ is (1.31), and symmetric, with one triangle of it.
+"""
+
+from math import sqrt
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from multiradar.estimation.filters._kernels import (
+    ACCELERATION_DENSITY,
+    BIASES_KEPT,
+    CONE,
+    CONE_RATIO,
+    DOWNWEIGHT_NIS,
+    NO_ROOM,
+    NO_ROOM_SLOT,
+    READOUT_COUNT,
+    REFUSALS_MAX,
+    REFUSE_NIS,
+    REFUSED,
+    RESTARTED,
+    SEVERAL,
+    SINGULAR,
+    STARTED,
+    UNASSOCIATED,
+    UNSUPPORTED,
+    UPDATED,
+    choose_height,
+    manoeuvre_factor,
+    read_out,
+    squared_norm,
+    start_aircraft,
+    surprise_after,
+)
+from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows, Work
+from multiradar.estimation.measurement._kernels import (
+    KIND_BEARING,
+    KIND_FLAT_PLACE,
+    KIND_FLAT_POLAR,
+    KIND_RADAR,
+    bias_column,
+    measures_azimuth,
+    predict_measurement,
+)
+from multiradar.estimation.motion._kernels import predict_motion
+from multiradar.geodesy._kernels import wrap_angle
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+# Number of this method, beside those of `_step_kernels`.
+JOINT = 10
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def joint_step(
+    work: Work,
+    rows: Rows,
+    model: Model,
+    aircraft: Aircraft,
+    result: Result,
+    want_readout: bool,
+) -> None:
+    """Take rows in the given order; the biases of the model follow every one of them.
+
+    Same arguments as `_step_kernels.step`. Rows must be in canonical order over all partitions,
+    which is why there should be one.
+    """
+    P, bias, c = aircraft.joint, model.bias, model.bias.shape[0]
+    P[:c, :c] = model.bias_covariance
+    room = (P.shape[0] - c) // 4
+    runs = np.empty((room + 1, 2), np.int64)
+    scratch = np.empty((6, P.shape[0]))
+    V = np.empty((4, c))
+    count = active_runs(aircraft.time, c, room, runs)
+    for p in work.partitions:
+        for i in range(work.bounds[p], work.bounds[p + 1]):
+            row = work.order[i]
+            k = rows.slot[row]
+            if k < 0 or k >= room:
+                outside = k >= room or k == NO_ROOM_SLOT
+                result.outcome[row] = NO_ROOM if outside else UNASSOCIATED
+                continue
+            kind = rows.kind[row]
+            if kind < KIND_RADAR or kind == KIND_BEARING or kind > KIND_FLAT_PLACE:
+                result.outcome[row] = UNSUPPORTED
+                continue
+            outcome = take_row(row, k, rows, model, aircraft, runs, count, scratch, V)
+            result.outcome[row] = outcome
+            if outcome == STARTED:
+                count = active_runs(aircraft.time, c, room, runs)
+            if outcome in (UPDATED, STARTED, RESTARTED):
+                note_taken(row, k, rows, model, aircraft)
+                if want_readout:
+                    copy_block(P, c + 4 * k, aircraft.covariance[k])
+                    out = result.readout[row]
+                    none = aircraft.sensitivity[k]
+                    read_out(
+                        aircraft.mean[k], aircraft.covariance[k], none, bias, model.factor, out
+                    )
+                    out[READOUT_COUNT - 2] = aircraft.height[k]
+                    out[READOUT_COUNT - 1] = aircraft.updates[k]
+            elif outcome in (REFUSED, SINGULAR):
+                aircraft.refusals[k] += 1
+    for j in range(c):
+        for d in range(j, c):
+            model.bias_covariance[j, d] = P[j, d]
+            model.bias_covariance[d, j] = P[j, d]
+    for k in range(room):
+        if not np.isnan(aircraft.time[k]):
+            copy_block(P, c + 4 * k, aircraft.covariance[k])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def adopt_aircraft(aircraft: Aircraft, biases: int, k: int) -> None:
+    """Take up an aircraft whose mean and covariance were set from outside, as tied to nothing."""
+    P = aircraft.joint
+    first = biases + 4 * k
+    if P.shape[0] < first + 4:
+        return
+    P[first : first + 4, :] = 0.0
+    P[:, first : first + 4] = 0.0
+    m = 0
+    for i in range(4):
+        for j in range(i, 4):
+            P[first + i, first + j] = aircraft.covariance[k, m]
+            m += 1
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def active_runs(times: Floats, biases: int, room: int, runs: Integers) -> int:
+    """Write which columns are in use as runs from…to, ascending; return how many runs there are."""
+    count = 0
+    runs[0, 0] = 0
+    runs[0, 1] = biases
+    for k in range(room):
+        if np.isnan(times[k]):
+            continue
+        first = biases + 4 * k
+        if runs[count, 1] != first:
+            count += 1
+            runs[count, 0] = first
+        runs[count, 1] = first + 4
+    return count + 1
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def copy_block(P: Floats, first: int, upper: Floats) -> None:
+    """Write the covariance of one aircraft as an upper triangle."""
+    m = 0
+    for i in range(4):
+        for j in range(i, 4):
+            upper[m] = P[first + i, first + j]
+            m += 1
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def take_row(
+    row: int,
+    k: int,
+    rows: Rows,
+    model: Model,
+    aircraft: Aircraft,
+    runs: Integers,
+    count: int,
+    scratch: Floats,
+    V: Floats,
+) -> int:
+    """Start an aircraft at a row, or move it on and correct everything by it."""
+    kind = rows.kind[row]
+    height, variance = choose_height(rows.height[row], aircraft.height[k], model.options)
+    if kind >= KIND_FLAT_POLAR:
+        variance = 0.0  # On a flat plane no height enters the range.
+    fresh = np.isnan(aircraft.time[k])
+    if fresh or aircraft.refusals[k] >= model.options[REFUSALS_MAX]:
+        outcome = give_birth(row, k, height, variance, rows, model, aircraft, runs, count, V)
+        return RESTARTED if outcome == STARTED and not fresh else outcome
+    density = model.options[ACCELERATION_DENSITY]
+    density *= manoeuvre_factor(aircraft.surprise[k], model.options)
+    first = model.bias.shape[0] + 4 * k
+    move(
+        aircraft.joint, aircraft.mean[k], aircraft.covariance[k], aircraft.sensitivity[k], first,
+        rows.time[row] - aircraft.time[k], density, runs, count,
+    )  # fmt: skip
+    aircraft.time[k] = rows.time[row]
+    # As in `_step_kernels.step`: height unknown, or seen from one place alone, says nothing.
+    informs = variance == 0.0 and aircraft.place[k] != model.places[rows.sensor[row]]
+    return correct_joint(
+        row, k, kind, height, variance, informs, rows, model, aircraft, runs, count, scratch
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def note_taken(row: int, k: int, rows: Rows, model: Model, aircraft: Aircraft) -> None:
+    """Keep the books of an aircraft whose measurement was taken."""
+    aircraft.refusals[k] = 0
+    aircraft.updates[k] += 1
+    aircraft.time[k] = rows.time[row]
+    aircraft.updated[k] = rows.time[row]
+    if aircraft.place[k] != model.places[rows.sensor[row]]:
+        aircraft.place[k] = SEVERAL
+    if not np.isnan(rows.height[row]):
+        aircraft.height[k] = rows.height[row]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def give_birth(
+    row: int,
+    k: int,
+    height: float,
+    variance: float,
+    rows: Rows,
+    model: Model,
+    aircraft: Aircraft,
+    runs: Integers,
+    count: int,
+    V: Floats,
+) -> int:
+    """Begin an aircraft at a plot: χ = a + V ς, so its covariance with anything is V P_ς,· ."""
+    s = rows.sensor[row]
+    bias, P = model.bias, aircraft.joint
+    c = bias.shape[0]
+    a = np.empty(4)
+    upper = np.empty(10)
+    H = np.empty((2, 2))
+    W = np.empty(3)
+    outcome = start_aircraft(
+        BIASES_KEPT, rows.kind[row], rows.z[row, 0], rows.z[row, 1], height, variance, model.plane,
+        model.sites[s], model.noises[s], model.starts[s], model.starts[s + 1], model.parameters,
+        bias, model.bias_covariance, model.options, a, upper, V, H, W,
+    )  # fmt: skip
+    if outcome != STARTED:
+        return outcome
+    first = c + 4 * k
+    for r in range(count):
+        for x in range(runs[r, 0], runs[r, 1]):
+            if first <= x < first + 4:
+                continue
+            for i in range(4):
+                tied = 0.0
+                for j in range(model.starts[s], model.starts[s + 1]):
+                    tied += V[i, j] * P[min(j, x), max(j, x)]
+                P[min(first + i, x), max(first + i, x)] = tied
+    m = 0
+    for i in range(4):
+        for j in range(i, 4):
+            total = upper[m]
+            for d in range(model.starts[s], model.starts[s + 1]):
+                total += P[d, first + i] * V[j, d]
+            P[first + i, first + j] = total
+            m += 1
+    for i in range(4):
+        aircraft.mean[k, i] = a[i]
+        for d in range(model.starts[s], model.starts[s + 1]):
+            aircraft.mean[k, i] += V[i, d] * bias[d]
+    # Of use to `active_runs` at once.
+    aircraft.time[k] = rows.time[row]
+    aircraft.surprise[k] = 1.0
+    aircraft.updates[k] = 0
+    aircraft.place[k] = model.places[s]
+    return STARTED
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def move(
+    P: Floats,
+    mean: Floats,
+    upper: Floats,
+    none: Floats,
+    first: int,
+    dt: float,
+    density: float,
+    runs: Integers,
+    count: int,
+) -> None:
+    """Move one aircraft on, (1.30): its own block, and its covariances with everything else."""
+    copy_block(P, first, upper)
+    predict_motion(mean, upper, none, dt, density)
+    m = 0
+    for i in range(4):
+        for j in range(i, 4):
+            P[first + i, first + j] = upper[m]
+            m += 1
+    for r in range(count):
+        for x in range(runs[r, 0], min(runs[r, 1], first)):
+            P[x, first] += dt * P[x, first + 2]
+            P[x, first + 1] += dt * P[x, first + 3]
+        for x in range(max(runs[r, 0], first + 4), runs[r, 1]):
+            P[first, x] += dt * P[first + 2, x]
+            P[first + 1, x] += dt * P[first + 3, x]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def correct_joint(
+    row: int,
+    k: int,
+    kind: int,
+    height: float,
+    variance: float,
+    informs: bool,
+    rows: Rows,
+    model: Model,
+    aircraft: Aircraft,
+    runs: Integers,
+    count: int,
+    scratch: Floats,
+) -> int:
+    """Correct everything by a measurement of one aircraft; return what became of it."""
+    s = rows.sensor[row]
+    mean, bias, options = aircraft.mean, model.bias, model.options
+    c = bias.shape[0]
+    first = c + 4 * k
+    H = np.empty((2, 2))
+    W = np.empty(3)
+    p0, p1, ground = predict_measurement(
+        kind, model.plane, model.sites[s], model.noises[s], mean[k, 0], mean[k, 1], height,
+        variance, H, W,
+    )  # fmt: skip
+    if ground < options[CONE_RATIO] * (height - model.noises[s, 3]):
+        return CONE
+    e0 = rows.z[row, 0] - p0
+    e1 = rows.z[row, 1] - p1
+    if measures_azimuth(kind):
+        e1 = wrap_angle(e1)
+    G = scratch[:2]
+    J = scratch[4:]
+    rate0 = H[0, 0] * mean[k, 2] + H[0, 1] * mean[k, 3]
+    rate1 = H[1, 0] * mean[k, 2] + H[1, 1] * mean[k, 3]
+    spread_of_position(aircraft.joint, first, H, runs, count, G)
+    for j in range(model.starts[s], model.starts[s + 1]):
+        J[0, j], J[1, j] = bias_column(
+            kind, model.parameters[j], model.sites[s], p0, p1, rate0, rate1
+        )
+        e0 -= J[0, j] * bias[j]
+        e1 -= J[1, j] * bias[j]
+        add_spread_of_bias(aircraft.joint, j, J[0, j], J[1, j], runs, count, G)
+    n00 = H[0, 0] * G[0, first] + H[0, 1] * G[0, first + 1]
+    n01 = H[0, 0] * G[1, first] + H[0, 1] * G[1, first + 1]
+    n11 = H[1, 0] * G[1, first] + H[1, 1] * G[1, first + 1]
+    for j in range(model.starts[s], model.starts[s + 1]):
+        n00 += J[0, j] * G[0, j]
+        n01 += J[0, j] * G[1, j]
+        n11 += J[1, j] * G[1, j]
+    # The gate is written so that NaN fails it.
+    nis = squared_norm(n00 + W[0], n01 + W[1], n11 + W[2], e0, e1)
+    if not nis <= options[REFUSE_NIS]:
+        return REFUSED if np.isfinite(nis) else SINGULAR
+    aircraft.surprise[k] = surprise_after(aircraft.surprise[k], nis, options)
+    if nis > options[DOWNWEIGHT_NIS]:
+        for m in range(3):
+            W[m] *= nis / options[DOWNWEIGHT_NIS]
+    s00, s01, s11 = n00 + W[0], n01 + W[1], n11 + W[2]
+    if informs:
+        correct_all(aircraft, bias, G, scratch[2:4], s00, s01, s11, e0, e1, runs, count)
+    else:
+        correct_one(aircraft, k, c, H, W, G, s00, s01, s11, e0, e1, runs, count)
+    return UPDATED
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def spread_of_position(
+    P: Floats, first: int, H: Floats, runs: Integers, count: int, G: Floats
+) -> None:
+    """G ← P̄ Hᵀ for the aircraft whose columns begin at ``first``, as (2, N)."""
+    for r in range(count):
+        for x in range(runs[r, 0], min(runs[r, 1], first)):
+            G[0, x] = H[0, 0] * P[x, first] + H[0, 1] * P[x, first + 1]
+            G[1, x] = H[1, 0] * P[x, first] + H[1, 1] * P[x, first + 1]
+        for x in range(max(runs[r, 0], first + 1), runs[r, 1]):
+            G[0, x] = H[0, 0] * P[first, x] + H[0, 1] * P[first + 1, x]
+            G[1, x] = H[1, 0] * P[first, x] + H[1, 1] * P[first + 1, x]
+    G[0, first] = H[0, 0] * P[first, first] + H[0, 1] * P[first, first + 1]
+    G[1, first] = H[1, 0] * P[first, first] + H[1, 1] * P[first, first + 1]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def add_spread_of_bias(
+    P: Floats, j: int, j0: float, j1: float, runs: Integers, count: int, G: Floats
+) -> None:
+    """G += P̄ Jᵀ for one bias."""
+    for x in range(j):
+        G[0, x] += j0 * P[x, j]
+        G[1, x] += j1 * P[x, j]
+    for r in range(count):
+        for x in range(max(runs[r, 0], j), runs[r, 1]):
+            G[0, x] += j0 * P[j, x]
+            G[1, x] += j1 * P[j, x]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def correct_all(
+    aircraft: Aircraft,
+    bias: Floats,
+    G: Floats,
+    F: Floats,
+    s00: float,
+    s01: float,
+    s11: float,
+    e0: float,
+    e1: float,
+    runs: Integers,
+    count: int,
+) -> None:
+    """ξ̂ = ξ̄ + F L⁻¹ e, P̂ = P̄ − F Fᵀ: (1.28), (1.31) on the upper triangle of what is in use."""
+    P, mean = aircraft.joint, aircraft.mean
+    c = bias.shape[0]
+    root0 = sqrt(s00)
+    below = s01 / root0
+    root1 = sqrt(s11 - below * below)
+    u0 = e0 / root0
+    u1 = (e1 - below * u0) / root1
+    for r in range(count):
+        for x in range(runs[r, 0], runs[r, 1]):
+            F[0, x] = G[0, x] / root0
+            F[1, x] = (G[1, x] - below * F[0, x]) / root1
+            shift = F[0, x] * u0 + F[1, x] * u1
+            if x < c:
+                bias[x] += shift
+            else:
+                mean[(x - c) // 4, (x - c) % 4] += shift
+    for r in range(count):
+        for x in range(runs[r, 0], runs[r, 1]):
+            f0 = F[0, x]
+            f1 = F[1, x]
+            line = P[x]
+            for y in range(x, runs[r, 1]):
+                line[y] -= f0 * F[0, y] + f1 * F[1, y]
+            for q in range(r + 1, count):
+                for y in range(runs[q, 0], runs[q, 1]):
+                    line[y] -= f0 * F[0, y] + f1 * F[1, y]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def correct_one(
+    aircraft: Aircraft,
+    k: int,
+    c: int,
+    H: Floats,
+    W: Floats,
+    G: Floats,
+    s00: float,
+    s01: float,
+    s11: float,
+    e0: float,
+    e1: float,
+    runs: Integers,
+    count: int,
+) -> None:
+    """Correct one aircraft by a measurement that may not speak about the biases.
+
+    The gain is the best one for given biases, K = P_χ|ς Hᵀ (H P_χ|ς Hᵀ + W)⁻¹, and zero for all
+    else; with it (1.26) needs the rows of this aircraft alone. The two-stage filter does the same.
+    """
+    P = aircraft.joint
+    first = c + 4 * k
+    B = np.empty((4, 2))
+    conditional_spread(P, first, c, H, B)
+    t00 = H[0, 0] * B[0, 0] + H[0, 1] * B[1, 0] + W[0]
+    t01 = H[0, 0] * B[0, 1] + H[0, 1] * B[1, 1] + W[1]
+    t11 = H[1, 0] * B[0, 1] + H[1, 1] * B[1, 1] + W[2]
+    det = t00 * t11 - t01 * t01
+    for i in range(4):
+        k0 = (B[i, 0] * t11 - B[i, 1] * t01) / det
+        k1 = (B[i, 1] * t00 - B[i, 0] * t01) / det
+        B[i, 0], B[i, 1] = k0, k1
+        aircraft.mean[k, i] += k0 * e0 + k1 * e1
+        for r in range(count):
+            for x in range(runs[r, 0], min(runs[r, 1], first)):
+                P[x, first + i] -= k0 * G[0, x] + k1 * G[1, x]
+            for x in range(max(runs[r, 0], first + 4), runs[r, 1]):
+                P[first + i, x] -= k0 * G[0, x] + k1 * G[1, x]
+    for i in range(4):
+        k0, k1 = B[i, 0], B[i, 1]
+        for j in range(i, 4):
+            g0, g1 = B[j, 0], B[j, 1]
+            P[first + i, first + j] += (
+                k0 * (s00 * g0 + s01 * g1 - G[0, first + j])
+                + k1 * (s01 * g0 + s11 * g1 - G[1, first + j])
+                - G[0, first + i] * g0
+                - G[1, first + i] * g1
+            )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def conditional_spread(P: Floats, first: int, c: int, H: Floats, B: Floats) -> None:
+    """B ← P_χ|ς Hᵀ of one aircraft, with P_χ|ς = P_χ − P_χς P_ς⁻¹ P_ςχ."""
+    L = np.empty((c, c))
+    X = np.empty((c, 4))
+    for i in range(c):
+        # In units of the sigmas: metres and radians differ by many powers of ten.
+        unit = sqrt(P[i, i])
+        for j in range(i + 1):
+            x = P[j, i] / (unit * sqrt(P[j, j]))
+            for d in range(j):
+                x -= L[i, d] * L[j, d]
+            L[i, j] = x / L[j, j] if j < i else sqrt(x)
+        for m in range(4):
+            x = P[i, first + m] / unit
+            for d in range(i):
+                x -= L[i, d] * X[d, m]
+            X[i, m] = x / L[i, i]
+    for i in range(4):
+        for m in range(2):
+            B[i, m] = 0.0
+        for j in range(2):
+            x = P[first + min(i, j), first + max(i, j)]
+            for d in range(c):
+                x -= X[d, i] * X[d, j]
+            B[i, 0] += x * H[0, j]
+            B[i, 1] += x * H[1, j]
