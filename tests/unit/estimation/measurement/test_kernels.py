@@ -8,10 +8,13 @@ import pytest
 
 from multiradar.estimation.measurement import _kernels as kernels
 from multiradar.estimation.measurement.bias_parameters import bias_matrix
+from multiradar.estimation.measurement.linearised import cartesian_plot
 from multiradar.estimation.measurement.sensors import PARAMETER_NAMES
 from multiradar.estimation.measurement.unseen_height import range_variance
 from multiradar.geodesy._kernels import plane_parameters, predict_polar, site_parameters
 from support.kernels import plain
+from support.measurement_models import FlatCartesian, FlatPolar
+from support.reference_filters import Observation
 
 PLANE = plane_parameters(0.98, 1.06)
 SITE = site_parameters(PLANE, 0.985, 1.05, 420.0)
@@ -83,3 +86,69 @@ def test_a_reported_position_is_measured_as_it_is(form: str) -> None:
     assert np.isnan(found[2])
     np.testing.assert_array_equal(by_state, np.eye(2))
     np.testing.assert_array_equal(noise, [900.0, 0.0, 900.0])
+
+
+FLAT_SITES = np.array([[-20e3, -20e3], [-30e3, 230e3]])
+FLAT_NOISE = np.array([15.0**2, np.radians(0.05) ** 2, np.nan, 0.0])
+FLAT_FORMS: dict[int, type[FlatPolar | FlatCartesian]] = {
+    kernels.KIND_FLAT_POLAR: FlatPolar,
+    kernels.KIND_FLAT_PLACE: FlatCartesian,
+}
+
+
+@BOTH
+@pytest.mark.parametrize("kind", FLAT_FORMS)
+@pytest.mark.parametrize("radar", [0, 1])
+def test_a_plot_on_a_flat_plane_is_predicted_as_in_the_plain_form(
+    kind: int, radar: int, form: str
+) -> None:
+    """(1.11) as a place, or range and azimuth as they are; biases of range and azimuth in both."""
+    state = np.array([83e3, -45e3, 120.0, -160.0])
+    value = np.array([140e3, 2.3])
+    expected = FLAT_FORMS[kind](FLAT_SITES, 15.0, float(np.radians(0.05))).linearise(
+        Observation(0.0, 0, radar, value), state
+    )
+    by_state, noise = np.zeros((2, 2)), np.zeros(3)
+    site = FLAT_SITES[radar]
+    p0, p1, ground = kernel("predict_measurement", form)(
+        kind, PLANE, site, FLAT_NOISE, *state[:2], 0.0, 0.0, by_state, noise
+    )
+    seen = value if kind == kernels.KIND_FLAT_POLAR else cartesian_plot(site, *value)
+    np.testing.assert_allclose(seen - [p0, p1], expected.innovation, rtol=1e-12)
+    np.testing.assert_allclose(by_state, expected.by_state[:, :2], rtol=1e-14)
+    np.testing.assert_allclose(noise, expected.noise[[0, 0, 1], [0, 1, 1]], rtol=1e-12)
+    assert ground == pytest.approx(np.hypot(*(state[:2] - site)))
+    rates = by_state @ state[2:]
+    columns = [
+        kernel("bias_column", form)(kind, parameter, site, p0, p1, *rates)
+        for parameter in range(len(PARAMETER_NAMES))
+    ]
+    own = expected.by_bias[:, 2 * radar : 2 * radar + 2]
+    np.testing.assert_allclose(np.transpose(columns[:2]), own, rtol=1e-14)
+    # A gain acts as an offset that is proportional to the range; a late stamp shows the past.
+    np.testing.assert_allclose(columns[2], ground * np.array(columns[0]), rtol=1e-12)
+    np.testing.assert_array_equal(columns[3], -rates)
+
+
+@BOTH
+@pytest.mark.parametrize("kind", FLAT_FORMS)
+def test_a_plot_on_a_flat_plane_is_located_where_it_was_made(kind: int, form: str) -> None:
+    place = (83e3, -45e3)
+    seen = kernel("predict_measurement", form)(
+        kind, PLANE, FLAT_SITES[1], FLAT_NOISE, *place, 0.0, 0.0, np.zeros((2, 2)), np.zeros(3)
+    )
+    ok, *found = kernel("locate_measurement", form)(kind, PLANE, FLAT_SITES[1], *seen[:2], 0.0)
+    assert ok
+    np.testing.assert_allclose(found, place, rtol=1e-12)
+
+
+@BOTH
+@pytest.mark.parametrize("kind", FLAT_FORMS)
+def test_over_the_radar_of_a_flat_plane_nothing_is_made_up(kind: int, form: str) -> None:
+    """There is no line of sight: what depends on it is no number, and fails every gate."""
+    by_state, noise = np.zeros((2, 2)), np.zeros(3)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        kernel("predict_measurement", form)(
+            kind, PLANE, FLAT_SITES[0], FLAT_NOISE, *FLAT_SITES[0], 0.0, 0.0, by_state, noise
+        )
+    assert np.isnan(by_state).any() or np.isnan(noise).any()
