@@ -23,6 +23,9 @@ from multiradar.studies.result import Plot, Series
 #: Inches at 72 points each: the viewBox of a plot that stands alone, of one in a group, of a map.
 ALONE, IN_GROUP, MAP = (11.0, 5.4), (6.4, 4.0), (8.0, 8.0)
 
+#: Columns of a thinned line for each inch of a figure: two points across at most.
+_COLUMNS_PER_INCH = 36
+
 # matplotlib's words for the styles of a line, and its widths in points.
 _DASHES = {"dashed": (0, (5, 2.2)), "dotted": (0, (1.2, 1.6)), "reference": (0, (3, 2))}
 _WIDTHS = {"thin": 0.9, "reference": 1.2, "track": 1.4}
@@ -73,7 +76,8 @@ def draw_group(
     figures = []
     for plot in plots:
         figure = Figure(figsize=MAP if plot.equal_axes and len(plots) == 1 else size)
-        _draw(figure.add_subplot(), plot, colours)
+        columns = int(figure.get_figwidth() * _COLUMNS_PER_INCH)
+        _draw(figure.add_subplot(), plot, colours, columns)
         figures.append(figure)
     _share_limits([figure.axes[0] for figure in figures], plots)
     for figure, plot in zip(figures, plots, strict=True):
@@ -81,12 +85,12 @@ def draw_group(
     return figures
 
 
-def _draw(axes: Axes, plot: Plot, colours: Mapping[str, Colour]) -> None:
+def _draw(axes: Axes, plot: Plot, colours: Mapping[str, Colour], columns: int) -> None:
     axes.set_xscale(plot.x_scale)
     axes.set_yscale(plot.y_scale, nonpositive="mask") if plot.y_scale == "log" else None
     for series in plot.series:
         mark = series_colour(series, colours).mark
-        _draw_series(axes, thin(series), mark, wide=is_wide(series, plot))
+        _draw_series(axes, thin(series, columns), mark, wide=is_wide(series, plot))
     axes.margins(x=0.0 if _runs_in_time(plot) else 0.04, y=0.06)
     if plot.equal_axes:
         axes.set_aspect("equal", adjustable="datalim")

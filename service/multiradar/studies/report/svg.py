@@ -16,6 +16,9 @@ _SIZE = re.compile(r' (?:width|height)="[\d.]+pt"')
 _ID = re.compile(r' id="([^"]*)"')
 _REFERENCE = re.compile(r'(?:url\(|href=")#([^")]+)')
 _TAG = re.compile(r"<[^>]*>")
+_PATH = re.compile(r' d="([^"]{400,})"')
+_STEP = re.compile(r"\s*([A-Za-z])\s*|\s+")
+_TENTHS = re.compile(r"(\d+\.\d)\d+")
 _LONG_NUMBER = re.compile(r"(\d+\.\d{2})\d+")
 _FONT = re.compile(r"font: ([^;\"]*?)'DejaVu Sans'[^;\"]*")
 _SPACE_BETWEEN_TAGS = re.compile(r">\s+<")
@@ -81,9 +84,16 @@ def _cleaned(text: str) -> str:
     head, rest = text.split(">", 1)
     text = f"{_SIZE.sub('', head)}>{rest}"
     text = _FONT.sub(r"font: \1system-ui, sans-serif", text)
+    text = _PATH.sub(_shortened, text)
     # A hundredth of a point is enough for a place; numbers that are read stay as they are.
     text = _TAG.sub(lambda tag: _LONG_NUMBER.sub(r"\1", tag[0]), text)
     return _SPACE_BETWEEN_TAGS.sub(">\n<", text).strip()
+
+
+def _shortened(path: re.Match[str]) -> str:
+    # Long lines make the size of a report; a tenth of a point is a tenth of a pixel.
+    steps = _STEP.sub(lambda step: step[1] or " ", _TENTHS.sub(r"\1", path[1]))
+    return f' d="{steps.strip()}"'
 
 
 def _coloured(text: str, told: Callable[..., str]) -> str:

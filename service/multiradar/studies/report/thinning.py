@@ -5,31 +5,31 @@ from numpy.typing import NDArray
 
 from multiradar.studies.result import Series
 
-#: Columns that a line is told by; each keeps its first, lowest, highest and last point.
-COLUMNS = 500
 #: Points of a cloud that are drawn, evenly taken.
 POINTS_MAX = 2000
 
 
-def thin(series: Series) -> Series:
+def thin(series: Series, columns: int) -> Series:
     """Return a series that looks the same with fewer points.
 
     Parameters
     ----------
     series : Series
         Of any length; lines and bands run from left to right, or they are kept whole.
+    columns : int
+        Columns that a line is told by; each keeps its first, lowest, highest and last point.
 
     Returns
     -------
     Series
-        At most about four points for each of `COLUMNS`; extremes and gaps are kept.
+        At most about four points a column; extremes and gaps are kept.
     """
     count = len(series.x)
     if series.style == "points":
         return _taken(series, np.arange(0, count, -(-count // POINTS_MAX))) if count else series
-    if count <= 4 * COLUMNS or np.any(np.diff(series.x) < 0.0) or np.isnan(series.x).any():
+    if count <= 2 * columns or np.any(np.diff(series.x) < 0.0) or np.isnan(series.x).any():
         return series
-    return _taken(series, _kept(series))
+    return _taken(series, _kept(series, columns))
 
 
 def _taken(series: Series, kept: NDArray[np.intp]) -> Series:
@@ -38,8 +38,8 @@ def _taken(series: Series, kept: NDArray[np.intp]) -> Series:
     return Series(series.label, x, y, series.style, y2, series.key)
 
 
-def _kept(series: Series) -> NDArray[np.intp]:
-    edges = np.linspace(series.x[0], series.x[-1], COLUMNS + 1)
+def _kept(series: Series, columns: int) -> NDArray[np.intp]:
+    edges = np.linspace(series.x[0], series.x[-1], columns + 1)
     starts = np.unique(np.searchsorted(series.x, edges[:-1]))
     kept: set[int] = set()
     values = [series.y] if series.y2 is None else [series.y, series.y2]

@@ -15,10 +15,12 @@ from multiradar.studies.report.colours import (
 )
 from multiradar.studies.report.drawing import draw_group, plain_state
 from multiradar.studies.report.markdown import markdown_table, plot_svg
-from multiradar.studies.report.thinning import COLUMNS, POINTS_MAX, thin
+from multiradar.studies.report.thinning import POINTS_MAX, thin
 from multiradar.studies.result import Plot, Series, StudyOptions, Style, Table
 from support.fake_study import ENTRY
 
+#: Columns that a line is thinned to.
+COLUMNS = 300
 X = np.linspace(0.0, 10.0, 20)
 
 
@@ -84,7 +86,7 @@ def test_a_long_line_keeps_its_ends_and_extremes() -> None:
     x = np.arange(100_000.0)
     y = np.sin(x / 1000.0)
     y[54_321], y[77_777] = 40.0, -40.0
-    thinned = thin(Series("a", x, y))
+    thinned = thin(Series("a", x, y), COLUMNS)
     assert len(thinned.x) <= 5 * COLUMNS
     assert (thinned.x[0], thinned.x[-1]) == (x[0], x[-1])
     assert (thinned.y.max(), thinned.y.min()) == (40.0, -40.0)
@@ -95,7 +97,7 @@ def test_a_long_band_keeps_both_edges_and_a_gap_stays_a_gap() -> None:
     low, high = -np.ones(len(x)), np.ones(len(x))
     low[123], high[45_678] = -9.0, 9.0
     low[30_000:31_000] = np.nan
-    thinned = thin(Series("a", x, low, "band", high))
+    thinned = thin(Series("a", x, low, "band", high), COLUMNS)
     assert thinned.y2 is not None
     assert (np.nanmin(thinned.y), thinned.y2.max()) == (-9.0, 9.0)
     gap = thinned.x[np.isnan(thinned.y)]
@@ -106,11 +108,11 @@ def test_a_long_band_keeps_both_edges_and_a_gap_stays_a_gap() -> None:
 def test_a_track_that_turns_back_is_kept_whole_and_a_cloud_is_bounded() -> None:
     angle = np.linspace(0.0, 60.0, 9000)
     track = Series("a", np.cos(angle), np.sin(angle), "track")
-    assert thin(track) is track
-    cloud = thin(Series("a", angle, angle, "points"))
+    assert thin(track, COLUMNS) is track
+    cloud = thin(Series("a", angle, angle, "points"), COLUMNS)
     assert POINTS_MAX / 2 <= len(cloud.x) <= POINTS_MAX
     nothing = Series("a", X[:0], X[:0], "points")
-    assert len(thin(nothing).x) == 0
+    assert len(thin(nothing, COLUMNS).x) == 0
 
 
 def test_a_picture_for_documents_stands_on_its_own() -> None:
