@@ -1,0 +1,159 @@
+"""Vasiliev and Mattis, (1) and (2): a random acceleration along each axis.
+
+The state is Cartesian, (east, north, up, v_east, v_north, v_up). The model serves as a simulator,
+`CartesianAcceleration.step`, and as the linear model of a filter.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from multiradar.estimation.motion.axes import STATE_SIZE, Floats
+from multiradar.estimation.motion.coordinates import (
+    CARTESIAN,
+    cartesian_jacobian,
+    cartesian_transition,
+)
+from multiradar.estimation.motion.inputs import components, forward, per_axis
+
+
+@dataclass(frozen=True, slots=True)
+class CartesianAcceleration:
+    """Motion with an acceleration that is constant over an interval, along each axis.
+
+    Attributes
+    ----------
+    acceleration_mps2 : tuple of three floats
+        a_x, a_y, a_z: standard deviations of the acceleration east, north and up, m/s².
+
+    Raises
+    ------
+    ShapeError
+        There are not three.
+    MotionParameterError
+        One is negative or no finite number.
+
+    Notes
+    -----
+    As printed the acceleration moves the velocity alone: the position goes with the old velocity,
+    and Q is of rank three at most. Two half intervals add half the variance of one, so that the
+    parameters go with the interval at which they are used.
+
+    References
+    ----------
+    Vasiliev, Mattis, equations (1) and (2).
+    """
+
+    acceleration_mps2: tuple[float, float, float]
+
+    coordinates = CARTESIAN
+    transition = staticmethod(cartesian_transition)
+    jacobian = staticmethod(cartesian_jacobian)
+
+    def __post_init__(self) -> None:
+        checked = per_axis("acceleration", self.acceleration_mps2)
+        object.__setattr__(self, "acceleration_mps2", checked)
+
+    def step(self, state: ArrayLike, interval_s: float, draws: ArrayLike) -> Floats:
+        """Move aircraft on by one interval, equation (2).
+
+        Parameters
+        ----------
+        state : (..., 6) array_like
+            East, north, up (m), v_east, v_north, v_up (m/s).
+        interval_s : float
+            T, s, not negative.
+        draws : (..., 3) array_like
+            Independent standard normal numbers: east, north, up.
+
+        Returns
+        -------
+        (..., 6) ndarray
+            The new state.
+
+        Raises
+        ------
+        ShapeError
+            State or draws have another number of components.
+        TimeOrderError
+            The interval is negative or no finite number.
+        """
+        return jolted(state, interval_s, self.velocity_sigmas(interval_s), draws)
+
+    def noise(self, state: ArrayLike, interval_s: float) -> Floats:
+        """Return ϑ ϑᵀ of equation (1), the same for every state.
+
+        Parameters
+        ----------
+        state : (..., 6) array_like
+            Gives the number of aircraft.
+        interval_s : float
+            T, s, not negative.
+
+        Returns
+        -------
+        (..., 6, 6) ndarray
+            diag(0, 0, 0, a_x²T², a_y²T², a_z²T²).
+
+        Raises
+        ------
+        ShapeError, TimeOrderError
+            As for `step`.
+        """
+        return velocity_noise(state, self.velocity_sigmas(interval_s))
+
+    def velocity_sigmas(self, interval_s: float) -> Floats:
+        """Return (3,) a_x T, a_y T, a_z T, m/s: the entries of ϑ after (2)."""
+        return forward(interval_s) * np.array(self.acceleration_mps2)
+
+
+def jolted(state: ArrayLike, interval_s: float, sigmas: Floats, draws: ArrayLike) -> Floats:
+    """Move on with the old velocity, then change each velocity by its sigma times its draw.
+
+    Parameters
+    ----------
+    state : (..., 6) array_like
+        Cartesian.
+    interval_s : float
+        T, s.
+    sigmas : (3,) ndarray
+        Of the change of velocity, m/s.
+    draws : (..., 3) array_like
+        Standard normal numbers.
+
+    Returns
+    -------
+    (..., 6) ndarray
+        The new state.
+
+    Raises
+    ------
+    ShapeError, TimeOrderError
+        As for `CartesianAcceleration.step`.
+    """
+    moved = cartesian_transition(state, interval_s)
+    change = sigmas * components("draws", draws, 3)
+    parts = np.broadcast_arrays(moved[..., :3], moved[..., 3:] + change)
+    return np.concatenate(parts, axis=-1)
+
+
+def velocity_noise(state: ArrayLike, sigmas: Floats) -> Floats:
+    """Return the covariance of independent changes of the three velocities.
+
+    Parameters
+    ----------
+    state : (..., 6) array_like
+        Gives the number of aircraft.
+    sigmas : (3,) ndarray
+        Of the change of velocity, m/s.
+
+    Returns
+    -------
+    (..., 6, 6) ndarray
+        diag(0, 0, 0, σ_x², σ_y², σ_z²).
+    """
+    values = components("state", state, STATE_SIZE)
+    result = np.zeros((*values.shape, STATE_SIZE))
+    result[..., [3, 4, 5], [3, 4, 5]] = sigmas**2
+    return result

@@ -1,0 +1,80 @@
+"""Constant velocity in three dimensions, disturbed by white acceleration.
+
+`multiradar.estimation.motion.constant_velocity` is its form in the plane; this one stands beside
+the models of Vasiliev and Mattis and takes the same place in a filter.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from multiradar.estimation.motion.axes import STATE_SIZE, Floats
+from multiradar.estimation.motion.coordinates import (
+    CARTESIAN,
+    cartesian_jacobian,
+    cartesian_transition,
+)
+from multiradar.estimation.motion.inputs import components, forward, per_axis
+
+
+@dataclass(frozen=True, slots=True)
+class WhiteAcceleration:
+    """Constant velocity, disturbed by white acceleration along each axis.
+
+    Attributes
+    ----------
+    density : tuple of three floats
+        Spectral density of the acceleration east, north and up, m²/s³: the variance of the
+        velocity after one second.
+
+    Raises
+    ------
+    ShapeError
+        There are not three.
+    MotionParameterError
+        One is negative or no finite number.
+
+    References
+    ----------
+    Y. Bar-Shalom, X. R. Li, T. Kirubarajan, "Estimation with Applications to Tracking and
+    Navigation", Wiley 2001, equation (6.2.2-4).
+    """
+
+    density: tuple[float, float, float]
+
+    coordinates = CARTESIAN
+    transition = staticmethod(cartesian_transition)
+    jacobian = staticmethod(cartesian_jacobian)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "density", per_axis("density", self.density))
+
+    def noise(self, state: ArrayLike, interval_s: float) -> Floats:
+        """Return the covariance that an interval adds, the same for every state.
+
+        Parameters
+        ----------
+        state : (..., 6) array_like
+            Gives the number of aircraft.
+        interval_s : float
+            T, s, not negative.
+
+        Returns
+        -------
+        (..., 6, 6) ndarray
+            [[T³/3, T²/2], [T²/2, T]] for each axis, times its density: exact for any interval.
+
+        Raises
+        ------
+        ShapeError
+            The state has another number of components.
+        TimeOrderError
+            The interval is negative or no finite number.
+        """
+        values = components("state", state, STATE_SIZE)
+        interval = forward(interval_s)
+        powers = [[interval**3 / 3.0, interval**2 / 2.0], [interval**2 / 2.0, interval]]
+        result = np.zeros((*values.shape, STATE_SIZE))
+        result[...] = np.kron(powers, np.diag(self.density))  # (6.2.2-4)
+        return result
