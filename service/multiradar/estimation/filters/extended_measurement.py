@@ -1,0 +1,169 @@
+"""What sensors measure of one aircraft in space, for the extended Kalman filter.
+
+All on flat axes (east, north, up), metres: good where the earth's curvature does not count, as in
+the studies. A measurement depends on the position alone, so it goes with every motion model.
+"""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from multiradar.errors import ShapeError
+from multiradar.estimation.gaussian import require_covariance
+from multiradar.estimation.measurement.angles import wrapped
+from multiradar.estimation.measurement.cone_of_silence import azimuth_trusted
+from multiradar.estimation.motion.axes import Floats
+from multiradar.estimation.motion.inputs import components
+
+
+class SpaceMeasurement(Protocol):
+    """A sensor; positions and measurements may have leading axes, one for each aircraft."""
+
+    @property
+    def noise(self) -> Floats:
+        """Covariance of a measurement's random error, W, (m, m)."""
+
+    def predict(self, position: Floats, /) -> Floats:
+        """Return (..., m): what is measured of an aircraft there, without error."""
+
+    def jacobian(self, position: Floats, /) -> Floats:
+        """Return (..., m, 3): the derivative of `predict`, finite wherever the position is."""
+
+    def residual(self, measured: Floats, predicted: Floats, /) -> Floats:
+        """Return (..., m): measured minus predicted, angles within half a turn."""
+
+    def usable(self, position: Floats, /) -> NDArray[np.bool_]:
+        """Return (...) bool: whether the sensor says something of an aircraft there."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MeasuredPlace:
+    """East, north and up, measured at once.
+
+    Attributes
+    ----------
+    noise : (3, 3) array
+        Covariance of the error, m².
+
+    Raises
+    ------
+    CovarianceError
+        It is none.
+    ShapeError
+        It is not of that shape.
+    """
+
+    noise: Floats
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "noise", _covariance(self.noise))
+
+    def predict(self, position: Floats) -> Floats:
+        """Return the position itself."""
+        return np.array(position, np.float64)
+
+    def jacobian(self, position: Floats) -> Floats:
+        """Return the identity."""
+        result = np.zeros((*np.shape(position), 3))
+        result[...] = np.eye(3)
+        return result
+
+    def residual(self, measured: Floats, predicted: Floats) -> Floats:
+        """Return the difference."""
+        return np.asarray(measured - predicted)
+
+    def usable(self, position: Floats) -> NDArray[np.bool_]:
+        """Return True everywhere."""
+        return np.ones(np.shape(position)[:-1], np.bool_)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MeasuredPolar:
+    """Slant range, azimuth, and elevation or height.
+
+    Attributes
+    ----------
+    site_m : (3,) array
+        East, north and up of the radar, m.
+    noise : (3, 3) array
+        Covariance of the error: m, rad, and rad or m.
+    third : str
+        `elevation`, the angle above the horizontal plane through the radar, or `height`, the
+        aircraft's up coordinate, such as its reported altitude.
+
+    Raises
+    ------
+    CovarianceError
+        The noise is no covariance.
+    ShapeError
+        The site or the noise is of another shape, or the third component is called otherwise.
+
+    Notes
+    -----
+    Azimuth is clockwise from north. Over the radar (`cone_of_silence`) the azimuth says nothing
+    and the measurement is not usable.
+    """
+
+    site_m: Floats
+    noise: Floats
+    third: str = "elevation"
+
+    def __post_init__(self) -> None:
+        site = np.asarray(self.site_m, np.float64)
+        if site.shape != (3,) or not np.isfinite(site).all():
+            raise ShapeError("site", "three finite numbers (east, north, up)", site.shape)
+        if self.third not in ("elevation", "height"):
+            raise ShapeError(f"third component {self.third!r}", "elevation or height", (3,))
+        object.__setattr__(self, "site_m", site)
+        object.__setattr__(self, "noise", _covariance(self.noise))
+
+    def predict(self, position: Floats) -> Floats:
+        """Return slant range (m), azimuth (rad), and elevation (rad) or height (m)."""
+        east, north, up, ground = self._line(position)
+        is_height = self.third == "height"
+        third = up + self.site_m[2] if is_height else np.arctan2(up, ground)
+        return np.stack([np.hypot(ground, up), np.arctan2(east, north), third], -1)
+
+    def jacobian(self, position: Floats) -> Floats:
+        """Return the derivative by (east, north, up); 0 where an angle is not defined."""
+        east, north, up, ground = self._line(position)
+        slant = _or_one(np.hypot(ground, up))
+        ground = _or_one(ground)
+        zero = np.zeros_like(east)
+        by_range = np.stack([east / slant, north / slant, up / slant], -1)
+        by_azimuth = np.stack([north / ground**2, -east / ground**2, zero], -1)
+        if self.third == "height":
+            by_third = np.stack([zero, zero, zero + 1.0], -1)
+        else:
+            bend = -up / (ground * slant**2)
+            by_third = np.stack([bend * east, bend * north, ground / slant**2], -1)
+        return np.stack([by_range, by_azimuth, by_third], -2)
+
+    def residual(self, measured: Floats, predicted: Floats) -> Floats:
+        """Return the difference, angles within half a turn."""
+        result = np.asarray(measured - predicted)
+        result[..., 1] = wrapped(result[..., 1])
+        return result
+
+    def usable(self, position: Floats) -> NDArray[np.bool_]:
+        """Return whether the aircraft is outside the cone of silence."""
+        _, _, up, ground = self._line(position)
+        return np.asarray(azimuth_trusted(ground, up, 0.0) & (ground > 0.0))
+
+    def _line(self, position: ArrayLike) -> tuple[Floats, Floats, Floats, Floats]:
+        line = components("position", position, 3) - self.site_m
+        east, north, up = np.moveaxis(line, -1, 0)
+        return east, north, up, np.hypot(east, north)
+
+
+def _or_one(length: Floats) -> Floats:
+    return np.where(length > 0.0, length, 1.0)
+
+
+def _covariance(noise: ArrayLike) -> Floats:
+    values = require_covariance(noise, "measurement noise")
+    if values.shape != (3, 3):
+        raise ShapeError("measurement noise", "the shape (3, 3)", values.shape)
+    return values
