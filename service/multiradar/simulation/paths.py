@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 
+from multiradar.estimation.motion.axes import frame_to_velocity
 from multiradar.simulation.scene import Aircraft, CoupledNoise, Leg
 
 Floats = NDArray[np.float64]
@@ -148,24 +149,20 @@ def _white(aircraft: Aircraft, length_s: float, rng: np.random.Generator) -> _Kn
     return KNOT_S * np.arange(count + 1.0), place, velocity, height
 
 
-# Model (5): speed V, course K and climb angle φ walk; places follow with the values before.
+# Model (5), all intervals at once: the frame (V, K, φ) walks, and the place follows with the velocity
+# before. `VelocityFrame.step` is the same one interval at a time.
 def _coupled(
     aircraft: Aircraft, noise: CoupledNoise, length_s: float, rng: np.random.Generator
 ) -> _Knots:
     step, count = noise.step_s, int(np.ceil(length_s / noise.step_s))
-    sigmas = step * np.array(
-        [
-            noise.acceleration_sigma_mps2,
-            noise.course_rate_sigma_rad_per_s,
-            noise.climb_rate_sigma_rad_per_s,
-        ]
-    )
-    walk = np.cumsum(np.vstack([np.zeros(3), sigmas * rng.normal(size=(count, 3))]), axis=0)
-    speed, course = aircraft.speed_mps + walk[:, 0], aircraft.heading_rad + walk[:, 1]
-    climb = walk[:, 2]
-    ground = speed * np.cos(climb)
-    velocity = np.stack([ground * np.sin(course), ground * np.cos(course)], axis=-1)
-    rise = np.concatenate([[0.0], np.cumsum(step * (speed * np.sin(climb))[:-1])])
-    way = np.vstack([np.zeros(2), np.cumsum(step * velocity[:-1], axis=0)])
-    place = way + np.array([aircraft.east_m, aircraft.north_m])
-    return step * np.arange(count + 1.0), place, velocity, aircraft.height_m + rise
+    sigmas = [
+        noise.acceleration_sigma_mps2,
+        noise.course_rate_sigma_rad_per_s,
+        noise.climb_rate_sigma_rad_per_s,
+    ]
+    changes = step * np.array(sigmas) * rng.normal(size=(count, 3))
+    start = np.array([aircraft.speed_mps, aircraft.heading_rad, 0.0])
+    velocity = frame_to_velocity(start + np.vstack([np.zeros(3), np.cumsum(changes, axis=0)]))
+    way = np.vstack([np.zeros(3), np.cumsum(step * velocity[:-1], axis=0)])
+    place = way + np.array([aircraft.east_m, aircraft.north_m, aircraft.height_m])
+    return step * np.arange(count + 1.0), place[:, :2], velocity[:, :2], place[:, 2]

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from pydantic import ValidationError
 
-from multiradar.errors import ConfigurationError
+from multiradar.errors import ConfigurationError, OutsidePlaneError
 from multiradar.estimation.measurement.sensors import PARAMETER_AZIMUTH_OFFSET, PARAMETER_NAMES
-from multiradar.geodesy.system_plane import SystemPlane
+from multiradar.geodesy.system_plane import ANGLE_MAX_DEG, SystemPlane
 from multiradar.simulation.scene import Aircraft, Bias, CoupledNoise, Leg, Scene, Sensor, Traffic
 from multiradar.simulation.scene_tables import (
     SCENE_ERROR,
@@ -167,12 +167,18 @@ def _plane(table: SceneTable) -> SystemPlane:
 
 
 def _place(table: AircraftTable | SensorTable, plane: SystemPlane) -> tuple[float, float]:
-    if table.latitude_deg is not None and table.longitude_deg is not None:
+    if table.latitude_deg is None or table.longitude_deg is None:
+        return table.east_m or 0.0, table.north_m or 0.0
+    try:
         east, north = plane.to_plane(
             np.radians(table.latitude_deg), np.radians(table.longitude_deg)
         )
-        return float(east), float(north)
-    return table.east_m or 0.0, table.north_m or 0.0
+    except OutsidePlaneError as error:
+        raise ConfigurationError(
+            f"latitude_deg and longitude_deg: expected a place within {ANGLE_MAX_DEG:g} degrees of "
+            f"the plane's centre, was {table.latitude_deg:g}, {table.longitude_deg:g}"
+        ) from error
+    return float(east), float(north)
 
 
 def _aircraft(tables: Sequence[AircraftTable], plane: SystemPlane) -> tuple[Aircraft, ...]:

@@ -1,5 +1,7 @@
 """What a scene looks like in TOML: the tables, their keys, units and bounds."""
 
+from collections import Counter
+from collections.abc import Sequence
 from typing import Annotated, Any, Self
 
 from pydantic import AfterValidator, BeforeValidator, Field, StringConstraints, model_validator
@@ -274,6 +276,12 @@ class SensorTable(_Placed):
         return self
 
 
+def _check_once(what: str, names: Sequence[str | int]) -> None:
+    for name, count in Counter(names).items():
+        if count > 1:
+            raise wrong(f"expected each {what} once, was twice {name}")
+
+
 class SceneTable(Table):
     """A whole scene."""
 
@@ -288,10 +296,9 @@ class SceneTable(Table):
 
     @model_validator(mode="after")
     def _is_a_scene(self) -> Self:
-        ids = [one.id for one in self.sensor]
-        for name in ids:
-            if ids.count(name) > 1:
-                raise wrong(f"expected each id of a sensor once, was twice {name}")
+        _check_once("id of a sensor", [one.id for one in self.sensor])
+        numbers = [one.track_number for one in self.aircraft if one.track_number is not None]
+        _check_once("track_number", numbers)
         count = len(self.aircraft) + sum(one.count for one in self.traffic)
         if not 1 <= count <= AIRCRAFT_MAX:
             raise wrong(f"expected 1 to {AIRCRAFT_MAX} aircraft, was {count}")

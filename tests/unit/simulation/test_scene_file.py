@@ -1,0 +1,216 @@
+"""Scenes read as they were written, or not at all, with the key and what was expected."""
+
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from multiradar.errors import ConfigurationError
+from multiradar.simulation.scene_file import (
+    builtin_names,
+    builtin_scene,
+    builtin_table,
+    changed,
+    load_scene,
+    scene_of,
+    scene_table,
+    table_text,
+)
+from multiradar.simulation.toml_text import toml_text
+from multiradar.simulation.traffic import all_aircraft
+
+GOOD = """\
+seed = 5
+duration_s = 60
+
+[plane]
+latitude_deg = 56.0
+longitude_deg = 61.0
+
+[[aircraft]]
+latitude_deg = 56.5
+longitude_deg = 61.5
+speed_mps = 200
+heading_deg = 90
+mode_3a = "1234"
+mode_s_address = "abcdef"
+
+[[aircraft.leg]]
+duration_s = 30
+turn_rate_deg_per_s = -1.5
+
+[[sensor]]
+id = "A"
+latitude_deg = 56.0
+longitude_deg = 61.0
+rotation_period_s = 4
+azimuth_sigma_deg = 0.05
+gaps_s = [[10, 20]]
+bias.range_offset_m = 100
+bias.azimuth_offset_deg = { value = -0.2, drift = 0.01, prior_sigma = 0.4 }
+"""
+
+
+def _load(folder: Path, text: str) -> None:
+    path = folder / "scene.toml"
+    path.write_text(text, encoding="utf-8")
+    load_scene(path)
+
+
+def test_units_are_si_and_radians_inside(tmp_path: Path) -> None:
+    path = tmp_path / "scene.toml"
+    path.write_text(GOOD, encoding="utf-8")
+    scene = load_scene(path)
+    (sensor,), (aircraft,) = scene.sensors, scene.aircraft
+    assert sensor.azimuth_sigma_rad == pytest.approx(np.radians(0.05), rel=1e-15)
+    assert [bias.value for bias in sensor.biases] == [100.0, np.radians(-0.2), 0.0, 0.0]
+    assert sensor.biases[1].drift == pytest.approx(np.radians(0.01))
+    assert sensor.biases[1].prior_sigma == pytest.approx(np.radians(0.4))
+    assert sensor.told == {0, 1}
+    assert sensor.horizon
+    assert (sensor.east_m, sensor.north_m) == pytest.approx((0.0, 0.0), abs=1e-6)
+    # Half a degree of each is about 31 km east, 56 km north.
+    assert aircraft.east_m == pytest.approx(30.8e3, abs=300.0)
+    assert aircraft.north_m == pytest.approx(55.8e3, abs=300.0)
+    assert aircraft.legs[0].turn_rate_rad_per_s == pytest.approx(np.radians(-1.5))
+    assert (aircraft.mode_3a, aircraft.mode_s_address) == (0o1234, 0xABCDEF)
+    assert aircraft.track_number == 1
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("seed = 5", "sead = 5", "expected a key of title, seed, duration_s,"),
+        ("seed = 5", "sead = 5", "was 'sead'"),
+        ("seed = 5", "seed = -1", "seed: expected a value greater than or equal to 0, was -1"),
+        ("seed = 5", "seed = 1.5", "seed: "),
+        ("duration_s = 60", "", "duration_s: expected a value, was absent"),
+        ("duration_s = 60", "duration_s = 0", "duration_s: expected a value greater than 0"),
+        ("duration_s = 60", "duration_s = inf", "duration_s: "),
+        ("duration_s = 60", "duration_s = nan", "duration_s: "),
+        ("duration_s = 60", 'duration_s = "60"', "duration_s: "),
+        ("duration_s = 60", "duration_s = 1e9", "duration_s: expected a value less than"),
+        ("speed_mps = 200", "speed_kt = 200", "aircraft[0]: expected a key of east_m, north_m,"),
+        ("speed_mps = 200", "speed_mps = -3", "aircraft[0].speed_mps: expected a value greater"),
+        ("speed_mps = 200", "speed_mps = true", "aircraft[0].speed_mps: "),
+        ("latitude_deg = 56.5", "east_m = 5.0", "aircraft[0]: expected the place of the aircraft"),
+        ("latitude_deg = 56.5", "latitude_deg = 91", "aircraft[0].latitude_deg: expected a value"),
+        ("latitude_deg = 56.5", "latitude_deg = -80", "expected a place within 60 degrees"),
+        ('"1234"', '"1289"', "aircraft[0].mode_3a: expected text of the form"),
+        ("speed_mps = 200", "speed_mps = 200\nend_s = 0", "aircraft[0]: expected end_s after"),
+        ("duration_s = 30", "duration_s = -30", "aircraft[0].leg[0].duration_s: expected a value"),
+        ("duration_s = 30", "length_s = 30", "aircraft[0].leg[0]: expected a key of duration_s,"),
+        (
+            "speed_mps = 200",
+            "speed_mps = 200\nacceleration_density = 1",
+            "aircraft[0]: expected one of legs, coupled and acceleration_density, was more than",
+        ),
+        ('id = "A"', 'id = "A B"', "sensor[0].id: expected text of the form"),
+        ('id = "A"', 'id = "A"\nkind = "sonar"', "sensor[0].kind: expected 'radar', 'adsb' or"),
+        ('id = "A"', 'id = "A"\nkind = "adsb"', "expected no latitude_deg for the adsb A"),
+        ('id = "A"', 'id = "A"\ninterval_s = 2', "expected rotation_period_s or interval_s, was b"),
+        ('id = "A"', 'id = "A"\nposition_sigma_m = 2', "expected no position_sigma_m for the rad"),
+        ('id = "A"', 'id = "A"\ndetection_probability = 1.1', "detection_probability: expected a"),
+        ('id = "A"', 'id = "A"\nreports = ["hight"]', "sensor[0].reports[0]: expected 'height',"),
+        ("[[10, 20]]", "[[20, 10]]", "sensor[0].gaps_s[0]: expected two numbers in ascending"),
+        ("[[10, 20]]", "[[20]]", "sensor[0].gaps_s[0]"),
+        ("= 0.05", "= 0", "sensor[0].azimuth_sigma_deg: expected a value greater than 0, was 0"),
+        ("bias.range_offset_m", "bias.range_m", "sensor[0].bias: expected a key of range_offset"),
+        ("drift = 0.01", "drift = -1", "sensor[0].bias.azimuth_offset_deg.drift: expected a val"),
+        ("drift = 0.01", "drift_rate = 1", "bias.azimuth_offset_deg: expected a key of value, dr"),
+        ("[plane]", '[plane]\nkind = "flat"', "expected places as east_m and north_m on a flat"),
+        ("[plane]", '[plane]\nkind = "round"', "plane.kind: expected 'flat' or 'wgs84'"),
+        ("latitude_deg = 56.0\nlongitude_deg = 61.0\n\n[[air", "latitude_deg = 56.0\n\n[[air",
+         "plane: expected both latitude_deg and longitude_deg"),
+        ("seed = 5", "seed = ", "expected TOML, was not"),
+        ("[[sensor]]", "[[sensors]]", "expected a key of title, seed,"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_used_is_named_with_what_was_expected(
+    tmp_path: Path, old: str, new: str, told: str
+) -> None:
+    assert old in GOOD
+    with pytest.raises(ConfigurationError) as caught:
+        _load(tmp_path, GOOD.replace(old, new, 1))
+    assert told in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_scenes_without_anything_to_see_or_with_names_twice_are_refused(tmp_path: Path) -> None:
+    aircraft = GOOD[GOOD.index("[[aircraft]]") : GOOD.index("[[sensor]]")]
+    sensor = GOOD[GOOD.index("[[sensor]]") :]
+    with pytest.raises(ConfigurationError, match="expected 1 to 20000 aircraft, was 0"):
+        _load(tmp_path, GOOD.replace(aircraft, ""))
+    with pytest.raises(ConfigurationError, match="sensor: expected a value, was absent"):
+        _load(tmp_path, GOOD.replace(sensor, ""))
+    with pytest.raises(ConfigurationError, match="expected each id of a sensor once, was twice A"):
+        _load(tmp_path, GOOD + sensor)
+    numbered = aircraft.replace("speed_mps", "track_number = 4\nspeed_mps")
+    with pytest.raises(ConfigurationError, match="expected each track_number once, was twice 4"):
+        _load(tmp_path, GOOD.replace(aircraft, numbered + numbered))
+    nowhere = "duration_s = 9\n[[traffic]]\ncount = 1\neast_m = 0\nnorth_m = 0\n"
+    with pytest.raises(ConfigurationError, match="of the plane's centre, or of a radar"):
+        _load(tmp_path, nowhere + '[[sensor]]\nid = "A"\neast_m = 0\nnorth_m = 0\n')
+
+
+def test_a_file_that_is_not_there_or_no_text_is_named(tmp_path: Path) -> None:
+    missing = tmp_path / "no.toml"
+    with pytest.raises(ConfigurationError, match=r"no\.toml: expected a file, was"):
+        load_scene(missing)
+    missing.write_bytes(b"title = '\xff'")
+    with pytest.raises(ConfigurationError, match="expected UTF-8 text"):
+        load_scene(missing)
+
+
+@pytest.mark.parametrize("name", builtin_names())
+def test_every_scene_that_comes_along_reads_and_writes_back(name: str) -> None:
+    table = builtin_table(name)
+    assert table.title
+    again = scene_table(tomllib.loads(table_text(table)), source="again")
+    assert scene_of(again) == builtin_scene(name)
+    assert len(all_aircraft(scene_of(again))) >= 15
+
+
+def test_an_unknown_scene_names_the_known_ones() -> None:
+    with pytest.raises(ConfigurationError, match=r"expected a scene of .*report-1-6, .* was 'x'"):
+        builtin_scene("x")
+
+
+def test_another_seed_draws_other_aircraft_and_is_checked() -> None:
+    table = builtin_table("report-1-6")
+    scene = scene_of(changed(table, seed=99, duration_s=12.5))
+    assert (scene.seed, scene.duration_s) == (99, 12.5)
+    first, other = all_aircraft(builtin_scene("report-1-6")), all_aircraft(scene)
+    assert all(a.east_m != b.east_m for a, b in zip(first, other, strict=True))
+    with pytest.raises(ConfigurationError, match="duration_s: expected a value greater than 0"):
+        changed(table, duration_s=0.0)
+
+
+def test_traffic_stays_within_its_spans_and_has_identities_of_its_own() -> None:
+    aircraft = all_aircraft(builtin_scene("manoeuvring-traffic"))
+    drawn = aircraft[1:]
+    assert len(drawn) == 30
+    assert all(abs(one.east_m) <= 100e3 and 3000 <= one.height_m <= 11_000 for one in drawn)
+    assert len({one.track_number for one in aircraft}) == 31
+    assert len({one.mode_s_address for one in aircraft}) == 31
+    assert all(one.mode_3a is not None and 0 <= one.mode_3a <= 0o7777 for one in aircraft)
+    for one in drawn:
+        rates = [abs(leg.turn_rate_rad_per_s) for leg in one.legs]
+        assert rates[0] == 0.0
+        assert np.all(np.radians(0.999) <= np.array(rates[1::2]))
+        assert np.all(np.array(rates) <= np.radians(3.0))
+        assert sum(leg.duration_s for leg in one.legs) >= 1200.0
+        speeds = one.speed_mps + np.cumsum(
+            [leg.acceleration_mps2 * leg.duration_s for leg in one.legs]
+        )
+        assert np.all((speeds > 50.0) & (speeds < 400.0))
+
+
+def test_text_reads_back_whatever_it_says() -> None:
+    table = {
+        "text": 'quote " back\\slash \t tab \x7f é\n', "yes": True, "whole": -3, "small": 1e-30,
+        "pairs": [[1.5, 2.0], [3.0, 4.0]], "none": [], "inner": {"deep": {"x": 1.0}, "y": "z"},
+        "many": [{"a": 1, "b": {"c": [True]}}, {"a": 2}],
+    }  # fmt: skip
+    assert tomllib.loads(toml_text(table | {"absent": None})) == table
