@@ -25,8 +25,6 @@ next increments of V and φ are as likely with the other sign.
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from multiradar.estimation.measurement.angles import wrapped
-
 STATE_SIZE = 6
 
 Floats = NDArray[np.float64]
@@ -71,7 +69,7 @@ def velocity_to_frame(velocity: ArrayLike) -> Floats:
     values = np.asarray(velocity, np.float64)
     east, north, up = np.moveaxis(values, -1, 0)
     level = np.hypot(east, north)
-    course = wrapped(np.arctan2(east, north))
+    course = _wrapped(np.arctan2(east, north))
     return np.stack([np.hypot(level, up), course, np.arctan2(up, level)], -1)
 
 
@@ -118,13 +116,22 @@ def canonical_frame(frame: ArrayLike) -> tuple[Floats, Floats]:
     """
     speed, course, climb = np.moveaxis(np.asarray(frame, np.float64), -1, 0)
     backwards = speed < 0.0
-    climb = wrapped(np.where(backwards, -climb, climb))
+    climb = _wrapped(np.where(backwards, -climb, climb))
     over = np.abs(climb) > np.pi / 2.0
     # Whole turns first: near the end of the range a small angle keeps its digits.
     climb = np.where(over, np.copysign(np.pi, climb) - climb, climb)
-    course = wrapped(np.where(backwards != over, course + np.pi, course))
+    course = _wrapped(np.where(backwards != over, course + np.pi, course))
     one = np.ones_like(speed)
     signs = np.stack(
         [np.where(backwards, -1.0, one), one, np.where(backwards != over, -1.0, one)], -1
     )
     return np.stack([np.abs(speed), course, climb], -1), signs
+
+
+# In [−π, π), and to the last bit what was there already. Models of motion and of measurement do not
+# know each other, so each has its own.
+def _wrapped(angle: Floats) -> Floats:
+    turn = 2.0 * np.pi
+    inside = (angle >= -np.pi) & (angle < np.pi)
+    moved = angle - turn * np.floor((angle + np.pi) / turn)
+    return np.where(inside, angle, np.where(moved >= np.pi, -np.pi, moved))
