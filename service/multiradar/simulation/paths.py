@@ -149,8 +149,8 @@ def _white(aircraft: Aircraft, length_s: float, rng: np.random.Generator) -> _Kn
     return KNOT_S * np.arange(count + 1.0), place, velocity, height
 
 
-# Model (5), all intervals at once: the frame (V, K, φ) walks, and the place follows with the velocity
-# before. `VelocityFrame.step` is the same one interval at a time.
+# Model (5), all intervals at once: the frame (V, K, φ) walks, and the place follows with the
+# velocity before. `VelocityFrame.step` is the same one interval at a time.
 def _coupled(
     aircraft: Aircraft, noise: CoupledNoise, length_s: float, rng: np.random.Generator
 ) -> _Knots:

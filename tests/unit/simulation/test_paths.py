@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from multiradar.estimation.motion.axes import frame_to_velocity
 from multiradar.estimation.motion.velocity_frame import VelocityFrame
 from multiradar.simulation.paths import fly
 from multiradar.simulation.scene import Aircraft, CoupledNoise, Leg
@@ -105,7 +106,7 @@ def test_model_5_is_that_of_the_motion_models_step_by_step() -> None:
     for number, draw in enumerate(draws[:30], start=1):
         state = model.step(state, 2.0, draw)
         now = np.array([100.0 + 2.0 * number])
-        east, north, up, *velocity = model.cartesian(state)
+        (east, north, up), velocity = state[:3], frame_to_velocity(state[3:])
         np.testing.assert_allclose(path.states(now)[0, :2], [east, north], rtol=0, atol=1e-6)
         np.testing.assert_allclose(path.states(now)[0, 2:], velocity[:2], rtol=0, atol=1e-9)
         assert path.height(now)[0] == pytest.approx(up, abs=1e-6)
