@@ -1,5 +1,7 @@
 """The compiled filters behind the verbs of the reference filters, one row at a time."""
 
+from typing import Literal
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -8,13 +10,21 @@ from multiradar.estimation.filters._joint_kernels import adopt_aircraft
 from multiradar.estimation.filters._kernels import SEVERAL
 from multiradar.estimation.filters.arrays import Rows, Work, result_arrays
 from multiradar.estimation.filters.bank import Outcome, find_filter
+from multiradar.estimation.measurement._kernels import KIND_FLAT_PLACE, KIND_FLAT_POLAR
+from multiradar.estimation.measurement.linearised import cartesian_plot
 from multiradar.tracking.measurements import KIND_POSITION, KIND_RADAR
 from multiradar.tracking.model import filter_model
 from multiradar.tracking.settings import TrackingSettings
 from support.reference_filters import Observation
-from support.scenes import Scene
+from support.scenes import Scene, flat_sites
 
 Floats = NDArray[np.float64]
+Form = Literal["ellipsoid", "polar", "place"]
+KINDS: dict[Form, int] = {
+    "ellipsoid": KIND_RADAR,
+    "polar": KIND_FLAT_POLAR,
+    "place": KIND_FLAT_PLACE,
+}
 UPPER = np.triu_indices(4)
 
 
@@ -33,12 +43,21 @@ def plain_settings(name: str, acceleration: float) -> TrackingSettings:
 class CompiledFilter:
     """One of the registered filters on a scene's sensors.
 
-    With `by_epochs` biases are merged only by `publish`, else after each observation.
+    With `by_epochs` biases are merged only by `publish`, else after each observation. `form` says
+    how plots are read; the flat ones want a scene from `flattened`.
     """
 
     def __init__(
-        self, scene: Scene, settings: TrackingSettings, *, by_epochs: bool = False, slots: int = 16
+        self,
+        scene: Scene,
+        settings: TrackingSettings,
+        *,
+        by_epochs: bool = False,
+        slots: int = 16,
+        form: Form = "ellipsoid",
     ) -> None:
+        self._form = form
+        self._sites = flat_sites(scene.plane, scene.sensors)
         self._sensors, self._plane, self._settings = scene.sensors, scene.plane, settings
         self._definition = find_filter(settings.filter_name)
         self._by_epochs = by_epochs
@@ -66,9 +85,9 @@ class CompiledFilter:
         rows = Rows(
             slot=np.array([observation.aircraft]),
             time=np.array([observation.time_s]),
-            kind=np.array([KIND_POSITION if observation.is_position else KIND_RADAR]),
+            kind=np.array([KIND_POSITION if observation.is_position else KINDS[self._form]]),
             sensor=np.array([observation.radar]),
-            z=observation.value[None, :].copy(),
+            z=self._value(observation)[None, :].copy(),
             height=np.array([observation.height_m]),
         )
         result = result_arrays(1, 0, 0)._replace(information=self._information, vector=self._vector)
@@ -113,5 +132,12 @@ class CompiledFilter:
     def biases(self) -> tuple[Floats, Floats]:
         return self._book.state.estimate, self._book.state.covariance
 
+    def _value(self, observation: Observation) -> Floats:
+        if self._form != "place" or observation.is_position:
+            return observation.value
+        return cartesian_plot(self._sites[observation.radar], *observation.value)
+
     def _load(self) -> None:
         self._model = filter_model(self._sensors, self._settings, self._plane, self._book.state)
+        if self._form != "ellipsoid":
+            self._model.sites[:, :2] = self._sites

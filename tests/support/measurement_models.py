@@ -16,6 +16,7 @@ from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy import _kernels as kernels
 from multiradar.geodesy.system_plane import SystemPlane
 from support.reference_filters import Linearised, Observation
+from support.scenes import flat_sites
 
 Floats = NDArray[np.float64]
 
@@ -62,6 +63,37 @@ class FlatPolar(FlatRadars):
         miss[1] = wrapped(miss[1])
         noise = np.diag([self.range_sigma_m**2, self.azimuth_sigma_rad**2])
         return Linearised(miss, by_state, by_bias, noise)
+
+
+class Flat:
+    """A flat plane with any bias parameters; plots as they are, or as the places they point to."""
+
+    def __init__(self, plane: SystemPlane, sensors: SensorTable, *, as_places: bool) -> None:
+        self._sensors, self._as_places = sensors, as_places
+        self._sites = flat_sites(plane, sensors)
+
+    def linearise(self, observation: Observation, state: Floats) -> Linearised:
+        sensors, radar = self._sensors, observation.radar
+        by_bias = np.zeros((2, len(sensors.parameter_kind)))
+        if observation.is_position:
+            noise = np.eye(2) * sensors.position_sigma_m[radar] ** 2
+            return Linearised(observation.value - state[:2], np.eye(2, 4), by_bias, noise)
+        site, own = self._sites[radar], np.flatnonzero(sensors.parameter_sensor == radar)
+        matrix = cartesian_bias_matrix(site, state[:2])  # D: place by range and azimuth
+        by_state = np.zeros((2, 4))
+        by_state[:, :2] = np.linalg.inv(matrix)
+        line = state[:2] - site
+        seen = np.array([np.hypot(*line), np.arctan2(*line)])
+        rates = by_state[:, :2] @ state[2:]
+        by_bias[:, own] = bias_matrix(sensors.parameter_kind[own], seen[0], rates[0], rates[1])
+        sigmas = sensors.range_sigma_m[radar], sensors.azimuth_sigma_rad[radar]
+        if self._as_places:
+            place = cartesian_plot(site, observation.value[0], observation.value[1])
+            noise = cartesian_noise(matrix, *sigmas)
+            return Linearised(place - state[:2], np.eye(2, 4), matrix @ by_bias, noise)
+        miss = observation.value - seen
+        miss[1] = wrapped(miss[1])
+        return Linearised(miss, by_state, by_bias, np.diag(np.square(sigmas)))
 
 
 class EllipsoidPolar:

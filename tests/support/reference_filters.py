@@ -14,6 +14,7 @@ from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import block_diag, null_space
 from scipy.optimize import minimize_scalar
 
 from multiradar.estimation.gaussian import symmetric_part
@@ -281,6 +282,70 @@ class BlomSeparated(Separated):
             *_as_if_known(covariance, seen.by_state, seen.noise),
             *_as_if_known(self._covariance, seen.by_bias, seen.noise),
         )
+
+
+class BlomMacro(Separated):
+    """Aircraft as by `BlomSeparated`; biases by the latest plots of several radars, stacked.
+
+    The place of the aircraft, common to the stacked plots, is eliminated by what is orthogonal to
+    how it enters; the velocity that carries the plots to one time adds its uncertainty to the
+    noise. Stacked and folded by `publish`, as at the end of an epoch.
+    """
+
+    def __init__(self, model: MeasurementModel, prior: BiasPrior, acceleration: float) -> None:
+        super().__init__(model, prior, acceleration)
+        self._recent: dict[int, dict[int, Observation]] = {}
+
+    def observe(self, observation: Observation) -> None:
+        super().observe(observation)
+        self._recent.setdefault(observation.aircraft, {})[observation.radar] = observation
+
+    def walk(self, duration_s: float) -> None:
+        self.publish()
+        super().walk(duration_s)
+
+    def end(self, aircraft: int) -> None:
+        super().end(aircraft)
+        self._recent.pop(aircraft, None)
+
+    def publish(self) -> None:
+        # All stacks are read with the biases of before, so that their order does not matter.
+        folded = [self._eliminated(one) for one, seen in self._recent.items() if len(seen) > 1]
+        self._recent.clear()
+        if not folded:
+            return
+        innovation, matrix = (np.concatenate(part) for part in zip(*folded, strict=True))
+        expected = matrix @ self._covariance @ matrix.T + np.eye(len(innovation))
+        gain = np.linalg.solve(expected, matrix @ self._covariance).T
+        self._bias = self._bias + gain @ (innovation - matrix @ self._bias)
+        self._covariance = symmetric_part(self._covariance - gain @ expected @ gain.T)
+
+    # What the stack of one aircraft says of ς alone: innovations (n,) of unit noise, and (n, c).
+    def _eliminated(self, aircraft: int) -> tuple[Floats, Floats]:
+        time_s, mean, covariance = self._aircraft[aircraft]
+        plots = list(self._recent[aircraft].values())
+        middle = float(np.mean([one.time_s for one in plots]))
+        seen = [self._model.linearise(one, transition(one.time_s - time_s) @ mean) for one in plots]
+        # In units of the noise: metres and radians differ by many powers of ten.
+        root = np.linalg.cholesky(block_diag(*[one.noise for one in seen]))
+        place, matrix, innovation = (
+            np.linalg.solve(root, np.concatenate(part))
+            for part in (
+                [one.by_state[:, :2] for one in seen],
+                [one.by_bias for one in seen],
+                [one.innovation for one in seen],
+            )
+        )
+        moved = np.repeat([one.time_s - middle for one in plots], 2)[:, None]
+        velocity = moved * place
+        left = null_space(place.T).T  # left @ place = 0
+        noise = left @ (np.eye(len(place)) + velocity @ covariance[2:, 2:] @ velocity.T) @ left.T
+        unit = np.linalg.cholesky(noise)
+        return np.linalg.solve(unit, left @ innovation), np.linalg.solve(unit, left @ matrix)
+
+    def _correct(self, seen: Linearised, covariance: Floats) -> tuple[Floats, ...]:
+        none = np.zeros((len(self._bias), 2))
+        return *_as_if_known(covariance, seen.by_state, seen.noise), none, self._covariance
 
 
 class CovarianceIntersection(Separated):

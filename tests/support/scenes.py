@@ -6,7 +6,7 @@ A bias is measured minus true; the truth of a row is that at its time stamp.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -127,6 +127,39 @@ def make_scene(
         plane, sensors, _batch(columns), columns["aircraft"].astype(np.int64), truth,
         columns["outlier"].astype(bool), bias_times, bias_values,
     )  # fmt: skip
+
+
+def flat_sites(plane: SystemPlane, sensors: SensorTable) -> Floats:
+    """East and north (m, 2) of the sensors on the system plane."""
+    return np.column_stack(plane.to_plane(sensors.latitude_rad, sensors.longitude_rad))
+
+
+def flattened(rng: np.random.Generator, scene: Scene) -> Scene:
+    """The same rows as on a flat plane: range and azimuth there, with new noise."""
+    sensors, batch = scene.sensors, scene.batch
+    line = scene.truth[:, :2] - flat_sites(scene.plane, sensors)[batch.sensor]
+    length = np.hypot(*line.T)
+    radial = np.sum(line * scene.truth[:, 2:], axis=1) / length
+    across = (line[:, 1] * scene.truth[:, 2] - line[:, 0] * scene.truth[:, 3]) / length**2
+    count = len(batch)
+    measured = length + sensors.range_sigma_m[batch.sensor] * rng.normal(size=count)
+    pointed = np.arctan2(*line.T) + sensors.azimuth_sigma_rad[batch.sensor] * rng.normal(size=count)
+    biases = np.array(
+        [np.interp(batch.time_s, scene.bias_times, one) for one in scene.bias_values.T]
+    ).reshape(len(sensors.parameter_kind), count)
+    for one, sensor, kind in zip(
+        biases, sensors.parameter_sensor, sensors.parameter_kind, strict=True
+    ):
+        own = one * (batch.sensor == sensor)
+        if kind == PARAMETER_TIME_OFFSET:
+            measured -= own * radial
+            pointed -= own * across
+        elif kind == PARAMETER_AZIMUTH_OFFSET:
+            pointed += own
+        else:
+            measured += own * (length if kind == PARAMETER_RANGE_GAIN else 1.0)
+    plots = replace(batch, range_m=measured, azimuth_rad=np.mod(pointed, 2.0 * np.pi))
+    return replace(scene, batch=plots)
 
 
 def sensor_table(radars: Sequence[Radar]) -> SensorTable:
