@@ -276,7 +276,7 @@ def add_plot(
     """Add one plot to M (lower triangle), to C, and to the sums of Jᵀ W⁻¹ J and Jᵀ W⁻¹ r."""
     H = np.empty((2, 2))
     W = np.empty(3)
-    kind = np.int64(plot[RECENT_KIND])
+    kind = int(plot[RECENT_KIND])
     site = model.sites[s]
     age = time - plot[RECENT_TIME]
     p0, p1, _ = predict_measurement(
