@@ -5,13 +5,13 @@
     python docs/make_study_figures.py                      # all studies as they are by default
     python docs/make_study_figures.py coupled-motion       # one of them
 
-Of a study's plots those with a name are taken, or the first where none has one.
+Of a study's plots those of `PICTURES` are taken, by their names, or else the first.
 """
 
 import argparse
 import re
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
@@ -21,6 +21,8 @@ from multiradar.studies.report.markdown import markdown_table, plot_svg
 from multiradar.studies.result import Plot, StudyOptions, StudyResult
 
 DOCS = Path(__file__).parent
+#: Names of the plots that studies.md shows, where it is not the first of the study.
+PICTURES: dict[str, tuple[str, ...]] = {}
 
 
 def main() -> None:
@@ -46,7 +48,7 @@ def tell(name: str, done: int, total: int) -> None:
 def write(result: StudyResult, docs: Path) -> None:
     """Write the plots of a result, and its part of studies.md."""
     pictures = []
-    for number, plot in enumerate(chosen(result.plots)):
+    for number, plot in enumerate(chosen(result)):
         more = f"-{plot.name}" if number else ""
         file = f"images/study-{result.study}{more}.svg"
         (docs / file).write_text(plot_svg(result, plot), encoding="utf-8")
@@ -60,9 +62,10 @@ def write(result: StudyResult, docs: Path) -> None:
     page.write_text(replaced(text, result.study, "\n".join(parts)), encoding="utf-8")
 
 
-def chosen(plots: Sequence[Plot]) -> Iterable[Plot]:
-    """Return the plots that have a name, or the first."""
-    return [plot for plot in plots if plot.name] or plots[:1]
+def chosen(result: StudyResult) -> Sequence[Plot]:
+    """Return the plots that the document shows."""
+    named = [plot for plot in result.plots if plot.name in PICTURES.get(result.study, ())]
+    return named or result.plots[:1]
 
 
 def replaced(text: str, study: str, part: str) -> str:

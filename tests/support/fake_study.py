@@ -55,7 +55,7 @@ def run(options: StudyOptions, progress: Progress) -> StudyResult:
             Table(
                 title="Main table",
                 header=("filter", "error, m"),
-                rows=tuple((name, 0.25 * rank) for rank, name in enumerate(filters)),
+                rows=tuple((name, 0.2512 * rank) for rank, name in enumerate(filters)),
                 caption=HOSTILE,
             ),
             Table("Second table", ("what", "is it"), ((HOSTILE, True), (None, False))),
@@ -79,6 +79,7 @@ def _errors(time_s: NDArray[np.float64], filters: tuple[str, ...]) -> Plot:
         Series("expected", time_s, np.ones(len(time_s)), "reference"),
         Series("theory", time_s, falling, "dashed", key="ink"),
         Series("measured", time_s, falling, "points"),
+        Series("printed", time_s, falling, "rings"),
         *lines,
     )
     return Plot(HOSTILE, "time, s", "error, m", series, y_scale="log", caption=HOSTILE)

@@ -4,7 +4,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from multiradar.studies.report.cells import cell_text, numeric_columns
+from multiradar.studies.report.cells import numeric_columns, table_texts
 from multiradar.studies.result import StudyResult
 from multiradar.studies.result import Table as StudyTable
 
@@ -37,6 +37,6 @@ def _drawn(table: StudyTable) -> Table:
     drawn = Table(title=Text(table.title, style="bold"), title_justify="left", box=None)
     for name, numeric in zip(table.header, numeric_columns(table), strict=True):
         drawn.add_column(Text(name), justify="right" if numeric else "left")
-    for row in table.rows:
-        drawn.add_row(*(Text(cell_text(value)) for value in row))
+    for row in table_texts(table):
+        drawn.add_row(*map(Text, row))
     return drawn

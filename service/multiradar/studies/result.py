@@ -19,9 +19,10 @@ Progress = Callable[[int, int], None]
 Value = float | str | bool | None
 
 #: How a series is drawn: ``line`` solid, ``dashed``, ``dotted``, ``thin`` (one run of many, faint),
-#: ``band`` (filled from `y` to `y2`, faint), ``points``, ``track`` (solid, its start marked),
+#: ``band`` (filled from `y` to `y2`, faint), ``points``, ``rings`` (hollow
+#: points), ``track`` (solid, its start marked),
 #: ``reference`` (thin and grey: what is expected).
-Style = Literal["line", "dashed", "dotted", "thin", "band", "points", "track", "reference"]
+Style = Literal["line", "dashed", "dotted", "thin", "band", "points", "rings", "track", "reference"]
 Scale = Literal["linear", "log"]
 
 
@@ -137,8 +138,9 @@ class Table:
     header : tuple of str
         Names of the columns, with units.
     rows : tuple of tuples
-        As long as the header. A float is shown with three significant digits, None and what is
-        not finite as a dash, True and False as yes and no; a string is shown as it is.
+        As long as the header. A float is shown with three significant digits (a column of round
+        values, such as times, as short as they are), None and what is not finite as a dash, True
+        and False as yes and no; a string is shown as it is.
 
     Raises
     ------

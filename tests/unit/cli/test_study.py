@@ -34,7 +34,7 @@ def test_tables_are_printed_and_the_report_is_written_where_it_says(
     assert _study("fake") == 0
     told = capsys.readouterr()
     assert not told.err
-    for text in ("Main table", "two-stage", "0.250", "Second table", HOSTILE, "A second note."):
+    for text in ("Main table", "two-stage", "0.251", "Second table", HOSTILE, "A second note."):
         assert text in told.out
     assert told.out.endswith("report written to fake.html\n")
     assert (tmp_path / "fake.html").read_text(encoding="utf-8").startswith("<!DOCTYPE html>")

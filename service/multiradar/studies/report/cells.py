@@ -12,6 +12,39 @@ NONE = "–"
 _NUMBER = re.compile(r"(?=.*\d)[-+−±\d\s.,…–e%°()<>≤≥]+")
 
 
+def table_texts(table: Table) -> list[list[str]]:
+    """Return the cells of a table as they are shown, row by row.
+
+    Parameters
+    ----------
+    table : Table
+        Its columns of floats that need no more than three digits, such as a time or a noise that
+        was chosen, are shown without zeros behind; others with three significant digits.
+
+    Returns
+    -------
+    list of list of str
+        As long as the rows and the header.
+    """
+    chosen = [_is_chosen([row[i] for row in table.rows]) for i in range(len(table.header))]
+    return [
+        [
+            f"{value:g}" if short and isinstance(value, float) else cell_text(value)
+            for value, short in zip(row, chosen, strict=True)
+        ]
+        for row in table.rows
+    ]
+
+
+def _is_chosen(column: list[Value]) -> bool:
+    # Nobody chooses 0.18734; a result that is 2.00 by chance is not all of its column.
+    floats = [value for value in column if isinstance(value, float)]
+    return all(
+        math.isfinite(value) and float(f"{value:.3g}") == value and len(f"{value:g}") <= 5
+        for value in floats
+    )
+
+
 def cell_text(value: Value) -> str:
     """Return a value as a table shows it.
 

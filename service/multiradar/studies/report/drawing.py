@@ -31,6 +31,7 @@ _DASHES = {"dashed": (0, (5, 2.2)), "dotted": (0, (1.2, 1.6)), "reference": (0, 
 _WIDTHS = {"thin": 0.9, "reference": 1.2, "track": 1.4}
 _OPACITIES = {"thin": 0.55, "band": 0.16, "points": 0.75}
 _LINE_WIDTH = 1.9
+_FEW_POINTS = 60
 _WIDE_WIDTH, _WIDE_OPACITY = 5.0, 0.45
 _FONT_POINTS = 12.0
 
@@ -99,7 +100,7 @@ def _draw(axes: Axes, plot: Plot, colours: Mapping[str, Colour], columns: int) -
 
 def _runs_in_time(plot: Plot) -> bool:
     drawn = [series.style for series in plot.series]
-    return not plot.equal_axes and "points" not in drawn and "track" not in drawn
+    return not plot.equal_axes and not {"points", "rings", "track"} & set(drawn)
 
 
 def _draw_series(axes: Axes, series: Series, mark: str, *, wide: bool) -> None:
@@ -110,10 +111,15 @@ def _draw_series(axes: Axes, series: Series, mark: str, *, wide: bool) -> None:
             series.x, series.y, series.y2, color=mark, alpha=opacity, linewidth=0.0, label=label
         )
         return
-    if series.style == "points":
+    if series.style in {"points", "rings"}:
+        # A few points are values of a table, and must be seen; many are a cloud.
+        size = 6.5 if len(series.x) <= _FEW_POINTS else 3.5
+        hollow = series.style == "rings"
         axes.plot(
-            series.x, series.y, "o", color=mark, ms=4.5, mec="none", alpha=opacity, label=label
-        )
+            series.x, series.y, "o", color=mark, alpha=opacity, label=label, zorder=2.2,
+            ms=size + 2.0 if hollow else size, mew=1.5 if hollow else 0.0,
+            mfc="none" if hollow else mark,
+        )  # fmt: skip
         return
     axes.plot(
         series.x,

@@ -51,6 +51,9 @@ def _entry(series: Series, colour: Colour, wide: bool) -> str:
         sample = f'<rect y="2" width="28" height="10" style="fill:{paint}" fill-opacity="0.25"/>'
     elif series.style == "points":
         sample = f'<circle cx="14" cy="7" r="4" style="fill:{paint}"/>'
+    elif series.style == "rings":
+        ring = 'fill="none" stroke-width="1.8"'
+        sample = f'<circle cx="14" cy="7" r="5" style="stroke:{paint}" {ring}/>'
     else:
         line = _LINES["wide" if wide else series.style]
         sample = f'<path d="M1 7H27" style="stroke:{paint}" {line}/>'

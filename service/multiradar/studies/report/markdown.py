@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from multiradar.studies.report.cells import cell_text, numeric_columns
+from multiradar.studies.report.cells import numeric_columns, table_texts
 from multiradar.studies.report.colours import assign_colours
 from multiradar.studies.report.drawing import draw_group, plain_state
 from multiradar.studies.report.svg import standalone_svg
@@ -24,7 +24,7 @@ def markdown_table(table: Table) -> str:
     """
     ruler = ("---:" if numeric else "---" for numeric in numeric_columns(table))
     lines = [_line(table.header), "|" + "|".join(ruler) + "|"]
-    lines += [_line(cell_text(value) for value in row) for row in table.rows]
+    lines += [_line(row) for row in table_texts(table)]
     if table.caption:
         lines += ["", table.caption]
     return "\n".join(lines) + "\n"

@@ -5,7 +5,7 @@ import itertools
 from collections.abc import Mapping, Sequence
 from importlib.resources import files
 
-from multiradar.studies.report.cells import cell_text, numeric_columns
+from multiradar.studies.report.cells import numeric_columns, table_texts
 from multiradar.studies.report.colours import ALL, Colour, assign_colours
 from multiradar.studies.report.command import command_of
 from multiradar.studies.report.drawing import draw_group, plain_state
@@ -110,11 +110,10 @@ def _table(table: Table) -> str:
     body = "".join(
         "<tr>"
         + "".join(
-            f"<td{side}>{html.escape(cell_text(value))}</td>"
-            for value, side in zip(row, right, strict=True)
+            f"<td{side}>{html.escape(text)}</td>" for text, side in zip(row, right, strict=True)
         )
         + "</tr>\n"
-        for row in table.rows
+        for row in table_texts(table)
     )
     caption = f'<p class="caption">{html.escape(table.caption)}</p>\n' if table.caption else ""
     return (

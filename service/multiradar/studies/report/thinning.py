@@ -25,7 +25,7 @@ def thin(series: Series, columns: int) -> Series:
         At most about four points a column; extremes and gaps are kept.
     """
     count = len(series.x)
-    if series.style == "points":
+    if series.style in {"points", "rings"}:
         return _taken(series, np.arange(0, count, -(-count // POINTS_MAX))) if count else series
     if count <= 2 * columns or np.any(np.diff(series.x) < 0.0) or np.isnan(series.x).any():
         return series

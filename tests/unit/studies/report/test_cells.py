@@ -2,7 +2,12 @@
 
 import pytest
 
-from multiradar.studies.report.cells import cell_text, number_text, numeric_columns
+from multiradar.studies.report.cells import (
+    cell_text,
+    number_text,
+    numeric_columns,
+    table_texts,
+)
 from multiradar.studies.result import Table, Value
 
 
@@ -41,3 +46,16 @@ def test_a_column_of_numbers_is_known_by_all_its_cells() -> None:
     )
     table = Table("t", tuple("abcdef"), rows)
     assert numeric_columns(table) == (False, True, False, True, False, False)
+
+
+def test_values_that_were_chosen_are_shown_as_short_as_they_are() -> None:
+    rows: tuple[tuple[Value, ...], ...] = (
+        (2.0, 0.1, 2.0, "2.00"),
+        (10.0, 1.0, 2.1234, None),
+        (None, 0.025, 100.0, 0.5),
+    )
+    assert table_texts(Table("t", tuple("abcd"), rows)) == [
+        ["2", "0.1", "2.00", "2.00"],
+        ["10", "1", "2.12", "–"],
+        ["–", "0.025", "100", "0.5"],
+    ]

@@ -132,8 +132,8 @@ def test_a_table_for_documents_keeps_its_columns() -> None:
     assert text.splitlines() == [
         r"| a\|b | n |",
         "|---|---:|",
-        r"| x\|y z | 1.00 |",
-        "| – | 0.250 |",
+        r"| x\|y z | 1 |",
+        "| – | 0.25 |",
         "",
         "Caption.",
     ]
