@@ -6,7 +6,8 @@ component of the measurement, and carried over the stacked state (1.8) by (1.26)
 the filter's covariances enters but through that gain.
 
 Symbols: Σ = true covariance of the stacked state, aircraft first; C = (H, J) of (1.10), W = its
-noise, M = Σ Cᵀ, S = C M + W, B = M − K S/2, with which (1.26) is Σ − K Bᵀ − B Kᵀ.
+noise, M = Σ Cᵀ, S = C M + W, B = M − K S/2, with which (1.26) is Σ − K Bᵀ − B Kᵀ; F = what the error
+at an earlier time contributes to that of now.
 """
 
 from math import sqrt
@@ -52,8 +53,11 @@ def propagate(
     covariance: Floats,
     record: Record,
     found: Floats,
+    carried: Floats,
 ) -> None:
     """Carry Σ (``covariance``) over all rows; write it at each of the times to ``found``.
+
+    ``carried`` takes the matrix that leads from the error at one of the times to that at the next.
 
     ``truth`` (n, 4) is the state of the aircraft of each row at its time; ``density`` and ``drift``
     are those of the truth, the filter has its own. ``record`` takes what the filter reports.
@@ -61,6 +65,7 @@ def propagate(
     """
     row = 0
     walks = 0
+    path = np.eye(covariance.shape[0])
     for t in range(times.shape[0]):
         while row < rows.time.shape[0] and rows.time[row] <= times[t]:
             last = end_of_epoch(method, rows, row)
@@ -71,20 +76,27 @@ def propagate(
             k = rows.slot[row]
             interval = rows.time[row] - aircraft.time[k]
             move_truth(covariance, 4 * k, interval, density)
+            move_rows(path, 4 * k, interval)
             place_on_truth(truth[row], interval, aircraft.mean[k])
             linearise(row, last, truth[row], rows, model, aircraft.height[k], epoch)
             probe(
                 method, row, last, work, rows, model, aircraft, result, store, twin, saved, epoch
             )
             correct(covariance, k, rows.sensor[row:last], model, epoch)
+            correct_path(path, k, rows.sensor[row:last], model, epoch)
             row = last
         walks = walk_both(
             times[t], method, start, walk_s, walks, model, aircraft, store, drift, covariance
         )
         write_record(t, times[t], model, aircraft, record)
         found[t] = covariance
+        carried[t] = path
+        path[:] = np.eye(path.shape[0])
         for k in range(aircraft.time.shape[0]):
-            move_truth(found[t], 4 * k, times[t] - aircraft.time[k], density)
+            ahead = times[t] - aircraft.time[k]
+            move_truth(found[t], 4 * k, ahead, density)
+            move_rows(carried[t], 4 * k, ahead)
+            move_rows(path, 4 * k, -ahead)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -126,6 +138,13 @@ def move_truth(covariance: Floats, first: int, dt: float, density: float) -> Non
         covariance[first + i, first + i + 2] += density * dt**2 / 2.0
         covariance[first + i + 2, first + i] += density * dt**2 / 2.0
         covariance[first + i + 2, first + i + 2] += density * dt
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def move_rows(path: Floats, first: int, dt: float) -> None:
+    """F ← A F for the aircraft whose rows begin at ``first``."""
+    for i in range(2):
+        path[first + i] += dt * path[first + i + 2]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -302,3 +321,27 @@ def correct(covariance: Floats, k: int, sensors: Integers, model: Model, epoch: 
                 total += K[q, y] * B[q, x]
             covariance[y, x] -= total
             covariance[x, y] -= total
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def correct_path(path: Floats, k: int, sensors: Integers, model: Model, epoch: Epoch) -> None:
+    """F ← (I − K C) F, after `correct` in the same epoch."""
+    size = 2 * sensors.shape[0]
+    count = path.shape[0]
+    biases = count - model.bias.shape[0]
+    K, M = epoch.gain, epoch.spread
+    for q in range(size):
+        s = sensors[q // 2]
+        h = epoch.by_position[q // 2, q % 2]
+        for x in range(count):
+            M[q, x] = h[0] * path[4 * k, x] + h[1] * path[4 * k + 1, x]
+        for c in range(model.starts[s], model.starts[s + 1]):
+            j = epoch.by_bias[q // 2, q % 2, c]
+            for x in range(count):
+                M[q, x] += j * path[biases + c, x]
+    for y in range(count):
+        for q in range(size):
+            gain = K[q, y]
+            if gain != 0.0:
+                for x in range(count):
+                    path[y, x] -= gain * M[q, x]

@@ -32,11 +32,15 @@ class Theory:
     covariance : (t, n, n) float64
         True covariance of the stacked error (1.8): four components of each aircraft, then all
         bias parameters.
+    transition : (t, n, n) float64
+        F: the part that the error at the time before (at first: at the starts) has in that of now;
+        the rest of it is independent.
     reported : Record
         What the filter itself reports, linearised at the truth.
     """
 
     covariance: Floats
+    transition: Floats
     reported: Record
 
     @property
@@ -120,12 +124,14 @@ def true_covariance(
     record = empty_record(len(times), len(starts), len(drift))
     covariance = _first_covariance(sensors, starts)
     found = np.empty((len(times), *covariance.shape))
+    transition = np.empty_like(found)
     propagate(
         one.definition.method, walk_start(starts, walk_s), walk_s, times, states, density, drift,
         one.work, rows, one.model, one.aircraft, one.result, one.store, twin, _saved(one),
         _epoch(len(sensors), covariance.shape[0], len(drift)), covariance, record, found,
+        transition,
     )  # fmt: skip
-    return Theory(found, record)
+    return Theory(found, transition, record)
 
 
 def _first_covariance(sensors: Sensors, starts: Starts) -> Floats:
