@@ -60,7 +60,9 @@ def arguments() -> argparse.Namespace:
     """Return the options of the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("scenes", nargs="*", help="built-in names or files; all built-in ones")
-    parser.add_argument("--filters", nargs="+", default=["two-stage", "blom", "ci"])
+    parser.add_argument(
+        "--filters", nargs="+", default=["two-stage", "joint", "blom", "blom-macro", "ci"]
+    )
     parser.add_argument("--runs", type=int, default=3, help="seeds of each scene")
     parser.add_argument("--random", type=int, default=12, help="number of random scenes")
     return parser.parse_args()

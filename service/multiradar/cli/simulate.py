@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from multiradar_schemas.report import Report
 
 _SEED_MAX = 2**63 - 1
-_DURATION_MIN_S = 0.1
+_DURATION_MIN_S, _DURATION_MAX_S = 0.1, 604_800.0
 _MEASUREMENTS_FILE = "measurements.parquet"
 _TRUTH_FILE = "truth.parquet"
 _TRUE_BIASES_FILE = "truth_biases.parquet"
@@ -54,6 +54,7 @@ def simulate(
             "--duration",
             metavar="S",
             min=_DURATION_MIN_S,
+            max=_DURATION_MAX_S,
             help="Another length than the scene's, in seconds.",
             show_default=False,
         ),
