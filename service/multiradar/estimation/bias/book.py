@@ -23,11 +23,6 @@ class BiasBook:
         The sensors and their bias parameters.
     definition : FilterDefinition
         Decides how measurements are merged.
-
-    Raises
-    ------
-    ConfigurationError
-        If a prior standard deviation is not positive or a drift is negative.
     """
 
     def __init__(self, sensors: SensorTable, definition: FilterDefinition) -> None:

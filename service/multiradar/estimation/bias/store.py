@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.errors import ConfigurationError
 from multiradar.estimation.measurement.sensors import SensorTable
 
 Floats = NDArray[np.float64]
@@ -49,19 +48,7 @@ def prior(table: SensorTable) -> BiasState:
     -------
     BiasState
         Prior means, and a diagonal covariance.
-
-    Raises
-    ------
-    ConfigurationError
-        If a prior standard deviation is not positive or a drift is negative.
     """
-    for index, (sigma, drift) in enumerate(zip(table.prior_sigma, table.drift, strict=True)):
-        if not (0.0 < sigma < np.inf and 0.0 <= drift < np.inf):
-            sensor = table.ids[table.parameter_sensor[index]]
-            raise ConfigurationError(
-                f"bias of sensor {sensor}: expected a prior sigma above 0 and a drift of at least "
-                f"0, was {sigma} and {drift}"
-            )
     return BiasState(
         estimate=table.prior_mean.copy(),
         covariance=np.diag(table.prior_sigma**2),
