@@ -21,7 +21,7 @@ from multiradar.studies.polynomial_forecast_runs import (
     powers_of_time,
     regression_variance,
 )
-from multiradar.studies.result import Plot, Series, Value
+from multiradar.studies.result import Plot, Series, Style, Value
 
 Floats = NDArray[np.float64]
 
@@ -29,6 +29,8 @@ Floats = NDArray[np.float64]
 DRAWN = np.array([10.0, 15.0, -2.0])
 #: How long the trajectory is drawn, and the interval between values of the filter, s.
 DRAWN_S, DRAWN_STEP_S = 20.0, 0.25
+#: How values of the Monte Carlo and of the paper are marked.
+MARKS: tuple[Style, Style] = ("points", "rings")
 #: Errors of single runs drawn in the fan.
 FAN_RUNS = 25
 
@@ -66,7 +68,7 @@ def _filtering(rows: list[dict[str, Value]]) -> Plot:
         y_label="variance, m²",
         series=tuple(series),
         y_scale="log",
-        caption="Lines are exact, points the Monte Carlo, and the paper's values for each C₂.",
+        caption="Lines are exact, points the Monte Carlo, rings what the paper prints.",
         name="filter-variance",
     )
 
@@ -101,12 +103,12 @@ def _points(rows: list[dict[str, Value]], intensity: float) -> list[Series]:
             f"C₂ = {intensity:g} m²·s, {label}",
             np.array([row["time_s"] for row in chosen], np.float64),
             np.array([row[name] for row in chosen], np.float64),
-            "points",
-            key=key,
+            style,
+            key=_key(intensity),
         )
-        for label, name, chosen, key in (
-            ("Monte Carlo", "monte_carlo", mine, _key(intensity)),
-            ("printed in the paper", "printed", printed, f"printed {intensity:g}"),
+        for label, name, chosen, style in (
+            ("Monte Carlo", "monte_carlo", mine, MARKS[0]),
+            ("printed in the paper", "printed", printed, MARKS[1]),
         )
     ]
 
@@ -166,7 +168,7 @@ def _trajectory(rng: np.random.Generator) -> list[Plot]:
             x_label="t, s",
             y_label="filtered − truth, m",
             series=tuple(errors),
-            y_limits=(-4.0, 4.0),
+            y_limits=(-6.0, 6.0),
             caption="An acceleration of ten sigmas of the prior leaves the band at first: the "
             "filter believes in a straight line until the observations outweigh the prior.",
             name="trajectory-error",

@@ -18,8 +18,8 @@ def table_texts(table: Table) -> list[list[str]]:
     Parameters
     ----------
     table : Table
-        Its columns of floats that need no more than three digits, such as a time or a noise that
-        was chosen, are shown without zeros behind; others with three significant digits.
+        Its columns of floats that need no more than two digits, such as a time or a noise that was
+        chosen, are shown without zeros behind; others with three significant digits.
 
     Returns
     -------
@@ -37,10 +37,10 @@ def table_texts(table: Table) -> list[list[str]]:
 
 
 def _is_chosen(column: list[Value]) -> bool:
-    # Nobody chooses 0.18734; a result that is 2.00 by chance is not all of its column.
+    # Nobody chooses 0.187; a result that is 0.20 by chance is not all of its column.
     floats = [value for value in column if isinstance(value, float)]
     return all(
-        math.isfinite(value) and float(f"{value:.3g}") == value and len(f"{value:g}") <= 5
+        abs(value) < 1e5 and (value.is_integer() or float(f"{value:.2g}") == value)
         for value in floats
     )
 
