@@ -89,7 +89,7 @@ def _freedom(theory: Theory) -> Floats:
     return np.asarray((count * size) ** 2 / power)
 
 
-# (chains, t, 2): normalised errors squared over their dimension, of errors drawn as the theory says.
+# (chains, t, 2): normalised errors squared over their dimension, of errors that are drawn.
 def _drawn(theory: Theory, rng: np.random.Generator) -> Floats:
     size = theory.covariance.shape[-1]
     biases = theory.biases.shape[-1]

@@ -136,8 +136,9 @@ def _judge_all(
     return {(form, name): judge(name, form, setting, one) for form in FORMS for name in filters}
 
 
-def _watch(futures: Sequence[Future[Theory] | Future[dict[tuple[Form, str], Errors]]],
-           progress: Progress) -> None:
+def _watch(
+    futures: Sequence[Future[Theory] | Future[dict[tuple[Form, str], Errors]]], progress: Progress
+) -> None:
     progress(0, len(futures))
     for done, future in enumerate(as_completed(futures), 1):
         error = future.exception()

@@ -229,8 +229,8 @@ def theory_of(name: str, setting: Setting, one: Realisation) -> Theory:
     is what the theory says of them.
     """
     return true_covariance(
-        name, one.sensors, one.plots, one.truth, one.starts, setting.times_s,
-        walk_s=WALK_S, options=setting.options,
+        name, one.sensors, one.plots, one.starts, setting.times_s,
+        truth=one.truth, walk_s=WALK_S, options=setting.options,
     )  # fmt: skip
 
 

@@ -1,7 +1,8 @@
 """Compiled sequential form: one measurement an epoch, its news folded into the biases at once.
 
 Symbols: ς̂, P = estimate and covariance of the biases; Y = P⁻¹ in units of the prior's sigmas; R =
-upper triangular with R Rᵀ = Y, F = R⁻¹, so that P = Fᵀ F; Q = covariance of a walk, G = P (P + Q)⁻¹.
+upper triangular with R Rᵀ = Y, F = R⁻¹, so that P = Fᵀ F; Q = covariance of a walk, G =
+P (P + Q)⁻¹.
 """
 
 from math import sqrt
@@ -36,7 +37,8 @@ def take_rows(
 ) -> None:
     """Take the rows first…last − 1 as one epoch, and fold what they said into the biases.
 
-    Several rows are of one aircraft, at one time and by different sensors. ``work.order`` counts 0, 1, 2, …; its bounds are set here.
+    Several rows are of one aircraft, at one time and by different sensors.
+    ``work.order`` counts 0, 1, 2, …; its bounds are set here.
     """
     work.bounds[0] = first
     work.bounds[1] = last

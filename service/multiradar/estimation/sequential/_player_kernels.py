@@ -4,8 +4,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from multiradar.estimation.filters._macro_kernels import MACRO
 from multiradar.estimation.filters._kernels import ACCELERATION_DENSITY
+from multiradar.estimation.filters._macro_kernels import MACRO
 from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows, Work
 from multiradar.estimation.motion._kernels import predict_motion
 from multiradar.estimation.sequential._kernels import take_rows, walk
@@ -28,7 +28,7 @@ def play_rows(
     store: Store,
     record: Record,
 ) -> None:
-    """Take all rows up to each of the times, let the biases walk every ``walk_s``, write it down."""
+    """Take all rows up to each time, let the biases walk every ``walk_s``, write it down."""
     row = 0
     walks = 0
     for t in range(times.shape[0]):

@@ -6,8 +6,8 @@ component of the measurement, and carried over the stacked state (1.8) by (1.26)
 the filter's covariances enters but through that gain.
 
 Symbols: Σ = true covariance of the stacked state, aircraft first; C = (H, J) of (1.10), W = its
-noise, M = Σ Cᵀ, S = C M + W, B = M − K S/2, with which (1.26) is Σ − K Bᵀ − B Kᵀ; F = what the error
-at an earlier time contributes to that of now.
+noise, M = Σ Cᵀ, S = C M + W, B = M − K S/2, with which (1.26) is Σ − K Bᵀ − B Kᵀ; F = what the
+error at an earlier time contributes to that of now.
 """
 
 from math import sqrt
@@ -27,8 +27,8 @@ from multiradar.estimation.sequential.arrays import Epoch, Record, Saved, Store
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-# Innovations that are probed, in sigmas of the noise: small enough that what is linearised within an
-# epoch of several plots stays where it is, large enough to keep nine digits of the gain.
+# Innovations that are probed, in sigmas of the noise: small enough that what is linearised within
+# an epoch of several plots stays where it is, large enough to keep nine digits of the gain.
 PROBE = 1e-2
 
 
@@ -79,9 +79,7 @@ def propagate(
             move_rows(path, 4 * k, interval)
             place_on_truth(truth[row], interval, aircraft.mean[k])
             linearise(row, last, truth[row], rows, model, aircraft.height[k], epoch)
-            probe(
-                method, row, last, work, rows, model, aircraft, result, store, twin, saved, epoch
-            )
+            probe(method, row, last, work, rows, model, aircraft, result, store, twin, saved, epoch)
             correct(covariance, k, rows.sensor[row:last], model, epoch)
             correct_path(path, k, rows.sensor[row:last], model, epoch)
             row = last
@@ -259,7 +257,7 @@ def read_gain(
     twin: Aircraft,
     K: Floats,
 ) -> None:
-    """Column q of K (row q here): by how much the estimates moved, beyond the prediction, for each unit."""
+    """Column q of K (row q here): how far the estimates moved, beyond the prediction, a unit."""
     n = model.bias.shape[0]
     first = K.shape[1] - n
     dt = time - twin.time[k]

@@ -1,4 +1,4 @@
-"""The arrays of one filter in sequential form: made here, for the player, the theory and the class."""
+"""The arrays of one filter in sequential form, for the player, the theory and the class."""
 
 from dataclasses import dataclass
 
@@ -56,9 +56,7 @@ class Arrangement:
     work: Work
 
 
-def arrange(
-    name: str, sensors: Sensors, options: Options, *, slots: int, rows: int
-) -> Arrangement:
+def arrange(name: str, sensors: Sensors, options: Options, *, slots: int, rows: int) -> Arrangement:
     """Return a filter that has seen nothing yet.
 
     Parameters
@@ -111,9 +109,7 @@ def arrange(
     )
 
 
-def begin(
-    one: Arrangement, aircraft: int, time_s: float, mean: Floats, covariance: Floats
-) -> None:
+def begin(one: Arrangement, aircraft: int, time_s: float, mean: Floats, covariance: Floats) -> None:
     """Give an aircraft a state that does not come from the sensors.
 
     Parameters

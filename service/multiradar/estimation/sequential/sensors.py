@@ -1,4 +1,4 @@
-"""What the sequential form knows of the sensors: flat radars of the papers, or sensors on WGS 84."""
+"""What the sequential form knows of the sensors: radars on a plane, or sensors on WGS 84."""
 
 from dataclasses import dataclass
 
@@ -149,7 +149,9 @@ def flat_radars(
     sites = np.asarray(site_m, np.float64)
     if sites.ndim != 2 or sites.shape[1] != 2:
         raise ShapeError("sites of the radars", "(m, 2)", sites.shape)
-    require_positions(np.isfinite(sites).all(axis=1), [str(one) for one in range(len(sites))])
+    require_positions(
+        np.asarray(np.isfinite(sites).all(axis=1)), [str(one) for one in range(len(sites))]
+    )
     count = len(sites)
     kinds = known_parameters(parameters)
     variances = [
@@ -261,4 +263,5 @@ def positive_variances(sigma: ArrayLike, count: int, what: str) -> Floats:
 def _one_places(position_m: Floats) -> Integers:
     distance = np.linalg.norm(position_m[:, None, :] - position_m[None, :, :], axis=-1)
     same = (distance < ONE_SITE_M) | np.eye(len(position_m), dtype=np.bool_)
-    return np.argmax(same, axis=1).astype(np.int64)
+    places: Integers = np.argmax(same, axis=1).astype(np.int64)
+    return places
