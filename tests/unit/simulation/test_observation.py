@@ -188,6 +188,10 @@ def test_the_same_seed_gives_the_same_and_sensors_do_not_disturb_each_other() ->
     assert not np.any(_seen(_scene(noisy), 2).measurements.range_m[:30] == first.range_m[:30])
     both = _seen(_scene(noisy, WEST)).measurements
     np.testing.assert_array_equal(both.range_m[both.sensor == 0], first.range_m)
+    faster = _seen(_scene(replace(noisy, rotation_period_s=3.0), WEST)).measurements
+    np.testing.assert_array_equal(
+        both.range_m[both.sensor == 1], faster.range_m[faster.sensor == 1]
+    )
 
 
 def test_aircraft_are_seen_only_while_they_live_and_rows_are_in_order() -> None:

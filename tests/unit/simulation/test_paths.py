@@ -78,6 +78,19 @@ def test_white_acceleration_wanders_as_fast_as_asked() -> None:
     assert sigma[2:] == pytest.approx(np.sqrt(2.0 * 60.0), rel=0.1)
 
 
+def test_white_acceleration_is_exact_within_a_single_step() -> None:
+    rng = np.random.default_rng(7)
+    wandering = replace(AIRCRAFT, acceleration_density=2.0, speed_mps=0.0)
+    moved = [fly(wandering, 160.0, rng).states(np.array([100.5]))[0] for _ in range(4000)]
+    away = np.array(moved) - [5e3, -7e3, 0.0, 0.0]
+    # q t³/3, q t²/2 and q t after half a second, with standard errors of 2 to 3 %.
+    np.testing.assert_allclose(np.mean(away[:, :2] ** 2, axis=0), 2.0 * 0.125 / 3.0, rtol=0.1)
+    np.testing.assert_allclose(
+        np.mean(away[:, :2] * away[:, 2:], axis=0), 2.0 * 0.25 / 2.0, rtol=0.1
+    )
+    np.testing.assert_allclose(np.mean(away[:, 2:] ** 2, axis=0), 2.0 * 0.5, rtol=0.1)
+
+
 def test_speed_course_and_climb_angle_walk_as_model_5_says() -> None:
     noise = CoupledNoise(0.8, np.radians(1.0), np.radians(0.2), step_s=2.0)
     rng = np.random.default_rng(5)
