@@ -1,22 +1,23 @@
 """The model problem of the IMM UrO RAN report (2016), section 1.6, on a flat plane."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.simulation.flat import flat_plots
+from multiradar.simulation.scene_file import builtin_scene
 from support.reference_filters import BiasPrior, Observation, ReferenceFilter
 
 Floats = NDArray[np.float64]
 
-# Table of section 1.6. The table lists north first; here it is (east, north).
-SITES_M = np.array([[-20e3, -20e3], [-30e3, 230e3], [235e3, -35e3]])
-RANGE_BIAS_M = np.array([400.0, 130.0, -300.0])
-AZIMUTH_BIAS_DEG = np.array([-0.19, -0.16, 0.17])
-RANGE_SIGMA_M = 15.0
-AZIMUTH_SIGMA_RAD = float(np.radians(0.05))
-BIASES = np.stack([RANGE_BIAS_M, np.radians(AZIMUTH_BIAS_DEG)], axis=-1).ravel()
+_SCENE = builtin_scene("report-1-6")
+_TRAFFIC = _SCENE.traffic[0]
+SITES_M = np.array([[one.east_m, one.north_m] for one in _SCENE.sensors])
+RANGE_SIGMA_M = _SCENE.sensors[0].range_sigma_m
+AZIMUTH_SIGMA_RAD = _SCENE.sensors[0].azimuth_sigma_rad
+BIASES = np.array([[bias.value for bias in one.biases[:2]] for one in _SCENE.sensors]).ravel()
 
 POSITION_DEVIATION_M = 1_000.0
 VELOCITY_DEVIATION_MPS = 300.0
@@ -40,24 +41,18 @@ def report_scene(
     rng: np.random.Generator, *, tracks: int = 15, duration_s: int = 1000, interval_s: int = 1
 ) -> ReportScene:
     """Random straight tracks, each seen by each radar at every interval."""
-    course, speed = rng.uniform(0, 2 * np.pi, tracks), rng.uniform(150, 250, tracks)
-    states = np.stack(
-        [*rng.uniform(-50e3, 250e3, (2, tracks)), speed * np.sin(course), speed * np.cos(course)],
-        axis=-1,
+    scene = replace(
+        _SCENE,
+        seed=int(rng.integers(2**32)),
+        duration_s=float(duration_s),
+        traffic=(replace(_TRAFFIC, count=tracks),),
+        sensors=tuple(replace(one, interval_s=float(interval_s)) for one in _SCENE.sensors),
     )
-    scene = ReportScene(states, (), duration_s)
-    return ReportScene(states, list(_plots(rng, scene, interval_s)), duration_s)
-
-
-def _plots(rng: np.random.Generator, scene: ReportScene, interval_s: int) -> Iterator[Observation]:
-    sigmas = np.array([RANGE_SIGMA_M, AZIMUTH_SIGMA_RAD])
-    for time_s in range(interval_s, int(scene.duration_s) + 1, interval_s):
-        for aircraft in range(len(scene.states)):
-            for radar, site in enumerate(SITES_M):
-                line = scene.truth(aircraft, time_s)[:2] - site
-                value = np.array([np.hypot(*line), np.arctan2(line[0], line[1])])
-                value += BIASES[2 * radar : 2 * radar + 2] + sigmas * rng.normal(size=2)
-                yield Observation(float(time_s), aircraft, radar, value)
+    plots = flat_plots(scene, rng)
+    values = np.stack([plots.range_m, plots.azimuth_rad], axis=-1)
+    rows = zip(plots.time_s.tolist(), plots.aircraft.tolist(), plots.radar.tolist(), values,
+               strict=True)  # fmt: skip
+    return ReportScene(plots.states[0], [Observation(*row) for row in rows], duration_s)
 
 
 def bias_prior(drift: float = 0.0) -> BiasPrior:
