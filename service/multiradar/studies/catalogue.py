@@ -108,11 +108,18 @@ POLYNOMIAL_FORECAST = StudyEntry(
 COUPLED_MOTION = StudyEntry(
     name="coupled-motion",
     title="Motion models in the velocity frame",
-    purpose="Draw what figures 1 and 3 of Vasiliev and Mattis show: trajectories of models whose "
-    "acceleration acts along and across the velocity.",
+    purpose="Draw figures 1 and 3 of Vasiliev and Mattis, show that accelerations in the velocity "
+    "frame do not depend on the heading, and what each motion model is worth in a filter.",
     module="multiradar.studies.coupled_motion",
-    runs=20,
-    duration_s=600.0,
+    runs=100,
+    duration_s=300.0,
+    filters=(
+        "cartesian-acceleration",
+        "relative-speed",
+        "velocity-frame-noise",
+        "velocity-frame",
+        "white-acceleration",
+    ),
 )
 
 #: All studies by name, in the order of help.
