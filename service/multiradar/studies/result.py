@@ -105,8 +105,9 @@ class Plot:
     equal_axes : bool
         Whether a metre is as long on both axes, as on a map.
     group : str
-        Heading of a group: plots of one group that follow each other stand side by side, with the
-        same limits of both axes (unless they have equal axes) and one legend. Empty stands alone.
+        Heading of a group: plots of one group that follow each other stand side by side with one
+        legend, and with the same limits where axes have the same label (but not on maps). Empty
+        stands alone.
     x_limits, y_limits : tuple of float, optional
         Ends of the axes; None takes those of the series.
     name : str

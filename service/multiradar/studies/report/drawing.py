@@ -138,13 +138,18 @@ def _draw_series(axes: Axes, series: Series, mark: str, *, wide: bool) -> None:
 
 
 def _share_limits(all_axes: Sequence[Axes], plots: Sequence[Plot]) -> None:
-    shared = [axes for axes, plot in zip(all_axes, plots, strict=True) if not plot.equal_axes]
-    if shared:
-        x_limits = _union([axes.get_xlim() for axes in shared])
-        y_limits = _union([axes.get_ylim() for axes in shared])
-        for axes in shared:
-            axes.set_xlim(*x_limits)
-            axes.set_ylim(*y_limits)
+    # Axes of one label measure the same, and are compared.
+    free = [pair for pair in zip(all_axes, plots, strict=True) if not pair[1].equal_axes]
+    for label in {plot.x_label for _, plot in free}:
+        same = [axes for axes, plot in free if plot.x_label == label]
+        limits = _union([axes.get_xlim() for axes in same])
+        for axes in same:
+            axes.set_xlim(*limits)
+    for label in {plot.y_label for _, plot in free}:
+        same = [axes for axes, plot in free if plot.y_label == label]
+        limits = _union([axes.get_ylim() for axes in same])
+        for axes in same:
+            axes.set_ylim(*limits)
     for axes, plot in zip(all_axes, plots, strict=True):
         if plot.x_limits is not None:
             axes.set_xlim(*plot.x_limits)

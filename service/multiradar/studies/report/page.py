@@ -13,6 +13,8 @@ from multiradar.studies.report.legend import legend_html
 from multiradar.studies.report.svg import inline_svg
 from multiradar.studies.result import Plot, StudyResult, Table
 
+#: Sections from which on the page begins with a list of them.
+CONTENTS_MIN = 6
 #: The page may run no script and fetch nothing, whatever it holds.
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
 
@@ -34,7 +36,8 @@ def report_page(result: StudyResult) -> str:
     groups = _groups(result.plots)
     with plain_state():
         drawn = [_figures(number, group, colours) for number, group in enumerate(groups, 1)]
-    tables = [_table(table) for table in result.tables]
+    tables = [(table.title, _table(table)) for table in result.tables]
+    sections = [*tables[:1], *drawn, *tables[1:], *_notes(result.notes)]
     parts = [
         "<!DOCTYPE html>\n",
         '<html lang="en">\n<head>\n<meta charset="utf-8">\n',
@@ -44,11 +47,9 @@ def report_page(result: StudyResult) -> str:
         f"<title>{html.escape(result.title)}</title>\n",
         f"<style>\n{_style()}</style>\n</head>\n<body>\n",
         _header(result),
+        _contents([heading for heading, _ in sections]),
         "<main>\n",
-        *tables[:1],
-        *drawn,
-        *tables[1:],
-        _notes(result.notes),
+        *(_section(number, *section) for number, section in enumerate(sections, 1)),
         "</main>\n</body>\n</html>\n",
     ]
     return "".join(parts)
@@ -73,13 +74,29 @@ def _header(result: StudyResult) -> str:
     )
 
 
+def _contents(headings: Sequence[str]) -> str:
+    if len(headings) < CONTENTS_MIN:
+        return ""
+    items = "".join(
+        f'<li><a href="#section-{number}">{html.escape(heading)}</a></li>\n'
+        for number, heading in enumerate(headings, 1)
+    )
+    return f'<nav aria-label="Contents">\n<ol>\n{items}</ol>\n</nav>\n'
+
+
+def _section(number: int, heading: str, content: str) -> str:
+    return (
+        f'<section id="section-{number}">\n<h2>{html.escape(heading)}</h2>\n{content}</section>\n'
+    )
+
+
 def _groups(plots: Sequence[Plot]) -> list[list[Plot]]:
     # Plots without a group stand alone, also one after the other.
     keyed = itertools.groupby(enumerate(plots), key=lambda pair: pair[1].group or pair[0])
     return [[plot for _, plot in pairs] for _, pairs in keyed]
 
 
-def _figures(number: int, group: Sequence[Plot], colours: Mapping[str, Colour]) -> str:
+def _figures(number: int, group: Sequence[Plot], colours: Mapping[str, Colour]) -> tuple[str, str]:
     legend = legend_html(group, colours)
     figures = draw_group(group, colours)
     titled = [
@@ -89,10 +106,7 @@ def _figures(number: int, group: Sequence[Plot], colours: Mapping[str, Colour]) 
     heading = group[0].group or group[0].title
     cells = "".join(_figure(plot, svg, shown=bool(plot.group)) for plot, svg in titled)
     kind = "side-by-side" if len(group) > 1 else "map" if group[0].equal_axes else "alone"
-    return (
-        f"<section>\n<h2>{html.escape(heading)}</h2>\n{legend}"
-        f'<div class="{kind}">\n{cells}</div>\n</section>\n'
-    )
+    return heading, f'{legend}<div class="{kind}">\n{cells}</div>\n'
 
 
 def _figure(plot: Plot, svg: str, *, shown: bool) -> str:
@@ -117,14 +131,11 @@ def _table(table: Table) -> str:
     )
     caption = f'<p class="caption">{html.escape(table.caption)}</p>\n' if table.caption else ""
     return (
-        f'<section>\n<h2>{html.escape(table.title)}</h2>\n<div class="wide">'
-        f"<table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n{body}</tbody>\n</table></div>\n"
-        f"{caption}</section>\n"
+        f'<div class="wide"><table>\n<thead><tr>{head}</tr></thead>\n'
+        f"<tbody>\n{body}</tbody>\n</table></div>\n{caption}"
     )
 
 
-def _notes(notes: Sequence[str]) -> str:
-    if not notes:
-        return ""
+def _notes(notes: Sequence[str]) -> list[tuple[str, str]]:
     items = "".join(f"<li>{html.escape(note)}</li>\n" for note in notes)
-    return f'<section class="notes">\n<h2>Notes</h2>\n<ul>\n{items}</ul>\n</section>\n'
+    return [("Notes", f'<ul class="notes">\n{items}</ul>\n')] if notes else []
