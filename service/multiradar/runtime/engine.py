@@ -8,6 +8,7 @@ day leave no trace in it.
 
 import itertools
 from collections import Counter
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 
 from multiradar.errors import ConfigurationError
 from multiradar.estimation.bias.book import BiasBook
+from multiradar.estimation.bias.drift_steps import drift_steps
 from multiradar.estimation.filters._kernels import RESTARTED
 from multiradar.estimation.filters.arrays import Result, Rows, Work, result_arrays
 from multiradar.estimation.filters.bank import Outcome, find_filter
@@ -80,6 +82,8 @@ class Engine:
         self._model = filter_model(sensors, settings, self._plane, self._book.state)
         self._epoch: int | None = None
         self._epoch_open = False
+        self._steps = 1
+        self._drifted_s = 0.0
         self._sequence = 0
         self._outcomes: Counter[str] = Counter()
         self._workers = workers
@@ -169,18 +173,35 @@ class Engine:
             epoch = int(epochs[first])
             if epoch != self._epoch:
                 biases.append(self._close_epoch())
-                if self._epoch is not None:
-                    ended.append(self._open_epoch(self._epoch, epoch))
+                if self._epoch is None:
+                    self._drifted_s = epoch * self._settings.epoch_s
+                ended.append(self._open_epoch(epoch))
                 self._epoch = epoch
             self._epoch_open = True
-            self._pool.assign(batch, codes, first, last, identities)
-            self._step(rows, result, first, last)
-            self._book.log(result.log[first:last], rows.sensor[first:last])
+            for begin, end in self._enter_steps(batch.time_s, first, last):
+                self._pool.assign(batch, codes, begin, end, identities)
+                self._step(rows, result, begin, end)
+                self._book.log(result.log[begin:end], rows.sensor[begin:end])
         return EngineOutput(
             updates=self._describe(batch, identities, result),
             biases=BiasRecords.concatenate(biases),
             ended=EndedTracks.concatenate(ended),
         )
+
+    def _enter_steps(self, time_s: Floats, first: int, last: int) -> Iterator[tuple[int, int]]:
+        """Walk through the rows of one epoch step by step; the biases drift from each to the next.
+
+        Steps are numbered from the beginning of time, as epochs are; a power of two of them to an
+        epoch makes their bounds exact.
+        """
+        steps = np.floor(time_s[first:last] / self._settings.epoch_s * self._steps).astype(np.int64)
+        cuts = [0, *(np.flatnonzero(np.diff(steps)) + 1).tolist(), last - first]
+        for begin, end in itertools.pairwise(cuts):
+            start_s = int(steps[begin]) * self._settings.epoch_s / self._steps
+            if start_s > self._drifted_s:
+                self._merge()
+                self._drift(start_s)
+            yield first + begin, first + end
 
     def _prepare(self, batch: MeasurementBatch) -> tuple[Rows, Result, NDArray[np.int64]]:
         n = len(batch)
@@ -255,16 +276,7 @@ class Engine:
         if self._epoch is None or not self._epoch_open:
             return _EMPTY.biases
         self._epoch_open = False
-        if self._filter.corrects_biases:
-            self._book.follow(self._model.bias, self._model.bias_covariance)
-        else:
-            self._filter.close(
-                self._pool.used(), self._model, self._pool.aircraft, self._information, self._vector
-            )
-            self._book.merge(self._information, self._vector)
-        self._information[:] = 0.0
-        self._vector[:] = 0.0
-        self._publish()
+        self._merge()
         state, count = self._book.state, len(self._sensors.parameter_kind)
         end_s = (self._epoch + 1) * self._settings.epoch_s
         return BiasRecords(
@@ -276,13 +288,33 @@ class Engine:
             sigma=state.sigma,
         )
 
-    def _open_epoch(self, closed: int, opened: int) -> EndedTracks:
+    def _merge(self) -> None:
+        """Merge what was measured into the biases, and publish them."""
+        if self._filter.corrects_biases:
+            self._book.follow(self._model.bias, self._model.bias_covariance)
+        else:
+            self._filter.close(
+                self._pool.used(), self._model, self._pool.aircraft, self._information, self._vector
+            )
+            self._book.merge(self._information, self._vector)
+        self._information[:] = 0.0
+        self._vector[:] = 0.0
+        self._publish()
+
+    def _open_epoch(self, opened: int) -> EndedTracks:
         """End the tracks that are too old by then, and let the biases drift until then."""
         start_s = opened * self._settings.epoch_s
         ended = self._pool.drop(start_s - self._settings.drop_after_s)
-        if self._book.drift((opened - closed) * self._settings.epoch_s, self._pool.aircraft):
-            self._publish()
+        self._drift(start_s)
+        self._steps = 1
+        if not self._filter.stacks_plots:  # Its stacks are of an epoch.
+            self._steps = drift_steps(self._book.state, self._sensors.drift, self._settings.epoch_s)
         return EndedTracks(ended, np.full(len(ended), start_s))
+
+    def _drift(self, until_s: float) -> None:
+        if self._book.drift(until_s - self._drifted_s, self._pool.aircraft):
+            self._publish()
+        self._drifted_s = until_s
 
     def _publish(self) -> None:
         self._model = with_biases(self._model, self._book.state)

@@ -1,5 +1,7 @@
 """The engine: the same rows give the same bytes, and the truth is found."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -8,10 +10,11 @@ from multiradar.estimation.measurement.sensors import (
     PARAMETER_AZIMUTH_OFFSET,
     PARAMETER_RANGE_OFFSET,
 )
+from multiradar.runtime import engine as engine_module
 from multiradar.runtime.digest import OutputDigest
 from multiradar.runtime.engine import Engine
 from multiradar.tracking.measurements import MeasurementBatch
-from multiradar.tracking.outputs import EngineOutput, TrackUpdates
+from multiradar.tracking.outputs import BiasRecords, EngineOutput, TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
 from support.batches import batch_of
 from support.scenes import Flight, Radar, Scene, make_scene, random_flights, three_radars
@@ -224,3 +227,44 @@ def test_plots_without_identity_are_counted_and_used_by_none() -> None:
     engine.push(batch_of([1.0, 2.0], track_number=[-1, -1]))
     assert len(engine.flush().updates) == 0
     assert engine.counts["UNASSOCIATED"] == 2
+
+
+def drifting_scene(seed: int) -> Scene:
+    """Radars that turn in a second, with biases that walk by 1 m and 0.02 degrees in a second."""
+    rng = np.random.default_rng(seed)
+    drifts = {PARAMETER_RANGE_OFFSET: 1.0, PARAMETER_AZIMUTH_OFFSET: float(np.radians(0.02))}
+    radars = [replace(radar, drifts=drifts, rotation_s=1.0) for radar in three_radars()]
+    return make_scene(rng, radars, random_flights(rng, 12, 150.0, acceleration_density=0.3))
+
+
+@pytest.mark.parametrize("name", FILTERS)
+def test_output_depends_neither_on_batches_nor_on_workers_where_biases_drift(name: str) -> None:
+    scene, settings = drifting_scene(1), TrackingSettings(filter_name=name)
+    expected = run(scene, settings, len(scene.batch))
+    assert {run(scene, settings, size, workers) for size, workers in [(13, 1), (999, 4)]} == {
+        expected
+    }
+
+
+def squared_bias_errors(seeds: range) -> float:
+    """Of the biases late in each epoch, in units of what the engine says; 1 expected."""
+    settings = TrackingSettings(acceleration_density=0.3, manoeuvre_factor_max=1.0)
+    found = []
+    for seed in seeds:
+        scene = drifting_scene(seed)
+        engine = Engine(scene.sensors, settings)
+        biases = BiasRecords.concatenate([engine.push(scene.batch).biases, engine.flush().biases])
+        for row in np.flatnonzero((biases.time_s > 80.0) & (biases.time_s < 150.0)):
+            column = int(biases.sensor[row]) * 2 + int(biases.parameter[row])
+            truth = scene.biases_at(float(biases.time_s[row]) - 0.1)[column]
+            found.append(((biases.estimate[row] - truth) / biases.sigma[row]) ** 2)
+    return float(np.mean(found))
+
+
+def test_biases_that_drift_much_within_an_epoch_keep_an_honest_sigma(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    assert squared_bias_errors(range(4)) < 1.4
+    # With one step an epoch, as if the drift were small, they do not.
+    monkeypatch.setattr(engine_module, "drift_steps", lambda *_: 1)
+    assert squared_bias_errors(range(4)) > 2.0
