@@ -81,7 +81,8 @@ def _contents(headings: Sequence[str]) -> str:
         f'<li><a href="#section-{number}">{html.escape(heading)}</a></li>\n'
         for number, heading in enumerate(headings, 1)
     )
-    return f'<nav aria-label="Contents">\n<ol>\n{items}</ol>\n</nav>\n'
+    summary = f"<summary>Contents: {len(headings)} sections</summary>"
+    return f"<nav>\n<details>\n{summary}\n<ol>\n{items}</ol>\n</details>\n</nav>\n"
 
 
 def _section(number: int, heading: str, content: str) -> str:

@@ -57,11 +57,15 @@ def test_the_reference_filter_is_wide_only_beside_others() -> None:
     assert not is_wide(alone.series[0], alone)
 
 
-def test_plots_of_a_group_have_the_same_limits_unless_they_are_told() -> None:
+def test_axes_of_one_label_have_the_same_limits_in_a_group_unless_they_are_told() -> None:
     plots = [_plot("a"), _plot("a", scale=5.0)]
     first, second = (figure.axes[0] for figure in draw_group(plots, _colours(*plots)))
     assert first.get_ylim() == second.get_ylim()
     assert first.get_ylim()[1] > 50.0
+    other = Plot("t", "x", "another unit", plots[1].series, group="g")
+    apart = [figure.axes[0] for figure in draw_group([plots[0], other], _colours(*plots))]
+    assert apart[0].get_xlim() == apart[1].get_xlim()
+    assert apart[0].get_ylim()[1] < 20.0 < apart[1].get_ylim()[1]
     fixed = Plot("t", "x", "y", plots[0].series, y_limits=(0.0, 2.0))
     assert draw_group([fixed], _colours(fixed))[0].axes[0].get_ylim() == (0.0, 2.0)
 

@@ -6,7 +6,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from multiradar.studies.report.page import report_page
+from multiradar.studies.report.page import CONTENTS_MIN, report_page
 from multiradar.studies.result import StudyOptions, StudyResult
 from support.fake_study import ENTRY, HOSTILE
 
@@ -118,6 +118,16 @@ def test_the_report_says_how_it_was_made(read: _Reader) -> None:
 
 def test_the_same_result_gives_the_same_bytes(result: StudyResult, page: str) -> None:
     assert report_page(result) == page
+
+
+def test_a_long_report_begins_with_links_to_its_sections(result: StudyResult) -> None:
+    table = result.tables[0]
+    long = StudyResult("s", "S", 1, [], [table] * CONTENTS_MIN, [])
+    targets = re.findall(r'<a href="#([^"]*)">', report_page(long))
+    assert targets == re.findall(r'<section id="([^"]*)">', report_page(long))
+    assert len(targets) == CONTENTS_MIN
+    short = StudyResult("s", "S", 1, [], [table] * (CONTENTS_MIN - 1), [])
+    assert "<nav" not in report_page(short)
 
 
 def test_a_result_without_plots_or_notes_is_a_page_as_well() -> None:
