@@ -6,8 +6,9 @@ from time import perf_counter
 
 import numpy as np
 
+from benchmark import plain
 from benchmark.load import Load, make_load
-from benchmark.peers import filterpy_nanoseconds
+from benchmark.peers import FILTERPY, STONE_SOUP, filterpy_nanoseconds, stone_soup_nanoseconds
 from benchmark.plan import Plan
 from benchmark.report import Row
 from multiradar.estimation.bias.book import BiasBook
@@ -19,28 +20,30 @@ from multiradar.tracking.settings import TrackingSettings
 
 TEXT = (
     "One call of the compiled step over all plots in one thread, aircraft under way; no reading, "
-    "no writing. The peer steps the same plots one by one, with four states and no biases."
+    "no writing. The peers step the same plots one by one, with four states and no biases. First "
+    "the two-stage filter without biases on a flat plane: its estimates after every plot are "
+    "compared with theirs, and the run fails where they differ by more than rounding (Stone Soup's "
+    "own model takes derivatives by differences)."
 )
 AIRCRAFT = (150, 15_000)
 RADARS = (3, 8)
 #: A run takes milliseconds.
 RUNS = 11
-PEER = "FilterPy's extended Kalman filter"
 
 
 def run(plan: Plan) -> list[Row]:
-    """Measure all filters beside FilterPy's extended Kalman filter on the same plots."""
-    rows = []
+    """Measure all filters beside FilterPy and Stone Soup on the same plots."""
+    rows = plain.run(plan)
     runs = 3 if plan.quick else RUNS
     for radars, aircraft in product(RADARS, AIRCRAFT):
         load = make_load(plan.size(aircraft), radars)
-        peer = filterpy_nanoseconds(load)
+        peers = {FILTERPY: filterpy_nanoseconds(load), STONE_SOUP: stone_soup_nanoseconds(load)}
         for name, definition in FILTERS.items():
             if definition.aircraft_max is not None and aircraft > definition.aircraft_max:
                 continue  # The joint filter has no room for so many.
             label = f"{name}, {plan.size(aircraft)} aircraft, {radars} radars"
             value = nanoseconds(definition, load, runs)
-            rows.append(Row(label, value, "ns/plot", runs, PEER, peer))
+            rows += [Row(label, value, "ns/plot", runs, *peer) for peer in peers.items()]
     return rows
 
 

@@ -1,21 +1,96 @@
-"""The same plots through filters that others wrote, one aircraft an object, without biases."""
+"""The same plots through filters that others wrote, one aircraft an object, without biases.
 
+FilterPy and Stone Soup take one plot after the other, as their users write it: a prediction to the
+time of the plot, a correction by range and azimuth. Both get range, azimuth and their derivatives
+from the function that also serves ours. On a flat plane Stone Soup has a model of its own, too,
+which takes derivatives by differences.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
 from time import perf_counter
 
 import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter
 from numpy.typing import NDArray
+from stonesoup.base import Property
+from stonesoup.models.measurement.nonlinear import (
+    CartesianToBearingRange,
+    NonLinearGaussianMeasurement,
+)
+from stonesoup.models.transition.linear import (
+    CombinedLinearGaussianTransitionModel,
+    ConstantVelocity,
+)
+from stonesoup.predictor.kalman import ExtendedKalmanPredictor
+from stonesoup.types.angle import Bearing
+from stonesoup.types.array import CovarianceMatrix, StateVector
+from stonesoup.types.detection import Detection
+from stonesoup.types.hypothesis import SingleHypothesis
+from stonesoup.types.state import GaussianState
+from stonesoup.updater.kalman import ExtendedKalmanUpdater
 
 from benchmark.load import Load
+from multiradar.estimation.filters.arrays import Rows
 from multiradar.estimation.motion.constant_velocity import process_noise, transition
 from multiradar.geodesy._kernels import predict_polar, site_parameters
 
-#: A plot costs them tens of microseconds: the plots of so many aircraft are enough.
-AIRCRAFT = 60
+Floats = NDArray[np.float64]
+#: Range, azimuth, and their derivatives by east and north, seen from a radar.
+Polar = Callable[[int, float, float], tuple[float, ...]]
+
+#: A plot costs them tens or hundreds of microseconds: the plots of so many aircraft are enough.
+FILTERPY_AIRCRAFT, STONE_SOUP_AIRCRAFT = 60, 15
+FILTERPY, STONE_SOUP = "FilterPy's extended Kalman filter", "Stone Soup's extended Kalman filter"
+RANGE_SIGMA_M, AZIMUTH_SIGMA_RAD = 40.0, 0.001
+ACCELERATION_DENSITY = 4.0
+#: Places of east, north and their rates in the states of Stone Soup, which pair each axis.
+_PAIRED = np.ix_([0, 2, 1, 3], [0, 2, 1, 3])
 
 
 def filterpy_nanoseconds(load: Load) -> float:
-    """Time FilterPy's extended Kalman filter over the plots of a few aircraft of a load."""
+    """Time FilterPy over the plots of a few aircraft of a load."""
+    return run_filterpy(peer_plots(load, FILTERPY_AIRCRAFT)).nanoseconds
+
+
+def stone_soup_nanoseconds(load: Load) -> float:
+    """Time Stone Soup over the plots of a few aircraft of a load."""
+    return run_stone_soup(peer_plots(load, STONE_SOUP_AIRCRAFT)).nanoseconds
+
+
+@dataclass(frozen=True)
+class PeerPlots:
+    """Plots of several aircraft and where they start.
+
+    Attributes
+    ----------
+    rows : Rows
+        The plots in the order of their times.
+    polar : callable
+        What a radar sees of a place.
+    mean, covariance : (s, 4), (4, 4) float64
+        Prior of each aircraft at `start_s`: east, north (m) and their rates (m/s).
+    """
+
+    rows: Rows
+    polar: Polar
+    mean: Floats
+    covariance: Floats
+    start_s: float = 0.0
+
+
+@dataclass(frozen=True)
+class PeerRun:
+    """What a filter made of plots: states (n, 4) and covariances (n, 4, 4) after each; its time."""
+
+    mean: Floats
+    covariance: Floats
+    nanoseconds: float
+
+
+def peer_plots(load: Load, aircraft: int) -> PeerPlots:
+    """Return the plots of the first aircraft of a load, each with a wide prior where it begins."""
     plane = load.plane.parameters
     sites = [
         site_parameters(plane, latitude, longitude, height)
@@ -24,33 +99,127 @@ def filterpy_nanoseconds(load: Load) -> float:
             strict=True,
         )
     ]  # fmt: skip
-    filters: dict[int, tuple[float, ExtendedKalmanFilter]] = {}
-    noise = np.diag([40.0**2, 0.001**2])
+    height = float(load.rows.height[0])
+
+    def polar(radar: int, east: float, north: float) -> tuple[float, ...]:
+        return predict_polar(plane, sites[radar], east, north, height)[:6]
+
     rows = load.rows
-    chosen = np.flatnonzero(rows.slot < AIRCRAFT)
+    chosen = np.flatnonzero(rows.slot < aircraft)
+    aircraft = min(aircraft, len(load.position))
+    few = Rows(
+        rows.slot[chosen], rows.time[chosen], rows.kind[chosen], rows.sensor[chosen],
+        rows.z[chosen], rows.height[chosen],
+    )  # fmt: skip
+    start = np.hstack([load.position[:aircraft], np.zeros((aircraft, 2))])
+    return PeerPlots(few, polar, start, np.diag([1e6, 1e6, 1e5, 1e5]))
+
+
+def run_filterpy(plots: PeerPlots) -> PeerRun:
+    """Take all plots with FilterPy."""
+    rows = plots.rows
+    filters: list[ExtendedKalmanFilter] = []
+    for mean in plots.mean:
+        one = ExtendedKalmanFilter(dim_x=4, dim_z=2)
+        one.x, one.P = mean.copy(), plots.covariance.copy()
+        filters.append(one)
+    noise = np.diag([RANGE_SIGMA_M**2, AZIMUTH_SIGMA_RAD**2])
+    last = [plots.start_s] * len(filters)
+    means, covariances = [], []
     begin = perf_counter()
-    for row in chosen:
-        slot, time = int(rows.slot[row]), float(rows.time[row])
-        if slot not in filters:
-            one = ExtendedKalmanFilter(dim_x=4, dim_z=2)
-            one.x = np.array([*load.position[slot], 0.0, 0.0])
-            one.P = np.diag([1e6, 1e6, 1e5, 1e5])
-            filters[slot] = (time, one)
-            continue
-        last, one = filters[slot]
-        one.F, one.Q = transition(time - last), process_noise(time - last, 4.0)
+    for slot, time, sensor, z in zip(rows.slot, rows.time, rows.sensor, rows.z, strict=True):
+        one = filters[slot]
+        interval, last[slot] = time - last[slot], time
+        one.F, one.Q = transition(interval), process_noise(interval, ACCELERATION_DENSITY)
         one.predict()
-        seen = predict_polar(plane, sites[rows.sensor[row]], one.x[0], one.x[1], 9000.0)
+        seen = plots.polar(sensor, one.x[0], one.x[1])
         jacobian = np.array([[seen[2], seen[3], 0.0, 0.0], [seen[4], seen[5], 0.0, 0.0]])
         one.update(
-            rows.z[row], lambda _, j=jacobian: j, lambda _, s=seen: np.array(s[:2]), R=noise,
+            z, lambda _, j=jacobian: j, lambda _, s=seen: np.array(s[:2]), R=noise,
             residual=_residual,
         )  # fmt: skip
-        filters[slot] = (time, one)
-    return (perf_counter() - begin) / len(chosen) * 1e9
+        means.append(one.x)
+        covariances.append(one.P)
+    spent = perf_counter() - begin
+    return PeerRun(np.array(means), np.array(covariances), spent / len(means) * 1e9)
 
 
-def _residual(seen: NDArray[np.float64], expected: NDArray[np.float64]) -> NDArray[np.float64]:
+def run_stone_soup(plots: PeerPlots, own_sites_m: Floats | None = None) -> PeerRun:
+    """Take all plots with Stone Soup, whose states are east, its rate, north, its rate.
+
+    With sites on a flat plane it uses its own model there, which counts angles from x to y.
+    """
+    rows, epoch = plots.rows, datetime(2026, 1, 1, tzinfo=UTC)
+    axis = ConstantVelocity(ACCELERATION_DENSITY)
+    predictor = ExtendedKalmanPredictor(CombinedLinearGaussianTransitionModel([axis, axis]))
+    updater = ExtendedKalmanUpdater(None)
+    noise = CovarianceMatrix(np.diag([RANGE_SIGMA_M**2, AZIMUTH_SIGMA_RAD**2]))
+    own = own_sites_m is not None
+    models = (
+        [_own_model(site) for site in own_sites_m]
+        if own_sites_m is not None
+        else [
+            PlotModel(4, (0, 2), noise, polar=plots.polar, radar=radar)
+            for radar in range(int(rows.sensor.max()) + 1)
+        ]
+    )
+    # Its times are those of the calendar, to a microsecond.
+    start = epoch + timedelta(seconds=plots.start_s)
+    states = [
+        GaussianState(mean[[0, 2, 1, 3]], plots.covariance[_PAIRED], start) for mean in plots.mean
+    ]
+    found = []
+    begin = perf_counter()
+    for slot, time, sensor, z in zip(rows.slot, rows.time, rows.sensor, rows.z, strict=True):
+        model, at = models[sensor], epoch + timedelta(seconds=time)
+        seen = [Bearing(z[1]), z[0]] if own else [z[0], Bearing(z[1])]
+        plot = Detection(StateVector(seen), at, measurement_model=model)
+        prediction = predictor.predict(states[slot], timestamp=at)
+        states[slot] = updater.update(SingleHypothesis(prediction, plot))
+        found.append(states[slot])
+    spent = perf_counter() - begin
+    mean = np.array([np.asarray(one.state_vector, np.float64)[[0, 2, 1, 3], 0] for one in found])
+    covariance = np.array([np.asarray(one.covar, np.float64)[_PAIRED] for one in found])
+    return PeerRun(mean, covariance, spent / len(found) * 1e9)
+
+
+# With north as x and east as y, its bearing is our azimuth.
+def _own_model(site_m: Floats) -> CartesianToBearingRange:
+    noise = CovarianceMatrix(np.diag([AZIMUTH_SIGMA_RAD**2, RANGE_SIGMA_M**2]))
+    origin = StateVector([site_m[1], site_m[0]])
+    return CartesianToBearingRange(4, (2, 0), noise, translation_offset=origin)
+
+
+class PlotModel(NonLinearGaussianMeasurement):  # type: ignore[misc]  # Stone Soup has no types.
+    """Range and azimuth from a radar, for Stone Soup, with their derivatives."""
+
+    polar: Polar = Property(doc="What a radar sees of a place")
+    radar: int = Property(doc="Which radar")
+
+    @property
+    def ndim_meas(self) -> int:
+        return 2
+
+    def function(self, state: object, noise: object = False, **_given: object) -> StateVector:
+        """Return range and azimuth of a state; the filter asks for them without noise."""
+        if noise is not False:
+            raise ValueError(f"noise: expected none, was {noise!r}")
+        seen = self._seen(state)
+        return StateVector([seen[0], Bearing(seen[1])])
+
+    def jacobian(self, state: object, **_given: object) -> Floats:
+        """Return the derivatives by east, its rate, north, its rate."""
+        _, _, range_east, range_north, azimuth_east, azimuth_north = self._seen(state)
+        return np.array(
+            [[range_east, 0.0, range_north, 0.0], [azimuth_east, 0.0, azimuth_north, 0.0]]
+        )
+
+    def _seen(self, state: object) -> tuple[float, ...]:
+        place = state.state_vector  # type: ignore[attr-defined]
+        return self.polar(self.radar, float(place[0, 0]), float(place[2, 0]))
+
+
+def _residual(seen: Floats, expected: Floats) -> Floats:
     difference = seen - expected
     difference[1] = (difference[1] + np.pi) % (2.0 * np.pi) - np.pi
     return difference
