@@ -1,8 +1,9 @@
 """Seeded scenes: aircraft over WGS 84, seen by turning radars with noise and biases.
 
-Truth and plots are made with geodesy alone; nothing here knows the filters that are judged by it.
-Aircraft keep their velocity on the system plane, but for white acceleration where it is asked for.
-A bias is measured minus true; the truth of a row is that at its time stamp.
+They are made by `multiradar.simulation`, which knows nothing of the filters that are judged by
+it; here they become what the core takes. Aircraft keep their velocity on the system plane, but for
+white acceleration where it is asked for. A bias is measured minus true; the truth of a row is that
+at its time stamp.
 """
 
 from collections.abc import Mapping, Sequence
@@ -10,7 +11,6 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicHermiteSpline
 
 from multiradar.estimation.measurement.sensors import (
     PARAMETER_AZIMUTH_OFFSET,
@@ -19,8 +19,10 @@ from multiradar.estimation.measurement.sensors import (
     PARAMETER_TIME_OFFSET,
     SensorTable,
 )
-from multiradar.geodesy.polar import slant_range_azimuth
 from multiradar.geodesy.system_plane import SystemPlane
+from multiradar.simulation import scene as simulated
+from multiradar.simulation.measurements import Measurements
+from multiradar.simulation.observation import observe
 from multiradar.tracking.measurements import KIND_RADAR, MeasurementBatch
 
 Floats = NDArray[np.float64]
@@ -31,8 +33,6 @@ PRIOR_SIGMA = {
     PARAMETER_RANGE_GAIN: 0.002,
     PARAMETER_TIME_OFFSET: 0.5,
 }
-# Between knots of the path the acceleration is smooth; half a second is short for an aircraft.
-KNOT_S = 0.5
 
 
 @dataclass(frozen=True)
@@ -90,13 +90,6 @@ class Scene:
         )
 
 
-# True biases, (t, c) at times (t,).
-@dataclass(frozen=True)
-class _Walk:
-    times: Floats
-    values: Floats
-
-
 def make_scene(
     rng: np.random.Generator, radars: Sequence[Radar], flights: Sequence[Flight]
 ) -> Scene:
@@ -104,28 +97,19 @@ def make_scene(
     radars = sorted(radars, key=lambda radar: radar.identifier)
     sensors = sensor_table(radars)
     plane = SystemPlane.for_sensors(sensors.latitude_rad, sensors.longitude_rad)
-    end = max(flight.end_s for flight in flights) + 10.0
-    bias_times = np.arange(min(flight.start_s for flight in flights) - 10.0, end, 1.0)
-    bias_values = _walk(rng, radars, len(bias_times))
-    paths = [fly(rng, flight) for flight in flights]
-    walk = _Walk(bias_times, bias_values)
-    rows = [
-        _see(rng, index, radar, (flight, path), plane=plane, sensors=sensors, walk=walk)
-        | {"aircraft": np.array(one)}
-        for index, radar in enumerate(radars)
-        for one, (flight, path) in enumerate(zip(flights, paths, strict=True))
-    ]
-    columns = {
-        name: np.concatenate([np.broadcast_to(row[name], row["time_s"].shape) for row in rows])
-        for name in rows[0]
-        if name != "truth"
-    }
-    order = np.argsort(columns["time_s"], kind="stable")
-    truth = np.concatenate([row["truth"] for row in rows])[order]
-    columns = {name: column[order] for name, column in columns.items()}
+    sites = flat_sites(plane, sensors)
+    scene = simulated.Scene(
+        title="", seed=0, duration_s=max(flight.end_s for flight in flights), plane="wgs84",
+        centre_rad=(plane.latitude_rad, plane.longitude_rad), traffic=(),
+        aircraft=tuple(_aircraft(number, one) for number, one in enumerate(flights, start=1)),
+        sensors=tuple(_sensor(*one) for one in zip(radars, sites.tolist(), strict=True)),
+    )  # fmt: skip
+    seen = observe(scene, rng)
+    rows = seen.measurements
     return Scene(
-        plane, sensors, _batch(columns), columns["aircraft"].astype(np.int64), truth,
-        columns["outlier"].astype(bool), bias_times, bias_values,
+        plane, sensors, _batch(rows), rows.aircraft.astype(np.int64), _states(plane, rows),
+        rows.outlier, seen.biases.time_s,
+        seen.biases.values[:, sensors.parameter_sensor, sensors.parameter_kind],
     )  # fmt: skip
 
 
@@ -184,18 +168,6 @@ def sensor_table(radars: Sequence[Radar]) -> SensorTable:
     )
 
 
-def fly(rng: np.random.Generator, flight: Flight) -> CubicHermiteSpline:
-    """The path of a flight: time to (east, north); white acceleration integrated exactly."""
-    count = int(np.ceil((flight.end_s - flight.start_s) / KNOT_S)) + 2
-    density = flight.acceleration_density
-    jumps = np.sqrt(density * KNOT_S) * rng.normal(size=(count - 1, 2))
-    apart = np.sqrt(density * KNOT_S**3 / 12.0) * rng.normal(size=(count - 1, 2))
-    speed = np.vstack([np.zeros((1, 2)), np.cumsum(jumps, axis=0)]) + flight.state[2:]
-    moves = (speed[:-1] + jumps / 2.0) * KNOT_S + apart
-    place = np.vstack([np.zeros((1, 2)), np.cumsum(moves, axis=0)]) + flight.state[:2]
-    return CubicHermiteSpline(flight.start_s + KNOT_S * np.arange(count), place, speed)
-
-
 def random_flights(
     rng: np.random.Generator,
     count: int,
@@ -240,81 +212,48 @@ def three_radars() -> list[Radar]:
     ]
 
 
-# The random walk of all biases, a value a second.
-def _walk(rng: np.random.Generator, radars: Sequence[Radar], count: int) -> Floats:
-    columns = []
-    for radar in radars:
-        for kind in sorted(radar.biases):
-            steps = rng.normal(size=count) * radar.drifts.get(kind, 0.0)
-            columns.append(radar.biases[kind] + np.cumsum(steps) - steps[0])
-    return np.array(columns).reshape(len(columns), count).T
+def _aircraft(number: int, flight: Flight) -> simulated.Aircraft:
+    east, north, east_rate, north_rate = flight.state
+    return simulated.Aircraft(
+        number, east, north, flight.height_m, float(np.hypot(east_rate, north_rate)),
+        float(np.arctan2(east_rate, north_rate)), flight.start_s, flight.end_s,
+        acceleration_density=flight.acceleration_density, reports_height=flight.reports_height,
+    )  # fmt: skip
 
 
-# All plots of one flight by one radar, as columns.
-def _see(
-    rng: np.random.Generator,
-    index: int,
-    radar: Radar,
-    flown: tuple[Flight, CubicHermiteSpline],
-    *,
-    plane: SystemPlane,
-    sensors: SensorTable,
-    walk: "_Walk",
-) -> dict[str, NDArray[np.generic]]:
-    flight, path = flown
-    site = (sensors.latitude_rad[index], sensors.longitude_rad[index], radar.height_m)
-
-    def look(time_s: Floats) -> tuple[Floats, Floats]:
-        latitude, longitude = plane.to_geodetic(*path(time_s).T)
-        return slant_range_azimuth(site, latitude, longitude, flight.height_m)[:2]
-
-    turns = np.arange(np.ceil((flight.end_s - flight.start_s) / radar.rotation_s))
-    north = flight.start_s + radar.rotation_s * (turns + rng.uniform())
-    time_s = np.minimum(north, flight.end_s)
-    for _ in range(3):  # The antenna meets the aircraft, which moves on meanwhile.
-        time_s = north + radar.rotation_s * look(time_s)[1] / (2.0 * np.pi)
-        time_s = np.minimum(time_s, flight.end_s)
-    own = np.flatnonzero(sensors.parameter_sensor == index)
-    bias = dict.fromkeys(PRIOR_SIGMA, np.zeros(len(time_s)))
-    for column in own:
-        kind = int(sensors.parameter_kind[column])
-        bias[kind] = np.interp(time_s, walk.times, walk.values[:, column])
-    stamp = time_s + bias[PARAMETER_TIME_OFFSET]
-    slant, azimuth = look(time_s)
-    count, outlier = len(time_s), rng.uniform(size=len(time_s)) < radar.outliers
-    measured = slant * (1.0 + bias[PARAMETER_RANGE_GAIN]) + bias[PARAMETER_RANGE_OFFSET]
-    measured += radar.range_sigma_m * rng.normal(size=count)
-    measured += outlier * rng.choice([-1.0, 1.0], count) * rng.uniform(2e3, 2e4, count)
-    pointed = azimuth + bias[PARAMETER_AZIMUTH_OFFSET]
-    pointed += np.radians(radar.azimuth_sigma_deg) * rng.normal(size=count)
-    pointed += outlier * rng.uniform(-0.2, 0.2, count)
-    seen = (rng.uniform(size=count) < radar.detection) & (measured > 0.0)
-    seen &= (slant < radar.range_max_m) & (time_s < flight.end_s)
-    seen &= (stamp >= flight.start_s) & (stamp <= flight.end_s)
-    height = flight.height_m if flight.reports_height else np.nan
-    return {
-        "time_s": stamp[seen],
-        "sensor": np.array(index),
-        "range_m": measured[seen],
-        "azimuth_rad": np.mod(pointed[seen], 2.0 * np.pi),
-        "height_m": np.array(height),
-        "outlier": outlier[seen],
-        "truth": np.hstack([path(stamp[seen]), path(stamp[seen], 1)]),
-    }
+def _sensor(radar: Radar, site: tuple[float, float]) -> simulated.Sensor:
+    return simulated.Sensor(
+        radar.identifier, "radar", *site, radar.height_m, radar.range_sigma_m,
+        float(np.radians(radar.azimuth_sigma_deg)), rotation_period_s=radar.rotation_s,
+        range_max_m=radar.range_max_m, detection_probability=radar.detection,
+        outlier_probability=radar.outliers,
+        biases=tuple(
+            simulated.Bias(radar.biases.get(kind, 0.0), radar.drifts.get(kind, 0.0))
+            for kind in range(simulated.PARAMETERS)
+        ),
+    )  # fmt: skip
 
 
-def _batch(columns: Mapping[str, NDArray[np.generic]]) -> MeasurementBatch:
-    aircraft = columns["aircraft"].astype(np.int64)
-    none = np.full(len(aircraft), np.nan)
+# States on the plane: the true velocity at the aircraft turned back into that of its foot.
+def _states(plane: SystemPlane, rows: Measurements) -> Floats:
+    east, north = plane.to_plane(rows.true_latitude_rad, rows.true_longitude_rad)
+    heading = np.stack([np.sin(rows.true_heading_rad), np.cos(rows.true_heading_rad)], axis=-1)
+    matrix = plane.local_matrix(east, north, rows.true_height_m)
+    velocity = np.linalg.solve(matrix, (rows.true_speed_mps[:, None] * heading)[..., None])
+    return np.column_stack([east, north, velocity[..., 0]])
+
+
+def _batch(rows: Measurements) -> MeasurementBatch:
+    aircraft = rows.aircraft.astype(np.int64)
     return MeasurementBatch(
-        time_s=columns["time_s"].astype(np.float64),
-        sensor=columns["sensor"].astype(np.int32),
-        kind=np.full(len(aircraft), KIND_RADAR, np.int8),
-        range_m=columns["range_m"].astype(np.float64),
-        azimuth_rad=columns["azimuth_rad"].astype(np.float64),
-        latitude_rad=none,
-        longitude_rad=none,
-        height_m=columns["height_m"].astype(np.float64),
+        time_s=rows.time_s,
+        sensor=rows.sensor,
+        kind=np.full(len(rows), KIND_RADAR, np.int8),
+        range_m=rows.range_m,
+        azimuth_rad=rows.azimuth_rad,
+        latitude_rad=rows.latitude_rad,
+        longitude_rad=rows.longitude_rad,
+        height_m=rows.height_m,
         mode_3a=(0o1000 + aircraft).astype(np.int32),
         mode_s_address=0x400000 + aircraft,
         track_number=aircraft + 1,

@@ -8,7 +8,7 @@ import pytest
 from multiradar.estimation.measurement.sensors import PARAMETER_RANGE_GAIN, PARAMETER_TIME_OFFSET
 from support.measurement_models import EllipsoidPolar
 from support.reference_runs import observations
-from support.scenes import Flight, fly, make_scene, random_flights, three_radars
+from support.scenes import Flight, make_scene, random_flights, three_radars
 
 
 def test_plots_are_the_truth_plus_biases_plus_noise_of_the_stated_sigma() -> None:
@@ -60,21 +60,6 @@ def test_aircraft_are_seen_only_while_they_live() -> None:
         flight = flights[aircraft]
         assert flight.start_s <= scene.batch.time_s[row] <= flight.end_s
         assert scene.batch.height_m[row] == flight.height_m
-
-
-def test_a_path_begins_where_it_was_told_and_wanders_as_white_acceleration_does() -> None:
-    rng = np.random.default_rng(4)
-    flight = Flight(100.0, 160.0, (5e3, -7e3, 100.0, 150.0), acceleration_density=2.0)
-    ends = np.array([[*fly(rng, flight)(160.0), *fly(rng, flight)(160.0, 1)] for _ in range(500)])
-    start = fly(rng, flight)
-    np.testing.assert_allclose(start(100.0), flight.state[:2], rtol=0, atol=1e-9)
-    np.testing.assert_allclose(start(100.0, 1), flight.state[2:], rtol=0, atol=1e-9)
-    sigma = ends.std(axis=0)
-    # q t³/3 and q t, with a standard error of 3 %.
-    assert sigma[:2] == pytest.approx(np.sqrt(2.0 * 60.0**3 / 3.0), rel=0.1)
-    assert sigma[2:] == pytest.approx(np.sqrt(2.0 * 60.0), rel=0.1)
-    straight = fly(rng, replace(flight, acceleration_density=0.0))
-    np.testing.assert_allclose(straight(160.0), [11e3, 2e3], rtol=0, atol=1e-6)
 
 
 def test_biases_walk_as_fast_as_asked() -> None:
