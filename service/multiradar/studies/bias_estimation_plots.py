@@ -1,11 +1,14 @@
 """Plots of the study of section 1.6: what figures 1.1 to 1.17 of the report show."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from multiradar.estimation.sequential.plots import FORMS
 from multiradar.studies.bias_estimation_cases import Case, Findings
 from multiradar.studies.bias_estimation_runs import CONSISTENCIES, QUANTITIES, Setting
-from multiradar.studies.result import Plot, Series
+from multiradar.studies.result import Plot, Series, Style
+
+Floats = NDArray[np.float64]
 
 # Title, axis and the tail of the picture's name, for each quantity.
 _LABELS = {
@@ -74,18 +77,19 @@ def _comparison(cases: list[Case], column: int) -> Plot:
 # Figures 1.2 to 1.13.
 def _one_filter(case: Case, column: int) -> Plot:
     title, unit = _LABELS[QUANTITIES[column]]
-    drawn = (
-        ("one run", case.one, "thin"),
-        ("mean of the runs", case.mean, "dashed"),
-        ("by (1.26)", case.theoretical, "line"),
-        ("reported", case.reported, "dotted"),
+    drawn: tuple[tuple[str, Floats, Style, str], ...] = (
+        ("one run", case.one, "thin", case.name),
+        ("mean of the runs", case.mean, "line", case.name),
+        ("by (1.26)", case.theoretical, "dashed", "ink"),
+        ("reported", case.reported, "dotted", "ink"),
     )
     return Plot(
         title=case.name,
         x_label=_TIME,
         y_label=f"{title.lower()}, {unit}",
         series=tuple(
-            Series(label, case.times_s, values[:, column], style) for label, values, style in drawn
+            Series(label, case.times_s, values[:, column], style, key=key)
+            for label, values, style, key in drawn
         ),
         y_scale="log",
         group=f"{title} of each filter: {_which(case)}",

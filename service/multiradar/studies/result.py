@@ -106,8 +106,7 @@ class Plot:
         Whether a metre is as long on both axes, as on a map.
     group : str
         Heading of a group: plots of one group that follow each other stand side by side with one
-        legend, and with the same limits where axes have the same label (but not on maps). Empty
-        stands alone.
+        legend, and with the same limits where axes have the same label. Empty stands alone.
     x_limits, y_limits : tuple of float, optional
         Ends of the axes; None takes those of the series.
     name : str

@@ -20,8 +20,9 @@ from multiradar.studies.report.colours import (
 from multiradar.studies.report.thinning import thin
 from multiradar.studies.result import Plot, Series
 
-#: Inches at 72 points each: the viewBox of a plot that stands alone, of one in a group, of a map.
-ALONE, IN_GROUP, MAP = (11.0, 5.4), (6.4, 4.0), (8.0, 8.0)
+#: Inches at 72 points each: the viewBox of a plot that stands alone, of one in a group, of a map
+#: that stands alone, of one in a group.
+ALONE, IN_GROUP, MAP, MAP_IN_GROUP = (11.0, 5.4), (6.4, 4.0), (8.0, 8.0), (6.4, 6.0)
 
 #: Columns of a thinned line for each inch of a figure: two points across at most.
 _COLUMNS_PER_INCH = 36
@@ -73,10 +74,10 @@ def draw_group(
     list of Figure
         One for each plot.
     """
-    size = IN_GROUP if len(plots) > 1 else ALONE
+    size, map_size = (IN_GROUP, MAP_IN_GROUP) if len(plots) > 1 else (ALONE, MAP)
     figures = []
     for plot in plots:
-        figure = Figure(figsize=MAP if plot.equal_axes and len(plots) == 1 else size)
+        figure = Figure(figsize=map_size if plot.equal_axes else size)
         columns = int(figure.get_figwidth() * _COLUMNS_PER_INCH)
         _draw(figure.add_subplot(), plot, colours, columns)
         figures.append(figure)
@@ -94,7 +95,7 @@ def _draw(axes: Axes, plot: Plot, colours: Mapping[str, Colour], columns: int) -
         _draw_series(axes, thin(series, columns), mark, wide=is_wide(series, plot))
     axes.margins(x=0.0 if _runs_in_time(plot) else 0.04, y=0.06)
     if plot.equal_axes:
-        axes.set_aspect("equal", adjustable="datalim")
+        axes.set_aspect("equal", adjustable="box")
     axes.autoscale_view()
 
 
@@ -138,23 +139,33 @@ def _draw_series(axes: Axes, series: Series, mark: str, *, wide: bool) -> None:
 
 
 def _share_limits(all_axes: Sequence[Axes], plots: Sequence[Plot]) -> None:
-    # Axes of one label measure the same, and are compared.
-    free = [pair for pair in zip(all_axes, plots, strict=True) if not pair[1].equal_axes]
-    for label in {plot.x_label for _, plot in free}:
-        same = [axes for axes, plot in free if plot.x_label == label]
+    # Axes of one label measure the same, and are compared; so are maps.
+    pairs = list(zip(all_axes, plots, strict=True))
+    for label in {plot.x_label for plot in plots}:
+        same = [axes for axes, plot in pairs if plot.x_label == label]
         limits = _union([axes.get_xlim() for axes in same])
         for axes in same:
             axes.set_xlim(*limits)
-    for label in {plot.y_label for _, plot in free}:
-        same = [axes for axes, plot in free if plot.y_label == label]
+    for label in {plot.y_label for plot in plots}:
+        same = [axes for axes, plot in pairs if plot.y_label == label]
         limits = _union([axes.get_ylim() for axes in same])
         for axes in same:
             axes.set_ylim(*limits)
-    for axes, plot in zip(all_axes, plots, strict=True):
+    for axes, plot in pairs:
+        if plot.equal_axes:
+            _make_square(axes)
         if plot.x_limits is not None:
             axes.set_xlim(*plot.x_limits)
         if plot.y_limits is not None:
             axes.set_ylim(*plot.y_limits)
+
+
+def _make_square(axes: Axes) -> None:
+    # Of maps side by side none is narrower than the other.
+    (west, east), (south, north) = axes.get_xlim(), axes.get_ylim()
+    half = max(east - west, north - south) / 2.0
+    axes.set_xlim((west + east) / 2.0 - half, (west + east) / 2.0 + half)
+    axes.set_ylim((south + north) / 2.0 - half, (south + north) / 2.0 + half)
 
 
 def _union(limits: Sequence[tuple[float, float]]) -> tuple[float, float]:
@@ -203,10 +214,11 @@ def _tick_text(value: float, _position: int | None = None) -> str:
 
 
 def _add_title_and_legend(figure: Figure, plot: Plot) -> float:
+    title = f"{plot.title} – {plot.group}" if plot.group else plot.title
     height = figure.get_figheight() * 72.0
     figure.texts[-1].set_y(1.0 - 34.0 / height)
     figure.text(
-        0.012, 1.0 - 4.0 / height, plot.title, color=INK.mark, ha="left", va="top",
+        0.012, 1.0 - 4.0 / height, title, color=INK.mark, ha="left", va="top",
         fontsize=_FONT_POINTS * 1.2, fontweight="bold",
     )  # fmt: skip
     handles, labels = figure.axes[0].get_legend_handles_labels()

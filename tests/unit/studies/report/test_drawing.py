@@ -6,6 +6,7 @@ from xml.etree import ElementTree
 
 import matplotlib as mpl
 import numpy as np
+import pytest
 
 from multiradar.studies.report.colours import (
     PALETTE,
@@ -149,3 +150,18 @@ def test_ticks_keep_their_digits() -> None:
     result.plots[:] = [plot]
     texts = re.findall(r"<text[^>]*>([^<]*)</text>", plot_svg(result, plot))
     assert {"0.0001", "0.001", "0.01", "0.1", "1"} <= set(texts)
+
+
+def test_maps_of_a_group_are_square_and_of_one_scale_without_a_word(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    tracks = (Series("a", X, 3.0 * X, "track"), Series("a", 9.0 * X, X, "track"))
+    maps = [Plot("t", "x", "y", (one,), equal_axes=True, group="g") for one in tracks]
+    figures = draw_group(maps, _colours(*maps))
+    for axes in (figure.axes[0] for figure in figures):
+        (west, east), (south, north) = axes.get_xlim(), axes.get_ylim()
+        assert west < 0.0
+        assert east > 90.0
+        assert east - west == pytest.approx(north - south)
+        assert south < 0.0 < 30.0 < north
+    assert not caplog.records
