@@ -5,6 +5,7 @@ from contextlib import AbstractContextManager
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib.artist import setp
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
@@ -144,20 +145,22 @@ def _share_limits(all_axes: Sequence[Axes], plots: Sequence[Plot]) -> None:
     for label in {plot.x_label for plot in plots}:
         same = [axes for axes, plot in pairs if plot.x_label == label]
         limits = _union([axes.get_xlim() for axes in same])
-        for axes in same:
-            axes.set_xlim(*limits)
+        setp(same, xlim=limits)
     for label in {plot.y_label for plot in plots}:
         same = [axes for axes, plot in pairs if plot.y_label == label]
         limits = _union([axes.get_ylim() for axes in same])
-        for axes in same:
-            axes.set_ylim(*limits)
+        setp(same, ylim=limits)
     for axes, plot in pairs:
-        if plot.equal_axes:
-            _make_square(axes)
-        if plot.x_limits is not None:
-            axes.set_xlim(*plot.x_limits)
-        if plot.y_limits is not None:
-            axes.set_ylim(*plot.y_limits)
+        _settle_limits(axes, plot)
+
+
+def _settle_limits(axes: Axes, plot: Plot) -> None:
+    if plot.equal_axes:
+        _make_square(axes)
+    if plot.x_limits is not None:
+        axes.set_xlim(*plot.x_limits)
+    if plot.y_limits is not None:
+        axes.set_ylim(*plot.y_limits)
 
 
 def _make_square(axes: Axes) -> None:
