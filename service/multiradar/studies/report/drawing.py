@@ -1,11 +1,10 @@
 """Plots drawn by matplotlib on figures of their own: no state that another could change."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 
 import matplotlib as mpl
 import numpy as np
-from matplotlib.artist import setp
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
@@ -143,13 +142,9 @@ def _share_limits(all_axes: Sequence[Axes], plots: Sequence[Plot]) -> None:
     # Axes of one label measure the same, and are compared; so are maps.
     pairs = list(zip(all_axes, plots, strict=True))
     for label in {plot.x_label for plot in plots}:
-        same = [axes for axes, plot in pairs if plot.x_label == label]
-        limits = _union([axes.get_xlim() for axes in same])
-        setp(same, xlim=limits)
+        _share(Axes.get_xlim, Axes.set_xlim, [a for a, plot in pairs if plot.x_label == label])
     for label in {plot.y_label for plot in plots}:
-        same = [axes for axes, plot in pairs if plot.y_label == label]
-        limits = _union([axes.get_ylim() for axes in same])
-        setp(same, ylim=limits)
+        _share(Axes.get_ylim, Axes.set_ylim, [a for a, plot in pairs if plot.y_label == label])
     for axes, plot in pairs:
         _settle_limits(axes, plot)
 
@@ -171,8 +166,12 @@ def _make_square(axes: Axes) -> None:
     axes.set_ylim((south + north) / 2.0 - half, (south + north) / 2.0 + half)
 
 
-def _union(limits: Sequence[tuple[float, float]]) -> tuple[float, float]:
-    return min(low for low, _ in limits), max(high for _, high in limits)
+def _share(
+    get: Callable[[Axes], tuple[float, float]], put: Callable[..., object], same: Sequence[Axes]
+) -> None:
+    limits = [get(axes) for axes in same]
+    for axes in same:
+        put(axes, min(low for low, _ in limits), max(high for _, high in limits))
 
 
 def _finish(figure: Figure, plot: Plot, *, titled: bool) -> None:
