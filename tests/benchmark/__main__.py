@@ -7,13 +7,14 @@ from collections.abc import Callable
 from pathlib import Path
 from time import perf_counter
 
-from benchmark import conversion, filters, ingest, offline, queries, updates
+from benchmark import conversion, filters, ingest, joint_cost, offline, queries, updates
 from benchmark.plan import Plan
 from benchmark.report import Row, show, write, write_markdown
 
 #: What each measures, and how.
 SUITES: dict[str, tuple[str, Callable[[Plan], list[Row]]]] = {
     "filters": (filters.TEXT, filters.run),
+    "joint-cost": (joint_cost.TEXT, joint_cost.run),
     "offline": (offline.TEXT, offline.run),
     "ingest": (ingest.TEXT, ingest.run),
     "queries": (queries.TEXT, queries.run),

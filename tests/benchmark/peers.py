@@ -2,30 +2,28 @@
 
 FilterPy and Stone Soup take one plot after the other, as their users write it: a prediction to the
 time of the plot, a correction by range and azimuth. Both get range, azimuth and their derivatives
-from the function that also serves ours. On a flat plane Stone Soup has a model of its own, too,
-which takes derivatives by differences.
+from the function that also serves ours; Stone Soup, as it is, takes derivatives by differences, and
+is run both ways.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter
 from numpy.typing import NDArray
 from stonesoup.base import Property
-from stonesoup.models.measurement.nonlinear import (
-    CartesianToBearingRange,
-    NonLinearGaussianMeasurement,
-)
+from stonesoup.models.measurement.nonlinear import NonLinearGaussianMeasurement
 from stonesoup.models.transition.linear import (
     CombinedLinearGaussianTransitionModel,
     ConstantVelocity,
 )
 from stonesoup.predictor.kalman import ExtendedKalmanPredictor
 from stonesoup.types.angle import Bearing
-from stonesoup.types.array import CovarianceMatrix, StateVector
+from stonesoup.types.array import CovarianceMatrix, StateVector, StateVectors
 from stonesoup.types.detection import Detection
 from stonesoup.types.hypothesis import SingleHypothesis
 from stonesoup.types.state import GaussianState
@@ -43,6 +41,7 @@ Polar = Callable[[int, float, float], tuple[float, ...]]
 #: A plot costs them tens or hundreds of microseconds: the plots of so many aircraft are enough.
 FILTERPY_AIRCRAFT, STONE_SOUP_AIRCRAFT = 60, 15
 FILTERPY, STONE_SOUP = "FilterPy's extended Kalman filter", "Stone Soup's extended Kalman filter"
+STONE_SOUP_EXACT = f"{STONE_SOUP} with exact derivatives"
 RANGE_SIGMA_M, AZIMUTH_SIGMA_RAD = 40.0, 0.001
 ACCELERATION_DENSITY = 4.0
 #: Places of east, north and their rates in the states of Stone Soup, which pair each axis.
@@ -55,8 +54,8 @@ def filterpy_nanoseconds(load: Load) -> float:
 
 
 def stone_soup_nanoseconds(load: Load) -> float:
-    """Time Stone Soup over the plots of a few aircraft of a load."""
-    return run_stone_soup(peer_plots(load, STONE_SOUP_AIRCRAFT)).nanoseconds
+    """Time Stone Soup, as it is, over the plots of a few aircraft of a load."""
+    return run_stone_soup_default(peer_plots(load, STONE_SOUP_AIRCRAFT)).nanoseconds
 
 
 @dataclass(frozen=True)
@@ -144,25 +143,28 @@ def run_filterpy(plots: PeerPlots) -> PeerRun:
     return PeerRun(np.array(means), np.array(covariances), spent / len(means) * 1e9)
 
 
-def run_stone_soup(plots: PeerPlots, own_sites_m: Floats | None = None) -> PeerRun:
-    """Take all plots with Stone Soup, whose states are east, its rate, north, its rate.
+def run_stone_soup(plots: PeerPlots) -> PeerRun:
+    """Take all plots with Stone Soup and derivatives in closed form."""
+    return _run_stone_soup(plots, [ExactPlotModel(*given) for given in _models(plots)])
 
-    With sites on a flat plane it uses its own model there, which counts angles from x to y.
-    """
+
+def run_stone_soup_default(plots: PeerPlots) -> PeerRun:
+    """Take all plots with Stone Soup as it is: derivatives by differences."""
+    return _run_stone_soup(plots, [PlotModel(*given) for given in _models(plots)])
+
+
+def _models(plots: PeerPlots) -> list[tuple[object, ...]]:
+    noise = CovarianceMatrix(np.diag([RANGE_SIGMA_M**2, AZIMUTH_SIGMA_RAD**2]))
+    radars = range(int(plots.rows.sensor.max()) + 1)
+    return [(4, (0, 2), noise, plots.polar, radar) for radar in radars]
+
+
+# Its states are east, its rate, north, its rate.
+def _run_stone_soup(plots: PeerPlots, models: "list[PlotModel]") -> PeerRun:
     rows, epoch = plots.rows, datetime(2026, 1, 1, tzinfo=UTC)
     axis = ConstantVelocity(ACCELERATION_DENSITY)
     predictor = ExtendedKalmanPredictor(CombinedLinearGaussianTransitionModel([axis, axis]))
     updater = ExtendedKalmanUpdater(None)
-    noise = CovarianceMatrix(np.diag([RANGE_SIGMA_M**2, AZIMUTH_SIGMA_RAD**2]))
-    own = own_sites_m is not None
-    models = (
-        [_own_model(site) for site in own_sites_m]
-        if own_sites_m is not None
-        else [
-            PlotModel(4, (0, 2), noise, polar=plots.polar, radar=radar)
-            for radar in range(int(rows.sensor.max()) + 1)
-        ]
-    )
     # Its times are those of the calendar, to a microsecond.
     start = epoch + timedelta(seconds=plots.start_s)
     states = [
@@ -172,8 +174,7 @@ def run_stone_soup(plots: PeerPlots, own_sites_m: Floats | None = None) -> PeerR
     begin = perf_counter()
     for slot, time, sensor, z in zip(rows.slot, rows.time, rows.sensor, rows.z, strict=True):
         model, at = models[sensor], epoch + timedelta(seconds=time)
-        seen = [Bearing(z[1]), z[0]] if own else [z[0], Bearing(z[1])]
-        plot = Detection(StateVector(seen), at, measurement_model=model)
+        plot = Detection(StateVector([z[0], Bearing(z[1])]), at, measurement_model=model)
         prediction = predictor.predict(states[slot], timestamp=at)
         states[slot] = updater.update(SingleHypothesis(prediction, plot))
         found.append(states[slot])
@@ -183,15 +184,8 @@ def run_stone_soup(plots: PeerPlots, own_sites_m: Floats | None = None) -> PeerR
     return PeerRun(mean, covariance, spent / len(found) * 1e9)
 
 
-# With north as x and east as y, its bearing is our azimuth.
-def _own_model(site_m: Floats) -> CartesianToBearingRange:
-    noise = CovarianceMatrix(np.diag([AZIMUTH_SIGMA_RAD**2, RANGE_SIGMA_M**2]))
-    origin = StateVector([site_m[1], site_m[0]])
-    return CartesianToBearingRange(4, (2, 0), noise, translation_offset=origin)
-
-
 class PlotModel(NonLinearGaussianMeasurement):  # type: ignore[misc]  # Stone Soup has no types.
-    """Range and azimuth from a radar, for Stone Soup, with their derivatives."""
+    """Range and azimuth from a radar; Stone Soup takes the derivatives by differences."""
 
     polar: Polar = Property(doc="What a radar sees of a place")
     radar: int = Property(doc="Which radar")
@@ -200,23 +194,26 @@ class PlotModel(NonLinearGaussianMeasurement):  # type: ignore[misc]  # Stone So
     def ndim_meas(self) -> int:
         return 2
 
-    def function(self, state: object, noise: object = False, **_given: object) -> StateVector:
-        """Return range and azimuth of a state; the filter asks for them without noise."""
+    def function(self, state: Any, noise: object = False, **_given: object) -> StateVectors:
+        """Return range and azimuth of one state, or of several side by side."""
         if noise is not False:
             raise ValueError(f"noise: expected none, was {noise!r}")
-        seen = self._seen(state)
-        return StateVector([seen[0], Bearing(seen[1])])
+        seen = [self.seen(column) for column in np.asarray(state.state_vector).T]
+        made = StateVector if len(seen) == 1 else StateVectors
+        return made([[one[0] for one in seen], [Bearing(one[1]) for one in seen]])
 
-    def jacobian(self, state: object, **_given: object) -> Floats:
+    def seen(self, state: Floats) -> tuple[float, ...]:
+        """Return range, azimuth and their derivatives."""
+        return self.polar(self.radar, float(state[0]), float(state[2]))
+
+
+class ExactPlotModel(PlotModel):
+    """The same with derivatives in closed form."""
+
+    def jacobian(self, state: Any, **_given: object) -> Floats:
         """Return the derivatives by east, its rate, north, its rate."""
-        _, _, range_east, range_north, azimuth_east, azimuth_north = self._seen(state)
-        return np.array(
-            [[range_east, 0.0, range_north, 0.0], [azimuth_east, 0.0, azimuth_north, 0.0]]
-        )
-
-    def _seen(self, state: object) -> tuple[float, ...]:
-        place = state.state_vector  # type: ignore[attr-defined]
-        return self.polar(self.radar, float(place[0, 0]), float(place[2, 0]))
+        seen = self.seen(np.asarray(state.state_vector)[:, 0])
+        return np.array([[seen[2], 0.0, seen[3], 0.0], [seen[4], 0.0, seen[5], 0.0]])
 
 
 def _residual(seen: Floats, expected: Floats) -> Floats:

@@ -1,0 +1,48 @@
+"""Draws the cost of the joint filter from the rows of a benchmark.
+
+::
+
+    make bench BENCH_OPTIONS='--only joint-cost'
+    python docs/make_joint_cost.py benchmark.json docs/images/joint-cost.svg
+"""
+
+import json
+import re
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from multiradar.studies.report.markdown import plot_svg
+from multiradar.studies.result import Plot, Series, StudyResult
+
+
+def main() -> None:
+    """Read the rows and write the picture."""
+    source, target = (Path(argument) for argument in sys.argv[1:3])
+    rows = [row for row in json.loads(source.read_text()) if row["suite"] == "joint-cost"]
+    if not rows:
+        sys.exit(f"{source}: expected rows of the suite joint-cost, was none")
+    aircraft = np.array([int(re.findall(r"\d+", row["name"])[0]) for row in rows], np.float64)
+    series = []
+    for name, field in (("joint", "value"), ("two-stage", "peer_value")):
+        microseconds = np.array([row[field] for row in rows]) / 1000.0
+        series += [
+            Series(name, aircraft, microseconds, key=name),
+            Series(name, aircraft, microseconds, "points", key=name),
+        ]
+    plot = Plot(
+        title="Cost of a plot against the number of aircraft",
+        x_label="aircraft",
+        y_label="µs a plot, one core",
+        series=tuple(series),
+        x_scale="log",
+        y_scale="log",
+        name="joint-cost",
+    )
+    result = StudyResult("joint-cost", plot.title, 0, [], [], [plot])
+    target.write_text(plot_svg(result, plot), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
