@@ -26,7 +26,7 @@ dimension: expected 1), with `time_s` at that time, with `heading_deg` for the f
 within 7.5° of it, with neither for the whole flight but its first fifth.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 import numpy as np
 
@@ -37,15 +37,39 @@ from multiradar.studies.coupled_motion_models import (
     INITIAL_SPEED_MPS,
     INTERVAL_S,
     TRACKED,
+    Scenario,
     filter_model,
 )
 from multiradar.studies.coupled_motion_plots import plots
 from multiradar.studies.coupled_motion_rows import Row, figure_rows, heading_rows, tracking_rows
-from multiradar.studies.coupled_motion_tracking import PLACE_SIGMA_M, fly, track
-from multiradar.studies.result import Progress, StudyOptions, StudyResult, Table
+from multiradar.studies.coupled_motion_tracking import (
+    PLACE_SIGMA_M,
+    Floats,
+    Tracked,
+    batches,
+    fly,
+    track,
+)
+from multiradar.studies.result import Progress, StudyOptions, StudyResult, Table, Value
 
 #: A filter cannot settle in fewer intervals.
 STEPS_MIN = 10
+
+#: Quantity, title and caption of the tables of filters by what they track.
+TABLES = (
+    (
+        "velocity_rms_mps",
+        "Velocity error of each filter, m/s, by what it tracks",
+        "Root mean square over the flights, after the first fifth. Places are measured every "
+        f"{INTERVAL_S:g} s, with an error of {PLACE_SIGMA_M:g} m in each coordinate.",
+    ),
+    ("position_rms_m", "Position error of each filter, m, by what it tracks", ""),
+    (
+        "nees",
+        "NEES / 6 of each filter, by what it tracks",
+        "1 for a filter whose claims are right, more where it claims too much.",
+    ),
+)
 
 SUMMARY = (
     "An aircraft accelerates along its velocity and turns across it; it does not know where the "
@@ -79,7 +103,8 @@ def run(options: StudyOptions, progress: Progress) -> StudyResult:
     chosen = COUPLED_MOTION.complete(options)
     runs, names = chosen.runs or 1, chosen.filters or ()
     steps = max(round((chosen.duration_s or 0.0) / INTERVAL_S), STEPS_MIN)
-    tick = _counter(progress, len(DRAWN) + 1 + len(TRACKED) * len(names))
+    parts = batches(runs, steps)
+    tick = _counter(progress, len(DRAWN) + 1 + len(TRACKED) * len(names) * len(parts))
     # Each part has draws of its own, so that a choice of filters changes nothing else.
     seeds = iter(np.random.SeedSequence(chosen.seed).spawn(len(DRAWN) + 1 + len(TRACKED)))
     rows: list[Row] = []
@@ -90,22 +115,40 @@ def run(options: StudyOptions, progress: Progress) -> StudyResult:
         rows += heading_rows(spread)
     tick()
     for scenario in TRACKED:
-        flights = fly(scenario, runs, steps, _generator(next(seeds)))
-        for name in names:
-            found = track(filter_model(name, scenario, flights.start), flights)
-            rows += tracking_rows(scenario, name, found)
-            tick()
+        rng = _generator(next(seeds))
+        rows += _tracked(scenario, names, parts, steps=steps, rng=rng, tick=tick)
     return StudyResult(
         study=COUPLED_MOTION.name,
         title=COUPLED_MOTION.title,
         seed=chosen.seed,
         rows=rows,
-        tables=[_tracking_table(rows), _figure_table(rows)],
+        tables=[*_tracking_tables(rows, names), _figure_table(rows)],
         plots=plots(rows),
         notes=_notes(runs, steps),
         summary=SUMMARY,
         options={"runs": runs, "filters": list(names), "duration_s": steps * INTERVAL_S},
     )
+
+
+# One batch of flights at a time, the same for every filter.
+def _tracked(
+    scenario: Scenario,
+    names: tuple[str, ...],
+    parts: list[Floats],
+    *,
+    steps: int,
+    rng: np.random.Generator,
+    tick: Callable[[], None],
+) -> list[Row]:
+    found: dict[str, Tracked] = {}
+    for headings_rad in parts:
+        flights = fly(scenario, headings_rad, steps, rng)
+        for name in names:
+            part = track(filter_model(name, scenario, flights.start), flights)
+            found[name] = found[name] + part if name in found else part
+            tick()
+    every = np.concatenate(parts)
+    return [row for name in names for row in tracking_rows(scenario, name, found[name], every)]
 
 
 def _generator(seed: np.random.SeedSequence) -> np.random.Generator:
@@ -123,39 +166,21 @@ def _counter(progress: Progress, total: int) -> Callable[[], None]:
     return tick
 
 
-def _tracking_table(rows: list[Row]) -> Table:
-    found: dict[tuple[str, str, str], dict[str, Row]] = {}
+def _tracking_tables(rows: list[Row], names: tuple[str, ...]) -> list[Table]:
+    return [
+        Table(title, ("motion", "parameters", *names), tuple(_by_motion(rows, quantity)), caption)
+        for quantity, title, caption in TABLES
+    ]
+
+
+# Of each kind of flights, its name, its parameters, and the value of each filter.
+def _by_motion(rows: list[Row], quantity: str) -> Iterable[tuple[Value, ...]]:
+    found: dict[tuple[Value, Value], list[Value]] = {}
     for row in rows:
-        if row["part"] == "tracking" and row["time_s"] is None and row["heading_deg"] is None:
-            key = (str(row["model"]), str(row["setting"]), str(row["filter"]))
-            found.setdefault(key, {})[str(row["quantity"])] = row
-    return Table(
-        "Flights of each model, tracked by filters that assume each",
-        (
-            "motion",
-            "parameters",
-            "filter",
-            "position, m",
-            "claimed, m",
-            "velocity, m/s",
-            "claimed, m/s",
-            "NEES / 6",
-        ),
-        tuple(
-            (
-                *key,
-                of["position_rms_m"]["value"],
-                of["position_rms_m"]["expected"],
-                of["velocity_rms_mps"]["value"],
-                of["velocity_rms_mps"]["expected"],
-                of["nees"]["value"],
-            )
-            for key, of in found.items()
-        ),
-        f"Root mean square errors after the first fifth of the flight; places are measured every "
-        f"{INTERVAL_S:g} s to {PLACE_SIGMA_M:g} m in each coordinate. NEES / 6 is 1 for a filter "
-        "whose claims are right, more where it claims too much.",
-    )
+        is_mean = row["time_s"] is None and row["heading_deg"] is None
+        if row["part"] == "tracking" and is_mean and row["quantity"] == quantity:
+            found.setdefault((row["model"], row["setting"]), []).append(row["value"])
+    return ((*key, *values) for key, values in found.items())
 
 
 def _figure_table(rows: list[Row]) -> Table:

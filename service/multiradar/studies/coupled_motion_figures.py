@@ -28,6 +28,8 @@ Floats = NDArray[np.float64]
 #: Realisations that a figure draws, and those that its statistics are taken over.
 DRAWN_RUNS = 8
 STATISTICS_RUNS = 400
+#: Intervals of all realisations together: long ones are fewer, to keep within memory.
+STATISTICS_STEPS_MAX = 1_000_000
 #: Headings at which accelerations are drawn, rad, and draws at each.
 HEADINGS_RAD = np.radians(np.arange(0.0, 360.0, 15.0))
 HEADING_DRAWS = 4000
@@ -94,12 +96,13 @@ def realise(scenario: Scenario, steps: int, rng: np.random.Generator) -> Realisa
     Realisations
         Paths and their statistics.
     """
-    first = initial_states(2.0 * np.pi * np.arange(STATISTICS_RUNS) / DRAWN_RUNS)
+    runs = max(DRAWN_RUNS, min(STATISTICS_RUNS, STATISTICS_STEPS_MAX // steps))
+    first = initial_states(2.0 * np.pi * np.arange(runs) / DRAWN_RUNS)
     model = scenario.simulator(first)
     state = model.coordinates.from_cartesian(first)
     states = [first]
     for _ in range(steps):
-        state = model.step(state, INTERVAL_S, rng.normal(size=(STATISTICS_RUNS, 3)))
+        state = model.step(state, INTERVAL_S, rng.normal(size=(runs, 3)))
         states.append(model.coordinates.to_cartesian(state))
     path = np.array(states)
     velocity = path[..., 3:5]
@@ -175,13 +178,13 @@ def _frame(acceleration: float, turn_rate: float, rng: np.random.Generator) -> H
 def _level_velocity() -> Floats:
     speed = np.full_like(HEADINGS_RAD, INITIAL_SPEED_MPS)
     velocity = frame_to_velocity(np.stack([speed, HEADINGS_RAD, np.zeros_like(speed)], -1))
-    # A quarter turn is not exact: 1e-14 m/s is none.
+    # π/2 is not a quarter turn to the last bit: 1e-14 m/s is none.
     return np.where(np.abs(velocity) < 1e-9, 0.0, velocity)
 
 
 # Standard deviations by axis, turned to the track.
 def _on_track(east: Floats, north: Floats) -> tuple[Floats, Floats]:
-    sine, cosine = np.sin(HEADINGS_RAD), np.cos(HEADINGS_RAD)
+    sine, cosine = (_level_velocity() / INITIAL_SPEED_MPS).T[:2]
     return np.hypot(east * sine, north * cosine), np.hypot(east * cosine, north * sine)
 
 

@@ -52,11 +52,14 @@ class EachOwn:
 
     Attributes
     ----------
-    models : tuple of RelativeSpeed
-        One for each run.
+    unit : RelativeSpeed
+        The model for an initial speed of 1 m/s along each axis.
+    speeds_mps : (runs, 3) ndarray
+        The initial speeds along the axes.
     """
 
-    models: tuple[RelativeSpeed, ...]
+    unit: RelativeSpeed
+    speeds_mps: Floats
 
     coordinates = CARTESIAN
     transition = staticmethod(cartesian_transition)
@@ -74,7 +77,7 @@ class EachOwn:
 
     def velocity_sigmas(self, interval_s: float) -> Floats:
         """Return (runs, 3) standard deviations of the change of velocity, m/s."""
-        return np.stack([model.velocity_sigmas(interval_s) for model in self.models])
+        return self.unit.velocity_sigmas(interval_s) * self.speeds_mps
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,9 +156,8 @@ def frame_scenario(turn_rate_degps: float) -> Scenario:
 
 def relative_model(states: Floats, change: Sequence[float]) -> EachOwn:
     """Return the relative-speed model for the initial velocities of these states."""
-    fractions = (change[0], change[1], change[2])
-    speeds = np.abs(states[:, 3:]).tolist()
-    return EachOwn(tuple(RelativeSpeed((x, y, z), fractions) for x, y, z in speeds))
+    unit = RelativeSpeed((1.0, 1.0, 1.0), (change[0], change[1], change[2]))
+    return EachOwn(unit, np.abs(states[:, 3:]))
 
 
 def filter_model(name: str, scenario: Scenario, states: Floats) -> MotionModel:
@@ -231,10 +233,11 @@ DRAWN = (
     frame_scenario(3.0),
     frame_scenario(6.0),
 )
+#: v_K of the tracked flights of model (5), °/s.
+TURN_RATES_DEGPS = (1.0, 2.0, 3.0, 4.5, 6.0)
 #: What is tracked.
 TRACKED = (
     acceleration_scenario(1.0),
     relative_scenario(),
-    frame_scenario(3.0),
-    frame_scenario(6.0),
+    *(frame_scenario(turn_rate) for turn_rate in TURN_RATES_DEGPS),
 )

@@ -4,12 +4,34 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from multiradar.studies.coupled_motion_models import DRAWN, FRAME, RELATIVE, TRACKED, Scenario
+from multiradar.studies.coupled_motion_models import (
+    DRAWN,
+    FRAME,
+    TRACKED,
+    TURN_RATES_DEGPS,
+    Scenario,
+)
 from multiradar.studies.coupled_motion_rows import Row
 from multiradar.studies.result import Plot, Series
 
 #: What the paper calls the panels of its figures.
 PANELS = ("1 a", "1 b", "3 a", "3 b")
+
+BAND = ("band_low", "band_high")
+HEADING_CAPTION = (
+    "Lines: what the parameters say; points: simulated. Only in the velocity frame do the "
+    "parameters mean the same at every heading and tell along from across."
+)
+CONSISTENCY_CAPTION = (
+    "The noise of the relative-speed variant follows the axes: its filter is nearly right between "
+    "them and loses aircraft that fly along one."
+)
+TURN_CAPTION = {
+    "velocity_rms_mps": "Root mean square over the flights, after the first fifth. The lines of "
+    "Cartesian and white acceleration lie on each other.",
+    "position_rms_m": "",
+    "nees": "1 for a filter whose claims are right, more where it claims too much.",
+}
 
 
 def plots(rows: Sequence[Row]) -> list[Plot]:
@@ -28,7 +50,13 @@ def plots(rows: Sequence[Row]) -> list[Plot]:
     figures = [
         _figure(rows, scenario, panel) for scenario, panel in zip(DRAWN, PANELS, strict=True)
     ]
-    return [*figures, *_headings(rows), *_errors(rows), *_consistency(rows)]
+    return [
+        *figures,
+        *_headings(rows),
+        *_by_turn_rate(rows),
+        *_consistency(rows),
+        _in_time(rows),
+    ]
 
 
 def _figure(rows: Sequence[Row], scenario: Scenario, panel: str) -> Plot:
@@ -52,7 +80,7 @@ def _figure(rows: Sequence[Row], scenario: Scenario, panel: str) -> Plot:
         equal_axes=True,
         caption="Trajectories on the plane, all from the origin at 100 m/s.",
         group=f"Figure {panel[0]}: model ({'5' if scenario.model == FRAME else '2'})",
-        name=f"figure-{panel.replace(' ', '')}",
+        name=f"figure-{panel[0]}" if panel.endswith("b") else "",
     )
 
 
@@ -60,78 +88,93 @@ def _headings(rows: Sequence[Row]) -> Iterable[Plot]:
     of = [row for row in rows if row["part"] == "heading"]
     for setting in dict.fromkeys(row["setting"] for row in of):
         ours = [row for row in of if row["setting"] == setting]
-        series = []
-        for quantity, label in (
-            ("acceleration_along_mps2", "along the track"),
-            ("acceleration_across_mps2", "across the track"),
-        ):
-            points = [row for row in ours if row["quantity"] == quantity]
-            heading = _numbers(points, "heading_deg")
-            series.append(Series(label, heading, _numbers(points, "expected"), "line"))
-            series.append(
-                Series(f"{label}, simulated", heading, _numbers(points, "value"), "points",
-                       key=label)
-            )  # fmt: skip
+        is_frame = ours[0]["model"] == FRAME
         yield Plot(
             f"{ours[0]['model']}: {setting}",
             "heading, °",
             "acceleration, m/s²",
-            tuple(series),
-            y_scale="log",
-            caption="Only in the velocity frame do the parameters mean the same at every heading "
-            "and tell along from across."
-            if ours[0]["model"] == FRAME
-            else "",
+            tuple(_along_and_across(ours)),
+            caption=HEADING_CAPTION if is_frame else "",
             group="Root mean square acceleration of one interval, by heading",
-            name="heading-velocity-frame" if ours[0]["model"] == FRAME
-            else "heading-relative" if ours[0]["model"] == RELATIVE else "",
-        )  # fmt: skip
+        )
 
 
-def _errors(rows: Sequence[Row]) -> Iterable[Plot]:
-    for scenario in TRACKED:
-        of = _tracking(rows, scenario, "velocity_rms_mps", "time_s")
-        series = []
-        for name, points in of.items():
-            time = _numbers(points, "time_s")
-            series.append(Series(name, time, _numbers(points, "value"), "line"))
-            series.append(
-                Series(f"{name}, claimed", time, _numbers(points, "expected"), "dashed", key=name)
-            )
-        strong = scenario is TRACKED[-1]
+def _along_and_across(rows: Sequence[Row]) -> Iterable[Series]:
+    for quantity, label in (
+        ("acceleration_along_mps2", "along the track"),
+        ("acceleration_across_mps2", "across the track"),
+    ):
+        points = [row for row in rows if row["quantity"] == quantity]
+        heading = _numbers(points, "heading_deg")
+        yield Series(label, heading, _numbers(points, "expected"), "line")
+        simulated = _numbers(points, "value")
+        yield Series(f"{label}, simulated", heading, simulated, "points", key=label)
+
+
+def _by_turn_rate(rows: Sequence[Row]) -> Iterable[Plot]:
+    flights = TRACKED[-len(TURN_RATES_DEGPS) :]
+    rates = np.array(TURN_RATES_DEGPS)
+    for quantity, title, unit, name in (
+        ("velocity_rms_mps", "Velocity error", ", m/s", "velocity"),
+        ("position_rms_m", "Position error", ", m", ""),
+        ("nees", "NEES / 6", "", "nees"),
+    ):
+        found: dict[str, list[Row]] = {}
+        for scenario in flights:
+            for row in rows:
+                if _is(row, scenario) and row["quantity"] == quantity and _is_mean(row):
+                    found.setdefault(str(row["filter"]), []).append(row)
+        series = [Series(one, rates, _numbers(of, "value")) for one, of in found.items()]
+        if quantity == "nees":
+            series.append(Series("expected", rates, np.ones(len(rates)), "reference"))
         yield Plot(
-            f"{scenario.model}, {scenario.setting}",
-            "time, s",
-            "velocity error, m/s",
+            title,
+            "v_K of the flights, °/s",
+            f"{title}{unit}",
             tuple(series),
             y_scale="log",
-            caption="Solid: root mean square error over the flights; dashed: what the filter "
-            "claims." if strong else "",
-            group="Velocity error of each filter, by what it tracks",
-            name="velocity-error" if strong else "",
-        )  # fmt: skip
+            caption=TURN_CAPTION[quantity],
+            group="Flights of model (5), by how fast their course changes",
+            name=name,
+        )
 
 
 def _consistency(rows: Sequence[Row]) -> Iterable[Plot]:
-    for scenario in TRACKED:
+    for scenario in (*TRACKED[:2], TRACKED[2 + TURN_RATES_DEGPS.index(3.0)]):
         of = _tracking(rows, scenario, "nees", "heading_deg")
         series = [
-            Series(name, _numbers(points, "heading_deg"), _numbers(points, "value"), "line")
+            Series(name, _numbers(points, "heading_deg"), _numbers(points, "value"))
             for name, points in of.items()
         ]
-        if series:
-            ends = np.array([0.0, 345.0])
-            series.append(Series("expected", ends, np.ones(2), "reference"))
+        series.append(Series("expected", np.array([0.0, 345.0]), np.ones(2), "reference"))
         yield Plot(
             f"{scenario.model}, {scenario.setting}",
             "initial heading, °",
             "NEES / 6",
             tuple(series),
             y_scale="log",
-            caption="A filter whose noise follows the axes is right at some headings and wrong at "
-            "others." if scenario.model == FRAME else "",
+            caption=CONSISTENCY_CAPTION if scenario.model == FRAME else "",
             group="Normalised error squared by initial heading, by what is tracked",
-        )  # fmt: skip
+        )
+
+
+def _in_time(rows: Sequence[Row]) -> Plot:
+    scenario = TRACKED[2 + TURN_RATES_DEGPS.index(3.0)]
+    series: list[Series] = []
+    for name, points in _tracking(rows, scenario, "nees", "time_s").items():
+        time, low, high = (_numbers(points, column) for column in ("time_s", *BAND))
+        if not series:
+            series.append(Series("95 % band", time, low, "band", y2=high))
+        series.append(Series(name, time, _numbers(points, "value")))
+    return Plot(
+        f"Consistency in time: {scenario.model}, {scenario.setting}",
+        "time, s",
+        "NEES / 6",
+        tuple(series),
+        y_scale="log",
+        caption="Mean over the flights; the band holds it 95 % of the time for a filter whose "
+        "claims are right.",
+    )
 
 
 # Rows of a quantity that have a time (or a heading), by filter.
@@ -144,6 +187,11 @@ def _tracking(
         if wanted and row[by] is not None and _is(row, scenario):
             result.setdefault(str(row["filter"]), []).append(row)
     return result
+
+
+# A figure of the whole flight.
+def _is_mean(row: Row) -> bool:
+    return row["part"] == "tracking" and row["time_s"] is None and row["heading_deg"] is None
 
 
 def _is(row: Row, scenario: Scenario) -> bool:

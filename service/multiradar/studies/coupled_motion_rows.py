@@ -10,7 +10,7 @@ from multiradar.studies.coupled_motion_figures import (
     heading_band,
 )
 from multiradar.studies.coupled_motion_models import INTERVAL_S, Scenario
-from multiradar.studies.coupled_motion_tracking import Tracked, headings, nees_band
+from multiradar.studies.coupled_motion_tracking import Tracked, nees_band, settled
 from multiradar.studies.result import Value
 
 Row = dict[str, Value]
@@ -65,64 +65,66 @@ def heading_rows(spread: HeadingSpread) -> list[Row]:
     return rows
 
 
-def tracking_rows(scenario: Scenario, name: str, found: Tracked) -> list[Row]:
-    """Return errors and NEES: of the flight, then by initial heading, then by time."""
-    steps, runs = found.nees.shape
-    band = nees_band(runs)
-    pairs = {
+def tracking_rows(scenario: Scenario, name: str, found: Tracked, headings_rad: Floats) -> list[Row]:
+    """Return errors and NEES: of the flights, then by initial heading, then by time."""
+    means = {
         "position_rms_m": (found.position_squared, found.position_claimed),
         "velocity_rms_mps": (found.velocity_squared, found.velocity_claimed),
     }
+    pairs = {
+        quantity: (found.means(squared), found.means(claimed))
+        for quantity, (squared, claimed) in means.items()
+    }
     rows = []
     for quantity, (squared, claimed) in pairs.items():
-        value, expected = _rms(found.settled(squared)), _rms(found.settled(claimed))
+        value, expected = _rms(settled(squared)), _rms(settled(claimed))
         rows.append(
             _row("tracking", scenario, quantity, value, filter_name=name, expected=expected)
         )
-    value = float(found.settled(found.nees).mean())
+    value = float(found.nees_by_run.mean())
     rows.append(_row("tracking", scenario, "nees", value, filter_name=name, expected=1.0))
-    rows += _rows_by_heading(scenario, name, found.settled(found.nees))
-    for step in _moments(steps):
+    rows += _rows_by_heading(scenario, name, found.nees_by_run, headings_rad)
+    for step in _moments(len(found.nees)):
         time = (step + 1) * INTERVAL_S
-        for quantity, (squared, claimed) in pairs.items():
-            value, expected = _rms(squared[step]), _rms(claimed[step])
-            rows.append(
-                _row(
-                    "tracking",
-                    scenario,
-                    quantity,
-                    value,
-                    filter_name=name,
-                    time_s=time,
-                    expected=expected,
-                )
+        rows += [
+            _row(
+                "tracking",
+                scenario,
+                quantity,
+                _rms(squared[step]),
+                filter_name=name,
+                time_s=time,
+                expected=_rms(claimed[step]),
             )
-        value = float(found.nees[step].mean())
+            for quantity, (squared, claimed) in pairs.items()
+        ]
         rows.append(
             _row(
                 "tracking",
                 scenario,
                 "nees",
-                value,
+                float(found.means(found.nees)[step]),
                 filter_name=name,
                 time_s=time,
                 expected=1.0,
-                band=band,
+                band=nees_band(len(found.nees_by_run)),
             )
         )
     return rows
 
 
 # Flights that began nearest to each of the headings, where there are any.
-def _rows_by_heading(scenario: Scenario, name: str, nees: Floats) -> list[Row]:
-    apart = np.angle(np.exp(1j * (headings(nees.shape[1])[:, None] - HEADINGS_RAD)))
-    nearest = np.abs(apart).argmin(axis=1)
+def _rows_by_heading(
+    scenario: Scenario, name: str, nees: Floats, headings_rad: Floats
+) -> list[Row]:
+    spacing = 2.0 * np.pi / len(HEADINGS_RAD)
+    nearest = np.floor(headings_rad / spacing + 0.5).astype(int) % len(HEADINGS_RAD)
     return [
         _row(
             "tracking",
             scenario,
             "nees",
-            float(nees[:, nearest == place].mean()),
+            float(nees[nearest == place].mean()),
             filter_name=name,
             heading_deg=float(np.degrees(heading)),
             expected=1.0,

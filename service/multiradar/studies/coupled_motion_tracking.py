@@ -17,6 +17,8 @@ Floats = NDArray[np.float64]
 PLACE_SIGMA_M = 30.0
 #: How well a filter knows the state at the start: m and m/s.
 START_SIGMAS = np.array([30.0, 30.0, 30.0, 10.0, 10.0, 3.0])
+#: Intervals of all flights that are held in memory at once, some 100 bytes each.
+STEPS_MAX = 1_000_000
 #: The share of a run that is left out of means, for a filter to settle.
 SETTLING = 0.2
 
@@ -45,16 +47,18 @@ class Flights:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Tracked:
-    """Errors of a filter over the flights, (steps, runs) each.
+    """Errors of a filter over some flights.
 
     Attributes
     ----------
-    position_squared, velocity_squared : ndarray
-        Squared lengths of the errors, m² and (m/s)².
-    position_claimed, velocity_claimed : ndarray
-        What the filter expects of them: traces of its covariance.
-    nees : ndarray
-        Normalised estimation error squared of position and velocity, divided by 6.
+    position_squared, velocity_squared : (steps,) ndarray
+        Squared lengths of the errors at each time, summed over the flights, m² and (m/s)².
+    position_claimed, velocity_claimed : (steps,) ndarray
+        What the filter expects of them, summed: traces of its covariance.
+    nees : (steps,) ndarray
+        Normalised estimation error squared of position and velocity, divided by 6, summed.
+    nees_by_run : (runs,) ndarray
+        The same for each flight, its mean after the filter has settled.
     """
 
     position_squared: Floats
@@ -62,21 +66,58 @@ class Tracked:
     position_claimed: Floats
     velocity_claimed: Floats
     nees: Floats
+    nees_by_run: Floats
 
-    def settled(self, values: Floats) -> Floats:
-        """Return the rows after the filter has settled."""
-        return values[int(SETTLING * len(values)) :]
+    def __add__(self, other: "Tracked") -> "Tracked":
+        """Return what both say together of flights of the same length."""
+        return Tracked(
+            self.position_squared + other.position_squared,
+            self.velocity_squared + other.velocity_squared,
+            self.position_claimed + other.position_claimed,
+            self.velocity_claimed + other.velocity_claimed,
+            self.nees + other.nees,
+            np.concatenate([self.nees_by_run, other.nees_by_run]),
+        )
+
+    def means(self, sums: Floats) -> Floats:
+        """Return (steps,) means over the flights of one of the sums."""
+        return sums / len(self.nees_by_run)
 
 
-def fly(scenario: Scenario, runs: int, steps: int, rng: np.random.Generator) -> Flights:
-    """Simulate flights with `headings` spread evenly over the circle.
+def settled(values: Floats) -> Floats:
+    """Return the rows, one for each interval, after filters have settled."""
+    return values[int(SETTLING * len(values)) :]
+
+
+def batches(runs: int, steps: int) -> list[Floats]:
+    """Return the initial headings of all flights, in batches that fit into memory.
+
+    Parameters
+    ----------
+    runs, steps : int
+        Flights, and intervals of each.
+
+    Returns
+    -------
+    list of arrays
+        In [0, 2π), spread evenly over the circle; none along an axis for an even number.
+    """
+    every = 2.0 * np.pi * (np.arange(runs) + 0.5) / runs
+    size = max(1, STEPS_MAX // steps)
+    return [every[first : first + size] for first in range(0, runs, size)]
+
+
+def fly(scenario: Scenario, headings_rad: Floats, steps: int, rng: np.random.Generator) -> Flights:
+    """Simulate flights.
 
     Parameters
     ----------
     scenario : Scenario
         How they move.
-    runs, steps : int
-        How many, and how many intervals long.
+    headings_rad : (runs,) ndarray
+        Their initial headings.
+    steps : int
+        How many intervals long they are.
     rng : Generator
         Draws of motion, measurement and start.
 
@@ -85,7 +126,8 @@ def fly(scenario: Scenario, runs: int, steps: int, rng: np.random.Generator) -> 
     Flights
         Truth and measurements.
     """
-    first = initial_states(headings(runs))
+    runs = len(headings_rad)
+    first = initial_states(headings_rad)
     model = scenario.simulator(first)
     state = model.coordinates.from_cartesian(first)
     truth = np.empty((steps, runs, 6))
@@ -94,11 +136,6 @@ def fly(scenario: Scenario, runs: int, steps: int, rng: np.random.Generator) -> 
         truth[step] = model.coordinates.to_cartesian(state)
     measured = truth[..., :3] + PLACE_SIGMA_M * rng.normal(size=(steps, runs, 3))
     return Flights(first, first + START_SIGMAS * rng.normal(size=first.shape), truth, measured)
-
-
-def headings(runs: int) -> Floats:
-    """Return (runs,) initial headings in [0, 2π), none of them along an axis for an even number."""
-    return np.asarray(2.0 * np.pi * (np.arange(runs) + 0.5) / runs)
 
 
 def track(model: MotionModel, flights: Flights) -> Tracked:
@@ -120,21 +157,33 @@ def track(model: MotionModel, flights: Flights) -> Tracked:
     place = MeasuredPlace(PLACE_SIGMA_M**2 * np.eye(3))
     prior = np.broadcast_to(np.diag(START_SIGMAS**2), (runs, 6, 6))
     estimate = start(flights.guess, prior, model.coordinates)
-    result = Tracked(*np.empty((5, steps, runs)))
+    squared, claimed = np.empty((2, steps, runs, 2))
+    nees = np.empty((steps, runs))
     for step, (truth, measured) in enumerate(zip(flights.truth, flights.measured, strict=True)):
         found = update(predict(estimate, model, INTERVAL_S), place, measured)
         assert (found.outcome == Outcome.UPDATED).all(), "a place is never refused"
         estimate = found.estimate
         known = estimate.cartesian()
         error = known.mean - truth
-        variances = np.diagonal(known.covariance, axis1=-2, axis2=-1)
-        result.position_squared[step] = (error[:, :3] ** 2).sum(axis=-1)
-        result.velocity_squared[step] = (error[:, 3:] ** 2).sum(axis=-1)
-        result.position_claimed[step] = variances[:, :3].sum(axis=-1)
-        result.velocity_claimed[step] = variances[:, 3:].sum(axis=-1)
+        squared[step] = _by_part(error**2)
+        claimed[step] = _by_part(np.diagonal(known.covariance, axis1=-2, axis2=-1))
         scaled = np.linalg.solve(known.covariance, error[..., None])[..., 0]
-        result.nees[step] = (error * scaled).sum(axis=-1) / 6.0
-    return result
+        nees[step] = (error * scaled).sum(axis=-1) / 6.0
+    position_squared, velocity_squared = squared.sum(axis=1).T
+    position_claimed, velocity_claimed = claimed.sum(axis=1).T
+    return Tracked(
+        position_squared,
+        velocity_squared,
+        position_claimed,
+        velocity_claimed,
+        nees.sum(axis=1),
+        settled(nees).mean(axis=0),
+    )
+
+
+# Sums of the components of position and of velocity.
+def _by_part(values: Floats) -> Floats:
+    return np.stack([values[:, :3].sum(axis=-1), values[:, 3:].sum(axis=-1)], -1)
 
 
 def nees_band(runs: int) -> tuple[float, float]:
