@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import solve_triangular
 
-from multiradar.errors import ConfigurationError, TimeOrderError
+from multiradar.errors import ConfigurationError, ForecastError, TimeOrderError
 from multiradar.estimation.filters.polynomial_basis import averages, legendre_table, restriction
 from multiradar.estimation.filters.polynomial_information import (
     added,
@@ -244,6 +244,8 @@ def estimate(state: PolynomialState, times_s: ArrayLike) -> PolynomialEstimate:
     ------
     ShapeError
         If a time is not finite.
+    ForecastError
+        If a time is so far that X or its variance is beyond double precision.
 
     Notes
     -----
@@ -272,12 +274,15 @@ def estimate(state: PolynomialState, times_s: ArrayLike) -> PolynomialEstimate:
     size = state.degree + 1
     stacked = np.vstack([prior, given])
     triangle, order, vector = factored(stacked[:, :size], stacked[:, size:])
-    rows = derivatives(seen, times.reshape(-1))[:, :, order]
-    flat = rows.reshape(-1, size)
-    spread = solve_triangular(triangle, flat.T, trans="T").T
-    mean = (spread @ vector).reshape(*times.shape, size, *state.axes)
-    spread = spread.reshape(*times.shape, size, size)
-    return PolynomialEstimate(times, mean, spread @ np.swapaxes(spread, -1, -2))
+    with np.errstate(over="ignore", invalid="ignore"):
+        rows = derivatives(seen, times.reshape(-1))[:, :, order].reshape(-1, size)
+        spread = solve_triangular(triangle, rows.T, trans="T", check_finite=False).T
+        mean = (spread @ vector).reshape(*times.shape, size, *state.axes)
+        spread = spread.reshape(*times.shape, size, size)
+        covariance = spread @ np.swapaxes(spread, -1, -2)
+    if not (np.isfinite(mean).all() and np.isfinite(covariance).all()):
+        raise ForecastError("time", "expected one near enough for X to be a finite number")
+    return PolynomialEstimate(times, mean, covariance)
 
 
 def forecast(state: PolynomialState, horizons_s: ArrayLike) -> PolynomialEstimate:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from multiradar.errors import (
     ConfigurationError,
     CovarianceError,
+    ForecastError,
     MultiradarError,
     ShapeError,
     TimeOrderError,
@@ -254,6 +255,8 @@ def test_wrong_shapes_and_noise_of_nothing_are_named() -> None:
         observe(state, 1.0, 0.0, 1.0)
     with pytest.raises(ShapeError, match="finite"):
         estimate(state, np.nan)
+    with pytest.raises(ForecastError, match="near enough"):
+        forecast(state, [1.0, 1e200])
 
 
 def test_a_state_stays_as_it_was() -> None:
