@@ -22,7 +22,7 @@ from multiradar.studies.result import Plot, StudyOptions, StudyResult
 
 DOCS = Path(__file__).parent
 #: Names of the plots that studies.md shows, where it is not the first of the study.
-PICTURES = {"coupled-motion": ("figure-1b", "figure-3b")}
+PICTURES = {"coupled-motion": ("figure-1", "figure-3")}
 
 
 def main() -> None:
