@@ -94,6 +94,21 @@ def test_a_long_track_taken_one_by_one_keeps_its_digits() -> None:
         assert_agrees(state, exact, time)
 
 
+def test_sharp_measurements_do_not_wash_out_what_a_wide_prior_says() -> None:
+    """Two measurements of 1e-8 m under a prior of 1e8 m, degree 3: sixteen decades apart.
+
+    With the rows of the least squares problem left in their order no digit of the covariance is
+    right here.
+    """
+    prior = np.diag((1e8 * 0.5 ** np.arange(4.0)) ** 2)
+    exact, state = ExactRegression(np.zeros(4), prior), start(3, np.zeros(4), prior)
+    for time, value in ((3.7, 2e7), (8.1, -1e8)):
+        exact.observe(time, value, 1e-16)
+        state = observe(state, [time], [value], 1e-16)
+    for time in (0.0, 5.0, 20.0):
+        assert_agrees(state, exact, time)
+
+
 def test_increments_and_measurements_mix() -> None:
     """Increments over long intervals are integrals, not X times the length."""
     prior = np.diag([100.0, 25.0, 0.04, 1e-4])
