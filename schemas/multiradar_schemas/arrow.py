@@ -52,5 +52,6 @@ BIAS_SCHEMA = pl.Schema(
         "estimate": pl.Float64(),
         "sigma": pl.Float64(),
         "epoch": pl.Int64(),
+        "prior_ratio": pl.Float64(),
     }
 )

@@ -38,3 +38,13 @@ class BiasEstimate(Record):
         described("Its standard deviation", unit="as `estimate`", source="filter"),
     ]
     epoch: Annotated[int, described("Number of the epoch of data time", unit="1", source="tracker")]
+    prior_ratio: Annotated[
+        float,
+        Field(ge=0.0),
+        described(
+            "`sigma` over that beforehand: about 1 when the measurements told nothing about the "
+            "parameter by itself; above 1 where it drifts",
+            unit="1",
+            source="filter",
+        ),
+    ]

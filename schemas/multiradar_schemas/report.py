@@ -77,7 +77,14 @@ class Report(Record):
     ] = Field(default_factory=dict)
     figures: Annotated[
         dict[str, JsonValue],
-        described("Further figures, named with their unit", unit="by name", source="run"),
+        described(
+            "Further figures, named with their unit. Of `track` also `final_biases`, and "
+            "`unobservable_biases`: combinations of biases of which the measurements told nothing, "
+            "each with `what` it is, its `prior_ratio` (sigma over that beforehand) and the "
+            "`weights` of its parameters in prior sigmas",
+            unit="by name",
+            source="run",
+        ),
     ] = Field(default_factory=dict)
 
     @model_validator(mode="after")

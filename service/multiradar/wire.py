@@ -228,9 +228,17 @@ def biases_frame(records: BiasRecords, table: SensorTable) -> pl.DataFrame:
             "estimate": records.estimate / unit,
             "sigma": records.sigma / unit,
             "epoch": records.epoch,
+            "prior_ratio": records.sigma / _prior_sigma(table)[records.sensor, records.parameter],
         },
         schema=BIAS_SCHEMA,
     )
+
+
+def _prior_sigma(table: SensorTable) -> NDArray[np.float64]:
+    # By sensor and kind of parameter; NaN where a sensor does not have one.
+    sigma = np.full((len(table), len(PARAMETER_NAMES)), np.nan)
+    sigma[table.parameter_sensor, table.parameter_kind] = table.prior_sigma
+    return sigma
 
 
 def _known_columns(frame: pl.DataFrame) -> pl.DataFrame:

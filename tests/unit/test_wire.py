@@ -240,5 +240,10 @@ def test_biases_have_degrees_for_azimuth_only() -> None:
     assert (offset["parameter"], offset["estimate"]) == ("range_offset_m", 120.0)
     assert azimuth["estimate"] == pytest.approx(0.25)
     assert azimuth["sigma"] == pytest.approx(0.01)
+    prior = TABLE.prior_sigma[
+        (TABLE.parameter_sensor == 0) & (TABLE.parameter_kind <= PARAMETER_AZIMUTH_OFFSET)
+    ]
+    assert offset["prior_ratio"] == pytest.approx(2.0 / prior[0])
+    assert azimuth["prior_ratio"] == pytest.approx(np.radians(0.01) / prior[1])
     for row in (offset, azimuth):
         BiasEstimate.model_validate(row)

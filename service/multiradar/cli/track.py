@@ -166,7 +166,7 @@ def _print_report(report: "Report", out: Path) -> None:
     table = Table(title="Biases at the end (measured minus true)", title_justify="left")
     for column in ("sensor", "parameter"):
         table.add_column(column)
-    for column in ("estimate", "sigma"):
+    for column in ("estimate", "sigma", "of prior"):
         table.add_column(column, justify="right")
     biases = figures["final_biases"]
     assert isinstance(biases, dict)
@@ -174,9 +174,18 @@ def _print_report(report: "Report", out: Path) -> None:
         assert isinstance(parameters, dict)
         for name, value in parameters.items():
             assert isinstance(value, dict)
-            table.add_row(sensor, name, f"{value['estimate']:.4f}", f"{value['sigma']:.4f}")
+            numbers = f"{value['estimate']:.4f}", f"{value['sigma']:.4f}"
+            table.add_row(sensor, name, *numbers, f"{value['prior_ratio']:.1%}")
     if biases:
         console.print(table)
+    untold = figures["unobservable_biases"]
+    assert isinstance(untold, list)
+    for one in untold:
+        assert isinstance(one, dict)
+        console.print(
+            f"not observable: {one['what']}; sigma {one['prior_ratio']:.0%} of that beforehand",
+            soft_wrap=True,
+        )
     outcomes = figures["measurements_by_outcome"]
     assert isinstance(outcomes, dict)
     console.print(", ".join(f"{n} {name}" for name, n in outcomes.items() if n), soft_wrap=True)

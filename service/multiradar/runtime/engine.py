@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 from multiradar.errors import ConfigurationError
 from multiradar.estimation.bias.book import BiasBook
 from multiradar.estimation.bias.drift_steps import drift_steps
+from multiradar.estimation.bias.observability import Untold, untold_combinations
+from multiradar.estimation.bias.store import BiasState
 from multiradar.estimation.filters._kernels import RESTARTED
 from multiradar.estimation.filters.arrays import Result, Rows, Work, result_arrays
 from multiradar.estimation.filters.bank import Outcome, find_filter
@@ -83,7 +85,7 @@ class Engine:
         self._epoch: int | None = None
         self._epoch_open = False
         self._steps = 1
-        self._drifted_s = 0.0
+        self._began_s = self._drifted_s = 0.0
         self._sequence = 0
         self._outcomes: Counter[str] = Counter()
         self._workers = workers
@@ -99,6 +101,11 @@ class Engine:
         """What became of the measurements so far, by outcome; also `LATE` and `DUPLICATE`."""
         counts = {outcome.name: self._outcomes[outcome.name] for outcome in Outcome}
         return {**counts, "LATE": self._order.late, "DUPLICATE": self._order.duplicates}
+
+    @property
+    def biases(self) -> BiasState:
+        """The biases as they are published."""
+        return self._book.state
 
     def push(self, batch: MeasurementBatch) -> EngineOutput:
         """Take admitted measurements.
@@ -156,6 +163,12 @@ class Engine:
             height_m=aircraft.height[slots],
         )
 
+    def untold(self) -> tuple[Untold, ...]:
+        """Return the combinations of biases that the measurements so far have told nothing of."""
+        return untold_combinations(
+            self._sensors, self._book.state.covariance, self._drifted_s - self._began_s
+        )
+
     def close(self) -> None:
         """Let the threads go."""
         if self._executor is not None:
@@ -174,7 +187,7 @@ class Engine:
             if epoch != self._epoch:
                 biases.append(self._close_epoch())
                 if self._epoch is None:
-                    self._drifted_s = epoch * self._settings.epoch_s
+                    self._began_s = self._drifted_s = epoch * self._settings.epoch_s
                 ended.append(self._open_epoch(epoch))
                 self._epoch = epoch
             self._epoch_open = True

@@ -14,6 +14,7 @@ import polars as pl
 
 from multiradar import wire
 from multiradar.errors import AccountingError
+from multiradar.estimation.bias.observability import Untold
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.admission import ACCEPTED, Admission
 from multiradar.runtime.digest import OutputDigest
@@ -72,7 +73,9 @@ class OfflineResult:
     updates, tracks, bias_rows : int
         Rows of `tracks.parquet`, different tracks in it, rows of `biases.parquet`.
     final_biases : dict
-        Last estimate of each sensor and parameter, with its sigma.
+        Last estimate of each sensor and parameter, with its sigma, and that over its prior sigma.
+    untold : tuple of Untold
+        Combinations of biases of which the measurements have told nothing.
     tracker : dict
         What became of the accepted measurements in the filter, by outcome.
     output_sha256 : str
@@ -87,6 +90,7 @@ class OfflineResult:
     tracks: int = 0
     bias_rows: int = 0
     final_biases: dict[str, dict[str, dict[str, float]]] = field(default_factory=dict)
+    untold: tuple[Untold, ...] = ()
     tracker: dict[str, int] = field(default_factory=dict)
     output_sha256: str = ""
 
@@ -182,6 +186,7 @@ class _Run:
         late = outcomes.pop("LATE")
         result.tracker = {name.lower(): count for name, count in outcomes.items()}
         _check(result, late)
+        result.untold = self._engine.untold()
         result.output_sha256 = self._digest.hexdigest()
         return result
 
@@ -208,7 +213,9 @@ class _Run:
         last = frame.unique(["sensor_id", "parameter"], keep="last", maintain_order=True)
         for row in last.iter_rows(named=True):
             of_sensor = self._result.final_biases.setdefault(row["sensor_id"], {})
-            of_sensor[row["parameter"]] = {"estimate": row["estimate"], "sigma": row["sigma"]}
+            of_sensor[row["parameter"]] = {
+                name: row[name] for name in ("estimate", "sigma", "prior_ratio")
+            }
 
 
 def _check(result: OfflineResult, late: int) -> None:

@@ -5,6 +5,8 @@ from importlib.metadata import version
 
 from pydantic import JsonValue
 
+from multiradar.estimation.bias.observability import Untold
+from multiradar.estimation.measurement.sensors import PARAMETER_NAMES, SensorTable
 from multiradar.runtime.offline import (
     BIASES_FILE,
     REJECTS_FILE,
@@ -32,7 +34,8 @@ def offline_report(job: OfflineJob, result: OfflineResult) -> Report:
     -------
     Report
         Counts, settings, digest; figures: whether the recording had to be sorted, number of tracks,
-        last biases with sigma, and what became of the accepted measurements in the filter.
+        last biases with sigma, combinations of biases that are unobservable, and what became of the
+        accepted measurements in the filter.
     """
     counts = Counts(
         read=result.read,
@@ -66,5 +69,21 @@ def offline_report(job: OfflineJob, result: OfflineResult) -> Report:
             "tracks": result.tracks,
             "measurements_by_outcome": dict(sorted(result.tracker.items())),
             "final_biases": biases,
+            "unobservable_biases": [_untold_figures(one, job.sensors) for one in result.untold],
         },
     )
+
+
+def _untold_figures(untold: Untold, sensors: SensorTable) -> dict[str, JsonValue]:
+    weights: list[JsonValue] = [
+        {
+            "sensor_id": sensors.ids[sensor],
+            "parameter": PARAMETER_NAMES[kind],
+            "weight": weight,
+        }
+        for sensor, kind, weight in zip(
+            sensors.parameter_sensor, sensors.parameter_kind, untold.weights, strict=True
+        )
+        if weight != 0.0
+    ]
+    return {"what": untold.name, "prior_ratio": untold.prior_ratio, "weights": weights}

@@ -42,6 +42,30 @@ def test_a_run_writes_its_four_files_and_prints_the_biases(
     assert [path.name for path in tmp_path.iterdir()] == ["out"]
 
 
+def test_what_one_radar_alone_cannot_tell_is_said(
+    scene: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    measurements, sensors = scene
+    rows = pl.read_parquet(measurements).filter(sensor_id="41-10")
+    alone = tmp_path / "alone.parquet"
+    rows.write_parquet(alone)
+    out = tmp_path / "out"
+    assert _track(alone, "--sensors", sensors, "--out", out) == 0
+    told = capsys.readouterr().out
+    sentence = "not observable: range offset of 41-10; sigma 100% of that beforehand"
+    assert sentence in told
+    assert "100.0%" in told
+    figures = json.loads((out / "report.json").read_text())["figures"]
+    first = figures["unobservable_biases"][0]
+    assert first["what"] == "range offset of 41-10"
+    assert first["prior_ratio"] == pytest.approx(1.0)
+    assert first["weights"] == [
+        {"sensor_id": "41-10", "parameter": "range_offset_m", "weight": 1.0}
+    ]
+    ratios = pl.read_parquet(out / "biases.parquet").filter(sensor_id="41-10")["prior_ratio"]
+    assert ratios.min() == pytest.approx(1.0)
+
+
 def test_json_is_the_report(
     scene: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

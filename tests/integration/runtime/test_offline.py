@@ -124,6 +124,7 @@ def test_the_tables_have_the_promised_columns_and_the_counted_rows(
     assert result.final_biases["41-10"]["range_offset_m"] == {
         "estimate": last["estimate"],
         "sigma": last["sigma"],
+        "prior_ratio": last["prior_ratio"],
     }
 
 

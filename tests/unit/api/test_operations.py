@@ -14,7 +14,7 @@ from support.fake_service import FakeService
 
 def _biases(epochs: int) -> pl.DataFrame:
     rows = [
-        (10.0 * epoch, "41-10", parameter, 1.5 * epoch, 0.25, epoch)
+        (10.0 * epoch, "41-10", parameter, 1.5 * epoch, 0.25, epoch, 0.0005)
         for epoch in range(epochs)
         for parameter in ("range_offset_m", "azimuth_offset_deg")
     ]
