@@ -128,7 +128,8 @@ def position_errors(tracks: pl.DataFrame, truth: pl.DataFrame) -> tuple[Floats, 
     both = settled.join(shown, on=keys, suffix="_true")
     latitude = np.radians(both["latitude_deg_true"].to_numpy())
     north = np.radians((both["latitude_deg"] - both["latitude_deg_true"]).to_numpy())
-    east = np.radians((both["longitude_deg"] - both["longitude_deg_true"]).to_numpy())
+    apart = (both["longitude_deg"] - both["longitude_deg_true"]).to_numpy()
+    east = np.radians(np.mod(apart + 180.0, 360.0) - 180.0)
     # Radii of curvature of WGS 84 at the aircraft.
     root = np.sqrt(1.0 - 0.00669437999014 * np.sin(latitude) ** 2)
     metres = np.hypot(
