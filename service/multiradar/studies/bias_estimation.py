@@ -13,9 +13,9 @@ from multiradar.studies.result import Progress, StudyOptions, StudyResult
 _SUMMARY = (
     "Fifteen aircraft fly straight for {duration:g} s before three radars whose ranges and "
     "azimuths are biased. Every filter starts 1 km, 300 m/s, 500 m and 0.3° off (one sigma) and "
-    "takes the same plots, one a second from each radar of each aircraft; {runs} runs differ in noise, first "
-    "guesses and, where the biases drift, in the drift. Without gates, and with the kernels of the "
-    "service."
+    "takes the same plots, one a second from each radar of each aircraft; {runs} runs differ in "
+    "noise, first guesses and, where the biases drift, in the drift. Without gates, and with the "
+    "kernels of the service."
 )
 _NOTES = (
     "Mean error: the modulus of the deviation, its mean over the runs and over aircraft or radars. "

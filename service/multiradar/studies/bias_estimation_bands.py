@@ -12,9 +12,11 @@ Floats = NDArray[np.float64]
 
 LEVEL = 0.95
 # Chains of errors that are drawn, and means over runs that are formed of them.
-_CHAINS = 3000
+_CHAINS = 2000
 _MEANS = 4000
 _STREAM = 2
+# Part of the variances that is added before a root is taken.
+_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,5 +118,5 @@ def _drawn(theory: Theory, rng: np.random.Generator) -> Floats:
 # R with R Rᵀ = the matrix, whose rounding may have made it indefinite; in units of the sigmas.
 def _root(matrix: Floats, whole: Floats) -> Floats:
     sigma = np.sqrt(np.diagonal(whole))
-    values, vectors = np.linalg.eigh(matrix / np.outer(sigma, sigma))
-    return np.asarray(sigma[:, None] * vectors * np.sqrt(np.maximum(values, 0.0)))
+    scaled = matrix / np.outer(sigma, sigma) + _ROUNDING * np.eye(len(sigma))
+    return np.asarray(sigma[:, None] * np.linalg.cholesky(scaled))

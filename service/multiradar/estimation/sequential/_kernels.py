@@ -22,7 +22,7 @@ from multiradar.estimation.sequential.arrays import Store
 Floats = NDArray[np.float64]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def take_rows(
     method: int,
     first: int,

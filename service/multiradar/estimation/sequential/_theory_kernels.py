@@ -187,7 +187,7 @@ def linearise(
             )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def probe(
     method: int,
     first: int,
@@ -210,19 +210,20 @@ def probe(
     saved.information[:] = store.information
     for r in range(last - first):
         rows.z[first + r] = epoch.value[r]
-    for q in range(2 * (last - first)):
-        sigma = epoch.sigma[q // 2, q % 2]
-        rows.z[first + q // 2, q % 2] += sigma
+    size = 2 * (last - first)
+    for q in range(size + 1):
+        if q < size:
+            rows.z[first + q // 2, q % 2] += epoch.sigma[q // 2, q % 2]
         take_rows(method, first, last, work, rows, model, aircraft, result, store, False)
-        read_gain(method, k, q, sigma, rows.time[first], model, aircraft, twin, epoch.gain)
-        rows.z[first + q // 2, q % 2] = epoch.value[q // 2, q % 2]
-        copy_aircraft(method, k, twin, aircraft)
+        if q < size:
+            sigma = epoch.sigma[q // 2, q % 2]
+            read_gain(method, k, q, sigma, rows.time[first], model, aircraft, twin, epoch.gain)
+            rows.z[first + q // 2, q % 2] = epoch.value[q // 2, q % 2]
+            copy_aircraft(method, k, twin, aircraft)
+            model.bias_covariance[:] = saved.bias_covariance
+            model.factor[:] = saved.factor
+            store.information[:] = saved.information
         model.bias[:] = 0.0
-        model.bias_covariance[:] = saved.bias_covariance
-        model.factor[:] = saved.factor
-        store.information[:] = saved.information
-    take_rows(method, first, last, work, rows, model, aircraft, result, store, False)
-    model.bias[:] = 0.0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

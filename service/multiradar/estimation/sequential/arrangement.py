@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.errors import ConfigurationError
+from multiradar.errors import ConfigurationError, PriorError
 from multiradar.estimation.filters import _kernels as kernels
 from multiradar.estimation.filters._joint_kernels import adopt_aircraft
 from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Work, result_arrays
@@ -30,18 +30,24 @@ class Options:
         Least ratio of ground range to height above a radar at which its plots are taken.
     refuse_nis, downweight_nis : float
         Normalised innovation squared from which a measurement is refused, or counts less.
+    speed_sigma_mps : float
+        Prior standard deviation of each component of the velocity of an aircraft that begins at a
+        plot, m/s.
     """
 
     acceleration_density: float = 0.0
     cone_ratio: float = 0.0
     refuse_nis: float = np.inf
     downweight_nis: float = np.inf
+    speed_sigma_mps: float = 300.0
 
     def __post_init__(self) -> None:
         for name in ("acceleration_density", "cone_ratio", "refuse_nis", "downweight_nis"):
             value = getattr(self, name)
             if not value >= 0.0:
                 raise ConfigurationError(f"{name}: expected 0 or more, was {value}")
+        if not 0.0 < self.speed_sigma_mps < np.inf:
+            raise PriorError(f"speed_sigma_mps: expected above 0, was {self.speed_sigma_mps}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,6 +149,7 @@ def begin(one: Arrangement, aircraft: int, time_s: float, mean: Floats, covarian
 def _options(options: Options) -> Floats:
     values = np.zeros(kernels.OPTION_COUNT)
     values[kernels.ACCELERATION_DENSITY] = options.acceleration_density
+    values[kernels.SPEED_SIGMA] = options.speed_sigma_mps
     values[kernels.CONE_RATIO] = options.cone_ratio
     values[kernels.DOWNWEIGHT_NIS] = options.downweight_nis
     values[kernels.REFUSE_NIS] = options.refuse_nis

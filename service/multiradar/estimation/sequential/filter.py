@@ -8,8 +8,8 @@ from numpy.typing import ArrayLike, NDArray
 from multiradar.errors import ConfigurationError, ShapeError, TimeOrderError
 from multiradar.estimation.filters.bank import Outcome
 from multiradar.estimation.gaussian import require_covariance
-from multiradar.estimation.sequential._kernels import take_rows, walk
-from multiradar.estimation.sequential._player_kernels import write_record
+from multiradar.estimation.sequential._kernels import walk
+from multiradar.estimation.sequential._player_kernels import play_rows, write_record
 from multiradar.estimation.sequential.arrangement import Options, arrange, begin
 from multiradar.estimation.sequential.player import empty_record
 from multiradar.estimation.sequential.plots import Form, Plots, Starts, filter_rows
@@ -63,8 +63,8 @@ class SequentialFilter:
     >>> one.start(7, 0.0, [20e3, 30e3, 100.0, 0.0], np.diag([1e3, 1e3, 50.0, 50.0]) ** 2)
     >>> one.observe(7, 1.0, 0, [36_100.0, 0.59]).name
     'UPDATED'
-    >>> one.biases()[0].round(2).tolist()
-    [16.0, 0.0, 0.0, 0.0]
+    >>> round(float(one.biases()[0][0]), 2)  # Range offset of the first radar, m.
+    -2.21
     """
 
     def __init__(
@@ -85,7 +85,7 @@ class SequentialFilter:
         self._one = arrange(name, sensors, options, slots=aircraft_max, rows=room)
         self._slots: dict[int, int] = {}
         self._free = list(range(aircraft_max - 1, -1, -1))
-        self._walked_s = 0.0
+        self._record = empty_record(1, aircraft_max, len(sensors.prior.mean))
 
     def start(self, aircraft: int, time_s: float, mean: ArrayLike, covariance: ArrayLike) -> None:
         """Tell the filter of an aircraft, or anew of one it knows.
@@ -200,12 +200,11 @@ class SequentialFilter:
             np.full(count, time_s), np.zeros((count, 4)), np.tile(np.eye(4), (count, 1, 1))
         )
         rows = filter_rows(plots, self._sensors, everyone, self._form)
-        step = len(plots) if one.definition.stacks_plots else 1
-        for first in range(0, len(plots), max(step, 1)):
-            take_rows(
-                one.definition.method, first, first + step, one.work, rows, one.model, arrays,
-                one.result, one.store, False,
-            )  # fmt: skip
+        # Biases begin to walk at this very time: they do so by `walk` alone.
+        play_rows(
+            one.definition.method, time_s, 1.0, np.array([time_s]), one.work, rows, one.model,
+            arrays, one.result, one.store, self._record,
+        )  # fmt: skip
         return tuple(Outcome(int(number)) for number in one.result.outcome[: len(plots)])
 
     def walk(self, duration_s: float) -> None:
@@ -247,9 +246,9 @@ class SequentialFilter:
             If there is no such aircraft.
         """
         slot, one = self._slots[aircraft], self._one
-        record = empty_record(1, len(one.aircraft.time), len(one.model.bias))
+        record = self._record
         write_record(0, float(one.aircraft.time[slot]), one.model, one.aircraft, record)
-        return record.mean[0, slot], record.covariance[0, slot]
+        return record.mean[0, slot].copy(), record.covariance[0, slot].copy()
 
     def biases(self) -> tuple[Floats, Floats]:
         """Return the estimates of the biases, (c,), and their covariance, (c, c)."""

@@ -1,0 +1,158 @@
+"""What a researcher gives wrongly is refused where it is given, by name."""
+
+import doctest
+
+import numpy as np
+import pytest
+
+from multiradar.errors import (
+    ConfigurationError,
+    CovarianceError,
+    PriorError,
+    SensorPositionError,
+    ShapeError,
+    TimeOrderError,
+    UnknownFilterError,
+    UnknownParameterError,
+)
+from multiradar.estimation.filters.bank import Outcome
+from multiradar.estimation.sequential import filter as filter_module
+from multiradar.estimation.sequential.filter import SequentialFilter
+from multiradar.estimation.sequential.plots import Plots, Starts
+from multiradar.estimation.sequential.sensors import (
+    BiasPrior,
+    Sensors,
+    earth_sensors,
+    flat_radars,
+)
+from support.scenes import make_scene, random_flights, three_radars
+
+SITES = [[0.0, 0.0], [50e3, 0.0]]
+PRIOR = BiasPrior(np.zeros(4), np.diag([500.0, 0.005] * 2) ** 2)
+STATE = [20e3, 30e3, 100.0, 0.0]
+COVARIANCE = np.diag([1e3, 1e3, 50.0, 50.0]) ** 2
+
+
+def radars() -> Sensors:
+    return flat_radars(SITES, 15.0, 1e-3, PRIOR)
+
+
+def started() -> SequentialFilter:
+    one = SequentialFilter("two-stage", radars(), aircraft_max=1)
+    one.start(7, 10.0, STATE, COVARIANCE)
+    return one
+
+
+def indefinite(size: int) -> np.ndarray:
+    matrix = np.eye(size)
+    matrix[0, 1] = matrix[1, 0] = 2.0
+    return matrix
+
+
+@pytest.mark.parametrize("matrix", [indefinite(4), np.triu(np.ones((4, 4))), np.eye(4) * np.nan])
+def test_what_is_no_covariance_is_refused(matrix: np.ndarray) -> None:
+    one = started()
+    before = one.aircraft(7)
+    with pytest.raises(CovarianceError, match="aircraft"):
+        one.start(7, 11.0, STATE, matrix)
+    np.testing.assert_array_equal(one.aircraft(7)[1], before[1])
+    with pytest.raises(CovarianceError, match="starts"):
+        Starts([0.0], [STATE], [matrix])
+
+
+def test_a_prior_is_checked() -> None:
+    with pytest.raises(PriorError, match="above 0"):
+        BiasPrior([0.0, 0.0], np.diag([1.0, 0.0]))
+    with pytest.raises(PriorError, match="above 0"):
+        BiasPrior([0.0], [[1.0]], [-1.0])
+    with pytest.raises(CovarianceError, match="prior covariance"):
+        BiasPrior(np.zeros(2), indefinite(2))
+    with pytest.raises(ShapeError, match="prior covariance"):
+        BiasPrior(np.zeros(2), np.eye(3))
+    with pytest.raises(ShapeError, match="prior means"):
+        BiasPrior([np.nan], [[1.0]])
+    with pytest.raises(PriorError, match="sigma of the range"):
+        flat_radars(SITES, 0.0, 1e-3, PRIOR)
+    with pytest.raises(ShapeError, match="prior of the biases"):
+        flat_radars(SITES, 15.0, 1e-3, BiasPrior(np.zeros(3), np.eye(3)))
+
+
+def test_a_radar_needs_a_position() -> None:
+    with pytest.raises(SensorPositionError, match="radar 1"):
+        flat_radars([[0.0, 0.0], [np.nan, 0.0]], 15.0, 1e-3, PRIOR)
+    with pytest.raises(ShapeError, match="sites"):
+        flat_radars([0.0, 0.0], 15.0, 1e-3, PRIOR)
+
+
+def test_a_bias_parameter_must_be_known() -> None:
+    with pytest.raises(UnknownParameterError, match=r"0 \(range_offset_m\).*was 9"):
+        flat_radars(SITES, 15.0, 1e-3, PRIOR, parameters=(0, 9))
+
+
+def test_times_do_not_go_back() -> None:
+    one = started()
+    one.observe(7, 11.0, 0, [36_100.0, 0.59])
+    with pytest.raises(TimeOrderError, match=r"aircraft 7.*11.*10"):
+        one.observe(7, 10.5, 0, [36_100.0, 0.59])
+    with pytest.raises(TimeOrderError, match="walk"):
+        one.walk(-1.0)
+    with pytest.raises(TimeOrderError, match="plot"):
+        Plots([1.0, 0.5], [0, 0], [0, 0], np.ones((2, 2)))
+
+
+def test_shapes_and_indices_are_checked() -> None:
+    one = started()
+    with pytest.raises(ShapeError, match="state"):
+        one.start(7, 0.0, [1.0, 2.0], COVARIANCE)
+    with pytest.raises(ShapeError, match="value"):
+        one.observe(7, 11.0, 0, [1.0, 2.0, 3.0])
+    with pytest.raises(ShapeError, match="values"):
+        one.observe(7, 11.0, 0, [np.nan, 0.0])
+    with pytest.raises(ShapeError, match="sensors"):
+        one.observe(7, 11.0, 5, [1e4, 0.0])
+    with pytest.raises(ShapeError, match="each sensor once"):
+        one.observe_together(7, 11.0, [0, 0], np.ones((2, 2)))
+    with pytest.raises(ShapeError, match="aircraft"):
+        Plots([1.0], [0.5], [0], np.ones((1, 2)))
+
+
+def test_names_and_room_are_checked() -> None:
+    with pytest.raises(UnknownFilterError):
+        SequentialFilter("kalman", radars())
+    with pytest.raises(ConfigurationError, match="aircraft_max"):
+        SequentialFilter("joint", radars(), aircraft_max=0)
+    with pytest.raises(ConfigurationError, match="form"):
+        SequentialFilter("joint", radars(), form="square")  # type: ignore[arg-type]
+    one = started()
+    with pytest.raises(ConfigurationError, match="at most 1"):
+        one.start(8, 0.0, STATE, COVARIANCE)
+    one.end(7)
+    one.start(8, 0.0, STATE, COVARIANCE)
+    assert one.observe(8, 1.0, 1, [42_400.0, 5.5]) == Outcome.UPDATED
+
+
+def test_sensors_on_the_earth_are_filtered_too() -> None:
+    """Slant ranges on WGS 84, by the two-stage and the joint filter alike."""
+    rng = np.random.default_rng(1)
+    scene = make_scene(rng, three_radars(), random_flights(rng, 1, 60.0))
+    sensors = earth_sensors(scene.sensors, scene.plane)
+    filters = [SequentialFilter(name, sensors) for name in ("joint", "two-stage")]
+    batch = scene.batch
+    for one in filters:
+        one.start(0, float(batch.time_s[0]), scene.truth[0] + 100.0, np.eye(4) * 500.0**2)
+        for row in range(len(batch)):
+            value = [batch.range_m[row], batch.azimuth_rad[row]]
+            one.observe(
+                0, float(batch.time_s[row]), int(batch.sensor[row]), value,
+                float(batch.height_m[row]),
+            )  # fmt: skip
+    mean, covariance = filters[0].aircraft(0)
+    np.testing.assert_allclose(filters[1].aircraft(0)[0], mean, rtol=0, atol=1e-6)
+    error = mean - scene.truth[len(batch) - 1]
+    assert error @ np.linalg.solve(covariance, error) < 25.0
+
+
+def test_the_example_of_the_class_is_true() -> None:
+    results = doctest.testmod(filter_module)
+    assert results.attempted > 5
+    assert results.failed == 0

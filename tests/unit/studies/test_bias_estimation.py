@@ -1,0 +1,190 @@
+"""The study of section 1.6: what its rows say, and what holds in a short one already."""
+
+from functools import cache
+from itertools import product
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+
+from multiradar.errors import UnknownFilterError
+from multiradar.studies.bias_estimation import run
+from multiradar.studies.bias_estimation_bands import consistency_bands
+from multiradar.studies.bias_estimation_runs import (
+    Realisation,
+    Setting,
+    make_setting,
+    realise,
+    theory_of,
+)
+from multiradar.studies.catalogue import BIAS_ESTIMATION
+from multiradar.studies.result import StudyOptions, StudyResult, Value
+
+QUANTITIES = ["position_m", "velocity_mps", "azimuth_bias_deg", "range_bias_m"]
+CONSISTENCIES = ["nees_aircraft", "nees_bias"]
+RUNS, DURATION_S = 4, 40.0
+
+
+@cache
+def short_study() -> tuple[StudyResult, list[tuple[int, int]]]:
+    told: list[tuple[int, int]] = []
+    options = StudyOptions(runs=RUNS, seed=3, duration_s=DURATION_S)
+    return run(options, lambda done, total: told.append((done, total))), told
+
+
+def last_row(name: str, form: str, drift: bool, quantity: str) -> dict[str, Value]:
+    rows = [
+        row
+        for row in short_study()[0].rows
+        if (row["filter"], row["measurement"], row["drift"], row["quantity"])
+        == (name, form, drift, quantity)
+    ]
+    return max(rows, key=lambda row: number(row["time_s"]))
+
+
+def number(value: Value) -> float:
+    assert isinstance(value, float)
+    return value
+
+
+def test_there_is_a_row_for_each_filter_form_drift_time_and_quantity() -> None:
+    result, _ = short_study()
+    expected = {
+        (name, form, drift, float(time_s), quantity)
+        for name, form, drift, time_s, quantity in product(
+            BIAS_ESTIMATION.filters, ["linearised", "polar"], [False, True], range(41),
+            [*QUANTITIES, *CONSISTENCIES],
+        )
+    }  # fmt: skip
+    keys = ("filter", "measurement", "drift", "time_s", "quantity")
+    found = [tuple(row[key] for key in keys) for row in result.rows]
+    assert len(found) == len(expected)
+    assert set(found) == expected
+    for row in result.rows:
+        values = ["mean_error", "theoretical", "reported"]
+        if row["quantity"] in CONSISTENCIES:
+            values += ["band_low", "band_high", "all_times_low", "all_times_high", "expected"]
+            assert number(row["all_times_low"]) < number(row["band_low"]) < 1.0
+            assert 1.0 < number(row["band_high"]) < number(row["all_times_high"])
+        assert all(np.isfinite(number(row[value])) for value in values)
+
+
+def test_tables_and_plots_show_every_filter() -> None:
+    result, told = short_study()
+    assert [row[0] for row in result.tables[0].rows] == 4 * list(BIAS_ESTIMATION.filters)
+    names = [plot.name for plot in result.plots]
+    assert len(names) == len(set(names)) == 4 * 4 + 4 * 2 + 5 * 4 * 4 + 1
+    assert [one.label for one in result.plots[0].series] == list(BIAS_ESTIMATION.filters)
+    assert told[0][0] == 0
+    assert told[-1][0] == told[-1][1] == 2 * RUNS + 2 * len(BIAS_ESTIMATION.filters)
+    assert result.options["runs"] == RUNS
+
+
+@pytest.mark.parametrize("form", ["linearised", "polar"])
+@pytest.mark.parametrize("quantity", [*QUANTITIES, *CONSISTENCIES])
+def test_two_stage_equals_joint_without_drift(form: str, quantity: str) -> None:
+    one, other = (last_row(name, form, False, quantity) for name in ("two-stage", "joint"))
+    for key in ("mean_error", "theoretical", "reported"):
+        assert number(one[key]) == pytest.approx(number(other[key]), rel=1e-6)
+
+
+def test_with_drift_two_stage_is_within_a_percent_of_joint() -> None:
+    one, other = (last_row(name, "polar", True, "position_m") for name in ("two-stage", "joint"))
+    for key in ("theoretical", "reported", "mean_error"):
+        assert number(one[key]) == pytest.approx(number(other[key]), rel=0.01)
+    assert number(one["theoretical"]) > number(other["theoretical"])
+
+
+@pytest.mark.parametrize("name", ["joint", "two-stage"])
+@pytest.mark.parametrize("drift", [False, True])
+@pytest.mark.parametrize("quantity", CONSISTENCIES)
+def test_the_exact_filters_are_consistent_at_all_times(
+    name: str, drift: bool, quantity: str
+) -> None:
+    rows = [
+        row
+        for row in short_study()[0].rows
+        if (row["filter"], row["measurement"], row["drift"], row["quantity"])
+        == (name, "polar", drift, quantity)
+    ]
+    for row in rows:
+        assert number(row["all_times_low"]) < number(row["mean_error"])
+        assert number(row["mean_error"]) < number(row["all_times_high"])
+
+
+def test_filters_that_drop_correlations_are_known_by_their_consistency() -> None:
+    """Blom promises too much, CI too little, and the theory says both beforehand."""
+    blom, ci = (last_row(name, "polar", False, "nees_bias") for name in ("blom", "ci"))
+    assert number(blom["mean_error"]) > number(blom["all_times_high"])
+    assert number(blom["expected"]) > 100.0
+    assert number(ci["mean_error"]) < number(ci["all_times_low"])
+    assert number(ci["expected"]) < 1.0
+    joint = last_row("joint", "polar", False, "nees_bias")
+    assert number(joint["expected"]) == pytest.approx(1.0, rel=1e-9)
+
+
+def test_the_mean_error_is_near_the_theory() -> None:
+    """The mean modulus of a normal vector is 0.886 of its root mean square, 0.8 in one dimension.
+
+    So many aircraft and radars in so few runs are within a quarter of that for position.
+    """
+    row = last_row("joint", "polar", False, "position_m")
+    share = number(row["mean_error"]) / number(row["theoretical"])
+    assert 0.886 * 0.75 < share < 0.886 * 1.25
+    assert number(row["reported"]) == pytest.approx(number(row["theoretical"]), rel=0.01)
+
+
+def test_the_same_seed_gives_the_same_rows() -> None:
+    """Whatever the threads do; and one run, one filter and a duration without plots work."""
+    options = StudyOptions(runs=1, seed=5, filters=("ci",), duration_s=12.5)
+    first, again = (run(options, lambda _done, _total: None) for _ in range(2))
+    assert first.rows == again.rows
+    assert {row["time_s"] for row in first.rows} == {float(time_s) for time_s in range(13)}
+    other = run(StudyOptions(1, 6, ("ci",), 12.5), lambda _done, _total: None)
+    assert other.rows != first.rows
+    none = run(StudyOptions(1, 5, ("blom",), 0.5), lambda _done, _total: None)
+    assert {row["time_s"] for row in none.rows} == {0.0}
+
+
+def test_an_unknown_filter_is_refused() -> None:
+    with pytest.raises(UnknownFilterError, match="two-stage"):
+        run(StudyOptions(filters=("kalman",)), lambda _done, _total: None)
+
+
+def realised(drift: bool) -> tuple[Setting, Realisation]:
+    setting = make_setting(20.0, drift=drift)
+    return setting, realise(setting, 1, 0)
+
+
+def test_runs_share_tracks_and_biases_and_nothing_else() -> None:
+    setting, first = realised(drift=False)
+    other = realise(setting, 1, 1)
+    np.testing.assert_array_equal(first.states, other.states)
+    np.testing.assert_array_equal(first.biases, other.biases)
+    assert (first.starts.mean != other.starts.mean).all()
+    assert (first.plots.value != other.plots.value).all()
+    assert (first.sensors.prior.mean != other.sensors.prior.mean).all()
+    drifting, one = realised(drift=True)
+    two = realise(drifting, 1, 1)
+    np.testing.assert_array_equal(one.biases[0], first.biases[0])
+    assert (one.biases[1:] != two.biases[1:]).all()
+    assert setting.options.acceleration_density == 0.0
+    assert drifting.options.acceleration_density > 0.0
+
+
+def test_the_bands_are_those_of_chance() -> None:
+    """Biases: χ² with six degrees for each run. Aircraft: wider than if they were independent."""
+    setting, one = realised(drift=False)
+    theory = theory_of("joint", setting, one)
+    bands = consistency_bands(theory, 20, 1)
+    low, high = chi2.ppf([0.025, 0.975], 120) / 120
+    np.testing.assert_allclose(bands.low[:, 1], low)
+    np.testing.assert_allclose(bands.high[:, 1], high)
+    low, high = chi2.ppf([0.025, 0.975], 20 * 60) / (20 * 60)
+    # At the starts nothing ties the aircraft together.
+    np.testing.assert_allclose(bands.low[0, 0], low, rtol=1e-9)
+    assert (bands.low[1:, 0] < low).all()
+    assert (bands.high[1:, 0] > high).all()
+    wider = consistency_bands(theory, 5, 1)
+    assert (wider.high > bands.high).all()
+    assert (bands.all_high > bands.high).all()
