@@ -20,6 +20,8 @@ from multiradar.estimation.motion.model import MotionModel
 
 #: Share of the speed that must be level for a course to be told, well above rounding.
 COURSE_MIN = 1e-9
+#: Largest negative eigenvalue of the correlations that rounding may leave.
+ROUNDING_MAX = 1e-12
 
 
 class Outcome(IntEnum):
@@ -27,7 +29,7 @@ class Outcome(IntEnum):
 
     UPDATED = 0
     GATED = 1  #: Farther from the prediction than the gate allows.
-    SINGULAR = 2  #: The innovation covariance cannot be inverted.
+    SINGULAR = 2  #: The innovation covariance, or what the update leaves, is no covariance.
     CONE_OF_SILENCE = 3  #: The aircraft is predicted where the sensor says nothing of it.
     NOT_FINITE = 4  #: The measurement is no finite number, or so far off that its square is not.
 
@@ -220,12 +222,15 @@ def _update(
     safe = np.where(np.isfinite(innovation), innovation, 0.0)
     distance = (safe * (inverse @ safe[..., None])[..., 0]).sum(axis=-1)
     finite = np.isfinite(innovation).all(axis=-1) & np.isfinite(distance)
-    outcome = np.select(
-        [~finite, ~measurement.usable(position), ~regular, ~(distance <= gate)],
-        [Outcome.NOT_FINITE, Outcome.CONE_OF_SILENCE, Outcome.SINGULAR, Outcome.GATED],
-        Outcome.UPDATED,
-    ).astype(np.int8)
     corrected = _corrected(estimate, slope, spread @ inverse, safe, noise)
+    finite &= np.isfinite(corrected.mean).all(axis=-1)
+    reasons = {
+        Outcome.NOT_FINITE: ~finite,
+        Outcome.CONE_OF_SILENCE: ~measurement.usable(position),
+        Outcome.GATED: regular & ~(distance <= gate),
+        Outcome.SINGULAR: ~(regular & _sound(corrected.covariance)),
+    }
+    outcome = np.select(list(reasons.values()), list(reasons), Outcome.UPDATED).astype(np.int8)
     return Update(
         _where(outcome == Outcome.UPDATED, corrected, estimate),
         outcome,
@@ -249,16 +254,30 @@ def _corrected(
 
 # The inverse, and whether there is one; judged on correlations, so that units do not matter.
 def _inverse(matrix: Floats) -> tuple[Floats, NDArray[np.bool_]]:
+    correlations, scale, positive = _correlations(matrix)
+    eigenvalue = np.linalg.eigvalsh(correlations).min(axis=-1)
+    regular = np.asarray(positive & (eigenvalue >= EIGENVALUE_MIN))
+    correlations = np.where(regular[..., None, None], correlations, np.eye(matrix.shape[-1]))
+    return np.linalg.inv(correlations) / scale, regular
+
+
+# Whether rounding has left a covariance. It does not where an accepted measurement was so far off
+# that metres and light seconds stand in one matrix.
+def _sound(matrix: Floats) -> NDArray[np.bool_]:
+    correlations, _, positive = _correlations(matrix)
+    eigenvalue = np.linalg.eigvalsh(correlations).min(axis=-1)
+    return np.asarray(positive & (eigenvalue >= -ROUNDING_MAX))
+
+
+# Correlations (or the identity where there are none), their scale, and whether there are any.
+def _correlations(matrix: Floats) -> tuple[Floats, Floats, NDArray[np.bool_]]:
     variances = np.diagonal(matrix, axis1=-2, axis2=-1)
     finite = np.isfinite(matrix).all(axis=(-2, -1))
     positive = np.asarray((variances > 0.0).all(axis=-1) & finite)
     sigmas = np.sqrt(np.where(variances > 0.0, variances, 1.0))
     scale = sigmas[..., :, None] * sigmas[..., None, :]
-    correlations = np.where(positive[..., None, None], matrix / scale, np.eye(matrix.shape[-1]))
-    eigenvalue = np.linalg.eigvalsh(correlations).min(axis=-1)
-    regular = np.asarray(positive & (eigenvalue >= EIGENVALUE_MIN))
-    correlations = np.where(regular[..., None, None], correlations, np.eye(matrix.shape[-1]))
-    return np.linalg.inv(correlations) / scale, regular
+    whole = np.eye(matrix.shape[-1])
+    return np.where(positive[..., None, None], matrix / scale, whole), scale, positive
 
 
 def _where(chosen: NDArray[np.bool_], new: Estimate, old: Estimate) -> Estimate:

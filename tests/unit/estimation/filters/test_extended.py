@@ -193,9 +193,9 @@ def test_a_measurement_outside_the_gate_changes_nothing() -> None:
 
 
 def test_a_singular_innovation_is_refused() -> None:
-    """A state known without doubt and a sensor whose noise is lost in rounding beside it."""
-    certain = Estimate(MEAN, np.zeros((6, 6)), CARTESIAN)
-    for noise, expected in ((np.eye(3), Outcome.UPDATED), (np.zeros((3, 3)), Outcome.SINGULAR)):
+    """A noise that is none, and one that is lost in rounding beside what it measures."""
+    certain = Estimate(MEAN, 1e-30 * np.eye(6), CARTESIAN)
+    for noise, expected in ((np.eye(3), Outcome.UPDATED), (-np.eye(3), Outcome.SINGULAR)):
         sensor = MeasuredPlace(np.eye(3))
         object.__setattr__(sensor, "noise", noise)
         found = update(certain, sensor, MEAN[:3] + 1.0)
