@@ -21,6 +21,7 @@ from multiradar.studies.polynomial_forecast_runs import (
     band,
     simulate,
 )
+from multiradar.studies.report.cells import number_text
 from multiradar.studies.result import Progress, StudyOptions, StudyResult, Table, Value
 
 #: What the paper prints, m²: C₂ and time of the last observation to values at t = 2 … 10 s (None:
@@ -148,7 +149,7 @@ def _table(title: str, rows: list[dict[str, Value]], begin: float | None) -> Tab
             row["time_s"],
             row["exact"],
             row["monte_carlo"],
-            f"{row['band_low']:.3g} … {row['band_high']:.3g}",
+            " … ".join(number_text(float(row[name] or 0.0)) for name in ("band_low", "band_high")),
             _inside(row),
             row["printed"],
         )

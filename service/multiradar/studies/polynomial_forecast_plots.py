@@ -28,7 +28,7 @@ Floats = NDArray[np.float64]
 #: α of the trajectory drawn: the paper's figure 2 tells α₂ = −2 m/s² alone.
 DRAWN = np.array([10.0, 15.0, -2.0])
 #: How long the trajectory is drawn, and the interval between values of the filter, s.
-DRAWN_S, DRAWN_STEP_S = 20.0, 0.25
+DRAWN_S, DRAWN_STEP_S = 20.0, 0.5
 #: How values of the Monte Carlo and of the paper are marked.
 MARKS: tuple[Style, Style] = ("points", "rings")
 #: Errors of single runs drawn in the fan.

@@ -70,14 +70,14 @@ def test_any_degree_agrees_with_rational_arithmetic(degree: int, span_s: float) 
     root = rng.normal(size=(degree + 1, degree + 1)) + 2.0 * np.eye(degree + 1)
     sizes = 100.0 / span_s ** np.arange(degree + 1)
     prior, mean = (root @ root.T) * np.outer(sizes, sizes), rng.normal(size=degree + 1) * sizes
-    times = np.sort(rng.uniform(0.0, span_s, 40))
-    values, variances = rng.normal(0.0, 100.0, 40), 10.0 ** rng.uniform(-3.0, 3.0, 40)
+    times = np.sort(rng.uniform(0.0, span_s, 20))
+    values, variances = rng.normal(0.0, 100.0, 20), 10.0 ** rng.uniform(-3.0, 3.0, 20)
     exact, state = ExactRegression(mean, prior), start(degree, mean, prior)
     for time, value, variance in zip(times, values, variances, strict=True):
         exact.observe(float(time), float(value), float(variance))
-    for part in np.array_split(np.arange(40), 4):
+    for part in np.array_split(np.arange(20), 4):
         state = observe(state, times[part], values[part], variances[part])
-    for time in (0.0, 0.3 * span_s, float(times[-1]), 2.0 * span_s):
+    for time in (0.0, 0.3 * span_s, 2.0 * span_s):
         assert_agrees(state, exact, time)
 
 
