@@ -35,7 +35,7 @@ class BiasEstimate(Record):
     sigma: Annotated[
         float,
         Field(ge=0.0),
-        described("Its standard deviation", unit="as `estimate`", source="filter"),
+        described("Its standard deviation at `time_s`", unit="as `estimate`", source="filter"),
     ]
     epoch: Annotated[int, described("Number of the epoch of data time", unit="1", source="tracker")]
     prior_ratio: Annotated[

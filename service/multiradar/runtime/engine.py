@@ -292,13 +292,15 @@ class Engine:
         self._merge()
         state, count = self._book.state, len(self._sensors.parameter_kind)
         end_s = (self._epoch + 1) * self._settings.epoch_s
+        # What is said of the end of the epoch includes the walk since the last measurements.
+        walked = self._sensors.drift**2 * max(end_s - self._drifted_s, 0.0)
         return BiasRecords(
             epoch=np.full(count, self._epoch, np.int64),
             time_s=np.full(count, end_s),
             sensor=self._sensors.parameter_sensor,
             parameter=self._sensors.parameter_kind,
             estimate=state.estimate,
-            sigma=state.sigma,
+            sigma=np.sqrt(np.diagonal(state.covariance) + walked),
         )
 
     def _merge(self) -> None:

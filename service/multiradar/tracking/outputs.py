@@ -112,7 +112,8 @@ class BiasRecords:
     parameter : (n,) int8
         Kind of the parameter, index into `PARAMETER_NAMES`.
     estimate, sigma : (n,) float64
-        Estimate (measured minus true) and its standard deviation, in m, rad, 1 or s by kind.
+        Estimate (measured minus true) and its standard deviation at `time_s`, the walk since the
+        last measurements included, in m, rad, 1 or s by kind.
     """
 
     epoch: NDArray[np.int64]
