@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from multiradar.estimation.filters._kernels import NO_ROOM_SLOT
-from multiradar.estimation.filters.bank import FILTERS
+from multiradar.estimation.filters.bank import FILTERS, JOINT_AIRCRAFT_MAX
 from multiradar.tracking import pool as pool_module
 from multiradar.tracking.measurements import MeasurementBatch
 from multiradar.tracking.pool import CAPACITY_FIRST, PARTITIONS, AircraftPool
@@ -68,6 +68,26 @@ def test_a_full_pool_says_so_and_keeps_the_aircraft_it_has(
     assert again.track_id.tolist() == [1]
 
 
+def test_the_joint_filter_has_room_for_so_many_aircraft_and_keeps_what_they_share() -> None:
+    pool = AircraftPool(FILTERS["joint"], 2, 1)
+    before = pool.aircraft.joint
+    before[:] = np.random.default_rng(1).normal(size=before.shape)
+    numbers = list(range(JOINT_AIRCRAFT_MAX + 1))
+    rows = assigned(pool, batch_of([0.0] * len(numbers), track_number=numbers))
+    assert rows.slot[-1] == NO_ROOM_SLOT
+    assert (rows.slot[:-1] >= 0).all()
+    # Biases first, then aircraft by slot: those that were there stay where they are.
+    np.testing.assert_array_equal(pool.aircraft.joint[: len(before), : len(before)], before)
+    assert len(pool.aircraft.joint) == 2 + 4 * JOINT_AIRCRAFT_MAX
+
+
+def test_rows_for_a_filter_that_corrects_the_biases_stay_in_order() -> None:
+    pool = AircraftPool(FILTERS["joint"], 2, 1)
+    used, work = pool.work(np.array([5, 21, 3, 5, -1], np.int64), first=10)
+    assert used.tolist() == [0]
+    assert work.order[work.bounds[0] : work.bounds[1]].tolist() == [10, 11, 12, 13, 14]
+
+
 def test_an_old_track_ends_and_its_number_starts_another() -> None:
     pool = AircraftPool(FILTERS["blom"], 0, 0)
     rows = assigned(pool, batch_of([0.0, 0.0, 0.0], track_number=[1, 2, 3]))
@@ -75,6 +95,7 @@ def test_an_old_track_ends_and_its_number_starts_another() -> None:
     # Moved on by refused measurements, but updated long ago.
     pool.aircraft.updated[rows.slot] = [10.0, 50.0, 10.0]
     assert pool.drop(40.0).tolist() == [1, 3]
+    assert np.isnan(pool.aircraft.time[rows.slot[[0, 2]]]).all()
     later = assigned(pool, batch_of([60.0, 60.0], track_number=[3, 2]))
     assert later.track_id.tolist() == [4, 2]
     assert np.isnan(pool.aircraft.time[later.slot[0]])
