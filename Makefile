@@ -6,7 +6,7 @@ READY := $(VENV)/.ready
 
 # Compiled kernels are cached by the file of the outermost function alone; a cache of its own for
 # each state of the kernels keeps a change in one file from meeting stale code of another.
-KERNELS := $(shell cat $$(find service converters -name '*_kernels.py' | sort) | sha256sum | cut -c1-16)
+KERNELS := $(shell cat $$(find service converters -name '*kernels.py' | sort) | sha256sum | cut -c1-16)
 export NUMBA_CACHE_DIR := $(CURDIR)/.numba/$(KERNELS)
 
 .PHONY: help install test lint types contracts check demo bench lock clean

@@ -48,6 +48,6 @@ def _state() -> str:
     for package in _PACKAGES:
         spec = find_spec(package)
         for root in (spec.submodule_search_locations or []) if spec else []:
-            for path in sorted(Path(root).rglob("*_kernels.py")):
+            for path in sorted(Path(root).rglob("*kernels.py")):
                 digest.update(path.read_bytes())
     return digest.hexdigest()[:16]

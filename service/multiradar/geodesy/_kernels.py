@@ -29,6 +29,7 @@ from multiradar.geodesy.wgs84 import (
     enu_rotation,
     geodetic_to_ecef,
 )
+from multiradar.kernels import in_loop
 
 #: Cosine of the largest angle between the normals at the foot and at O (60°). Beyond it one metre
 #: on the plane is more than two metres on the ground; at 90° the plane ends.
@@ -83,7 +84,7 @@ def site_parameters(
     return result
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@in_loop
 def wrap_angle(angle: float) -> float:
     """Return the angle (rad) as one in [−π, π); NaN for what is no angle."""
     if -math.pi <= angle < math.pi:
@@ -96,7 +97,7 @@ def wrap_angle(angle: float) -> float:
     return wrapped if wrapped < math.pi else -math.pi
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@in_loop
 def predict_polar(
     plane: NDArray[np.float64], site: NDArray[np.float64], e: float, n: float, h: float
 ) -> tuple[float, float, float, float, float, float, float]:

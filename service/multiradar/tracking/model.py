@@ -11,7 +11,7 @@ from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy._kernels import site_parameters
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.geodesy.wgs84 import geodetic_to_ecef
-from multiradar.tracking.settings import TrackingSettings
+from multiradar.tracking.settings import NOMINAL_INTERVAL_S, VELOCITY_FRAME, TrackingSettings
 
 #: Radars closer together than this see an aircraft from the same side.
 ONE_SITE_M = 1000.0
@@ -117,4 +117,8 @@ def _options(settings: TrackingSettings) -> NDArray[np.float64]:
     options[kernels.SURPRISE_GAIN] = settings.surprise_gain
     options[kernels.SURPRISE_FLOOR] = settings.surprise_floor
     options[kernels.MANOEUVRE_FACTOR_MAX] = settings.manoeuvre_factor_max
+    options[kernels.SCALE_TIME] = settings.ci_scale_time_s
+    options[kernels.VELOCITY_FRAME] = settings.motion == VELOCITY_FRAME
+    options[kernels.DENSITY_ALONG] = settings.longitudinal_acceleration_mps2**2 * NOMINAL_INTERVAL_S
+    options[kernels.DENSITY_OF_COURSE] = settings.turn_rate_rad_per_s**2 * NOMINAL_INTERVAL_S
     return options

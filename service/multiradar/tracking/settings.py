@@ -2,6 +2,14 @@
 
 from dataclasses import dataclass
 
+#: How an aircraft may be taken to accelerate: `TrackingSettings.motion`.
+WHITE_ACCELERATION = "white-acceleration"
+VELOCITY_FRAME = "velocity-frame"
+MOTIONS = (WHITE_ACCELERATION, VELOCITY_FRAME)
+#: The interval that the accelerations of the velocity frame go with. Printed for one fixed
+#: interval, they become densities by it, so that intervals may be cut anywhere.
+NOMINAL_INTERVAL_S = 1.0
+
 
 @dataclass(frozen=True, slots=True)
 class TrackingSettings:
@@ -17,6 +25,11 @@ class TrackingSettings:
         Measurements are put in order of time within this horizon; what is later is rejected.
     acceleration_density : float
         Spectral density of the white acceleration of an aircraft, m²/s³ for each axis.
+    motion : str
+        `white-acceleration`, the same in every direction, or `velocity-frame`, along and across the
+        velocity (Vasiliev and Mattis, equation (7)).
+    longitudinal_acceleration_mps2, turn_rate_rad_per_s : float
+        Standard deviations a and v_K of the velocity frame, of what stays for `NOMINAL_INTERVAL_S`.
     speed_sigma_mps : float
         Prior standard deviation of each component of the velocity of a new track.
     downweight_nis, refuse_nis : float
@@ -29,6 +42,9 @@ class TrackingSettings:
         (cone of silence: the azimuth means nothing there).
     assumed_height_m, assumed_height_sigma_m : float
         Height of an aircraft of which no height was heard, and its standard deviation.
+    ci_scale_time_s : float
+        In the trace that covariance intersection minimises, which adds m² and (m/s)², a velocity
+        counts as the way of so long a time.
     surprise_gain : float
         Weight of the newest measurement in the fading mean of half the normalised innovation
         squared, by which manoeuvres are noticed.
@@ -46,6 +62,9 @@ class TrackingSettings:
     epoch_s: float = 4.0
     reorder_horizon_s: float = 6.0
     acceleration_density: float = 4.0
+    motion: str = WHITE_ACCELERATION
+    longitudinal_acceleration_mps2: float = 1.0
+    turn_rate_rad_per_s: float = 0.01
     speed_sigma_mps: float = 300.0
     downweight_nis: float = 16.0
     refuse_nis: float = 100.0
@@ -53,6 +72,7 @@ class TrackingSettings:
     cone_ratio: float = 1.0
     assumed_height_m: float = 8000.0
     assumed_height_sigma_m: float = 3000.0
+    ci_scale_time_s: float = 10.0
     surprise_gain: float = 0.4
     surprise_floor: float = 1.5
     manoeuvre_factor_max: float = 300.0

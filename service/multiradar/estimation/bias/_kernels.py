@@ -4,8 +4,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from multiradar.estimation.filters._intersection_kernels import best_gamma
 from multiradar.estimation.filters._kernels import LOG_BIASES, SENSOR_BIASES_MAX
-from multiradar.estimation.filters._separated_kernels import best_gamma
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

@@ -65,7 +65,7 @@ class BiasBook:
         for part, part_vector in zip(information, vector, strict=True):
             total += part
             total_vector += part_vector
-        total += np.triu(total, 1).T
+        total = np.triu(total) + np.triu(total, 1).T
         self.state = add_information(self.state, total, total_vector)
 
     def follow(self, estimate: Floats, covariance: Floats) -> None:

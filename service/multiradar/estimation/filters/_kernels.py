@@ -12,13 +12,20 @@ from numba import njit
 from numpy.typing import NDArray
 
 from multiradar.estimation.measurement._kernels import (
+    Slope,
     bias_column,
     locate_measurement,
     predict_measurement,
 )
+from multiradar.estimation.motion._kernels import Packed
+from multiradar.estimation.motion.velocity_frame_noise import SLOW_SPEED_MPS
+from multiradar.kernels import in_loop
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
+
+Gain = tuple[float, float, float, float, float, float, float, float]
+Triple = tuple[float, float, float]
 
 # What became of a measurement; `multiradar.estimation.filters.bank.Outcome` names them.
 UPDATED = 0
@@ -48,10 +55,26 @@ ASSUMED_HEIGHT_SIGMA = 7
 SURPRISE_GAIN = 8
 SURPRISE_FLOOR = 9
 MANOEUVRE_FACTOR_MAX = 10
-OPTION_COUNT = 11
+# Time, s, that turns a velocity into the way that counts in the trace of covariance intersection.
+SCALE_TIME = 11
+# Noise in the velocity frame: whether (0 or 1), and its densities along (m²/s³) and of the course
+# (rad²/s); see `acceleration_density`.
+VELOCITY_FRAME = 12
+DENSITY_ALONG = 13
+DENSITY_OF_COURSE = 14
+OPTION_COUNT = 15
 
 # A normalised innovation squared (two degrees of freedom) that three in four stay below.
 EXPECTED_NIS = 2.77
+
+# A covariance of two components whose correlation comes this near to one is taken for singular.
+SINGULAR_RATIO = 1e-13
+
+# After so long a time, s, without a measurement nothing is left of what was known.
+INTERVAL_MAX_S = 86_400.0
+
+# Square of the speed, (m/s)², below which a course is less and less known.
+SLOW_SPEED_SQUARED = SLOW_SPEED_MPS * SLOW_SPEED_MPS
 
 # Columns of the readout of an aircraft: see `read_out`.
 READOUT_COUNT = 10
@@ -71,69 +94,101 @@ BIASES_KNOWN = 1
 BIASES_AS_NOISE = 2
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@in_loop
 def choose_height(measured: float, last: float, options: Floats) -> tuple[float, float]:
     """Return height and its variance: the measured one, else the last heard, else the assumed."""
-    if not np.isnan(measured):
-        return measured, 0.0
-    if not np.isnan(last):
-        return last, 0.0
-    return options[ASSUMED_HEIGHT], options[ASSUMED_HEIGHT_SIGMA] * options[ASSUMED_HEIGHT_SIGMA]
+    height, variance = measured, 0.0
+    if not np.isfinite(measured):
+        height = last
+        if np.isnan(last):
+            height = options[ASSUMED_HEIGHT]
+            variance = options[ASSUMED_HEIGHT_SIGMA] * options[ASSUMED_HEIGHT_SIGMA]
+    return height, variance
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@in_loop
 def squared_norm(s00: float, s01: float, s11: float, e0: float, e1: float) -> float:
-    """Return eᵀ S⁻¹ e, infinite where S is not positive definite."""
+    """Return eᵀ S⁻¹ e, infinite where S is not positive definite, or so by rounding alone."""
     det = s00 * s11 - s01 * s01
-    if not (det > 0.0 and s00 > 0.0):
-        return np.inf  # NaN too
-    return (s11 * e0 * e0 - 2.0 * s01 * e0 * e1 + s00 * e1 * e1) / det
+    norm = (s11 * e0 * e0 - 2.0 * s01 * e0 * e1 + s00 * e1 * e1) / det
+    return np.inf if singular(s00, s01, s11) else norm
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def covariance_times_transposed(P: Floats, H: Floats, G: Floats) -> None:
-    """G ← P Hᵀ, (4, 2); H acts on the position alone."""
-    for i in range(2):
-        h0 = H[i, 0]
-        h1 = H[i, 1]
-        G[0, i] = P[0] * h0 + P[1] * h1
-        G[1, i] = P[1] * h0 + P[4] * h1
-        G[2, i] = P[2] * h0 + P[5] * h1
-        G[3, i] = P[3] * h0 + P[6] * h1
+@in_loop
+def singular(s00: float, s01: float, s11: float) -> bool:
+    """Return whether S is not positive definite, or so by rounding alone; NaN is not."""
+    return not (s00 > 0.0 and s00 * s11 - s01 * s01 > SINGULAR_RATIO * s00 * s11)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def correct_covariance(P: Floats, G: Floats, K: Floats) -> None:
-    """P ← P − K Gᵀ with G = P Hᵀ, on the upper triangle, so that P stays symmetric."""
-    n = 0
-    for i in range(4):
-        for j in range(i, 4):
-            P[n] -= K[i, 0] * G[j, 0] + K[i, 1] * G[j, 1]
-            n += 1
+@in_loop
+def gated(nis: float, refuse: float) -> int:
+    """Return what becomes of a measurement of this normalised innovation squared."""
+    outcome = REFUSED
+    if nis <= refuse:  # NaN fails this.
+        outcome = UPDATED
+    if not nis < np.inf:
+        outcome = SINGULAR
+    return outcome
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def gain_times_update(
-    a: Floats,
-    P: Floats,
-    G: Floats,
-    K: Floats,
-    s00: float,
-    s01: float,
-    s11: float,
-    e0: float,
-    e1: float,
+@in_loop
+def covariance_times_transposed(P: Packed, h: Slope) -> Gain:
+    """Return P Hᵀ, (4, 2), row by row; H acts on the position alone."""
+    return (
+        P[0] * h[0] + P[1] * h[1],
+        P[0] * h[2] + P[1] * h[3],
+        P[1] * h[0] + P[4] * h[1],
+        P[1] * h[2] + P[4] * h[3],
+        P[2] * h[0] + P[5] * h[1],
+        P[2] * h[2] + P[5] * h[3],
+        P[3] * h[0] + P[6] * h[1],
+        P[3] * h[2] + P[6] * h[3],
+    )
+
+
+@in_loop
+def position_part(h: Slope, G: Gain) -> Triple:
+    """Return H G = H P Hᵀ: 00, 01, 11."""
+    return h[0] * G[0] + h[1] * G[2], h[0] * G[1] + h[1] * G[3], h[2] * G[1] + h[3] * G[3]
+
+
+@in_loop
+def gain_of(G: Gain, i00: float, i01: float, i11: float) -> Gain:
+    """Return K = G S⁻¹; the last three are S⁻¹."""
+    return (
+        G[0] * i00 + G[1] * i01,
+        G[0] * i01 + G[1] * i11,
+        G[2] * i00 + G[3] * i01,
+        G[2] * i01 + G[3] * i11,
+        G[4] * i00 + G[5] * i01,
+        G[4] * i01 + G[5] * i11,
+        G[6] * i00 + G[7] * i01,
+        G[6] * i01 + G[7] * i11,
+    )
+
+
+@in_loop
+def correct_state(
+    means: Floats, covariances: Floats, k: int, P: Packed, G: Gain, K: Gain, e0: float, e1: float
 ) -> None:
-    """K ← G S⁻¹, a ← a + K e, P ← P − K Gᵀ."""
-    scale = 1.0 / (s00 * s11 - s01 * s01)
-    i00 = s11 * scale
-    i01 = -s01 * scale
-    i11 = s00 * scale
-    for i in range(4):
-        K[i, 0] = G[i, 0] * i00 + G[i, 1] * i01
-        K[i, 1] = G[i, 0] * i01 + G[i, 1] * i11
-        a[i] += K[i, 0] * e0 + K[i, 1] * e1
-    correct_covariance(P, G, K)
+    """Set a ← a + K e and P ← P − K Gᵀ with G = P Hᵀ, on one triangle, so that P stays symmetric.
+
+    Where nothing is left of a variance, rounding must not make it less.
+    """
+    means[k, 0] += K[0] * e0 + K[1] * e1
+    means[k, 1] += K[2] * e0 + K[3] * e1
+    means[k, 2] += K[4] * e0 + K[5] * e1
+    means[k, 3] += K[6] * e0 + K[7] * e1
+    covariances[k, 0] = max(0.0, P[0] - (K[0] * G[0] + K[1] * G[1]))
+    covariances[k, 1] = P[1] - (K[0] * G[2] + K[1] * G[3])
+    covariances[k, 2] = P[2] - (K[0] * G[4] + K[1] * G[5])
+    covariances[k, 3] = P[3] - (K[0] * G[6] + K[1] * G[7])
+    covariances[k, 4] = max(0.0, P[4] - (K[2] * G[2] + K[3] * G[3]))
+    covariances[k, 5] = P[5] - (K[2] * G[4] + K[3] * G[5])
+    covariances[k, 6] = P[6] - (K[2] * G[6] + K[3] * G[7])
+    covariances[k, 7] = max(0.0, P[7] - (K[4] * G[4] + K[5] * G[5]))
+    covariances[k, 8] = P[8] - (K[4] * G[6] + K[5] * G[7])
+    covariances[k, 9] = max(0.0, P[9] - (K[6] * G[6] + K[7] * G[7]))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -189,6 +244,18 @@ def start_aircraft(
     b00 = W[0]
     b01 = W[1]
     b11 = W[2]
+    for c in range(first, last if mode == BIASES_AS_NOISE else first):
+        j0, j1 = bias_column(kind, parameters[c], site, p0, p1, 0.0, 0.0)
+        for d in range(first, last):
+            k0, k1 = bias_column(kind, parameters[d], site, p0, p1, 0.0, 0.0)
+            b00 += j0 * bias_covariance[c, d] * k0
+            b01 += 0.5 * (j0 * k1 + j1 * k0) * bias_covariance[c, d]
+            b11 += j1 * bias_covariance[c, d] * k1
+    p00 = i00 * i00 * b00 + 2.0 * i00 * i01 * b01 + i01 * i01 * b11
+    p01 = i00 * i10 * b00 + (i00 * i11 + i01 * i10) * b01 + i01 * i11 * b11
+    p11 = i10 * i10 * b00 + 2.0 * i10 * i11 * b01 + i11 * i11 * b11
+    if not np.isfinite(p00 + p11):
+        return SINGULAR
     a[0] = east
     a[1] = north
     a[2] = 0.0
@@ -196,23 +263,16 @@ def start_aircraft(
     for i in range(4):
         for c in range(V.shape[1]):
             V[i, c] = 0.0
-    for c in range(first, last):
+    for c in range(first, last if mode == BIASES_KEPT else first):
         j0, j1 = bias_column(kind, parameters[c], site, p0, p1, 0.0, 0.0)
-        if mode == BIASES_KEPT:
-            V[0, c] = -(i00 * j0 + i01 * j1)
-            V[1, c] = -(i10 * j0 + i11 * j1)
-            a[0] -= V[0, c] * bias[c]
-            a[1] -= V[1, c] * bias[c]
-        elif mode == BIASES_AS_NOISE:
-            for d in range(first, last):
-                k0, k1 = bias_column(kind, parameters[d], site, p0, p1, 0.0, 0.0)
-                b00 += j0 * bias_covariance[c, d] * k0
-                b01 += 0.5 * (j0 * k1 + j1 * k0) * bias_covariance[c, d]
-                b11 += j1 * bias_covariance[c, d] * k1
+        V[0, c] = -(i00 * j0 + i01 * j1)
+        V[1, c] = -(i10 * j0 + i11 * j1)
+        a[0] -= V[0, c] * bias[c]
+        a[1] -= V[1, c] * bias[c]
     P[:] = 0.0
-    P[0] = i00 * i00 * b00 + 2.0 * i00 * i01 * b01 + i01 * i01 * b11
-    P[1] = i00 * i10 * b00 + (i00 * i11 + i01 * i10) * b01 + i01 * i11 * b11
-    P[4] = i10 * i10 * b00 + 2.0 * i10 * i11 * b01 + i11 * i11 * b11
+    P[0] = p00
+    P[1] = p01
+    P[4] = p11
     P[7] = options[SPEED_SIGMA] * options[SPEED_SIGMA]
     P[9] = P[7]
     return STARTED
@@ -256,23 +316,46 @@ def read_out(a: Floats, P: Floats, V: Floats, bias: Floats, factor: Floats, out:
     out[7] = vv
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@in_loop
+def acceleration_density(
+    east_rate: float, north_rate: float, factor: float, options: Floats
+) -> Triple:
+    """Return the density of the acceleration on the plane, m²/s³: 00, 01, 11.
+
+    The same in every direction, or that of Vasiliev and Mattis (7) for a level flight with the
+    nominal interval that the options were made for; the rule where the course is not known is that
+    of `multiradar.estimation.motion.velocity_frame_noise`. ``factor`` is that of a manoeuvre.
+    """
+    d00 = factor * options[ACCELERATION_DENSITY]
+    d01 = 0.0
+    d11 = d00
+    if options[VELOCITY_FRAME] != 0.0:
+        course = factor * options[DENSITY_OF_COURSE]
+        ee = east_rate * east_rate
+        nn = north_rate * north_rate
+        a = factor * options[DENSITY_ALONG]
+        m = max(ee + nn, SLOW_SPEED_SQUARED)
+        d00 = a * (1.0 - nn / m) + course * nn
+        d01 = (a / m - course) * east_rate * north_rate
+        d11 = a * (1.0 - ee / m) + course * ee
+    return d00, d01, d11
+
+
+@in_loop
 def manoeuvre_factor(surprise: float, options: Floats) -> float:
     """Return by how much the process noise of an aircraft is raised, 1 on a straight flight.
 
     The fourth power makes the step from straight flight to a turn of some m/s² a matter of two or
     three plots, and leaves what noise alone does to the mean without effect.
     """
-    excess = surprise / options[SURPRISE_FLOOR]
-    if excess <= 1.0:
-        return 1.0
+    excess = max(1.0, surprise / options[SURPRISE_FLOOR])
     return min(excess * excess * excess * excess, options[MANOEUVRE_FACTOR_MAX])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@in_loop
 def surprise_after(surprise: float, nis: float, options: Floats) -> float:
     """Return the fading mean of half the normalised innovation squared with one more in it."""
     clipped = min(nis, options[REFUSE_NIS])
-    if not clipped >= 0.0:  # NaN says nothing
-        return surprise
-    return surprise + options[SURPRISE_GAIN] * (0.5 * clipped - surprise)
+    if clipped >= 0.0:  # NaN says nothing
+        surprise += options[SURPRISE_GAIN] * (0.5 * clipped - surprise)
+    return surprise

@@ -158,20 +158,16 @@ def take_row(
         density *= manoeuvre_factor(aircraft.surprise[k], model.options)
         predict_motion(a, P, V, time - aircraft.time[k], density)
         aircraft.time[k] = time
-        predict_measurement(
-            kind, model.plane, model.sites[s], model.noises[s], a[0], a[1], height, variance, H, W
-        )
-        expected = W[0] + W[2]
-        outcome, aircraft.surprise[k] = correct_separated(
-            False, kind, z0, z1, height, variance, model.plane, model.sites[s], model.noises[s],
-            model.starts[s], model.starts[s + 1], model.parameters, model.bias,
-            model.bias_covariance, model.options, aircraft.surprise[k], False, a, P, none, nothing,
-            nothing, H, W, np.empty((4, 2)), np.empty((4, 2)),
+        # A plot that counts less for the aircraft counts as much less for the biases.
+        outcome, excess = correct_separated(
+            False, kind, z0, z1, height, variance, k, s, False, model.plane, model.sites,
+            model.noises, model.starts, model.parameters, model.bias, model.bias_covariance,
+            model.options, aircraft.mean, aircraft.covariance, aircraft.surprise, none, nothing,
+            none, 0,
         )  # fmt: skip
         if outcome != UPDATED:
             return outcome
-        # A plot that counts less for the aircraft counts as much less for the biases.
-        weight = expected / (W[0] + W[2])
+        weight = 1.0 / excess
     if variance == 0.0:
         recent = aircraft.recent[k, s]
         recent[RECENT_TIME] = time

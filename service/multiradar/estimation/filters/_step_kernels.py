@@ -2,9 +2,10 @@
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from multiradar.estimation.filters._kernels import (
-    ACCELERATION_DENSITY,
+    INTERVAL_MAX_S,
     NO_ROOM,
     NO_ROOM_SLOT,
     READOUT_COUNT,
@@ -17,13 +18,15 @@ from multiradar.estimation.filters._kernels import (
     UNASSOCIATED,
     UNSUPPORTED,
     UPDATED,
+    VELOCITY_FRAME,
+    acceleration_density,
     choose_height,
     manoeuvre_factor,
     read_out,
     start_aircraft,
 )
 from multiradar.estimation.filters._separated_kernels import correct_separated
-from multiradar.estimation.filters._two_stage_kernels import correct_two_stage
+from multiradar.estimation.filters._two_stage_kernels import component, correct_two_stage
 from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows, Work
 from multiradar.estimation.measurement._kernels import (
     KIND_BEARING,
@@ -31,7 +34,10 @@ from multiradar.estimation.measurement._kernels import (
     KIND_FLAT_POLAR,
     KIND_RADAR,
 )
-from multiradar.estimation.motion._kernels import predict_motion
+from multiradar.estimation.motion._kernels import move_aircraft
+from multiradar.kernels import loop
+
+Floats = NDArray[np.float64]
 
 # Methods; they also say how a new aircraft takes the biases (`_kernels.start_aircraft`).
 TWO_STAGE = 0
@@ -49,7 +55,31 @@ def step(
     result: Result,
     want_readout: bool,
 ) -> None:
-    """Take rows in the given order: move the aircraft on, correct it, note what became of the row.
+    """Take rows in the given order: move the aircraft on, correct it, note what became of it."""
+    n = model.bias.shape[0]
+    take_rows(
+        method, work, rows, model, aircraft, result, want_readout, np.empty((2, 2)), np.empty(3),
+        np.empty(n), np.empty(n), np.empty(n), np.empty(n),
+    )  # fmt: skip
+
+
+@loop
+def take_rows(
+    method: int,
+    work: Work,
+    rows: Rows,
+    model: Model,
+    aircraft: Aircraft,
+    result: Result,
+    want_readout: bool,
+    H: Floats,
+    W: Floats,
+    U0: Floats,
+    U1: Floats,
+    R0: Floats,
+    R1: Floats,
+) -> None:
+    """Do as `step`; H and W are room for a start, the others for a row of all columns each.
 
     The arrays are taken out of their bundles here, once: handing a bundle to a function for each
     row would cost more than the row.
@@ -62,11 +92,6 @@ def step(
     refusals, updates, updated = aircraft.refusals, aircraft.updates, aircraft.updated
     heard, places = aircraft.place, model.places
     outcomes, readouts, logs = result.outcome, result.readout, result.log
-    H = np.empty((2, 2))
-    W = np.empty(3)
-    G = np.empty((4, 2))
-    K = np.empty((4, 2))
-    U = np.empty((2, bias.shape[0]))
     for p in work.partitions:
         Y = result.information[p]
         y = result.vector[p]
@@ -80,17 +105,21 @@ def step(
                     outcomes[row] = NO_ROOM if k == NO_ROOM_SLOT else UNASSOCIATED
                 continue
             s = rows.sensor[row]
-            site, noise, first, last = sites[s], noises[s], starts[s], starts[s + 1]
             z0, z1, time = rows.z[row, 0], rows.z[row, 1], rows.time[row]
-            a, P, V = means[k], covariances[k], sensitivities[k]
+            fresh = np.isnan(times[k])
+            interval = 0.0 if fresh else time - times[k]
+            if not (interval >= 0.0 and np.isfinite(time)):
+                # Time goes on: what is measured before the state cannot correct it.
+                outcomes[row] = REFUSED
+                continue
             height, variance = choose_height(rows.height[row], heights[k], options)
             if kind >= KIND_FLAT_POLAR:
                 variance = 0.0  # On a flat plane no height enters the range.
-            fresh = np.isnan(times[k])
-            if fresh or refusals[k] >= options[REFUSALS_MAX]:
+            if fresh or refusals[k] >= options[REFUSALS_MAX] or interval > INTERVAL_MAX_S:
                 outcome = start_aircraft(
-                    method, kind, z0, z1, height, variance, plane, site, noise, first, last,
-                    parameters, bias, bias_covariance, options, a, P, V, H, W,
+                    method, kind, z0, z1, height, variance, plane, sites[s], noises[s], starts[s],
+                    starts[s + 1], parameters, bias, bias_covariance, options, means[k],
+                    covariances[k], sensitivities[k], H, W,
                 )  # fmt: skip
                 if outcome == STARTED:
                     surprises[k] = 1.0
@@ -98,8 +127,13 @@ def step(
                     heard[k] = places[s]
                     outcome = STARTED if fresh else RESTARTED
             else:
-                density = options[ACCELERATION_DENSITY] * manoeuvre_factor(surprises[k], options)
-                predict_motion(a, P, V, time - times[k], density)
+                v0, v1 = means[k, 2], means[k, 3]
+                if method == TWO_STAGE and options[VELOCITY_FRAME] != 0.0:
+                    v0 = component(means, sensitivities, bias, k, 2)
+                    v1 = component(means, sensitivities, bias, k, 3)
+                factor_now = manoeuvre_factor(surprises[k], options)
+                density = acceleration_density(v0, v1, factor_now, options)
+                move_aircraft(means, covariances, sensitivities, k, interval, density)
                 times[k] = time
                 # A plot speaks about the biases when its height is known (an unknown one is wrong
                 # by the same amount plot after plot) and the aircraft was measured from elsewhere
@@ -107,16 +141,16 @@ def step(
                 # seen that cannot be told from motion).
                 informs = variance == 0.0 and heard[k] != places[s]
                 if method == TWO_STAGE:
-                    outcome, surprises[k] = correct_two_stage(
-                        kind, z0, z1, height, variance, plane, site, noise, first, last,
-                        parameters, bias, factor, options, surprises[k], informs, a, P, V,
-                        Y, y, H, W, G, K, U,
+                    outcome = correct_two_stage(
+                        kind, z0, z1, height, variance, k, s, informs, plane, sites, noises,
+                        starts, parameters, bias, bias_covariance, options, means, covariances,
+                        sensitivities, surprises, Y, y, U0, U1, R0, R1,
                     )  # fmt: skip
                 else:
-                    outcome, surprises[k] = correct_separated(
-                        method == INTERSECTION, kind, z0, z1, height, variance, plane, site, noise,
-                        first, last, parameters, bias, bias_covariance, options, surprises[k],
-                        informs, a, P, Y, y, logs[row], H, W, G, K,
+                    outcome, _ = correct_separated(
+                        method == INTERSECTION, kind, z0, z1, height, variance, k, s, informs,
+                        plane, sites, noises, starts, parameters, bias, bias_covariance, options,
+                        means, covariances, surprises, Y, y, logs, row,
                     )  # fmt: skip
             outcomes[row] = outcome
             if outcome in (UPDATED, STARTED, RESTARTED):
@@ -126,10 +160,12 @@ def step(
                 updated[k] = time
                 if heard[k] != places[s]:
                     heard[k] = SEVERAL
-                if not np.isnan(rows.height[row]):
+                if np.isfinite(rows.height[row]):
                     heights[k] = rows.height[row]
                 if want_readout:
-                    read_out(a, P, V, bias, factor, readouts[row])
+                    read_out(
+                        means[k], covariances[k], sensitivities[k], bias, factor, readouts[row]
+                    )
                     readouts[row, READOUT_COUNT - 2] = heights[k]
                     readouts[row, READOUT_COUNT - 1] = updates[k]
             elif outcome in (REFUSED, SINGULAR):

@@ -1,8 +1,11 @@
 """Compiled two-stage filter: many measurements of many aircraft in one call.
 
 Symbols beside those of `_kernels`: J = how the biases of the measuring sensor enter, U = H V + J =
-sensitivity of the predicted measurement to all biases, ν = innovation at bias zero, N = H P Hᵀ,
-Y, y = information matrix and vector of the biases (upper triangle).
+sensitivity of the predicted measurement to all biases, R = S⁻¹ U, ν = innovation at bias zero, N =
+H P Hᵀ, Y, y = information matrix and vector of the biases.
+
+Loops over the columns run over all of them and fill one array each: of one length, and from zero,
+they become vector instructions; over a triangle, or with many arrays, they do not, and take longer.
 """
 
 import numpy as np
@@ -15,159 +18,177 @@ from multiradar.estimation.filters._kernels import (
     DOWNWEIGHT_NIS,
     EXPECTED_NIS,
     REFUSE_NIS,
-    REFUSED,
-    SINGULAR,
     UPDATED,
+    correct_state,
     covariance_times_transposed,
-    gain_times_update,
+    gain_of,
+    gated,
+    position_part,
     squared_norm,
     surprise_after,
 )
 from multiradar.estimation.filters.arrays import Aircraft
 from multiradar.estimation.measurement._kernels import (
+    PARAMETER_TIME_OFFSET,
     bias_column,
     measures_azimuth,
-    predict_measurement,
+    seen_from,
 )
+from multiradar.estimation.motion._kernels import load_covariance
 from multiradar.geodesy._kernels import wrap_angle
+from multiradar.kernels import in_loop
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@in_loop
 def correct_two_stage(
     kind: int,
     z0: float,
     z1: float,
     height: float,
     height_variance: float,
+    k: int,
+    s: int,
+    informs: bool,
     plane: Floats,
-    site: Floats,
-    noise: Floats,
-    first: int,
-    last: int,
+    sites: Floats,
+    noises: Floats,
+    starts: Integers,
     parameters: Integers,
     bias: Floats,
-    factor: Floats,
+    bias_covariance: Floats,
     options: Floats,
-    surprise: float,
-    informs: bool,
-    a: Floats,
-    P: Floats,
+    means: Floats,
+    covariances: Floats,
     V: Floats,
+    surprises: Floats,
     Y: Floats,
     y: Floats,
-    H: Floats,
-    W: Floats,
-    G: Floats,
-    K: Floats,
-    U: Floats,
-) -> tuple[int, float]:
-    """Correct an aircraft that was moved to the time of a measurement.
+    U0: Floats,
+    U1: Floats,
+    R0: Floats,
+    R1: Floats,
+) -> int:
+    """Correct aircraft k, moved to the time of a measurement by sensor s.
 
-    Returns what became of the measurement, and the surprise with it. ``informs`` says whether it
-    may speak about the biases.
+    Returns what became of the measurement. ``informs`` says whether it may speak about the biases.
     """
     n = bias.shape[0]
-    x0, x1, x2, x3 = a[0], a[1], a[2], a[3]
-    for c in range(n):
-        x0 += V[0, c] * bias[c]
-        x1 += V[1, c] * bias[c]
-        x2 += V[2, c] * bias[c]
-        x3 += V[3, c] * bias[c]
-    p0, p1, ground = predict_measurement(
-        kind, plane, site, noise, x0, x1, height, height_variance, H, W
-    )
-    if ground < options[CONE_RATIO] * (height - noise[3]):
-        return CONE, surprise
+    first, last = starts[s], starts[s + 1]
+    site, noise = sites[s], noises[s]
+    x0 = component(means, V, bias, k, 0)
+    x1 = component(means, V, bias, k, 1)
+    p0, p1, ground, h, w = seen_from(kind, plane, site, noise, x0, x1, height, height_variance)
     e0 = z0 - p0
     e1 = z1 - p1
     if measures_azimuth(kind):
         e1 = wrap_angle(e1)
     # ν = z − h(χ̂) + H V ς̂: the innovation at bias zero, linearised at χ̂ = a + V ς̂.
-    nu0 = e0 + H[0, 0] * (x0 - a[0]) + H[0, 1] * (x1 - a[1])
-    nu1 = e1 + H[1, 0] * (x0 - a[0]) + H[1, 1] * (x1 - a[1])
+    d0 = x0 - means[k, 0]
+    d1 = x1 - means[k, 1]
+    nu0 = e0 + h[0] * d0 + h[1] * d1
+    nu1 = e1 + h[2] * d0 + h[3] * d1
     for c in range(n):
-        U[0, c] = H[0, 0] * V[0, c] + H[0, 1] * V[1, c]
-        U[1, c] = H[1, 0] * V[0, c] + H[1, 1] * V[1, c]
-    rate0 = H[0, 0] * x2 + H[0, 1] * x3
-    rate1 = H[1, 0] * x2 + H[1, 1] * x3
+        U0[c] = h[0] * V[k, 0, c] + h[1] * V[k, 1, c]
+    for c in range(n):
+        U1[c] = h[2] * V[k, 0, c] + h[3] * V[k, 1, c]
     for c in range(first, last):
+        rate0, rate1 = 0.0, 0.0
+        if parameters[c] == PARAMETER_TIME_OFFSET:
+            x2 = component(means, V, bias, k, 2)
+            x3 = component(means, V, bias, k, 3)
+            rate0 = h[0] * x2 + h[1] * x3
+            rate1 = h[2] * x2 + h[3] * x3
         j0, j1 = bias_column(kind, parameters[c], site, p0, p1, rate0, rate1)
-        U[0, c] += j0
-        U[1, c] += j1
+        U0[c] += j0
+        U1[c] += j1
         e0 -= j0 * bias[c]
         e1 -= j1 * bias[c]
-    covariance_times_transposed(P, H, G)
-    n00 = H[0, 0] * G[0, 0] + H[0, 1] * G[1, 0]
-    n01 = H[0, 0] * G[0, 1] + H[0, 1] * G[1, 1]
-    n11 = H[1, 0] * G[0, 1] + H[1, 1] * G[1, 1]
+    P = load_covariance(covariances, k)
+    G = covariance_times_transposed(P, h)
+    n00, n01, n11 = position_part(h, G)
+    weight = 1.0
+    nis = squared_norm(n00 + w[0], n01 + w[1], n11 + w[2], e0, e1)
     # The gates are written so that NaN fails them.
-    nis = squared_norm(n00 + W[0], n01 + W[1], n11 + W[2], e0, e1)
-    if not nis <= EXPECTED_NIS:
+    if not nis <= EXPECTED_NIS and nis < np.inf:
         # Only now the uncertainty of the biases is worth its cost: it can but lower the figure.
-        nis = squared_norm_with_biases(n00 + W[0], n01 + W[1], n11 + W[2], e0, e1, U, factor)
-        if not nis <= options[REFUSE_NIS]:
-            return REFUSED if np.isfinite(nis) else SINGULAR, surprise
-        surprise = surprise_after(surprise, nis, options)
-        if nis > options[DOWNWEIGHT_NIS]:
-            W *= nis / options[DOWNWEIGHT_NIS]
-    else:
-        surprise = surprise_after(surprise, nis, options)
-    s00, s01, s11 = n00 + W[0], n01 + W[1], n11 + W[2]
-    gain_times_update(a, P, G, K, s00, s01, s11, nu0, nu1)
-    for i in range(4):
+        b00, b01, b11 = spread_of_biases(U0, U1, bias_covariance, R0, R1)
+        nis = squared_norm(n00 + w[0] + b00, n01 + w[1] + b01, n11 + w[2] + b11, e0, e1)
+        weight = max(1.0, nis / options[DOWNWEIGHT_NIS])
+    outcome = gated(nis, options[REFUSE_NIS])
+    if ground < options[CONE_RATIO] * (height - noise[3]):
+        outcome = CONE
+    s00, s01, s11 = n00 + weight * w[0], n01 + weight * w[1], n11 + weight * w[2]
+    scale = 1.0 / (s00 * s11 - s01 * s01)
+    i00, i01, i11 = s11 * scale, -s01 * scale, s00 * scale
+    if outcome == UPDATED:
+        surprises[k] = surprise_after(surprises[k], nis, options)
+        K = gain_of(G, i00, i01, i11)
+        correct_state(means, covariances, k, P, G, K, nu0, nu1)
         for c in range(n):
-            V[i, c] -= K[i, 0] * U[0, c] + K[i, 1] * U[1, c]
-    if informs:
-        add_information(s00, s01, s11, nu0, nu1, U, Y, y)
-    return UPDATED, surprise
+            V[k, 0, c] -= K[0] * U0[c] + K[1] * U1[c]
+        for c in range(n):
+            V[k, 1, c] -= K[2] * U0[c] + K[3] * U1[c]
+        for c in range(n):
+            V[k, 2, c] -= K[4] * U0[c] + K[5] * U1[c]
+        for c in range(n):
+            V[k, 3, c] -= K[6] * U0[c] + K[7] * U1[c]
+    if outcome == UPDATED and informs:
+        for c in range(n):
+            R0[c] = i00 * U0[c] + i01 * U1[c]
+        for c in range(n):
+            R1[c] = i01 * U0[c] + i11 * U1[c]
+        for c in range(n):
+            y[c] += R0[c] * nu0 + R1[c] * nu1
+        # Y += Uᵀ S⁻¹ U, both triangles of it.
+        for c in range(n):
+            r0 = R0[c]
+            r1 = R1[c]
+            for d in range(n):
+                Y[c, d] += r0 * U0[d] + r1 * U1[d]
+    return outcome
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def squared_norm_with_biases(
-    s00: float, s01: float, s11: float, e0: float, e1: float, U: Floats, factor: Floats
-) -> float:
-    """Return eᵀ (S + U P_ς Uᵀ)⁻¹ e."""
-    n = U.shape[1]
-    for j in range(n):
-        w0 = 0.0
-        w1 = 0.0
-        for c in range(j, n):
-            w0 += U[0, c] * factor[j, c]
-            w1 += U[1, c] * factor[j, c]
-        s00 += w0 * w0
-        s01 += w0 * w1
-        s11 += w1 * w1
-    return squared_norm(s00, s01, s11, e0, e1)
+@in_loop
+def component(means: Floats, V: Floats, bias: Floats, k: int, i: int) -> float:
+    """Return component i of χ̂ = a + V ς̂ of aircraft k; two sums, so that they overlap."""
+    even = means[k, i]
+    odd = 0.0
+    pairs = bias.shape[0] & ~1
+    for c in range(0, pairs, 2):
+        even += V[k, i, c] * bias[c]
+        odd += V[k, i, c + 1] * bias[c + 1]
+    if pairs < bias.shape[0]:
+        even += V[k, i, pairs] * bias[pairs]
+    return even + odd
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def add_information(
-    s00: float,
-    s01: float,
-    s11: float,
-    nu0: float,
-    nu1: float,
-    U: Floats,
-    Y: Floats,
-    y: Floats,
-) -> None:
-    """Y += Uᵀ S⁻¹ U, y += Uᵀ S⁻¹ ν."""
-    n = U.shape[1]
-    det = s00 * s11 - s01 * s01
-    i00 = s11 / det
-    i01 = -s01 / det
-    i11 = s00 / det
-    t0 = i00 * nu0 + i01 * nu1
-    t1 = i01 * nu0 + i11 * nu1
+@in_loop
+def spread_of_biases(
+    U0: Floats, U1: Floats, bias_covariance: Floats, R0: Floats, R1: Floats
+) -> tuple[float, float, float]:
+    """Return U P_ς Uᵀ: 00, 01, 11; R0 and R1 are overwritten."""
+    n = U0.shape[0]
     for c in range(n):
-        u0 = i00 * U[0, c] + i01 * U[1, c]
-        u1 = i01 * U[0, c] + i11 * U[1, c]
-        y[c] += U[0, c] * t0 + U[1, c] * t1
-        for d in range(c, n):
-            Y[c, d] += u0 * U[0, d] + u1 * U[1, d]
+        R0[c] = 0.0
+        R1[c] = 0.0
+    for c in range(n):
+        u0 = U0[c]
+        u1 = U1[c]
+        for d in range(n):
+            R0[d] += u0 * bias_covariance[c, d]
+        for d in range(n):
+            R1[d] += u1 * bias_covariance[c, d]
+    b00 = 0.0
+    b01 = 0.0
+    b11 = 0.0
+    for c in range(n):
+        b00 += R0[c] * U0[c]
+        b01 += R0[c] * U1[c]
+        b11 += R1[c] * U1[c]
+    return b00, b01, b11
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -162,7 +162,7 @@ class Result(NamedTuple):
     Attributes
     ----------
     information : (p, c, c) float64
-        Sum of the information about the biases, upper triangle, for each partition.
+        Sum of the information about the biases for each partition; its upper triangle counts.
     vector : (p, c) float64
         Sum of the information vector, for each partition.
     log : (n, LOG_COUNT) float64

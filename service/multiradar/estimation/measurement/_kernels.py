@@ -17,9 +17,12 @@ from numba import njit
 from numpy.typing import NDArray
 
 from multiradar.geodesy._kernels import locate_polar, predict_polar
+from multiradar.kernels import in_loop
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
+Slope = tuple[float, float, float, float]
+Noise = tuple[float, float, float]
 
 KIND_RADAR = 0
 KIND_POSITION = 1
@@ -30,11 +33,12 @@ KIND_FLAT_PLACE = 4
 PARAMETER_RANGE_OFFSET = 0
 PARAMETER_AZIMUTH_OFFSET = 1
 PARAMETER_RANGE_GAIN = 2
+PARAMETER_TIME_OFFSET = 3
 # Twice the mean radius of the Earth.
 EARTH_DIAMETER_M = 12_742_000.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@in_loop
 def measures_azimuth(kind: int) -> bool:
     """Return whether the second component is an azimuth, whose differences are wrapped."""
     return kind in (KIND_RADAR, KIND_FLAT_POLAR)
@@ -54,61 +58,53 @@ def predict_measurement(
     W: Floats,
 ) -> tuple[float, float, float]:
     """Fill H and W; return both predicted components and the ground range (NaN without a site)."""
+    p0, p1, ground, h, w = seen_from(kind, plane, site, noise, east, north, height, height_variance)
+    H[0, 0], H[0, 1], H[1, 0], H[1, 1] = h
+    W[0], W[1], W[2] = w
+    return p0, p1, ground
+
+
+@in_loop
+def seen_from(
+    kind: int,
+    plane: Floats,
+    site: Floats,
+    noise: Floats,
+    east: float,
+    north: float,
+    height: float,
+    height_variance: float,
+) -> tuple[float, float, float, Slope, Noise]:
+    """Return both predicted components, the ground range (NaN without a site), H and W."""
+    p0, p1, ground = east, north, np.nan
+    h = (1.0, 0.0, 0.0, 1.0)
+    w = (noise[2], 0.0, noise[2])
     if kind == KIND_RADAR:
         r, az, r_e, r_n, az_e, az_n, ground = predict_polar(plane, site, east, north, height)
-        H[0, 0] = r_e
-        H[0, 1] = r_n
-        H[1, 0] = az_e
-        H[1, 1] = az_n
+        p0, p1 = r, az
+        h = (r_e, r_n, az_e, az_n)
         # Slope of the slant range with the height: sine of the elevation seen from the aircraft.
         slope = (height - noise[3]) / max(r, 1.0) + r / EARTH_DIAMETER_M
-        W[0] = noise[0] + slope * slope * height_variance
-        W[1] = 0.0
-        W[2] = noise[1]
-        return r, az, ground
-    if kind == KIND_POSITION:
-        H[0, 0] = 1.0
-        H[0, 1] = 0.0
-        H[1, 0] = 0.0
-        H[1, 1] = 1.0
-        W[0] = noise[2]
-        W[1] = 0.0
-        W[2] = noise[2]
-        return east, north, np.nan
-    return predict_flat(kind, site, noise, east, north, H, W)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def predict_flat(
-    kind: int, site: Floats, noise: Floats, east: float, north: float, H: Floats, W: Floats
-) -> tuple[float, float, float]:
-    """Do as `predict_measurement` for the flat kinds.
-
-    At the very place of the radar there is no line of sight: the derivatives are none (NaN).
-    """
-    dx = east - site[0]
-    dy = north - site[1]
-    r = math.sqrt(dx * dx + dy * dy)
-    if kind == KIND_FLAT_POLAR:
-        H[0, 0] = dx / r
-        H[0, 1] = dy / r
-        H[1, 0] = dy / (r * r)
-        H[1, 1] = -dx / (r * r)
-        W[0] = noise[0]
-        W[1] = 0.0
-        W[2] = noise[1]
-        return r, math.atan2(dx, dy), r
-    H[0, 0] = 1.0
-    H[0, 1] = 0.0
-    H[1, 0] = 0.0
-    H[1, 1] = 1.0
-    # D W Dᵀ with D = [line / r, across], (1.11), (1.13).
-    ue = dx / r
-    un = dy / r
-    W[0] = ue * ue * noise[0] + dy * dy * noise[1]
-    W[1] = ue * un * noise[0] - dx * dy * noise[1]
-    W[2] = un * un * noise[0] + dx * dx * noise[1]
-    return east, north, r
+        w = (noise[0] + slope * slope * height_variance, 0.0, noise[1])
+    elif kind != KIND_POSITION:
+        # At the very place of the radar there is no line of sight: what needs it is none (NaN).
+        dx = east - site[0]
+        dy = north - site[1]
+        ground = math.sqrt(dx * dx + dy * dy)
+        ue = dx / ground
+        un = dy / ground
+        if kind == KIND_FLAT_POLAR:
+            p0, p1 = ground, math.atan2(dx, dy)
+            h = (ue, un, un / ground, -ue / ground)
+            w = (noise[0], 0.0, noise[1])
+        else:
+            # D W Dᵀ with D = [line / ground, across], (1.11), (1.13).
+            w = (
+                ue * ue * noise[0] + dy * dy * noise[1],
+                ue * un * noise[0] - dx * dy * noise[1],
+                un * un * noise[0] + dx * dx * noise[1],
+            )
+    return p0, p1, ground, h, w
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -123,7 +119,7 @@ def locate_measurement(
     return True, z0, z1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@in_loop
 def bias_column(
     kind: int, parameter: int, site: Floats, p0: float, p1: float, rate0: float, rate1: float
 ) -> tuple[float, float]:
@@ -131,26 +127,23 @@ def bias_column(
 
     ``p0``, ``p1`` are the measurement as predicted, the rates its derivative by time.
     """
-    if parameter > PARAMETER_RANGE_GAIN:
-        # The stamp is late by the offset, so the aircraft was measured where it was before.
-        return -rate0, -rate1
-    if kind == KIND_FLAT_PLACE:
-        dx = p0 - site[0]
-        dy = p1 - site[1]
-        if parameter == PARAMETER_RANGE_OFFSET:
+    # Time: the stamp is late by the offset, so the aircraft was measured where it was before.
+    j0, j1 = -rate0, -rate1
+    if parameter != PARAMETER_TIME_OFFSET:
+        j0, j1 = 1.0, 0.0
+        dx, dy = p0, 0.0
+        if kind == KIND_FLAT_PLACE:
+            dx, dy = p0 - site[0], p1 - site[1]
             r = math.sqrt(dx * dx + dy * dy)
-            return dx / r, dy / r
+            j0, j1 = dx / r, dy / r
         if parameter == PARAMETER_AZIMUTH_OFFSET:
-            return dy, -dx
-        return dx, dy
-    if parameter == PARAMETER_RANGE_OFFSET:
-        return 1.0, 0.0
-    if parameter == PARAMETER_AZIMUTH_OFFSET:
-        return 0.0, 1.0
-    return p0, 0.0
+            j0, j1 = (dy, -dx) if kind == KIND_FLAT_PLACE else (0.0, 1.0)
+        elif parameter == PARAMETER_RANGE_GAIN:
+            j0, j1 = dx, dy
+    return j0, j1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@in_loop
 def bias_spread(
     kind: int,
     site: Floats,

@@ -8,7 +8,35 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from multiradar.kernels import in_loop
+
 Floats = NDArray[np.float64]
+Packed = tuple[float, float, float, float, float, float, float, float, float, float]
+Density = tuple[float, float, float]
+
+
+@in_loop
+def moved_covariance(P: Packed, dt: float, density: Density) -> Packed:
+    """Return A P Aᵀ + Q (report, (1.30)).
+
+    ``density`` is that of the white acceleration on the plane, m²/s³: D00 D01 D11. Then Q has the
+    blocks D dt³/3, D dt²/2 and D dt; the interval may be cut anywhere.
+    """
+    q00, q01, q11 = density[0] * dt, density[1] * dt, density[2] * dt
+    half = 0.5 * dt
+    third = dt * dt / 3.0
+    return (
+        P[0] + dt * (2.0 * P[2] + dt * P[7]) + q00 * third,
+        P[1] + dt * (P[3] + P[5] + dt * P[8]) + q01 * third,
+        P[2] + dt * P[7] + q00 * half,
+        P[3] + dt * P[8] + q01 * half,
+        P[4] + dt * (2.0 * P[6] + dt * P[9]) + q11 * third,
+        P[5] + dt * P[8] + q01 * half,
+        P[6] + dt * P[9] + q11 * half,
+        P[7] + q00,
+        P[8] + q01,
+        P[9] + q11,
+    )
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -19,13 +47,56 @@ def predict_motion(a: Floats, P: Floats, V: Floats, dt: float, q: float) -> None
     for c in range(V.shape[1]):
         V[0, c] += dt * V[2, c]
         V[1, c] += dt * V[3, c]
-    qdt = q * dt
-    P[0] += dt * (2.0 * P[2] + dt * P[7]) + qdt * dt * dt / 3.0
-    P[1] += dt * (P[3] + P[5] + dt * P[8])
-    P[2] += dt * P[7] + 0.5 * qdt * dt
-    P[3] += dt * P[8]
-    P[4] += dt * (2.0 * P[6] + dt * P[9]) + qdt * dt * dt / 3.0
-    P[5] += dt * P[8]
-    P[6] += dt * P[9] + 0.5 * qdt * dt
-    P[7] += qdt
-    P[9] += qdt
+    old = (P[0], P[1], P[2], P[3], P[4], P[5], P[6], P[7], P[8], P[9])
+    moved = moved_covariance(old, dt, (q, 0.0, q))
+    for i in range(10):
+        P[i] = moved[i]
+
+
+@in_loop
+def move_aircraft(
+    means: Floats, covariances: Floats, sensitivities: Floats, k: int, dt: float, density: Density
+) -> None:
+    """Do as `predict_motion` for aircraft k, with any density.
+
+    Whole arrays and an index: a view of a row is counted, which costs as much as the arithmetic.
+    """
+    means[k, 0] += dt * means[k, 2]
+    means[k, 1] += dt * means[k, 3]
+    for c in range(sensitivities.shape[2]):
+        sensitivities[k, 0, c] += dt * sensitivities[k, 2, c]
+    for c in range(sensitivities.shape[2]):
+        sensitivities[k, 1, c] += dt * sensitivities[k, 3, c]
+    store_covariance(covariances, k, moved_covariance(load_covariance(covariances, k), dt, density))
+
+
+@in_loop
+def load_covariance(covariances: Floats, k: int) -> Packed:
+    """Return the covariance of aircraft k."""
+    return (
+        covariances[k, 0],
+        covariances[k, 1],
+        covariances[k, 2],
+        covariances[k, 3],
+        covariances[k, 4],
+        covariances[k, 5],
+        covariances[k, 6],
+        covariances[k, 7],
+        covariances[k, 8],
+        covariances[k, 9],
+    )
+
+
+@in_loop
+def store_covariance(covariances: Floats, k: int, P: Packed) -> None:
+    """Set the covariance of aircraft k."""
+    covariances[k, 0] = P[0]
+    covariances[k, 1] = P[1]
+    covariances[k, 2] = P[2]
+    covariances[k, 3] = P[3]
+    covariances[k, 4] = P[4]
+    covariances[k, 5] = P[5]
+    covariances[k, 6] = P[6]
+    covariances[k, 7] = P[7]
+    covariances[k, 8] = P[8]
+    covariances[k, 9] = P[9]
