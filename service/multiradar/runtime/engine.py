@@ -15,18 +15,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.errors import ConfigurationError
-from multiradar.estimation.bias.book import BiasBook
-from multiradar.estimation.bias.drift_steps import drift_steps
-from multiradar.estimation.bias.observability import Untold, untold_combinations
+from multiradar.estimation.bias.observability import Untold
 from multiradar.estimation.bias.store import BiasState
 from multiradar.estimation.filters._kernels import RESTARTED
 from multiradar.estimation.filters.arrays import Result, Rows, Work, result_arrays
 from multiradar.estimation.filters.bank import Outcome, find_filter
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
+from multiradar.runtime.shared_biases import SharedBiases
 from multiradar.tracking._kernels import describe, observe
 from multiradar.tracking.measurements import MeasurementBatch
-from multiradar.tracking.model import filter_model, with_biases
 from multiradar.tracking.order import ReorderBuffer
 from multiradar.tracking.outputs import (
     STATE_CONFIRMED,
@@ -71,21 +69,15 @@ class Engine:
     def __init__(self, sensors: SensorTable, settings: TrackingSettings, workers: int = 1) -> None:
         if not 1 <= workers <= WORKERS_MAX:
             raise ConfigurationError(f"expected 1 to {WORKERS_MAX} workers, was {workers}")
-        self._sensors = sensors
         self._settings = settings
         self._filter = find_filter(settings.filter_name)
         self._plane = _plane_for(sensors)
         self._order = ReorderBuffer(settings.reorder_horizon_s)
-        self._book = BiasBook(sensors, self._filter)
-        columns = len(sensors.parameter_kind)
-        self._pool = AircraftPool(self._filter, columns, len(sensors))
-        self._information = np.zeros((PARTITIONS, columns, columns))
-        self._vector = np.zeros((PARTITIONS, columns))
-        self._model = filter_model(sensors, settings, self._plane, self._book.state)
+        self._biases = SharedBiases(sensors, settings, self._filter, self._plane)
+        self._pool = AircraftPool(self._filter, len(sensors.parameter_kind), len(sensors))
         self._epoch: int | None = None
         self._epoch_open = False
         self._steps = 1
-        self._began_s = self._drifted_s = 0.0
         self._sequence = 0
         self._outcomes: Counter[str] = Counter()
         self._workers = workers
@@ -105,7 +97,7 @@ class Engine:
     @property
     def biases(self) -> BiasState:
         """The biases as they are published."""
-        return self._book.state
+        return self._biases.state
 
     def push(self, batch: MeasurementBatch) -> EngineOutput:
         """Take admitted measurements.
@@ -152,8 +144,8 @@ class Engine:
         mean = aircraft.mean[slots]
         if self._filter.keeps_sensitivity:
             sensitivity = aircraft.sensitivity[slots]
-            mean += sensitivity @ self._book.state.estimate
-            root = sensitivity @ self._model.factor.T
+            mean += sensitivity @ self._biases.state.estimate
+            root = sensitivity @ self._biases.model.factor.T
             covariance += root @ root.transpose(0, 2, 1)
         return TrackStates(
             track_id=self._pool.roster.track_id[slots],
@@ -165,9 +157,7 @@ class Engine:
 
     def untold(self) -> tuple[Untold, ...]:
         """Return the combinations of biases that the measurements so far have told nothing of."""
-        return untold_combinations(
-            self._sensors, self._book.state.covariance, self._drifted_s - self._began_s
-        )
+        return self._biases.untold()
 
     def close(self) -> None:
         """Let the threads go."""
@@ -187,14 +177,14 @@ class Engine:
             if epoch != self._epoch:
                 biases.append(self._close_epoch())
                 if self._epoch is None:
-                    self._began_s = self._drifted_s = epoch * self._settings.epoch_s
+                    self._biases.begin(epoch * self._settings.epoch_s)
                 ended.append(self._open_epoch(epoch))
                 self._epoch = epoch
             self._epoch_open = True
             for begin, end in self._enter_steps(batch.time_s, first, last):
                 self._pool.assign(batch, codes, begin, end, identities)
                 self._step(rows, result, begin, end)
-                self._book.log(result.log[begin:end], rows.sensor[begin:end])
+                self._biases.log(result.log[begin:end], rows.sensor[begin:end])
         return EngineOutput(
             updates=self._describe(batch, identities, result),
             biases=BiasRecords.concatenate(biases),
@@ -211,9 +201,9 @@ class Engine:
         cuts = [0, *(np.flatnonzero(np.diff(steps)) + 1).tolist(), last - first]
         for begin, end in itertools.pairwise(cuts):
             start_s = int(steps[begin]) * self._settings.epoch_s / self._steps
-            if start_s > self._drifted_s:
-                self._merge()
-                self._drift(start_s)
+            if start_s > self._biases.walked_s:
+                self._biases.merge(self._pool)
+                self._biases.walk(start_s, self._pool)
             yield first + begin, first + end
 
     def _prepare(self, batch: MeasurementBatch) -> tuple[Rows, Result, NDArray[np.int64]]:
@@ -222,7 +212,7 @@ class Engine:
         kind = batch.kind.astype(np.int64)
         observe(
             kind, batch.range_m, batch.azimuth_rad, batch.latitude_rad, batch.longitude_rad,
-            self._model.plane, z,
+            self._biases.model.plane, z,
         )  # fmt: skip
         rows = Rows(
             slot=np.empty(0, np.int64),
@@ -233,7 +223,7 @@ class Engine:
             height=batch.height_m,
         )
         result = result_arrays(n, 0, 0, keeps_log=not self._filter.keeps_sensitivity)._replace(
-            information=self._information, vector=self._vector
+            information=self._biases.information, vector=self._biases.vector
         )
         return rows, result, batch.mode_3a.astype(np.int64)
 
@@ -241,7 +231,7 @@ class Engine:
         used, work = self._pool.work(rows.slot[first:last], first)
         step, aircraft = self._filter.step, self._pool.aircraft
         if self._executor is None or last - first < PARALLEL_ROWS_MIN or len(used) == 1:
-            step(work, rows, self._model, aircraft, result, want_readout=True)
+            step(work, rows, self._biases.model, aircraft, result, want_readout=True)
             return
         shares = [
             Work(used[worker :: self._workers].copy(), work.bounds, work.order)
@@ -249,7 +239,7 @@ class Engine:
         ]
         tasks = [
             self._executor.submit(
-                step, share, rows, self._model, aircraft, result, want_readout=True
+                step, share, rows, self._biases.model, aircraft, result, want_readout=True
             )
             for share in shares
         ]
@@ -263,7 +253,7 @@ class Engine:
             self._outcomes[Outcome(outcome).name] += count
         taken = np.flatnonzero(result.outcome <= RESTARTED)
         described = np.empty((len(taken), 6))
-        describe(taken, result.readout, self._model.plane, described)
+        describe(taken, result.readout, self._biases.model.plane, described)
         first = self._sequence + 1
         self._sequence += len(taken)
         confirmed = result.readout[taken, 9] >= self._settings.confirm_updates
@@ -289,50 +279,17 @@ class Engine:
         if self._epoch is None or not self._epoch_open:
             return _EMPTY.biases
         self._epoch_open = False
-        self._merge()
-        state, count = self._book.state, len(self._sensors.parameter_kind)
+        self._biases.merge(self._pool)
         end_s = (self._epoch + 1) * self._settings.epoch_s
-        # What is said of the end of the epoch includes the walk since the last measurements.
-        walked = self._sensors.drift**2 * max(end_s - self._drifted_s, 0.0)
-        return BiasRecords(
-            epoch=np.full(count, self._epoch, np.int64),
-            time_s=np.full(count, end_s),
-            sensor=self._sensors.parameter_sensor,
-            parameter=self._sensors.parameter_kind,
-            estimate=state.estimate,
-            sigma=np.sqrt(np.diagonal(state.covariance) + walked),
-        )
-
-    def _merge(self) -> None:
-        """Merge what was measured into the biases, and publish them."""
-        if self._filter.corrects_biases:
-            self._book.follow(self._model.bias, self._model.bias_covariance)
-        else:
-            self._filter.close(
-                self._pool.used(), self._model, self._pool.aircraft, self._information, self._vector
-            )
-            self._book.merge(self._information, self._vector)
-        self._information[:] = 0.0
-        self._vector[:] = 0.0
-        self._publish()
+        return self._biases.records(self._epoch, end_s)
 
     def _open_epoch(self, opened: int) -> EndedTracks:
         """End the tracks that are too old by then, and let the biases drift until then."""
         start_s = opened * self._settings.epoch_s
         ended = self._pool.drop(start_s - self._settings.drop_after_s)
-        self._drift(start_s)
-        self._steps = 1
-        if not self._filter.stacks_plots:  # Its stacks are of an epoch.
-            self._steps = drift_steps(self._book.state, self._sensors.drift, self._settings.epoch_s)
+        self._biases.walk(start_s, self._pool)
+        self._steps = self._biases.steps(self._settings.epoch_s)
         return EndedTracks(ended, np.full(len(ended), start_s))
-
-    def _drift(self, until_s: float) -> None:
-        if self._book.drift(until_s - self._drifted_s, self._pool.aircraft):
-            self._publish()
-        self._drifted_s = until_s
-
-    def _publish(self) -> None:
-        self._model = with_biases(self._model, self._book.state)
 
 
 def _plane_for(sensors: SensorTable) -> SystemPlane:

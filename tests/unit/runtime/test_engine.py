@@ -11,7 +11,7 @@ from multiradar.estimation.measurement.sensors import (
     PARAMETER_AZIMUTH_OFFSET,
     PARAMETER_RANGE_OFFSET,
 )
-from multiradar.runtime import engine as engine_module
+from multiradar.runtime import shared_biases
 from multiradar.runtime.digest import OutputDigest
 from multiradar.runtime.engine import Engine
 from multiradar.tracking.measurements import MeasurementBatch
@@ -271,5 +271,5 @@ def test_biases_that_drift_much_within_an_epoch_keep_an_honest_sigma(
     assert 0.6 < np.mean([whole for whole, _ in found]) < 1.5
     assert 0.6 < np.mean([ends for _, ends in found]) < 1.4
     # With one step an epoch, as if the drift were small, they do not.
-    monkeypatch.setattr(engine_module, "drift_steps", lambda *_: 1)
+    monkeypatch.setattr(shared_biases, "drift_steps", lambda *_: 1)
     assert np.mean([drifted(seed)[0] for seed in range(8)]) > 1.8
