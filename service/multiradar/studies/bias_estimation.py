@@ -29,10 +29,10 @@ _NOTES = (
     "linearised form does worse than that is the price of turning a plot into a place first.",
     "The report's table gives drift rates although (1.7) sets the drift to zero; both are studied. "
     "A bias walks 1 m and 0.02° in a second, and the square root of the time in all. Where the "
-    f"biases drift, the aircraft are pushed by a white acceleration of {DRIFT_DENSITY:g} m²/s³ "
-    "(0.3 m/s² over a second) that the filters know: aircraft on exactly straight lines remember "
-    "all that the biases ever did, and the two-stage filter, which keeps that as the own error of "
-    "each aircraft, then promises too much. The last table says how much.",
+    f"biases drift, the aircraft are pushed by a white acceleration of {DRIFT_DENSITY:g} m²/s³, "
+    "new in each run, which the filters know: aircraft on exactly straight lines remember all that "
+    "the biases ever did, and the two-stage filter, which keeps that as the own error of each "
+    "aircraft, then promises too much. The last table says how much.",
     "The band of the normalised errors takes runs as independent and aircraft of one run as "
     "correlated, as the covariance of the joint filter says they are. Errors at one time and the "
     "next are correlated too, so that a mean which leaves the band stays out for a while. The "

@@ -22,8 +22,8 @@ Floats = NDArray[np.float64]
 #: What is known beforehand: of position and velocity on each axis, of range and azimuth biases.
 START_SIGMA = np.array([1000.0, 1000.0, 300.0, 300.0])
 PRIOR_SIGMA = np.array([500.0, np.radians(0.3)])
-#: Where the biases drift the aircraft are pushed about too, m²/s³: (0.3 m/s²)² over a second.
-DRIFT_DENSITY = 0.09
+#: Where the biases drift the aircraft are pushed about too: white acceleration, m²/s³.
+DRIFT_DENSITY = 0.3
 #: Nearer than this a radar gives no plots, m: there the azimuth is not a linear measurement.
 SILENCE_M = 5000.0
 WALK_S = 1.0
