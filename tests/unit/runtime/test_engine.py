@@ -273,3 +273,13 @@ def test_biases_that_drift_much_within_an_epoch_keep_an_honest_sigma(
     # With one step an epoch, as if the drift were small, they do not.
     monkeypatch.setattr(shared_biases, "drift_steps", lambda *_: 1)
     assert np.mean([drifted(seed)[0] for seed in range(8)]) > 1.8
+
+
+def test_the_sigma_at_the_end_of_an_epoch_includes_the_walk_since_the_last_plots() -> None:
+    scene, epoch_s = drifting_scene(2), TrackingSettings().epoch_s
+    early = np.flatnonzero(scene.batch.time_s % epoch_s < 0.25)
+    engine = Engine(scene.sensors, TrackingSettings())
+    engine.push(scene.batch.take(early))
+    said = engine.flush().biases.sigma[-len(scene.sensors.drift) :]
+    walked = (said**2 - engine.biases.sigma**2) / scene.sensors.drift**2
+    np.testing.assert_allclose(walked, epoch_s, rtol=1e-6)

@@ -148,7 +148,11 @@ def test_two_stage_equals_the_joint_filter_where_aircraft_start_at_plots(form: F
     scene = in_form(lively_scene(13), form, 13)
     joint, two_stage = (compiled(name, scene, form=form) for name in ("joint", "two-stage"))
     outcomes = set()
+    alone = 0
     for row, observation in played(scene, [], 13):
+        if observation.aircraft in (0, 1) and observation.radar and row < 80:
+            continue  # For a while one radar alone sees these.
+        alone += joint.arrays.place[observation.aircraft] == observation.radar
         outcome = joint.take(observation)
         assert two_stage.take(observation) == outcome
         outcomes.add(outcome)
@@ -160,6 +164,7 @@ def test_two_stage_equals_the_joint_filter_where_aircraft_start_at_plots(form: F
             joint.end(observation.aircraft)
             two_stage.end(observation.aircraft)
     assert outcomes == {Outcome.STARTED, Outcome.UPDATED}
+    assert alone > 5
 
 
 def simultaneous_plots(
