@@ -152,6 +152,9 @@ _TRACKING_BOUNDS: dict[str, tuple[float, float]] = {
 def _tracking_fields() -> dict[str, Any]:
     fields: dict[str, Any] = {}
     for name, value in asdict(TrackingSettings()).items():
+        if name == "motion":
+            fields[name] = (Literal["white-acceleration", "velocity-frame"], value)
+            continue
         if isinstance(value, str):
             fields[name] = (str, value)
             continue

@@ -26,6 +26,13 @@ class FilterChoice(StrEnum):
     CI = "ci"
 
 
+class MotionChoice(StrEnum):
+    """How an aircraft may be taken to accelerate."""
+
+    WHITE_ACCELERATION = "white-acceleration"
+    VELOCITY_FRAME = "velocity-frame"
+
+
 def parse_kinds(text: str) -> str:
     """Check a list of kinds of measurement, separated by commas."""
     for kind in text.split(","):

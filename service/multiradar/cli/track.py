@@ -24,6 +24,7 @@ from multiradar.cli.options import (
     JsonOption,
     KindsOption,
     MeasurementsArgument,
+    MotionChoice,
     ProfileOption,
     SensorsOption,
     chosen_kinds,
@@ -71,6 +72,13 @@ def track(
             show_default=f"{TRACKING_DEFAULTS.acceleration_density:g}",
         ),
     ] = None,
+    motion: Annotated[
+        MotionChoice | None,
+        typer.Option(
+            help="Accelerations alike in every direction, or along and across the velocity.",
+            show_default=TRACKING_DEFAULTS.motion,
+        ),
+    ] = None,
     workers: Annotated[
         int | None,
         typer.Option(min=1, help="Threads; the output is the same.", show_default="cores"),
@@ -93,6 +101,7 @@ def track(
         "epoch_s": epoch_s,
         "reorder_horizon_s": reorder_horizon_s,
         "acceleration_density": acceleration_density,
+        "motion": None if motion is None else motion.value,
     }
     settings = _settings(config, given)
     dump = DumpChoice(date, profile, allow_missing)
