@@ -22,7 +22,7 @@ GAMMA_MAX = 1e2
 LOG_MIN = log(GAMMA_MIN)
 LOG_MAX = log(GAMMA_MAX)
 # A step of ln γ shorter than this is the last: what it leaves is of the order of its square.
-STEP_LAST = 2e-3
+STEP_LAST = 1e-5
 # Farther than this the parabola of Newton's step says nothing.
 STEP_MAX = 3.0
 ROUNDS_MAX = 40

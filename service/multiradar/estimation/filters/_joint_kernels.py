@@ -23,7 +23,6 @@ from multiradar.estimation.filters._joint_matrix_kernels import (
     spread_of_position,
 )
 from multiradar.estimation.filters._kernels import (
-    ACCELERATION_DENSITY,
     BIASES_KEPT,
     CONE,
     CONE_RATIO,
@@ -41,6 +40,7 @@ from multiradar.estimation.filters._kernels import (
     UNASSOCIATED,
     UNSUPPORTED,
     UPDATED,
+    acceleration_density,
     choose_height,
     manoeuvre_factor,
     read_out,
@@ -163,12 +163,17 @@ def take_row(
     if fresh or aircraft.refusals[k] >= model.options[REFUSALS_MAX]:
         outcome = give_birth(row, k, height, variance, rows, model, aircraft, runs, count, V)
         return RESTARTED if outcome == STARTED and not fresh else outcome
-    density = model.options[ACCELERATION_DENSITY]
-    density *= manoeuvre_factor(aircraft.surprise[k], model.options)
+    interval = rows.time[row] - aircraft.time[k]
+    if not 0.0 <= interval < np.inf:
+        return REFUSED  # Time goes on, as in `_step_kernels.take_rows`.
+    density = acceleration_density(
+        aircraft.mean[k, 2], aircraft.mean[k, 3],
+        manoeuvre_factor(aircraft.surprise[k], model.options), model.options,
+    )  # fmt: skip
     first = model.bias.shape[0] + 4 * k
     move(
         aircraft.joint, aircraft.mean[k], aircraft.covariance[k], aircraft.sensitivity[k], first,
-        rows.time[row] - aircraft.time[k], density, runs, count,
+        interval, density, runs, count,
     )  # fmt: skip
     aircraft.time[k] = rows.time[row]
     # As in `_step_kernels.step`: height unknown, or seen from one place alone, says nothing.

@@ -10,7 +10,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters.arrays import Aircraft
-from multiradar.estimation.motion._kernels import predict_motion
+from multiradar.estimation.motion._kernels import Density, predict_motion
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -51,7 +51,7 @@ def move(
     none: Floats,
     first: int,
     dt: float,
-    density: float,
+    density: Density,
     runs: Integers,
     count: int,
 ) -> None:

@@ -25,7 +25,6 @@ from numpy.typing import NDArray
 
 from multiradar.estimation.filters._joint_kernels import note_taken
 from multiradar.estimation.filters._kernels import (
-    ACCELERATION_DENSITY,
     BIASES_KNOWN,
     NO_ROOM,
     NO_ROOM_SLOT,
@@ -38,6 +37,7 @@ from multiradar.estimation.filters._kernels import (
     UNASSOCIATED,
     UNSUPPORTED,
     UPDATED,
+    acceleration_density,
     choose_height,
     manoeuvre_factor,
     read_out,
@@ -154,9 +154,12 @@ def take_row(
         aircraft.recent[k, :, RECENT_TIME] = np.nan
         outcome = STARTED if fresh else RESTARTED
     else:
-        density = model.options[ACCELERATION_DENSITY]
-        density *= manoeuvre_factor(aircraft.surprise[k], model.options)
-        predict_motion(a, P, V, time - aircraft.time[k], density)
+        interval = time - aircraft.time[k]
+        if not 0.0 <= interval < np.inf:
+            return REFUSED  # Time goes on, as in `_step_kernels.take_rows`.
+        factor = manoeuvre_factor(aircraft.surprise[k], model.options)
+        density = acceleration_density(a[2], a[3], factor, model.options)
+        predict_motion(a, P, V, interval, density)
         aircraft.time[k] = time
         # A plot that counts less for the aircraft counts as much less for the biases.
         outcome, excess = correct_separated(

@@ -40,15 +40,18 @@ def moved_covariance(P: Packed, dt: float, density: Density) -> Packed:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def predict_motion(a: Floats, P: Floats, V: Floats, dt: float, q: float) -> None:
-    """Move one aircraft on by dt: a ← A a, V ← A V, P ← A P Aᵀ + Q (report, (1.4), (1.30))."""
+def predict_motion(a: Floats, P: Floats, V: Floats, dt: float, density: Density) -> None:
+    """Move one aircraft on by dt: a ← A a, V ← A V, P ← A P Aᵀ + Q (report, (1.4), (1.30)).
+
+    ``density`` as in `moved_covariance`.
+    """
     a[0] += dt * a[2]
     a[1] += dt * a[3]
     for c in range(V.shape[1]):
         V[0, c] += dt * V[2, c]
         V[1, c] += dt * V[3, c]
     old = (P[0], P[1], P[2], P[3], P[4], P[5], P[6], P[7], P[8], P[9])
-    moved = moved_covariance(old, dt, (q, 0.0, q))
+    moved = moved_covariance(old, dt, density)
     for i in range(10):
         P[i] = moved[i]
 
@@ -57,7 +60,7 @@ def predict_motion(a: Floats, P: Floats, V: Floats, dt: float, q: float) -> None
 def move_aircraft(
     means: Floats, covariances: Floats, sensitivities: Floats, k: int, dt: float, density: Density
 ) -> None:
-    """Do as `predict_motion` for aircraft k, with any density.
+    """Do as `predict_motion` for aircraft k.
 
     Whole arrays and an index: a view of a row is counted, which costs as much as the arithmetic.
     """

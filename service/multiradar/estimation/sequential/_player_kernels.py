@@ -4,7 +4,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from multiradar.estimation.filters._kernels import ACCELERATION_DENSITY
+from multiradar.estimation.filters._kernels import acceleration_density
 from multiradar.estimation.filters._macro_kernels import MACRO
 from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows, Work
 from multiradar.estimation.motion._kernels import predict_motion
@@ -90,7 +90,7 @@ def write_record(t: int, time: float, model: Model, aircraft: Aircraft, record: 
         a = aircraft.mean[k].copy()
         P = aircraft.covariance[k].copy()
         V = aircraft.sensitivity[k].copy()
-        density = model.options[ACCELERATION_DENSITY]
+        density = acceleration_density(a[2], a[3], 1.0, model.options)
         predict_motion(a, P, V, time - aircraft.time[k], density)
         m = 0
         for i in range(4):
