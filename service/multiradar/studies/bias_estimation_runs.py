@@ -24,6 +24,9 @@ START_SIGMA = np.array([1000.0, 1000.0, 300.0, 300.0])
 PRIOR_SIGMA = np.array([500.0, np.radians(0.3)])
 #: Where the biases drift the aircraft are pushed about too: white acceleration, m²/s³.
 DRIFT_DENSITY = 0.3
+#: In the trace that CI minimises a velocity counts as the way of so long a time, s: of a tenth of
+#: the scene, in which velocities are what is still to be learnt.
+CI_SCALE_TIME_S = 100.0
 #: Nearer than this a radar gives no plots, m: there the azimuth is not a linear measurement.
 SILENCE_M = 5000.0
 WALK_S = 1.0
@@ -56,7 +59,8 @@ class Setting:
     @property
     def options(self) -> Options:
         """How the filters work: with the process noise that the aircraft have, without gates."""
-        return Options(acceleration_density=DRIFT_DENSITY if self.drift else 0.0)
+        density = DRIFT_DENSITY if self.drift else 0.0
+        return Options(acceleration_density=density, ci_scale_time_s=CI_SCALE_TIME_S)
 
 
 @dataclass(frozen=True, slots=True)

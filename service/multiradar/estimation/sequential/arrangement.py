@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.errors import ConfigurationError, PriorError
+from multiradar.errors import ConfigurationError
 from multiradar.estimation.filters import _kernels as kernels
 from multiradar.estimation.filters._joint_kernels import adopt_aircraft
 from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Work, result_arrays
@@ -33,6 +33,9 @@ class Options:
     speed_sigma_mps : float
         Prior standard deviation of each component of the velocity of an aircraft that begins at a
         plot, m/s.
+    ci_scale_time_s : float
+        In the trace that covariance intersection minimises, which adds m² and (m/s)², a velocity
+        counts as the way of so long a time, (1.45).
     """
 
     acceleration_density: float = 0.0
@@ -40,14 +43,17 @@ class Options:
     refuse_nis: float = np.inf
     downweight_nis: float = np.inf
     speed_sigma_mps: float = 300.0
+    ci_scale_time_s: float = 10.0
 
     def __post_init__(self) -> None:
         for name in ("acceleration_density", "cone_ratio", "refuse_nis", "downweight_nis"):
             value = getattr(self, name)
             if not value >= 0.0:
                 raise ConfigurationError(f"{name}: expected 0 or more, was {value}")
-        if not 0.0 < self.speed_sigma_mps < np.inf:
-            raise PriorError(f"speed_sigma_mps: expected above 0, was {self.speed_sigma_mps}")
+        for name in ("speed_sigma_mps", "ci_scale_time_s"):
+            value = getattr(self, name)
+            if not 0.0 < value < np.inf:
+                raise ConfigurationError(f"{name}: expected above 0, was {value}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,6 +160,7 @@ def _options(options: Options) -> Floats:
     values = np.zeros(kernels.OPTION_COUNT)
     values[kernels.ACCELERATION_DENSITY] = options.acceleration_density
     values[kernels.SPEED_SIGMA] = options.speed_sigma_mps
+    values[kernels.SCALE_TIME] = options.ci_scale_time_s
     values[kernels.CONE_RATIO] = options.cone_ratio
     values[kernels.DOWNWEIGHT_NIS] = options.downweight_nis
     values[kernels.REFUSE_NIS] = options.refuse_nis
