@@ -27,6 +27,13 @@ Integers = NDArray[np.int64]
 Gain = tuple[float, float, float, float, float, float, float, float]
 Triple = tuple[float, float, float]
 
+# Farther off than 1e15 sigmas nothing is a measurement, gate or not: its square would overflow.
+ABSURD_NIS = 1e30
+
+# Larger numbers are no range, place or azimuth, and no height, m: their squares could overflow.
+VALUE_MAX = 1e12
+HEIGHT_MAX = 1e6
+
 # What became of a measurement; `multiradar.estimation.filters.bank.Outcome` names them.
 UPDATED = 0
 STARTED = 1
@@ -98,7 +105,7 @@ BIASES_AS_NOISE = 2
 def choose_height(measured: float, last: float, options: Floats) -> tuple[float, float]:
     """Return height and its variance: the measured one, else the last heard, else the assumed."""
     height, variance = measured, 0.0
-    if not np.isfinite(measured):
+    if not abs(measured) < HEIGHT_MAX:
         height = last
         if np.isnan(last):
             height = options[ASSUMED_HEIGHT]
@@ -124,7 +131,7 @@ def singular(s00: float, s01: float, s11: float) -> bool:
 def gated(nis: float, refuse: float) -> int:
     """Return what becomes of a measurement of this normalised innovation squared."""
     outcome = REFUSED
-    if nis <= refuse:  # NaN fails this.
+    if nis <= min(refuse, ABSURD_NIS):  # NaN fails this.
         outcome = UPDATED
     if not nis < np.inf:
         outcome = SINGULAR

@@ -5,6 +5,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters._kernels import (
+    HEIGHT_MAX,
     INTERVAL_MAX_S,
     NO_ROOM,
     NO_ROOM_SLOT,
@@ -16,8 +17,10 @@ from multiradar.estimation.filters._kernels import (
     SINGULAR,
     STARTED,
     UNASSOCIATED,
+    UNLOCATABLE,
     UNSUPPORTED,
     UPDATED,
+    VALUE_MAX,
     VELOCITY_FRAME,
     acceleration_density,
     choose_height,
@@ -35,14 +38,19 @@ from multiradar.estimation.measurement._kernels import (
     KIND_RADAR,
 )
 from multiradar.estimation.motion._kernels import move_aircraft
-from multiradar.kernels import loop
+from multiradar.kernels import fetch_ahead, in_loop, loop
 
 Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
 
 # Methods; they also say how a new aircraft takes the biases (`_kernels.start_aircraft`).
 TWO_STAGE = 0
 BLOM = 1
 INTERSECTION = 2
+
+# How many rows before its turn a row, and the aircraft of a row, are fetched from memory.
+ROWS_AHEAD = 12
+AIRCRAFT_AHEAD = 3
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -92,10 +100,20 @@ def take_rows(
     refusals, updates, updated = aircraft.refusals, aircraft.updates, aircraft.updated
     heard, places = aircraft.place, model.places
     outcomes, readouts, logs = result.outcome, result.readout, result.log
+    lines = (sensitivities.shape[1] * sensitivities.shape[2] * 8 + 63) // 64
     for p in work.partitions:
         Y = result.information[p]
         y = result.vector[p]
         for i in range(work.bounds[p], work.bounds[p + 1]):
+            if i + ROWS_AHEAD < work.bounds[p + 1]:
+                fetch_row(work.order[i + ROWS_AHEAD], rows.slot, rows.time, rows.sensor, rows.z)
+            if i + AIRCRAFT_AHEAD < work.bounds[p + 1]:
+                ahead = rows.slot[work.order[i + AIRCRAFT_AHEAD]]
+                if ahead >= 0:
+                    fetch_aircraft(
+                        ahead, lines, means, covariances, sensitivities, times, heights, surprises,
+                        refusals, updates, updated, heard,
+                    )  # fmt: skip
             row = work.order[i]
             k = rows.slot[row]
             kind = rows.kind[row]
@@ -115,7 +133,10 @@ def take_rows(
             height, variance = choose_height(rows.height[row], heights[k], options)
             if kind >= KIND_FLAT_POLAR:
                 variance = 0.0  # On a flat plane no height enters the range.
-            if fresh or refusals[k] >= options[REFUSALS_MAX] or interval > INTERVAL_MAX_S:
+            starting = fresh or refusals[k] >= options[REFUSALS_MAX] or interval > INTERVAL_MAX_S
+            if not (abs(z0) < VALUE_MAX and abs(z1) < VALUE_MAX):  # NaN too
+                outcome = UNLOCATABLE if starting else SINGULAR
+            elif starting:
                 outcome = start_aircraft(
                     method, kind, z0, z1, height, variance, plane, sites[s], noises[s], starts[s],
                     starts[s + 1], parameters, bias, bias_covariance, options, means[k],
@@ -160,7 +181,7 @@ def take_rows(
                 updated[k] = time
                 if heard[k] != places[s]:
                     heard[k] = SEVERAL
-                if np.isfinite(rows.height[row]):
+                if abs(rows.height[row]) < HEIGHT_MAX:
                     heights[k] = rows.height[row]
                 if want_readout:
                     read_out(
@@ -170,3 +191,42 @@ def take_rows(
                     readouts[row, READOUT_COUNT - 1] = updates[k]
             elif outcome in (REFUSED, SINGULAR):
                 refusals[k] += 1
+
+
+@in_loop
+def fetch_row(row: int, slots: Integers, times: Floats, sensors: Integers, z: Floats) -> None:
+    """Ask for what is needed first of a row."""
+    fetch_ahead(slots, row, 0)
+    fetch_ahead(times, row, 0)
+    fetch_ahead(sensors, row, 0)
+    fetch_ahead(z, row, 0)
+
+
+@in_loop
+def fetch_aircraft(
+    k: int,
+    lines: int,
+    means: Floats,
+    covariances: Floats,
+    sensitivities: Floats,
+    times: Floats,
+    heights: Floats,
+    surprises: Floats,
+    refusals: Integers,
+    updates: Integers,
+    updated: Floats,
+    heard: Integers,
+) -> None:
+    """Ask for the state of an aircraft."""
+    fetch_ahead(means, k, 0)
+    fetch_ahead(covariances, k, 0)
+    fetch_ahead(covariances, k, 1)
+    fetch_ahead(times, k, 0)
+    fetch_ahead(heights, k, 0)
+    fetch_ahead(surprises, k, 0)
+    fetch_ahead(refusals, k, 0)
+    fetch_ahead(updates, k, 0)
+    fetch_ahead(updated, k, 0)
+    fetch_ahead(heard, k, 0)
+    for line in range(lines):
+        fetch_ahead(sensitivities, k, line)
