@@ -7,7 +7,7 @@ import numpy as np
 import polars as pl
 from numpy.typing import NDArray
 
-from multiradar.errors import ConfigurationError, InputError, MissingColumnError
+from multiradar.errors import InputError, MissingColumnError
 from multiradar.estimation.measurement.sensors import PARAMETER_NAMES, SensorTable
 from multiradar.tracking.measurements import (
     KIND_BEARING,
@@ -79,20 +79,9 @@ def sensor_table(sensors: SensorsFile) -> SensorTable:
     -------
     SensorTable
         The sensors sorted by identifier, angles in radians, and the bias parameters to estimate.
-
-    Raises
-    ------
-    ConfigurationError
-        If a time offset is to be estimated: its sigma would be too small (see DECISIONS.md).
     """
     ordered = sorted(sensors.sensor, key=lambda sensor: sensor.id)
     biases = [(row, bias) for row, one in enumerate(ordered) for bias in one.estimated_biases()]
-    for row, bias in biases:
-        if bias.parameter == "time_offset_s":
-            raise ConfigurationError(
-                f"sensor {ordered[row].id}: expected no estimate of time_offset_s, which is not "
-                "estimated consistently yet, was estimate = true"
-            )
     kinds = np.array([PARAMETER_NAMES.index(bias.parameter) for _, bias in biases], np.int8)
     unit = np.array([_parameter_unit(bias.parameter) for _, bias in biases], np.float64)
     return SensorTable(

@@ -94,7 +94,9 @@ def plain_filter(name: str, form: Form, scene: SmallScene, acceleration: float) 
     """The plain form of a filter, told of all aircraft."""
     prior = scene.sensors.prior
     model = MODELS[form](SITES_M, RANGE_SIGMA_M, AZIMUTH_SIGMA_RAD)
-    one: ReferenceFilter = PLAIN[name](model, PlainPrior(prior.mean, prior.covariance, prior.drift), acceleration)
+    one: ReferenceFilter = PLAIN[name](
+        model, PlainPrior(prior.mean, prior.covariance, prior.drift), acceleration
+    )
     for aircraft in range(len(scene.starts)):
         one.start(aircraft, 0.0, scene.starts.mean[aircraft], scene.starts.covariance[aircraft])
     return one

@@ -4,7 +4,7 @@ import numpy as np
 import polars as pl
 import pytest
 
-from multiradar.errors import ConfigurationError, InputError, MissingColumnError
+from multiradar.errors import InputError, MissingColumnError
 from multiradar.estimation.measurement.sensors import (
     PARAMETER_AZIMUTH_OFFSET,
     PARAMETER_RANGE_GAIN,
@@ -55,7 +55,7 @@ def test_bias_parameters_are_columns_in_the_order_of_the_sensors() -> None:
     assert TABLE.drift.tolist() == [0.0, 0.0, 1e-6, 0.0]
 
 
-def test_a_time_offset_is_refused_since_its_sigma_could_not_be_trusted() -> None:
+def test_a_time_offset_is_estimated_when_the_file_asks_for_it() -> None:
     radar_table = """
 [[sensor]]
 id = "a"
@@ -65,9 +65,11 @@ longitude_deg = 7.0
 height_m = 500.0
 [sensor.bias.time_offset_s]
 estimate = true
+prior_sigma = 0.2
 """
-    with pytest.raises(ConfigurationError, match="sensor a: expected no estimate of time_offset_s"):
-        sensor_table(parse_sensors(radar_table, source="sensors.toml"))
+    table = sensor_table(parse_sensors(radar_table, source="sensors.toml"))
+    assert table.parameter_kind.tolist() == [0, 1, 3]
+    assert table.prior_sigma[2] == 0.2
 
 
 def test_minus_zero_is_zero() -> None:

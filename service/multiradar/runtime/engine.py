@@ -19,7 +19,7 @@ from multiradar.estimation.bias.observability import Untold
 from multiradar.estimation.bias.store import BiasState
 from multiradar.estimation.filters._kernels import RESTARTED
 from multiradar.estimation.filters.arrays import Result, Rows, Work, result_arrays
-from multiradar.estimation.filters.bank import Outcome, find_filter
+from multiradar.estimation.filters.bank import Outcome, find_filter_for
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.shared_biases import SharedBiases
@@ -70,7 +70,7 @@ class Engine:
         if not 1 <= workers <= WORKERS_MAX:
             raise ConfigurationError(f"expected 1 to {WORKERS_MAX} workers, was {workers}")
         self._settings = settings
-        self._filter = find_filter(settings.filter_name)
+        self._filter = find_filter_for(settings.filter_name, sensors.parameter_kind)
         self._plane = _plane_for(sensors)
         self._order = ReorderBuffer(settings.reorder_horizon_s)
         self._biases = SharedBiases(sensors, settings, self._filter, self._plane)

@@ -111,6 +111,7 @@ def assign(
             aircraft.updates[slot] = 0
             aircraft.updated[slot] = np.nan
             aircraft.place[slot] = MISSING
+            aircraft.velocity[slot] = np.nan
         identities.slot[row] = slot
         if slot < 0:
             continue

@@ -29,6 +29,14 @@ from multiradar.estimation.filters._kernels import (
     start_aircraft,
 )
 from multiradar.estimation.filters._separated_kernels import correct_separated
+from multiradar.estimation.filters._time_offset_kernels import (
+    PLOTS_MIN,
+    VELOCITY_SIGMA_MAX,
+    begin_with_velocity,
+    follow_velocity,
+    has_time_offset,
+    velocity_variance,
+)
 from multiradar.estimation.filters._two_stage_kernels import component, correct_two_stage
 from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows, Work
 from multiradar.estimation.measurement._kernels import (
@@ -101,6 +109,8 @@ def take_rows(
     heard, places = aircraft.place, model.places
     outcomes, readouts, logs = result.outcome, result.readout, result.log
     lines = (sensitivities.shape[1] * sensitivities.shape[2] * 8 + 63) // 64
+    velocities = aircraft.velocity
+    timed = method == TWO_STAGE and has_time_offset(parameters)
     for p in work.partitions:
         Y = result.information[p]
         y = result.vector[p]
@@ -146,6 +156,8 @@ def take_rows(
                     surprises[k] = 1.0
                     updates[k] = 0
                     heard[k] = places[s]
+                    velocities[k, 0] = np.nan
+                    velocities[k, 1] = np.nan
                     outcome = STARTED if fresh else RESTARTED
             else:
                 v0, v1 = means[k, 2], means[k, 3]
@@ -161,12 +173,35 @@ def take_rows(
                 # too (from one place alone, linearising anew at every plot makes biases seem to be
                 # seen that cannot be told from motion).
                 informs = variance == 0.0 and heard[k] != places[s]
+                if timed and np.isnan(velocities[k, 0]):
+                    informs = False
                 if method == TWO_STAGE:
                     outcome = correct_two_stage(
                         kind, z0, z1, height, variance, k, s, informs, plane, sites, noises,
                         starts, parameters, bias, bias_covariance, options, means, covariances,
-                        sensitivities, surprises, Y, y, U0, U1, R0, R1,
+                        sensitivities, velocities, surprises, Y, y, U0, U1, R0, R1,
                     )  # fmt: skip
+                    if timed and outcome == UPDATED:
+                        v0 = component(means, sensitivities, bias, k, 2)
+                        v1 = component(means, sensitivities, bias, k, 3)
+                        spread = velocity_variance(covariances, sensitivities, bias_covariance, k)
+                        if not np.isnan(velocities[k, 0]):
+                            follow_velocity(
+                                means, sensitivities, velocities, k, parameters, bias, v0, v1
+                            )
+                        elif updates[k] + 1 >= PLOTS_MIN and spread < VELOCITY_SIGMA_MAX**2:
+                            begun = start_aircraft(
+                                method, kind, z0, z1, height, variance, plane, sites[s],
+                                noises[s], starts[s], starts[s + 1], parameters, bias,
+                                bias_covariance, options, means[k], covariances[k],
+                                sensitivities[k], H, W,
+                            )  # fmt: skip
+                            if begun == STARTED:
+                                heard[k] = places[s]
+                                begin_with_velocity(
+                                    means, covariances, sensitivities, velocities, k, starts[s],
+                                    starts[s + 1], parameters, v0, v1, spread,
+                                )  # fmt: skip
                 else:
                     outcome, _ = correct_separated(
                         method == INTERSECTION, kind, z0, z1, height, variance, k, s, informs,

@@ -63,6 +63,7 @@ def correct_two_stage(
     means: Floats,
     covariances: Floats,
     V: Floats,
+    velocities: Floats,
     surprises: Floats,
     Y: Floats,
     y: Floats,
@@ -96,11 +97,10 @@ def correct_two_stage(
         U1[c] = h[2] * V[k, 0, c] + h[3] * V[k, 1, c]
     for c in range(first, last):
         rate0, rate1 = 0.0, 0.0
-        if parameters[c] == PARAMETER_TIME_OFFSET:
-            x2 = component(means, V, bias, k, 2)
-            x3 = component(means, V, bias, k, 3)
-            rate0 = h[0] * x2 + h[1] * x3
-            rate1 = h[2] * x2 + h[3] * x3
+        # Not the velocity of the moment: see `_time_offset_kernels`. None while it is unknown.
+        if parameters[c] == PARAMETER_TIME_OFFSET and not np.isnan(velocities[k, 0]):
+            rate0 = h[0] * velocities[k, 0] + h[1] * velocities[k, 1]
+            rate1 = h[2] * velocities[k, 0] + h[3] * velocities[k, 1]
         j0, j1 = bias_column(kind, parameters[c], site, p0, p1, rate0, rate1)
         U0[c] += j0
         U1[c] += j1

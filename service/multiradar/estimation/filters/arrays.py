@@ -116,6 +116,9 @@ class Aircraft(NamedTuple):
         the first, `SEVERAL` when there were more or when its start came from elsewhere.
     surprise : (s,) float64
         Fading mean of half the normalised innovation squared: 1 where the motion is as modelled.
+    velocity : (s, 2) float64
+        Velocity at which time offsets are linearised, m/s east and north; NaN until it is known,
+        and where no time offset is estimated.
     joint : (c + 4 s, c + 4 s) float64
         Covariance of the biases and all aircraft, in that order; without rows for filters that do
         not keep it. Only the upper triangle of what has started means anything.
@@ -134,6 +137,7 @@ class Aircraft(NamedTuple):
     updated: Floats
     place: Integers
     surprise: Floats
+    velocity: Floats
     joint: Floats
     recent: Floats
 
@@ -213,6 +217,7 @@ def aircraft_arrays(
         updated=np.full(slots, np.nan),
         place=np.full(slots, -1, np.int64),
         surprise=np.ones(slots),
+        velocity=np.full((slots, 2), np.nan),
         joint=np.zeros((joint, joint)),
         recent=np.full((slots, recent_sensors, RECENT_COUNT), np.nan),
     )

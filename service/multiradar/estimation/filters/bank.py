@@ -2,11 +2,12 @@
 
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.errors import UnknownFilterError
+from multiradar.errors import ConfigurationError, UnknownFilterError
 from multiradar.estimation.filters import _kernels as kernels
 from multiradar.estimation.filters._joint_kernels import JOINT, joint_step
 from multiradar.estimation.filters._macro_kernels import MACRO, macro_step, stack_all
@@ -19,6 +20,7 @@ from multiradar.estimation.filters.arrays import (
     Work,
     aircraft_arrays,
 )
+from multiradar.estimation.measurement._kernels import PARAMETER_TIME_OFFSET
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -62,6 +64,8 @@ class FilterDefinition:
         (joint): rows are then taken in canonical order by one worker, whatever their partition.
     stacks_plots : bool
         Whether plots wait in their aircraft for the end of the epoch (Blom's macro-filter).
+    estimates_time_offsets : bool
+        Whether a time offset may be among the bias parameters (see `_time_offset_kernels`).
     aircraft_max : int or None
         The most aircraft it has room for; None for as many as there is memory for.
     """
@@ -72,6 +76,7 @@ class FilterDefinition:
     folds_log: bool = False
     corrects_biases: bool = False
     stacks_plots: bool = False
+    estimates_time_offsets: bool = False
     aircraft_max: int | None = None
 
     def aircraft(self, slots: int, columns: int, sensors: int) -> Aircraft:
@@ -163,13 +168,48 @@ class FilterDefinition:
 FILTERS = {
     definition.name: definition
     for definition in (
-        FilterDefinition("two-stage", TWO_STAGE, keeps_sensitivity=True),
+        FilterDefinition(
+            "two-stage", TWO_STAGE, keeps_sensitivity=True, estimates_time_offsets=True
+        ),
         FilterDefinition("joint", JOINT, corrects_biases=True, aircraft_max=JOINT_AIRCRAFT_MAX),
         FilterDefinition("blom", BLOM),
         FilterDefinition("blom-macro", MACRO, stacks_plots=True),
         FilterDefinition("ci", INTERSECTION, folds_log=True),
     )
 }
+
+
+def find_filter_for(name: str, parameter_kinds: NDArray[np.integer[Any]]) -> FilterDefinition:
+    """Return the filter of a name if it can estimate these bias parameters.
+
+    Parameters
+    ----------
+    name : str
+        Name of the filter.
+    parameter_kinds : (c,) ndarray of int
+        Kinds of the bias parameters, as in `SensorTable.parameter_kind`.
+
+    Returns
+    -------
+    FilterDefinition
+        The filter.
+
+    Raises
+    ------
+    UnknownFilterError
+        If there is no filter of that name.
+    ConfigurationError
+        If a time offset is to be estimated by a filter that linearises it anew at every plot: it
+        would be sure of a common lateness of all radars, which nobody can see.
+    """
+    definition = find_filter(name)
+    timed = bool(np.any(parameter_kinds == PARAMETER_TIME_OFFSET))
+    if timed and not definition.estimates_time_offsets:
+        able = ", ".join(one.name for one in FILTERS.values() if one.estimates_time_offsets)
+        raise ConfigurationError(
+            f"expected the filter {able} where a time_offset_s is estimated, was {name}"
+        )
+    return definition
 
 
 def find_filter(name: str) -> FilterDefinition:

@@ -9,7 +9,7 @@ from multiradar.errors import ConfigurationError
 from multiradar.estimation.filters import _kernels as kernels
 from multiradar.estimation.filters._joint_kernels import adopt_aircraft
 from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Work, result_arrays
-from multiradar.estimation.filters.bank import FilterDefinition, find_filter
+from multiradar.estimation.filters.bank import FilterDefinition, find_filter_for
 from multiradar.estimation.sequential._kernels import inform
 from multiradar.estimation.sequential.arrays import Store
 from multiradar.estimation.sequential.sensors import Sensors
@@ -93,8 +93,10 @@ def arrange(name: str, sensors: Sensors, options: Options, *, slots: int, rows: 
     ------
     UnknownFilterError
         If there is no filter of that name.
+    ConfigurationError
+        If the filter cannot estimate one of the bias parameters.
     """
-    definition = find_filter(name)
+    definition = find_filter_for(name, sensors.parameters)
     prior = sensors.prior
     count = len(prior.mean)
     model = Model(
@@ -146,6 +148,7 @@ def begin(one: Arrangement, aircraft: int, time_s: float, mean: Floats, covarian
     arrays.height[aircraft] = np.nan
     arrays.refusals[aircraft], arrays.updates[aircraft] = 0, 0
     arrays.surprise[aircraft] = 1.0
+    arrays.velocity[aircraft] = np.nan
     # Every plot may speak about the biases, the first one too.
     arrays.place[aircraft] = kernels.SEVERAL
     if one.definition.corrects_biases:

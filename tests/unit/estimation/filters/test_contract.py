@@ -14,7 +14,6 @@ from multiradar.estimation.gaussian import normalised_squared, require_covarianc
 from multiradar.estimation.measurement.sensors import (
     PARAMETER_RANGE_GAIN,
     PARAMETER_RANGE_OFFSET,
-    PARAMETER_TIME_OFFSET,
 )
 from support.compiled_filters import CompiledFilter, Form, plain_settings
 from support.measurement_models import EllipsoidPolar, Flat
@@ -50,7 +49,8 @@ def lively_scene(seed: int, drift: float = 0.0) -> Scene:
     """Irregular and missing plots, births and deaths, all kinds of bias parameters."""
     rng = np.random.default_rng(seed)
     radars = [replace(one, detection=0.7) for one in three_radars()]
-    more = {PARAMETER_RANGE_GAIN: 4e-4, PARAMETER_TIME_OFFSET: 0.2}
+    # Time offsets have plain forms and tests of their own: test_time_offsets.
+    more = {PARAMETER_RANGE_GAIN: 4e-4}
     radars[1] = replace(radars[1], biases=dict(radars[1].biases) | more)
     # One that sees nothing and has no biases: reports of positions are made in its name.
     radars.append(Radar("adsb", 56.0, 61.0, biases={}, detection=0.0))

@@ -1,0 +1,117 @@
+"""Compiled care for time offsets in the two-stage filter.
+
+A stamp that is late by τ moves a plot by −v τ, so how a time offset enters a measurement depends on
+the velocity v of the aircraft, which is estimated: J = −H v. Nobody can tell a common lateness of
+all sensors from aircraft that are elsewhere on their way, and a filter must not believe it can.
+
+That holds exactly when one velocity is used throughout. Then V summed over the time offsets of all
+sensors is (v, 0), H V + J summed is zero, and no measurement says anything of the common lateness.
+An aircraft therefore keeps the velocity v at which its time offsets are linearised. When the
+estimate moves on, v and V follow it together (`follow_velocity`): each column moves by its share of
+the difference, and a with it, so that χ̂ = a + V ς̂ stays. Until the velocity is known, an aircraft
+says nothing of any bias; then it begins anew at a plot, with the velocity it has
+(`begin_with_velocity`).
+
+Symbols as in `_two_stage_kernels`; v = velocity at which time offsets are linearised.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar.estimation.measurement._kernels import PARAMETER_TIME_OFFSET
+from multiradar.kernels import in_loop
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+# A velocity is known after so many plots when its standard deviation, m/s, is below this. With 8,
+# 15 and 30 m/s the normalised errors squared of the biases are the same, 0.9 for each parameter.
+PLOTS_MIN = 4
+VELOCITY_SIGMA_MAX = 30.0
+# Slower than this, m/s, an aircraft has no direction along which its plots could be late.
+SPEED_MIN = 20.0
+
+
+@in_loop
+def has_time_offset(parameters: Integers) -> bool:
+    """Return whether any sensor has a time offset that is estimated."""
+    found = False
+    for c in range(parameters.shape[0]):
+        found = found or parameters[c] == PARAMETER_TIME_OFFSET
+    return found
+
+
+@in_loop
+def velocity_variance(covariances: Floats, V: Floats, bias_covariance: Floats, k: int) -> float:
+    """Return the sum of the variances of both rates of aircraft k, the biases' part included."""
+    total = covariances[k, 7] + covariances[k, 9]
+    n = bias_covariance.shape[0]
+    for c in range(n):
+        for d in range(n):
+            v = V[k, 2, c] * V[k, 2, d] + V[k, 3, c] * V[k, 3, d]
+            total += v * bias_covariance[c, d]
+    return total
+
+
+@in_loop
+def begin_with_velocity(
+    means: Floats,
+    covariances: Floats,
+    V: Floats,
+    velocities: Floats,
+    k: int,
+    first: int,
+    last: int,
+    parameters: Integers,
+    v0: float,
+    v1: float,
+    variance: float,
+) -> None:
+    """Give an aircraft that has just begun at a plot the velocity it was found to have.
+
+    ``variance`` is the sum of the variances of both rates; each gets all of it. The plot is early
+    or late by the time offset of its sensor: ∂χ/∂τ = −H⁻¹ J = v.
+    """
+    means[k, 2] = v0
+    means[k, 3] = v1
+    covariances[k, 7] = variance
+    covariances[k, 9] = variance
+    velocities[k, 0] = v0
+    velocities[k, 1] = v1
+    for c in range(first, last):
+        if parameters[c] == PARAMETER_TIME_OFFSET:
+            # a is the place without any bias: that of the plot, whatever its time offset.
+            V[k, 0, c] = v0
+            V[k, 1, c] = v1
+
+
+@in_loop
+def follow_velocity(
+    means: Floats,
+    V: Floats,
+    velocities: Floats,
+    k: int,
+    parameters: Integers,
+    bias: Floats,
+    v0: float,
+    v1: float,
+) -> None:
+    """Linearise the time offsets at the velocity (v0, v1) from now on, and keep χ̂ where it is."""
+    old0 = velocities[k, 0]
+    old1 = velocities[k, 1]
+    squared = old0 * old0 + old1 * old1
+    if math.sqrt(squared) > SPEED_MIN:
+        d0 = v0 - old0
+        d1 = v1 - old1
+        for c in range(bias.shape[0]):
+            if parameters[c] == PARAMETER_TIME_OFFSET:
+                # The share of this sensor in the place of the aircraft; all shares add up to one.
+                share = (V[k, 0, c] * old0 + V[k, 1, c] * old1) / squared
+                V[k, 0, c] += share * d0
+                V[k, 1, c] += share * d1
+                means[k, 0] -= share * d0 * bias[c]
+                means[k, 1] -= share * d1 * bias[c]
+        velocities[k, 0] = v0
+        velocities[k, 1] = v1

@@ -1,0 +1,168 @@
+"""Time offsets: how a late stamp enters depends on a velocity that is itself estimated."""
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+
+from multiradar.errors import ConfigurationError
+from multiradar.estimation.bias.store import BiasState
+from multiradar.estimation.filters._time_offset_kernels import (
+    SPEED_MIN,
+    begin_with_velocity,
+    follow_velocity,
+)
+from multiradar.estimation.filters.bank import FILTERS
+from multiradar.estimation.measurement.sensors import (
+    PARAMETER_AZIMUTH_OFFSET,
+    PARAMETER_RANGE_OFFSET,
+    PARAMETER_TIME_OFFSET,
+)
+from multiradar.runtime.engine import Engine
+from multiradar.tracking.settings import TrackingSettings
+from support.compiled_filters import CompiledFilter, plain_settings
+from support.measurement_models import EllipsoidPolar
+from support.reference_runs import bias_prior, play, start_guesses
+from support.reference_time_offsets import TimedTwoStage
+from support.scenes import Radar, Scene, make_scene, random_flights
+
+SCENES = 6
+PRIOR_SIGMA_S = 0.5
+PARAMETERS = np.array([0, 1, 3, 0, 1, 3])
+
+
+def scene(seed: int, *, density: float, anchored: bool) -> Scene:
+    """Three radars with biases drawn from nearly their priors; B keeps its clock if anchored."""
+    rng = np.random.default_rng(seed)
+    radars = []
+    for name, latitude, longitude, period in (
+        ("A", 55.9, 60.2, 4.9),
+        ("B", 57.4, 61.9, 4.0),
+        ("C", 55.6, 63.3, 6.0),
+    ):
+        biases = {
+            PARAMETER_RANGE_OFFSET: 300.0 * rng.normal(),
+            PARAMETER_AZIMUTH_OFFSET: float(np.radians(0.3 * rng.normal())),
+        }
+        if not (anchored and name == "B"):
+            biases[PARAMETER_TIME_OFFSET] = PRIOR_SIGMA_S * rng.normal()
+        radars.append(Radar(name, latitude, longitude, rotation_s=period, biases=biases))
+    flights = random_flights(rng, 20, 600.0, acceleration_density=density, lives_differ=True)
+    return make_scene(rng, radars, flights)
+
+
+def estimated(made: Scene, density: float, name: str = "two-stage") -> BiasState:
+    settings = TrackingSettings(filter_name=name, acceleration_density=density)
+    engine = Engine(made.sensors, settings)
+    engine.push(made.batch)
+    engine.flush()
+    return engine.biases
+
+
+def squared_errors(density: float, *, anchored: bool) -> tuple[float, int]:
+    """Normalised errors squared of all biases, summed over scenes, and the number of biases."""
+    total, count = 0.0, 0
+    for seed in range(SCENES):
+        made = scene(seed, density=density, anchored=anchored)
+        state = estimated(made, density)
+        error = state.estimate - made.bias_values[-1]
+        total += float(error @ np.linalg.solve(state.covariance, error))
+        count += len(error)
+    return total, count
+
+
+@pytest.mark.parametrize("density", [0.1, 4.0])
+def test_a_common_lateness_is_never_believed_to_be_known(density: float) -> None:
+    """A filter that linearises at its newest velocity claims it ten times too well."""
+    for seed in range(2):
+        made = scene(seed, density=density, anchored=False)
+        state = estimated(made, density)
+        late = np.flatnonzero(made.sensors.parameter_kind == PARAMETER_TIME_OFFSET)
+        common = np.full(3, 1.0 / 3.0)
+        block = state.covariance[np.ix_(late, late)]
+        # What three independent priors say of their mean, and a hundredth for the re-linearisation.
+        assert np.sqrt(common @ block @ common) == pytest.approx(
+            PRIOR_SIGMA_S / np.sqrt(3.0), rel=0.01
+        )
+        difference = np.array([1.0, -1.0, 0.0])
+        assert np.sqrt(difference @ block @ difference) < 0.05
+
+
+@pytest.mark.parametrize("density", [0.1, 4.0])
+@pytest.mark.parametrize("anchored", [False, True])
+def test_errors_of_the_biases_are_as_large_as_claimed(density: float, anchored: bool) -> None:
+    total, count = squared_errors(density, anchored=anchored)
+    low, high = chi2.ppf([0.005, 0.995], count)
+    assert low < total < high, total / count
+
+
+def test_one_radar_with_a_true_clock_shows_how_late_the_others_are() -> None:
+    made = scene(1, density=0.1, anchored=True)
+    state = estimated(made, 0.1)
+    own = made.sensors.parameter_kind == PARAMETER_TIME_OFFSET
+    assert state.sigma[own].max() < 0.03
+    error = state.estimate - made.bias_values[-1]
+    assert np.abs(error[own] / state.sigma[own]).max() < 4.0
+    assert np.abs(made.bias_values[-1][own]).max() > 10.0 * state.sigma[own].max()
+
+
+@pytest.mark.parametrize("name", [name for name in FILTERS if name != "two-stage"])
+def test_filters_that_would_be_sure_of_it_refuse_a_time_offset(name: str) -> None:
+    made = scene(0, density=0.1, anchored=True)
+    with pytest.raises(ConfigurationError, match=f"expected the filter two-stage .* was {name}"):
+        Engine(made.sensors, TrackingSettings(filter_name=name))
+
+
+def test_compiled_time_offsets_equal_their_plain_form() -> None:
+    made = scene(3, density=0.5, anchored=False)
+    found = CompiledFilter(made, plain_settings("two-stage", 0.5), slots=20)
+    model = EllipsoidPolar(made.plane, made.sensors)
+    expected = TimedTwoStage(model, made.sensors, bias_prior(made), 0.5)
+    guesses = start_guesses(np.random.default_rng(3), made)
+    for row, observation in play(made, [found, expected], guesses):
+        if row % 50:
+            continue
+        for one, other in (
+            (found.aircraft(observation.aircraft), expected.aircraft(observation.aircraft)),
+            (found.biases(), expected.biases()),
+        ):
+            sigma = np.sqrt(np.diagonal(other[1]))
+            np.testing.assert_allclose(one[0] / sigma, other[0] / sigma, rtol=0, atol=1e-4)
+            outer = np.outer(sigma, sigma)
+            np.testing.assert_allclose(one[1] / outer, other[1] / outer, rtol=0, atol=1e-5)
+        if row > 1500:
+            break
+    assert np.sqrt(np.diagonal(found.biases()[1])[2]) < PRIOR_SIGMA_S
+
+
+def test_following_the_velocity_moves_no_aircraft_and_keeps_the_sum_of_all_offsets() -> None:
+    rng = np.random.default_rng(4)
+    old, new, bias = np.array([150.0, -80.0]), np.array([160.0, -20.0]), rng.normal(size=6)
+    means, velocities = rng.normal(size=(1, 4)) * 1e4, old[None, :].copy()
+    sensitivity = rng.normal(size=(1, 4, 6))
+    sensitivity[0, :2, 5] = old - sensitivity[0, :2, 2]
+    before = means[0] + sensitivity[0] @ bias
+    follow_velocity(means, sensitivity, velocities, 0, PARAMETERS, bias, *new)
+    np.testing.assert_allclose(sensitivity[0, :2, 2] + sensitivity[0, :2, 5], new, rtol=1e-12)
+    np.testing.assert_allclose(means[0] + sensitivity[0] @ bias, before, rtol=1e-12)
+    assert velocities[0].tolist() == new.tolist()
+
+
+def test_an_aircraft_that_hardly_moves_keeps_the_velocity_of_its_offsets() -> None:
+    slow = np.array([[0.5 * SPEED_MIN, 0.0]])
+    sensitivity, means = np.ones((1, 4, 6)), np.zeros((1, 4))
+    follow_velocity(means, sensitivity, slow, 0, PARAMETERS, np.ones(6), 30.0, 30.0)
+    assert slow.tolist() == [[0.5 * SPEED_MIN, 0.0]]
+    assert (sensitivity == 1.0).all()
+
+
+def test_a_plot_that_is_late_lies_behind_the_aircraft() -> None:
+    """∂χ/∂τ = v: the later the stamp, the farther on the aircraft is."""
+    sensitivity, velocities = np.zeros((1, 4, 6)), np.full((1, 2), np.nan)
+    means, covariances = np.zeros((1, 4)), np.zeros((1, 10))
+    begin_with_velocity(
+        means, covariances, sensitivity, velocities, 0, 3, 6, PARAMETERS, 120.0, 50.0, 25.0
+    )
+    assert sensitivity[0, :2, 5].tolist() == [120.0, 50.0]
+    assert not sensitivity[0, :, :5].any()
+    assert means[0].tolist() == [0.0, 0.0, 120.0, 50.0]
+    assert covariances[0, [7, 9]].tolist() == [25.0, 25.0]
