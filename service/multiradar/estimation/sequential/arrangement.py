@@ -155,10 +155,6 @@ def begin(one: Arrangement, aircraft: int, time_s: float, mean: Floats, covarian
         adopt_aircraft(arrays, len(one.model.bias), aircraft)
 
 
-#: In the trace that CI minimises, a velocity counts as the way of so long a time, s.
-CI_SCALE_TIME_S = 10.0
-
-
 def _options(options: Options) -> Floats:
     values = np.zeros(kernels.OPTION_COUNT)
     values[kernels.ACCELERATION_DENSITY] = options.acceleration_density
@@ -169,6 +165,5 @@ def _options(options: Options) -> Floats:
     values[kernels.REFUSE_NIS] = options.refuse_nis
     values[kernels.REFUSALS_MAX] = np.inf
     values[kernels.SURPRISE_FLOOR] = 1.0
-    values[kernels.SCALE_TIME] = CI_SCALE_TIME_S
     values[kernels.MANOEUVRE_FACTOR_MAX] = 1.0
     return values

@@ -134,6 +134,19 @@ def test_a_filter_can_start_at_its_first_plot() -> None:
     assert error @ np.linalg.solve(covariance, error) < 25.0
 
 
+def test_covariance_intersection_is_told_what_a_velocity_counts() -> None:
+    """A velocity that counts as the way of a longer time is better known in the end."""
+    scene = small_scene(8, duration_s=60)
+    sigma = []
+    for scale_s in (1.0, 10.0, 100.0):
+        record = play(
+            "ci", scene.sensors, scene.plots, scene.starts, [60.0],
+            options=Options(ci_scale_time_s=scale_s),
+        )  # fmt: skip
+        sigma.append(np.trace(record.covariance[0, 0, 2:, 2:]) ** 0.5)
+    assert sigma[0] > 1.2 * sigma[1] > 1.2 * sigma[2]
+
+
 def test_what_cannot_be_played_is_refused_by_name() -> None:
     scene = small_scene(7)
     with pytest.raises(UnknownFilterError, match=r"joint.*was 'kalman'"):
