@@ -3,6 +3,7 @@
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
+from math import floor, log10
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -159,6 +160,11 @@ def _settings(config: Path | None, given: dict[str, Any]) -> "TrackingSettings":
     return load_settings(config, {"tracking": chosen}).tracking_settings()
 
 
+def _decimals(sigma: float) -> int:
+    # Two digits of the sigma, four decimals at least.
+    return max(4, 1 - floor(log10(sigma))) if sigma > 0.0 else 4
+
+
 def _print_report(report: "Report", out: Path) -> None:
     from rich.console import Console
     from rich.table import Table
@@ -183,7 +189,8 @@ def _print_report(report: "Report", out: Path) -> None:
         assert isinstance(parameters, dict)
         for name, value in parameters.items():
             assert isinstance(value, dict)
-            numbers = f"{value['estimate']:.4f}", f"{value['sigma']:.4f}"
+            digits = _decimals(value["sigma"])
+            numbers = f"{value['estimate']:.{digits}f}", f"{value['sigma']:.{digits}f}"
             table.add_row(sensor, name, *numbers, f"{value['prior_ratio']:.1%}")
     if biases:
         console.print(table)

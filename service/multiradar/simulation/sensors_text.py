@@ -7,7 +7,6 @@ import numpy as np
 from multiradar.estimation.measurement.sensors import (
     PARAMETER_AZIMUTH_OFFSET,
     PARAMETER_NAMES,
-    PARAMETER_TIME_OFFSET,
 )
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.simulation.scene import Bias, Scene, Sensor
@@ -65,11 +64,8 @@ def _sensor(sensor: Sensor, plane: SystemPlane) -> dict[str, Any]:
 # What the tracker is told of a parameter that the scene speaks of.
 def _known(kind: int, bias: Bias) -> dict[str, Any]:
     unit = float(np.degrees(1.0)) if kind == PARAMETER_AZIMUTH_OFFSET else 1.0
-    estimate = bias.estimate
-    if estimate is None and kind != PARAMETER_TIME_OFFSET:
-        estimate = True
     drift = bias.drift if bias.assumed_drift is None else bias.assumed_drift
-    known: dict[str, Any] = {} if estimate is None else {"estimate": estimate}
+    known: dict[str, Any] = {"estimate": bias.estimate is not False}
     if bias.prior != 0.0:
         known["prior"] = round(bias.prior * unit, _DIGITS)
     if bias.prior_sigma is not None:

@@ -110,7 +110,7 @@ def test_the_tracker_is_told_priors_and_drift_but_not_the_truth(scene: Scene) ->
     }  # fmt: skip
     assert known["azimuth_offset_deg"]["drift"] == pytest.approx(np.degrees(0.02))
     assert known["range_gain"] == {"estimate": False}
-    assert "time_offset_s" not in known
+    assert known["time_offset_s"] == {"estimate": True}
 
 
 def test_sites_are_written_as_they_were_given(scene: Scene) -> None:

@@ -244,6 +244,7 @@ def copy_aircraft(method: int, k: int, source: Aircraft, target: Aircraft) -> No
     target.updated[k] = source.updated[k]
     target.place[k] = source.place[k]
     target.surprise[k] = source.surprise[k]
+    target.velocity[k] = source.velocity[k]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
