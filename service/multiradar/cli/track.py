@@ -160,8 +160,9 @@ def _settings(config: Path | None, given: dict[str, Any]) -> "TrackingSettings":
     return load_settings(config, {"tracking": chosen}).tracking_settings()
 
 
-def _decimals(sigma: float) -> int:
+def _decimals(sigma: object) -> int:
     # Two digits of the sigma, four decimals at least.
+    assert isinstance(sigma, float)
     return max(4, 1 - floor(log10(sigma))) if sigma > 0.0 else 4
 
 

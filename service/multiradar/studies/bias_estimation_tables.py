@@ -65,8 +65,8 @@ def _consistency_table(findings: Findings, runs: int) -> Table:
     rows: list[tuple[Value, ...]] = []
     for case in findings.cases:
         bands = findings.bands[case.drift]
-        inside = ((case.nees >= bands.low) & (case.nees <= bands.high)).mean(axis=0)
-        always = ((case.nees >= bands.all_low) & (case.nees <= bands.all_high)).all(axis=0)
+        inside = np.mean((case.nees >= bands.low) & (case.nees <= bands.high), axis=0)
+        always = np.all((case.nees >= bands.all_low) & (case.nees <= bands.all_high), axis=0)
         cells: list[Value] = []
         for column in range(2):
             cells += [
