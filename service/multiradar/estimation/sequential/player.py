@@ -3,12 +3,13 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from multiradar.errors import ConfigurationError, TimeOrderError
+from multiradar.errors import ConfigurationError
+from multiradar.estimation.array_checks import ascending_times
 from multiradar.estimation.sequential._player_kernels import play_rows
 from multiradar.estimation.sequential.arrangement import Arrangement, Options, arrange, begin
 from multiradar.estimation.sequential.arrays import Record
 from multiradar.estimation.sequential.plots import Form, Plots, Starts, filter_rows
-from multiradar.estimation.sequential.sensors import Sensors, finite
+from multiradar.estimation.sequential.sensors import Sensors
 
 Floats = NDArray[np.float64]
 
@@ -87,7 +88,31 @@ def play(
 def prepared(
     name: str, sensors: Sensors, starts: Starts, options: Options, rows: int
 ) -> Arrangement:
-    """Return a filter that was told of all aircraft, with room for so many rows."""
+    """Return a filter that was told of all aircraft, with room for so many rows.
+
+    Parameters
+    ----------
+    name : str
+        `joint`, `two-stage`, `blom`, `blom-macro` or `ci`.
+    sensors : Sensors
+        The sensors and the prior of their biases.
+    starts : Starts
+        The aircraft; the number of each is its slot.
+    options : Options
+        Process noise and gates.
+    rows : int
+        Number of plots there is to be room for.
+
+    Returns
+    -------
+    Arrangement
+        The arrays of the filter, before the first plot.
+
+    Raises
+    ------
+    UnknownFilterError
+        If there is no filter of that name.
+    """
     one = arrange(name, sensors, options, slots=len(starts), rows=rows)
     for slot in range(len(starts)):
         begin(one, slot, starts.time_s[slot], starts.mean[slot], starts.covariance[slot])
@@ -95,7 +120,18 @@ def prepared(
 
 
 def empty_record(times: int, aircraft: int, biases: int) -> Record:
-    """Return room for what a filter says at so many times."""
+    """Return room for what a filter says at so many times.
+
+    Parameters
+    ----------
+    times, aircraft, biases : int
+        Numbers t, s and c.
+
+    Returns
+    -------
+    Record
+        Arrays of NaN.
+    """
     return Record(
         mean=np.full((times, aircraft, 4), np.nan),
         covariance=np.full((times, aircraft, 4, 4), np.nan),
@@ -105,17 +141,50 @@ def empty_record(times: int, aircraft: int, biases: int) -> Record:
 
 
 def record_times(times_s: ArrayLike, starts: Starts) -> Floats:
-    """Return times that ascend and come after all starts, or raise `TimeOrderError`."""
-    times = finite(times_s, "times to write down", 1)
-    before = np.concatenate([[starts.time_s.max(initial=-np.inf)], times[:-1]])
-    for time_s, after_s in zip(times.tolist(), before.tolist(), strict=True):
-        if time_s < after_s:
-            raise TimeOrderError("time to write down", time_s, after_s)
-    return times
+    """Return times at which all aircraft are known.
+
+    Parameters
+    ----------
+    times_s : (t,) array_like
+        Times, ascending, s.
+    starts : Starts
+        The aircraft.
+
+    Returns
+    -------
+    (t,) float64
+        The same times, s.
+
+    Raises
+    ------
+    ShapeError
+        If they are not in one dimension.
+    TimeOrderError
+        If they go back, one is no finite number, or the first is before a start.
+    """
+    return ascending_times(times_s, "time to write down", float(starts.time_s.max(initial=-np.inf)))
 
 
 def walk_start(starts: Starts, walk_s: float) -> float:
-    """Return when the biases begin to walk, or raise `ConfigurationError` for the interval."""
+    """Return when the biases begin to walk.
+
+    Parameters
+    ----------
+    starts : Starts
+        The aircraft.
+    walk_s : float
+        Interval at which the biases walk, s.
+
+    Returns
+    -------
+    float
+        The earliest start, s; +inf where there is none.
+
+    Raises
+    ------
+    ConfigurationError
+        If the interval is not above 0, or no finite number.
+    """
     if not 0.0 < walk_s < np.inf:
         raise ConfigurationError(f"interval of the walk: expected more than 0 s, was {walk_s}")
     return float(starts.time_s.min(initial=np.inf))

@@ -1,0 +1,209 @@
+"""What numbers from outside must be before anything is estimated from them: shape, sign, order."""
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from multiradar.errors import ConfigurationError, ShapeError, TimeOrderError
+
+Floats = NDArray[np.float64]
+
+
+def require_shape(values: ArrayLike, name: str, shape: tuple[int | None, ...]) -> Floats:
+    """Return the numbers if they are of a shape, or say of which they are.
+
+    Parameters
+    ----------
+    values : (...) array_like
+        Numbers, in any units.
+    name : str
+        What they are, for the message.
+    shape : tuple of int or None
+        Length of each dimension; None for one that may be of any length.
+
+    Returns
+    -------
+    (*shape) float64
+        The same numbers.
+
+    Raises
+    ------
+    ShapeError
+        If they are of another shape.
+    """
+    numbers = np.asarray(values, np.float64)
+    agree = len(numbers.shape) == len(shape) and all(
+        wanted in (None, length) for wanted, length in zip(shape, numbers.shape, strict=True)
+    )
+    if not agree:
+        wanted = str(shape).replace("None", "any")
+        raise ShapeError(name, f"the shape {wanted}", numbers.shape)
+    return numbers
+
+
+def finite_array(
+    values: ArrayLike, name: str, shape: tuple[int | None, ...] | None = None
+) -> Floats:
+    """Return a copy of numbers that are all finite.
+
+    Parameters
+    ----------
+    values : (...) array_like
+        Numbers, in any units.
+    name : str
+        What they are, for the message.
+    shape : tuple of int or None, optional
+        As in `require_shape`; any shape without.
+
+    Returns
+    -------
+    (*shape) float64
+        The numbers, in an array of their own.
+
+    Raises
+    ------
+    ShapeError
+        If they are of another shape, or one is not finite.
+    """
+    numbers = np.array(values, np.float64)
+    if shape is not None:
+        require_shape(numbers, name, shape)
+    if not np.isfinite(numbers).all():
+        raise ShapeError(name, "finite numbers", numbers.shape)
+    return numbers
+
+
+def positive_array(
+    values: ArrayLike,
+    name: str,
+    shape: tuple[int, ...],
+    error: Callable[[str], ConfigurationError] = ConfigurationError,
+) -> Floats:
+    """Return numbers above 0, one for all or one for each.
+
+    Parameters
+    ----------
+    values : () or (*shape) array_like
+        Numbers, in any units.
+    name : str
+        What they are, for the message.
+    shape : tuple of int
+        Shape of the result.
+    error : callable, optional
+        Makes the error from its message.
+
+    Returns
+    -------
+    (*shape) float64
+        The numbers, a single one repeated; not to be written to.
+
+    Raises
+    ------
+    ShapeError
+        If they are of another shape.
+    ConfigurationError
+        If one is not above 0, or not finite; of the class that `error` makes.
+    """
+    numbers = np.asarray(values, np.float64)
+    if numbers.shape not in ((), shape):
+        raise ShapeError(name, f"one number or the shape {shape}", numbers.shape)
+    wrong = numbers[~((numbers > 0.0) & (numbers < np.inf))]
+    if wrong.size:
+        raise error(f"{name}: expected a finite number above 0, was {wrong[0]}")
+    return np.broadcast_to(numbers, shape)
+
+
+def component_array(values: ArrayLike, name: str, count: int) -> Floats:
+    """Return vectors that have so many components, whatever the number of vectors.
+
+    Parameters
+    ----------
+    values : (..., count) array_like
+        One vector or several, in any units.
+    name : str
+        What they are, for the message.
+    count : int
+        Length of the last axis.
+
+    Returns
+    -------
+    (..., count) float64
+        The same numbers, finite or not.
+
+    Raises
+    ------
+    ShapeError
+        If the last axis is of another length.
+    """
+    numbers = np.asarray(values, np.float64)
+    if numbers.ndim == 0 or numbers.shape[-1] != count:
+        raise ShapeError(name, f"{count} components in the last axis", numbers.shape)
+    return numbers
+
+
+def ascending_times(times_s: ArrayLike, name: str, after_s: float) -> Floats:
+    """Return times of which none is before the one before it; equal ones may be.
+
+    Parameters
+    ----------
+    times_s : (n,) array_like
+        Times, s.
+    name : str
+        What one of them is, for the message.
+    after_s : float
+        What the first must not be before, s; −inf for nothing.
+
+    Returns
+    -------
+    (n,) float64
+        The same times, s.
+
+    Raises
+    ------
+    ShapeError
+        If they are not in one dimension.
+    TimeOrderError
+        If a time goes back, or is NaN or +inf.
+    """
+    times = np.asarray(times_s, np.float64)
+    if times.ndim != 1:
+        raise ShapeError(name, "one dimension", times.shape)
+    before = np.concatenate([[after_s], times[:-1]])
+    wrong = np.flatnonzero(~((times >= before) & (times < np.inf)))
+    if len(wrong):
+        raise TimeOrderError(name, float(times[wrong[0]]), float(before[wrong[0]]))
+    return times
+
+
+def interval_edges(times_s: ArrayLike, name: str, after_s: float) -> Floats:
+    """Return at least two times, each after the one before it.
+
+    Parameters
+    ----------
+    times_s : (n + 1,) array_like
+        Edges of n intervals, s.
+    name : str
+        What one of them is, for the message.
+    after_s : float
+        What the first must not be before, s; −inf for nothing.
+
+    Returns
+    -------
+    (n + 1,) float64
+        The same times, s.
+
+    Raises
+    ------
+    ShapeError
+        If they are not in one dimension, or there are fewer than two.
+    TimeOrderError
+        If a time goes back or stands still, or is NaN or +inf.
+    """
+    times = ascending_times(times_s, name, after_s)
+    if len(times) < 2:
+        raise ShapeError(name, "at least 2 times", times.shape)
+    still = np.flatnonzero(np.diff(times) == 0.0)
+    if len(still):
+        raise TimeOrderError(name, float(times[still[0] + 1]), float(times[still[0]]))
+    return times
