@@ -15,6 +15,7 @@
     │   └── IdempotencyConflictError  a key was used before, for another message
     ├── OutputExistsError           the place to write to is taken
     ├── OutsidePlaneError           a place too far from the centre of the system plane
+    ├── UnknownAircraftError        an aircraft that has not started, or was ended
     ├── CovarianceError             a matrix that is no covariance
     ├── ShapeError                  an array of another shape than expected, or not of numbers
     ├── TimeOrderError              a time before one that was there already
@@ -147,6 +148,14 @@ class OutsidePlaneError(MultiradarError):
             f"{what}: expected a place within {angle_max_deg:g} degrees of the plane's centre "
             f"{centre_rad} rad, was {place}"
         )
+
+
+class UnknownAircraftError(MultiradarError):
+    """An aircraft has not started, or was ended: nothing is known of it."""
+
+    def __init__(self, aircraft: int) -> None:
+        self.aircraft = aircraft
+        super().__init__(f"aircraft {aircraft}: expected one that has started, was unknown")
 
 
 class CovarianceError(MultiradarError):

@@ -1,11 +1,17 @@
 """A filter one measurement at a time, for research: the kernels of the service, behind checks."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from multiradar.errors import ConfigurationError, ShapeError, TimeOrderError
+from multiradar.errors import (
+    ConfigurationError,
+    ShapeError,
+    TimeOrderError,
+    UnknownAircraftError,
+)
 from multiradar.estimation.filters.bank import Outcome
 from multiradar.estimation.gaussian import require_covariance
 from multiradar.estimation.sequential._kernels import walk
@@ -109,6 +115,12 @@ class SequentialFilter:
             If the covariance is not symmetric or not positive definite.
         ConfigurationError
             If there is no room for one more aircraft.
+
+        Notes
+        -----
+        Where a time offset is estimated, the state is linearised at one velocity for good: at that
+        of the first plots, not at the one told here, once they know it well enough. What was told
+        is not used from then on; the aircraft begins anew at the plot that settled the velocity.
         """
         state = finite(mean, "state of the aircraft", 1)
         matrix = np.asarray(covariance, np.float64)
@@ -117,10 +129,17 @@ class SequentialFilter:
         require_covariance(matrix, "covariance of the aircraft")
         if not np.isfinite(time_s):
             raise ShapeError("time of the start", "a finite number", ())
-        begin(self._one, self._slot(aircraft), time_s, state, matrix)
+        slot = self._slot(aircraft)
+        self._take(aircraft, slot)
+        begin(self._one, slot, time_s, state, matrix)
 
     def observe(
-        self, aircraft: int, time_s: float, sensor: int, value: ArrayLike, height_m: float = 0.0
+        self,
+        aircraft: int,
+        time_s: float,
+        sensor: int,
+        value: ArrayLike,
+        height_m: float = math.nan,
     ) -> Outcome:
         """Take one measurement; an aircraft that was not started begins at it.
 
@@ -133,19 +152,22 @@ class SequentialFilter:
         value : (2,) array_like
             Range (m) and azimuth (rad), or east and north (m).
         height_m : float
-            Height of the aircraft; on a flat plane it does not matter.
+            Height of the aircraft above the ellipsoid, which radars on WGS 84 need; NaN where there
+            is none.
 
         Returns
         -------
         Outcome
-            What became of it.
+            What became of it. An aircraft whose first plot starts nothing is not known after it.
 
         Raises
         ------
         TimeOrderError
             If the time goes back.
         ShapeError
-            If the value is not two numbers, or there is no such sensor.
+            If the value is not two numbers, or there is no such sensor, or the height is missing.
+        ConfigurationError
+            If there is no room for one more aircraft.
         """
         values = np.asarray(value, np.float64)
         expect_shape(values, (2,), "value of the plot")
@@ -172,7 +194,7 @@ class SequentialFilter:
         values : (n, 2) array_like
             What each measures.
         height_m : (n,) array_like, optional
-            Heights.
+            Heights above the ellipsoid, which radars on WGS 84 need; NaN where there is none.
 
         Returns
         -------
@@ -185,13 +207,14 @@ class SequentialFilter:
             If the time goes back.
         ShapeError
             If the values are not pairs of numbers, one for each sensor, or a sensor is twice there
-            or not at all.
+            or not at all, or a height is missing.
+        ConfigurationError
+            If there is no room for one more aircraft.
         """
-        if len(set(sensors)) != len(sensors):
-            raise ShapeError("sensors of the plots", "each sensor once", (len(sensors),))
-        plots = _plots([self._slot(aircraft)], time_s, sensors, values, height_m)
+        slot = self._slot(aircraft)
+        plots = _plots([slot], time_s, sensors, values, height_m)
         one = self._one
-        arrays, slot = one.aircraft, self._slots[aircraft]
+        arrays = one.aircraft
         known = arrays.time[slot] if not np.isnan(arrays.time[slot]) else -np.inf
         if time_s < known:
             raise TimeOrderError(f"plot of aircraft {aircraft}", time_s, float(known))
@@ -205,6 +228,8 @@ class SequentialFilter:
             one.definition.method, time_s, 1.0, np.array([time_s]), one.work, rows, one.model,
             arrays, one.result, one.store, self._record,
         )  # fmt: skip
+        if not np.isnan(arrays.time[slot]):
+            self._take(aircraft, slot)
         return tuple(Outcome(int(number)) for number in one.result.outcome[: len(plots)])
 
     def walk(self, duration_s: float) -> None:
@@ -230,10 +255,11 @@ class SequentialFilter:
 
         Raises
         ------
-        KeyError
+        UnknownAircraftError
             If there is no such aircraft.
         """
-        slot = self._slots.pop(aircraft)
+        slot = self._known(aircraft)
+        del self._slots[aircraft]
         self._one.aircraft.time[slot] = np.nan
         self._free.append(slot)
 
@@ -242,10 +268,10 @@ class SequentialFilter:
 
         Raises
         ------
-        KeyError
+        UnknownAircraftError
             If there is no such aircraft.
         """
-        slot, one = self._slots[aircraft], self._one
+        slot, one = self._known(aircraft), self._one
         record = self._record
         write_record(0, float(one.aircraft.time[slot]), one.model, one.aircraft, record)
         return record.mean[0, slot].copy(), record.covariance[0, slot].copy()
@@ -255,12 +281,23 @@ class SequentialFilter:
         model = self._one.model
         return model.bias.copy(), model.bias_covariance.copy()
 
+    # Where an aircraft is, or would be: its place is taken when it starts.
     def _slot(self, aircraft: int) -> int:
+        if aircraft in self._slots:
+            return self._slots[aircraft]
+        if not self._free:
+            count = len(self._slots)
+            raise ConfigurationError(f"aircraft: expected at most {count}, was one more")
+        return self._free[-1]
+
+    def _take(self, aircraft: int, slot: int) -> None:
         if aircraft not in self._slots:
-            if not self._free:
-                count = len(self._slots)
-                raise ConfigurationError(f"aircraft: expected at most {count}, was one more")
-            self._slots[aircraft] = self._free.pop()
+            self._free.remove(slot)
+            self._slots[aircraft] = slot
+
+    def _known(self, aircraft: int) -> int:
+        if aircraft not in self._slots:
+            raise UnknownAircraftError(aircraft)
         return self._slots[aircraft]
 
 

@@ -9,7 +9,11 @@ from numpy.typing import ArrayLike, NDArray
 from multiradar.errors import ConfigurationError, ShapeError, TimeOrderError
 from multiradar.estimation.filters.arrays import Rows
 from multiradar.estimation.gaussian import require_covariance
-from multiradar.estimation.measurement._kernels import KIND_FLAT_PLACE, KIND_FLAT_POLAR
+from multiradar.estimation.measurement._kernels import (
+    KIND_FLAT_PLACE,
+    KIND_FLAT_POLAR,
+    KIND_RADAR,
+)
 from multiradar.estimation.measurement.linearised import cartesian_plot
 from multiradar.estimation.sequential.sensors import Sensors, expect_shape, finite
 
@@ -23,7 +27,7 @@ FORMS: tuple[Form, ...] = ("polar", "linearised")
 
 @dataclass(frozen=True, slots=True)
 class Plots:
-    """Measurements in the order in which they are taken.
+    """Measurements in the order in which they are taken; a sensor sees an aircraft once at a time.
 
     Parameters
     ----------
@@ -34,12 +38,14 @@ class Plots:
     value : (n, 2) array_like
         Range (m) and azimuth (rad); east and north (m) for sensors that report positions.
     height_m : (n,) array_like, optional
-        Heights; 0 without, as on a flat plane.
+        Heights above the ellipsoid, NaN where there is none; none at all without. Only the plots of
+        radars on WGS 84 need them, whose slant range says nothing of a place without a height.
 
     Raises
     ------
     ShapeError
-        If the columns are not of one length, or hold what is no finite number.
+        If the columns are not of one length, or hold what is no finite number, or a sensor sees an
+        aircraft twice at one time.
     TimeOrderError
         If a time goes back.
     """
@@ -64,13 +70,20 @@ class Plots:
             place = int(back[0])
             raise TimeOrderError("plot", float(times[place + 1]), float(times[place]))
         count = len(times)
-        heights = np.zeros(count) if height_m is None else finite(height_m, "heights", 1)
         values = finite(value, "values of the plots", 2)
         expect_shape(values, (count, 2), "values of the plots")
+        heights = np.full(count, np.nan) if height_m is None else np.array(height_m, np.float64)
         expect_shape(heights, (count,), "heights of the plots")
+        if np.isinf(heights).any():
+            raise ShapeError("heights of the plots", "finite numbers or NaN", heights.shape)
+        seen, seeing = (
+            _indices(column, count, f"{what} of the plots")
+            for column, what in ((aircraft, "aircraft"), (sensor, "sensors"))
+        )
+        _require_once_at_a_time(times, seen, seeing)
         object.__setattr__(self, "time_s", times)
-        object.__setattr__(self, "aircraft", _indices(aircraft, count, "aircraft of the plots"))
-        object.__setattr__(self, "sensor", _indices(sensor, count, "sensors of the plots"))
+        object.__setattr__(self, "aircraft", seen)
+        object.__setattr__(self, "sensor", seeing)
         object.__setattr__(self, "value", values)
         object.__setattr__(self, "height_m", heights)
 
@@ -142,7 +155,8 @@ def filter_rows(plots: Plots, sensors: Sensors, starts: Starts, form: Form) -> R
     ConfigurationError
         If the form is unknown.
     ShapeError
-        If a plot is of an aircraft without a start, or of a sensor that is not there.
+        If a plot is of an aircraft without a start, or of a sensor that is not there, or one of a
+        radar on WGS 84 has no height.
     TimeOrderError
         If an aircraft is seen before its start.
     """
@@ -160,6 +174,9 @@ def filter_rows(plots: Plots, sensors: Sensors, starts: Starts, form: Form) -> R
         start_s = float(starts.time_s[plots.aircraft[row]])
         raise TimeOrderError("plot of an aircraft", float(plots.time_s[row]), start_s)
     kind = sensors.kind[plots.sensor]
+    if np.isnan(plots.height_m[kind == KIND_RADAR]).any():
+        what = "heights of the plots"
+        raise ShapeError(what, "a height for every plot of a radar on WGS 84", plots.height_m.shape)
     value = plots.value.copy()
     if form == "linearised":
         flat = kind == KIND_FLAT_POLAR
@@ -167,6 +184,17 @@ def filter_rows(plots: Plots, sensors: Sensors, starts: Starts, form: Form) -> R
         value[flat] = cartesian_plot(sites, *plots.value[flat].T)
         kind = np.where(flat, KIND_FLAT_PLACE, kind)
     return Rows(plots.aircraft, plots.time_s, kind, plots.sensor, value, plots.height_m)
+
+
+# An epoch has room for one plot of each sensor.
+def _require_once_at_a_time(times: Floats, aircraft: Integers, sensors: Integers) -> None:
+    order = np.lexsort((sensors, aircraft, times))
+    same = [np.diff(column[order]) == 0 for column in (times, aircraft, sensors)]
+    twice = np.flatnonzero(np.logical_and.reduce(same))
+    if len(twice):
+        row = int(order[twice[0]])
+        what = f"plots of aircraft {aircraft[row]} at {times[row]} s"
+        raise ShapeError(what, "each sensor once at a time", times.shape)
 
 
 def _indices(values: ArrayLike, count: int, what: str) -> Integers:

@@ -1,11 +1,18 @@
 """What the sequential form knows of the sensors: radars on a plane, or sensors on WGS 84."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from multiradar.errors import PriorError, SensorPositionError, ShapeError, UnknownParameterError
+from multiradar.errors import (
+    ConfigurationError,
+    PriorError,
+    SensorPositionError,
+    ShapeError,
+    UnknownParameterError,
+)
 from multiradar.estimation.gaussian import require_covariance
 from multiradar.estimation.measurement._kernels import KIND_FLAT_POLAR, KIND_RADAR
 from multiradar.estimation.measurement.sensors import (
@@ -91,6 +98,15 @@ class Sensors:
         As in `multiradar.estimation.filters.arrays.Model`.
     prior : BiasPrior
         What is known of the biases.
+
+    Raises
+    ------
+    ShapeError
+        If the arrays are not of one number of sensors, or of one number of parameters.
+    UnknownParameterError
+        If a kind of parameter is unknown.
+    ConfigurationError
+        If a sensor has a parameter twice: there is room for each kind once.
     """
 
     kind: Integers
@@ -101,6 +117,24 @@ class Sensors:
     starts: Integers
     parameters: Integers
     prior: BiasPrior
+
+    def __post_init__(self) -> None:
+        count, starts = len(self.kind), self.starts
+        kinds = known_parameters(self.parameters)
+        for name, array, length in (
+            ("sites of the sensors", self.sites, count),
+            ("noises of the sensors", self.noises, count),
+            ("places of the sensors", self.places, count),
+            ("first parameters of the sensors", starts, count + 1),
+            ("prior of the biases", self.prior.mean, len(kinds)),
+        ):
+            if len(array) != length:
+                raise ShapeError(name, f"{length} rows", array.shape)
+        if starts[0] != 0 or starts[-1] != len(kinds) or (np.diff(starts) < 0).any():
+            expected = f"ascending indices from 0 to {len(kinds)}"
+            raise ShapeError("first parameters of the sensors", expected, starts.shape)
+        for sensor, (first, last) in enumerate(pairwise(starts.tolist())):
+            _require_each_once(sensor, kinds[first:last].tolist())
 
     def __len__(self) -> int:
         return len(self.kind)
@@ -139,6 +173,8 @@ def flat_radars(
         If the noise of a radar is not positive.
     UnknownParameterError
         If a kind of parameter is unknown.
+    ConfigurationError
+        If a kind of parameter is named twice.
     ShapeError
         If the shapes do not go together.
 
@@ -158,7 +194,6 @@ def flat_radars(
         positive_variances(sigma, count, name)
         for sigma, name in ((range_sigma_m, "range"), (azimuth_sigma_rad, "azimuth"))
     ]
-    expect_shape(prior.mean, (count * len(kinds),), "prior of the biases")
     return Sensors(
         kind=np.full(count, KIND_FLAT_POLAR, np.int64),
         plane=np.zeros(1),
@@ -257,6 +292,15 @@ def positive_variances(sigma: ArrayLike, count: int, what: str) -> Floats:
     if not ((values > 0.0) & (values < np.inf)).all():
         raise PriorError(f"sigma of the {what}: expected more than 0, was {values.tolist()}")
     return np.asarray(np.broadcast_to(values**2, count))
+
+
+def _require_each_once(sensor: int, kinds: list[int]) -> None:
+    for kind in kinds:
+        if kinds.count(kind) > 1:
+            raise ConfigurationError(
+                f"sensor {sensor}: expected {PARAMETER_NAMES[kind]} once, was "
+                f"{kinds.count(kind)} times"
+            )
 
 
 # A sensor takes the number of the first one that stands where it stands.

@@ -1,6 +1,8 @@
 """What a researcher gives wrongly is refused where it is given, by name."""
 
 import doctest
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +14,7 @@ from multiradar.errors import (
     SensorPositionError,
     ShapeError,
     TimeOrderError,
+    UnknownAircraftError,
     UnknownFilterError,
     UnknownParameterError,
 )
@@ -87,6 +90,71 @@ def test_a_radar_needs_a_position() -> None:
 def test_a_bias_parameter_must_be_known() -> None:
     with pytest.raises(UnknownParameterError, match=r"0 \(range_offset_m\).*was 9"):
         flat_radars(SITES, 15.0, 1e-3, PRIOR, parameters=(0, 9))
+
+
+def test_a_sensor_has_each_parameter_once() -> None:
+    """Kernels have room for four a sensor; more of them were once written beyond it."""
+    prior = BiasPrior(np.zeros(24), np.eye(24))
+    with pytest.raises(ConfigurationError, match="sensor 0: expected range_offset_m once, was 6"):
+        flat_radars(SITES, 15.0, 1e-3, prior, parameters=(0, 1) * 6)
+    with pytest.raises(ConfigurationError, match="sensor 1: expected azimuth_offset_deg once"):
+        replace(radars(), parameters=np.array([0, 1, 1, 1]))
+
+
+@pytest.mark.parametrize(
+    ("changed", "named"),
+    [
+        ({"prior": BiasPrior(np.zeros(2), np.eye(2))}, "prior of the biases"),
+        ({"starts": np.array([0, 2, 6])}, "first parameters"),
+        ({"starts": np.array([0, 4])}, "first parameters"),
+        ({"places": np.array([0])}, "places"),
+        ({"sites": np.zeros((3, 2))}, "sites"),
+        ({"noises": np.ones((1, 4))}, "noises"),
+    ],
+)
+def test_the_arrays_of_the_sensors_go_together(changed: dict[str, Any], named: str) -> None:
+    with pytest.raises(ShapeError, match=named):
+        replace(radars(), **changed)
+
+
+def test_a_sensor_sees_an_aircraft_once_at_a_time() -> None:
+    """An epoch has room for one plot of each sensor; forty of one were once written beyond it."""
+    with pytest.raises(ShapeError, match=r"aircraft 3 at 2\.0 s: expected each sensor once"):
+        Plots([1.0] + [2.0] * 40, [3] * 41, [0] * 41, np.ones((41, 2)))
+    with pytest.raises(ShapeError, match="each sensor once"):
+        Plots([1.0] * 3, [0, 1, 0], [1, 1, 1], np.ones((3, 2)))
+    assert len(Plots([1.0, 1.0, 1.0, 2.0], [0, 0, 1, 0], [0, 1, 0, 0], np.ones((4, 2)))) == 4
+
+
+def test_a_radar_on_the_earth_needs_the_height_of_its_plots() -> None:
+    """Without one the plot of an aircraft at 10 km would be of one on the ground, exactly known."""
+    rng = np.random.default_rng(1)
+    scene = make_scene(rng, three_radars(), random_flights(rng, 1, 10.0))
+    one = SequentialFilter("two-stage", earth_sensors(scene.sensors, scene.plane), aircraft_max=1)
+    plot = [scene.batch.range_m[0], scene.batch.azimuth_rad[0]]
+    for height_m in ([], [np.nan]):
+        with pytest.raises(ShapeError, match="a height for every plot of a radar"):
+            one.observe(0, 1.0, 0, plot, *height_m)
+    with pytest.raises(ShapeError, match="finite numbers or NaN"):
+        one.observe(0, 1.0, 0, plot, np.inf)
+    assert one.observe(0, 1.0, 0, plot, 10e3) is Outcome.STARTED
+
+
+def test_what_starts_nothing_takes_no_room() -> None:
+    """Neither a plot that is refused by name, nor one at which no aircraft can begin."""
+    one = SequentialFilter("blom", radars(), aircraft_max=1)
+    for aircraft in range(3):
+        with pytest.raises(ShapeError, match="values"):
+            one.observe(aircraft, 11.0, 0, [np.nan, 0.0])
+        assert one.observe(aircraft, 11.0, 0, [-1.0, 0.0]) is Outcome.UNLOCATABLE
+        with pytest.raises(UnknownAircraftError, match=f"aircraft {aircraft}: expected one"):
+            one.aircraft(aircraft)
+        with pytest.raises(UnknownAircraftError):
+            one.end(aircraft)
+    assert one.observe(5, 11.0, 0, [36_100.0, 0.59]) is Outcome.STARTED
+    assert np.isfinite(one.aircraft(5)[0]).all()
+    with pytest.raises(ConfigurationError, match="at most 1"):
+        one.observe(6, 11.0, 0, [36_100.0, 0.59])
 
 
 def test_times_do_not_go_back() -> None:

@@ -3,7 +3,13 @@
 import numpy as np
 import pytest
 
-from multiradar.errors import ConfigurationError, ShapeError, TimeOrderError, UnknownFilterError
+from multiradar.errors import (
+    ConfigurationError,
+    ShapeError,
+    TimeOrderError,
+    UnknownAircraftError,
+    UnknownFilterError,
+)
 from multiradar.estimation.filters.bank import Outcome
 from multiradar.estimation.motion.constant_velocity import process_noise, transition
 from multiradar.estimation.sequential.arrangement import Options
@@ -98,7 +104,7 @@ def test_the_sequential_filter_is_the_player(name: str) -> None:
             np.testing.assert_allclose(covariance, record.covariance[0, aircraft], rtol=1e-10)
     before = one.biases()
     one.end(101)
-    with pytest.raises(KeyError):
+    with pytest.raises(UnknownAircraftError):
         one.aircraft(101)
     np.testing.assert_array_equal(one.biases()[0], before[0])
 
