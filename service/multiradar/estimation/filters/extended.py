@@ -10,12 +10,13 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from multiradar.errors import ConfigurationError, ShapeError
+from multiradar.errors import ConfigurationError
+from multiradar.estimation.array_checks import component_array, finite_array, require_shape
 from multiradar.estimation.filters.extended_measurement import SpaceMeasurement
 from multiradar.estimation.gaussian import EIGENVALUE_MIN, require_covariance, symmetric_part
 from multiradar.estimation.motion.axes import STATE_SIZE, Floats
 from multiradar.estimation.motion.coordinates import CARTESIAN, Coordinates
-from multiradar.estimation.motion.inputs import components, require_positive
+from multiradar.estimation.motion.inputs import require_positive
 from multiradar.estimation.motion.model import MotionModel
 
 #: Share of the speed that must be level for a course to be told, well above rounding.
@@ -112,12 +113,9 @@ def start(mean: ArrayLike, covariance: ArrayLike, coordinates: Coordinates = CAR
         The velocity frame is asked for at a velocity that has no course (at rest, or straight up
         or down), where its covariance has no bound.
     """
-    values = components("mean", mean, STATE_SIZE)
-    if not np.isfinite(values).all():
-        raise ShapeError("mean", "finite numbers", values.shape)
+    values = finite_array(component_array(mean, "mean", STATE_SIZE), "mean")
     matrix = require_covariance(covariance, "covariance")
-    if matrix.shape != (*values.shape, STATE_SIZE):
-        raise ShapeError("covariance", f"the shape {(*values.shape, STATE_SIZE)}", matrix.shape)
+    require_shape(matrix, "covariance", (*values.shape, STATE_SIZE))
     own = coordinates.from_cartesian(values)
     slope = coordinates.to_cartesian_jacobian(own)
     # Columns for course and climb are as long as the level speed and the speed are.
@@ -203,8 +201,8 @@ def update(
     rounding. Non-finite arithmetic is met by refusing, not by warnings.
     """
     if gate is not None:
-        require_positive("gate", gate)
-    values = components("measurement", measured, measurement.noise.shape[-1])
+        require_positive(gate, "gate")
+    values = component_array(measured, "measurement", measurement.noise.shape[-1])
     with np.errstate(over="ignore", invalid="ignore"):
         return _update(estimate, measurement, values, np.inf if gate is None else gate)
 

@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from multiradar.errors import ShapeError
+from multiradar.estimation.array_checks import component_array
 from multiradar.estimation.gaussian import require_covariance
 from multiradar.estimation.measurement.angles import wrapped
 from multiradar.estimation.measurement.cone_of_silence import azimuth_trusted
 from multiradar.estimation.motion.axes import Floats
-from multiradar.estimation.motion.inputs import components
 
 
 class SpaceMeasurement(Protocol):
@@ -153,7 +153,7 @@ class MeasuredPolar:
         return np.asarray(azimuth_trusted(ground, up, 0.0) & (ground > 0.0))
 
     def _line(self, position: ArrayLike) -> tuple[Floats, Floats, Floats, Floats]:
-        line = components("position", position, 3) - self.site_m
+        line = component_array(position, "position", 3) - self.site_m
         east, north, up = np.moveaxis(line, -1, 0)
         return east, north, up, np.hypot(east, north)
 

@@ -21,16 +21,21 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import solve_triangular
 
 from multiradar.errors import ConfigurationError, ForecastError, TimeOrderError
+from multiradar.estimation.array_checks import (
+    ascending_times,
+    finite_array,
+    interval_edges,
+    positive_array,
+)
 from multiradar.estimation.filters.polynomial_basis import averages, legendre_table, restriction
 from multiradar.estimation.filters.polynomial_information import (
-    added,
-    derivatives,
-    extended,
-    factored,
-    part,
-    units,
+    derivative_rows,
+    extended_until,
+    legendre_part,
+    legendre_points,
+    sorted_factor,
+    with_measurements,
 )
-from multiradar.estimation.filters.polynomial_inputs import ascending, edges, positive, shaped
 from multiradar.estimation.filters.polynomial_state import PolynomialEstimate, PolynomialState
 from multiradar.estimation.gaussian import require_covariance
 
@@ -78,14 +83,14 @@ def start(
     size = degree + 1
     if not np.isfinite(start_s):
         raise ConfigurationError(f"start: expected a finite time, was {start_s} s")
-    means = shaped(mean, (size, *np.shape(mean)[1:]), "prior mean")
-    covariances = shaped(covariance, (size, size), "prior covariance")
+    means = finite_array(mean, "prior mean", (size, *np.shape(mean)[1:]))
+    covariances = finite_array(covariance, "prior covariance", (size, size))
     require_covariance(covariances, "prior covariance")
     return PolynomialState(
         start_s=float(start_s),
         observed_until_s=float(start_s),
-        prior_mean=means.copy(),
-        prior_covariance=covariances.copy(),
+        prior_mean=means,
+        prior_covariance=covariances,
         root=np.zeros((size, size)),
         vector=np.zeros(means.shape),
     )
@@ -121,14 +126,14 @@ def observe(
     ConfigurationError
         If a variance is not above 0.
     """
-    times = ascending(times_s, state.observed_until_s, "time of a measurement")
-    values = shaped(values_m, (*times.shape, *state.axes), "values")
-    sigmas = np.sqrt(positive(variances_m2, times.shape, "variance of a measurement"))
+    times = ascending_times(times_s, "time of a measurement", state.observed_until_s)
+    values = finite_array(values_m, "values", (*times.shape, *state.axes))
+    sigmas = np.sqrt(positive_array(variances_m2, "variance of a measurement", times.shape))
     if not len(times):
         return state
-    longer = extended(state, float(times[-1]))
-    rows = legendre_table(state.degree, units(longer, times), 0)[:, 0, :]
-    return added(longer, rows, values, sigmas)
+    longer = extended_until(state, float(times[-1]))
+    rows = legendre_table(state.degree, legendre_points(longer, times), 0)[:, 0, :]
+    return with_measurements(longer, rows, values, sigmas)
 
 
 def observe_increments(
@@ -162,13 +167,13 @@ def observe_increments(
     ----------
     Koptev, Rozov, Romanovsky, equation (1). The paper takes X as constant over an interval.
     """
-    times = edges(edges_s, state.observed_until_s, "edge of an interval")
+    times = interval_edges(edges_s, "edge of an interval", state.observed_until_s)
     lengths = np.diff(times)
-    values = shaped(increments, (*lengths.shape, *state.axes), "increments")
-    sigmas = np.sqrt(positive(noise_intensity, (), "noise intensity") * lengths)
-    longer = extended(state, float(times[-1]))
-    rows = averages(state.degree, *part(longer, times[:-1], times[1:])) * lengths[:, None]
-    return added(longer, rows, values, sigmas)
+    values = finite_array(increments, "increments", (*lengths.shape, *state.axes))
+    sigmas = np.sqrt(positive_array(noise_intensity, "noise intensity", ()) * lengths)
+    longer = extended_until(state, float(times[-1]))
+    rows = averages(state.degree, *legendre_part(longer, times[:-1], times[1:])) * lengths[:, None]
+    return with_measurements(longer, rows, values, sigmas)
 
 
 def observe_interval(
@@ -214,14 +219,14 @@ def observe_interval(
     Koptev, Rozov, Romanovsky, equation (1) and the equations of m and γ after it, of which this is
     the exact solution.
     """
-    begin, end = edges([begin_s, end_s], state.observed_until_s, "end of an interval")
-    values = shaped(moments, state.prior_mean.shape, "moments")
-    variance = positive(noise_intensity, (), "noise intensity")
+    begin, end = interval_edges([begin_s, end_s], "end of an interval", state.observed_until_s)
+    values = finite_array(moments, "moments", state.prior_mean.shape)
+    variance = positive_array(noise_intensity, "noise intensity", ())
     weights = (end - begin) / (2.0 * np.arange(state.degree + 1) + 1.0)
     sigmas = np.sqrt(variance * weights)
-    longer = extended(state, float(end))
-    rows = restriction(state.degree, *part(longer, begin, end)) * weights[:, None]
-    return added(longer, rows, values, sigmas)
+    longer = extended_until(state, float(end))
+    rows = restriction(state.degree, *legendre_part(longer, begin, end)) * weights[:, None]
+    return with_measurements(longer, rows, values, sigmas)
 
 
 def estimate(state: PolynomialState, times_s: ArrayLike) -> PolynomialEstimate:
@@ -261,11 +266,13 @@ def estimate(state: PolynomialState, times_s: ArrayLike) -> PolynomialEstimate:
     ----------
     Koptev, Rozov, Romanovsky: the estimates of α from m(t), and the forecast from them.
     """
-    times = shaped(times_s, np.shape(times_s), "times of an estimate")
+    times = finite_array(times_s, "times of an estimate")
     # Any interval will do where nothing was observed but at the start.
     alone = state.observed_until_s == state.start_s
-    seen = extended(state, float(np.nextafter(state.start_s + 1.0, np.inf))) if alone else state
-    at_start = derivatives(seen, np.array([state.start_s]))[0]
+    seen = (
+        extended_until(state, float(np.nextafter(state.start_s + 1.0, np.inf))) if alone else state
+    )
+    at_start = derivative_rows(seen, np.array([state.start_s]))[0]
     sigmas = np.sqrt(np.diagonal(state.prior_covariance))
     factor = np.linalg.cholesky(state.prior_covariance / np.outer(sigmas, sigmas))
     prior = np.hstack([at_start, state.prior_mean.reshape(state.degree + 1, -1)])
@@ -273,9 +280,9 @@ def estimate(state: PolynomialState, times_s: ArrayLike) -> PolynomialEstimate:
     given = np.hstack([seen.root, seen.vector.reshape(state.degree + 1, -1)])
     size = state.degree + 1
     stacked = np.vstack([prior, given])
-    triangle, order, vector = factored(stacked[:, :size], stacked[:, size:])
+    triangle, order, vector = sorted_factor(stacked[:, :size], stacked[:, size:])
     with np.errstate(over="ignore", invalid="ignore"):
-        rows = derivatives(seen, times.reshape(-1))[:, :, order].reshape(-1, size)
+        rows = derivative_rows(seen, times.reshape(-1))[:, :, order].reshape(-1, size)
         spread = solve_triangular(triangle, rows.T, trans="T", check_finite=False).T
         mean = (spread @ vector).reshape(*times.shape, size, *state.axes)
         spread = spread.reshape(*times.shape, size, size)
@@ -311,7 +318,7 @@ def forecast(state: PolynomialState, horizons_s: ArrayLike) -> PolynomialEstimat
     ----------
     Koptev, Rozov, Romanovsky: X̄_t for t ≥ t*, and D_п(t).
     """
-    horizons = shaped(horizons_s, np.shape(horizons_s), "horizons of a forecast")
+    horizons = finite_array(horizons_s, "horizons of a forecast")
     if (horizons < 0.0).any():
         raise TimeOrderError("horizon of a forecast", float(horizons.min()), 0.0)
     return estimate(state, state.observed_until_s + horizons)

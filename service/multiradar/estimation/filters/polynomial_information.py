@@ -12,8 +12,26 @@ from multiradar.estimation.filters.polynomial_state import PolynomialState
 Floats = NDArray[np.float64]
 
 
-def extended(state: PolynomialState, until_s: float) -> PolynomialState:
-    """Return the state on the time up to another observation, if that is longer."""
+def extended_until(state: PolynomialState, until_s: float) -> PolynomialState:
+    """Return the state on the time up to another observation, if that is longer.
+
+    Parameters
+    ----------
+    state : PolynomialState
+        What is known.
+    until_s : float
+        Time of an observation to come, s.
+
+    Returns
+    -------
+    PolynomialState
+        The same information, on the polynomials of the longer interval.
+
+    References
+    ----------
+    `multiradar.estimation.filters.polynomial_basis.restriction`: the matrix M. As α does not move
+    (Koptev, Rozov, Romanovsky, dΘ_n = 0), the information is moved by a change of basis alone.
+    """
     if until_s <= state.observed_until_s:
         return state
     # P_j on the longer interval is Σ_k M_kj P_k of the shorter one.
@@ -22,10 +40,34 @@ def extended(state: PolynomialState, until_s: float) -> PolynomialState:
     return replace(state, observed_until_s=until_s, root=state.root @ matrix)
 
 
-def added(state: PolynomialState, rows: Floats, values: Floats, sigmas: Floats) -> PolynomialState:
-    """Return the state with rows h of independent measurements, their values and their sigmas."""
+def with_measurements(
+    state: PolynomialState, rows: Floats, values: Floats, sigmas: Floats
+) -> PolynomialState:
+    """Return the state with independent measurements.
+
+    Parameters
+    ----------
+    state : PolynomialState
+        What was known before, on an interval that holds the measurements.
+    rows : (m, n + 1) float64
+        h: what each measures, over the coefficients of P_0 … P_n.
+    values : (m, *axes) float64
+        What was measured (m, or m·s for integrals).
+    sigmas : (m,) float64
+        Standard deviations of the errors, in the same unit.
+
+    Returns
+    -------
+    PolynomialState
+        BᵀB grows by Σ hᵀh / σ².
+
+    References
+    ----------
+    G. J. Bierman, Factorization Methods for Discrete Sequential Estimation, Academic Press (1977),
+    chapter V: measurements taken by an orthogonal transformation of the stacked roots.
+    """
     size = state.degree + 1
-    triangle, order, vector = factored(
+    triangle, order, vector = sorted_factor(
         np.vstack([state.root, rows / sigmas[:, None]]),
         np.vstack(
             [state.vector.reshape(size, -1), values.reshape(len(sigmas), -1) / sigmas[:, None]]
@@ -36,9 +78,27 @@ def added(state: PolynomialState, rows: Floats, values: Floats, sigmas: Floats) 
     return replace(state, root=root, vector=vector.reshape(state.vector.shape))
 
 
-def factored(rows: Floats, values: Floats) -> tuple[Floats, NDArray[np.intp], Floats]:
+def sorted_factor(rows: Floats, values: Floats) -> tuple[Floats, NDArray[np.intp], Floats]:
     """Return R, the order of its columns, and Qᵀ b, with Q R = A.
 
+    Parameters
+    ----------
+    rows : (m, n) float64
+        A, whose rows may be of very different size.
+    values : (m, k) float64
+        b, k right-hand sides.
+
+    Returns
+    -------
+    triangle : (min(m, n), n) float64
+        R, of the columns in their new order.
+    order : (n,) int
+        Which column of A stands at each place.
+    vector : (min(m, n), k) float64
+        Qᵀ b.
+
+    Notes
+    -----
     Rows are sorted by size and columns exchanged, which makes it stable row by row: a sharp
     measurement does not wash out what little a wide prior says.
 
@@ -52,23 +112,74 @@ def factored(rows: Floats, values: Floats) -> tuple[Floats, NDArray[np.intp], Fl
     return triangle, order, unitary.T @ values[largest]
 
 
-def units(state: PolynomialState, times_s: Floats) -> Floats:
-    """Return u of times: −1 at the start, 1 at the last observation."""
+def legendre_points(state: PolynomialState, times_s: Floats) -> Floats:
+    """Return u of times.
+
+    Parameters
+    ----------
+    state : PolynomialState
+        Whose time observed is the interval.
+    times_s : (...) float64
+        Times, s.
+
+    Returns
+    -------
+    (...) float64
+        −1 at the start, 1 at the last observation; −1 everywhere where they are one.
+
+    References
+    ----------
+    The map of [a, b] to [−1, 1] that `multiradar.estimation.filters.polynomial_basis` opens with.
+    """
     span = state.observed_until_s - state.start_s
     if span == 0.0:
         return np.full(times_s.shape, -1.0)
     return 2.0 * (times_s - state.start_s) / span - 1.0
 
 
-def part(state: PolynomialState, begin_s: Floats, end_s: Floats) -> tuple[Floats, Floats]:
-    """Return middle and half length of parts of the interval, in units of u."""
+def legendre_part(state: PolynomialState, begin_s: Floats, end_s: Floats) -> tuple[Floats, Floats]:
+    """Return middle and half length of parts of the interval, in units of u.
+
+    Parameters
+    ----------
+    state : PolynomialState
+        Whose time observed is the interval; it is longer than nothing.
+    begin_s, end_s : (...) float64
+        Where the parts begin and end, s.
+
+    Returns
+    -------
+    middle, half : (...) float64
+        What `averages` and `restriction` take.
+
+    References
+    ----------
+    The map of [a, b] to [−1, 1] that `multiradar.estimation.filters.polynomial_basis` opens with.
+    """
     span = state.observed_until_s - state.start_s
     middle = (begin_s - state.start_s) / 2.0 + (end_s - state.start_s) / 2.0
     return np.asarray(2.0 * middle / span - 1.0), np.asarray((end_s - begin_s) / span)
 
 
-def derivatives(state: PolynomialState, times_s: Floats) -> Floats:
-    """Return the rows of value and derivatives over the coefficients: (m, n + 1, n + 1)."""
-    table = legendre_table(state.degree, units(state, times_s), state.degree)
+def derivative_rows(state: PolynomialState, times_s: Floats) -> Floats:
+    """Return what value and derivatives are of the coefficients.
+
+    Parameters
+    ----------
+    state : PolynomialState
+        Whose time observed is the interval; it is longer than nothing.
+    times_s : (m,) float64
+        Times, s.
+
+    Returns
+    -------
+    (m, n + 1, n + 1) float64
+        d^k P_j / dt^k at [m, k, j], 1/s^k.
+
+    References
+    ----------
+    Koptev, Rozov, Romanovsky: Θ_k(t), the derivatives of X_t, by the chain rule.
+    """
+    table = legendre_table(state.degree, legendre_points(state, times_s), state.degree)
     by_time = 2.0 / (state.observed_until_s - state.start_s)
     return np.asarray(table * (by_time ** np.arange(state.degree + 1.0))[:, None])

@@ -9,13 +9,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from multiradar.estimation.array_checks import component_array
 from multiradar.estimation.motion.axes import STATE_SIZE, Floats
 from multiradar.estimation.motion.coordinates import (
     CARTESIAN,
     cartesian_jacobian,
     cartesian_transition,
 )
-from multiradar.estimation.motion.inputs import components, forward, per_axis
+from multiradar.estimation.motion.inputs import axis_parameters, forward_interval
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +53,7 @@ class CartesianAcceleration:
     jacobian = staticmethod(cartesian_jacobian)
 
     def __post_init__(self) -> None:
-        checked = per_axis("acceleration", self.acceleration_mps2)
+        checked = axis_parameters(self.acceleration_mps2, "acceleration")
         object.__setattr__(self, "acceleration_mps2", checked)
 
     def step(self, state: ArrayLike, interval_s: float, draws: ArrayLike) -> Floats:
@@ -105,7 +106,7 @@ class CartesianAcceleration:
 
     def velocity_sigmas(self, interval_s: float) -> Floats:
         """Return (3,) a_x T, a_y T, a_z T, m/s: the entries of ϑ after (2)."""
-        return forward(interval_s) * np.array(self.acceleration_mps2)
+        return forward_interval(interval_s) * np.array(self.acceleration_mps2)
 
 
 def jolted(state: ArrayLike, interval_s: float, sigmas: Floats, draws: ArrayLike) -> Floats:
@@ -133,7 +134,7 @@ def jolted(state: ArrayLike, interval_s: float, sigmas: Floats, draws: ArrayLike
         As for `CartesianAcceleration.step`.
     """
     moved = cartesian_transition(state, interval_s)
-    change = sigmas * components("draws", draws, 3)
+    change = sigmas * component_array(draws, "draws", 3)
     parts = np.broadcast_arrays(moved[..., :3], moved[..., 3:] + change)
     return np.concatenate(parts, axis=-1)
 
@@ -153,7 +154,7 @@ def velocity_noise(state: ArrayLike, sigmas: Floats) -> Floats:
     (..., 6, 6) ndarray
         diag(0, 0, 0, σ_x², σ_y², σ_z²).
     """
-    values = components("state", state, STATE_SIZE)
+    values = component_array(state, "state", STATE_SIZE)
     result = np.zeros((*values.shape, STATE_SIZE))
     result[..., [3, 4, 5], [3, 4, 5]] = sigmas**2
     return result

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from multiradar.estimation.array_checks import component_array
 from multiradar.estimation.motion.axes import (
     STATE_SIZE,
     Floats,
@@ -17,7 +18,7 @@ from multiradar.estimation.motion.axes import (
     velocity_by_frame,
     velocity_to_frame,
 )
-from multiradar.estimation.motion.inputs import components, forward
+from multiradar.estimation.motion.inputs import forward_interval
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,8 +78,8 @@ def cartesian_transition(state: ArrayLike, interval_s: float) -> Floats:
     ----------
     Vasiliev, Mattis, equations (1), (2).
     """
-    values = components("state", state, STATE_SIZE).copy()
-    values[..., :3] += forward(interval_s) * values[..., 3:]  # (2)
+    values = component_array(state, "state", STATE_SIZE).copy()
+    values[..., :3] += forward_interval(interval_s) * values[..., 3:]  # (2)
     return values
 
 
@@ -102,8 +103,8 @@ def cartesian_jacobian(state: ArrayLike, interval_s: float) -> Floats:
     ShapeError, TimeOrderError
         As for `cartesian_transition`.
     """
-    result = _identity(components("state", state, STATE_SIZE))
-    result[..., [0, 1, 2], [3, 4, 5]] = forward(interval_s)  # φ_i after (2)
+    result = _identity(component_array(state, "state", STATE_SIZE))
+    result[..., [0, 1, 2], [3, 4, 5]] = forward_interval(interval_s)  # φ_i after (2)
     return result
 
 
@@ -131,8 +132,8 @@ def frame_transition(state: ArrayLike, interval_s: float) -> Floats:
     ----------
     Vasiliev, Mattis, equation (5).
     """
-    values = components("state", state, STATE_SIZE).copy()
-    values[..., :3] += forward(interval_s) * frame_to_velocity(values[..., 3:])  # (5)
+    values = component_array(state, "state", STATE_SIZE).copy()
+    values[..., :3] += forward_interval(interval_s) * frame_to_velocity(values[..., 3:])  # (5)
     return values
 
 
@@ -156,9 +157,9 @@ def frame_jacobian(state: ArrayLike, interval_s: float) -> Floats:
     ShapeError, TimeOrderError
         As for `cartesian_transition`.
     """
-    values = components("state", state, STATE_SIZE)
+    values = component_array(state, "state", STATE_SIZE)
     result = _identity(values)
-    result[..., :3, 3:] = forward(interval_s) * velocity_by_frame(values[..., 3:])
+    result[..., :3, 3:] = forward_interval(interval_s) * velocity_by_frame(values[..., 3:])
     return result
 
 
@@ -180,7 +181,7 @@ def frame_to_cartesian(state: ArrayLike) -> Floats:
     ShapeError
         The state has another number of components.
     """
-    values = components("state", state, STATE_SIZE)
+    values = component_array(state, "state", STATE_SIZE)
     return np.concatenate([values[..., :3], frame_to_velocity(values[..., 3:])], axis=-1)
 
 
@@ -202,19 +203,19 @@ def cartesian_to_frame(state: ArrayLike) -> Floats:
     ShapeError
         The state has another number of components.
     """
-    values = components("state", state, STATE_SIZE)
+    values = component_array(state, "state", STATE_SIZE)
     return np.concatenate([values[..., :3], velocity_to_frame(values[..., 3:])], axis=-1)
 
 
 def _frame_to_cartesian_jacobian(state: ArrayLike) -> Floats:
-    values = components("state", state, STATE_SIZE)
+    values = component_array(state, "state", STATE_SIZE)
     result = _identity(values)
     result[..., 3:, 3:] = velocity_by_frame(values[..., 3:])
     return result
 
 
 def _canonical_state(state: ArrayLike, covariance: ArrayLike) -> tuple[Floats, Floats]:
-    values = components("state", state, STATE_SIZE).copy()
+    values = component_array(state, "state", STATE_SIZE).copy()
     values[..., 3:], signs = canonical_frame(values[..., 3:])
     every = np.concatenate([np.ones_like(signs), signs], axis=-1)
     turned = np.asarray(covariance, np.float64) * every[..., :, None] * every[..., None, :]
@@ -223,7 +224,7 @@ def _canonical_state(state: ArrayLike, covariance: ArrayLike) -> tuple[Floats, F
 
 # A Cartesian state says itself in one way only.
 def _as_it_is(state: ArrayLike) -> Floats:
-    return components("state", state, STATE_SIZE).copy()
+    return component_array(state, "state", STATE_SIZE).copy()
 
 
 def _both_as_they_are(state: ArrayLike, covariance: ArrayLike) -> tuple[Floats, Floats]:
@@ -231,7 +232,7 @@ def _both_as_they_are(state: ArrayLike, covariance: ArrayLike) -> tuple[Floats, 
 
 
 def _identity_jacobian(state: ArrayLike) -> Floats:
-    return _identity(components("state", state, STATE_SIZE))
+    return _identity(component_array(state, "state", STATE_SIZE))
 
 
 def _identity(values: Floats) -> Floats:

@@ -16,7 +16,7 @@ from multiradar.estimation.motion.coordinates import (
     cartesian_jacobian,
     cartesian_transition,
 )
-from multiradar.estimation.motion.inputs import forward, per_axis, require_positive
+from multiradar.estimation.motion.inputs import axis_parameters, forward_interval, require_positive
 
 #: T_np, the paper's example of the time over which γ is the relative change, s.
 REFERENCE_TIME_S = 1000.0
@@ -66,11 +66,11 @@ class RelativeSpeed:
     jacobian = staticmethod(cartesian_jacobian)
 
     def __post_init__(self) -> None:
-        speeds = per_axis("initial speed", self.initial_speed_mps)
+        speeds = axis_parameters(self.initial_speed_mps, "initial speed")
         object.__setattr__(self, "initial_speed_mps", speeds)
-        changes = per_axis("relative change", self.relative_change)
+        changes = axis_parameters(self.relative_change, "relative change")
         object.__setattr__(self, "relative_change", changes)
-        require_positive("reference time", self.reference_time_s)
+        require_positive(self.reference_time_s, "reference time")
 
     def step(self, state: ArrayLike, interval_s: float, draws: ArrayLike) -> Floats:
         """Move aircraft on by one interval.
@@ -123,5 +123,5 @@ class RelativeSpeed:
     def velocity_sigmas(self, interval_s: float) -> Floats:
         """Return (3,) γ_x σ_x, γ_y σ_y, γ_z σ_z, m/s."""
         speeds = np.array(self.initial_speed_mps)
-        share = np.sqrt(forward(interval_s) / self.reference_time_s)
+        share = np.sqrt(forward_interval(interval_s) / self.reference_time_s)
         return np.asarray(np.array(self.relative_change) * speeds * share)

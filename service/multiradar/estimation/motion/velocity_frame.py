@@ -10,13 +10,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from multiradar.estimation.array_checks import component_array
 from multiradar.estimation.motion.axes import STATE_SIZE, Floats, canonical_frame, frame_to_velocity
 from multiradar.estimation.motion.coordinates import (
     VELOCITY_FRAME,
     frame_jacobian,
     frame_transition,
 )
-from multiradar.estimation.motion.inputs import components, forward, require_not_negative
+from multiradar.estimation.motion.inputs import forward_interval, require_not_negative
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,9 +59,9 @@ class VelocityFrame:
     jacobian = staticmethod(frame_jacobian)
 
     def __post_init__(self) -> None:
-        require_not_negative("acceleration", self.acceleration_mps2)
-        require_not_negative("turn rate", self.turn_rate_radps)
-        require_not_negative("climb rate", self.climb_rate_radps)
+        require_not_negative(self.acceleration_mps2, "acceleration")
+        require_not_negative(self.turn_rate_radps, "turn rate")
+        require_not_negative(self.climb_rate_radps, "climb rate")
 
     def _spreads(self) -> Floats:
         return np.array([self.acceleration_mps2, self.turn_rate_radps, self.climb_rate_radps])
@@ -90,9 +91,9 @@ class VelocityFrame:
         TimeOrderError
             The interval is negative or no finite number.
         """
-        interval = forward(interval_s)
-        values = components("state", state, STATE_SIZE)
-        numbers = components("draws", draws, 3)
+        interval = forward_interval(interval_s)
+        values = component_array(state, "state", STATE_SIZE)
+        numbers = component_array(draws, "draws", 3)
         position = values[..., :3] + interval * frame_to_velocity(values[..., 3:])  # (5)
         frame = values[..., 3:] + interval * self._spreads() * numbers  # (4)
         parts = np.broadcast_arrays(position, canonical_frame(frame)[0])
@@ -118,7 +119,9 @@ class VelocityFrame:
         ShapeError, TimeOrderError
             As for `step`.
         """
-        values = components("state", state, STATE_SIZE)
+        values = component_array(state, "state", STATE_SIZE)
         result = np.zeros((*values.shape, STATE_SIZE))
-        result[..., [3, 4, 5], [3, 4, 5]] = (forward(interval_s) * self._spreads()) ** 2  # (4)
+        result[..., [3, 4, 5], [3, 4, 5]] = (
+            forward_interval(interval_s) * self._spreads()
+        ) ** 2  # (4)
         return result

@@ -46,6 +46,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from multiradar.estimation.array_checks import component_array
 from multiradar.estimation.motion.axes import STATE_SIZE, Floats
 from multiradar.estimation.motion.coordinates import (
     CARTESIAN,
@@ -53,8 +54,7 @@ from multiradar.estimation.motion.coordinates import (
     cartesian_transition,
 )
 from multiradar.estimation.motion.inputs import (
-    components,
-    forward,
+    forward_interval,
     require_not_negative,
     require_positive,
 )
@@ -105,12 +105,12 @@ class VelocityFrameNoise:
     jacobian = staticmethod(cartesian_jacobian)
 
     def __post_init__(self) -> None:
-        require_not_negative("acceleration", self.acceleration_mps2)
-        require_not_negative("turn rate", self.turn_rate_radps)
-        require_not_negative("climb rate", self.climb_rate_radps)
-        require_positive("slow speed", self.slow_speed_mps)
+        require_not_negative(self.acceleration_mps2, "acceleration")
+        require_not_negative(self.turn_rate_radps, "turn rate")
+        require_not_negative(self.climb_rate_radps, "climb rate")
+        require_positive(self.slow_speed_mps, "slow speed")
         if self.nominal_interval_s is not None:
-            require_positive("nominal interval", self.nominal_interval_s)
+            require_positive(self.nominal_interval_s, "nominal interval")
 
     def noise(self, state: ArrayLike, interval_s: float) -> Floats:
         """Return the covariance that an interval adds at the velocity of a state.
@@ -134,7 +134,7 @@ class VelocityFrameNoise:
         TimeOrderError
             The interval is negative or no finite number.
         """
-        values = components("state", state, STATE_SIZE)
+        values = component_array(state, "state", STATE_SIZE)
         spread = acceleration_covariance(
             values[..., 3:],
             self.acceleration_mps2,
@@ -143,7 +143,7 @@ class VelocityFrameNoise:
             self.slow_speed_mps,
         )
         result = np.zeros((*values.shape, STATE_SIZE))
-        result[...] = held_or_white(spread, forward(interval_s), self.nominal_interval_s)
+        result[...] = held_or_white(spread, forward_interval(interval_s), self.nominal_interval_s)
         return result
 
 
@@ -181,7 +181,7 @@ def acceleration_covariance(
     """
     values = np.asarray(velocity, np.float64)
     if values.ndim == 0 or values.shape[-1] != 2:
-        values = components("velocity", values, 3)
+        values = component_array(values, "velocity", 3)
     size = values.shape[-1]
     along = _filled(values, slow_speed_mps**2)
     turn = np.zeros_like(values)

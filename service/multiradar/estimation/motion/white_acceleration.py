@@ -9,13 +9,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from multiradar.estimation.array_checks import component_array
 from multiradar.estimation.motion.axes import STATE_SIZE, Floats
 from multiradar.estimation.motion.coordinates import (
     CARTESIAN,
     cartesian_jacobian,
     cartesian_transition,
 )
-from multiradar.estimation.motion.inputs import components, forward, per_axis
+from multiradar.estimation.motion.inputs import axis_parameters, forward_interval
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +49,7 @@ class WhiteAcceleration:
     jacobian = staticmethod(cartesian_jacobian)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "density", per_axis("density", self.density))
+        object.__setattr__(self, "density", axis_parameters(self.density, "density"))
 
     def noise(self, state: ArrayLike, interval_s: float) -> Floats:
         """Return the covariance that an interval adds, the same for every state.
@@ -72,8 +73,8 @@ class WhiteAcceleration:
         TimeOrderError
             The interval is negative or no finite number.
         """
-        values = components("state", state, STATE_SIZE)
-        interval = forward(interval_s)
+        values = component_array(state, "state", STATE_SIZE)
+        interval = forward_interval(interval_s)
         powers = [[interval**3 / 3.0, interval**2 / 2.0], [interval**2 / 2.0, interval]]
         result = np.zeros((*values.shape, STATE_SIZE))
         result[...] = np.kron(powers, np.diag(self.density))  # (6.2.2-4)

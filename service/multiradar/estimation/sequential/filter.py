@@ -12,6 +12,7 @@ from multiradar.errors import (
     TimeOrderError,
     UnknownAircraftError,
 )
+from multiradar.estimation.array_checks import finite_array, require_shape
 from multiradar.estimation.filters.bank import Outcome
 from multiradar.estimation.gaussian import require_covariance
 from multiradar.estimation.sequential._kernels import walk
@@ -19,7 +20,7 @@ from multiradar.estimation.sequential._player_kernels import play_rows, write_re
 from multiradar.estimation.sequential.arrangement import Options, arrange, begin
 from multiradar.estimation.sequential.player import empty_record
 from multiradar.estimation.sequential.plots import Form, Plots, Starts, filter_rows
-from multiradar.estimation.sequential.sensors import Sensors, expect_shape, finite
+from multiradar.estimation.sequential.sensors import Sensors
 
 Floats = NDArray[np.float64]
 
@@ -122,10 +123,8 @@ class SequentialFilter:
         of the first plots, not at the one told here, once they know it well enough. What was told
         is not used from then on; the aircraft begins anew at the plot that settled the velocity.
         """
-        state = finite(mean, "state of the aircraft", 1)
-        matrix = np.asarray(covariance, np.float64)
-        expect_shape(state, (4,), "state of the aircraft")
-        expect_shape(matrix, (4, 4), "covariance of the aircraft")
+        state = finite_array(mean, "state of the aircraft", (4,))
+        matrix = require_shape(covariance, "covariance of the aircraft", (4, 4))
         require_covariance(matrix, "covariance of the aircraft")
         if not np.isfinite(time_s):
             raise ShapeError("time of the start", "a finite number", ())
@@ -169,8 +168,7 @@ class SequentialFilter:
         ConfigurationError
             If there is no room for one more aircraft.
         """
-        values = np.asarray(value, np.float64)
-        expect_shape(values, (2,), "value of the plot")
+        values = require_shape(value, "value of the plot", (2,))
         return self.observe_together(aircraft, time_s, [sensor], values[None, :], [height_m])[0]
 
     def observe_together(

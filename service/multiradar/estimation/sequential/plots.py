@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from multiradar.errors import ConfigurationError, ShapeError, TimeOrderError
+from multiradar.estimation.array_checks import finite_array, require_shape
 from multiradar.estimation.filters.arrays import Rows
 from multiradar.estimation.gaussian import require_covariance
 from multiradar.estimation.measurement._kernels import (
@@ -15,7 +16,7 @@ from multiradar.estimation.measurement._kernels import (
     KIND_RADAR,
 )
 from multiradar.estimation.measurement.linearised import cartesian_plot
-from multiradar.estimation.sequential.sensors import Sensors, expect_shape, finite
+from multiradar.estimation.sequential.sensors import Sensors
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -64,16 +65,15 @@ class Plots:
         value: ArrayLike,
         height_m: ArrayLike | None = None,
     ) -> None:
-        times = finite(time_s, "times of the plots", 1)
+        times = finite_array(time_s, "times of the plots", (None,))
         back = np.flatnonzero(np.diff(times) < 0.0)
         if len(back):
             place = int(back[0])
             raise TimeOrderError("plot", float(times[place + 1]), float(times[place]))
         count = len(times)
-        values = finite(value, "values of the plots", 2)
-        expect_shape(values, (count, 2), "values of the plots")
+        values = finite_array(value, "values of the plots", (count, 2))
         heights = np.full(count, np.nan) if height_m is None else np.array(height_m, np.float64)
-        expect_shape(heights, (count,), "heights of the plots")
+        require_shape(heights, "heights of the plots", (count,))
         if np.isinf(heights).any():
             raise ShapeError("heights of the plots", "finite numbers or NaN", heights.shape)
         seen, seeing = (
@@ -117,11 +117,9 @@ class Starts:
     covariance: Floats
 
     def __init__(self, time_s: ArrayLike, mean: ArrayLike, covariance: ArrayLike) -> None:
-        times = finite(time_s, "times of the starts", 1)
-        means = finite(mean, "states of the starts", 2)
-        matrices = np.asarray(covariance, np.float64)
-        expect_shape(means, (len(times), 4), "states of the starts")
-        expect_shape(matrices, (len(times), 4, 4), "covariances of the starts")
+        times = finite_array(time_s, "times of the starts", (None,))
+        means = finite_array(mean, "states of the starts", (len(times), 4))
+        matrices = require_shape(covariance, "covariances of the starts", (len(times), 4, 4))
         require_covariance(matrices, "covariances of the starts")
         object.__setattr__(self, "time_s", times)
         object.__setattr__(self, "mean", means)

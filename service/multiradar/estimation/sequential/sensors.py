@@ -13,6 +13,7 @@ from multiradar.errors import (
     ShapeError,
     UnknownParameterError,
 )
+from multiradar.estimation.array_checks import finite_array, positive_array, require_shape
 from multiradar.estimation.gaussian import require_covariance
 from multiradar.estimation.measurement._kernels import KIND_FLAT_POLAR, KIND_RADAR
 from multiradar.estimation.measurement.sensors import (
@@ -62,12 +63,12 @@ class BiasPrior:
     def __init__(
         self, mean: ArrayLike, covariance: ArrayLike, drift: ArrayLike | None = None
     ) -> None:
-        means = finite(mean, "prior means of the biases", 1)
+        means = finite_array(mean, "prior means of the biases", (None,))
         size = len(means)
-        rates = np.zeros(size) if drift is None else np.asarray(drift, np.float64)
-        matrix = np.asarray(covariance, np.float64)
-        expect_shape(matrix, (size, size), "prior covariance of the biases")
-        expect_shape(rates, (size,), "drift of the biases")
+        matrix = require_shape(covariance, "prior covariance of the biases", (size, size))
+        rates = require_shape(
+            np.zeros(size) if drift is None else drift, "drift of the biases", (size,)
+        )
         for variance, rate in zip(np.diagonal(matrix), rates, strict=True):
             if not (variance > 0.0 and 0.0 <= rate < np.inf):
                 raise PriorError(
@@ -120,7 +121,7 @@ class Sensors:
 
     def __post_init__(self) -> None:
         count, starts = len(self.kind), self.starts
-        kinds = known_parameters(self.parameters)
+        kinds = _known_parameters(self.parameters)
         for name, array, length in (
             ("sites of the sensors", self.sites, count),
             ("noises of the sensors", self.noises, count),
@@ -182,16 +183,14 @@ def flat_radars(
     ----------
     IMM UrO RAN report (2016), equations (1.5), (1.7), (1.11) and (1.13).
     """
-    sites = np.asarray(site_m, np.float64)
-    if sites.ndim != 2 or sites.shape[1] != 2:
-        raise ShapeError("sites of the radars", "(m, 2)", sites.shape)
-    require_positions(
+    sites = require_shape(site_m, "sites of the radars", (None, 2))
+    _require_positions(
         np.asarray(np.isfinite(sites).all(axis=1)), [str(one) for one in range(len(sites))]
     )
     count = len(sites)
-    kinds = known_parameters(parameters)
+    kinds = _known_parameters(parameters)
     variances = [
-        positive_variances(sigma, count, name)
+        positive_array(sigma, f"sigma of the {name}", (count,), PriorError) ** 2
         for sigma, name in ((range_sigma_m, "range"), (azimuth_sigma_rad, "azimuth"))
     ]
     return Sensors(
@@ -233,7 +232,7 @@ def earth_sensors(table: SensorTable, plane: SystemPlane) -> Sensors:
     kinds = table.kinds.astype(np.int64)
     places = np.column_stack([table.latitude_rad, table.longitude_rad, table.height_m])
     located = np.isfinite(places).all(axis=1)
-    require_positions(located | (kinds != KIND_RADAR), table.ids)
+    _require_positions(located | (kinds != KIND_RADAR), table.ids)
     parameters = np.array(plane.parameters)
     sites = [site_parameters(parameters, *place) for place in np.nan_to_num(places)]
     noises = [table.range_sigma_m**2, table.azimuth_sigma_rad**2, table.position_sigma_m**2]
@@ -249,49 +248,23 @@ def earth_sensors(table: SensorTable, plane: SystemPlane) -> Sensors:
         noises=np.column_stack([*noises, np.nan_to_num(table.height_m)]),
         places=_one_places(geodetic_to_ecef(*places.T)),
         starts=starts,
-        parameters=known_parameters(table.parameter_kind),
+        parameters=_known_parameters(table.parameter_kind),
         prior=BiasPrior(table.prior_mean, np.diag(table.prior_sigma**2), table.drift),
     )
 
 
-def finite(values: ArrayLike, what: str, dimensions: int) -> Floats:
-    """Return numbers as an array of so many dimensions, or raise `ShapeError`."""
-    array = np.array(values, np.float64)
-    if array.ndim != dimensions or not np.isfinite(array).all():
-        raise ShapeError(what, f"finite numbers in {dimensions} dimensions", array.shape)
-    return array
-
-
-def expect_shape(array: Floats, shape: tuple[int, ...], what: str) -> None:
-    """Raise `ShapeError` unless the array is of this shape."""
-    if array.shape != shape:
-        raise ShapeError(what, str(shape), array.shape)
-
-
-def require_positions(located: NDArray[np.bool_], names: tuple[str, ...] | list[str]) -> None:
-    """Raise `SensorPositionError` for the first sensor that has no position."""
+def _require_positions(located: NDArray[np.bool_], names: tuple[str, ...] | list[str]) -> None:
     for name, there in zip(names, located, strict=True):
         if not there:
             raise SensorPositionError(name)
 
 
-def known_parameters(kinds: ArrayLike) -> Integers:
-    """Return kinds of bias parameters, or raise `UnknownParameterError`."""
+def _known_parameters(kinds: ArrayLike) -> Integers:
     values = np.asarray(kinds)
     for kind in values.ravel().tolist():
         if kind not in range(len(PARAMETER_NAMES)):
             raise UnknownParameterError(kind, PARAMETER_NAMES)
     return values.astype(np.int64).ravel()
-
-
-def positive_variances(sigma: ArrayLike, count: int, what: str) -> Floats:
-    """Return squares of standard deviations, one a radar, or raise `PriorError`."""
-    values = np.asarray(sigma, np.float64)
-    if values.shape not in ((), (count,)):
-        raise ShapeError(f"sigma of the {what}", f"({count},)", values.shape)
-    if not ((values > 0.0) & (values < np.inf)).all():
-        raise PriorError(f"sigma of the {what}: expected more than 0, was {values.tolist()}")
-    return np.asarray(np.broadcast_to(values**2, count))
 
 
 def _require_each_once(sensor: int, kinds: list[int]) -> None:

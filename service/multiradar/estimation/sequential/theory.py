@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from multiradar.errors import PriorError
+from multiradar.estimation.array_checks import finite_array
 from multiradar.estimation.sequential._theory_kernels import propagate
 from multiradar.estimation.sequential.arrangement import Arrangement, Options
 from multiradar.estimation.sequential.arrays import Epoch, Record, Saved
@@ -16,7 +17,7 @@ from multiradar.estimation.sequential.player import (
     walk_start,
 )
 from multiradar.estimation.sequential.plots import Form, Plots, Starts, filter_rows
-from multiradar.estimation.sequential.sensors import Sensors, expect_shape, finite
+from multiradar.estimation.sequential.sensors import Sensors
 
 Floats = NDArray[np.float64]
 
@@ -110,10 +111,9 @@ def true_covariance(
     K D W Dᵀ Kᵀ.
     """
     times = record_times(times_s, starts)
-    states = finite(truth, "true states", 2)
-    expect_shape(states, (len(plots), 4), "true states")
-    drift = sensors.prior.drift if true_drift is None else finite(true_drift, "true drift", 1)
-    expect_shape(drift, sensors.prior.drift.shape, "true drift")
+    states = finite_array(truth, "true states", (len(plots), 4))
+    known = sensors.prior.drift
+    drift = finite_array(known if true_drift is None else true_drift, "true drift", known.shape)
     density = options.acceleration_density if true_density is None else true_density
     if not (density >= 0.0 and (drift >= 0.0).all()):
         raise PriorError(f"truth: expected no negative noise, was {density} and {drift.tolist()}")
