@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from multiradar.estimation.filters._kernels import NO_ROOM_SLOT
+from multiradar.estimation.filters.arrays import LINES_BYTES
 from multiradar.estimation.filters.bank import FILTERS, JOINT_AIRCRAFT_MAX
 from multiradar.tracking import pool as pool_module
 from multiradar.tracking.measurements import MeasurementBatch
@@ -110,11 +111,17 @@ def test_an_aircraft_that_was_never_located_is_freed_without_a_track_that_ends()
 
 def test_work_keeps_the_order_within_a_partition_and_takes_every_row_once() -> None:
     pool = AircraftPool(FILTERS["blom"], 0, 0)
-    slots = np.array([40, 168, 3, 45, -1, 296, 7], np.int64)
+    slots = np.array([80, 336, 3, 90, -1, 592, 7], np.int64)
     used, work = pool.work(slots, first=100)
     assert sorted(work.order.tolist()) == list(range(100, 107))
     shares = [work.order[work.bounds[p] : work.bounds[p + 1]].tolist() for p in range(PARTITIONS)]
-    # Eight in a row share a partition, and those that lie sixteen times eight apart.
+    # Sixteen in a row share a partition, and those that lie sixteen times sixteen apart.
     assert shares[5] == [100, 101, 103, 105]
     assert shares[0] == [102, 106]
     assert used.tolist() == [0, 5, 15]
+
+
+def test_states_begin_on_a_pair_of_cache_lines_also_after_growing() -> None:
+    pool = AircraftPool(FILTERS["two-stage"], 6, 3)
+    pool.grow()
+    assert {array.ctypes.data % LINES_BYTES for array in pool.aircraft if array.size} == {0}

@@ -75,7 +75,7 @@ def step(
     n = model.bias.shape[0]
     take_rows(
         method, work, rows, model, aircraft, result, want_readout, np.empty((2, 2)), np.empty(3),
-        np.empty(n), np.empty(n), np.empty(n), np.empty(n),
+        np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty((n, n)), np.empty(n),
     )  # fmt: skip
 
 
@@ -94,8 +94,13 @@ def take_rows(
     U1: Floats,
     R0: Floats,
     R1: Floats,
+    Y: Floats,
+    y: Floats,
 ) -> None:
-    """Do as `step`; H and W are room for a start, the others for a row of all columns each.
+    """Do as `step`, in the room given.
+
+    H and W are room for a start, Y and y for the sums of a partition, the others for a row of all
+    columns each.
 
     The arrays are taken out of their bundles here, once: handing a bundle to a function for each
     row would cost more than the row.
@@ -112,11 +117,13 @@ def take_rows(
     velocities = aircraft.velocity
     timed = method == TWO_STAGE and has_time_offset(parameters)
     for p in work.partitions:
-        Y = result.information[p]
-        y = result.vector[p]
+        # In room of this thread: neighbouring partitions lie in one cache line.
+        copy_sums(result.information[p], result.vector[p], Y, y)
         for i in range(work.bounds[p], work.bounds[p + 1]):
             if i + ROWS_AHEAD < work.bounds[p + 1]:
-                fetch_row(work.order[i + ROWS_AHEAD], rows.slot, rows.time, rows.sensor, rows.z)
+                fetch_row(
+                    work.order[i + ROWS_AHEAD], rows.slot, rows.time, rows.sensor, rows.z, outcomes
+                )
             if i + AIRCRAFT_AHEAD < work.bounds[p + 1]:
                 ahead = rows.slot[work.order[i + AIRCRAFT_AHEAD]]
                 if ahead >= 0:
@@ -226,15 +233,33 @@ def take_rows(
                     readouts[row, READOUT_COUNT - 1] = updates[k]
             elif outcome in (REFUSED, SINGULAR):
                 refusals[k] += 1
+        copy_sums(Y, y, result.information[p], result.vector[p])
 
 
 @in_loop
-def fetch_row(row: int, slots: Integers, times: Floats, sensors: Integers, z: Floats) -> None:
-    """Ask for what is needed first of a row."""
+def copy_sums(Y: Floats, y: Floats, to_Y: Floats, to_y: Floats) -> None:
+    """Copy what is known about the biases."""
+    for c in range(y.shape[0]):
+        to_y[c] = y[c]
+        for d in range(y.shape[0]):
+            to_Y[c, d] = Y[c, d]
+
+
+@in_loop
+def fetch_row(
+    row: int,
+    slots: Integers,
+    times: Floats,
+    sensors: Integers,
+    z: Floats,
+    outcomes: Integers,
+) -> None:
+    """Ask for what is needed first of a row, and for the line that another thread writes to."""
     fetch_ahead(slots, row, 0)
     fetch_ahead(times, row, 0)
     fetch_ahead(sensors, row, 0)
     fetch_ahead(z, row, 0)
+    fetch_ahead(outcomes, row, 0)
 
 
 @in_loop

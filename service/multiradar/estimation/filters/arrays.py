@@ -4,7 +4,7 @@ Named tuples, because compiled functions take them as they are. All arrays of `A
 one shard and are changed in place by its kernels (the one exception to frozen states).
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,9 @@ RECENT_HEIGHT = 3
 RECENT_KIND = 4
 RECENT_WEIGHT = 5
 RECENT_COUNT = 6
+
+#: Processors fetch lines of 64 bytes in pairs.
+LINES_BYTES = 128
 
 
 class Rows(NamedTuple):
@@ -184,6 +187,39 @@ class Result(NamedTuple):
     readout: Floats
 
 
+def line_aligned(
+    shape: int | tuple[int, ...], value: float = 0.0, dtype: type = np.float64
+) -> NDArray[Any]:
+    """Return an array that begins where a pair of cache lines does.
+
+    Parameters
+    ----------
+    shape : int or tuple of int
+        Its shape.
+    value : float
+        What it is filled with.
+    dtype : type
+        Type of its elements.
+
+    Returns
+    -------
+    (*shape) ndarray
+        The array.
+
+    Notes
+    -----
+    Partitions deal slots out by whole lines (`tracking.pool`). NumPy's arrays begin anywhere, so
+    that nearly every line would hold slots of two workers, which take it from each other.
+    """
+    size = int(np.prod(shape)) * np.dtype(dtype).itemsize
+    room = np.zeros(size + LINES_BYTES, np.uint8)
+    start = -room.ctypes.data % LINES_BYTES
+    array: NDArray[Any] = room[start : start + size].view(dtype).reshape(shape)
+    if value != 0.0:
+        array[...] = value
+    return array
+
+
 def aircraft_arrays(
     slots: int, bias_columns: int, *, joint_columns: int | None = None, recent_sensors: int = 0
 ) -> Aircraft:
@@ -207,19 +243,19 @@ def aircraft_arrays(
     """
     joint = 0 if joint_columns is None else joint_columns + 4 * slots
     return Aircraft(
-        mean=np.zeros((slots, 4)),
-        covariance=np.zeros((slots, 10)),
-        sensitivity=np.zeros((slots, 4, bias_columns)),
-        time=np.full(slots, np.nan),
-        height=np.full(slots, np.nan),
-        refusals=np.zeros(slots, np.int64),
-        updates=np.zeros(slots, np.int64),
-        updated=np.full(slots, np.nan),
-        place=np.full(slots, -1, np.int64),
-        surprise=np.ones(slots),
-        velocity=np.full((slots, 2), np.nan),
-        joint=np.zeros((joint, joint)),
-        recent=np.full((slots, recent_sensors, RECENT_COUNT), np.nan),
+        mean=line_aligned((slots, 4)),
+        covariance=line_aligned((slots, 10)),
+        sensitivity=line_aligned((slots, 4, bias_columns)),
+        time=line_aligned(slots, np.nan),
+        height=line_aligned(slots, np.nan),
+        refusals=line_aligned(slots, 0, np.int64),
+        updates=line_aligned(slots, 0, np.int64),
+        updated=line_aligned(slots, np.nan),
+        place=line_aligned(slots, -1, np.int64),
+        surprise=line_aligned(slots, 1.0),
+        velocity=line_aligned((slots, 2), np.nan),
+        joint=line_aligned((joint, joint)),
+        recent=line_aligned((slots, recent_sensors, RECENT_COUNT), np.nan),
     )
 
 
@@ -245,9 +281,9 @@ def result_arrays(
         The arrays, zero.
     """
     return Result(
-        information=np.zeros((partitions, bias_columns, bias_columns)),
-        vector=np.zeros((partitions, bias_columns)),
-        log=np.zeros((rows if keeps_log else 0, LOG_COUNT)),
-        outcome=np.zeros(rows, np.int64),
-        readout=np.zeros((rows, READOUT_COUNT)),
+        information=line_aligned((partitions, bias_columns, bias_columns)),
+        vector=line_aligned((partitions, bias_columns)),
+        log=line_aligned((rows if keeps_log else 0, LOG_COUNT)),
+        outcome=line_aligned(rows, 0, np.int64),
+        readout=line_aligned((rows, READOUT_COUNT)),
     )
