@@ -8,6 +8,10 @@ from numpy.typing import NDArray
 from multiradar.errors import ConfigurationError
 from multiradar.estimation.filters import _kernels as kernels
 from multiradar.estimation.filters._joint_kernels import adopt_aircraft
+from multiradar.estimation.filters._time_offset_kernels import (
+    VELOCITY_SIGMA_MAX,
+    has_time_offset,
+)
 from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Work, result_arrays
 from multiradar.estimation.filters.bank import FilterDefinition, find_filter_for
 from multiradar.estimation.sequential._kernels import inform
@@ -138,6 +142,12 @@ def begin(one: Arrangement, aircraft: int, time_s: float, mean: Floats, covarian
         East, north (m) and their rates (m/s).
     covariance : (4, 4) float64
         Covariance of its error, which has nothing to do with the biases.
+
+    Notes
+    -----
+    Where a time offset is estimated and the velocity is told well enough, it is the one at which
+    time offsets are linearised. If it is not, the aircraft begins anew once its plots have settled
+    the velocity, and keeps nothing else of what was told.
     """
     arrays = one.aircraft
     arrays.mean[aircraft] = mean
@@ -148,7 +158,9 @@ def begin(one: Arrangement, aircraft: int, time_s: float, mean: Floats, covarian
     arrays.height[aircraft] = np.nan
     arrays.refusals[aircraft], arrays.updates[aircraft] = 0, 0
     arrays.surprise[aircraft] = 1.0
-    arrays.velocity[aircraft] = np.nan
+    timed = one.definition.estimates_time_offsets and has_time_offset(one.model.parameters)
+    known = covariance[2, 2] + covariance[3, 3] < VELOCITY_SIGMA_MAX**2
+    arrays.velocity[aircraft] = mean[2:] if timed and known else np.nan
     # Every plot may speak about the biases, the first one too.
     arrays.place[aircraft] = kernels.SEVERAL
     if one.definition.corrects_biases:

@@ -119,9 +119,10 @@ class SequentialFilter:
 
         Notes
         -----
-        Where a time offset is estimated, the state is linearised at one velocity for good: at that
-        of the first plots, not at the one told here, once they know it well enough. What was told
-        is not used from then on; the aircraft begins anew at the plot that settled the velocity.
+        Where a time offset is estimated, it is linearised at one velocity for good. The one told
+        here is taken when the variances of both rates sum to less than (30 m/s)². Otherwise the
+        aircraft begins anew once its plots have settled the velocity as well, and keeps nothing
+        else of what was told.
         """
         state = finite_array(mean, "state of the aircraft", (4,))
         matrix = require_shape(covariance, "covariance of the aircraft", (4, 4))

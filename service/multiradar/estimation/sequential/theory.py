@@ -120,6 +120,7 @@ def true_covariance(
     rows = filter_rows(plots, sensors, starts, form)
     one = prepared(name, sensors, starts, options, len(plots))
     one.model.bias[:] = 0.0
+    _linearise_lateness(one, plots, states)
     twin = one.definition.aircraft(len(starts), len(drift), len(sensors))
     record = empty_record(len(times), len(starts), len(drift))
     covariance = _first_covariance(sensors, starts)
@@ -142,6 +143,13 @@ def _first_covariance(sensors: Sensors, starts: Starts) -> Floats:
         covariance[4 * slot : 4 * slot + 4, 4 * slot : 4 * slot + 4] = block
     covariance[first:, first:] = sensors.prior.covariance
     return covariance
+
+
+# Time offsets are linearised at the velocity that is told, and here at the true one, as all else.
+def _linearise_lateness(one: Arrangement, plots: Plots, states: Floats) -> None:
+    slots, rows = np.unique(plots.aircraft, return_index=True)
+    told = ~np.isnan(one.aircraft.velocity[slots, 0])
+    one.aircraft.velocity[slots[told]] = states[rows[told], 2:]
 
 
 def _saved(one: Arrangement) -> Saved:

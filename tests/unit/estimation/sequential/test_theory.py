@@ -11,8 +11,8 @@ from multiradar.errors import PriorError, ShapeError
 from multiradar.estimation.motion.constant_velocity import transition
 from multiradar.estimation.sequential.arrangement import Options
 from multiradar.estimation.sequential.player import play
-from multiradar.estimation.sequential.plots import FORMS, Plots, Starts
-from multiradar.estimation.sequential.sensors import BiasPrior
+from multiradar.estimation.sequential.plots import FORMS, Form, Plots, Starts
+from multiradar.estimation.sequential.sensors import BiasPrior, flat_radars
 from multiradar.estimation.sequential.theory import Theory, true_covariance
 from support.report_scene import BIASES
 from support.sequential_runs import NAMES, SmallScene, small_scene
@@ -48,6 +48,30 @@ def test_an_exact_filter_reports_its_true_covariance(name: str, drift: float, fo
         np.testing.assert_allclose(
             correlations(true, told), correlations(told, told), rtol=0, atol=1e-9
         )
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_with_time_offsets_the_two_stage_filter_reports_its_true_covariance(form: Form) -> None:
+    """The velocity that was told is the one at which a time offset is linearised, from the start.
+
+    To 1e-6: the estimates move a little while the gain is probed, and the linearisation with them.
+    """
+    plain = small_scene(1, start_sigma=NEAR, bias_sigma=NEAR_BIASES)
+    radars = plain.sensors.sites[:, :2]
+    sigma = np.tile([30.0, np.radians(0.02), 0.2], len(radars))
+    prior = BiasPrior(np.zeros(len(sigma)), np.diag(sigma**2))
+    sensors = flat_radars(radars, 15.0, np.radians(0.05), prior, parameters=(0, 1, 3))
+    found = theory("two-stage", replace(plain, sensors=sensors), form=form)
+    for true, told in (
+        (found.aircraft, found.reported.covariance),
+        (found.biases, found.reported.bias_covariance),
+    ):
+        np.testing.assert_allclose(
+            correlations(true, told), correlations(told, told), rtol=0, atol=1e-6
+        )
+    learnt = np.sqrt(np.diagonal(found.biases[-1])) / sigma
+    # Nobody can tell a common lateness, but how much later one radar is than another.
+    assert learnt[2::3].max() < 0.9
 
 
 @pytest.mark.parametrize("name", NAMES)
