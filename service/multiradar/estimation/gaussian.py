@@ -73,6 +73,11 @@ def symmetric_part(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
     -------
     (..., n, n) ndarray
         Exactly symmetric. Without it an update P − K (P Hᵀ)ᵀ diverges within some hundred steps.
+
+    References
+    ----------
+    IMM UrO RAN report (2016), equation (1.29), whose last form is symmetric but for rounding; that
+    rounding makes it diverge, and that this mends it, is the project's own finding.
     """
     return (matrix + np.swapaxes(matrix, -1, -2)) / 2.0
 
@@ -98,6 +103,12 @@ def normalised_squared(
     ------
     CovarianceError
         If the covariance is none.
+
+    References
+    ----------
+    Y. Bar-Shalom, X. R. Li, T. Kirubarajan, "Estimation with Applications to Tracking and
+    Navigation", Wiley 2001, section 5.4.2. Scaling to correlations first: N. J. Higham, "Accuracy
+    and Stability of Numerical Algorithms", 2nd edition, SIAM 2002, section 7.3.
     """
     sigmas = np.sqrt(np.diagonal(require_covariance(covariance, "error"), axis1=-2, axis2=-1))
     scaled = error / sigmas

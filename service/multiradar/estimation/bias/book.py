@@ -23,6 +23,12 @@ class BiasBook:
         The sensors and their bias parameters.
     definition : FilterDefinition
         Decides how measurements are merged.
+
+    References
+    ----------
+    IMM UrO RAN report (2016), sections 1.3 to 1.5, for the half of the biases; Friedland, B.,
+    "Treatment of bias in recursive filtering", IEEE TAC 14 (1969), 359-367, for sums of information
+    that many aircraft add to. That they are added by epochs is the project's own.
     """
 
     def __init__(self, sensors: SensorTable, definition: FilterDefinition) -> None:
@@ -41,6 +47,11 @@ class BiasBook:
             As `multiradar.estimation.filters.arrays.Result.log`.
         sensors : (n,) int64
             Index of the sensor of each.
+
+        References
+        ----------
+        IMM UrO RAN report (2016), the text after equation (1.46): each measurement corrects ς_j by
+        covariance intersection, one after the other.
         """
         if self._definition.folds_log:
             said = log[:, 5] > 0.0
@@ -55,6 +66,12 @@ class BiasBook:
             Sums of the information of each partition, upper triangle.
         vector : (p, c) float64
             Sums of the information vector.
+
+        References
+        ----------
+        Friedland, B., "Treatment of bias in recursive filtering", IEEE TAC 14 (1969), 359-367, in
+        information form; IMM UrO RAN report (2016), equation (1.37) for the separated filters, and
+        the text after (1.46) for covariance intersection.
         """
         if self._definition.folds_log:
             self._fold()
@@ -77,6 +94,10 @@ class BiasBook:
             The estimates.
         covariance : (c, c) float64
             Their covariance.
+
+        References
+        ----------
+        IMM UrO RAN report (2016), equation (1.32), done within the step of the filter.
         """
         self.state = BiasState(estimate.copy(), covariance.copy(), self.state.scale)
 
@@ -94,6 +115,11 @@ class BiasBook:
         -------
         bool
             Whether anything walked.
+
+        References
+        ----------
+        IMM UrO RAN report (2016), equations (1.6) and (1.25). The anchoring anew is the project's
+        own: see `multiradar.estimation.bias.store.drift`.
         """
         rates = self._sensors.drift
         if not rates.any():
@@ -135,5 +161,9 @@ def column_starts(sensors: SensorTable) -> Integers:
     -------
     (m + 1,) int64
         Columns of sensor j are those from item j up to item j + 1.
+
+    References
+    ----------
+    IMM UrO RAN report (2016), equation (1.8): the order of ς in the stacked vector.
     """
     return np.searchsorted(sensors.parameter_sensor, np.arange(len(sensors) + 1)).astype(np.int64)

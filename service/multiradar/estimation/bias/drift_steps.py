@@ -55,6 +55,11 @@ def drift_steps(state: BiasState, rates: Floats, epoch_s: float) -> int:
 
     Those of the aircraft are 0.99 to 1.03 throughout, and the position is within 0.8 % of the joint
     filter's.
+
+    References
+    ----------
+    The project's own rule; Q_ς is that of the IMM UrO RAN report (2016), equations (1.6) and
+    (1.14).
     """
     if not rates.any():
         return 1

@@ -84,6 +84,12 @@ def untold_combinations(
     combinations in units of those beforehand; those with λ above `UNTOLD_SHARE_MIN` are untold.
     Their eigenvectors are turned into a basis with few parameters each (row reduction with the
     largest pivots), because any turn of them within the same λ says as much.
+
+    References
+    ----------
+    F. M. Ham, R. G. Brown, "Observability, eigenvalues, and Kalman filtering", IEEE Trans. AES 19
+    (1983), 269-273: eigenvalues of the normalised covariance. Naming the combinations is the
+    project's own.
     """
     beforehand = np.sqrt(sensors.prior_sigma**2 + sensors.drift**2 * elapsed_s)
     if len(beforehand) == 0:

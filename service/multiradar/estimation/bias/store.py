@@ -31,7 +31,12 @@ class BiasState:
 
     @property
     def sigma(self) -> Floats:
-        """Standard deviations of the estimates, (c,) float64."""
+        """Standard deviations of the estimates, (c,) float64.
+
+        References
+        ----------
+        IMM UrO RAN report (2016), equation (1.24): square roots of the diagonal of the block of ς.
+        """
         sigma: Floats = np.sqrt(np.diagonal(self.covariance))
         return sigma
 
@@ -48,6 +53,11 @@ def prior(table: SensorTable) -> BiasState:
     -------
     BiasState
         Prior means, and a diagonal covariance.
+
+    References
+    ----------
+    IMM UrO RAN report (2016), equations (1.6) and (1.24): ς and its block before the first
+    measurement; diagonal, as section 1.4 asks.
     """
     return BiasState(
         estimate=table.prior_mean.copy(),
@@ -114,6 +124,12 @@ def drift(state: BiasState, rates: Floats, duration_s: float) -> tuple[BiasState
         The same estimate with P_ς + Q_ς.
     gain : (c, c) float64
         G = P_ς (P_ς + Q_ς)⁻¹, by which aircraft that depend on the biases are anchored anew.
+
+    References
+    ----------
+    IMM UrO RAN report (2016), equation (1.25) for ς, with A^ς = I of (1.7) and B^ς V^ς B^ςᵀ = Q_ς
+    of (1.14). G is the project's own: it is what keeps χ | ς right when ς walks. Another form: M.
+    B. Ignagni, "Separate-bias Kalman estimator with bias state noise", IEEE TAC 35 (1990), 338-341.
     """
     scale = np.outer(state.scale, state.scale)
     walked = state.covariance + np.diag(rates**2 * duration_s)
@@ -139,6 +155,11 @@ def symmetric_inverse(matrix: Floats) -> Floats:
     ------
     numpy.linalg.LinAlgError
         If the matrix is not positive definite.
+
+    References
+    ----------
+    N. J. Higham, "Accuracy and Stability of Numerical Algorithms", 2nd edition, SIAM 2002, chapters
+    10 and 14: the inverse from the Cholesky factor.
     """
     root = np.linalg.cholesky(matrix)
     half = np.linalg.solve(root, np.eye(len(matrix)))

@@ -68,6 +68,12 @@ class FilterDefinition:
         Whether a time offset may be among the bias parameters (see `_time_offset_kernels`).
     aircraft_max : int or None
         The most aircraft it has room for; None for as many as there is memory for.
+
+    References
+    ----------
+    IMM UrO RAN report (2016), sections 1.3 (joint), 1.4 (both filters of Blom) and 1.5 (CI);
+    Friedland, B., "Treatment of bias in recursive filtering", IEEE TAC 14 (1969), 359-367
+    (two-stage).
     """
 
     name: str
@@ -95,6 +101,12 @@ class FilterDefinition:
         -------
         Aircraft
             None of them has started.
+
+        References
+        ----------
+        IMM UrO RAN report (2016), equation (1.24): the blocks of P̂ that sections 1.3 to 1.5 keep;
+        Friedland, B., "Treatment of bias in recursive filtering", IEEE TAC 14 (1969), 359-367, for
+        the sensitivity.
         """
         return aircraft_arrays(
             slots,
@@ -129,6 +141,12 @@ class FilterDefinition:
             Filled for these rows; sums about the biases are added to.
         want_readout : bool
             Whether to read the aircraft out after each row.
+
+        References
+        ----------
+        IMM UrO RAN report (2016), equations (1.28) to (1.33) (joint), (1.34) to (1.38) (both
+        filters of Blom) and (1.43) to (1.45) (CI); Friedland, B., "Treatment of bias in recursive
+        filtering", IEEE TAC 14 (1969), 359-367 (two-stage).
         """
         if self.method == JOINT:
             joint_step(work, rows, model, aircraft, result, want_readout)
@@ -159,6 +177,11 @@ class FilterDefinition:
             Sums of the information of each partition, upper triangle; added to.
         vector : (p, c) float64
             Sums of the information vector; added to.
+
+        References
+        ----------
+        IMM UrO RAN report (2016), section 1.4, the macro-filter: Λ_ς with H, read as the stacked
+        measurement of the m′ radars.
         """
         if self.stacks_plots:
             stack_all(slots, model, aircraft, information, vector)

@@ -47,6 +47,11 @@ class Estimate:
         Symmetric to the last bit.
     coordinates : Coordinates
         How the state is written.
+
+    References
+    ----------
+    Y. Bar-Shalom, X. R. Li, T. Kirubarajan, "Estimation with Applications to Tracking and
+    Navigation", Wiley 2001, section 10.3: the extended Kalman filter.
     """
 
     mean: Floats
@@ -54,7 +59,12 @@ class Estimate:
     coordinates: Coordinates
 
     def cartesian(self) -> "Estimate":
-        """Return the estimate as (east, north, up, v_east, v_north, v_up), to first order."""
+        """Return the estimate as (east, north, up, v_east, v_north, v_up), to first order.
+
+        References
+        ----------
+        Vasiliev, Mattis, the projections after equation (5), and I_xK of (7) for the covariance.
+        """
         slope = self.coordinates.to_cartesian_jacobian(self.mean)
         covariance = slope @ self.covariance @ np.swapaxes(slope, -1, -2)
         mean = self.coordinates.to_cartesian(self.mean)
@@ -112,6 +122,12 @@ def start(mean: ArrayLike, covariance: ArrayLike, coordinates: Coordinates = CAR
     ConfigurationError
         The velocity frame is asked for at a velocity that has no course (at rest, or straight up
         or down), where its covariance has no bound.
+
+    References
+    ----------
+    Vasiliev, Mattis, the projections after equation (5), solved for V, K and φ, and the inverse of
+    I_xK of (7) for the covariance. To first order: Y. Bar-Shalom, X. R. Li, T. Kirubarajan,
+    "Estimation with Applications to Tracking and Navigation", Wiley 2001, section 10.3.
     """
     values = finite_array(component_array(mean, "mean", STATE_SIZE), "mean")
     matrix = require_covariance(covariance, "covariance")
@@ -150,6 +166,12 @@ def predict(estimate: Estimate, model: MotionModel, interval_s: float) -> Estima
         The estimate is in other coordinates than the model.
     TimeOrderError
         The interval is negative or no finite number.
+
+    References
+    ----------
+    Y. Bar-Shalom, X. R. Li, T. Kirubarajan, "Estimation with Applications to Tracking and
+    Navigation", Wiley 2001, section 10.3: the extended Kalman filter; Vasiliev, Mattis, equations
+    (5) and (7), whose models it takes.
     """
     if model.coordinates is not estimate.coordinates:
         raise ConfigurationError(
@@ -199,6 +221,12 @@ def update(
     -----
     The covariance is (I − K H) P (I − K H)ᵀ + K W Kᵀ, which stays positive semi-definite under
     rounding. Non-finite arithmetic is met by refusing, not by warnings.
+
+    References
+    ----------
+    Y. Bar-Shalom, X. R. Li, T. Kirubarajan, "Estimation with Applications to Tracking and
+    Navigation", Wiley 2001, section 10.3: the extended Kalman filter; IMM UrO RAN report (2016),
+    equations (1.22) and (1.28), and (1.26) with the noise term K D W Dᵀ Kᵀ.
     """
     if gate is not None:
         require_positive(gate, "gate")

@@ -19,23 +19,55 @@ from multiradar.estimation.motion.axes import Floats
 
 
 class SpaceMeasurement(Protocol):
-    """A sensor; positions and measurements may have leading axes, one for each aircraft."""
+    """A sensor; positions and measurements may have leading axes, one for each aircraft.
+
+    References
+    ----------
+    IMM UrO RAN report (2016), equation (1.5) without biases, for three axes; C^χ is `jacobian`, and
+    D W Dᵀ is `noise`.
+    """
 
     @property
     def noise(self) -> Floats:
-        """Covariance of a measurement's random error, W, (m, m)."""
+        """Covariance of a measurement's random error, W, (m, m).
+
+        References
+        ----------
+        IMM UrO RAN report (2016), equation (1.12): W.
+        """
 
     def predict(self, position: Floats, /) -> Floats:
-        """Return (..., m): what is measured of an aircraft there, without error."""
+        """Return (..., m): what is measured of an aircraft there, without error.
+
+        References
+        ----------
+        IMM UrO RAN report (2016), equation (1.5): C^χ χ, or what stands for it where z is not
+        linear in χ.
+        """
 
     def jacobian(self, position: Floats, /) -> Floats:
-        """Return (..., m, 3): the derivative of `predict`, finite wherever the position is."""
+        """Return (..., m, 3): the derivative of `predict`, finite wherever the position is.
+
+        References
+        ----------
+        IMM UrO RAN report (2016), equation (1.5): C^χ.
+        """
 
     def residual(self, measured: Floats, predicted: Floats, /) -> Floats:
-        """Return (..., m): measured minus predicted, angles within half a turn."""
+        """Return (..., m): measured minus predicted, angles within half a turn.
+
+        References
+        ----------
+        IMM UrO RAN report (2016), equation (1.22): z − C ξ̄.
+        """
 
     def usable(self, position: Floats, /) -> NDArray[np.bool_]:
-        """Return (...) bool: whether the sensor says something of an aircraft there."""
+        """Return (...) bool: whether the sensor says something of an aircraft there.
+
+        References
+        ----------
+        The project's own: see `multiradar.estimation.measurement.cone_of_silence`.
+        """
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,6 +85,10 @@ class MeasuredPlace:
         It is none.
     ShapeError
         It is not of that shape.
+
+    References
+    ----------
+    IMM UrO RAN report (2016), equation (1.11): C^χ = [I 0], for three axes; D = I.
     """
 
     noise: Floats
@@ -61,21 +97,41 @@ class MeasuredPlace:
         object.__setattr__(self, "noise", _covariance(self.noise))
 
     def predict(self, position: Floats) -> Floats:
-        """Return the position itself."""
+        """Return the position itself.
+
+        References
+        ----------
+        IMM UrO RAN report (2016), equation (1.11): C^χ χ.
+        """
         return np.array(position, np.float64)
 
     def jacobian(self, position: Floats) -> Floats:
-        """Return the identity."""
+        """Return the identity.
+
+        References
+        ----------
+        IMM UrO RAN report (2016), equation (1.11): C^χ.
+        """
         result = np.zeros((*np.shape(position), 3))
         result[...] = np.eye(3)
         return result
 
     def residual(self, measured: Floats, predicted: Floats) -> Floats:
-        """Return the difference."""
+        """Return the difference.
+
+        References
+        ----------
+        IMM UrO RAN report (2016), equation (1.22): z − C ξ̄.
+        """
         return np.asarray(measured - predicted)
 
     def usable(self, position: Floats) -> NDArray[np.bool_]:
-        """Return True everywhere."""
+        """Return True everywhere.
+
+        References
+        ----------
+        The project's own: a reported place has no cone of silence.
+        """
         return np.ones(np.shape(position)[:-1], np.bool_)
 
 
@@ -104,6 +160,11 @@ class MeasuredPolar:
     -----
     Azimuth is clockwise from north. Over the radar (`cone_of_silence`) the azimuth says nothing
     and the measurement is not usable.
+
+    References
+    ----------
+    IMM UrO RAN report (2016), equations (1.5) and (1.13), read in polar form and for three axes;
+    the formulas are the project's own, from the geometry of the line of sight.
     """
 
     site_m: Floats
@@ -120,14 +181,27 @@ class MeasuredPolar:
         object.__setattr__(self, "noise", _covariance(self.noise))
 
     def predict(self, position: Floats) -> Floats:
-        """Return slant range (m), azimuth (rad), and elevation (rad) or height (m)."""
+        """Return slant range (m), azimuth (rad), and elevation (rad) or height (m).
+
+        References
+        ----------
+        The project's own, from the geometry of the line of sight; the azimuth counts as the course
+        K of Vasiliev, Mattis, the projections after equation (5).
+        """
         east, north, up, ground = self._line(position)
         is_height = self.third == "height"
         third = up + self.site_m[2] if is_height else np.arctan2(up, ground)
         return np.stack([np.hypot(ground, up), np.arctan2(east, north), third], -1)
 
     def jacobian(self, position: Floats) -> Floats:
-        """Return the derivative by (east, north, up); 0 where an angle is not defined."""
+        """Return the derivative by (east, north, up); 0 where an angle is not defined.
+
+        References
+        ----------
+        Y. Bar-Shalom, X. R. Li, T. Kirubarajan, "Estimation with Applications to Tracking and
+        Navigation", Wiley 2001, section 10.3: H of the extended Kalman filter, the derivative of
+        `predict`.
+        """
         east, north, up, ground = self._line(position)
         slant = _or_one(np.hypot(ground, up))
         ground = _or_one(ground)
@@ -142,13 +216,23 @@ class MeasuredPolar:
         return np.stack([by_range, by_azimuth, by_third], -2)
 
     def residual(self, measured: Floats, predicted: Floats) -> Floats:
-        """Return the difference, angles within half a turn."""
+        """Return the difference, angles within half a turn.
+
+        References
+        ----------
+        IMM UrO RAN report (2016), equation (1.22): z − C ξ̄.
+        """
         result = np.asarray(measured - predicted)
         result[..., 1] = wrapped(result[..., 1])
         return result
 
     def usable(self, position: Floats) -> NDArray[np.bool_]:
-        """Return whether the aircraft is outside the cone of silence."""
+        """Return whether the aircraft is outside the cone of silence.
+
+        References
+        ----------
+        The project's own: see `multiradar.estimation.measurement.cone_of_silence`.
+        """
         _, _, up, ground = self._line(position)
         return np.asarray(azimuth_trusted(ground, up, 0.0) & (ground > 0.0))
 

@@ -75,8 +75,8 @@ def start(
 
     References
     ----------
-    Koptev, Rozov, Romanovsky: the initial conditions m_k(0), γ_ij(0). The one printed as
-    γ_01(0) = D α_0 is γ_00(0).
+    Koptev, Rozov, Romanovsky, the initial conditions after equation (1): m_k(0) and γ_ij(0). The
+    one printed as γ_01(0) = D α_0 is γ_00(0).
     """
     if degree < 0:
         raise ConfigurationError(f"degree: expected 0 or more, was {degree}")
@@ -125,6 +125,12 @@ def observe(
         If there are not as many values as times and axes, or one is not finite.
     ConfigurationError
         If a variance is not above 0.
+
+    References
+    ----------
+    Koptev, Rozov, Romanovsky, equation (1) at single times; follows from the linear dependence of X
+    on α. Least squares: Y. Bar-Shalom, X. R. Li, T. Kirubarajan, "Estimation with Applications to
+    Tracking and Navigation", Wiley 2001, section 3.4.
     """
     times = ascending_times(times_s, "time of a measurement", state.observed_until_s)
     values = finite_array(values_m, "values", (*times.shape, *state.axes))
@@ -264,7 +270,8 @@ def estimate(state: PolynomialState, times_s: ArrayLike) -> PolynomialEstimate:
 
     References
     ----------
-    Koptev, Rozov, Romanovsky: the estimates of α from m(t), and the forecast from them.
+    Koptev, Rozov, Romanovsky, the section on the forecast: the estimates of α from m(t), and X̄_t
+    from them.
     """
     times = finite_array(times_s, "times of an estimate")
     # Any interval will do where nothing was observed but at the start.
@@ -316,7 +323,7 @@ def forecast(state: PolynomialState, horizons_s: ArrayLike) -> PolynomialEstimat
 
     References
     ----------
-    Koptev, Rozov, Romanovsky: X̄_t for t ≥ t*, and D_п(t).
+    Koptev, Rozov, Romanovsky, the section on the forecast: X̄_t for t ≥ t*, and D_п(t).
     """
     horizons = finite_array(horizons_s, "horizons of a forecast")
     if (horizons < 0.0).any():

@@ -63,6 +63,11 @@ def averages(degree: int, centre: Floats, half: Floats) -> Floats:
     -------
     (..., n + 1) float64
         Means of P_0 … P_n.
+
+    References
+    ----------
+    NIST Digital Library of Mathematical Functions, section 3.5(v): the rule of Gauss and Legendre,
+    exact here.
     """
     nodes, weights = np.polynomial.legendre.leggauss(degree // 2 + 1)
     table = legendre_table(degree, centre[..., None] + half[..., None] * nodes, 0)
@@ -90,6 +95,11 @@ def restriction(degree: int, centre: Floats, half: Floats) -> Floats:
     times by parts (Rodrigues) it is half^k (2k + 1)/(2^{k+1} k!) times that of
     (1 − v²)^k P_j^{(k)}, which Gauss's rule with n + 1 nodes gives exactly, and which keeps its
     digits on a part however short.
+
+    References
+    ----------
+    NIST Digital Library of Mathematical Functions, table 18.3.1 (orthogonality), section 18.5(ii)
+    (Rodrigues) and section 3.5(v) (the rule of Gauss and Legendre).
     """
     nodes, weights = np.polynomial.legendre.leggauss(degree + 1)
     table = legendre_table(degree, centre[..., None] + half[..., None] * nodes, degree)

@@ -29,8 +29,8 @@ def extended_until(state: PolynomialState, until_s: float) -> PolynomialState:
 
     References
     ----------
-    `multiradar.estimation.filters.polynomial_basis.restriction`: the matrix M. As α does not move
-    (Koptev, Rozov, Romanovsky, dΘ_n = 0), the information is moved by a change of basis alone.
+    Koptev, Rozov, Romanovsky, the system of equations after (1), dΘ_n = 0: α does not move, so the
+    information is moved by a change of basis alone, `polynomial_basis.restriction`.
     """
     if until_s <= state.observed_until_s:
         return state
@@ -105,7 +105,7 @@ def sorted_factor(rows: Floats, values: Floats) -> tuple[Floats, NDArray[np.intp
     References
     ----------
     A. J. Cox, N. J. Higham, "Stability of Householder QR factorization for weighted least squares
-    problems", in Numerical Analysis 1997, Longman (1998).
+    problems", in Numerical Analysis 1997, Longman (1998), 57-73.
     """
     largest = np.argsort(-np.abs(rows).max(axis=1), kind="stable")
     unitary, triangle, order = qr(rows[largest], mode="economic", pivoting=True)
@@ -129,7 +129,7 @@ def legendre_points(state: PolynomialState, times_s: Floats) -> Floats:
 
     References
     ----------
-    The map of [a, b] to [−1, 1] that `multiradar.estimation.filters.polynomial_basis` opens with.
+    NIST Digital Library of Mathematical Functions, table 18.3.1: the shifted polynomials.
     """
     span = state.observed_until_s - state.start_s
     if span == 0.0:
@@ -154,7 +154,7 @@ def legendre_part(state: PolynomialState, begin_s: Floats, end_s: Floats) -> tup
 
     References
     ----------
-    The map of [a, b] to [−1, 1] that `multiradar.estimation.filters.polynomial_basis` opens with.
+    NIST Digital Library of Mathematical Functions, table 18.3.1: the shifted polynomials.
     """
     span = state.observed_until_s - state.start_s
     middle = (begin_s - state.start_s) / 2.0 + (end_s - state.start_s) / 2.0
@@ -178,7 +178,8 @@ def derivative_rows(state: PolynomialState, times_s: Floats) -> Floats:
 
     References
     ----------
-    Koptev, Rozov, Romanovsky: Θ_k(t), the derivatives of X_t, by the chain rule.
+    Koptev, Rozov, Romanovsky, the text after equation (1): Θ_k(t), the derivatives of X_t, by the
+    chain rule.
     """
     table = legendre_table(state.degree, legendre_points(state, times_s), state.degree)
     by_time = 2.0 / (state.observed_until_s - state.start_s)

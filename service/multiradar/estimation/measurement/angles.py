@@ -16,6 +16,11 @@ def wrapped(angle_rad: ArrayLike) -> NDArray[np.float64]:
     -------
     ndarray
         Angles, rad. Those that were in [−π, π) already are returned to the last bit.
+
+    References
+    ----------
+    D. E. Knuth, "The Art of Computer Programming", volume 1, section 1.2.4: the remainder modulo
+    2π, moved to begin at −π.
     """
     angle = np.asarray(angle_rad, np.float64)
     turn = 2.0 * np.pi

@@ -46,6 +46,10 @@ def azimuth_trusted(
     ------
     ValueError
         If the ratio is negative or no number.
+
+    References
+    ----------
+    The project's own rule, for the reasons at the head of this module.
     """
     if not cone_ratio >= 0.0:
         raise ValueError(f"cone ratio: expected 0 or more, was {cone_ratio}")

@@ -29,6 +29,10 @@ def cartesian_plot(
     -------
     (..., 2) ndarray
         East and north, m: the measurement z of equation (1.10).
+
+    References
+    ----------
+    IMM UrO RAN report (2016), equation (1.10): z, on the axes that the Ω of (1.11) fits.
     """
     direction = np.stack([np.sin(azimuth_rad), np.cos(azimuth_rad)], axis=-1)
     return np.asarray(site_m + np.asarray(range_m, np.float64)[..., None] * direction)
@@ -83,6 +87,10 @@ def cartesian_noise(
     -------
     (..., 2, 2) ndarray
         Covariance, m².
+
+    References
+    ----------
+    IMM UrO RAN report (2016), equations (1.11) and (1.13); the noise term of (1.28).
     """
     sigmas = np.stack(np.broadcast_arrays(range_sigma_m, azimuth_sigma_rad), axis=-1)
     scaled = bias_matrix * sigmas[..., None, :]

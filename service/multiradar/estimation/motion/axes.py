@@ -65,6 +65,10 @@ def velocity_to_frame(velocity: ArrayLike) -> Floats:
     (..., 3) ndarray
         V ≥ 0 (m/s), K in [−π, π), φ in [−π/2, π/2] (rad). Where no course is defined (straight up
         or down, or no speed) it is 0, and so is the climb angle where there is no speed.
+
+    References
+    ----------
+    Vasiliev, Mattis, the projections after equation (5), solved for V, K and φ.
     """
     values = np.asarray(velocity, np.float64)
     east, north, up = np.moveaxis(values, -1, 0)
@@ -113,6 +117,11 @@ def canonical_frame(frame: ArrayLike) -> tuple[Floats, Floats]:
     signs : (..., 3) ndarray
         Derivative of each component by its old self, 1 or −1: a covariance C becomes
         signs · C · signsᵀ element by element.
+
+    References
+    ----------
+    Vasiliev, Mattis, follows from the projections after equation (5); the range of φ is that of the
+    text before (3).
     """
     speed, course, climb = np.moveaxis(np.asarray(frame, np.float64), -1, 0)
     backwards = speed < 0.0

@@ -79,6 +79,10 @@ class CartesianAcceleration:
             State or draws have another number of components.
         TimeOrderError
             The interval is negative or no finite number.
+
+        References
+        ----------
+        Vasiliev, Mattis, equation (2).
         """
         return jolted(state, interval_s, self.velocity_sigmas(interval_s), draws)
 
@@ -101,11 +105,20 @@ class CartesianAcceleration:
         ------
         ShapeError, TimeOrderError
             As for `step`.
+
+        References
+        ----------
+        Vasiliev, Mattis, equation (1), with the ϑ after (2) and V_ξ = E.
         """
         return velocity_noise(state, self.velocity_sigmas(interval_s))
 
     def velocity_sigmas(self, interval_s: float) -> Floats:
-        """Return (3,) a_x T, a_y T, a_z T, m/s: the entries of ϑ after (2)."""
+        """Return (3,) a_x T, a_y T, a_z T, m/s: the entries of ϑ after (2).
+
+        References
+        ----------
+        Vasiliev, Mattis, the matrix ϑ after equation (2).
+        """
         return forward_interval(interval_s) * np.array(self.acceleration_mps2)
 
 
@@ -132,6 +145,10 @@ def jolted(state: ArrayLike, interval_s: float, sigmas: Floats, draws: ArrayLike
     ------
     ShapeError, TimeOrderError
         As for `CartesianAcceleration.step`.
+
+    References
+    ----------
+    Vasiliev, Mattis, equation (2) and the text after it, which differ in σ alone.
     """
     moved = cartesian_transition(state, interval_s)
     change = sigmas * component_array(draws, "draws", 3)
@@ -153,6 +170,10 @@ def velocity_noise(state: ArrayLike, sigmas: Floats) -> Floats:
     -------
     (..., 6, 6) ndarray
         diag(0, 0, 0, σ_x², σ_y², σ_z²).
+
+    References
+    ----------
+    Vasiliev, Mattis, equation (1): ϑ V_ξ ϑᵀ, with the ϑ after (2).
     """
     values = component_array(state, "state", STATE_SIZE)
     result = np.zeros((*values.shape, STATE_SIZE))

@@ -102,6 +102,10 @@ def cartesian_jacobian(state: ArrayLike, interval_s: float) -> Floats:
     ------
     ShapeError, TimeOrderError
         As for `cartesian_transition`.
+
+    References
+    ----------
+    Vasiliev, Mattis, equation (1), the matrix φ after (2).
     """
     result = _identity(component_array(state, "state", STATE_SIZE))
     result[..., [0, 1, 2], [3, 4, 5]] = forward_interval(interval_s)  # φ_i after (2)
@@ -156,6 +160,10 @@ def frame_jacobian(state: ArrayLike, interval_s: float) -> Floats:
     ------
     ShapeError, TimeOrderError
         As for `cartesian_transition`.
+
+    References
+    ----------
+    Vasiliev, Mattis, follows from equation (5), with the matrix I_xK of (7).
     """
     values = component_array(state, "state", STATE_SIZE)
     result = _identity(values)
@@ -180,6 +188,10 @@ def frame_to_cartesian(state: ArrayLike) -> Floats:
     ------
     ShapeError
         The state has another number of components.
+
+    References
+    ----------
+    Vasiliev, Mattis, the projections after equation (5).
     """
     values = component_array(state, "state", STATE_SIZE)
     return np.concatenate([values[..., :3], frame_to_velocity(values[..., 3:])], axis=-1)
@@ -202,6 +214,10 @@ def cartesian_to_frame(state: ArrayLike) -> Floats:
     ------
     ShapeError
         The state has another number of components.
+
+    References
+    ----------
+    Vasiliev, Mattis, the projections after equation (5), solved for V, K and φ.
     """
     values = component_array(state, "state", STATE_SIZE)
     return np.concatenate([values[..., :3], velocity_to_frame(values[..., 3:])], axis=-1)

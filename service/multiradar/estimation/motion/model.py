@@ -15,18 +15,38 @@ class MotionModel(Protocol):
     ----------
     coordinates : Coordinates
         How its states are written.
+
+    References
+    ----------
+    Vasiliev, Mattis, equations (1) and (6), without control: φ, and ϑ V_ξ ϑᵀ.
     """
 
     coordinates: Coordinates
 
     def transition(self, state: ArrayLike, interval_s: float, /) -> Floats:
-        """Return the (..., 6) state expected after an interval."""
+        """Return the (..., 6) state expected after an interval.
+
+        References
+        ----------
+        Vasiliev, Mattis, equation (1): φ x; (5) without its random terms.
+        """
 
     def jacobian(self, state: ArrayLike, interval_s: float, /) -> Floats:
-        """Return the (..., 6, 6) derivative of `transition` by the state, F."""
+        """Return the (..., 6, 6) derivative of `transition` by the state, F.
+
+        References
+        ----------
+        Y. Bar-Shalom, X. R. Li, T. Kirubarajan, "Estimation with Applications to Tracking and
+        Navigation", Wiley 2001, section 10.3: F of the extended Kalman filter.
+        """
 
     def noise(self, state: ArrayLike, interval_s: float, /) -> Floats:
-        """Return the (..., 6, 6) covariance that the interval adds, Q."""
+        """Return the (..., 6, 6) covariance that the interval adds, Q.
+
+        References
+        ----------
+        Vasiliev, Mattis, equation (1): ϑ V_ξ ϑᵀ.
+        """
 
 
 class MotionSimulator(Protocol):
@@ -36,9 +56,18 @@ class MotionSimulator(Protocol):
     ----------
     coordinates : Coordinates
         How its states are written.
+
+    References
+    ----------
+    Vasiliev, Mattis, equations (1) and (6), without control.
     """
 
     coordinates: Coordinates
 
     def step(self, state: ArrayLike, interval_s: float, draws: ArrayLike, /) -> Floats:
-        """Return the (..., 6) state after an interval, given (..., 3) standard normal draws."""
+        """Return the (..., 6) state after an interval, given (..., 3) standard normal draws.
+
+        References
+        ----------
+        Vasiliev, Mattis, equations (1) and (6): φ x + ϑ ξ.
+        """

@@ -95,6 +95,10 @@ class RelativeSpeed:
             State or draws have another number of components.
         TimeOrderError
             The interval is negative or no finite number.
+
+        References
+        ----------
+        Vasiliev, Mattis, the text after equation (2): v_xi = v_x(i−1) + γ_x σ_xi ξ_xi.
         """
         return jolted(state, interval_s, self.velocity_sigmas(interval_s), draws)
 
@@ -117,11 +121,20 @@ class RelativeSpeed:
         ------
         ShapeError, TimeOrderError
             As for `step`.
+
+        References
+        ----------
+        Vasiliev, Mattis, the text after equation (2): ϑ ϑᵀ of (1) with its σ.
         """
         return velocity_noise(state, self.velocity_sigmas(interval_s))
 
     def velocity_sigmas(self, interval_s: float) -> Floats:
-        """Return (3,) γ_x σ_x, γ_y σ_y, γ_z σ_z, m/s."""
+        """Return (3,) γ_x σ_x, γ_y σ_y, γ_z σ_z, m/s.
+
+        References
+        ----------
+        Vasiliev, Mattis, the text after equation (2): σ_xi² = v_xo² T_i / T_np.
+        """
         speeds = np.array(self.initial_speed_mps)
         share = np.sqrt(forward_interval(interval_s) / self.reference_time_s)
         return np.asarray(np.array(self.relative_change) * speeds * share)

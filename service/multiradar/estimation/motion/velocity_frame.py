@@ -90,6 +90,10 @@ class VelocityFrame:
             State or draws have another number of components.
         TimeOrderError
             The interval is negative or no finite number.
+
+        References
+        ----------
+        Vasiliev, Mattis, equation (5).
         """
         interval = forward_interval(interval_s)
         values = component_array(state, "state", STATE_SIZE)
@@ -118,6 +122,10 @@ class VelocityFrame:
         ------
         ShapeError, TimeOrderError
             As for `step`.
+
+        References
+        ----------
+        Vasiliev, Mattis, the text after equation (4): ϑ squared, with ϑ = diag(a T, v_K T, v_φ T).
         """
         values = component_array(state, "state", STATE_SIZE)
         result = np.zeros((*values.shape, STATE_SIZE))

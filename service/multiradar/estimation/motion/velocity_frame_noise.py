@@ -133,6 +133,10 @@ class VelocityFrameNoise:
             The state has another number of components.
         TimeOrderError
             The interval is negative or no finite number.
+
+        References
+        ----------
+        Vasiliev, Mattis, equation (7), as printed or as a density: see the head of this module.
         """
         values = component_array(state, "state", STATE_SIZE)
         spread = acceleration_covariance(
@@ -208,6 +212,11 @@ def held_or_white(spread: Floats, interval_s: float, nominal_interval_s: float |
     -------
     (..., 2n, 2n) ndarray
         Position, then velocity.
+
+    References
+    ----------
+    Vasiliev, Mattis, equation (7), as printed; with T₀, Y. Bar-Shalom, X. R. Li, T. Kirubarajan,
+    "Estimation with Applications to Tracking and Navigation", Wiley 2001, equation (6.2.2-4).
     """
     size = spread.shape[-1]
     result = np.zeros((*spread.shape[:-2], 2 * size, 2 * size))

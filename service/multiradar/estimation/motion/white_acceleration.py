@@ -72,6 +72,11 @@ class WhiteAcceleration:
             The state has another number of components.
         TimeOrderError
             The interval is negative or no finite number.
+
+        References
+        ----------
+        Y. Bar-Shalom, X. R. Li, T. Kirubarajan, "Estimation with Applications to Tracking and
+        Navigation", Wiley 2001, equation (6.2.2-4).
         """
         values = component_array(state, "state", STATE_SIZE)
         interval = forward_interval(interval_s)

@@ -99,6 +99,11 @@ def arrange(name: str, sensors: Sensors, options: Options, *, slots: int, rows: 
         If there is no filter of that name.
     ConfigurationError
         If the filter cannot estimate one of the bias parameters.
+
+    References
+    ----------
+    IMM UrO RAN report (2016), equation (1.24): ς and its block before the first measurement;
+    sections 1.3 to 1.5 for what each filter keeps.
     """
     definition = find_filter_for(name, sensors.parameters)
     prior = sensors.prior
@@ -148,6 +153,11 @@ def begin(one: Arrangement, aircraft: int, time_s: float, mean: Floats, covarian
     Where a time offset is estimated and the velocity is told well enough, it is the one at which
     time offsets are linearised. If it is not, the aircraft begins anew once its plots have settled
     the velocity, and keeps nothing else of what was told.
+
+    References
+    ----------
+    IMM UrO RAN report (2016), equation (1.24), with zeros between the aircraft and all others: the
+    condition after (1.36).
     """
     arrays = one.aircraft
     arrays.mean[aircraft] = mean

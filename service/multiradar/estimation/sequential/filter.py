@@ -123,6 +123,11 @@ class SequentialFilter:
         here is taken when the variances of both rates sum to less than (30 m/s)². Otherwise the
         aircraft begins anew once its plots have settled the velocity as well, and keeps nothing
         else of what was told.
+
+        References
+        ----------
+        IMM UrO RAN report (2016), equation (1.24): the block of one aircraft, with zeros between it
+        and all others.
         """
         state = finite_array(mean, "state of the aircraft", (4,))
         matrix = require_shape(covariance, "covariance of the aircraft", (4, 4))
@@ -168,6 +173,12 @@ class SequentialFilter:
             If the value is not two numbers, or there is no such sensor, or the height is missing.
         ConfigurationError
             If there is no room for one more aircraft.
+
+        References
+        ----------
+        IMM UrO RAN report (2016), equations (1.28) to (1.38) and (1.43) to (1.45); Friedland, B.,
+        "Treatment of bias in recursive filtering", IEEE TAC 14 (1969), 359-367, for the two-stage
+        filter.
         """
         values = require_shape(value, "value of the plot", (2,))
         return self.observe_together(aircraft, time_s, [sensor], values[None, :], [height_m])[0]
@@ -209,6 +220,11 @@ class SequentialFilter:
             or not at all, or a height is missing.
         ConfigurationError
             If there is no room for one more aircraft.
+
+        References
+        ----------
+        IMM UrO RAN report (2016), section 1.4, the macro-filter, whose measurement it is; for the
+        others as `observe`, (1.28) to (1.45).
         """
         slot = self._slot(aircraft)
         plots = _plots([slot], time_s, sensors, values, height_m)
@@ -243,6 +259,11 @@ class SequentialFilter:
         ------
         TimeOrderError
             If it is negative or no number.
+
+        References
+        ----------
+        IMM UrO RAN report (2016), equations (1.6) and (1.25) for ς. The anchoring anew of the
+        two-stage filter is the project's own: see `multiradar.estimation.bias.store.drift`.
         """
         if not 0.0 <= duration_s < np.inf:
             raise TimeOrderError("end of the walk", duration_s, 0.0)
@@ -256,6 +277,11 @@ class SequentialFilter:
         ------
         UnknownAircraftError
             If there is no such aircraft.
+
+        References
+        ----------
+        IMM UrO RAN report (2016), equation (1.8) without χ_i: its block and its row leave (1.24),
+        the block of ς stays.
         """
         slot = self._known(aircraft)
         del self._slots[aircraft]
@@ -269,6 +295,11 @@ class SequentialFilter:
         ------
         UnknownAircraftError
             If there is no such aircraft.
+
+        References
+        ----------
+        IMM UrO RAN report (2016), equation (1.30): χ̄ and P̄; Friedland, B., "Treatment of bias in
+        recursive filtering", IEEE TAC 14 (1969), 359-367, for the part of the biases.
         """
         slot, one = self._known(aircraft), self._one
         record = self._record
@@ -276,7 +307,12 @@ class SequentialFilter:
         return record.mean[0, slot].copy(), record.covariance[0, slot].copy()
 
     def biases(self) -> tuple[Floats, Floats]:
-        """Return the estimates of the biases, (c,), and their covariance, (c, c)."""
+        """Return the estimates of the biases, (c,), and their covariance, (c, c).
+
+        References
+        ----------
+        IMM UrO RAN report (2016), equation (1.32): ς̂ and P̂_ςς.
+        """
         model = self._one.model
         return model.bias.copy(), model.bias_covariance.copy()
 

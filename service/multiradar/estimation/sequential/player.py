@@ -112,6 +112,10 @@ def prepared(
     ------
     UnknownFilterError
         If there is no filter of that name.
+
+    References
+    ----------
+    IMM UrO RAN report (2016), equation (1.24): the state before the first measurement.
     """
     one = arrange(name, sensors, options, slots=len(starts), rows=rows)
     for slot in range(len(starts)):
@@ -184,6 +188,11 @@ def walk_start(starts: Starts, walk_s: float) -> float:
     ------
     ConfigurationError
         If the interval is not above 0, or no finite number.
+
+    References
+    ----------
+    IMM UrO RAN report (2016), equation (1.6), whose walk is taken in steps; from when on is the
+    project's own.
     """
     if not 0.0 < walk_s < np.inf:
         raise ConfigurationError(f"interval of the walk: expected more than 0 s, was {walk_s}")

@@ -157,6 +157,10 @@ def filter_rows(plots: Plots, sensors: Sensors, starts: Starts, form: Form) -> R
         radar on WGS 84 has no height.
     TimeOrderError
         If an aircraft is seen before its start.
+
+    References
+    ----------
+    IMM UrO RAN report (2016), equations (1.10) and (1.11).
     """
     if form not in FORMS:
         raise ConfigurationError(f"form: expected one of {', '.join(FORMS)}, was {form!r}")

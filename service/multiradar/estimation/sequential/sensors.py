@@ -228,6 +228,11 @@ def earth_sensors(table: SensorTable, plane: SystemPlane) -> Sensors:
         If a kind of parameter is unknown.
     PriorError
         If a prior standard deviation is not positive or a drift is negative.
+
+    References
+    ----------
+    IMM UrO RAN report (2016), equations (1.5), (1.7) and (1.13), in polar form and on the
+    ellipsoid; the latter is the project's own.
     """
     kinds = table.kinds.astype(np.int64)
     places = np.column_stack([table.latitude_rad, table.longitude_rad, table.height_m])
