@@ -28,9 +28,9 @@ class VelocityFrame:
     ----------
     acceleration_mps2 : float
         a, standard deviation of the acceleration along the velocity, m/s².
-    turn_rate_radps : float
+    turn_rate_rad_per_s : float
         v_K, standard deviation of the rate of the course, rad/s.
-    climb_rate_radps : float
+    climb_rate_rad_per_s : float
         v_φ, standard deviation of the rate of the climb angle, rad/s; with 0 an aircraft in level
         flight stays level.
 
@@ -51,8 +51,8 @@ class VelocityFrame:
     """
 
     acceleration_mps2: float
-    turn_rate_radps: float
-    climb_rate_radps: float = 0.0
+    turn_rate_rad_per_s: float
+    climb_rate_rad_per_s: float = 0.0
 
     coordinates = VELOCITY_FRAME
     transition = staticmethod(frame_transition)
@@ -60,11 +60,13 @@ class VelocityFrame:
 
     def __post_init__(self) -> None:
         require_not_negative(self.acceleration_mps2, "acceleration")
-        require_not_negative(self.turn_rate_radps, "turn rate")
-        require_not_negative(self.climb_rate_radps, "climb rate")
+        require_not_negative(self.turn_rate_rad_per_s, "turn rate")
+        require_not_negative(self.climb_rate_rad_per_s, "climb rate")
 
     def _spreads(self) -> Floats:
-        return np.array([self.acceleration_mps2, self.turn_rate_radps, self.climb_rate_radps])
+        return np.array(
+            [self.acceleration_mps2, self.turn_rate_rad_per_s, self.climb_rate_rad_per_s]
+        )
 
     def step(self, state: ArrayLike, interval_s: float, draws: ArrayLike) -> Floats:
         """Move aircraft on by one interval, equation (5).

@@ -74,9 +74,9 @@ class VelocityFrameNoise:
     ----------
     acceleration_mps2 : float
         a, standard deviation of the acceleration along the velocity, m/s².
-    turn_rate_radps : float
+    turn_rate_rad_per_s : float
         v_K, standard deviation of the rate of the course, rad/s.
-    climb_rate_radps : float
+    climb_rate_rad_per_s : float
         v_φ, standard deviation of the rate of the climb angle, rad/s.
     nominal_interval_s : float, optional
         T₀, s, above 0: the interval that a, v_K and v_φ go with; None as printed, each interval
@@ -95,8 +95,8 @@ class VelocityFrameNoise:
     """
 
     acceleration_mps2: float
-    turn_rate_radps: float
-    climb_rate_radps: float = 0.0
+    turn_rate_rad_per_s: float
+    climb_rate_rad_per_s: float = 0.0
     nominal_interval_s: float | None = None
     slow_speed_mps: float = SLOW_SPEED_MPS
 
@@ -106,8 +106,8 @@ class VelocityFrameNoise:
 
     def __post_init__(self) -> None:
         require_not_negative(self.acceleration_mps2, "acceleration")
-        require_not_negative(self.turn_rate_radps, "turn rate")
-        require_not_negative(self.climb_rate_radps, "climb rate")
+        require_not_negative(self.turn_rate_rad_per_s, "turn rate")
+        require_not_negative(self.climb_rate_rad_per_s, "climb rate")
         require_positive(self.slow_speed_mps, "slow speed")
         if self.nominal_interval_s is not None:
             require_positive(self.nominal_interval_s, "nominal interval")
@@ -142,8 +142,8 @@ class VelocityFrameNoise:
         spread = acceleration_covariance(
             values[..., 3:],
             self.acceleration_mps2,
-            self.turn_rate_radps,
-            self.climb_rate_radps,
+            self.turn_rate_rad_per_s,
+            self.climb_rate_rad_per_s,
             self.slow_speed_mps,
         )
         result = np.zeros((*values.shape, STATE_SIZE))
@@ -154,8 +154,8 @@ class VelocityFrameNoise:
 def acceleration_covariance(
     velocity: ArrayLike,
     acceleration_mps2: float,
-    turn_rate_radps: float,
-    climb_rate_radps: float = 0.0,
+    turn_rate_rad_per_s: float,
+    climb_rate_rad_per_s: float = 0.0,
     slow_speed_mps: float = SLOW_SPEED_MPS,
 ) -> Floats:
     """Return D(v), the covariance of the acceleration at a velocity, for every velocity.
@@ -164,7 +164,7 @@ def acceleration_covariance(
     ----------
     velocity : (..., 3) or (..., 2) array_like
         East, north, up, m/s; with two components the aircraft moves on the plane.
-    acceleration_mps2, turn_rate_radps, climb_rate_radps : float
+    acceleration_mps2, turn_rate_rad_per_s, climb_rate_rad_per_s : float
         a (m/s²), v_K and v_φ (rad/s); not negative. On the plane v_φ has no part in it.
     slow_speed_mps : float
         V_s, m/s, above 0.
@@ -190,9 +190,9 @@ def acceleration_covariance(
     along = _filled(values, slow_speed_mps**2)
     turn = np.zeros_like(values)
     turn[..., 0], turn[..., 1] = values[..., 1], -values[..., 0]
-    result = acceleration_mps2**2 * along + turn_rate_radps**2 * _outer(turn, turn)
+    result = acceleration_mps2**2 * along + turn_rate_rad_per_s**2 * _outer(turn, turn)
     if size == 3:
-        result += climb_rate_radps**2 * _climb(values)
+        result += climb_rate_rad_per_s**2 * _climb(values)
     return np.asarray(result)
 
 

@@ -105,15 +105,15 @@ def test_as_much_across_as_along_is_white_acceleration() -> None:
     ("parameters", "message"),
     [
         ({"acceleration_mps2": -1.0}, "acceleration: expected a finite number of 0 or more, was"),
-        ({"turn_rate_radps": np.nan}, "turn rate: expected"),
-        ({"climb_rate_radps": np.inf}, "climb rate: expected"),
+        ({"turn_rate_rad_per_s": np.nan}, "turn rate: expected"),
+        ({"climb_rate_rad_per_s": np.inf}, "climb rate: expected"),
         ({"nominal_interval_s": 0.0}, "nominal interval: expected a finite number above 0"),
         ({"slow_speed_mps": -3.0}, "slow speed: expected a finite number above 0, was -3.0"),
     ],
 )
 def test_a_wrong_parameter_is_named(parameters: dict[str, float], message: str) -> None:
     with pytest.raises(MotionParameterError, match=message):
-        VelocityFrameNoise(**{"acceleration_mps2": 1.0, "turn_rate_radps": 0.1, **parameters})
+        VelocityFrameNoise(**{"acceleration_mps2": 1.0, "turn_rate_rad_per_s": 0.1, **parameters})
 
 
 def test_wrong_shapes_and_intervals_that_go_back_are_named() -> None:
