@@ -1,7 +1,8 @@
 """Who reads a formula finds where it stands: paper and equation, textbook and section, or "own".
 
-Held for the public functions, methods and classes of the estimation. What implements no formula is
-excepted by kind: the three kinds are named below, with their reasons.
+Held for the public functions, methods and classes of the estimation, and for the modules of the
+simulation and of the studies that compute. What implements no formula is excepted by kind: the
+three kinds are named below, with their reasons.
 """
 
 import ast
@@ -11,20 +12,38 @@ from pathlib import Path
 
 import pytest
 
-ESTIMATION = Path(__file__).parents[2] / "service/multiradar/estimation"
+SERVICE = Path(__file__).parents[2] / "service/multiradar"
+
+#: Where the simulation and the studies compute; their other modules read, write, and draw.
+COMPUTING = (
+    "simulation/biases",
+    "simulation/clutter",
+    "simulation/flat",
+    "simulation/looks",
+    "simulation/observation",
+    "simulation/paths",
+    "studies/bias_estimation_bands",
+    "studies/bias_estimation_loss",
+    "studies/bias_estimation_runs",
+    "studies/coupled_motion_figures",
+    "studies/coupled_motion_tracking",
+    "studies/polynomial_forecast_runs",
+)
 
 #: They look at shape, sign and order of what comes from outside, and compute nothing.
 CHECKS = {
-    "array_checks": None,
-    "motion/inputs": None,
-    "gaussian": {"require_covariance"},
-    "sequential/player": {"record_times"},
+    "estimation/array_checks": None,
+    "estimation/motion/inputs": None,
+    "estimation/gaussian": {"require_covariance"},
+    "estimation/sequential/player": {"record_times"},
 }
-#: They make room in memory, or find a filter by its name.
+#: They make room in memory, find a filter by its name, or choose rows.
 BOOKKEEPING = {
-    "filters/arrays": None,
-    "filters/bank": {"find_filter", "find_filter_for"},
-    "sequential/player": {"empty_record"},
+    "estimation/filters/arrays": None,
+    "estimation/filters/bank": {"find_filter", "find_filter_for"},
+    "estimation/sequential/player": {"empty_record"},
+    "simulation/looks": {"outside_gaps"},
+    "studies/coupled_motion_tracking": {"Tracked", "Tracked.means", "settled", "batches"},
 }
 #: Bases and decorators of classes that hold what others computed; see `holds_only`.
 CONTAINERS = {"NamedTuple", "IntEnum", "dataclass"}
@@ -82,8 +101,9 @@ def excepted(module: str, name: str) -> bool:
 
 def judged() -> list[tuple[str, Definition]]:
     found = []
-    for path in sorted(ESTIMATION.rglob("*.py")):
-        module = path.relative_to(ESTIMATION).with_suffix("").as_posix()
+    computing = [SERVICE / f"{name}.py" for name in COMPUTING]
+    for path in (*sorted((SERVICE / "estimation").rglob("*.py")), *computing):
+        module = path.relative_to(SERVICE).with_suffix("").as_posix()
         if path.name.startswith("_"):
             continue
         found += [
@@ -106,7 +126,7 @@ def tells_its_source(documentation: str) -> bool:
 
 
 @pytest.mark.parametrize("node", [pytest.param(node, id=name) for name, node in judged()])
-def test_what_is_public_in_the_estimation_says_where_its_formula_stands(node: Definition) -> None:
+def test_what_computes_says_where_its_formula_stands(node: Definition) -> None:
     assert tells_its_source(ast.get_docstring(node) or ""), node.name
 
 
@@ -115,7 +135,7 @@ def test_the_exceptions_are_there() -> None:
     stale = []
     for kind in (CHECKS, BOOKKEEPING):
         for module, names in kind.items():
-            tree = ast.parse((ESTIMATION / f"{module}.py").read_text(encoding="utf-8"))
+            tree = ast.parse((SERVICE / f"{module}.py").read_text(encoding="utf-8"))
             found = dict(definitions(tree))
             for name in names or ():
                 node = found.get(name)

@@ -25,13 +25,23 @@ class TrueBiases:
     values : (t, m, 4) ndarray
         For each sensor range offset (m), azimuth offset (rad), range gain (1), time offset (s);
         measured minus true.
+
+    References
+    ----------
+    IMM UrO RAN report (2016), equation (1.6), with A^ς = I of (1.7).
     """
 
     time_s: Floats
     values: Floats
 
     def at(self, sensor: int, time_s: Floats) -> Floats:
-        """Return (4, n) the parameters of a sensor at times (n,)."""
+        """Return (4, n) the parameters of a sensor at times (n,).
+
+        References
+        ----------
+        IMM UrO RAN report (2016), equation (1.6). That a bias is linear between two steps is the
+        project's own.
+        """
         columns = self.values[:, sensor].T
         return np.array([np.interp(time_s, self.time_s, column) for column in columns])
 

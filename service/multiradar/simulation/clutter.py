@@ -25,6 +25,10 @@ def clutter_plots(sensor: Sensor, duration_s: float, rng: np.random.Generator) -
     -------
     Plots
         In no order; all are outliers.
+
+    References
+    ----------
+    The project's own: a Poisson number of plots a turn, evenly over the area.
     """
     period = sensor.rotation_period_s or sensor.interval_s
     count = rng.poisson(sensor.clutter_per_turn * duration_s / period)

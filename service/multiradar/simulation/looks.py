@@ -85,6 +85,10 @@ def look_times(sensor: Sensor, phase: float, life_s: Span, look: Look | None = N
     -------
     (n,) ndarray
         Ascending times.
+
+    References
+    ----------
+    The project's own: an antenna that turns evenly meets an aircraft that moves on.
     """
     start, end = life_s
     period = sensor.rotation_period_s or sensor.interval_s
@@ -157,7 +161,13 @@ def outside_gaps(sensor: Sensor, time_s: Floats) -> Bools:
 
 
 def wrapped(azimuth_rad: Floats) -> Floats:
-    """Return angles in [0, 2π)."""
+    """Return angles in [0, 2π).
+
+    References
+    ----------
+    D. E. Knuth, "The Art of Computer Programming", volume 1, section 1.2.4: the remainder modulo
+    2π.
+    """
     angle = np.mod(azimuth_rad, TURN_RAD)
     # np.mod of a tiny negative number rounds to 2π itself.
     return np.where(angle >= TURN_RAD, 0.0, angle)

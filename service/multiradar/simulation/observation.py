@@ -86,6 +86,11 @@ def observe(
         If the scene would give more than `MEASUREMENTS_MAX` measurements.
     OutsidePlaneError
         If an aircraft flies too far from the centre.
+
+    References
+    ----------
+    IMM UrO RAN report (2016), equations (1.5) and (1.6), in polar form. Lines of sight over WGS 84
+    are the project's own.
     """
     aircraft = all_aircraft(scene)
     _check_size(scene, aircraft)

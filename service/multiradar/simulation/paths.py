@@ -33,6 +33,10 @@ class Path:
         East and north at the knots, and their rates; between them the path is a cubic.
     height_m : (k,) ndarray
         Height at the knots; between them it is linear.
+
+    References
+    ----------
+    The project's own: cubics between the knots of `fly`.
     """
 
     start_s: float
@@ -43,15 +47,30 @@ class Path:
     height_m: Floats
 
     def place(self, time_s: Floats) -> Floats:
-        """Return (n, 2) east and north at times (n,), m."""
+        """Return (n, 2) east and north at times (n,), m.
+
+        References
+        ----------
+        The project's own: cubics between the knots of `fly`.
+        """
         return np.asarray(self._spline()(time_s))
 
     def height(self, time_s: Floats) -> Floats:
-        """Return (n,) height at times (n,), m."""
+        """Return (n,) height at times (n,), m.
+
+        References
+        ----------
+        The project's own: lines between the knots of `fly`.
+        """
         return np.interp(time_s, self.time_s, self.height_m)
 
     def states(self, time_s: Floats) -> Floats:
-        """Return (n, 4) east, north and their rates: the order of the filters' states."""
+        """Return (n, 4) east, north and their rates: the order of the filters' states.
+
+        References
+        ----------
+        IMM UrO RAN report (2016), equation (1.4): the order of χ.
+        """
         spline = self._spline()
         return np.concatenate([spline(time_s), spline(time_s, 1)], axis=-1)
 
@@ -75,6 +94,13 @@ def fly(aircraft: Aircraft, duration_s: float, rng: np.random.Generator) -> Path
     -------
     Path
         From its birth to its death or the end of the scene; a little longer is defined.
+
+    References
+    ----------
+    IMM UrO RAN report (2016), equation (1.4), for straight flight; Vasiliev, Mattis, equation (5),
+    for random manoeuvres; Y. Bar-Shalom, X. R. Li, T. Kirubarajan, "Estimation with Applications to
+    Tracking and Navigation", Wiley 2001, equation (6.2.2-4), for white acceleration. The legs are
+    the project's own.
     """
     end_s = min(aircraft.end_s, duration_s)
     # Whoever looks for the moment at which a beam meets the aircraft looks a little beyond.
@@ -90,7 +116,12 @@ def fly(aircraft: Aircraft, duration_s: float, rng: np.random.Generator) -> Path
 
 
 def start_velocity(aircraft: Aircraft) -> Floats:
-    """Return (2,) the velocity at the birth, m/s."""
+    """Return (2,) the velocity at the birth, m/s.
+
+    References
+    ----------
+    Vasiliev, Mattis, the projections after equation (5), in level flight.
+    """
     return aircraft.speed_mps * np.array(
         [np.sin(aircraft.heading_rad), np.cos(aircraft.heading_rad)]
     )

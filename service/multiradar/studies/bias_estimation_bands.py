@@ -62,6 +62,13 @@ def consistency_bands(theory: Theory, runs: int, seed: int) -> Bands:
     variance (Satterthwaite). For the biases ν is their number, exactly. Errors at different times
     are correlated. So the band of all times is χ² at a level that is found by drawing chains of
     errors with the covariance and the transition that the theory gives.
+
+    References
+    ----------
+    Y. Bar-Shalom, X. R. Li, T. Kirubarajan, "Estimation with Applications to Tracking and
+    Navigation", Wiley 2001, section 5.4.2: NEES over runs. F. E. Satterthwaite, "An approximate
+    distribution of estimates of variance components", Biometrics Bulletin 2 (1946), 110-114. The
+    band of all times is the project's own.
     """
     freedom = np.stack([_freedom(theory), np.full(len(theory.biases), theory.biases.shape[-1])], 1)
     rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence((seed, _STREAM))))

@@ -62,6 +62,10 @@ def drift_losses(
     -------
     list of Loss
         One for each density.
+
+    References
+    ----------
+    IMM UrO RAN report (2016), equations (1.26) and (1.27).
     """
     time_s = min(AFTER_S, end_s)
     found = []

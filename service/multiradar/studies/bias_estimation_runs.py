@@ -152,6 +152,10 @@ def realise(setting: Setting, seed: int, run: int) -> Realisation:
     -------
     Realisation
         Plots, what the filters are told, and the truth.
+
+    References
+    ----------
+    IMM UrO RAN report (2016), section 1.6, with (1.5) for the plots and (1.6) for the drift.
     """
     streams = [
         np.random.Generator(np.random.PCG64(np.random.SeedSequence((seed, run, stream))))
@@ -206,6 +210,12 @@ def judge(name: str, form: Form, setting: Setting, one: Realisation) -> Errors:
     -------
     Errors
         At the times of the setting.
+
+    References
+    ----------
+    IMM UrO RAN report (2016), section 1.6: moduli of the deviations, as in its figures; NEES: Y.
+    Bar-Shalom, X. R. Li, T. Kirubarajan, "Estimation with Applications to Tracking and Navigation",
+    Wiley 2001, section 5.4.2.
     """
     record = play(
         name, one.sensors, one.plots, one.starts, setting.times_s,
@@ -231,6 +241,10 @@ def theory_of(name: str, setting: Setting, one: Realisation) -> Theory:
 
     At the truth both forms of the measurement are the same up to a change of coordinates, and so
     is what the theory says of them.
+
+    References
+    ----------
+    IMM UrO RAN report (2016), equations (1.25) and (1.26).
     """
     return true_covariance(
         name, one.sensors, one.plots, one.starts, setting.times_s,
@@ -252,6 +266,10 @@ def traces(aircraft: Floats, biases: Floats) -> Floats:
     -------
     (t, 4) float64
         m², (m/s)², degrees² and m², in the order of `QUANTITIES`.
+
+    References
+    ----------
+    IMM UrO RAN report (2016), equation (1.27), with the h of section 1.6.
     """
     own = np.diagonal(aircraft, axis1=-2, axis2=-1).mean(axis=1)
     shared = np.diagonal(biases, axis1=-2, axis2=-1)
@@ -270,6 +288,10 @@ def expected_nees(theory: Theory) -> Floats:
     """Return what the normalised errors squared are by (1.26): tr P⁻¹ Σ over the dimension, (t, 2).
 
     1 where a filter reports its true covariance, more where it promises too much.
+
+    References
+    ----------
+    IMM UrO RAN report (2016), follows from equation (1.26): E eᵀ P⁻¹ e = tr P⁻¹ E e eᵀ.
     """
     reported: Record = theory.reported
     parts = []

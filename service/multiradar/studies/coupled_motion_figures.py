@@ -95,6 +95,10 @@ def realise(scenario: Scenario, steps: int, rng: np.random.Generator) -> Realisa
     -------
     Realisations
         Paths and their statistics.
+
+    References
+    ----------
+    Vasiliev, Mattis, equations (2) and (5), as in its figures 1 and 3.
     """
     runs = max(DRAWN_RUNS, min(STATISTICS_RUNS, STATISTICS_STEPS_MAX // steps))
     first = initial_states(2.0 * np.pi * np.arange(runs) / DRAWN_RUNS)
@@ -130,6 +134,11 @@ def heading_spreads(rng: np.random.Generator) -> list[HeadingSpread]:
     -------
     list of HeadingSpread
         Model (2) with equal and with unequal parameters, its relative-speed variant, and (5).
+
+    References
+    ----------
+    Vasiliev, Mattis, equations (2) and (5), and the text after (2). The moments of (5) follow from
+    those of a normal angle.
     """
     return [
         _equal_axes(1.0, 1.0, rng),
@@ -140,7 +149,12 @@ def heading_spreads(rng: np.random.Generator) -> list[HeadingSpread]:
 
 
 def heading_band() -> tuple[float, float]:
-    """Return where a simulated spread lies, in units of the exact one, 99.9 % of the time."""
+    """Return where a simulated spread lies, in units of the exact one, 99.9 % of the time.
+
+    References
+    ----------
+    The project's own: χ² of the sum of squares of normal draws.
+    """
     low, high = np.sqrt(chi2.ppf([5e-4, 1.0 - 5e-4], HEADING_DRAWS) / HEADING_DRAWS)
     return float(low), float(high)
 

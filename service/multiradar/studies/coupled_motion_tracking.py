@@ -125,6 +125,10 @@ def fly(scenario: Scenario, headings_rad: Floats, steps: int, rng: np.random.Gen
     -------
     Flights
         Truth and measurements.
+
+    References
+    ----------
+    Vasiliev, Mattis, equations (1) and (6), whichever the motion is of.
     """
     runs = len(headings_rad)
     first = initial_states(headings_rad)
@@ -152,6 +156,12 @@ def track(model: MotionModel, flights: Flights) -> Tracked:
     -------
     Tracked
         Its errors, in Cartesian terms whatever its coordinates.
+
+    References
+    ----------
+    Y. Bar-Shalom, X. R. Li, T. Kirubarajan, "Estimation with Applications to Tracking and
+    Navigation", Wiley 2001, sections 5.4.2 (NEES) and 10.3 (the extended Kalman filter); Vasiliev,
+    Mattis, equations (2), (5) and (7), for its motion.
     """
     steps, runs = flights.truth.shape[:2]
     place = MeasuredPlace(PLACE_SIGMA_M**2 * np.eye(3))
@@ -185,6 +195,12 @@ def _by_part(values: Floats) -> Floats:
 
 
 def nees_band(runs: int) -> tuple[float, float]:
-    """Return the 95 % band of the mean over runs of NEES / 6 at one time."""
+    """Return the 95 % band of the mean over runs of NEES / 6 at one time.
+
+    References
+    ----------
+    Y. Bar-Shalom, X. R. Li, T. Kirubarajan, "Estimation with Applications to Tracking and
+    Navigation", Wiley 2001, section 5.4.2.
+    """
     low, high = chi2.ppf([0.025, 0.975], 6 * runs) / (6 * runs)
     return float(low), float(high)

@@ -75,6 +75,10 @@ def simulate(
     -----
     There is no step of integration: an interval is observed through its moments, which are
     sufficient and are drawn with their exact distribution.
+
+    References
+    ----------
+    Koptev, Rozov, Romanovsky, equation (1), and the section on the simulation with its tables.
     """
     truth = np.sqrt(np.diagonal(PRIOR))[:, None] * rng.normal(size=(DEGREE + 1, runs))
     state = start(DEGREE, np.zeros((DEGREE + 1, runs)), PRIOR)
@@ -110,6 +114,10 @@ def draw_moments(
     -------
     (n + 1, ...) float64
         The moments, m·s: independent, with variances C₂ (end − begin)/(2k + 1).
+
+    References
+    ----------
+    Koptev, Rozov, Romanovsky, follows from equation (1): integrals of dη with a weight.
     """
     degree, half = len(truth) - 1, (end_s - begin_s) / 2.0
     # Exact for the product of two polynomials of the degree.
@@ -123,7 +131,12 @@ def draw_moments(
 
 
 def powers_of_time(times_s: Floats, degree: int) -> Floats:
-    """Return t^k / k!, k = 0 … n, for each time: (..., n + 1)."""
+    """Return t^k / k!, k = 0 … n, for each time: (..., n + 1).
+
+    References
+    ----------
+    Koptev, Rozov, Romanovsky, the section on the model, the polynomial X_t before equation (1).
+    """
     orders = np.arange(degree + 1)
     return np.asarray(times_s[..., None] ** orders / [factorial(order) for order in orders])
 
@@ -143,6 +156,12 @@ def regression_variance(intensity: float, observed_until_s: float, time_s: float
     float
         φᵀ (Γ_0⁻¹ + ∫ φ φᵀ dt / C₂)⁻¹ φ, m²: normal equations on powers of time, written without the
         filter, its basis or its factorisation.
+
+    References
+    ----------
+    Koptev, Rozov, Romanovsky, follows from equation (1) and the prior of the section on the
+    simulation; linear regression: Y. Bar-Shalom, X. R. Li, T. Kirubarajan, "Estimation with
+    Applications to Tracking and Navigation", Wiley 2001, section 3.4.
     """
     information = np.linalg.inv(PRIOR)
     for i in range(DEGREE + 1):
@@ -168,6 +187,10 @@ def band(runs: int, probability: float = BAND) -> tuple[float, float]:
     -------
     low, high : float
         Quantiles of χ² with that many degrees of freedom, divided by them.
+
+    References
+    ----------
+    The project's own: quantiles of χ² for the mean of squares of normal errors.
     """
     outside = (1.0 - probability) / 2.0
     low, high = chi2.ppf([outside, 1.0 - outside], runs) / runs
