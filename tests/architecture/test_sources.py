@@ -115,14 +115,23 @@ def test_no_tracked_file_names_a_machine_or_an_index_of_packages() -> None:
     assert names == []
 
 
-def public_functions() -> list[tuple[str, ast.FunctionDef]]:
-    return [
-        (f"{name}:{node.name}", node)
-        for name in modules(*CORE)
-        if not Path(name).name.startswith("_")
-        for node in tree(name).body
-        if isinstance(node, ast.FunctionDef) and not node.name.startswith("_")
-    ]
+def public_functions() -> Iterator[tuple[str, ast.FunctionDef]]:
+    for name in modules(*CORE):
+        if Path(name).name.startswith("_"):
+            continue
+        yield from ((f"{name}:{node.name}", node) for node in public(tree(name).body))
+        for one in tree(name).body if name.startswith(CORE[1]) else ():
+            if isinstance(one, ast.ClassDef) and not one.name.startswith("_"):
+                yield from ((f"{name}:{one.name}.{node.name}", node) for node in public(one.body))
+
+
+def public(body: list[ast.stmt]) -> Iterator[ast.FunctionDef]:
+    """Yield functions, and methods but for properties, which take nothing."""
+    for node in body:
+        if not isinstance(node, ast.FunctionDef) or node.name.startswith("_"):
+            continue
+        if "property" not in [ast.unparse(mark) for mark in node.decorator_list]:
+            yield node
 
 
 @pytest.mark.parametrize(
@@ -132,10 +141,13 @@ def test_public_functions_of_the_core_say_what_they_take_and_give(
     function: ast.FunctionDef,
 ) -> None:
     documentation = ast.get_docstring(function) or ""
-    arguments = [*function.args.args, *function.args.kwonlyargs, *function.args.posonlyargs]
+    named = [*function.args.args, *function.args.kwonlyargs, *function.args.posonlyargs]
+    arguments = [one for one in named if one.arg != "self"]
     assert not arguments or "Parameters\n---" in documentation
     gives_nothing = isinstance(function.returns, ast.Constant) and function.returns.value is None
     assert gives_nothing or "Returns\n---" in documentation or "Yields\n---" in documentation
+    raises = any(isinstance(node, ast.Raise) for node in ast.walk(function))
+    assert not raises or "Raises\n---" in documentation
 
 
 def test_packages_of_the_service_say_what_they_are_for() -> None:

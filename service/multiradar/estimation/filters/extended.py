@@ -61,6 +61,11 @@ class Estimate:
     def cartesian(self) -> "Estimate":
         """Return the estimate as (east, north, up, v_east, v_north, v_up), to first order.
 
+        Returns
+        -------
+        Estimate
+            In `CARTESIAN` coordinates.
+
         References
         ----------
         Vasiliev, Mattis, the projections after equation (5), and I_xK of (7) for the covariance.

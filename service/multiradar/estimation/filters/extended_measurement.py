@@ -39,6 +39,16 @@ class SpaceMeasurement(Protocol):
     def predict(self, position: Floats, /) -> Floats:
         """Return (..., m): what is measured of an aircraft there, without error.
 
+        Parameters
+        ----------
+        position : (..., 3) ndarray
+            East, north and up, m.
+
+        Returns
+        -------
+        (..., m) ndarray
+            In the units of `noise`.
+
         References
         ----------
         IMM UrO RAN report (2016), equation (1.5): C^χ χ, or what stands for it where z is not
@@ -48,6 +58,16 @@ class SpaceMeasurement(Protocol):
     def jacobian(self, position: Floats, /) -> Floats:
         """Return (..., m, 3): the derivative of `predict`, finite wherever the position is.
 
+        Parameters
+        ----------
+        position : (..., 3) ndarray
+            East, north and up, m.
+
+        Returns
+        -------
+        (..., m, 3) ndarray
+            Components of the measurement by east, north and up.
+
         References
         ----------
         IMM UrO RAN report (2016), equation (1.5): C^χ.
@@ -56,6 +76,16 @@ class SpaceMeasurement(Protocol):
     def residual(self, measured: Floats, predicted: Floats, /) -> Floats:
         """Return (..., m): measured minus predicted, angles within half a turn.
 
+        Parameters
+        ----------
+        measured, predicted : (..., m) ndarray
+            In the units of `noise`.
+
+        Returns
+        -------
+        (..., m) ndarray
+            Their difference, in the same units.
+
         References
         ----------
         IMM UrO RAN report (2016), equation (1.22): z − C ξ̄.
@@ -63,6 +93,16 @@ class SpaceMeasurement(Protocol):
 
     def usable(self, position: Floats, /) -> NDArray[np.bool_]:
         """Return (...) bool: whether the sensor says something of an aircraft there.
+
+        Parameters
+        ----------
+        position : (..., 3) ndarray
+            East, north and up, m.
+
+        Returns
+        -------
+        (...) ndarray of bool
+            One for each aircraft.
 
         References
         ----------
@@ -99,6 +139,16 @@ class MeasuredPlace:
     def predict(self, position: Floats) -> Floats:
         """Return the position itself.
 
+        Parameters
+        ----------
+        position : (..., 3) ndarray
+            East, north and up, m.
+
+        Returns
+        -------
+        (..., 3) ndarray
+            East, north and up, m.
+
         References
         ----------
         IMM UrO RAN report (2016), equation (1.11): C^χ χ.
@@ -107,6 +157,16 @@ class MeasuredPlace:
 
     def jacobian(self, position: Floats) -> Floats:
         """Return the identity.
+
+        Parameters
+        ----------
+        position : (..., 3) ndarray
+            East, north and up, m.
+
+        Returns
+        -------
+        (..., 3, 3) ndarray
+            For every position the same.
 
         References
         ----------
@@ -119,6 +179,16 @@ class MeasuredPlace:
     def residual(self, measured: Floats, predicted: Floats) -> Floats:
         """Return the difference.
 
+        Parameters
+        ----------
+        measured, predicted : (..., 3) ndarray
+            East, north and up, m.
+
+        Returns
+        -------
+        (..., 3) ndarray
+            Their difference, in the same units.
+
         References
         ----------
         IMM UrO RAN report (2016), equation (1.22): z − C ξ̄.
@@ -127,6 +197,16 @@ class MeasuredPlace:
 
     def usable(self, position: Floats) -> NDArray[np.bool_]:
         """Return True everywhere.
+
+        Parameters
+        ----------
+        position : (..., 3) ndarray
+            East, north and up, m.
+
+        Returns
+        -------
+        (...) ndarray of bool
+            One for each aircraft.
 
         References
         ----------
@@ -183,6 +263,21 @@ class MeasuredPolar:
     def predict(self, position: Floats) -> Floats:
         """Return slant range (m), azimuth (rad), and elevation (rad) or height (m).
 
+        Parameters
+        ----------
+        position : (..., 3) ndarray
+            East, north and up, m.
+
+        Returns
+        -------
+        (..., 3) ndarray
+            m, rad, and rad or m.
+
+        Raises
+        ------
+        ShapeError
+            If the position has another number of components.
+
         References
         ----------
         The project's own, from the geometry of the line of sight; the azimuth counts as the course
@@ -195,6 +290,21 @@ class MeasuredPolar:
 
     def jacobian(self, position: Floats) -> Floats:
         """Return the derivative by (east, north, up); 0 where an angle is not defined.
+
+        Parameters
+        ----------
+        position : (..., 3) ndarray
+            East, north and up, m.
+
+        Returns
+        -------
+        (..., 3, 3) ndarray
+            Rows for slant range, azimuth and the third component: 1, rad/m, and rad/m or 1.
+
+        Raises
+        ------
+        ShapeError
+            If the position has another number of components.
 
         References
         ----------
@@ -218,6 +328,16 @@ class MeasuredPolar:
     def residual(self, measured: Floats, predicted: Floats) -> Floats:
         """Return the difference, angles within half a turn.
 
+        Parameters
+        ----------
+        measured, predicted : (..., 3) ndarray
+            m, rad, and rad or m.
+
+        Returns
+        -------
+        (..., 3) ndarray
+            Their difference, in the same units.
+
         References
         ----------
         IMM UrO RAN report (2016), equation (1.22): z − C ξ̄.
@@ -228,6 +348,21 @@ class MeasuredPolar:
 
     def usable(self, position: Floats) -> NDArray[np.bool_]:
         """Return whether the aircraft is outside the cone of silence.
+
+        Parameters
+        ----------
+        position : (..., 3) ndarray
+            East, north and up, m.
+
+        Returns
+        -------
+        (...) ndarray of bool
+            One for each aircraft.
+
+        Raises
+        ------
+        ShapeError
+            If the position has another number of components.
 
         References
         ----------

@@ -115,6 +115,21 @@ class CartesianAcceleration:
     def velocity_sigmas(self, interval_s: float) -> Floats:
         """Return (3,) a_x T, a_y T, a_z T, m/s: the entries of ϑ after (2).
 
+        Parameters
+        ----------
+        interval_s : float
+            T, s, not negative.
+
+        Returns
+        -------
+        (3,) ndarray
+            East, north and up, m/s.
+
+        Raises
+        ------
+        TimeOrderError
+            If the interval is negative or no finite number.
+
         References
         ----------
         Vasiliev, Mattis, the matrix ϑ after equation (2).

@@ -26,6 +26,25 @@ class MotionModel(Protocol):
     def transition(self, state: ArrayLike, interval_s: float, /) -> Floats:
         """Return the (..., 6) state expected after an interval.
 
+        Parameters
+        ----------
+        state : (..., 6) array_like
+            In the coordinates of the model, m, m/s and rad.
+        interval_s : float
+            T, s, not negative.
+
+        Returns
+        -------
+        (..., 6) ndarray
+            f(x), in the same coordinates.
+
+        Raises
+        ------
+        ShapeError
+            If the state has another number of components.
+        TimeOrderError
+            If the interval is negative or no finite number.
+
         References
         ----------
         Vasiliev, Mattis, equation (1): φ x; (5) without its random terms.
@@ -33,6 +52,25 @@ class MotionModel(Protocol):
 
     def jacobian(self, state: ArrayLike, interval_s: float, /) -> Floats:
         """Return the (..., 6, 6) derivative of `transition` by the state, F.
+
+        Parameters
+        ----------
+        state : (..., 6) array_like
+            In the coordinates of the model, m, m/s and rad.
+        interval_s : float
+            T, s, not negative.
+
+        Returns
+        -------
+        (..., 6, 6) ndarray
+            F, taken at the state.
+
+        Raises
+        ------
+        ShapeError
+            If the state has another number of components.
+        TimeOrderError
+            If the interval is negative or no finite number.
 
         References
         ----------
@@ -42,6 +80,25 @@ class MotionModel(Protocol):
 
     def noise(self, state: ArrayLike, interval_s: float, /) -> Floats:
         """Return the (..., 6, 6) covariance that the interval adds, Q.
+
+        Parameters
+        ----------
+        state : (..., 6) array_like
+            In the coordinates of the model, m, m/s and rad.
+        interval_s : float
+            T, s, not negative.
+
+        Returns
+        -------
+        (..., 6, 6) ndarray
+            Symmetric, positive semi-definite.
+
+        Raises
+        ------
+        ShapeError
+            If the state has another number of components.
+        TimeOrderError
+            If the interval is negative or no finite number.
 
         References
         ----------
@@ -66,6 +123,27 @@ class MotionSimulator(Protocol):
 
     def step(self, state: ArrayLike, interval_s: float, draws: ArrayLike, /) -> Floats:
         """Return the (..., 6) state after an interval, given (..., 3) standard normal draws.
+
+        Parameters
+        ----------
+        state : (..., 6) array_like
+            In the coordinates of the model, m, m/s and rad.
+        interval_s : float
+            T, s, not negative.
+        draws : (..., 3) array_like
+            Independent standard normal numbers.
+
+        Returns
+        -------
+        (..., 6) ndarray
+            The new state, in the same coordinates.
+
+        Raises
+        ------
+        ShapeError
+            If the state has another number of components.
+        TimeOrderError
+            If the interval is negative or no finite number.
 
         References
         ----------

@@ -131,6 +131,21 @@ class RelativeSpeed:
     def velocity_sigmas(self, interval_s: float) -> Floats:
         """Return (3,) γ_x σ_x, γ_y σ_y, γ_z σ_z, m/s.
 
+        Parameters
+        ----------
+        interval_s : float
+            T, s, not negative.
+
+        Returns
+        -------
+        (3,) ndarray
+            East, north and up, m/s.
+
+        Raises
+        ------
+        TimeOrderError
+            If the interval is negative or no finite number.
+
         References
         ----------
         Vasiliev, Mattis, the text after equation (2): σ_xi² = v_xo² T_i / T_np.

@@ -273,6 +273,11 @@ class SequentialFilter:
     def end(self, aircraft: int) -> None:
         """Forget an aircraft; what it said about the biases stays.
 
+        Parameters
+        ----------
+        aircraft : int
+            Its number.
+
         Raises
         ------
         UnknownAircraftError
@@ -291,6 +296,18 @@ class SequentialFilter:
     def aircraft(self, aircraft: int) -> tuple[Floats, Floats]:
         """Return state (4,) and covariance (4, 4) of an aircraft at its last time, biases included.
 
+        Parameters
+        ----------
+        aircraft : int
+            Its number.
+
+        Returns
+        -------
+        state : (4,) float64
+            East, north (m) and their rates (m/s).
+        covariance : (4, 4) float64
+            Of its error.
+
         Raises
         ------
         UnknownAircraftError
@@ -308,6 +325,13 @@ class SequentialFilter:
 
     def biases(self) -> tuple[Floats, Floats]:
         """Return the estimates of the biases, (c,), and their covariance, (c, c).
+
+        Returns
+        -------
+        estimate : (c,) float64
+            In the order of the prior (m, rad, 1 or s by kind).
+        covariance : (c, c) float64
+            Of its errors.
 
         References
         ----------
