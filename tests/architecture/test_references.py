@@ -130,6 +130,15 @@ def test_what_computes_says_where_its_formula_stands(node: Definition) -> None:
     assert tells_its_source(ast.get_docstring(node) or ""), node.name
 
 
+def test_every_compiled_module_of_the_estimation_says_at_its_head_where_its_formulas_stand() -> (
+    None
+):
+    kernels = sorted((SERVICE / "estimation").rglob("_*kernels.py"))
+    heads = {one: ast.get_docstring(ast.parse(one.read_text(encoding="utf-8"))) for one in kernels}
+    assert kernels
+    assert [one.name for one, head in heads.items() if not tells_its_source(head or "")] == []
+
+
 def test_the_exceptions_are_there() -> None:
     """A name that is gone, or now has its reference, leaves the list."""
     stale = []

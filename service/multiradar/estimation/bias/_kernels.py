@@ -1,4 +1,9 @@
-"""Compiled fold of logged measurements into the biases, by covariance intersection."""
+"""Compiled fold of logged measurements into the biases, by covariance intersection.
+
+References
+----------
+IMM UrO RAN report (2016), equations (1.43) to (1.45) with χ and ς exchanged: the text after (1.46).
+"""
 
 import numpy as np
 from numba import njit

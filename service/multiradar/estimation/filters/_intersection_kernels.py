@@ -6,6 +6,12 @@ trace, g = 1 + γ, h = 1 + 1/γ, S = g N + h B + W, F = tr T R̂(γ) of (1.45).
 **One minimum.** With ω = 1/g the bound is R̂⁻¹ = ω R⁻¹ + Cᵀ (B/(1 − ω) + W)⁻¹ C. The last term is
 concave in ω (a parallel sum), and the trace of an inverse is convex and falls: F is convex in ω. So
 F' changes its sign once, and Newton's steps in ln γ, kept within the bracket of that sign, find it.
+
+References
+----------
+IMM UrO RAN report (2016), equation (1.45). That parallel sums are concave: W. N. Anderson, R. J.
+Duffin, "Series and parallel addition of matrices", J. Math. Anal. Appl. 26 (1969), 576-594. The
+search is the project's own.
 """
 
 from math import exp, log, sqrt

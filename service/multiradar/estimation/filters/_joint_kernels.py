@@ -7,6 +7,11 @@ and written there when it ends, so whoever lets the biases walk changes the mode
 
 Symbols beside those of `_kernels`: C = (J, H) of (1.10), G = P̄ Cᵀ, S = Λ of (1.29), F = G L⁻ᵀ with
 L Lᵀ = S, so that P̂ = P̄ − F Fᵀ is (1.31), and symmetric, with one triangle of it.
+
+References
+----------
+IMM UrO RAN report (2016), equations (1.8) and (1.28) to (1.33). Births within the stacked state are
+the project's own.
 """
 
 import numpy as np

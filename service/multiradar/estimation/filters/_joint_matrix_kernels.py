@@ -1,6 +1,10 @@
 """Compiled algebra of the joint filter, on the upper triangle of the columns that are in use.
 
 Symbols as in `_joint_kernels`.
+
+References
+----------
+IMM UrO RAN report (2016), equations (1.28) and (1.30) to (1.33).
 """
 
 from math import sqrt

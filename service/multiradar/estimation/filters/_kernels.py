@@ -5,6 +5,12 @@ Nothing is validated here; `multiradar.estimation.filters.bank` is the public si
 Symbols: a, P = mean and covariance of one aircraft (at bias zero for the two-stage filter), V =
 sensitivity of a to the biases ς, H = derivative of the measurement by the position, W = variances
 of the noise, S = innovation covariance, G = P Hᵀ, K = gain, e = innovation.
+
+References
+----------
+IMM UrO RAN report (2016), equations (1.28), (1.29) and (1.31); Vasiliev, Mattis, equation (7). The
+start of an aircraft, the gates, the weights of outliers and the noise of manoeuvres are the
+project's own.
 """
 
 import numpy as np

@@ -15,6 +15,11 @@ Symbols beside those of `_kernels`: r_j = z_j − h_j without biases, Δ_j = tim
 mean time, u = (δx, δv) = errors of place and velocity at the mean time, B_j = (H_j, Δ_j H_j) = how
 they enter, M = Σ B_jᵀ W_j⁻¹ B_j + diag(0, P_v⁻¹), C = Σ B_jᵀ W_j⁻¹ J_j. Eliminating u leaves
 Y += Σ J_jᵀ W_j⁻¹ J_j − Cᵀ M⁻¹ C, y += Σ J_jᵀ W_j⁻¹ r_j − Cᵀ M⁻¹ Σ B_jᵀ W_j⁻¹ r_j.
+
+References
+----------
+IMM UrO RAN report (2016), section 1.4, the macro-filter. The stacked form, and that of plots at
+several times, are the project's own.
 """
 
 from math import sqrt

@@ -2,6 +2,10 @@
 
 Symbols beside those of `_kernels`: N = H P Hᵀ, B = J P_ς Jᵀ, ν = innovation without biases, γ =
 weight of covariance intersection, R = its bound, kept where the others keep P.
+
+References
+----------
+IMM UrO RAN report (2016), equations (1.34) to (1.38), and (1.43) to (1.45).
 """
 
 import numpy as np

@@ -1,4 +1,10 @@
-"""The compiled loop over measurements that all filters share."""
+"""The compiled loop over measurements that all filters share.
+
+References
+----------
+IMM UrO RAN report (2016), equations (1.16) to (1.18), of each aircraft and measurement by
+measurement.
+"""
 
 import numpy as np
 from numba import njit

@@ -13,6 +13,11 @@ says nothing of any bias; then it begins anew at a plot, with the velocity it ha
 (`begin_with_velocity`).
 
 Symbols as in `_two_stage_kernels`; v = velocity at which time offsets are linearised.
+
+References
+----------
+The project's own, within the two-stage filter of Friedland, B., "Treatment of bias in recursive
+filtering", IEEE TAC 14 (1969), 359-367.
 """
 
 import math

@@ -6,6 +6,11 @@ H P Hᵀ, Y, y = information matrix and vector of the biases.
 
 Loops over the columns run over all of them and fill one array each: of one length, and from zero,
 they become vector instructions; over a triangle, or with many arrays, they do not, and take longer.
+
+References
+----------
+Friedland, B., "Treatment of bias in recursive filtering", IEEE TAC 14 (1969), 359-367. One store of
+biases for many aircraft, and the anchoring anew after a drift, are the project's own.
 """
 
 import numpy as np

@@ -8,6 +8,11 @@ A row of ``noises`` is: variance of range (m²), of azimuth (rad²), of a report
 axis (m²), and the height of the site (m). A row of ``sites`` is that of
 `multiradar.geodesy._kernels.site_parameters`; for the flat kinds its first two places are east and
 north of the radar (m), and the plane is not looked at.
+
+References
+----------
+IMM UrO RAN report (2016), equations (1.5), with the gain of the range named in the text after it,
+(1.7), (1.11) and (1.13). The polar form on WGS 84 and time offsets are the project's own.
 """
 
 import math

@@ -2,6 +2,11 @@
 
 A covariance of four components is kept as its upper triangle, row by row: 00 01 02 03 11 12 13 22
 23 33. Components: east, north (m), and their rates (m/s).
+
+References
+----------
+IMM UrO RAN report (2016), equations (1.4) and (1.30); Y. Bar-Shalom, X. R. Li, T. Kirubarajan,
+"Estimation with Applications to Tracking and Navigation", Wiley 2001, equation (6.2.2-4).
 """
 
 import numpy as np

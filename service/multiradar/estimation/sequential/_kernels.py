@@ -3,6 +3,11 @@
 Symbols: ς̂, P = estimate and covariance of the biases; Y = P⁻¹ in units of the prior's sigmas; R =
 upper triangular with R Rᵀ = Y, F = R⁻¹, so that P = Fᵀ F; Q = covariance of a walk, G =
 P (P + Q)⁻¹.
+
+References
+----------
+IMM UrO RAN report (2016), equations (1.25) and (1.32) for ς; Friedland, B., "Treatment of bias in
+recursive filtering", IEEE TAC 14 (1969), 359-367, in information form.
 """
 
 from math import sqrt

@@ -1,4 +1,10 @@
-"""Compiled play of the rows of a scene through one filter, with a record of what it says."""
+"""Compiled play of the rows of a scene through one filter, with a record of what it says.
+
+References
+----------
+IMM UrO RAN report (2016), equations (1.16) to (1.18), measurement by measurement; (1.6) for the
+walk of the biases.
+"""
 
 import numpy as np
 from numba import njit

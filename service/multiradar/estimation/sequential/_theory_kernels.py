@@ -8,6 +8,11 @@ the filter's covariances enters but through that gain.
 Symbols: Σ = true covariance of the stacked state, aircraft first; C = (H, J) of (1.10), W = its
 noise, M = Σ Cᵀ, S = C M + W, B = M − K S/2, with which (1.26) is Σ − K Bᵀ − B Kᵀ; F = what the
 error at an earlier time contributes to that of now.
+
+References
+----------
+IMM UrO RAN report (2016), equations (1.25) and (1.26). Reading the gain off the filter's own
+response is the project's own.
 """
 
 from math import sqrt
