@@ -99,6 +99,10 @@ def run(options: StudyOptions, progress: Progress) -> StudyResult:
     ------
     UnknownFilterError
         A filter has a name that is not known.
+
+    References
+    ----------
+    Vasiliev, Mattis, equations (2), (5) and (7), and its figures 1 and 3.
     """
     chosen = COUPLED_MOTION.complete(options)
     runs, names = chosen.runs or 1, chosen.filters or ()

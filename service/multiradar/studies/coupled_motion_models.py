@@ -6,6 +6,7 @@ aircraft accelerates along, across and upwards at its initial speed, whatever it
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from math import degrees, radians
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -35,7 +36,9 @@ INITIAL_SPEED_MPS = 100.0
 INITIAL_CLIMB_RAD = np.radians(2.0)
 #: Vertical part of the simulated models, small beside the horizontal one.
 UPWARD_MPS2 = 0.2
-CLIMB_RATE_RADPS = np.radians(0.1)
+CLIMB_RATE_RAD_PER_S = np.radians(0.1)
+#: v_K of the paper's figures 3 a and 3 b: 3 and 6 °/s.
+PRINTED_TURN_RATES_RAD_PER_S = (radians(3.0), radians(6.0))
 #: γ of the relative-speed variant: 30 % of the initial speed in T_np = 1000 s.
 RELATIVE_CHANGE = (0.3, 0.3, 0.3)
 
@@ -56,6 +59,10 @@ class EachOwn:
         The model for an initial speed of 1 m/s along each axis.
     speeds_mps : (runs, 3) ndarray
         The initial speeds along the axes.
+
+    References
+    ----------
+    Vasiliev, Mattis, the text after equation (2), with the v_xo of each run.
     """
 
     unit: RelativeSpeed
@@ -66,17 +73,32 @@ class EachOwn:
     jacobian = staticmethod(cartesian_jacobian)
 
     def step(self, state: ArrayLike, interval_s: float, draws: ArrayLike) -> Floats:
-        """Return (runs, 6) states after an interval."""
+        """Return (runs, 6) states after an interval.
+
+        References
+        ----------
+        Vasiliev, Mattis, the text after equation (2).
+        """
         moved = cartesian_transition(state, interval_s)
         moved[..., 3:] += self.velocity_sigmas(interval_s) * np.asarray(draws)
         return moved
 
     def noise(self, state: ArrayLike, interval_s: float) -> Floats:
-        """Return (runs, 6, 6) covariances that an interval adds."""
+        """Return (runs, 6, 6) covariances that an interval adds.
+
+        References
+        ----------
+        Vasiliev, Mattis, the text after equation (2): ϑ ϑᵀ of (1) with its σ.
+        """
         return velocity_noise(state, self.velocity_sigmas(interval_s))
 
     def velocity_sigmas(self, interval_s: float) -> Floats:
-        """Return (runs, 3) standard deviations of the change of velocity, m/s."""
+        """Return (runs, 3) standard deviations of the change of velocity, m/s.
+
+        References
+        ----------
+        Vasiliev, Mattis, the text after equation (2): γ_x σ_xi.
+        """
         return self.unit.velocity_sigmas(interval_s) * self.speeds_mps
 
 
@@ -105,7 +127,12 @@ class Scenario:
 
 
 def initial_states(heading_rad: Floats) -> Floats:
-    """Return (runs, 6) Cartesian states at the origin, with the initial speed and climb."""
+    """Return (runs, 6) Cartesian states at the origin, with the initial speed and climb.
+
+    References
+    ----------
+    Vasiliev, Mattis, the projections after equation (5).
+    """
     speed = np.full_like(heading_rad, INITIAL_SPEED_MPS)
     climb = np.full_like(heading_rad, INITIAL_CLIMB_RAD)
     velocity = frame_to_velocity(np.stack([speed, heading_rad, climb], -1))
@@ -113,7 +140,12 @@ def initial_states(heading_rad: Floats) -> Floats:
 
 
 def acceleration_scenario(acceleration_mps2: float) -> Scenario:
-    """Return model (2) with a_x = a_y."""
+    """Return model (2) with a_x = a_y.
+
+    References
+    ----------
+    Vasiliev, Mattis, equation (2), and its figure 1.
+    """
     model = CartesianAcceleration((acceleration_mps2, acceleration_mps2, UPWARD_MPS2))
     setting = f"a = {acceleration_mps2:g} m/s²"
     return Scenario(
@@ -126,6 +158,11 @@ def relative_scenario() -> Scenario:
 
     With σ on each axis in proportion to the velocity along it, the mean square over all headings is
     σ²·⟨sin⁴ + cos⁴⟩ = 3/4 σ² along the track and σ²·⟨2 sin² cos²⟩ = 1/4 σ² across it.
+
+    References
+    ----------
+    Vasiliev, Mattis, the text after equation (2). The means over the headings are the project's
+    own.
     """
     one = RelativeSpeed((1.0, 1.0, 1.0), RELATIVE_CHANGE).velocity_sigmas(INTERVAL_S) / INTERVAL_S
     level = one[0] * INITIAL_SPEED_MPS * np.cos(INITIAL_CLIMB_RAD)
@@ -140,22 +177,31 @@ def relative_scenario() -> Scenario:
     )
 
 
-def frame_scenario(turn_rate_degps: float) -> Scenario:
-    """Return model (5) with a = 1 m/s²."""
-    turn = float(np.radians(turn_rate_degps))
-    model = VelocityFrame(1.0, turn, CLIMB_RATE_RADPS)
+def frame_scenario(turn_rate_rad_per_s: float) -> Scenario:
+    """Return model (5) with a = 1 m/s².
+
+    References
+    ----------
+    Vasiliev, Mattis, equation (5), and its figure 3.
+    """
+    model = VelocityFrame(1.0, turn_rate_rad_per_s, CLIMB_RATE_RAD_PER_S)
     return Scenario(
         FRAME,
-        f"a = 1 m/s², v_K = {turn_rate_degps:g} °/s",
+        f"a = 1 m/s², v_K = {degrees(turn_rate_rad_per_s):g} °/s",
         1.0,
-        turn * INITIAL_SPEED_MPS * float(np.cos(INITIAL_CLIMB_RAD)),
-        CLIMB_RATE_RADPS * INITIAL_SPEED_MPS,
+        turn_rate_rad_per_s * INITIAL_SPEED_MPS * float(np.cos(INITIAL_CLIMB_RAD)),
+        CLIMB_RATE_RAD_PER_S * INITIAL_SPEED_MPS,
         lambda _: model,
     )
 
 
 def relative_model(states: Floats, change: Sequence[float]) -> EachOwn:
-    """Return the relative-speed model for the initial velocities of these states."""
+    """Return the relative-speed model for the initial velocities of these states.
+
+    References
+    ----------
+    Vasiliev, Mattis, the text after equation (2).
+    """
     unit = RelativeSpeed((1.0, 1.0, 1.0), (change[0], change[1], change[2]))
     return EachOwn(unit, np.abs(states[:, 3:]))
 
@@ -177,6 +223,11 @@ def filter_model(name: str, scenario: Scenario, states: Floats) -> MotionModel:
     MotionModel
         Models by axes take the mean of along and across for both horizontal axes; models of the
         velocity frame take them as they are, divided by the initial speed where they are rates.
+
+    References
+    ----------
+    Vasiliev, Mattis, equations (2), (5) and (7), and the text after (2). How their parameters are
+    chosen to mean the same is the project's own.
     """
     return FILTERS[name](scenario, states)
 
@@ -230,14 +281,14 @@ FILTERS: dict[str, Callable[[Scenario, Floats], MotionModel]] = {
 DRAWN = (
     acceleration_scenario(1.0),
     acceleration_scenario(2.0),
-    frame_scenario(3.0),
-    frame_scenario(6.0),
+    frame_scenario(PRINTED_TURN_RATES_RAD_PER_S[0]),
+    frame_scenario(PRINTED_TURN_RATES_RAD_PER_S[1]),
 )
 #: v_K of the tracked flights of model (5), °/s.
-TURN_RATES_DEGPS = (1.0, 2.0, 3.0, 4.5, 6.0)
+TURN_RATES_RAD_PER_S = tuple(radians(rate) for rate in (1.0, 2.0, 3.0, 4.5, 6.0))
 #: What is tracked.
 TRACKED = (
     acceleration_scenario(1.0),
     relative_scenario(),
-    *(frame_scenario(turn_rate) for turn_rate in TURN_RATES_DEGPS),
+    *(frame_scenario(turn_rate) for turn_rate in TURN_RATES_RAD_PER_S),
 )

@@ -7,8 +7,9 @@ import numpy as np
 from multiradar.studies.coupled_motion_models import (
     DRAWN,
     FRAME,
+    PRINTED_TURN_RATES_RAD_PER_S,
     TRACKED,
-    TURN_RATES_DEGPS,
+    TURN_RATES_RAD_PER_S,
     Scenario,
 )
 from multiradar.studies.coupled_motion_rows import Row
@@ -18,6 +19,8 @@ from multiradar.studies.result import Plot, Series
 PANELS = ("1 a", "1 b", "3 a", "3 b")
 
 BAND = ("band_low", "band_high")
+#: The flights of model (5) whose course changes as in figure 3 a.
+PRINTED_FLIGHTS = TRACKED[2 + TURN_RATES_RAD_PER_S.index(PRINTED_TURN_RATES_RAD_PER_S[0])]
 HEADING_CAPTION = (
     "Lines: what the parameters say; points: simulated. Only in the velocity frame do the "
     "parameters mean the same at every heading and tell along from across."
@@ -112,8 +115,8 @@ def _along_and_across(rows: Sequence[Row]) -> Iterable[Series]:
 
 
 def _by_turn_rate(rows: Sequence[Row]) -> Iterable[Plot]:
-    flights = TRACKED[-len(TURN_RATES_DEGPS) :]
-    rates = np.array(TURN_RATES_DEGPS)
+    flights = TRACKED[-len(TURN_RATES_RAD_PER_S) :]
+    rates = np.degrees(TURN_RATES_RAD_PER_S)
     for quantity, title, unit, name in (
         ("velocity_rms_mps", "Velocity error", ", m/s", "velocity"),
         ("position_rms_m", "Position error", ", m", ""),
@@ -140,7 +143,7 @@ def _by_turn_rate(rows: Sequence[Row]) -> Iterable[Plot]:
 
 
 def _consistency(rows: Sequence[Row]) -> Iterable[Plot]:
-    for scenario in (*TRACKED[:2], TRACKED[2 + TURN_RATES_DEGPS.index(3.0)]):
+    for scenario in (*TRACKED[:2], PRINTED_FLIGHTS):
         of = _tracking(rows, scenario, "nees", "heading_deg")
         series = [
             Series(name, _numbers(points, "heading_deg"), _numbers(points, "value"))
@@ -159,7 +162,7 @@ def _consistency(rows: Sequence[Row]) -> Iterable[Plot]:
 
 
 def _in_time(rows: Sequence[Row]) -> Plot:
-    scenario = TRACKED[2 + TURN_RATES_DEGPS.index(3.0)]
+    scenario = PRINTED_FLIGHTS
     series: list[Series] = []
     for name, points in _tracking(rows, scenario, "nees", "time_s").items():
         time, low, high = (_numbers(points, column) for column in ("time_s", *BAND))

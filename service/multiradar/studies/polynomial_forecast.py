@@ -57,6 +57,10 @@ def run(options: StudyOptions, progress: Progress) -> StudyResult:
     -------
     StudyResult
         Rows as in docs/studies.md.
+
+    References
+    ----------
+    Koptev, Rozov, Romanovsky, the section on the simulation: its three tables and its figure 2.
     """
     runs = options.runs or POLYNOMIAL_FORECAST.runs or 1
     rng = np.random.Generator(np.random.PCG64(options.seed))
@@ -86,7 +90,12 @@ def run(options: StudyOptions, progress: Progress) -> StudyResult:
 
 
 def printed_value(figure: Figure) -> float | None:
-    """Return what the paper prints for a cell, None where it prints nothing."""
+    """Return what the paper prints for a cell, None where it prints nothing.
+
+    References
+    ----------
+    Koptev, Rozov, Romanovsky, the section on the simulation: its tables.
+    """
     ahead = figure.time_s - figure.observed_until_s
     until, times, time = (
         (figure.observed_until_s, HORIZONS_S, ahead)
@@ -98,7 +107,12 @@ def printed_value(figure: Figure) -> float | None:
 
 
 def runs_printed(ratios: Sequence[float]) -> int:
-    """Return the largest number of runs whose 99.9 % band holds all these ratios to the exact."""
+    """Return the largest number of runs whose 99.9 % band holds all these ratios to the exact.
+
+    References
+    ----------
+    The project's own: the band is that of χ².
+    """
     low, high = 2, _RUNS_SEARCHED
     while low < high:
         middle = (low + high + 1) // 2
