@@ -22,11 +22,15 @@ COMPUTING = (
     "simulation/looks",
     "simulation/observation",
     "simulation/paths",
+    "studies/bias_estimation",
     "studies/bias_estimation_bands",
     "studies/bias_estimation_loss",
     "studies/bias_estimation_runs",
+    "studies/coupled_motion",
     "studies/coupled_motion_figures",
+    "studies/coupled_motion_models",
     "studies/coupled_motion_tracking",
+    "studies/polynomial_forecast",
     "studies/polynomial_forecast_runs",
 )
 

@@ -150,6 +150,19 @@ def test_public_functions_of_the_core_say_what_they_take_and_give(
     assert not raises or "Raises\n---" in documentation
 
 
+def test_rates_of_angles_are_named_in_one_way() -> None:
+    """`turn_rate_rad_per_s` everywhere; degrees only where tables and command lines are read."""
+    other = re.compile(r"(?<![a-z])(rad|deg)(ps|_s|_sec|_per_sec)(?![a-z])", re.IGNORECASE)
+    words = {
+        f"{name}: {word}"
+        for name in modules(*CODE, "tests")
+        for node in nodes(name)
+        for word in (getattr(node, "id", None), getattr(node, "arg", None))
+        if isinstance(word, str) and other.search(word)
+    }
+    assert sorted(words) == []
+
+
 def test_packages_of_the_service_say_what_they_are_for() -> None:
     silent = [
         name
