@@ -6,7 +6,7 @@ from typing import Any, TypeVar
 import numpy as np
 from llvmlite import ir
 from numba import njit, types
-from numba.extending import intrinsic, overload
+from numba.extending import intrinsic, overload, register_jitable
 from numpy.typing import NDArray
 
 Kernel = TypeVar("Kernel", bound=Callable[..., object])
@@ -21,6 +21,7 @@ _OPTIONS: dict[str, Any] = {
     "fastmath": {"contract"},
     "_nrt": False,
 }
+_IN_LOOP: Any = {"forceinline": True, "_nrt": False}
 
 
 def in_loop(function: Kernel) -> Kernel:
@@ -58,6 +59,23 @@ def loop(function: Kernel) -> Kernel:
     return compiled
 
 
+def in_both(function: Kernel) -> Kernel:
+    """Leave a function as it is, and let compiled functions call it too.
+
+    Parameters
+    ----------
+    function : callable
+        Makes no arrays but where it is called uncompiled.
+
+    Returns
+    -------
+    callable
+        The function.
+    """
+    same: Kernel = register_jitable(**_IN_LOOP)(function)
+    return same
+
+
 def fetch_ahead(array: NDArray[np.generic], row: int, line: int) -> None:
     """Ask for one cache line of a row that will soon be needed; changes nothing.
 
@@ -75,9 +93,6 @@ def fetch_ahead(array: NDArray[np.generic], row: int, line: int) -> None:
     The states of thousands of aircraft do not fit into the cache next to the core, and plots come
     in any order; but which aircraft are next is known.
     """
-
-
-_IN_LOOP: Any = {"forceinline": True, "_nrt": False}
 
 
 @overload(fetch_ahead, jit_options=_IN_LOOP)

@@ -9,7 +9,7 @@ result depends on how many workers there are.
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.estimation.filters.arrays import LINES_BYTES, Work
+from multiradar.estimation.filters.arrays import Work, partition_of
 from multiradar.estimation.filters.bank import FilterDefinition
 from multiradar.tracking._kernels import assign, rebuild
 from multiradar.tracking.measurements import MeasurementBatch
@@ -17,9 +17,6 @@ from multiradar.tracking.roster import MISSING, Roster, RowIdentities
 
 #: Number of partitions; part of what the output depends on, so it is no setting.
 PARTITIONS = 16
-#: So many slots in a row share a partition: states of a number each fill a pair of cache lines,
-#: which two workers would take from each other at every plot.
-LINE_SLOTS = LINES_BYTES // 8
 #: Slots made at first; doubled whenever they run out, up to the largest number.
 CAPACITY_FIRST = 256
 CAPACITY_MAX = 131_072
@@ -96,7 +93,7 @@ class AircraftPool:
             one = np.zeros(1, np.int64)
             bounds = np.array([0, len(slots)], np.int64)
             return one, Work(one, bounds, np.arange(first, first + len(slots)))
-        partitions = (slots // LINE_SLOTS % PARTITIONS).astype(np.uint8)
+        partitions = partition_of(slots, PARTITIONS).astype(np.uint8)
         order = np.argsort(partitions, kind="stable") + first
         bounds = np.zeros(PARTITIONS + 1, np.int64)
         np.cumsum(np.bincount(partitions, minlength=PARTITIONS), out=bounds[1:])

@@ -10,7 +10,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters._intersection_kernels import best_gamma
-from multiradar.estimation.filters._kernels import LOG_BIASES, SENSOR_BIASES_MAX
+from multiradar.estimation.filters._kernels import LOG_BIASES, SENSOR_BIASES_MAX, singular
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -81,6 +81,8 @@ def fold_biases(
         s00 = g * b00 + h * n[0] + w[0]
         s01 = g * b01 + h * n[1] + w[1]
         s11 = g * b11 + h * n[2] + w[2]
+        if singular(s00, s01, s11):
+            continue
         det = s00 * s11 - s01 * s01
         for c in range(size):
             k0 = g * (F[c, 0] * s11 - F[c, 1] * s01) / det

@@ -31,6 +31,8 @@ LOG_MAX = log(GAMMA_MAX)
 STEP_LAST = 1e-5
 # Farther than this the parabola of Newton's step says nothing.
 STEP_MAX = 3.0
+# No S has so small a determinant; only what rounding left of one.
+DETERMINANT_MIN = 1e-200
 ROUNDS_MAX = 40
 
 
@@ -42,7 +44,7 @@ def scaled_trace(gamma: float, trace: float, m: Triple, n: Triple, b: Triple, w:
     s00 = g * n[0] + h * b[0] + w[0]
     s01 = g * n[1] + h * b[1] + w[1]
     s11 = g * n[2] + h * b[2] + w[2]
-    det = s00 * s11 - s01 * s01
+    det = max(s00 * s11 - s01 * s01, DETERMINANT_MIN)
     return g * (trace - g * (m[0] * s11 - 2.0 * m[1] * s01 + m[2] * s00) / det)
 
 
@@ -64,7 +66,7 @@ def slopes(
     c00 = gamma * n[0] + q * b[0]
     c01 = gamma * n[1] + q * b[1]
     c11 = gamma * n[2] + q * b[2]
-    inverse = 1.0 / (s00 * s11 - s01 * s01)
+    inverse = 1.0 / max(s00 * s11 - s01 * s01, DETERMINANT_MIN)
     det1 = (d00 * s11 + s00 * d11 - 2.0 * s01 * d01) * inverse
     det2 = (c00 * s11 + s00 * c11 - 2.0 * s01 * c01 + 2.0 * (d00 * d11 - d01 * d01)) * inverse
     # φ = tr M adj(S) / det S, with both derivatives.
@@ -80,8 +82,12 @@ def slopes(
 
 @in_loop
 def one_component(trace: float, m: float, n: float, b: float, w: float) -> float:
-    """Return about the best γ, were there one component alone, and γ small."""
-    return (sqrt(m * b / trace) - b) / (n + b + w)
+    """Return about the best γ, were there one component alone, and γ small; 0 without a spread."""
+    spread = n + b + w
+    gamma = 0.0
+    if trace > 0.0 and spread > 0.0:
+        gamma = (sqrt(max(0.0, m * b / trace)) - b) / spread
+    return gamma
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -105,9 +111,9 @@ def best_gamma(trace: float, m: Triple, n: Triple, b: Triple, w: Triple) -> floa
             low = max(t, LOG_MIN + STEP_LAST)
         if low >= high:
             break  # The least is at an end.
-        step = -first / second
-        if not (second > 0.0 and abs(step) < STEP_MAX):
-            step = STEP_MAX if first < 0.0 else -STEP_MAX
+        step = STEP_MAX if first < 0.0 else -STEP_MAX
+        if abs(first) < STEP_MAX * second:
+            step = -first / second
         # A step out of the bracket leads to its end while that is not tried, else to its middle.
         if t + step <= low:
             step = (low if low == LOG_MIN else 0.5 * (low + high)) - t

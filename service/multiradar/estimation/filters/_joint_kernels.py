@@ -33,32 +33,31 @@ from multiradar.estimation.filters._kernels import (
     CONE_RATIO,
     DOWNWEIGHT_NIS,
     NO_ROOM,
-    NO_ROOM_SLOT,
-    READOUT_COUNT,
-    REFUSALS_MAX,
     REFUSE_NIS,
     REFUSED,
     RESTARTED,
-    SEVERAL,
     SINGULAR,
     STARTED,
-    UNASSOCIATED,
-    UNSUPPORTED,
     UPDATED,
     acceleration_density,
-    choose_height,
+    gated,
     manoeuvre_factor,
     read_out,
+    singular,
     squared_norm,
     start_aircraft,
     surprise_after,
 )
+from multiradar.estimation.filters._row_kernels import (
+    find_taker,
+    find_turn,
+    finish_readout,
+    height_of_row,
+    note_outcome,
+    note_start,
+)
 from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows, Work
 from multiradar.estimation.measurement._kernels import (
-    KIND_BEARING,
-    KIND_FLAT_PLACE,
-    KIND_FLAT_POLAR,
-    KIND_RADAR,
     bias_column,
     measures_azimuth,
     predict_measurement,
@@ -97,31 +96,35 @@ def joint_step(
         for i in range(work.bounds[p], work.bounds[p + 1]):
             row = work.order[i]
             k = rows.slot[row]
-            if k < 0 or k >= room:
-                outside = k >= room or k == NO_ROOM_SLOT
-                result.outcome[row] = NO_ROOM if outside else UNASSOCIATED
-                continue
-            kind = rows.kind[row]
-            if kind < KIND_RADAR or kind == KIND_BEARING or kind > KIND_FLAT_PLACE:
-                result.outcome[row] = UNSUPPORTED
-                continue
-            outcome = take_row(row, k, rows, model, aircraft, runs, count, scratch, V)
+            outcome = find_taker(k, rows.kind[row])
+            if k >= room:
+                outcome = NO_ROOM
+            turn = REFUSED
+            if outcome == UPDATED:
+                turn = find_turn(
+                    rows.z[row, 0], rows.z[row, 1], rows.time[row], aircraft.time[k],
+                    aircraft.refusals[k], model.options,
+                )  # fmt: skip
+                outcome = turn
             result.outcome[row] = outcome
+            if turn == REFUSED:
+                continue
+            outcome = take_row(row, k, turn, rows, model, aircraft, runs, count, scratch, V)
+            result.outcome[row] = outcome
+            taken = note_outcome(
+                outcome, k, rows.time[row], rows.height[row], model.places[rows.sensor[row]],
+                aircraft.time, aircraft.height, aircraft.refusals, aircraft.updates,
+                aircraft.updated, aircraft.place,
+            )  # fmt: skip
             if outcome == STARTED:
                 count = active_runs(aircraft.time, c, room, runs)
-            if outcome in (UPDATED, STARTED, RESTARTED):
-                note_taken(row, k, rows, model, aircraft)
-                if want_readout:
-                    copy_block(P, c + 4 * k, aircraft.covariance[k])
-                    out = result.readout[row]
-                    none = aircraft.sensitivity[k]
-                    read_out(
-                        aircraft.mean[k], aircraft.covariance[k], none, bias, model.factor, out
-                    )
-                    out[READOUT_COUNT - 2] = aircraft.height[k]
-                    out[READOUT_COUNT - 1] = aircraft.updates[k]
-            elif outcome in (REFUSED, SINGULAR):
-                aircraft.refusals[k] += 1
+            if taken and want_readout:
+                copy_block(P, c + 4 * k, aircraft.covariance[k])
+                read_out(
+                    aircraft.mean[k], aircraft.covariance[k], aircraft.sensitivity[k], bias,
+                    model.factor, result.readout[row],
+                )  # fmt: skip
+                finish_readout(row, k, aircraft.height, aircraft.updates, result.readout)
     for j in range(c):
         for d in range(j, c):
             model.bias_covariance[j, d] = P[j, d]
@@ -151,6 +154,7 @@ def adopt_aircraft(aircraft: Aircraft, biases: int, k: int) -> None:
 def take_row(
     row: int,
     k: int,
+    turn: int,
     rows: Rows,
     model: Model,
     aircraft: Aircraft,
@@ -159,18 +163,14 @@ def take_row(
     scratch: Floats,
     V: Floats,
 ) -> int:
-    """Start an aircraft at a row, or move it on and correct everything by it."""
+    """Do with a row what its turn is: begin the aircraft, or move it on and correct everything."""
     kind = rows.kind[row]
-    height, variance = choose_height(rows.height[row], aircraft.height[k], model.options)
-    if kind >= KIND_FLAT_POLAR:
-        variance = 0.0  # On a flat plane no height enters the range.
-    fresh = np.isnan(aircraft.time[k])
-    if fresh or aircraft.refusals[k] >= model.options[REFUSALS_MAX]:
-        outcome = give_birth(row, k, height, variance, rows, model, aircraft, runs, count, V)
-        return RESTARTED if outcome == STARTED and not fresh else outcome
-    interval = rows.time[row] - aircraft.time[k]
-    if not 0.0 <= interval < np.inf:
-        return REFUSED  # Time goes on, as in `_step_kernels.take_rows`.
+    height, variance = height_of_row(kind, rows.height[row], aircraft.height[k], model.options)
+    if turn in (STARTED, RESTARTED):
+        born = give_birth(row, k, height, variance, rows, model, aircraft, runs, count, V)
+        return turn if born == STARTED else born
+    if turn != UPDATED:
+        return turn
     density = acceleration_density(
         aircraft.mean[k, 2], aircraft.mean[k, 3],
         manoeuvre_factor(aircraft.surprise[k], model.options), model.options,
@@ -178,27 +178,14 @@ def take_row(
     first = model.bias.shape[0] + 4 * k
     move(
         aircraft.joint, aircraft.mean[k], aircraft.covariance[k], aircraft.sensitivity[k], first,
-        interval, density, runs, count,
+        rows.time[row] - aircraft.time[k], density, runs, count,
     )  # fmt: skip
     aircraft.time[k] = rows.time[row]
-    # As in `_step_kernels.step`: height unknown, or seen from one place alone, says nothing.
+    # As in `_step_kernels.take_rows`: height unknown, or seen from one place alone, says nothing.
     informs = variance == 0.0 and aircraft.place[k] != model.places[rows.sensor[row]]
     return correct_joint(
         row, k, kind, height, variance, informs, rows, model, aircraft, runs, count, scratch
     )
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def note_taken(row: int, k: int, rows: Rows, model: Model, aircraft: Aircraft) -> None:
-    """Keep the books of an aircraft whose measurement was taken."""
-    aircraft.refusals[k] = 0
-    aircraft.updates[k] += 1
-    aircraft.time[k] = rows.time[row]
-    aircraft.updated[k] = rows.time[row]
-    if aircraft.place[k] != model.places[rows.sensor[row]]:
-        aircraft.place[k] = SEVERAL
-    if not np.isnan(rows.height[row]):
-        aircraft.height[k] = rows.height[row]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -251,11 +238,9 @@ def give_birth(
         aircraft.mean[k, i] = a[i]
         for d in range(model.starts[s], model.starts[s + 1]):
             aircraft.mean[k, i] += V[i, d] * bias[d]
-    # Of use to `active_runs` at once.
-    aircraft.time[k] = rows.time[row]
-    aircraft.surprise[k] = 1.0
-    aircraft.updates[k] = 0
-    aircraft.place[k] = model.places[s]
+    note_start(
+        k, model.places[s], aircraft.surprise, aircraft.updates, aircraft.place, aircraft.velocity
+    )
     return STARTED
 
 
@@ -310,17 +295,19 @@ def correct_joint(
         n00 += J[0, j] * G[0, j]
         n01 += J[0, j] * G[1, j]
         n11 += J[1, j] * G[1, j]
-    # The gate is written so that NaN fails it.
     nis = squared_norm(n00 + W[0], n01 + W[1], n11 + W[2], e0, e1)
-    if not nis <= options[REFUSE_NIS]:
-        return REFUSED if np.isfinite(nis) else SINGULAR
-    aircraft.surprise[k] = surprise_after(aircraft.surprise[k], nis, options)
-    if nis > options[DOWNWEIGHT_NIS]:
-        for m in range(3):
-            W[m] *= nis / options[DOWNWEIGHT_NIS]
+    outcome = gated(nis, options[REFUSE_NIS])
+    if outcome != UPDATED:
+        return outcome
+    weight = max(1.0, nis / options[DOWNWEIGHT_NIS])
+    for m in range(3):
+        W[m] *= weight
     s00, s01, s11 = n00 + W[0], n01 + W[1], n11 + W[2]
+    if singular(s00, s01, s11):
+        return SINGULAR
     if informs:
         correct_all(aircraft, bias, G, scratch[2:4], s00, s01, s11, e0, e1, runs, count)
-    else:
-        correct_one(aircraft, k, c, H, W, G, s00, s01, s11, e0, e1, runs, count)
+    elif not correct_one(aircraft, k, c, H, W, G, s00, s01, s11, e0, e1, runs, count):
+        return SINGULAR
+    aircraft.surprise[k] = surprise_after(aircraft.surprise[k], nis, options)
     return UPDATED

@@ -13,6 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from multiradar.estimation.filters._kernels import SINGULAR_RATIO, inverse, singular
 from multiradar.estimation.filters.arrays import Aircraft
 from multiradar.estimation.motion._kernels import Density, predict_motion
 
@@ -147,6 +148,8 @@ def correct_all(
             for q in range(r + 1, count):
                 for y in range(runs[q, 0], runs[q, 1]):
                     line[y] -= f0 * F[0, y] + f1 * F[1, y]
+            # Where nothing is left of a variance, rounding must not make it less.
+            line[x] = max(0.0, line[x])
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -164,8 +167,11 @@ def correct_one(
     e1: float,
     runs: Integers,
     count: int,
-) -> None:
+) -> bool:
     """Correct one aircraft by a measurement that may not speak about the biases.
+
+    Returns whether that could be; nothing is changed where it is as good as known for given biases
+    what the measurement will be.
 
     The gain is the best one for given biases, K = P_χ|ς Hᵀ (H P_χ|ς Hᵀ + W)⁻¹, and zero for all
     else; with it (1.26) needs the rows of this aircraft alone. The two-stage filter does the same.
@@ -177,10 +183,12 @@ def correct_one(
     t00 = H[0, 0] * B[0, 0] + H[0, 1] * B[1, 0] + W[0]
     t01 = H[0, 0] * B[0, 1] + H[0, 1] * B[1, 1] + W[1]
     t11 = H[1, 0] * B[0, 1] + H[1, 1] * B[1, 1] + W[2]
-    det = t00 * t11 - t01 * t01
+    if singular(t00, t01, t11):
+        return False
+    i00, i01, i11 = inverse(t00, t01, t11)
     for i in range(4):
-        k0 = (B[i, 0] * t11 - B[i, 1] * t01) / det
-        k1 = (B[i, 1] * t00 - B[i, 0] * t01) / det
+        k0 = B[i, 0] * i00 + B[i, 1] * i01
+        k1 = B[i, 0] * i01 + B[i, 1] * i11
         B[i, 0], B[i, 1] = k0, k1
         aircraft.mean[k, i] += k0 * e0 + k1 * e1
         for r in range(count):
@@ -198,26 +206,42 @@ def correct_one(
                 - G[0, first + i] * g0
                 - G[1, first + i] * g1
             )
+        P[first + i, first + i] = max(0.0, P[first + i, first + i])
+    return True
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def conditional_spread(P: Floats, first: int, c: int, H: Floats, B: Floats) -> None:
-    """B ← P_χ|ς Hᵀ of one aircraft, with P_χ|ς = P_χ − P_χς P_ς⁻¹ P_ςχ."""
+    """B ← P_χ|ς Hᵀ of one aircraft, with P_χ|ς = P_χ − P_χς P_ς⁻¹ P_ςχ.
+
+    A bias that is known, or follows from those before it, says nothing more of the aircraft.
+    """
     L = np.empty((c, c))
     X = np.empty((c, 4))
+    units = np.empty(c)
     for i in range(c):
         # In units of the sigmas: metres and radians differ by many powers of ten.
-        unit = sqrt(P[i, i])
-        for j in range(i + 1):
-            x = P[j, i] / (unit * sqrt(P[j, j]))
-            for d in range(j):
-                x -= L[i, d] * L[j, d]
-            L[i, j] = x / L[j, j] if j < i else sqrt(x)
+        units[i] = sqrt(P[i, i])
+        rest = 1.0
+        for j in range(i):
+            x = 0.0
+            if units[i] > 0.0 and L[j, j] > 0.0:
+                x = P[j, i] / (units[i] * units[j])
+                for d in range(j):
+                    x -= L[i, d] * L[j, d]
+                x /= L[j, j]
+            L[i, j] = x
+            rest -= x * x
+        told = units[i] > 0.0 and rest > SINGULAR_RATIO
+        L[i, i] = sqrt(rest) if told else 0.0
         for m in range(4):
-            x = P[i, first + m] / unit
-            for d in range(i):
-                x -= L[i, d] * X[d, m]
-            X[i, m] = x / L[i, i]
+            x = 0.0
+            if told:
+                x = P[i, first + m] / units[i]
+                for d in range(i):
+                    x -= L[i, d] * X[d, m]
+                x /= L[i, i]
+            X[i, m] = x
     for i in range(4):
         for m in range(2):
             B[i, m] = 0.0

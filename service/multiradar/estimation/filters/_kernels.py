@@ -36,7 +36,8 @@ Triple = tuple[float, float, float]
 # Farther off than 1e15 sigmas nothing is a measurement, gate or not: its square would overflow.
 ABSURD_NIS = 1e30
 
-# Larger numbers are no range, place or azimuth, and no height, m: their squares could overflow.
+# Larger numbers are no range, place, azimuth or time, and no height, m: their squares could
+# overflow.
 VALUE_MAX = 1e12
 HEIGHT_MAX = 1e6
 
@@ -83,6 +84,9 @@ EXPECTED_NIS = 2.77
 # A covariance of two components whose correlation comes this near to one is taken for singular.
 SINGULAR_RATIO = 1e-13
 
+# Where the derivatives of both components are as good as parallel, nothing can be located.
+SLOPE_DETERMINANT_MIN = 1e-30
+
 # After so long a time, s, without a measurement nothing is left of what was known.
 INTERVAL_MAX_S = 86_400.0
 
@@ -122,15 +126,25 @@ def choose_height(measured: float, last: float, options: Floats) -> tuple[float,
 @in_loop
 def squared_norm(s00: float, s01: float, s11: float, e0: float, e1: float) -> float:
     """Return eᵀ S⁻¹ e, infinite where S is not positive definite, or so by rounding alone."""
-    det = s00 * s11 - s01 * s01
-    norm = (s11 * e0 * e0 - 2.0 * s01 * e0 * e1 + s00 * e1 * e1) / det
-    return np.inf if singular(s00, s01, s11) else norm
+    norm = np.inf
+    if not singular(s00, s01, s11):
+        norm = (s11 * e0 * e0 - 2.0 * s01 * e0 * e1 + s00 * e1 * e1) / (s00 * s11 - s01 * s01)
+    return norm
 
 
 @in_loop
 def singular(s00: float, s01: float, s11: float) -> bool:
     """Return whether S is not positive definite, or so by rounding alone; NaN is not."""
     return not (s00 > 0.0 and s00 * s11 - s01 * s01 > SINGULAR_RATIO * s00 * s11)
+
+
+@in_loop
+def inverse(s00: float, s01: float, s11: float) -> Triple:
+    """Return S⁻¹: 00, 01, 11; zero where S is singular."""
+    scale = 0.0
+    if not singular(s00, s01, s11):
+        scale = 1.0 / (s00 * s11 - s01 * s01)
+    return s11 * scale, -s01 * scale, s00 * scale
 
 
 @in_loop
@@ -240,7 +254,7 @@ def start_aircraft(
         b0 += j0 * bias[c]
         b1 += j1 * bias[c]
     ok, east, north = locate_measurement(kind, plane, site, z0 - b0, z1 - b1, height)
-    if not (ok and np.isfinite(east) and np.isfinite(north)):
+    if not (ok and abs(east) < VALUE_MAX and abs(north) < VALUE_MAX):  # NaN too
         return UNLOCATABLE
     p0, p1, ground = predict_measurement(
         kind, plane, site, noise, east, north, height, height_variance, H, W
@@ -248,7 +262,7 @@ def start_aircraft(
     if ground < options[CONE_RATIO] * (height - noise[3]):
         return CONE
     det = H[0, 0] * H[1, 1] - H[0, 1] * H[1, 0]
-    if not abs(det) > 0.0:
+    if not abs(det) > SLOPE_DETERMINANT_MIN:
         return SINGULAR
     i00 = H[1, 1] / det
     i01 = -H[0, 1] / det
@@ -296,7 +310,7 @@ def read_out(a: Floats, P: Floats, V: Floats, bias: Floats, factor: Floats, out:
     """Write χ = a + V ς and the covariance P + V P_ς Vᵀ; ``factor`` is the transposed root of P_ς.
 
     Columns: east, north, their rates, variance east, covariance, variance north, sum of the
-    variances of the rates; `finish_row` adds the height and the number of updates.
+    variances of the rates; `finish_readout` adds the height and the number of updates.
     """
     n = V.shape[1]
     for i in range(4):

@@ -28,51 +28,30 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from multiradar.estimation.filters._joint_kernels import note_taken
 from multiradar.estimation.filters._kernels import (
-    BIASES_KNOWN,
-    NO_ROOM,
-    NO_ROOM_SLOT,
-    READOUT_COUNT,
-    REFUSALS_MAX,
-    REFUSED,
-    RESTARTED,
-    SINGULAR,
-    STARTED,
-    UNASSOCIATED,
-    UNSUPPORTED,
-    UPDATED,
-    acceleration_density,
-    choose_height,
-    manoeuvre_factor,
-    read_out,
-    start_aircraft,
+    SINGULAR_RATIO,
+    inverse,
+    singular,
 )
-from multiradar.estimation.filters._separated_kernels import correct_separated
 from multiradar.estimation.filters.arrays import (
+    RECENT_EXCESS,
     RECENT_HEIGHT,
     RECENT_KIND,
     RECENT_TIME,
-    RECENT_WEIGHT,
     RECENT_Z0,
     RECENT_Z1,
     Aircraft,
     Model,
-    Result,
-    Rows,
-    Work,
+    partition_of,
 )
 from multiradar.estimation.measurement._kernels import (
-    KIND_BEARING,
-    KIND_FLAT_PLACE,
-    KIND_FLAT_POLAR,
-    KIND_RADAR,
+    KIND_POSITION,
     bias_column,
     measures_azimuth,
     predict_measurement,
 )
-from multiradar.estimation.motion._kernels import predict_motion
 from multiradar.geodesy._kernels import wrap_angle
+from multiradar.kernels import in_loop
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -81,110 +60,42 @@ Integers = NDArray[np.int64]
 MACRO = 11
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def macro_step(
-    work: Work,
-    rows: Rows,
-    model: Model,
-    aircraft: Aircraft,
-    result: Result,
-    want_readout: bool,
-) -> None:
-    """Take rows in the given order; what they say about biases waits for `stack_plots`.
-
-    Same arguments as `_step_kernels.step`.
-    """
-    none = np.empty((0, 0))
-    nothing = np.empty(0)
-    for p in work.partitions:
-        for i in range(work.bounds[p], work.bounds[p + 1]):
-            row = work.order[i]
-            k = rows.slot[row]
-            kind = rows.kind[row]
-            if k < 0:
-                result.outcome[row] = NO_ROOM if k == NO_ROOM_SLOT else UNASSOCIATED
-                continue
-            if kind < KIND_RADAR or kind == KIND_BEARING or kind > KIND_FLAT_PLACE:
-                result.outcome[row] = UNSUPPORTED
-                continue
-            outcome = take_row(row, k, kind, rows, model, aircraft, none, nothing)
-            result.outcome[row] = outcome
-            if outcome in (UPDATED, STARTED, RESTARTED):
-                note_taken(row, k, rows, model, aircraft)
-                if want_readout:
-                    out = result.readout[row]
-                    read_out(
-                        aircraft.mean[k], aircraft.covariance[k], aircraft.sensitivity[k],
-                        model.bias, model.factor, out,
-                    )  # fmt: skip
-                    out[READOUT_COUNT - 2] = aircraft.height[k]
-                    out[READOUT_COUNT - 1] = aircraft.updates[k]
-            elif outcome in (REFUSED, SINGULAR):
-                aircraft.refusals[k] += 1
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def take_row(
-    row: int,
+@in_loop
+def keep_plot(
+    recents: Floats,
     k: int,
+    s: int,
     kind: int,
-    rows: Rows,
-    model: Model,
-    aircraft: Aircraft,
-    none: Floats,
-    nothing: Floats,
-) -> int:
-    """Start an aircraft at a row, or move it on and correct it; keep the row for the biases."""
-    s = rows.sensor[row]
-    z0, z1, time = rows.z[row, 0], rows.z[row, 1], rows.time[row]
-    a, P, V = aircraft.mean[k], aircraft.covariance[k], aircraft.sensitivity[k]
-    H = np.empty((2, 2))
-    W = np.empty(3)
-    height, variance = choose_height(rows.height[row], aircraft.height[k], model.options)
-    if kind >= KIND_FLAT_POLAR:
-        variance = 0.0  # On a flat plane no height enters the range.
-    weight = 1.0
-    fresh = np.isnan(aircraft.time[k])
-    if fresh or aircraft.refusals[k] >= model.options[REFUSALS_MAX]:
-        outcome = start_aircraft(
-            BIASES_KNOWN, kind, z0, z1, height, variance, model.plane, model.sites[s],
-            model.noises[s], model.starts[s], model.starts[s + 1], model.parameters, model.bias,
-            model.bias_covariance, model.options, a, P, V, H, W,
-        )  # fmt: skip
-        if outcome != STARTED:
-            return outcome
-        aircraft.surprise[k] = 1.0
-        aircraft.updates[k] = 0
-        aircraft.place[k] = model.places[s]
-        aircraft.recent[k, :, RECENT_TIME] = np.nan
-        outcome = STARTED if fresh else RESTARTED
+    z0: float,
+    z1: float,
+    time: float,
+    height: float,
+    excess: float,
+    noises: Floats,
+) -> None:
+    """Keep a plot of aircraft k until `stack_plots`, in place of the one before of its sensor.
+
+    ``excess`` is by how much its noise was taken for more: for the aircraft, and so for the biases.
+    A sensor that makes no errors would tell its biases exactly: there is no such information.
+    """
+    if kind == KIND_POSITION:
+        errs = noises[s, 2] > 0.0
     else:
-        interval = time - aircraft.time[k]
-        if not 0.0 <= interval < np.inf:
-            return REFUSED  # Time goes on, as in `_step_kernels.take_rows`.
-        factor = manoeuvre_factor(aircraft.surprise[k], model.options)
-        density = acceleration_density(a[2], a[3], factor, model.options)
-        predict_motion(a, P, V, interval, density)
-        aircraft.time[k] = time
-        # A plot that counts less for the aircraft counts as much less for the biases.
-        outcome, excess = correct_separated(
-            False, kind, z0, z1, height, variance, k, s, False, model.plane, model.sites,
-            model.noises, model.starts, model.parameters, model.bias, model.bias_covariance,
-            model.options, aircraft.mean, aircraft.covariance, aircraft.surprise, none, nothing,
-            none, 0,
-        )  # fmt: skip
-        if outcome != UPDATED:
-            return outcome
-        weight = 1.0 / excess
-    if variance == 0.0:
-        recent = aircraft.recent[k, s]
-        recent[RECENT_TIME] = time
-        recent[RECENT_Z0] = z0
-        recent[RECENT_Z1] = z1
-        recent[RECENT_HEIGHT] = height
-        recent[RECENT_KIND] = kind
-        recent[RECENT_WEIGHT] = weight
-    return outcome
+        errs = noises[s, 0] > 0.0 and noises[s, 1] > 0.0
+    if errs:
+        recents[k, s, RECENT_TIME] = time
+        recents[k, s, RECENT_Z0] = z0
+        recents[k, s, RECENT_Z1] = z1
+        recents[k, s, RECENT_HEIGHT] = height
+        recents[k, s, RECENT_KIND] = kind
+        recents[k, s, RECENT_EXCESS] = excess
+
+
+@in_loop
+def forget_plots(recents: Floats, k: int) -> None:
+    """Forget the plots of aircraft k."""
+    for s in range(recents.shape[1]):
+        recents[k, s, RECENT_TIME] = np.nan
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -193,7 +104,7 @@ def stack_all(
 ) -> None:
     """Stack the plots of all aircraft, each into the sums of its partition."""
     for k in slots:
-        p = k % information.shape[0]
+        p = partition_of(k, information.shape[0])
         stack_plots(k, model, aircraft, information[p], vector[p])
 
 
@@ -208,38 +119,54 @@ def stack_plots(k: int, model: Model, aircraft: Aircraft, Y: Floats, y: Floats) 
     recent = aircraft.recent[k]
     several, middle = middle_time(recent, model.places)
     P = aircraft.covariance[k]
-    det = P[7] * P[9] - P[8] * P[8]
-    if not several or not det > 0.0:
+    if not several or singular(P[7], P[8], P[9]):
         recent[:, RECENT_TIME] = np.nan
         return
     c = model.bias.shape[0]
     M = np.zeros((4, 4))
-    M[2, 2] = P[9] / det
-    M[3, 2] = -P[8] / det
-    M[3, 3] = P[7] / det
-    # Columns: those of the biases, and one for the vector.
+    M[2, 2], M[3, 2], M[3, 3] = inverse(P[7], P[8], P[9])
+    # Columns: those of the biases, and one for the vector; N is what is added to Y, and to y.
     C = np.zeros((4, c + 1))
+    N = np.zeros((c, c + 1))
     for s in range(recent.shape[0]):
         if not np.isnan(recent[s, RECENT_TIME]):
-            add_plot(s, recent[s], middle, aircraft.mean[k], aircraft.time[k], model, M, C, Y, y)
+            add_plot(s, recent[s], middle, aircraft.mean[k], aircraft.time[k], model, M, C, N)
             recent[s, RECENT_TIME] = np.nan
-    # M = L Lᵀ; C ← L⁻¹ C.
+    if not eliminate(M, C):
+        return
+    for m in range(c):
+        for d in range(m, c + 1):
+            for i in range(4):
+                N[m, d] -= C[i, m] * C[i, d]
+    if np.isfinite(N.sum()):
+        for m in range(c):
+            y[m] += N[m, c]
+            for d in range(m, c):
+                Y[m, d] += N[m, d]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def eliminate(M: Floats, C: Floats) -> bool:
+    """C ← L⁻¹ C with L Lᵀ = M, which is lost; return whether M is positive definite."""
     for i in range(4):
-        for j in range(i + 1):
+        whole = M[i, i]
+        for j in range(i):
             x = M[i, j]
             for d in range(j):
                 x -= M[i, d] * M[j, d]
-            M[i, j] = x / M[j, j] if j < i else sqrt(x)
-        for m in range(c + 1):
+            M[i, j] = x / M[j, j]
+        x = whole
+        for d in range(i):
+            x -= M[i, d] * M[i, d]
+        if not x > SINGULAR_RATIO * whole:  # NaN too
+            return False
+        M[i, i] = sqrt(x)
+        for m in range(C.shape[1]):
             x = C[i, m]
             for d in range(i):
                 x -= M[i, d] * C[d, m]
             C[i, m] = x / M[i, i]
-    for m in range(c):
-        for i in range(4):
-            y[m] -= C[i, m] * C[i, c]
-            for d in range(m, c):
-                Y[m, d] -= C[i, m] * C[i, d]
+    return True
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -274,10 +201,9 @@ def add_plot(
     model: Model,
     M: Floats,
     C: Floats,
-    Y: Floats,
-    y: Floats,
+    N: Floats,
 ) -> None:
-    """Add one plot to M (lower triangle), to C, and to the sums of Jᵀ W⁻¹ J and Jᵀ W⁻¹ r."""
+    """Add one plot to M (lower triangle), to C, and to N = (Jᵀ W⁻¹ J, Jᵀ W⁻¹ r)."""
     H = np.empty((2, 2))
     W = np.empty(3)
     kind = int(plot[RECENT_KIND])
@@ -293,8 +219,8 @@ def add_plot(
         r1 = wrap_angle(r1)
     rate0 = H[0, 0] * mean[2] + H[0, 1] * mean[3]
     rate1 = H[1, 0] * mean[2] + H[1, 1] * mean[3]
-    scale = plot[RECENT_WEIGHT] / (W[0] * W[2] - W[1] * W[1])
-    i00, i01, i11 = W[2] * scale, -W[1] * scale, W[0] * scale
+    excess = plot[RECENT_EXCESS]
+    i00, i01, i11 = inverse(excess * W[0], excess * W[1], excess * W[2])
     t0 = i00 * r0 + i01 * r1
     t1 = i01 * r0 + i11 * r1
     shift = plot[RECENT_TIME] - middle
@@ -316,7 +242,7 @@ def add_plot(
         u1 = i01 * j0 + i11 * j1
         for i in range(4):
             C[i, m] += B[0, i] * u0 + B[1, i] * u1
-        y[m] += j0 * t0 + j1 * t1
+        N[m, c] += j0 * t0 + j1 * t1
         for d in range(m, model.starts[s + 1]):
             k0, k1 = bias_column(kind, model.parameters[d], site, p0, p1, rate0, rate1)
-            Y[m, d] += u0 * k0 + u1 * k1
+            N[m, d] += u0 * k0 + u1 * k1

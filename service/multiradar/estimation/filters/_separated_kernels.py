@@ -28,6 +28,7 @@ from multiradar.estimation.filters._kernels import (
     covariance_times_transposed,
     gain_of,
     gated,
+    inverse,
     position_part,
     singular,
     squared_norm,
@@ -109,23 +110,21 @@ def correct_separated(
     weight = max(1.0, nis / options[DOWNWEIGHT_NIS])
     w = (weight * w[0], weight * w[1], weight * w[2])
     s00, s01, s11 = n[0] + w[0], n[1] + w[1], n[2] + w[2]
-    if not intersects and singular(s00, s01, s11) and outcome == UPDATED:
-        outcome = SINGULAR
-    if outcome == UPDATED:
-        surprises[k] = surprise_after(surprises[k], nis, options)
-        if intersects:
-            if informs:
-                log_half(
-                    kind, site, first, last, parameters, nu0, nu1, n, w, p0, p1, rate0, rate1,
-                    logs, row,
-                )  # fmt: skip
-            intersect(k, n, b, w, P, G, e0, e1, options[SCALE_TIME], means, covariances)
+    if intersects and outcome == UPDATED:
+        outcome = intersect(k, n, b, w, P, G, e0, e1, options[SCALE_TIME], means, covariances)
+        if outcome == UPDATED and informs:
+            log_half(
+                kind, site, first, last, parameters, nu0, nu1, n, w, p0, p1, rate0, rate1,
+                logs, row,
+            )  # fmt: skip
+    elif outcome == UPDATED:
+        if singular(s00, s01, s11):
+            outcome = SINGULAR
         else:
             # (1.37), (1.38) in information form: Y += Jᵀ W⁻¹ J, y += Jᵀ W⁻¹ ν. A measurement
             # without noise would tell its biases exactly: there is no such information.
-            det = w[0] * w[2] - w[1] * w[1]
-            i00, i01, i11 = w[2] / det, -w[1] / det, w[0] / det
-            for c in range(first, last if informs and det > 0.0 else first):
+            i00, i01, i11 = inverse(w[0], w[1], w[2])
+            for c in range(first, last if informs else first):
                 j0, j1 = bias_column(kind, parameters[c], site, p0, p1, rate0, rate1)
                 u0, u1 = i00 * j0 + i01 * j1, i01 * j0 + i11 * j1
                 y[c] += u0 * nu0 + u1 * nu1
@@ -135,6 +134,8 @@ def correct_separated(
             scale = 1.0 / (s00 * s11 - s01 * s01)
             K = gain_of(G, s11 * scale, -s01 * scale, s00 * scale)
             correct_state(means, covariances, k, P, G, K, e0, e1)
+    if outcome == UPDATED:
+        surprises[k] = surprise_after(surprises[k], nis, options)
     return outcome, weight
 
 
@@ -180,8 +181,8 @@ def intersect(
     scale_time: float,
     means: Floats,
     covariances: Floats,
-) -> None:
-    """Correct aircraft k by (1.45) with the γ of the least scaled trace.
+) -> int:
+    """Correct aircraft k by (1.45) with the γ of the least scaled trace; return what became of it.
 
     The trace adds m² and (m/s)²: a velocity counts as the way of ``scale_time``, s.
     """
@@ -197,12 +198,17 @@ def intersect(
         )
         gamma = best_gamma(trace, m, n, b, w)
         # No weight improves the bound: the aircraft stays as predicted, else the bound would grow.
-        g = 1.0 + gamma if gamma > 0.0 else 0.0
-        h = 1.0 + 1.0 / gamma
-    if g > 0.0:
-        s00 = g * n[0] + h * b[0] + w[0]
-        s01 = g * n[1] + h * b[1] + w[1]
-        s11 = g * n[2] + h * b[2] + w[2]
+        g = 0.0
+        if gamma > 0.0:
+            g = 1.0 + gamma
+            h = 1.0 + 1.0 / gamma
+    s00 = g * n[0] + h * b[0] + w[0]
+    s01 = g * n[1] + h * b[1] + w[1]
+    s11 = g * n[2] + h * b[2] + w[2]
+    outcome = UPDATED
+    if g > 0.0 and singular(s00, s01, s11):
+        outcome = SINGULAR
+    elif g > 0.0:
         det = s00 * s11 - s01 * s01
         K = gain_of(G, g * s11 / det, -g * s01 / det, g * s00 / det)
         raised = (
@@ -211,3 +217,4 @@ def intersect(
         )  # fmt: skip
         own = (g * G[0], g * G[1], g * G[2], g * G[3], g * G[4], g * G[5], g * G[6], g * G[7])
         correct_state(means, covariances, k, raised, own, K, e0, e1)
+    return outcome

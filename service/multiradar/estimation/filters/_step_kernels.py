@@ -11,53 +11,37 @@ from numba import njit
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters._kernels import (
-    HEIGHT_MAX,
-    INTERVAL_MAX_S,
-    NO_ROOM,
-    NO_ROOM_SLOT,
-    READOUT_COUNT,
-    REFUSALS_MAX,
     REFUSED,
     RESTARTED,
-    SEVERAL,
-    SINGULAR,
     STARTED,
-    UNASSOCIATED,
-    UNLOCATABLE,
-    UNSUPPORTED,
     UPDATED,
-    VALUE_MAX,
     VELOCITY_FRAME,
     acceleration_density,
-    choose_height,
     manoeuvre_factor,
     read_out,
     start_aircraft,
 )
-from multiradar.estimation.filters._separated_kernels import correct_separated
-from multiradar.estimation.filters._time_offset_kernels import (
-    PLOTS_MIN,
-    VELOCITY_SIGMA_MAX,
-    begin_with_velocity,
-    follow_velocity,
-    has_time_offset,
-    velocity_variance,
+from multiradar.estimation.filters._macro_kernels import MACRO, forget_plots, keep_plot
+from multiradar.estimation.filters._row_kernels import (
+    find_taker,
+    find_turn,
+    finish_readout,
+    height_of_row,
+    note_outcome,
+    note_start,
 )
+from multiradar.estimation.filters._separated_kernels import correct_separated
+from multiradar.estimation.filters._time_offset_kernels import has_time_offset, settle_velocity
 from multiradar.estimation.filters._two_stage_kernels import component, correct_two_stage
 from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows, Work
-from multiradar.estimation.measurement._kernels import (
-    KIND_BEARING,
-    KIND_FLAT_PLACE,
-    KIND_FLAT_POLAR,
-    KIND_RADAR,
-)
 from multiradar.estimation.motion._kernels import move_aircraft
 from multiradar.kernels import fetch_ahead, in_loop, loop
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-# Methods; they also say how a new aircraft takes the biases (`_kernels.start_aircraft`).
+# Methods, beside `MACRO`; they also say how a new aircraft takes the biases
+# (`_kernels.start_aircraft`).
 TWO_STAGE = 0
 BLOM = 1
 INTERSECTION = 2
@@ -121,7 +105,9 @@ def take_rows(
     outcomes, readouts, logs = result.outcome, result.readout, result.log
     lines = (sensitivities.shape[1] * sensitivities.shape[2] * 8 + 63) // 64
     velocities = aircraft.velocity
+    recents = aircraft.recent
     timed = method == TWO_STAGE and has_time_offset(parameters)
+    mode = BLOM if method == MACRO else method
     for p in work.partitions:
         # In room of this thread: neighbouring partitions lie in one cache line.
         copy_sums(result.information[p], result.vector[p], Y, y)
@@ -140,46 +126,37 @@ def take_rows(
             row = work.order[i]
             k = rows.slot[row]
             kind = rows.kind[row]
-            if k < 0 or kind < KIND_RADAR or kind == KIND_BEARING or kind > KIND_FLAT_PLACE:
-                outcomes[row] = UNSUPPORTED
-                if k < 0:
-                    outcomes[row] = NO_ROOM if k == NO_ROOM_SLOT else UNASSOCIATED
+            outcome = find_taker(k, kind)
+            if outcome != UPDATED:
+                outcomes[row] = outcome
                 continue
             s = rows.sensor[row]
             z0, z1, time = rows.z[row, 0], rows.z[row, 1], rows.time[row]
-            fresh = np.isnan(times[k])
-            interval = 0.0 if fresh else time - times[k]
-            if not (interval >= 0.0 and np.isfinite(time)):
-                # Time goes on: what is measured before the state cannot correct it.
-                outcomes[row] = REFUSED
+            outcome = find_turn(z0, z1, time, times[k], refusals[k], options)
+            if outcome == REFUSED:
+                outcomes[row] = outcome
                 continue
-            height, variance = choose_height(rows.height[row], heights[k], options)
-            if kind >= KIND_FLAT_POLAR:
-                variance = 0.0  # On a flat plane no height enters the range.
-            starting = fresh or refusals[k] >= options[REFUSALS_MAX] or interval > INTERVAL_MAX_S
-            if not (abs(z0) < VALUE_MAX and abs(z1) < VALUE_MAX):  # NaN too
-                outcome = UNLOCATABLE if starting else SINGULAR
-            elif starting:
-                outcome = start_aircraft(
-                    method, kind, z0, z1, height, variance, plane, sites[s], noises[s], starts[s],
+            height, variance = height_of_row(kind, rows.height[row], heights[k], options)
+            excess = 1.0
+            if outcome in (STARTED, RESTARTED):
+                begun = start_aircraft(
+                    mode, kind, z0, z1, height, variance, plane, sites[s], noises[s], starts[s],
                     starts[s + 1], parameters, bias, bias_covariance, options, means[k],
                     covariances[k], sensitivities[k], H, W,
                 )  # fmt: skip
-                if outcome == STARTED:
-                    surprises[k] = 1.0
-                    updates[k] = 0
-                    heard[k] = places[s]
-                    velocities[k, 0] = np.nan
-                    velocities[k, 1] = np.nan
-                    outcome = STARTED if fresh else RESTARTED
-            else:
+                if begun == STARTED:
+                    note_start(k, places[s], surprises, updates, heard, velocities)
+                    forget_plots(recents, k)
+                else:
+                    outcome = begun
+            elif outcome == UPDATED:
                 v0, v1 = means[k, 2], means[k, 3]
                 if method == TWO_STAGE and options[VELOCITY_FRAME] != 0.0:
                     v0 = component(means, sensitivities, bias, k, 2)
                     v1 = component(means, sensitivities, bias, k, 3)
                 factor_now = manoeuvre_factor(surprises[k], options)
                 density = acceleration_density(v0, v1, factor_now, options)
-                move_aircraft(means, covariances, sensitivities, k, interval, density)
+                move_aircraft(means, covariances, sensitivities, k, time - times[k], density)
                 times[k] = time
                 # A plot speaks about the biases when its height is known (an unknown one is wrong
                 # by the same amount plot after plot) and the aircraft was measured from elsewhere
@@ -195,50 +172,28 @@ def take_rows(
                         sensitivities, velocities, surprises, Y, y, U0, U1, R0, R1,
                     )  # fmt: skip
                     if timed and outcome == UPDATED:
-                        v0 = component(means, sensitivities, bias, k, 2)
-                        v1 = component(means, sensitivities, bias, k, 3)
-                        spread = velocity_variance(covariances, sensitivities, bias_covariance, k)
-                        if not np.isnan(velocities[k, 0]):
-                            follow_velocity(
-                                means, sensitivities, velocities, k, parameters, bias, v0, v1
-                            )
-                        elif updates[k] + 1 >= PLOTS_MIN and spread < VELOCITY_SIGMA_MAX**2:
-                            begun = start_aircraft(
-                                method, kind, z0, z1, height, variance, plane, sites[s],
-                                noises[s], starts[s], starts[s + 1], parameters, bias,
-                                bias_covariance, options, means[k], covariances[k],
-                                sensitivities[k], H, W,
-                            )  # fmt: skip
-                            if begun == STARTED:
-                                heard[k] = places[s]
-                                begin_with_velocity(
-                                    means, covariances, sensitivities, velocities, k, starts[s],
-                                    starts[s + 1], parameters, v0, v1, spread,
-                                )  # fmt: skip
+                        settle_velocity(
+                            kind, z0, z1, height, variance, k, s, places[s], plane, sites, noises,
+                            starts, parameters, bias, bias_covariance, options, means, covariances,
+                            sensitivities, velocities, updates, heard, H, W,
+                        )  # fmt: skip
                 else:
-                    outcome, _ = correct_separated(
-                        method == INTERSECTION, kind, z0, z1, height, variance, k, s, informs,
-                        plane, sites, noises, starts, parameters, bias, bias_covariance, options,
-                        means, covariances, surprises, Y, y, logs, row,
+                    outcome, excess = correct_separated(
+                        method == INTERSECTION, kind, z0, z1, height, variance, k, s,
+                        informs and method != MACRO, plane, sites, noises, starts, parameters,
+                        bias, bias_covariance, options, means, covariances, surprises, Y, y, logs,
+                        row,
                     )  # fmt: skip
             outcomes[row] = outcome
-            if outcome in (UPDATED, STARTED, RESTARTED):
-                refusals[k] = 0
-                updates[k] += 1
-                times[k] = time
-                updated[k] = time
-                if heard[k] != places[s]:
-                    heard[k] = SEVERAL
-                if abs(rows.height[row]) < HEIGHT_MAX:
-                    heights[k] = rows.height[row]
-                if want_readout:
-                    read_out(
-                        means[k], covariances[k], sensitivities[k], bias, factor, readouts[row]
-                    )
-                    readouts[row, READOUT_COUNT - 2] = heights[k]
-                    readouts[row, READOUT_COUNT - 1] = updates[k]
-            elif outcome in (REFUSED, SINGULAR):
-                refusals[k] += 1
+            taken = note_outcome(
+                outcome, k, time, rows.height[row], places[s], times, heights, refusals, updates,
+                updated, heard,
+            )  # fmt: skip
+            if taken and method == MACRO and variance == 0.0:
+                keep_plot(recents, k, s, kind, z0, z1, time, height, excess, noises)
+            if taken and want_readout:
+                read_out(means[k], covariances[k], sensitivities[k], bias, factor, readouts[row])
+                finish_readout(row, k, heights, updates, readouts)
         copy_sums(Y, y, result.information[p], result.vector[p])
 
 

@@ -25,14 +25,17 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.estimation.filters._kernels import BIASES_KEPT, STARTED, start_aircraft
+from multiradar.estimation.filters._two_stage_kernels import component
 from multiradar.estimation.measurement._kernels import PARAMETER_TIME_OFFSET
 from multiradar.kernels import in_loop
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-# A velocity is known after so many plots when its standard deviation, m/s, is below this. With 8,
-# 15 and 30 m/s the normalised errors squared of the biases are the same, 0.9 for each parameter.
+# A velocity is known after so many plots when the root of the sum of both its variances, m/s, is
+# below this. With 8, 15 and 30 m/s the normalised errors squared of the biases are the same, 0.9
+# for each parameter.
 PLOTS_MIN = 4
 VELOCITY_SIGMA_MAX = 30.0
 # Slower than this, m/s, an aircraft has no direction along which its plots could be late.
@@ -46,6 +49,53 @@ def has_time_offset(parameters: Integers) -> bool:
     for c in range(parameters.shape[0]):
         found = found or parameters[c] == PARAMETER_TIME_OFFSET
     return found
+
+
+@in_loop
+def settle_velocity(
+    kind: int,
+    z0: float,
+    z1: float,
+    height: float,
+    height_variance: float,
+    k: int,
+    s: int,
+    place: int,
+    plane: Floats,
+    sites: Floats,
+    noises: Floats,
+    starts: Integers,
+    parameters: Integers,
+    bias: Floats,
+    bias_covariance: Floats,
+    options: Floats,
+    means: Floats,
+    covariances: Floats,
+    V: Floats,
+    velocities: Floats,
+    updates: Integers,
+    heard: Integers,
+    H: Floats,
+    W: Floats,
+) -> None:
+    """Follow the velocity of aircraft k, corrected by a plot, or begin anew once it is known."""
+    v0 = component(means, V, bias, k, 2)
+    v1 = component(means, V, bias, k, 3)
+    spread = velocity_variance(covariances, V, bias_covariance, k)
+    if not np.isnan(velocities[k, 0]):
+        follow_velocity(means, V, velocities, k, parameters, bias, v0, v1)
+    elif updates[k] + 1 >= PLOTS_MIN and spread < VELOCITY_SIGMA_MAX**2:
+        begun = start_aircraft(
+            BIASES_KEPT, kind, z0, z1, height, height_variance, plane, sites[s], noises[s],
+            starts[s], starts[s + 1], parameters, bias, bias_covariance, options, means[k],
+            covariances[k], V[k], H, W,
+        )  # fmt: skip
+        if begun == STARTED:
+            heard[k] = place
+            begin_with_velocity(
+                means, covariances, V, velocities, k, starts[s], starts[s + 1], parameters, v0,
+                v1, spread,
+            )  # fmt: skip
 
 
 @in_loop

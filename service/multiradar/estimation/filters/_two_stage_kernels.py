@@ -23,12 +23,14 @@ from multiradar.estimation.filters._kernels import (
     DOWNWEIGHT_NIS,
     EXPECTED_NIS,
     REFUSE_NIS,
+    SINGULAR,
     UPDATED,
     correct_state,
     covariance_times_transposed,
     gain_of,
     gated,
     position_part,
+    singular,
     squared_norm,
     surprise_after,
 )
@@ -117,7 +119,8 @@ def correct_two_stage(
     weight = 1.0
     nis = squared_norm(n00 + w[0], n01 + w[1], n11 + w[2], e0, e1)
     # The gates are written so that NaN fails them.
-    if not nis <= EXPECTED_NIS and nis < np.inf:
+    harmless = min(EXPECTED_NIS, min(options[DOWNWEIGHT_NIS], options[REFUSE_NIS]))
+    if not nis <= harmless and nis < np.inf:
         # Only now the uncertainty of the biases is worth its cost: it can but lower the figure.
         b00, b01, b11 = spread_of_biases(U0, U1, bias_covariance, R0, R1)
         nis = squared_norm(n00 + w[0] + b00, n01 + w[1] + b01, n11 + w[2] + b11, e0, e1)
@@ -126,9 +129,11 @@ def correct_two_stage(
     if ground < options[CONE_RATIO] * (height - noise[3]):
         outcome = CONE
     s00, s01, s11 = n00 + weight * w[0], n01 + weight * w[1], n11 + weight * w[2]
-    scale = 1.0 / (s00 * s11 - s01 * s01)
-    i00, i01, i11 = s11 * scale, -s01 * scale, s00 * scale
+    if weight > 1.0 and outcome == UPDATED and singular(s00, s01, s11):
+        outcome = SINGULAR
     if outcome == UPDATED:
+        scale = 1.0 / (s00 * s11 - s01 * s01)
+        i00, i01, i11 = s11 * scale, -s01 * scale, s00 * scale
         surprises[k] = surprise_after(surprises[k], nis, options)
         K = gain_of(G, i00, i01, i11)
         correct_state(means, covariances, k, P, G, K, nu0, nu1)
@@ -140,19 +145,19 @@ def correct_two_stage(
             V[k, 2, c] -= K[4] * U0[c] + K[5] * U1[c]
         for c in range(n):
             V[k, 3, c] -= K[6] * U0[c] + K[7] * U1[c]
-    if outcome == UPDATED and informs:
-        for c in range(n):
-            R0[c] = i00 * U0[c] + i01 * U1[c]
-        for c in range(n):
-            R1[c] = i01 * U0[c] + i11 * U1[c]
-        for c in range(n):
-            y[c] += R0[c] * nu0 + R1[c] * nu1
-        # Y += Uᵀ S⁻¹ U, both triangles of it.
-        for c in range(n):
-            r0 = R0[c]
-            r1 = R1[c]
-            for d in range(n):
-                Y[c, d] += r0 * U0[d] + r1 * U1[d]
+        if informs:
+            for c in range(n):
+                R0[c] = i00 * U0[c] + i01 * U1[c]
+            for c in range(n):
+                R1[c] = i01 * U0[c] + i11 * U1[c]
+            for c in range(n):
+                y[c] += R0[c] * nu0 + R1[c] * nu1
+            # Y += Uᵀ S⁻¹ U, both triangles of it.
+            for c in range(n):
+                r0 = R0[c]
+                r1 = R1[c]
+                for d in range(n):
+                    Y[c, d] += r0 * U0[d] + r1 * U1[d]
     return outcome
 
 

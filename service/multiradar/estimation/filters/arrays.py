@@ -4,12 +4,13 @@ Named tuples, because compiled functions take them as they are. All arrays of `A
 one shard and are changed in place by its kernels (the one exception to frozen states).
 """
 
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters._kernels import LOG_COUNT, READOUT_COUNT
+from multiradar.kernels import in_both
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -20,11 +21,16 @@ RECENT_Z0 = 1
 RECENT_Z1 = 2
 RECENT_HEIGHT = 3
 RECENT_KIND = 4
-RECENT_WEIGHT = 5
+RECENT_EXCESS = 5
 RECENT_COUNT = 6
 
 #: Processors fetch lines of 64 bytes in pairs.
 LINES_BYTES = 128
+#: So many slots in a row share a partition: states of a number each fill a pair of cache lines,
+#: which two workers would take from each other at every plot.
+LINE_SLOTS = LINES_BYTES // 8
+
+Slots = TypeVar("Slots", int, Integers)
 
 
 class Rows(NamedTuple):
@@ -127,7 +133,8 @@ class Aircraft(NamedTuple):
         not keep it. Only the upper triangle of what has started means anything.
     recent : (s, m, RECENT_COUNT) float64
         Latest plot of each sensor in this epoch: time (s, NaN for none), both components, height
-        (m), kind, and the weight it was given; without sensors for filters that do not keep it.
+        (m), kind, and by how much its noise was taken for more; without sensors for filters that do
+        not keep it.
     """
 
     mean: Floats
@@ -185,6 +192,25 @@ class Result(NamedTuple):
     log: Floats
     outcome: Integers
     readout: Floats
+
+
+@in_both
+def partition_of(slots: Slots, partitions: int) -> Slots:
+    """Return the partition of a slot, or those of many.
+
+    Parameters
+    ----------
+    slots : int or (n,) int64
+        Places in `Aircraft`.
+    partitions : int
+        How many partitions there are.
+
+    Returns
+    -------
+    int or (n,) int64
+        Number of the partition.
+    """
+    return slots // LINE_SLOTS % partitions
 
 
 def line_aligned(

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from multiradar.errors import ConfigurationError, UnknownFilterError
 from multiradar.estimation.filters import _kernels as kernels
 from multiradar.estimation.filters._joint_kernels import JOINT, joint_step
-from multiradar.estimation.filters._macro_kernels import MACRO, macro_step, stack_all
+from multiradar.estimation.filters._macro_kernels import MACRO, stack_all
 from multiradar.estimation.filters._step_kernels import BLOM, INTERSECTION, TWO_STAGE, step
 from multiradar.estimation.filters.arrays import (
     Aircraft,
@@ -150,8 +150,6 @@ class FilterDefinition:
         """
         if self.method == JOINT:
             joint_step(work, rows, model, aircraft, result, want_readout)
-        elif self.method == MACRO:
-            macro_step(work, rows, model, aircraft, result, want_readout)
         else:
             step(self.method, work, rows, model, aircraft, result, want_readout)
 

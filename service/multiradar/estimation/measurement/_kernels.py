@@ -41,6 +41,8 @@ PARAMETER_RANGE_GAIN = 2
 PARAMETER_TIME_OFFSET = 3
 # Twice the mean radius of the Earth.
 EARTH_DIAMETER_M = 12_742_000.0
+# Nearer than this, m, to the place of a radar on a flat plane there is no line of sight.
+LINE_OF_SIGHT_MIN_M = 1e-3
 
 
 @in_loop
@@ -92,15 +94,16 @@ def seen_from(
         slope = (height - noise[3]) / max(r, 1.0) + r / EARTH_DIAMETER_M
         w = (noise[0] + slope * slope * height_variance, 0.0, noise[1])
     elif kind != KIND_POSITION:
-        # At the very place of the radar there is no line of sight: what needs it is none (NaN).
         dx = east - site[0]
         dy = north - site[1]
         ground = math.sqrt(dx * dx + dy * dy)
-        ue = dx / ground
-        un = dy / ground
+        # At the very place of the radar what needs a line of sight is none (NaN).
+        across = ground if ground > LINE_OF_SIGHT_MIN_M else np.nan
+        ue = dx / across
+        un = dy / across
         if kind == KIND_FLAT_POLAR:
             p0, p1 = ground, math.atan2(dx, dy)
-            h = (ue, un, un / ground, -ue / ground)
+            h = (ue, un, un / across, -ue / across)
             w = (noise[0], 0.0, noise[1])
         else:
             # D W Dᵀ with D = [line / ground, across], (1.11), (1.13).
@@ -140,7 +143,8 @@ def bias_column(
         if kind == KIND_FLAT_PLACE:
             dx, dy = p0 - site[0], p1 - site[1]
             r = math.sqrt(dx * dx + dy * dy)
-            j0, j1 = dx / r, dy / r
+            across = r if r > LINE_OF_SIGHT_MIN_M else np.nan
+            j0, j1 = dx / across, dy / across
         if parameter == PARAMETER_AZIMUTH_OFFSET:
             j0, j1 = (dy, -dx) if kind == KIND_FLAT_PLACE else (0.0, 1.0)
         elif parameter == PARAMETER_RANGE_GAIN:

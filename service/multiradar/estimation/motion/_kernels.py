@@ -25,17 +25,18 @@ def moved_covariance(P: Packed, dt: float, density: Density) -> Packed:
     """Return A P Aᵀ + Q (report, (1.30)).
 
     ``density`` is that of the white acceleration on the plane, m²/s³: D00 D01 D11. Then Q has the
-    blocks D dt³/3, D dt²/2 and D dt; the interval may be cut anywhere.
+    blocks D dt³/3, D dt²/2 and D dt; the interval may be cut anywhere. Where
+    nothing is left of a variance, rounding must not make it less.
     """
     q00, q01, q11 = density[0] * dt, density[1] * dt, density[2] * dt
     half = 0.5 * dt
     third = dt * dt / 3.0
     return (
-        P[0] + dt * (2.0 * P[2] + dt * P[7]) + q00 * third,
+        max(0.0, P[0] + dt * (2.0 * P[2] + dt * P[7]) + q00 * third),
         P[1] + dt * (P[3] + P[5] + dt * P[8]) + q01 * third,
         P[2] + dt * P[7] + q00 * half,
         P[3] + dt * P[8] + q01 * half,
-        P[4] + dt * (2.0 * P[6] + dt * P[9]) + q11 * third,
+        max(0.0, P[4] + dt * (2.0 * P[6] + dt * P[9]) + q11 * third),
         P[5] + dt * P[8] + q01 * half,
         P[6] + dt * P[9] + q11 * half,
         P[7] + q00,

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from multiradar.estimation.bias._kernels import fold_biases
 from multiradar.estimation.filters._joint_kernels import JOINT, joint_step
-from multiradar.estimation.filters._macro_kernels import MACRO, macro_step, stack_plots
+from multiradar.estimation.filters._macro_kernels import MACRO, stack_plots
 from multiradar.estimation.filters._step_kernels import INTERSECTION, TWO_STAGE, step
 from multiradar.estimation.filters._two_stage_kernels import anchor_aircraft
 from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows, Work
@@ -50,11 +50,9 @@ def take_rows(
     if method == JOINT:
         joint_step(work, rows, model, aircraft, result, want_readout)
         return
+    step(method, work, rows, model, aircraft, result, want_readout)
     if method == MACRO:
-        macro_step(work, rows, model, aircraft, result, want_readout)
         stack_plots(rows.slot[first], model, aircraft, result.information[0], result.vector[0])
-    else:
-        step(method, work, rows, model, aircraft, result, want_readout)
     if method == INTERSECTION:
         fold_biases(
             result.log[first:last], rows.sensor[first:last], model.starts,

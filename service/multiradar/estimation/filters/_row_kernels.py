@@ -1,0 +1,140 @@
+"""What every compiled filter asks of a row before it looks at it, and what it notes afterwards.
+
+All loops over rows ask here, so that no filter takes what another refuses.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar.estimation.filters._kernels import (
+    HEIGHT_MAX,
+    INTERVAL_MAX_S,
+    NO_ROOM,
+    NO_ROOM_SLOT,
+    READOUT_COUNT,
+    REFUSALS_MAX,
+    REFUSED,
+    RESTARTED,
+    SEVERAL,
+    SINGULAR,
+    STARTED,
+    UNASSOCIATED,
+    UNLOCATABLE,
+    UNSUPPORTED,
+    UPDATED,
+    VALUE_MAX,
+    choose_height,
+)
+from multiradar.estimation.measurement._kernels import (
+    KIND_BEARING,
+    KIND_FLAT_PLACE,
+    KIND_FLAT_POLAR,
+    KIND_RADAR,
+)
+from multiradar.kernels import in_loop
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+
+@in_loop
+def find_taker(k: int, kind: int) -> int:
+    """Return `UPDATED` where a row has an aircraft and a kind to be taken, else what becomes of it.
+
+    Only then do its other columns mean anything.
+    """
+    outcome = UPDATED
+    if kind < KIND_RADAR or kind == KIND_BEARING or kind > KIND_FLAT_PLACE:
+        outcome = UNSUPPORTED
+    if k < 0:
+        outcome = NO_ROOM if k == NO_ROOM_SLOT else UNASSOCIATED
+    return outcome
+
+
+@in_loop
+def find_turn(
+    z0: float, z1: float, time: float, state_time: float, refusals: int, options: Floats
+) -> int:
+    """Return what a row may do to its aircraft, whose state is of ``state_time`` (NaN: none yet).
+
+    `UPDATED`: correct it. `STARTED` and `RESTARTED`: begin it. `UNLOCATABLE` and `SINGULAR`: not
+    a measurement, by its numbers. `REFUSED`: time goes on, and what was measured before the state
+    cannot correct it; that tells nothing against the state, and is not to be counted.
+    """
+    # NaN fails the bounds too.
+    timely = abs(time) < VALUE_MAX
+    fresh = np.isnan(state_time)
+    interval = time - state_time if timely and not fresh else 0.0
+    turn = UPDATED
+    if refusals >= options[REFUSALS_MAX] or interval > INTERVAL_MAX_S:
+        turn = RESTARTED
+    if fresh:
+        turn = STARTED
+    if not (abs(z0) < VALUE_MAX and abs(z1) < VALUE_MAX):
+        turn = SINGULAR if turn == UPDATED else UNLOCATABLE
+    if not (timely and interval >= 0.0):
+        turn = REFUSED
+    return turn
+
+
+@in_loop
+def height_of_row(kind: int, measured: float, last: float, options: Floats) -> tuple[float, float]:
+    """Return height and its variance; on a flat plane no height enters the range."""
+    height, variance = choose_height(measured, last, options)
+    if kind >= KIND_FLAT_POLAR:
+        variance = 0.0
+    return height, variance
+
+
+@in_loop
+def note_start(
+    k: int,
+    place: int,
+    surprises: Floats,
+    updates: Integers,
+    heard: Integers,
+    velocities: Floats,
+) -> None:
+    """Open the books of an aircraft that was begun at a measurement from a place."""
+    surprises[k] = 1.0
+    updates[k] = 0
+    heard[k] = place
+    velocities[k, 0] = np.nan
+    velocities[k, 1] = np.nan
+
+
+@in_loop
+def note_outcome(
+    outcome: int,
+    k: int,
+    time: float,
+    height: float,
+    place: int,
+    times: Floats,
+    heights: Floats,
+    refusals: Integers,
+    updates: Integers,
+    updated: Floats,
+    heard: Integers,
+) -> bool:
+    """Keep the books of an aircraft that has had its turn; return whether the row was taken."""
+    taken = outcome <= RESTARTED  # One of the first three.
+    if taken:
+        refusals[k] = 0
+        updates[k] += 1
+        times[k] = time
+        updated[k] = time
+        if heard[k] != place:
+            heard[k] = SEVERAL
+        if abs(height) < HEIGHT_MAX:
+            heights[k] = height
+    elif outcome in (REFUSED, SINGULAR):
+        refusals[k] += 1
+    return taken
+
+
+@in_loop
+def finish_readout(row: int, k: int, heights: Floats, updates: Integers, readouts: Floats) -> None:
+    """Add to a readout what is not estimated."""
+    readouts[row, READOUT_COUNT - 2] = heights[k]
+    readouts[row, READOUT_COUNT - 1] = updates[k]
