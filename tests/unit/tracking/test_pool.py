@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from multiradar.estimation.filters._kernels import NO_ROOM_SLOT
-from multiradar.estimation.filters.arrays import LINES_BYTES
+from multiradar.estimation.filters.arrays import LINES_BYTES, partition_of
 from multiradar.estimation.filters.bank import FILTERS, JOINT_AIRCRAFT_MAX
 from multiradar.tracking import pool as pool_module
 from multiradar.tracking.measurements import MeasurementBatch
@@ -125,3 +125,15 @@ def test_states_begin_on_a_pair_of_cache_lines_also_after_growing() -> None:
     pool = AircraftPool(FILTERS["two-stage"], 6, 3)
     pool.grow()
     assert {array.ctypes.data % LINES_BYTES for array in pool.aircraft if array.size} == {0}
+
+
+def test_the_sums_of_an_aircraft_are_those_of_the_partition_that_takes_its_rows() -> None:
+    pool = AircraftPool(FILTERS["blom-macro"], 0, 0)
+    slots = np.array([5, 16, 31, 250], np.int64)
+    _, work = pool.work(slots, first=0)
+    taken = {
+        int(slots[row]): p
+        for p in range(PARTITIONS)
+        for row in work.order[work.bounds[p] : work.bounds[p + 1]]
+    }
+    assert taken == {slot: partition_of(slot, PARTITIONS) for slot in slots.tolist()}
