@@ -1,6 +1,10 @@
 """What every compiled filter asks of a row before it looks at it, and what it notes afterwards.
 
 All loops over rows ask here, so that no filter takes what another refuses.
+
+References
+----------
+The project's own: what no measurement can be, so that nothing but numbers enters a filter.
 """
 
 import numpy as np
