@@ -6,12 +6,13 @@ from dataclasses import asdict, fields
 import numpy as np
 
 from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.kernels import compilation_target
 from multiradar.runtime.admission import FORWARD_JUMP_MAX_S
 from multiradar.tracking.settings import TrackingSettings
 
 #: Number of the rules by which measurements become output, beside the settings; raised whenever a
 #: change of the program changes the bytes that a journal plays to.
-OUTPUT_RULES = 2
+OUTPUT_RULES = 3
 
 
 def configuration_fingerprint(
@@ -19,10 +20,11 @@ def configuration_fingerprint(
     tracking: TrackingSettings,
     forward_jump_max_s: float = FORWARD_JUMP_MAX_S,
 ) -> str:
-    """Return the SHA-256 of sensors, settings and rules.
+    """Return the SHA-256 of sensors, settings, rules and the processor.
 
     A journal that was begun with one configuration cannot go on with another: its replay would give
-    other tracks than those that were told before.
+    other tracks than those that were told before. That holds for the kind of processor as well, on
+    which the last bits depend (`multiradar.kernels.compilation_target`).
 
     Parameters
     ----------
@@ -38,7 +40,7 @@ def configuration_fingerprint(
     str
         64 hexadecimal digits.
     """
-    whole = hashlib.sha256(f"rules={OUTPUT_RULES};".encode())
+    whole = hashlib.sha256(f"rules={OUTPUT_RULES};target={compilation_target()};".encode())
     for name, value in sorted(asdict(tracking).items()):
         whole.update(f"{name}={value!r};".encode())
     whole.update(f"forward_jump_max_s={forward_jump_max_s!r};".encode())

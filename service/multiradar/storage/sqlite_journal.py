@@ -258,9 +258,10 @@ class SqliteJournal:
             )
         if begun_with != fingerprint:
             raise ConfigurationError(
-                f"{self._path}: the journal was begun with other sensors or tracking settings "
-                f"(fingerprint {begun_with[:12]}, now {fingerprint[:12]}); start with those, or "
-                "name another journal and replay the measurements into it"
+                f"{self._path}: the journal was begun with other sensors or tracking settings, or "
+                f"on another kind of processor (fingerprint {begun_with[:12]}, now "
+                f"{fingerprint[:12]}); start with those, or name another journal and replay the "
+                "measurements into it"
             )
         self._origin = origin_digest(version, begun_with)
 
