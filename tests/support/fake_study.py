@@ -32,6 +32,8 @@ FIXED = StudyEntry(
 )
 #: The seed that the study fails on.
 FAILING_SEED = 13
+#: The seed at which somebody presses Ctrl-C.
+STOPPED_SEED = 14
 
 
 def run(options: StudyOptions, progress: Progress) -> StudyResult:
@@ -39,6 +41,8 @@ def run(options: StudyOptions, progress: Progress) -> StudyResult:
     if options.seed == FAILING_SEED:
         msg = "expected a luckier seed, was 13"
         raise InputError(msg)
+    if options.seed == STOPPED_SEED:
+        raise KeyboardInterrupt
     for done in range(4):
         progress(done, 3)
     filters = options.filters or ()

@@ -5,6 +5,7 @@ import re
 import signal
 import sys
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from types import FrameType
 from typing import Annotated
 
@@ -63,7 +64,14 @@ def main() -> None:
     """Run the command of this process's arguments and leave with its exit status."""
     choose_kernel_cache()
     signal.signal(signal.SIGTERM, _on_termination)
-    sys.exit(run(sys.argv[1:]))
+    status = run(sys.argv[1:])
+    if status in (EXIT_INTERRUPTED, EXIT_TERMINATED):
+        # All was cleaned up on the way here. Python would wait for threads whose compiled work
+        # nothing can stop, for minutes in a long study.
+        with suppress(OSError):
+            sys.stdout.flush()
+        os._exit(status)
+    sys.exit(status)
 
 
 def run(arguments: Sequence[str], commands: typer.Typer = app) -> int:

@@ -12,7 +12,7 @@ import typer
 
 from multiradar.cli.options import JsonOption
 from multiradar.cli.progress import counting_bar
-from multiradar.studies.catalogue import StudyEntry
+from multiradar.studies.catalogue import FLAGS, StudyEntry
 
 if TYPE_CHECKING:
     from multiradar.studies.result import StudyResult
@@ -23,8 +23,6 @@ WIDTH_UNKNOWN = 160
 #: Bounds of what one run of the command may be asked for.
 RUNS_MAX = 1_000_000
 DURATION_S_MAX = 86_400.0
-
-_FLAGS = {"runs": "--runs", "filters": "--filters", "duration_s": "--duration"}
 
 
 def study_command(catalogue: Mapping[str, StudyEntry]) -> Callable[..., None]:
@@ -175,7 +173,7 @@ def _print_result(result: "StudyResult") -> None:
 
 def _tell_unused(entry: StudyEntry, chosen: Mapping[str, object]) -> None:
     unused = [
-        _FLAGS[name]
+        FLAGS[name]
         for name, value in chosen.items()
         if value is not None and name not in entry.takes
     ]

@@ -1,8 +1,6 @@
 """Runs every filter on every run of the study, on all processors, and puts the runs together."""
 
-import os
 from collections.abc import Sequence
-from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +20,7 @@ from multiradar.studies.bias_estimation_runs import (
     theory_of,
     traces,
 )
+from multiradar.studies.parallel import finish, workers
 from multiradar.studies.result import Progress
 
 Floats = NDArray[np.float64]
@@ -103,7 +102,7 @@ def run_cases(
     settings = {drift: make_setting(duration_s, drift=drift) for drift in (False, True)}
     first = {drift: realise(setting, seed, 0) for drift, setting in settings.items()}
     theories = tuple(dict.fromkeys([REFERENCE, *filters]))
-    with ThreadPoolExecutor(max_workers=len(os.sched_getaffinity(0))) as executor:
+    with workers() as executor:
         expected = {
             (drift, name): executor.submit(theory_of, name, settings[drift], first[drift])
             for drift in settings
@@ -114,7 +113,7 @@ def run_cases(
             for run in range(runs)
             for drift in settings
         }
-        _watch([*expected.values(), *found.values()], progress)
+        finish([*expected.values(), *found.values()], progress)
         bands = {
             drift: consistency_bands(expected[drift, REFERENCE].result(), runs, seed)
             for drift in settings
@@ -134,19 +133,6 @@ def _judge_all(
 ) -> dict[tuple[Form, str], Errors]:
     one = realise(setting, seed, run)
     return {(form, name): judge(name, form, setting, one) for form in FORMS for name in filters}
-
-
-def _watch(
-    futures: Sequence[Future[Theory] | Future[dict[tuple[Form, str], Errors]]], progress: Progress
-) -> None:
-    progress(0, len(futures))
-    for done, future in enumerate(as_completed(futures), 1):
-        error = future.exception()
-        if error is not None:
-            for other in futures:
-                other.cancel()
-            raise error
-        progress(done, len(futures))
 
 
 def _case(

@@ -13,6 +13,10 @@ if TYPE_CHECKING:
     from multiradar.studies.result import Progress, StudyOptions, StudyResult
 
 
+#: Options of the command, by the field of `StudyOptions` that each sets.
+FLAGS = MappingProxyType({"runs": "--runs", "filters": "--filters", "duration_s": "--duration"})
+
+
 @dataclass(frozen=True, slots=True)
 class StudyEntry:
     """A study as the catalogue knows it.

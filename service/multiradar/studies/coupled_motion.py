@@ -50,7 +50,14 @@ from multiradar.studies.coupled_motion_tracking import (
     fly,
     track,
 )
-from multiradar.studies.result import Progress, StudyOptions, StudyResult, Table, Value
+from multiradar.studies.result import (
+    Progress,
+    StudyOptions,
+    StudyResult,
+    Table,
+    Value,
+    step_counter,
+)
 
 #: A filter cannot settle in fewer intervals.
 STEPS_MIN = 10
@@ -105,10 +112,13 @@ def run(options: StudyOptions, progress: Progress) -> StudyResult:
     Vasiliev, Mattis, equations (2), (5) and (7), and its figures 1 and 3.
     """
     chosen = COUPLED_MOTION.complete(options)
-    runs, names = chosen.runs or 1, chosen.filters or ()
-    steps = max(round((chosen.duration_s or 0.0) / INTERVAL_S), STEPS_MIN)
+    runs, names, duration_s = chosen.runs, chosen.filters, chosen.duration_s
+    assert runs is not None
+    assert names is not None
+    assert duration_s is not None
+    steps = max(round(duration_s / INTERVAL_S), STEPS_MIN)
     parts = batches(runs, steps)
-    tick = _counter(progress, len(DRAWN) + 1 + len(TRACKED) * len(names) * len(parts))
+    tick = step_counter(progress, len(DRAWN) + 1 + len(TRACKED) * len(names) * len(parts))
     # Each part has draws of its own, so that a choice of filters changes nothing else.
     seeds = iter(np.random.SeedSequence(chosen.seed).spawn(len(DRAWN) + 1 + len(TRACKED)))
     rows: list[Row] = []
@@ -157,17 +167,6 @@ def _tracked(
 
 def _generator(seed: np.random.SeedSequence) -> np.random.Generator:
     return np.random.Generator(np.random.PCG64(seed))
-
-
-def _counter(progress: Progress, total: int) -> Callable[[], None]:
-    done = 0
-
-    def tick() -> None:
-        nonlocal done
-        done += 1
-        progress(done, total)
-
-    return tick
 
 
 def _tracking_tables(rows: list[Row], names: tuple[str, ...]) -> list[Table]:

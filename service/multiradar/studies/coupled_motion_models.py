@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from multiradar.estimation.motion.axes import frame_to_velocity
 from multiradar.estimation.motion.cartesian_acceleration import (
     CartesianAcceleration,
+    jolted,
     velocity_noise,
 )
 from multiradar.estimation.motion.coordinates import (
@@ -79,9 +80,7 @@ class EachOwn:
         ----------
         Vasiliev, Mattis, the text after equation (2).
         """
-        moved = cartesian_transition(state, interval_s)
-        moved[..., 3:] += self.velocity_sigmas(interval_s) * np.asarray(draws)
-        return moved
+        return jolted(state, interval_s, self.velocity_sigmas(interval_s), draws)
 
     def noise(self, state: ArrayLike, interval_s: float) -> Floats:
         """Return (runs, 6, 6) covariances that an interval adds.

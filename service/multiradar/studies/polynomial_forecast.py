@@ -5,7 +5,7 @@ variance of the error of the filter falls while it is observed; that of the fore
 last observation.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -22,7 +22,14 @@ from multiradar.studies.polynomial_forecast_runs import (
     simulate,
 )
 from multiradar.studies.report.cells import number_text
-from multiradar.studies.result import Progress, StudyOptions, StudyResult, Table, Value
+from multiradar.studies.result import (
+    Progress,
+    StudyOptions,
+    StudyResult,
+    Table,
+    Value,
+    step_counter,
+)
 
 #: What the paper prints, m²: C₂ and time of the last observation to values at t = 2 … 10 s (None:
 #: the filter) or 2 … 10 s after it. It prints no forecast from 20 s for C₂ = 1.
@@ -62,10 +69,11 @@ def run(options: StudyOptions, progress: Progress) -> StudyResult:
     ----------
     Koptev, Rozov, Romanovsky, the section on the simulation: its three tables and its figure 2.
     """
-    runs = options.runs or POLYNOMIAL_FORECAST.runs or 1
+    runs = POLYNOMIAL_FORECAST.complete(options).runs
+    assert runs is not None
     rng = np.random.Generator(np.random.PCG64(options.seed))
     figures: list[Figure] = []
-    step = _counter(progress, round(FORECAST_FROM_S[-1] / STEP_S) * len(INTENSITIES))
+    step = step_counter(progress, round(FORECAST_FROM_S[-1] / STEP_S) * len(INTENSITIES))
     for intensity in INTENSITIES:
         figures += simulate(intensity, rng, runs, step)
     edges = band(runs)
@@ -122,17 +130,6 @@ def runs_printed(ratios: Sequence[float]) -> int:
         else:
             high = middle - 1
     return low
-
-
-def _counter(progress: Progress, total: int) -> Callable[[], None]:
-    done = 0
-
-    def step() -> None:
-        nonlocal done
-        done += 1
-        progress(done, total)
-
-    return step
 
 
 def _row(figure: Figure, edges: tuple[float, float]) -> dict[str, Value]:

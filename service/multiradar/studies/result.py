@@ -7,6 +7,7 @@ of terminals, files or HTML: `multiradar.studies.report` and the command show wh
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from itertools import count
 from typing import Literal
 
 import numpy as np
@@ -24,6 +25,25 @@ Value = float | str | bool | None
 #: ``reference`` (thin and grey: what is expected).
 Style = Literal["line", "dashed", "dotted", "thin", "band", "points", "rings", "track", "reference"]
 Scale = Literal["linear", "log"]
+
+
+def step_counter(progress: Progress, total: int) -> Callable[[], None]:
+    """Return what tells the progress of one step more each time it is called.
+
+    Parameters
+    ----------
+    progress : callable
+        Told how many steps of how many are done.
+    total : int
+        Steps in all.
+
+    Returns
+    -------
+    callable
+        To be called after each step.
+    """
+    done = count(1)
+    return lambda: progress(next(done), total)
 
 
 @dataclass(frozen=True, slots=True)

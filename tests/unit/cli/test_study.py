@@ -1,9 +1,11 @@
 """`multiradar study`: tables, a report that takes no file's place, one JSON object, sentences."""
 
 import json
+import signal
 import subprocess
 import sys
 from pathlib import Path
+from time import sleep
 
 import pytest
 import typer
@@ -11,7 +13,7 @@ import typer
 from multiradar.cli.main import run
 from multiradar.cli.study import study_command, study_help
 from multiradar.studies.catalogue import STUDIES, StudyEntry
-from support.fake_study import ENTRY, FAILING_SEED, FIXED, HOSTILE
+from support.fake_study import ENTRY, FAILING_SEED, FIXED, HOSTILE, STOPPED_SEED
 
 CATALOGUE: dict[str, StudyEntry] = {"fake": ENTRY, "fixed": FIXED}
 
@@ -162,6 +164,39 @@ def test_a_study_that_fails_is_one_sentence_and_leaves_no_file(
     told = capsys.readouterr()
     assert told.err == "multiradar: expected a luckier seed, was 13\n"
     assert not told.out
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_study_that_is_stopped_leaves_no_file(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert _study("fake", "--seed", STOPPED_SEED) == 130
+    told = capsys.readouterr()
+    assert not told.err
+    assert not told.out
+    assert not list(tmp_path.iterdir())
+
+
+def test_ctrl_c_ends_hours_of_compiled_work(tmp_path: Path) -> None:
+    """Threads that play measurements cannot be stopped, and were once waited for."""
+    code = (
+        "import signal, sys\n"
+        "from multiradar.cli.main import main\n"
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+        "sys.argv = ['multiradar', 'study', 'bias-estimation', '--runs', '2000']\n"
+        "main()\n"
+    )
+    with subprocess.Popen([sys.executable, "-c", code], stderr=subprocess.PIPE, text=True) as one:
+        try:
+            while not list(tmp_path.iterdir()) and one.poll() is None:
+                sleep(0.05)
+            # By now the work begins; an interrupt at any moment of it ends it.
+            sleep(2.0)
+            one.send_signal(signal.SIGINT)
+            _, told = one.communicate(timeout=120.0)
+        finally:
+            one.kill()
+    assert (one.returncode, told) == (130, "")
     assert not list(tmp_path.iterdir())
 
 

@@ -1,8 +1,7 @@
 """The command that makes a result again."""
 
+from multiradar.studies.catalogue import FLAGS
 from multiradar.studies.result import StudyResult
-
-_FLAGS = {"runs": "--runs", "filters": "--filters", "duration_s": "--duration"}
 
 
 def command_of(result: StudyResult) -> str:
@@ -19,7 +18,7 @@ def command_of(result: StudyResult) -> str:
         One line for a shell.
     """
     parts = ["multiradar", "study", result.study]
-    for name, flag in _FLAGS.items():
+    for name, flag in FLAGS.items():
         value = result.options.get(name)
         if isinstance(value, list | tuple):
             parts += [flag, ",".join(map(str, value))]
