@@ -26,9 +26,9 @@ class Bands:
     Attributes
     ----------
     low, high : (t, 2) float64
-        At each time by itself, with a probability of 95 %; aircraft and biases.
+        At each time by itself, with the probability of the level; aircraft and biases.
     all_low, all_high : (t, 2) float64
-        At all times together, with a probability of 95 %.
+        At all times together, with the same probability.
     """
 
     low: Floats
@@ -37,7 +37,7 @@ class Bands:
     all_high: Floats
 
 
-def consistency_bands(theory: Theory, runs: int, seed: int) -> Bands:
+def consistency_bands(theory: Theory, runs: int, seed: int, level: float = LEVEL) -> Bands:
     """Return the bands of the mean over runs.
 
     Parameters
@@ -48,6 +48,8 @@ def consistency_bands(theory: Theory, runs: int, seed: int) -> Bands:
         Independent runs.
     seed : int
         For the chains by which the band of all times is widened.
+    level : float
+        Probability of a band: at most 0.999 for the band of all times, which is drawn.
 
     Returns
     -------
@@ -72,17 +74,17 @@ def consistency_bands(theory: Theory, runs: int, seed: int) -> Bands:
     """
     freedom = np.stack([_freedom(theory), np.full(len(theory.biases), theory.biases.shape[-1])], 1)
     rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence((seed, _STREAM))))
-    tail = np.full((1, 2), (1.0 - LEVEL) / 2.0)
+    tail = np.full((1, 2), (1.0 - level) / 2.0)
     sample = _drawn(theory, rng)
     chosen = rng.integers(_CHAINS, size=(_MEANS, runs))
     tails = np.empty((1, 2))
     for which in range(2):
         means = np.stack([sample[row, :, which].mean(axis=0) for row in chosen])
         below = chi2.cdf(means * freedom[:, which] * runs, freedom[:, which] * runs)
-        tails[0, which] = np.quantile(np.minimum(below, 1.0 - below).min(axis=1), 1.0 - LEVEL)
+        tails[0, which] = np.quantile(np.minimum(below, 1.0 - below).min(axis=1), 1.0 - level)
     edges = [
-        chi2.ppf(level, freedom * runs) / (freedom * runs)
-        for level in (tail, 1.0 - tail, tails, 1.0 - tails)
+        chi2.ppf(part, freedom * runs) / (freedom * runs)
+        for part in (tail, 1.0 - tail, tails, 1.0 - tails)
     ]
     return Bands(*edges)
 

@@ -15,7 +15,7 @@ from multiradar.studies.bias_estimation_runs import (
 )
 
 #: White acceleration of the aircraft, m²/s³; 0 is exactly straight flight.
-DENSITIES = (0.0, 0.01, 0.1, 0.3, 1.0)
+DENSITIES = (0.0, 0.003, 0.01, 0.1, 0.3, 1.0)
 #: The theory is taken after this time, or at the end of a shorter scene, s.
 AFTER_S = 300.0
 

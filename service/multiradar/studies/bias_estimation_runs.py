@@ -22,10 +22,16 @@ Floats = NDArray[np.float64]
 #: What is known beforehand: of position and velocity on each axis, of range and azimuth biases.
 START_SIGMA = np.array([1000.0, 1000.0, 300.0, 300.0])
 PRIOR_SIGMA = np.array([500.0, np.radians(0.3)])
-#: Where the biases drift the aircraft are pushed about too: white acceleration, m²/s³.
+#: Where the biases drift the aircraft are pushed about too: white acceleration, m²/s³. The
+#: two-stage filter anchors aircraft anew when biases walk, and they must forget what that leaves
+#: out. By theory its position error after 300 s is that of the joint filter times 3.1 on exactly
+#: straight lines, 1.05 with 0.003, 1.025 with 0.01, 1.004 with 0.09 and 1.0014 with 0.3 (see
+#: `drift_losses`). From 0.09 to 0.3 the normalised errors squared to be expected of its aircraft
+#: fall from 1.016 to 1.006.
 DRIFT_DENSITY = 0.3
 #: In the trace that CI minimises a velocity counts as the way of so long a time, s: of a tenth of
-#: the scene, in which velocities are what is still to be learnt.
+#: the scene, in which velocities are what is still to be learnt. With 10 s, and 20 runs of 1000 s,
+#: the velocity of CI is nine times and its position 1.6 times worse.
 CI_SCALE_TIME_S = 100.0
 #: Nearer than this a radar gives no plots, m: there the azimuth is not a linear measurement.
 SILENCE_M = 5000.0

@@ -25,8 +25,12 @@ from multiradar.estimation.filters._joint_kernels import JOINT
 from multiradar.estimation.filters._kernels import choose_height
 from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows, Work
 from multiradar.estimation.measurement._kernels import bias_column, predict_measurement
-from multiradar.estimation.sequential._kernels import take_rows, walk
-from multiradar.estimation.sequential._player_kernels import end_of_epoch, write_record
+from multiradar.estimation.sequential._kernels import take_rows
+from multiradar.estimation.sequential._player_kernels import (
+    end_of_epoch,
+    walk_until,
+    write_record,
+)
 from multiradar.estimation.sequential.arrays import Epoch, Record, Saved, Store
 
 Floats = NDArray[np.float64]
@@ -116,11 +120,8 @@ def walk_both(
     covariance: Floats,
 ) -> int:
     """Let the biases of the filter and of the truth walk; return how many intervals are over."""
-    due = int(np.floor((time - start) / walk_s + 1e-9))
-    if due <= walks:
-        return walks
+    due = walk_until(time, method, start, walk_s, walks, model, aircraft, store)
     duration = (due - walks) * walk_s
-    walk(method, duration, model, aircraft, store)
     first = covariance.shape[0] - drift.shape[0]
     for c in range(drift.shape[0]):
         covariance[first + c, first + c] += drift[c] * drift[c] * duration  # (1.25)
@@ -182,8 +183,8 @@ def linearise(
         )  # fmt: skip
         epoch.value[r, 0] = p0
         epoch.value[r, 1] = p1
-        epoch.sigma[r, 0] = PROBE * sqrt(W[0])
-        epoch.sigma[r, 1] = PROBE * sqrt(W[2])
+        epoch.probe[r, 0] = PROBE * sqrt(W[0])
+        epoch.probe[r, 1] = PROBE * sqrt(W[2])
         rate0 = H[0, 0] * truth[2] + H[0, 1] * truth[3]
         rate1 = H[1, 0] * truth[2] + H[1, 1] * truth[3]
         for c in range(model.starts[s], model.starts[s + 1]):
@@ -218,11 +219,11 @@ def probe(
     size = 2 * (last - first)
     for q in range(size + 1):
         if q < size:
-            rows.z[first + q // 2, q % 2] += epoch.sigma[q // 2, q % 2]
+            rows.z[first + q // 2, q % 2] += epoch.probe[q // 2, q % 2]
         take_rows(method, first, last, work, rows, model, aircraft, result, store, False)
         if q < size:
-            sigma = epoch.sigma[q // 2, q % 2]
-            read_gain(method, k, q, sigma, rows.time[first], model, aircraft, twin, epoch.gain)
+            innovation = epoch.probe[q // 2, q % 2]
+            read_gain(method, k, q, innovation, rows.time[first], model, aircraft, twin, epoch.gain)
             rows.z[first + q // 2, q % 2] = epoch.value[q // 2, q % 2]
             copy_aircraft(method, k, twin, aircraft)
             model.bias_covariance[:] = saved.bias_covariance
@@ -257,7 +258,7 @@ def read_gain(
     method: int,
     k: int,
     q: int,
-    sigma: float,
+    innovation: float,
     time: float,
     model: Model,
     aircraft: Aircraft,
@@ -279,9 +280,9 @@ def read_gain(
                 x = aircraft.mean[o, i] - twin.mean[o, i]
             for c in range(aircraft.sensitivity.shape[2]):
                 x += aircraft.sensitivity[o, i, c] * model.bias[c]
-            K[q, 4 * o + i] = x / sigma
+            K[q, 4 * o + i] = x / innovation
     for c in range(n):
-        K[q, first + c] = model.bias[c] / sigma
+        K[q, first + c] = model.bias[c] / innovation
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

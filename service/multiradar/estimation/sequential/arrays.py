@@ -54,8 +54,8 @@ class Epoch(NamedTuple):
     ----------
     value : (r, 2) float64
         Measurements of the true state without noise and biases.
-    sigma : (r, 2) float64
-        Standard deviations of their noise.
+    probe : (r, 2) float64
+        Innovations that the gain is read off with: a small part of the sigma of their noise.
     by_position : (r, 2, 2) float64
         H: derivative by east and north.
     by_bias : (r, 2, c) float64
@@ -67,7 +67,7 @@ class Epoch(NamedTuple):
     """
 
     value: Floats
-    sigma: Floats
+    probe: Floats
     by_position: Floats
     by_bias: Floats
     noise: Floats

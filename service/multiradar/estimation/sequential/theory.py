@@ -160,7 +160,7 @@ def _epoch(sensors: int, size: int, biases: int) -> Epoch:
     # A sensor sees an aircraft at most once in an epoch.
     return Epoch(
         value=np.zeros((sensors, 2)),
-        sigma=np.zeros((sensors, 2)),
+        probe=np.zeros((sensors, 2)),
         by_position=np.zeros((sensors, 2, 2)),
         by_bias=np.zeros((sensors, 2, biases)),
         noise=np.zeros((sensors, 3)),

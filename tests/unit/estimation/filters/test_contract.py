@@ -15,6 +15,7 @@ from multiradar.estimation.measurement.sensors import (
     PARAMETER_RANGE_GAIN,
     PARAMETER_RANGE_OFFSET,
 )
+from support.bands import tails
 from support.compiled_filters import CompiledFilter, Form, plain_settings
 from support.measurement_models import EllipsoidPolar, Flat
 from support.reference_filters import (
@@ -316,16 +317,16 @@ def normalised_errors(name: str, runs: int) -> tuple[list[float], list[float]]:
 
 @pytest.mark.parametrize("name", ["two-stage", "joint"])
 def test_the_exact_filters_are_consistent(name: str) -> None:
-    """NEES over 30 seeded runs within its 95 % band, for aircraft and biases."""
+    """NEES over 30 seeded runs within its band of 99.9 % in all, for aircraft and biases."""
     for values, size in zip(normalised_errors(name, 30), (4, 6), strict=True):
-        low, high = chi2.ppf([0.025, 0.975], size * len(values)) / len(values)
+        low, high = chi2.ppf(tails(2), size * len(values)) / len(values)
         assert low < np.mean(values) < high
 
 
 def test_intersection_promises_no_more_than_it_keeps() -> None:
     """Its bounds are bounds: the NEES stays below that of a consistent filter."""
     for values, size in zip(normalised_errors("ci", 12), (4, 6), strict=True):
-        assert np.mean(values) < chi2.ppf(0.975, size * len(values)) / len(values)
+        assert np.mean(values) < chi2.ppf(tails(2)[1], size * len(values)) / len(values)
 
 
 def gated(name: str, scene: Scene) -> CompiledFilter:
