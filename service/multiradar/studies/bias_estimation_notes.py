@@ -71,10 +71,13 @@ def all_notes(filters: Sequence[str], losses: Sequence[Loss]) -> list[str]:
 def _told(losses: Sequence[Loss]) -> list[str]:
     if not losses:
         return []
-    ratios = ", ".join(
-        f"{loss.density:g} m²/s³: {loss.two_stage_m / loss.joint_m:.4f}" for loss in losses
+    times = {loss.density: loss.two_stage_m / loss.joint_m for loss in losses}
+    told = " and ".join(
+        f"{times[density]:.4g} times {where}"
+        for density, where in ((0.0, "on exactly straight lines"), (DRIFT_DENSITY, "as here"))
+        if density in times
     )
     return [
         f"By the theory its error of position after {losses[0].time_s:g} s is that of the joint "
-        f"filter times ({ratios}); the last table has the normalised errors beside it."
+        f"filter {told}; the last table says what other accelerations do."
     ]
