@@ -417,11 +417,10 @@ def intersect(
         return np.asarray(g * (before - g * kept / (a * c - b * b)))
 
     # A grid first: the trace may have a flat shoulder where a search alone would stop.
-    grid = np.linspace(-13.8, 4.6, 93)
-    near = grid[np.argmin(trace(grid))]
-    found = minimize_scalar(
-        trace, bounds=(near - 0.2, near + 0.2), method="bounded", options={"xatol": 1e-4}
-    )
+    grid = np.log(np.geomspace(1e-6, 1e2, 93))
+    near = int(np.argmin(trace(grid)))
+    ends = grid[max(near - 1, 0)], grid[min(near + 1, len(grid) - 1)]
+    found = minimize_scalar(trace, bounds=ends, method="bounded", options={"xatol": 1e-9})
     if not found.fun < before:
         return np.zeros(matrix.T.shape), bound
     return intersection_bound(float(np.exp(found.x)), bound, matrix, other, noise)

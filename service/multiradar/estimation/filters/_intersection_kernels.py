@@ -92,7 +92,10 @@ def one_component(trace: float, m: float, n: float, b: float, w: float) -> float
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def best_gamma(trace: float, m: Triple, n: Triple, b: Triple, w: Triple) -> float:
-    """Return the γ with the least F, to 1e-6 of it; 0 when no γ improves the bound (then K = 0)."""
+    """Return the γ with the least F, to 1e-6 of it; 0 when no γ improves the bound (then K = 0).
+
+    Where F is less than 2e-5 of the trace, differences of nearly equal numbers leave less.
+    """
     start = max(
         one_component(trace, m[0], n[0], b[0], w[0]), one_component(trace, m[2], n[2], b[2], w[2])
     )

@@ -107,7 +107,9 @@ def correct_separated(
     outcome = gated(nis, options[REFUSE_NIS])
     if ground < options[CONE_RATIO] * (height - noise[3]):
         outcome = CONE
-    weight = max(1.0, nis / options[DOWNWEIGHT_NIS])
+    weight = 1.0
+    if outcome == UPDATED:
+        weight = max(1.0, nis / options[DOWNWEIGHT_NIS])
     w = (weight * w[0], weight * w[1], weight * w[2])
     s00, s01, s11 = n[0] + w[0], n[1] + w[1], n[2] + w[2]
     if intersects and outcome == UPDATED:

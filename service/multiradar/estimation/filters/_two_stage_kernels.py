@@ -124,7 +124,8 @@ def correct_two_stage(
         # Only now the uncertainty of the biases is worth its cost: it can but lower the figure.
         b00, b01, b11 = spread_of_biases(U0, U1, bias_covariance, R0, R1)
         nis = squared_norm(n00 + w[0] + b00, n01 + w[1] + b01, n11 + w[2] + b11, e0, e1)
-        weight = max(1.0, nis / options[DOWNWEIGHT_NIS])
+        if nis < np.inf:
+            weight = max(1.0, nis / options[DOWNWEIGHT_NIS])
     outcome = gated(nis, options[REFUSE_NIS])
     if ground < options[CONE_RATIO] * (height - noise[3]):
         outcome = CONE

@@ -120,10 +120,12 @@ def locate_measurement(
     kind: int, plane: Floats, site: Floats, z0: float, z1: float, height: float
 ) -> tuple[bool, float, float]:
     """Return (ok, east, north): the place that a measurement without errors comes from."""
+    if kind in (KIND_RADAR, KIND_FLAT_POLAR) and not z0 > LINE_OF_SIGHT_MIN_M:
+        return False, np.nan, np.nan
     if kind == KIND_RADAR:
         return locate_polar(plane, site, z0, z1, height)
     if kind == KIND_FLAT_POLAR:
-        return z0 > 0.0, site[0] + z0 * math.sin(z1), site[1] + z0 * math.cos(z1)
+        return True, site[0] + z0 * math.sin(z1), site[1] + z0 * math.cos(z1)
     return True, z0, z1
 
 

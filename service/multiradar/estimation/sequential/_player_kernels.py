@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from multiradar.estimation.filters._kernels import acceleration_density
 from multiradar.estimation.filters._macro_kernels import MACRO
+from multiradar.estimation.filters._two_stage_kernels import component
 from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows, Work
 from multiradar.estimation.motion._kernels import predict_motion
 from multiradar.estimation.sequential._kernels import take_rows, walk
@@ -96,7 +97,12 @@ def write_record(t: int, time: float, model: Model, aircraft: Aircraft, record: 
         a = aircraft.mean[k].copy()
         P = aircraft.covariance[k].copy()
         V = aircraft.sensitivity[k].copy()
-        density = acceleration_density(a[2], a[3], 1.0, model.options)
+        v0, v1 = a[2], a[3]
+        if V.shape[1] > 0:
+            # At the estimate, as in a step, not at bias zero.
+            v0 = component(aircraft.mean, aircraft.sensitivity, model.bias, k, 2)
+            v1 = component(aircraft.mean, aircraft.sensitivity, model.bias, k, 3)
+        density = acceleration_density(v0, v1, 1.0, model.options)
         predict_motion(a, P, V, time - aircraft.time[k], density)
         m = 0
         for i in range(4):

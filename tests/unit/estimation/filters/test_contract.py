@@ -115,10 +115,10 @@ def test_an_unknown_filter_is_named_with_the_known() -> None:
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize(("form", "seed"), [*zip(FORMS, [1, 1, 1], strict=True), ("ellipsoid", 2)])
 def test_compiled_equals_plain(name: str, form: Form, seed: int) -> None:
-    """Epochs of one measurement: exact, but for the weight of CI, which is searched to 2 %."""
+    """Epochs of one measurement: exact, but for the weight of CI, which both search."""
     scene = in_form(lively_scene(seed), form, seed)
     filters = [compiled(name, scene, form=form), plain(name, scene, form)]
-    sigmas, variance = (0.05, 0.02) if name == "ci" else (1e-8, 1e-9)
+    sigmas, variance = (0.0025, 0.001) if name == "ci" else (1e-8, 1e-9)
     walk_s = 4.0 if name == STACKS else None
     for _, observation in played(scene, [*filters], seed, walk_s):
         one = observation.aircraft
@@ -280,7 +280,7 @@ def test_reported_positions_need_no_biases(name: str) -> None:
     assert scene.sensors.ids[3] == "adsb"
     rng = np.random.default_rng(7)
     filters = [compiled(name, scene), plain(name, scene)]
-    sigmas, variance = (0.05, 0.02) if name == "ci" else (1e-8, 1e-9)
+    sigmas, variance = (0.0025, 0.001) if name == "ci" else (1e-8, 1e-9)
     for row, observation in played(scene, [*filters], 7):
         place = scene.truth[row, :2] + 30.0 * rng.normal(size=2)
         report = replace(observation, radar=3, value=place, is_position=True)

@@ -27,8 +27,8 @@ def assert_close(
     expected: tuple[np.ndarray, np.ndarray],
     name: str,
 ) -> None:
-    """Means in sigmas and covariances in products of sigmas; CI looks for its weight to 2 %."""
-    sigmas, share = (0.05, 0.02) if name == "ci" else (1e-6, 1e-7)
+    """Means in sigmas and covariances in products of sigmas; CI searches its weight."""
+    sigmas, share = (0.0025, 0.001) if name == "ci" else (1e-6, 1e-7)
     scale = np.sqrt(np.diagonal(expected[1]))
     np.testing.assert_allclose(found[0] / scale, expected[0] / scale, rtol=0, atol=sigmas)
     outer = np.outer(scale, scale)
