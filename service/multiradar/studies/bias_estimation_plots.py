@@ -1,5 +1,7 @@
 """Plots of the study of section 1.6: what figures 1.1 to 1.17 of the report show."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,6 +21,8 @@ _LABELS = {
 }
 _NEES_TITLES = {"nees_aircraft": "Aircraft", "nees_bias": "Biases"}
 _TIME = "time, s"
+# Part of the width of the band of all times that is shown below and above it.
+_MARGIN = 0.2
 
 
 def all_plots(findings: Findings) -> list[Plot]:
@@ -43,7 +47,8 @@ def all_plots(findings: Findings) -> list[Plot]:
     for cases in groups:
         plots += [_comparison(cases, column) for column in range(len(QUANTITIES))]
     for cases in groups:
-        plots += [_consistency(cases, findings, column) for column in range(len(CONSISTENCIES))]
+        whole = [_consistency(cases, findings, column) for column in range(len(CONSISTENCIES))]
+        plots += [*whole, *(_near_one(one) for one in whole)]
     for cases in groups:
         for column in range(len(QUANTITIES)):
             plots += [_one_filter(case, column) for case in cases]
@@ -120,6 +125,22 @@ def _consistency(cases: list[Case], findings: Findings, column: int) -> Plot:
         group=f"Consistency: {_which(cases[0])}",
         name=_name(cases[0], CONSISTENCIES[column]),
     )  # fmt: skip
+
+
+# The same, of the filters that are nearly consistent: the band is too narrow to be seen among all.
+def _near_one(plot: Plot) -> Plot:
+    band = plot.series[0]
+    assert band.y2 is not None
+    low, high = float(band.y.min()), float(band.y2.max())
+    margin = _MARGIN * (high - low)
+    return replace(
+        plot,
+        title=f"{plot.title}, near 1",
+        y_scale="linear",
+        y_label=f"{plot.y_label}, {plot.title.lower()}",
+        y_limits=(low - margin, high + margin),
+        name=f"{plot.name}-near-one",
+    )
 
 
 # Figure 1.1.

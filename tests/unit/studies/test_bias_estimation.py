@@ -76,8 +76,11 @@ def test_tables_and_plots_show_every_filter() -> None:
     result, told = short_study()
     assert [row[0] for row in result.tables[0].rows] == 4 * list(BIAS_ESTIMATION.filters)
     names = [plot.name for plot in result.plots]
-    assert len(names) == len(set(names)) == 4 * 4 + 4 * 2 + 5 * 4 * 4 + 1
+    assert len(names) == len(set(names)) == 4 * 4 + 4 * 2 * 2 + 5 * 4 * 4 + 1
     assert [one.label for one in result.plots[0].series] == list(BIAS_ESTIMATION.filters)
+    near = next(plot for plot in result.plots if plot.name == "nees-bias-polar-constant-near-one")
+    assert near.y_limits is not None
+    assert near.y_limits[0] < 1.0 < near.y_limits[1] < 10.0
     assert told[0][0] == 0
     assert told[-1][0] == told[-1][1] == 2 * RUNS + 2 * len(BIAS_ESTIMATION.filters)
     assert result.options["runs"] == RUNS
