@@ -8,6 +8,9 @@ from multiradar_schemas.reject import RejectCode
 #: Longest piece of a wrong value that a sentence repeats.
 SHOWN_LENGTH_MAX = 60
 
+#: Type of the errors whose message is the whole sentence.
+SENTENCE_ERROR = "sentence"
+
 _CODES = {
     "missing": RejectCode.MISSING_FIELD,
     "union_tag_not_found": RejectCode.MISSING_FIELD,
@@ -66,6 +69,8 @@ def explain(details: Mapping[str, Any]) -> tuple[RejectCode, str]:
     if kind == "extra_forbidden":
         sentence = f"{place(details['loc'])}expected no such field, was {shown(value)}"
         return RejectCode.UNKNOWN_FIELD, sentence
+    if kind == SENTENCE_ERROR:
+        return RejectCode.OUT_OF_RANGE, f"{place(details['loc'])}{details['msg']}"
     return _code(kind, value), f"{place(details['loc'])}{_sentence(kind, details, value)}"
 
 

@@ -16,10 +16,9 @@ from multiradar_schemas.report import Counts, InputFile, OutputFile, Report
 from multiradar_schemas.sensor import (
     ESTIMATED_BY_KIND,
     PRIOR_SIGMA_DEFAULT,
-    BiasParameter,
     Sensor,
-    SensorBias,
 )
+from multiradar_schemas.sensor_bias import RangeOffset, SensorBias
 from multiradar_schemas.track import Track, TrackUpdate
 
 _INTRODUCTION = """# Fields
@@ -64,7 +63,7 @@ def _lines() -> Iterator[str]:
     defaults = [f"`{name}` {sigma:g}" for name, sigma in PRIOR_SIGMA_DEFAULT.items()]
     yield f"\nTheir standard deviations beforehand: {', '.join(defaults)}.\n"
     yield "Each table holds:\n"
-    yield from _table(BiasParameter)
+    yield from _table(RangeOffset)
     yield "\n## Tracks: `tracks.parquet`, a row for each update\n"
     yield from _table(TrackUpdate, tuple(TRACK_SCHEMA), dict(TRACK_SCHEMA))
     yield "\nThe service adds, in `GET /v1/tracks` and its stream:\n"

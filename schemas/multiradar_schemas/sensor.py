@@ -6,9 +6,12 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import ConfigDict, Field, StringConstraints, model_validator
 
-from multiradar_schemas.base import Record, described
+from multiradar_schemas import sensor_bounds as bounds
+from multiradar_schemas.base import Record
 from multiradar_schemas.documents import parse_toml, read_toml, validated
-from multiradar_schemas.measurement import LATITUDE_MAX_DEG, LONGITUDE_MAX_DEG, SENSOR_ID_PATTERN
+from multiradar_schemas.measurement import SENSOR_ID_PATTERN
+from multiradar_schemas.sensor_bias import FILE, BiasParameter, SensorBias, of_file, within
+from multiradar_schemas.tables import Table, wrong
 
 SensorKind = Literal["radar", "adsb", "mlat", "direction-finder"]
 
@@ -37,46 +40,6 @@ ESTIMATED_BY_KIND: dict[str, tuple[str, ...]] = {
     "mlat": (),
 }
 
-_FILE = "sensors.toml"
-
-
-def _of_file(description: str, unit: str, absent: str = "never") -> Any:
-    return described(description, unit=unit, source=_FILE, absent=absent)
-
-
-class BiasParameter(Record):
-    """What is known of one bias before anything is measured; a bias is measured minus true."""
-
-    estimate: Annotated[
-        bool | None, _of_file("Estimate it", "true or false", "the default of the kind holds")
-    ] = None
-    prior: Annotated[
-        float, Field(ge=-1e6, le=1e6), _of_file("Mean beforehand", "of the parameter")
-    ] = 0.0
-    prior_sigma: Annotated[
-        float | None,
-        Field(ge=1e-9, le=1e6),
-        _of_file("Standard deviation beforehand", "of the parameter", "the default holds"),
-    ] = None
-    drift: Annotated[
-        float,
-        Field(ge=0.0, le=1e4),
-        _of_file("Random walk: standard deviation after one second", "of the parameter / √s"),
-    ] = 0.0
-
-
-class SensorBias(Record):
-    """The named bias parameters of a sensor."""
-
-    range_offset_m: Annotated[BiasParameter, _of_file("Offset of range", "m")] = BiasParameter()
-    azimuth_offset_deg: Annotated[BiasParameter, _of_file("Offset of azimuth", "degree")] = (
-        BiasParameter()
-    )
-    range_gain: Annotated[BiasParameter, _of_file("Relative error of range", "1")] = BiasParameter()
-    time_offset_s: Annotated[BiasParameter, _of_file("Offset of the time stamps", "s")] = (
-        BiasParameter()
-    )
-
 
 class EstimatedBias(Record):
     """A bias parameter that is estimated, its defaults filled in."""
@@ -96,7 +59,7 @@ def _sensor_schema(schema: dict[str, Any]) -> None:
     schema["then"] = {"required": ["latitude_deg", "longitude_deg", "height_m"]}
 
 
-class Sensor(Record):
+class Sensor(Table):
     """One sensor of `sensors.toml`; its id may follow from its numbers."""
 
     model_config = ConfigDict(json_schema_extra=_sensor_schema)
@@ -104,56 +67,60 @@ class Sensor(Record):
     id: Annotated[
         str,
         StringConstraints(pattern=SENSOR_ID_PATTERN),
-        _of_file("Name of the sensor", "letters, digits, `.`, `_`, `-`"),
+        of_file("Name of the sensor", "letters, digits, `.`, `_`, `-`"),
     ]
-    kind: Annotated[SensorKind, _of_file("What it measures", "name")]
+    kind: Annotated[SensorKind, of_file("What it measures", "name")]
     latitude_deg: Annotated[
         float | None,
-        Field(ge=-LATITUDE_MAX_DEG, le=LATITUDE_MAX_DEG),
-        _of_file("WGS 84 latitude of the site", "degree", "adsb, mlat"),
+        within(bounds.LATITUDE_DEG),
+        of_file("WGS 84 latitude of the site", "degree", "adsb, mlat"),
     ] = None
     longitude_deg: Annotated[
         float | None,
-        Field(ge=-LONGITUDE_MAX_DEG, le=LONGITUDE_MAX_DEG),
-        _of_file("WGS 84 longitude of the site", "degree", "adsb, mlat"),
+        within(bounds.LONGITUDE_DEG),
+        of_file("WGS 84 longitude of the site", "degree", "adsb, mlat"),
     ] = None
     height_m: Annotated[
         float | None,
-        Field(ge=-1000.0, le=10_000.0),
-        _of_file("Height of the antenna above the ellipsoid", "m", "adsb, mlat"),
+        within(bounds.HEIGHT_M),
+        of_file("Height of the antenna above the ellipsoid", "m", "adsb, mlat"),
     ] = None
     range_sigma_m: Annotated[
-        float, Field(gt=0.0, le=1e5), _of_file("Random error of range, 1 sigma", "m")
+        float, within(bounds.RANGE_SIGMA_M), of_file("Random error of range, 1 sigma", "m")
     ] = 50.0
     azimuth_sigma_deg: Annotated[
-        float, Field(gt=0.0, le=90.0), _of_file("Random error of azimuth, 1 sigma", "degree")
+        float,
+        within(bounds.AZIMUTH_SIGMA_DEG),
+        of_file("Random error of azimuth, 1 sigma", "degree"),
     ] = 0.08
     position_sigma_m: Annotated[
         float,
-        Field(gt=0.0, le=1e5),
-        _of_file("Random error of a reported position, 1 sigma each axis", "m"),
+        within(bounds.POSITION_SIGMA_M),
+        of_file("Random error of a reported position, 1 sigma each axis", "m"),
     ] = 30.0
     rotation_period_s: Annotated[
         float | None,
-        Field(gt=0.0, le=3600.0),
-        _of_file("Time of one turn of the antenna", "s", "unknown, or it does not turn"),
+        within(bounds.ROTATION_PERIOD_S),
+        of_file("Time of one turn of the antenna", "s", "unknown, or it does not turn"),
     ] = None
     range_max_m: Annotated[
-        float | None, Field(gt=0.0), _of_file("Instrumented range", "m", "unknown")
+        float | None,
+        within(bounds.RANGE_MAX_M),
+        of_file("Instrumented range", "m", "unknown"),
     ] = None
     source: Annotated[
-        int | None, Field(ge=0), _of_file("Number of the source in dumps", "1", "not from a dump")
+        int | None, Field(ge=0), of_file("Number of the source in dumps", "1", "not from a dump")
     ] = None
     sensor: Annotated[
-        int | None, Field(ge=0), _of_file("Number of the sensor in dumps", "1", "not from a dump")
+        int | None, Field(ge=0), of_file("Number of the sensor in dumps", "1", "not from a dump")
     ] = None
     sac: Annotated[
-        int | None, Field(ge=0, le=255), _of_file("ASTERIX area code", "1", "not ASTERIX")
+        int | None, Field(ge=0, le=255), of_file("ASTERIX area code", "1", "not ASTERIX")
     ] = None
     sic: Annotated[
-        int | None, Field(ge=0, le=255), _of_file("ASTERIX identification code", "1", "not ASTERIX")
+        int | None, Field(ge=0, le=255), of_file("ASTERIX identification code", "1", "not ASTERIX")
     ] = None
-    bias: Annotated[SensorBias, _of_file("Its bias parameters", "table")] = SensorBias()
+    bias: Annotated[SensorBias, of_file("Its bias parameters", "table")] = SensorBias()
 
     def names_by_numbers(self) -> tuple[str, ...]:
         """Return the names that dumps and ASTERIX make of the sensor's numbers."""
@@ -164,8 +131,9 @@ class Sensor(Record):
     def _id_and_numbers_agree(self) -> Self:
         names = self.names_by_numbers()
         if names and self.id not in names and re.fullmatch(r"\d+-\d+", self.id):
-            msg = f"expected the id that the numbers make, {' or '.join(names)}, was {self.id}"
-            raise ValueError(msg)
+            raise wrong(
+                f"expected the id that the numbers make, {' or '.join(names)}, was {self.id}"
+            )
         return self
 
     @model_validator(mode="before")
@@ -183,16 +151,20 @@ class Sensor(Record):
         if self.kind in ("radar", "direction-finder"):
             for name in ("latitude_deg", "longitude_deg", "height_m"):
                 if getattr(self, name) is None:
-                    msg = f"expected {name} for the {self.kind} {self.id}"
-                    raise ValueError(msg)
+                    raise wrong(f"expected {name} for the {self.kind} {self.id}, was absent")
         return self
 
     @model_validator(mode="after")
     def _biases_fit_the_kind(self) -> Self:
         for name in BIAS_PARAMETERS:
-            if getattr(self.bias, name).estimate and name not in PARAMETERS_BY_KIND[self.kind]:
-                msg = f"expected no estimate of {name} for the {self.kind} {self.id}"
-                raise ValueError(msg)
+            one: BiasParameter = getattr(self.bias, name)
+            if name in PARAMETERS_BY_KIND[self.kind]:
+                continue
+            of_it = f"of {name} for the {self.kind} {self.id}"
+            if one.estimate:
+                raise wrong(f"expected no estimate {of_it}, has one")
+            if one.prior != 0.0:
+                raise wrong(f"expected no prior {of_it}, was {one.prior:g}")
         return self
 
     def estimated_biases(self) -> tuple[EstimatedBias, ...]:
@@ -200,8 +172,7 @@ class Sensor(Record):
         chosen = []
         for name in BIAS_PARAMETERS:
             known: BiasParameter = getattr(self.bias, name)
-            default = name in ESTIMATED_BY_KIND[self.kind]
-            if default if known.estimate is None else known.estimate:
+            if self._estimates(name):
                 sigma = known.prior_sigma
                 chosen.append(
                     EstimatedBias(
@@ -213,12 +184,25 @@ class Sensor(Record):
                 )
         return tuple(chosen)
 
+    def known_biases(self) -> dict[str, float]:
+        """Return the biases that are not estimated but known, where they are not 0."""
+        values = {name: float(getattr(self.bias, name).prior) for name in BIAS_PARAMETERS}
+        return {
+            name: value
+            for name, value in values.items()
+            if value != 0.0 and not self._estimates(name)
+        }
 
-class SensorsFile(Record):
+    def _estimates(self, name: str) -> bool:
+        known: BiasParameter = getattr(self.bias, name)
+        return name in ESTIMATED_BY_KIND[self.kind] if known.estimate is None else known.estimate
+
+
+class SensorsFile(Table):
     """All sensors of an installation."""
 
     sensor: Annotated[
-        tuple[Sensor, ...], Field(min_length=1), _of_file("The sensors, one table each", "tables")
+        tuple[Sensor, ...], Field(min_length=1), of_file("The sensors, one table each", "tables")
     ]
 
     @model_validator(mode="after")
@@ -227,8 +211,7 @@ class SensorsFile(Record):
         for one in self.sensor:
             names = {one.id, *one.names_by_numbers()}
             for name in sorted(names & seen):
-                msg = f"expected each id and each pair of numbers once, was twice {name}"
-                raise ValueError(msg)
+                raise wrong(f"expected each id and each pair of numbers once, was twice {name}")
             seen |= names
         return self
 
@@ -255,7 +238,7 @@ def load_sensors(path: Path) -> SensorsFile:
     return _sensors(read_toml(path), str(path))
 
 
-def parse_sensors(text: str, *, source: str = _FILE) -> SensorsFile:
+def parse_sensors(text: str, *, source: str = FILE) -> SensorsFile:
     """Read the text of a `sensors.toml`; see `load_sensors`."""
     return _sensors(parse_toml(text, source=source), source)
 

@@ -8,6 +8,7 @@ import polars as pl
 from numpy.typing import NDArray
 
 from multiradar.errors import InputError, MissingColumnError
+from multiradar.estimation.measurement.known_biases import Measured, without_known_biases
 from multiradar.estimation.measurement.sensors import PARAMETER_NAMES, SensorTable
 from multiradar.tracking.measurements import (
     KIND_BEARING,
@@ -78,7 +79,8 @@ def sensor_table(sensors: SensorsFile) -> SensorTable:
     Returns
     -------
     SensorTable
-        The sensors sorted by identifier, angles in radians, and the bias parameters to estimate.
+        The sensors sorted by identifier, angles in radians, the bias parameters to estimate, and
+        the biases that are known.
     """
     ordered = sorted(sensors.sensor, key=lambda sensor: sensor.id)
     biases = [(row, bias) for row, one in enumerate(ordered) for bias in one.estimated_biases()]
@@ -106,6 +108,12 @@ def sensor_table(sensors: SensorsFile) -> SensorTable:
             for name in one.names_by_numbers()
             if name != one.id
         ),
+        known_bias=np.array(
+            [
+                [known.get(name, 0.0) * _parameter_unit(name) for name in PARAMETER_NAMES]
+                for known in (one.known_biases() for one in ordered)
+            ]
+        ),
     )
 
 
@@ -123,8 +131,8 @@ def measurement_batch(frame: pl.DataFrame, table: SensorTable) -> tuple[Measurem
     Returns
     -------
     MeasurementBatch
-        The rows taken, in their order, radians; numbers that the kind of a row does not use are
-        missing.
+        The rows taken, in their order, radians, known biases of their sensors taken off; numbers
+        that the kind of a row does not use are missing.
     Rejected
         The rows refused; together with the rows taken they are all rows of the frame.
 
@@ -142,7 +150,7 @@ def measurement_batch(frame: pl.DataFrame, table: SensorTable) -> tuple[Measurem
         keep = np.ones(len(frame), np.bool_)
         keep[index] = False
         frame = frame.filter(pl.Series(keep))
-    return _columns(frame), Rejected(index, code, reason)
+    return _columns(frame, table), Rejected(index, code, reason)
 
 
 def tracks_frame(updates: TrackUpdates, table: SensorTable) -> pl.DataFrame:
@@ -291,7 +299,7 @@ _GATES = (
 )
 
 
-def _columns(frame: pl.DataFrame) -> MeasurementBatch:
+def _columns(frame: pl.DataFrame, table: SensorTable) -> MeasurementBatch:
     radar = pl.col(_KIND) == KIND_RADAR
     position = pl.col(_KIND) == KIND_POSITION
     columns = frame.select(
@@ -312,8 +320,11 @@ def _columns(frame: pl.DataFrame) -> MeasurementBatch:
     for array in arrays.values():
         if array.dtype.kind == "f":
             array += 0.0  # Minus zero is zero: rows are ordered and compared by content.
+    arrays["azimuth_rad"] = np.radians(arrays.pop("azimuth_deg"))
+    if table.known_bias.any():
+        measured = Measured(arrays["time_s"], arrays["range_m"], arrays["azimuth_rad"])
+        arrays |= without_known_biases(measured, table.known_bias[arrays["sensor"]])._asdict()
     return MeasurementBatch(
-        azimuth_rad=np.radians(arrays.pop("azimuth_deg")),
         latitude_rad=np.radians(arrays.pop("latitude_deg")),
         longitude_rad=np.radians(arrays.pop("longitude_deg")),
         **arrays,

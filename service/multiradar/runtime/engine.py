@@ -20,7 +20,7 @@ from multiradar.estimation.bias.store import BiasState
 from multiradar.estimation.filters._kernels import RESTARTED
 from multiradar.estimation.filters.arrays import Result, Rows, Work, result_arrays
 from multiradar.estimation.filters.bank import Outcome, find_filter_for
-from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET, SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.shared_biases import SharedBiases
 from multiradar.tracking._kernels import describe, observe
@@ -69,6 +69,7 @@ class Engine:
     def __init__(self, sensors: SensorTable, settings: TrackingSettings, workers: int = 1) -> None:
         if not 1 <= workers <= WORKERS_MAX:
             raise ConfigurationError(f"expected 1 to {WORKERS_MAX} workers, was {workers}")
+        _require_clocks_within(sensors, settings.reorder_horizon_s)
         self._settings = settings
         self._filter = find_filter_for(settings.filter_name, sensors.parameter_kind)
         self._plane = _plane_for(sensors)
@@ -249,11 +250,16 @@ class Engine:
     def _describe(
         self, batch: MeasurementBatch, identities: RowIdentities, result: Result
     ) -> TrackUpdates:
-        for outcome, count in enumerate(np.bincount(result.outcome).tolist()):
-            self._outcomes[Outcome(outcome).name] += count
         taken = np.flatnonzero(result.outcome <= RESTARTED)
         described = np.empty((len(taken), 6))
         describe(taken, result.readout, self._biases.model.plane, described)
+        # An estimate beyond the edge of the Earth has no latitude: nothing is told of it.
+        told = np.isfinite(described).all(axis=1)
+        outcomes = result.outcome.copy()
+        outcomes[taken[~told]] = Outcome.UNLOCATABLE
+        taken, described = taken[told], described[told]
+        for outcome, count in enumerate(np.bincount(outcomes).tolist()):
+            self._outcomes[Outcome(outcome).name] += count
         first = self._sequence + 1
         self._sequence += len(taken)
         confirmed = result.readout[taken, 9] >= self._settings.confirm_updates
@@ -296,6 +302,16 @@ def _plane_for(sensors: SensorTable) -> SystemPlane:
     if np.isnan(sensors.latitude_rad).all():
         raise ConfigurationError("expected at least one sensor with a position, there is none")
     return SystemPlane.for_sensors(sensors.latitude_rad, sensors.longitude_rad)
+
+
+def _require_clocks_within(sensors: SensorTable, horizon_s: float) -> None:
+    # Time stamps are put right before measurements are put in order.
+    apart_s = float(np.ptp(sensors.known_bias[:, PARAMETER_TIME_OFFSET]))
+    if apart_s > horizon_s:
+        raise ConfigurationError(
+            f"reorder_horizon_s: expected at least the {apart_s:g} s by which the known time "
+            f"offsets of the sensors differ, was {horizon_s:g}"
+        )
 
 
 _EMPTY = EngineOutput(

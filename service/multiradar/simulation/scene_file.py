@@ -12,12 +12,10 @@ from pydantic import ValidationError
 from multiradar.errors import ConfigurationError, OutsidePlaneError
 from multiradar.estimation.measurement.sensors import PARAMETER_AZIMUTH_OFFSET, PARAMETER_NAMES
 from multiradar.geodesy.system_plane import ANGLE_MAX_DEG, SystemPlane
+from multiradar.simulation.bias_tables import BiasesTable, BiasTable
 from multiradar.simulation.scene import Aircraft, Bias, CoupledNoise, Leg, Scene, Sensor, Traffic
 from multiradar.simulation.scene_tables import (
-    SCENE_ERROR,
     AircraftTable,
-    BiasesTable,
-    BiasTable,
     CoupledTable,
     SceneTable,
     SensorTable,
@@ -26,7 +24,7 @@ from multiradar.simulation.scene_tables import (
 from multiradar.simulation.toml_text import toml_text
 from multiradar_schemas.documents import parse_toml, read_toml
 from multiradar_schemas.errors import SchemaError
-from multiradar_schemas.explain import explain, place
+from multiradar_schemas.explain import explain
 
 _FOLDER = "scenes"
 _SUFFIX = ".toml"
@@ -96,11 +94,7 @@ def scene_table(values: dict[str, Any], *, source: str) -> SceneTable:
     try:
         return SceneTable.model_validate(values)
     except ValidationError as error:
-        details = error.errors(include_url=False)[0]
-        if details["type"] == SCENE_ERROR:
-            reason = f"{place(details['loc'])}{details['msg']}"
-        else:
-            reason = explain(details)[1]
+        _, reason = explain(error.errors(include_url=False)[0])
         raise ConfigurationError(f"{source}: {reason}") from error
 
 

@@ -5,11 +5,10 @@ from collections.abc import Sequence
 from typing import Annotated, Any, Self
 
 from pydantic import AfterValidator, BeforeValidator, Field, StringConstraints, model_validator
-from pydantic_core import PydanticCustomError
 
-from multiradar.estimation.measurement.sensors import PARAMETER_NAMES
+from multiradar.simulation.bias_tables import BiasesTable
 from multiradar.simulation.scene import HEARD, Heard, PlaneKind, SensorKind
-from multiradar_schemas.base import Record
+from multiradar_schemas import sensor_bounds as bounds
 from multiradar_schemas.explain import shown
 from multiradar_schemas.measurement import (
     LATITUDE_MAX_DEG,
@@ -18,30 +17,12 @@ from multiradar_schemas.measurement import (
     MODE_S_ADDRESS_PATTERN,
     SENSOR_ID_PATTERN,
 )
-
-#: Type of the errors whose message is the whole sentence.
-SCENE_ERROR = "scene"
+from multiradar_schemas.sensor_bias import within
+from multiradar_schemas.tables import Table, wrong
 
 AIRCRAFT_MAX = 20_000
 SENSORS_MAX = 1_000
 DURATION_MAX_S = 7 * 86_400.0
-
-
-def wrong(sentence: str) -> PydanticCustomError:
-    """Return the error of a table, as a sentence "expected …, was …"."""
-    return PydanticCustomError(SCENE_ERROR, "{sentence}", {"sentence": sentence})
-
-
-class Table(Record):
-    """A table of a scene; a key that it does not know is refused with those that it does."""
-
-    @model_validator(mode="before")
-    @classmethod
-    def _keys_are_known(cls, data: Any) -> Any:
-        for key in data if isinstance(data, dict) else ():
-            if key not in cls.model_fields:
-                raise wrong(f"expected a key of {', '.join(cls.model_fields)}, was {shown(key)}")
-        return data
 
 
 def _paired(value: Any) -> Any:
@@ -77,7 +58,6 @@ _TurnRate = Annotated[float, Field(ge=-30.0, le=30.0)]
 _Acceleration = Annotated[float, Field(ge=-50.0, le=50.0)]
 _Density = Annotated[float, Field(ge=0.0, le=1e4)]
 _Share = Annotated[float, Field(ge=0.0, le=1.0)]
-_Sigma = Annotated[float, Field(gt=0.0, le=1e5)]
 _Coordinates = Annotated[tuple[_Coordinate, _Coordinate], _PAIRED, _ASCENDING]
 _Heights = Annotated[tuple[_Height, _Height], _PAIRED, _ASCENDING]
 _Speeds = Annotated[tuple[_Speed, _Speed], _PAIRED, _ASCENDING]
@@ -86,6 +66,7 @@ _Moments = Annotated[tuple[_Moment, _Moment], _PAIRED, _ASCENDING]
 _Lengths = Annotated[tuple[_Length, _Length], _PAIRED, _ASCENDING]
 _TurnRates = Annotated[tuple[_TurnRate, _TurnRate], _PAIRED, _ASCENDING]
 _Accelerations = Annotated[tuple[_Acceleration, _Acceleration], _PAIRED, _ASCENDING]
+_Turn = Annotated[float, within(bounds.ROTATION_PERIOD_S)]
 _Gap = Annotated[tuple[_Moment, _Moment], _LISTED, _ASCENDING]
 
 
@@ -201,36 +182,6 @@ class TrafficTable(Table):
         return self
 
 
-class BiasTable(Table):
-    """One bias parameter; a number alone is its value."""
-
-    value: Annotated[float, Field(ge=-1e5, le=1e5)] = 0.0
-    drift: Annotated[float, Field(ge=0.0, le=1e4)] = 0.0
-    estimate: bool | None = None
-    prior: Annotated[float, Field(ge=-1e6, le=1e6)] = 0.0
-    prior_sigma: Annotated[float, Field(ge=1e-9, le=1e6)] | None = None
-    assumed_drift: Annotated[float, Field(ge=0.0, le=1e4)] | None = None
-
-
-def _as_table(value: Any) -> Any:
-    is_number = isinstance(value, int | float) and not isinstance(value, bool)
-    return {"value": value} if is_number else value
-
-
-_Bias = Annotated[BiasTable, BeforeValidator(_as_table)]
-
-
-class BiasesTable(Table):
-    """The bias parameters of a radar, in the order of `PARAMETER_NAMES`."""
-
-    range_offset_m: _Bias | None = None
-    azimuth_offset_deg: _Bias | None = None
-    range_gain: _Bias | None = None
-    time_offset_s: _Bias | None = None
-
-
-assert tuple(BiasesTable.model_fields) == PARAMETER_NAMES
-
 # What only radars have.
 _OF_RADARS = (
     "east_m", "north_m", "latitude_deg", "longitude_deg", "height_m", "range_sigma_m",
@@ -244,14 +195,14 @@ class SensorTable(_Placed):
 
     id: Annotated[str, StringConstraints(pattern=SENSOR_ID_PATTERN)]
     kind: SensorKind = "radar"
-    height_m: Annotated[float, Field(ge=-500.0, le=9_000.0)] = 0.0
-    range_sigma_m: _Sigma = 50.0
-    azimuth_sigma_deg: Annotated[float, Field(gt=0.0, le=45.0)] = 0.08
-    position_sigma_m: _Sigma = 30.0
-    rotation_period_s: Annotated[float, Field(ge=0.1, le=600.0)] | None = None
-    interval_s: Annotated[float, Field(ge=0.1, le=600.0)] | None = None
+    height_m: Annotated[float, within(bounds.HEIGHT_M)] = 0.0
+    range_sigma_m: Annotated[float, within(bounds.RANGE_SIGMA_M)] = 50.0
+    azimuth_sigma_deg: Annotated[float, within(bounds.AZIMUTH_SIGMA_DEG)] = 0.08
+    position_sigma_m: Annotated[float, within(bounds.POSITION_SIGMA_M)] = 30.0
+    rotation_period_s: _Turn | None = None
+    interval_s: _Turn | None = None
     range_min_m: Annotated[float, Field(ge=0.0, le=1e6)] = 0.0
-    range_max_m: Annotated[float, Field(gt=0.0, le=1e6)] | None = None
+    range_max_m: Annotated[float, within(bounds.RANGE_MAX_M)] | None = None
     elevation_max_deg: Annotated[float, Field(gt=0.0, le=90.0)] | None = None
     horizon: bool | None = None
     detection_probability: _Share = 1.0

@@ -16,7 +16,9 @@ MISSING_INTEGER = -1
 class MeasurementBatch:
     """Measurements in the order of their arrival, one row each.
 
-    A missing number is NaN, a missing integer is −1; neither leaves this type unexamined.
+    A missing number is NaN, a missing integer is −1; neither leaves this type unexamined. What is
+    known of the biases of a sensor (`SensorTable.known_bias`) is taken off already; what is
+    estimated is not.
 
     Attributes
     ----------
@@ -28,7 +30,7 @@ class MeasurementBatch:
         `KIND_RADAR` (range and azimuth), `KIND_POSITION` (latitude and longitude) or
         `KIND_BEARING`.
     range_m, azimuth_rad : (n,) float64
-        Measured slant range, and azimuth clockwise from true north at the sensor; raw.
+        Measured slant range, and azimuth clockwise from true north at the sensor.
     latitude_rad, longitude_rad : (n,) float64
         Reported WGS 84 position.
     height_m : (n,) float64

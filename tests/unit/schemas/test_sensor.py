@@ -63,7 +63,12 @@ def test_a_sensor_without_id_is_named_by_its_numbers(numbers: str, name: str) ->
         ("", "sensor: expected a value, was absent"),
         ("sensor = []", "at least 1 item"),
         ("sensor = 3", "sensor: expected a valid tuple, was 3"),
-        (RADAR + "colour = 3", "sensor[0].colour: expected no such field, was 3"),
+        (
+            RADAR + "colour = 3",
+            "sensor[0]: expected a key of id, kind, latitude_deg, longitude_deg,",
+        ),
+        (RADAR + "colour = 3", "sac, sic, bias, was 'colour'"),
+        ("colour = 3", "toml: expected a key of sensor, was 'colour'"),
         (
             RADAR.replace("55.0", "true"),
             "latitude_deg: expected a valid number, was true",
@@ -74,20 +79,35 @@ def test_a_sensor_without_id_is_named_by_its_numbers(numbers: str, name: str) ->
         ),
         (RADAR.replace("55.0", "nan"), "sensor[0].latitude_deg: expected a finite number, was nan"),
         (RADAR.replace("55.0", "91"), "latitude_deg: expected a value less than or equal to 90"),
-        (RADAR.replace("height_m = 100.0", ""), "expected height_m for the radar a"),
+        (RADAR.replace("height_m = 100.0", ""), "expected height_m for the radar a, was absent"),
         (RADAR.replace('"radar"', '"sonar"'), "sensor[0].kind: expected 'radar', 'adsb'"),
         (RADAR.replace('id = "a"', ""), "sensor[0].id: expected a value, was absent"),
         (RADAR.replace('"a"', '"a b"'), "sensor[0].id: expected text of the form"),
         (RADAR + RADAR, "expected each id and each pair of numbers once, was twice a"),
-        (RADAR + "range_sigma_m = 0", "range_sigma_m: expected a value greater than 0, was 0"),
-        (RADAR + "[sensor.bias.wobble]", "sensor[0].bias.wobble: expected no such field"),
+        (
+            RADAR + "range_sigma_m = 0",
+            "range_sigma_m: expected a value greater than or equal to 0.01",
+        ),
+        (
+            RADAR + "[sensor.bias.wobble]",
+            "sensor[0].bias: expected a key of range_offset_m, azimuth_offset_deg, range_gain, "
+            "time_offset_s, was 'wobble'",
+        ),
+        (
+            RADAR + "[sensor.bias.range_gain]\nprior = 5",
+            "sensor[0].bias.range_gain.prior: expected a value less than or equal to 0.1, was 5",
+        ),
         (
             RADAR + "[sensor.bias.range_gain]\nprior_sigma = -1",
-            "sensor[0].bias.range_gain.prior_sigma: expected a value greater than or equal to 0.0",
+            "sensor[0].bias.range_gain.prior_sigma: expected a value greater than or equal to",
         ),
         (
             '[[sensor]]\nid="x"\nkind="adsb"\n[sensor.bias.range_gain]\nestimate = true',
-            "expected no estimate of range_gain for the adsb x",
+            "expected no estimate of range_gain for the adsb x, has one",
+        ),
+        (
+            '[[sensor]]\nid="x"\nkind="adsb"\n[sensor.bias.range_gain]\nprior = 0.05',
+            "expected no prior of range_gain for the adsb x, was 0.05",
         ),
         ("[[sensor]", "expected TOML, was not"),
     ],
@@ -108,3 +128,16 @@ def test_a_file_that_cannot_be_read_is_told(tmp_path: Path) -> None:
     (tmp_path / "latin.toml").write_bytes(b"# \xe9")
     with pytest.raises(DocumentError, match="another encoding at byte 2"):
         load_sensors(tmp_path / "latin.toml")
+
+
+def test_what_is_not_estimated_is_known() -> None:
+    text = RADAR + "\n".join(
+        [
+            "[sensor.bias.range_offset_m]\nestimate = false\nprior = 250.0",
+            "[sensor.bias.azimuth_offset_deg]\nprior = 0.2",
+            "[sensor.bias.range_gain]\nprior = 0.001",
+        ]
+    )
+    radar = parse_sensors(text).sensor[0]
+    assert radar.known_biases() == {"range_offset_m": 250.0, "range_gain": 0.001}
+    assert [one.parameter for one in radar.estimated_biases()] == ["azimuth_offset_deg"]

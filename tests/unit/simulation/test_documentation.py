@@ -5,22 +5,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from multiradar.simulation.bias_tables import BiasesTable, BiasTable
 from multiradar.simulation.flat import flat_plots
 from multiradar.simulation.observation import observe
 from multiradar.simulation.output import TRUE_BIAS_SCHEMA, TRUTH_SCHEMA
 from multiradar.simulation.scene_file import builtin_names, builtin_scene, load_scene
 from multiradar.simulation.scene_tables import (
     AircraftTable,
-    BiasesTable,
-    BiasTable,
     CoupledTable,
     LegTable,
     PlaneTable,
     SceneTable,
     SensorTable,
-    Table,
     TrafficTable,
 )
+from multiradar_schemas.tables import Table
 
 ROOT = Path(__file__).parents[3]
 EXAMPLES = sorted((ROOT / "examples" / "scenes").glob("*.toml"))

@@ -1,6 +1,7 @@
 """The sensors and their bias parameters as columns."""
 
-from dataclasses import dataclass
+from collections import Counter
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,8 @@ from multiradar.errors import (
     ShapeError,
     UnknownParameterError,
 )
+from multiradar.estimation.measurement import sensor_bounds as bounds
+from multiradar.estimation.measurement.sensor_bounds import Bounds
 
 PARAMETER_RANGE_OFFSET = 0
 PARAMETER_AZIMUTH_OFFSET = 1
@@ -21,8 +24,21 @@ PARAMETER_TIME_OFFSET = 3
 #: Names of the bias parameters on the wire, by kind (azimuth: degrees there, radians here).
 PARAMETER_NAMES = ("range_offset_m", "azimuth_offset_deg", "range_gain", "time_offset_s")
 
-# The kind of `MeasurementBatch.kind` that needs neither a site nor biases.
-_REPORTED_POSITION = 1
+# The kinds of `MeasurementBatch.kind`; reported positions need neither a site nor biases.
+_KINDS = range(3)
+_REPORTED_POSITION, _BEARING = 1, 2
+# What each kind cannot have of the bias parameters.
+_FOREIGN = {
+    _REPORTED_POSITION: range(len(PARAMETER_NAMES)),
+    _BEARING: (PARAMETER_RANGE_OFFSET, PARAMETER_RANGE_GAIN),
+}
+_RADIAN_DEG = float(np.degrees(1.0))
+# A bound that was turned into radians may come back by a rounding greater.
+_ROUNDING = 1e-9
+
+
+def _nothing_known() -> NDArray[np.float64]:
+    return np.zeros((0, len(PARAMETER_NAMES)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,12 +46,14 @@ class SensorTable:
     """All sensors, sorted by identifier, and the bias vector they share.
 
     A bias is *measured minus true*. The bias vector stacks the named parameters of all sensors;
-    its columns are grouped by sensor, in the order of the sensors.
+    its columns are grouped by sensor, in the order of the sensors. What is known of a sensor
+    instead of being estimated is taken off its measurements before they are used
+    (`multiradar.estimation.measurement.known_biases`).
 
     Attributes
     ----------
     ids : tuple of str
-        Identifiers, sorted.
+        Identifiers, each once, sorted.
     kinds : (m,) int8
         What the sensor measures: the kinds of `MeasurementBatch.kind`.
     latitude_rad, longitude_rad, height_m : (m,) float64
@@ -55,6 +73,8 @@ class SensorTable:
         Random walk of each parameter: standard deviation after one second.
     aliases : tuple of (str, int)
         Further names that measurements may use, with the index of the sensor.
+    known_bias : (m, 4) float64
+        Biases that are known, by kind of parameter; 0 where none is. Without it none is known.
 
     Raises
     ------
@@ -65,10 +85,12 @@ class SensorTable:
     UnknownParameterError
         If a kind of bias parameter is unknown.
     PriorError
-        If a standard deviation of noise or of a prior is not positive, a drift is negative, or a
-        prior mean is no number.
+        If a standard deviation of noise or of a prior, a drift, a prior mean or a known bias is no
+        number or outside the bounds of `multiradar.estimation.measurement.sensor_bounds`.
     ConfigurationError
-        If a parameter is named twice, or belongs to a sensor that reports positions.
+        If another number is outside these bounds; if an identifier or a parameter is named twice; a
+        kind of sensor is unknown; a parameter belongs to a sensor that cannot have it, or is both
+        estimated and known.
     """
 
     ids: tuple[str, ...]
@@ -87,23 +109,36 @@ class SensorTable:
     prior_sigma: NDArray[np.float64]
     drift: NDArray[np.float64]
     aliases: tuple[tuple[str, int], ...] = ()
+    known_bias: NDArray[np.float64] = field(default_factory=_nothing_known)
 
     def __len__(self) -> int:
         return len(self.ids)
 
     def __post_init__(self) -> None:
+        if not self.known_bias.size:
+            object.__setattr__(self, "known_bias", np.zeros((len(self), len(PARAMETER_NAMES))))
         _require_shapes(self)
+        _require_each_once(self)
         for row in range(len(self)):
             _require_usable(self, row)
+            _require_known(self, row)
         for column in range(len(self.parameter_kind)):
             _require_prior(self, column)
-        named = list(zip(self.parameter_sensor.tolist(), self.parameter_kind.tolist(), strict=True))
-        for sensor, kind in named:
-            if named.count((sensor, kind)) > 1:
-                raise ConfigurationError(
-                    f"sensor {self.ids[sensor]}: expected {PARAMETER_NAMES[kind]} once, was "
-                    f"{named.count((sensor, kind))} times"
-                )
+
+
+def _require_each_once(table: SensorTable) -> None:
+    for sensor, times in Counter(table.ids).items():
+        if times > 1:
+            raise ConfigurationError(f"sensor {sensor}: expected each id once, was {times} times")
+    named = zip(table.parameter_sensor.tolist(), table.parameter_kind.tolist(), strict=True)
+    for (owner, kind), times in Counter(named).items():
+        if not 0 <= kind < len(PARAMETER_NAMES):
+            raise UnknownParameterError(kind, PARAMETER_NAMES)
+        if times > 1:
+            raise ConfigurationError(
+                f"sensor {table.ids[owner]}: expected {PARAMETER_NAMES[kind]} once, was {times} "
+                "times"
+            )
 
 
 def _require_shapes(table: SensorTable) -> None:
@@ -112,9 +147,10 @@ def _require_shapes(table: SensorTable) -> None:
         "kinds", "latitude_rad", "longitude_rad", "height_m", "range_sigma_m", "azimuth_sigma_rad",
         "position_sigma_m", "range_max_m", "rotation_period_s",
     ):  # fmt: skip
-        _require_shape(name, getattr(table, name), count)
+        _require_shape(name, getattr(table, name), (count,))
+    _require_shape("known_bias", table.known_bias, (count, len(PARAMETER_NAMES)))
     for name in ("parameter_sensor", "prior_mean", "prior_sigma", "drift"):
-        _require_shape(name, getattr(table, name), parameters)
+        _require_shape(name, getattr(table, name), (parameters,))
     owners = table.parameter_sensor
     if parameters and not (
         (np.diff(owners) >= 0).all() and owners[0] >= 0 and owners[-1] < max(count, 1)
@@ -123,39 +159,93 @@ def _require_shapes(table: SensorTable) -> None:
         raise ShapeError(what, f"indices of {count} sensors, ascending", owners.shape)
 
 
-def _require_shape(name: str, column: NDArray[np.generic], count: int) -> None:
-    if column.shape != (count,):
-        raise ShapeError(f"{name} of the sensors", f"({count},)", column.shape)
+def _require_shape(name: str, column: NDArray[np.generic], shape: tuple[int, ...]) -> None:
+    if column.shape != shape:
+        raise ShapeError(f"{name} of the sensors", f"{shape}", column.shape)
 
 
 def _require_usable(table: SensorTable, row: int) -> None:
-    sensor = table.ids[row]
-    noises = {"range_sigma_m": table.range_sigma_m, "azimuth_sigma_rad": table.azimuth_sigma_rad}
-    if table.kinds[row] == _REPORTED_POSITION:
-        noises = {"position_sigma_m": table.position_sigma_m}
-        if (table.parameter_sensor == row).any():
+    sensor, kind = table.ids[row], int(table.kinds[row])
+    if kind not in _KINDS:
+        raise ConfigurationError(
+            f"sensor {sensor}: expected a kind of 0 (radar), 1 (positions) or 2 (bearings), "
+            f"was {kind}"
+        )
+    if kind != _REPORTED_POSITION:
+        _require_site(table, row)
+    noises = {
+        "range_sigma_m": bounds.RANGE_SIGMA_M,
+        "azimuth_sigma_rad": _radians(bounds.AZIMUTH_SIGMA_DEG),
+    }
+    if kind == _REPORTED_POSITION:
+        noises = {"position_sigma_m": bounds.POSITION_SIGMA_M}
+    for name, within in noises.items():
+        _require_within(f"{name} of sensor {sensor}", getattr(table, name)[row], within, PriorError)
+    # Infinite and NaN stand for unknown.
+    if table.range_max_m[row] != np.inf:
+        what = f"range_max_m of sensor {sensor}"
+        _require_within(what, table.range_max_m[row], bounds.RANGE_MAX_M)
+    if not np.isnan(table.rotation_period_s[row]):
+        what = f"rotation_period_s of sensor {sensor}"
+        _require_within(what, table.rotation_period_s[row], bounds.ROTATION_PERIOD_S)
+
+
+def _require_site(table: SensorTable, row: int) -> None:
+    site = {
+        "latitude_rad": _radians(bounds.LATITUDE_DEG),
+        "longitude_rad": _radians(bounds.LONGITUDE_DEG),
+        "height_m": bounds.HEIGHT_M,
+    }
+    if not np.isfinite([getattr(table, name)[row] for name in site]).all():
+        raise SensorPositionError(table.ids[row])
+    for name, within in site.items():
+        _require_within(f"{name} of sensor {table.ids[row]}", getattr(table, name)[row], within)
+
+
+def _require_known(table: SensorTable, row: int) -> None:
+    sensor, kinds = table.ids[row], table.parameter_kind[table.parameter_sensor == row]
+    for kind, name in enumerate(PARAMETER_NAMES):
+        known = table.known_bias[row, kind]
+        foreign = kind in _FOREIGN.get(int(table.kinds[row]), ())
+        if foreign and (kind in kinds or known != 0.0):
+            what = "reported positions" if table.kinds[row] == _REPORTED_POSITION else "bearings"
             raise ConfigurationError(
-                f"sensor {sensor}: expected no bias parameters of reported positions, has some"
+                f"sensor {sensor}: expected no {name} of a sensor of {what}, has one"
             )
-    elif not np.isfinite(
-        [table.latitude_rad[row], table.longitude_rad[row], table.height_m[row]]
-    ).all():
-        raise SensorPositionError(sensor)
-    for name, values in noises.items():
-        if not 0.0 < values[row] < np.inf:
-            raise PriorError(f"{name} of sensor {sensor}: expected more than 0, was {values[row]}")
+        if kind in kinds and known != 0.0:
+            raise ConfigurationError(
+                f"sensor {sensor}: expected {name} to be estimated or known, was both"
+            )
+        most = bounds.PARAMETERS[kind].value / _unit(kind)
+        what = f"known {name} of sensor {sensor}"
+        _require_within(what, known, Bounds(-most, most), PriorError)
 
 
 def _require_prior(table: SensorTable, column: int) -> None:
     kind = int(table.parameter_kind[column])
-    if not 0 <= kind < len(PARAMETER_NAMES):
-        raise UnknownParameterError(kind, PARAMETER_NAMES)
-    mean, sigma, drift = table.prior_mean[column], table.prior_sigma[column], table.drift[column]
+    limits, unit = bounds.PARAMETERS[kind], _unit(kind)
     what = f"{PARAMETER_NAMES[kind]} of sensor {table.ids[table.parameter_sensor[column]]}"
-    if not np.isfinite(mean):
-        raise PriorError(f"{what}: expected a prior mean that is a number, was {mean}")
-    if not (0.0 < sigma < np.inf and 0.0 <= drift < np.inf):
-        raise PriorError(
-            f"{what}: expected a prior sigma above 0 and a drift of at least 0, was {sigma} and "
-            f"{drift}"
-        )
+    within = {
+        "prior_mean": Bounds(-limits.value / unit, limits.value / unit),
+        "prior_sigma": Bounds(limits.sigma.least / unit, limits.sigma.most / unit),
+        "drift": Bounds(0.0, limits.drift / unit),
+    }
+    for name, one in within.items():
+        _require_within(f"{name} of {what}", getattr(table, name)[column], one, PriorError)
+
+
+def _unit(kind: int) -> float:
+    return _RADIAN_DEG if kind == PARAMETER_AZIMUTH_OFFSET else 1.0
+
+
+def _radians(degrees: Bounds) -> Bounds:
+    return Bounds(degrees.least / _RADIAN_DEG, degrees.most / _RADIAN_DEG)
+
+
+def _require_within(
+    what: str, value: float, within: Bounds, error: type[ConfigurationError] = ConfigurationError
+) -> None:
+    near = _ROUNDING * abs(within.least), _ROUNDING * abs(within.most)
+    # Written so that what is no number is outside.
+    if not within.least - near[0] <= value <= within.most + near[1]:
+        raise error(f"{what}: expected {within.least:g} to {within.most:g}, was {value:g}")

@@ -1,6 +1,7 @@
 """A table of sensors that cannot be used is refused by name when it is made."""
 
 from dataclasses import replace
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -14,8 +15,13 @@ from multiradar.errors import (
     ShapeError,
     UnknownParameterError,
 )
-from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.estimation.measurement import sensor_bounds
+from multiradar.estimation.measurement.sensors import PARAMETER_NAMES, SensorTable
+from multiradar_schemas import sensor_bounds as file_bounds
 from support.scenes import sensor_table, three_radars
+
+# How the names of bounds end.
+UNITS = ("_M", "_S", "_DEG", "_GAIN")
 
 
 def table() -> SensorTable:
@@ -33,20 +39,62 @@ def changed(name: str, place: int, value: float) -> dict[str, Any]:
     [
         (changed("height_m", 1, np.nan), SensorPositionError, "radar B: expected a position"),
         (changed("latitude_rad", 0, np.inf), SensorPositionError, "radar A: expected a position"),
-        (changed("range_sigma_m", 2, 0.0), PriorError, "range_sigma_m of sensor C: expected more"),
+        (
+            changed("range_sigma_m", 2, 0.0),
+            PriorError,
+            "range_sigma_m of sensor C: expected 0.01 to 10000, was 0",
+        ),
         (changed("azimuth_sigma_rad", 0, np.nan), PriorError, "azimuth_sigma_rad of sensor A"),
-        (changed("prior_sigma", 0, 0.0), PriorError, "range_offset_m of sensor A: .* was 0.0 and"),
-        (changed("prior_sigma", 3, -1.0), PriorError, "azimuth_offset_deg of sensor B: .* -1.0"),
-        (changed("prior_sigma", 5, np.nan), PriorError, "sensor C: expected a prior sigma above 0"),
-        (changed("drift", 2, -0.1), PriorError, "range_offset_m of sensor B: .* and -0.1"),
-        (changed("drift", 2, np.inf), PriorError, "a drift of at least 0"),
-        (changed("prior_mean", 4, np.nan), PriorError, "sensor C: expected a prior mean"),
+        (
+            changed("prior_sigma", 0, 0.0),
+            PriorError,
+            "prior_sigma of range_offset_m of sensor A: .* was 0",
+        ),
+        (changed("prior_sigma", 3, -1.0), PriorError, "azimuth_offset_deg of sensor B: .* was -1"),
+        (
+            changed("prior_sigma", 5, np.nan),
+            PriorError,
+            "prior_sigma of .* of sensor C: .* was nan",
+        ),
+        (changed("drift", 2, -0.1), PriorError, "drift of range_offset_m of sensor B: .* was -0.1"),
+        (changed("drift", 2, np.inf), PriorError, "drift of .*: expected 0 to 100, was inf"),
+        (
+            changed("prior_mean", 4, np.nan),
+            PriorError,
+            "prior_mean of .* of sensor C: expected -20000 to 20000, was nan",
+        ),
         (changed("parameter_kind", 1, 4), UnknownParameterError, r"expected one of 0 \(range"),
         (changed("parameter_kind", 1, -1), UnknownParameterError, "was -1"),
         (changed("parameter_kind", 1, 0), ConfigurationError, "sensor A: expected range_offset_m"),
         (changed("parameter_sensor", 0, 2), ShapeError, "ascending"),
         (changed("parameter_sensor", 5, 3), ShapeError, "indices of 3 sensors"),
-        (changed("kinds", 1, 1), ConfigurationError, "sensor B: expected no bias parameters"),
+        (
+            changed("kinds", 1, 1),
+            ConfigurationError,
+            "sensor B: expected no range_offset_m of a sensor",
+        ),
+        (
+            changed("kinds", 1, 2),
+            ConfigurationError,
+            "expected no range_offset_m of a sensor of be",
+        ),
+        (changed("kinds", 1, 9), ConfigurationError, r"sensor B: expected a kind of .*, was 9"),
+        (changed("latitude_rad", 0, 10.0), ConfigurationError, "latitude_rad of sensor A: .* 10"),
+        (changed("longitude_rad", 0, -4.0), ConfigurationError, "longitude_rad of sensor A: .* -4"),
+        (
+            changed("height_m", 2, 2e4),
+            ConfigurationError,
+            "height_m of sensor C: expected -1000 to",
+        ),
+        (changed("range_max_m", 1, -1.0), ConfigurationError, "range_max_m of sensor B: .* was -1"),
+        (changed("range_max_m", 1, np.nan), ConfigurationError, "range_max_m of sensor B: .* nan"),
+        (changed("rotation_period_s", 0, 0.0), ConfigurationError, "rotation_period_s of sensor A"),
+        (changed("range_sigma_m", 0, 2e4), PriorError, "range_sigma_m of sensor A: .* was 20000"),
+        (changed("prior_sigma", 1, 2.0), PriorError, "azimuth_offset_deg of sensor A: .* was 2"),
+        ({"ids": ("A", "B", "A")}, ConfigurationError, "sensor A: expected each id once, was 2"),
+        ({"known_bias": np.zeros((3, 2))}, ShapeError, r"known_bias of the sensors: .* \(3, 4\)"),
+        ({"known_bias": np.full((3, 4), 0.01)}, ConfigurationError, "estimated or known, was both"),
+        ({"known_bias": np.eye(3, 4, 2)}, PriorError, "known range_gain of sensor A: .* was 1"),
         ({"height_m": np.zeros(2)}, ShapeError, r"height_m of the sensors: expected \(3,\)"),
         ({"drift": np.zeros((6, 1))}, ShapeError, r"drift of the sensors: expected \(6,\)"),
     ],
@@ -79,3 +127,27 @@ def test_a_reporter_of_positions_needs_no_site() -> None:
     assert len(one) == 1
     with pytest.raises(PriorError, match="position_sigma_m of sensor adsb"):
         replace(one, position_sigma_m=np.array([-1.0]))
+
+
+def test_bounds_themselves_are_taken_in_radians_too() -> None:
+    edges = replace(
+        table(),
+        latitude_rad=np.radians([90.0, -90.0, 0.0]),
+        longitude_rad=np.radians([180.0, -180.0, 0.0]),
+        azimuth_sigma_rad=np.radians([1e-6, 10.0, 1.0]),
+    )
+    assert len(edges) == 3
+
+
+def test_the_core_and_the_files_have_the_same_bounds() -> None:
+    def numbers(module: ModuleType) -> dict[str, tuple[Any, ...]]:
+        found = {name: getattr(module, name) for name in dir(module) if name.endswith(UNITS)}
+        return {name: tuple(value) for name, value in found.items()}
+
+    assert numbers(sensor_bounds) == numbers(file_bounds)
+    names = [name.upper() for name in PARAMETER_NAMES]
+    assert [getattr(sensor_bounds, name) for name in names] == list(sensor_bounds.PARAMETERS)
+
+
+def test_nothing_is_known_of_a_table_that_says_nothing() -> None:
+    assert table().known_bias.tolist() == [[0.0] * 4] * 3

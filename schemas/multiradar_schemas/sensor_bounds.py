@@ -1,0 +1,48 @@
+"""Bounds of the numbers of a sensor, for sensors files and scenes.
+
+They are wider than any radar, and narrow enough that nothing inside them takes a filter out of the
+numbers that a computer has. The core, which knows no wire format, has the same in
+`multiradar.estimation.measurement.sensor_bounds`; a test holds the two together.
+"""
+
+from typing import NamedTuple
+
+
+class Bounds(NamedTuple):
+    """The least and the greatest value that is taken."""
+
+    least: float
+    most: float
+
+
+class ParameterBounds(NamedTuple):
+    """Bounds of a bias parameter, in its own unit.
+
+    Attributes
+    ----------
+    value : float
+        Greatest magnitude of the bias and of its mean beforehand.
+    sigma : Bounds
+        Of the standard deviation beforehand.
+    drift : float
+        Greatest standard deviation of the random walk after one second.
+    """
+
+    value: float
+    sigma: Bounds
+    drift: float
+
+
+LATITUDE_DEG = Bounds(-90.0, 90.0)
+LONGITUDE_DEG = Bounds(-180.0, 180.0)
+HEIGHT_M = Bounds(-1000.0, 10_000.0)
+RANGE_SIGMA_M = Bounds(0.01, 1e4)
+AZIMUTH_SIGMA_DEG = Bounds(1e-6, 10.0)
+POSITION_SIGMA_M = Bounds(0.01, 1e4)
+RANGE_MAX_M = Bounds(1.0, 1e6)
+ROTATION_PERIOD_S = Bounds(0.1, 3600.0)
+
+RANGE_OFFSET_M = ParameterBounds(2e4, Bounds(1e-9, 2e4), 100.0)
+AZIMUTH_OFFSET_DEG = ParameterBounds(90.0, Bounds(1e-9, 90.0), 1.0)
+RANGE_GAIN = ParameterBounds(0.1, Bounds(1e-9, 0.1), 0.01)
+TIME_OFFSET_S = ParameterBounds(10.0, Bounds(1e-9, 10.0), 1.0)

@@ -1,0 +1,39 @@
+"""Bounds of the numbers of a sensor: see `multiradar_schemas.sensor_bounds`, which has the same.
+
+The core knows no wire format, so it has its own copy, in degrees where the wire has degrees.
+"""
+
+from typing import NamedTuple
+
+
+class Bounds(NamedTuple):
+    """The least and the greatest value that is taken."""
+
+    least: float
+    most: float
+
+
+class ParameterBounds(NamedTuple):
+    """Greatest magnitude, bounds of the sigma beforehand, and greatest drift of a parameter."""
+
+    value: float
+    sigma: Bounds
+    drift: float
+
+
+LATITUDE_DEG = Bounds(-90.0, 90.0)
+LONGITUDE_DEG = Bounds(-180.0, 180.0)
+HEIGHT_M = Bounds(-1000.0, 10_000.0)
+RANGE_SIGMA_M = Bounds(0.01, 1e4)
+AZIMUTH_SIGMA_DEG = Bounds(1e-6, 10.0)
+POSITION_SIGMA_M = Bounds(0.01, 1e4)
+RANGE_MAX_M = Bounds(1.0, 1e6)
+ROTATION_PERIOD_S = Bounds(0.1, 3600.0)
+
+RANGE_OFFSET_M = ParameterBounds(2e4, Bounds(1e-9, 2e4), 100.0)
+AZIMUTH_OFFSET_DEG = ParameterBounds(90.0, Bounds(1e-9, 90.0), 1.0)
+RANGE_GAIN = ParameterBounds(0.1, Bounds(1e-9, 0.1), 0.01)
+TIME_OFFSET_S = ParameterBounds(10.0, Bounds(1e-9, 10.0), 1.0)
+
+#: By kind of bias parameter.
+PARAMETERS = (RANGE_OFFSET_M, AZIMUTH_OFFSET_DEG, RANGE_GAIN, TIME_OFFSET_S)

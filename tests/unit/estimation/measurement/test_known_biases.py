@@ -1,0 +1,39 @@
+"""What is known of a sensor is taken off by the model of biases: measured minus true."""
+
+import numpy as np
+
+from multiradar.estimation.measurement.bias_parameters import bias_matrix
+from multiradar.estimation.measurement.known_biases import Measured, without_known_biases
+from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET
+
+KNOWN = np.array([[250.0, -0.02, 0.001, 0.5]])
+SLANT, AZIMUTH, TIME = 9e4, 1.25, 100.0
+
+
+def test_the_model_of_the_filters_is_turned_round() -> None:
+    offsets = KNOWN[0].copy()
+    offsets[PARAMETER_TIME_OFFSET] = 0.0  # Takes no place in a plot that stands still.
+    entered = bias_matrix(range(4), SLANT, 0.0, 0.0) @ offsets
+    measured = Measured(
+        np.array([TIME + 0.5]), np.array([SLANT + entered[0]]), np.array([AZIMUTH + entered[1]])
+    )
+    true = without_known_biases(measured, KNOWN)
+    np.testing.assert_allclose(true.time_s, [TIME])
+    np.testing.assert_allclose(true.range_m, [SLANT])
+    np.testing.assert_allclose(true.azimuth_rad, [AZIMUTH])
+
+
+def test_an_azimuth_stays_within_a_turn_and_what_is_missing_stays_so() -> None:
+    measured = Measured(np.zeros(2), np.array([1e5, np.nan]), np.array([2 * np.pi - 0.01, np.nan]))
+    true = without_known_biases(measured, np.repeat(KNOWN, 2, axis=0))
+    np.testing.assert_allclose(true.azimuth_rad, [0.01, np.nan])
+    assert np.isnan(true.range_m[1])
+
+
+def test_nothing_known_changes_no_bit() -> None:
+    rng = np.random.Generator(np.random.PCG64(3))
+    measured = Measured(*rng.uniform(0.0, 6.0, (3, 50)))
+    for before, after in zip(
+        measured, without_known_biases(measured, np.zeros((50, 4))), strict=True
+    ):
+        assert before.tolist() == after.tolist()
