@@ -6,6 +6,7 @@
         examples/vid-sample/truth.json
 """
 
+import argparse
 import json
 import subprocess
 import sys
@@ -21,8 +22,9 @@ from multiradar.estimation.filters.bank import FILTERS
 
 def main() -> None:
     """Track with every filter and print one line each."""
-    converted, sensors, truth_file = (Path(argument) for argument in sys.argv[1:4])
-    truth = json.loads(truth_file.read_text())
+    options = arguments()
+    converted, sensors = options.converted, options.sensors
+    truth = json.loads(options.truth.read_text())
     reports = pl.read_parquet(converted / "measurements.parquet").filter(kind="adsb")
     for name in FILTERS:
         with tempfile.TemporaryDirectory() as folder:
@@ -41,6 +43,15 @@ def main() -> None:
             f"| `{name}` | {metres:.1f} m | {degrees:.4f}° | {accuracy.median_m:.0f} m "
             f"| {accuracy.rms_m:.0f} m |"
         )
+
+
+def arguments() -> argparse.Namespace:
+    """Return the options of the command line."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
+    parser.add_argument("converted", type=Path, help="folder that `multiradar convert` made")
+    parser.add_argument("sensors", type=Path, help="sensors.toml of its radars")
+    parser.add_argument("truth", type=Path, help="truth.json with their true biases")
+    return parser.parse_args()
 
 
 def errors(biases: pl.DataFrame, radars: list[dict[str, float]]) -> tuple[float, float]:

@@ -7,9 +7,9 @@
     python docs/make_figures.py tracks examples/vid-sample/truth.json docs/images/sample.svg
 """
 
+import argparse
 import json
 import math
-import sys
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -28,8 +28,9 @@ FONT = "font-family='system-ui, sans-serif'"
 
 def main() -> None:
     """Read the tables and write the picture."""
-    folder, truth_file, out = (Path(argument) for argument in sys.argv[1:4])
-    truth = json.loads(truth_file.read_text())
+    options = arguments()
+    folder, out = options.tracks, options.out
+    truth = json.loads(options.truth.read_text())
     tracks = pl.read_parquet(folder / "tracks.parquet")
     biases = pl.read_parquet(folder / "biases.parquet")
     parts = [
@@ -41,6 +42,15 @@ def main() -> None:
         "</svg>",
     ]
     out.write_text("\n".join(parts) + "\n")
+
+
+def arguments() -> argparse.Namespace:
+    """Return the options of the command line."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
+    parser.add_argument("tracks", type=Path, help="folder that `multiradar track` made")
+    parser.add_argument("truth", type=Path, help="truth.json with radars and their true biases")
+    parser.add_argument("out", type=Path, help="picture to write, SVG")
+    return parser.parse_args()
 
 
 def draw_map(tracks: pl.DataFrame, radars: list[dict[str, Any]], box: Box) -> Iterable[str]:

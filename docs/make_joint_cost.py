@@ -6,6 +6,7 @@
     python docs/make_joint_cost.py benchmark.json docs/images/joint-cost.svg
 """
 
+import argparse
 import json
 import re
 import sys
@@ -19,7 +20,11 @@ from multiradar.studies.result import Plot, Series, StudyResult
 
 def main() -> None:
     """Read the rows and write the picture."""
-    source, target = (Path(argument) for argument in sys.argv[1:3])
+    parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
+    parser.add_argument("rows", type=Path, help="JSON file that `make bench` wrote")
+    parser.add_argument("out", type=Path, help="picture to write, SVG")
+    options = parser.parse_args()
+    source, target = options.rows, options.out
     rows = [row for row in json.loads(source.read_text()) if row["suite"] == "joint-cost"]
     if not rows:
         sys.exit(f"{source}: expected rows of the suite joint-cost, was none")

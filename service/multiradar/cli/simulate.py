@@ -1,5 +1,8 @@
 """`multiradar simulate`: a scene in, measurements and the truth out."""
 
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -7,6 +10,7 @@ import typer
 
 from multiradar.cli.options import JsonOption
 from multiradar.cli.progress import progress_bar
+from multiradar.errors import ConfigurationError
 
 if TYPE_CHECKING:
     from multiradar.simulation.observation import Observation
@@ -82,15 +86,27 @@ def simulate(
     from multiradar.simulation.traffic import all_aircraft, run_generator
 
     table = changed(_table(scene), seed=seed, duration_s=duration)
-    described = scene_of(table)
     with new_folder(out) as folder:
-        with progress_bar("simulating", len(all_aircraft(described))) as on_progress:
-            seen = observe(described, run_generator(described.seed), on_progress)
+        with _naming(scene):
+            described = scene_of(table)
+            with progress_bar("simulating", len(all_aircraft(described))) as on_progress:
+                seen = observe(described, run_generator(described.seed), on_progress)
+        if not len(seen.measurements):
+            print(f"multiradar: {scene}: no sensor measured anything", file=sys.stderr)
         report = _write(folder, scene, table, described, seen)
     if json_wanted:
         print(report.model_dump_json(indent=2))
     else:
         _print_report(report, out)
+
+
+@contextmanager
+def _naming(scene: str) -> Iterator[None]:
+    # What is wrong with a scene as a whole does not know where it came from.
+    try:
+        yield
+    except ConfigurationError as error:
+        raise ConfigurationError(f"{scene}: {error}") from error
 
 
 def _table(named: str) -> "SceneTable":

@@ -1,6 +1,7 @@
 """`multiradar track`: measurements in, tracks and biases out."""
 
 import os
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from math import floor, log10
@@ -122,6 +123,7 @@ def track(
         report = offline_report(job, result)
         text = report.model_dump_json(indent=2)
         (folder / REPORT_FILE).write_text(text + "\n", encoding="utf-8")
+    _warn_of_room(result.tracker["no_room"], settings.filter_name)
     if json_wanted:
         print(text)
     else:
@@ -142,6 +144,19 @@ def _naming(out: Path) -> Iterator[None]:
             raise
         msg = f"{out}: cannot write there, {error.strerror or error}; nothing is left of it"
         raise InputError(msg) from error
+
+
+def _warn_of_room(untracked: int, filter_name: str) -> None:
+    from multiradar.estimation.filters.bank import find_filter
+    from multiradar.tracking.pool import CAPACITY_MAX
+
+    if untracked:
+        most = find_filter(filter_name).aircraft_max or CAPACITY_MAX
+        print(
+            f"multiradar: {filter_name} tracks at most {most} aircraft at once; {untracked} "
+            "measurements of others were not used (no_room)",
+            file=sys.stderr,
+        )
 
 
 def _settings(config: Path | None, given: dict[str, Any]) -> "TrackingSettings":

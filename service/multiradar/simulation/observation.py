@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.errors import ConfigurationError
+from multiradar.errors import ConfigurationError, OutsidePlaneError
 from multiradar.geodesy.polar import slant_range_azimuth
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.geodesy.wgs84 import (
@@ -83,9 +83,8 @@ def observe(
     Raises
     ------
     ConfigurationError
-        If the scene would give more than `MEASUREMENTS_MAX` measurements.
-    OutsidePlaneError
-        If an aircraft flies too far from the centre.
+        If the scene would give more than `MEASUREMENTS_MAX` measurements, or an aircraft flies too
+        far from the centre.
 
     References
     ----------
@@ -104,7 +103,7 @@ def observe(
     for index, (one, stream) in enumerate(zip(aircraft, own, strict=True)):
         path = fly(one, scene.duration_s, stream)
         for number, sensor_rng in enumerate(stream.spawn(len(scene.sensors))):
-            seen, looked = sky.watch(number, (index, one, path), sensor_rng)
+            seen, looked = _watched(sky, number, (index, one, path), sensor_rng)
             rows.append(seen)
             looks[number] += looked
         on_progress(index + 1)
@@ -173,6 +172,20 @@ class _Sky:
             self, number, index, plots, path=path, position=(latitude, longitude),
             height_m=_heard_height(sensor, aircraft, height),
         ), len(chance[0])  # fmt: skip
+
+
+def _watched(
+    sky: _Sky, number: int, flown: tuple[int, Aircraft, Path], rng: np.random.Generator
+) -> tuple[Measurements, int]:
+    try:
+        return sky.watch(number, flown, rng)
+    except OutsidePlaneError as error:
+        aircraft, centre = flown[1], np.degrees(sky.scene.centre_rad)
+        raise ConfigurationError(
+            f"aircraft {aircraft.track_number}: expected a flight within {error.angle_max_deg:g} "
+            f"degrees of the plane's centre {centre[0]:g}, {centre[1]:g}, flew beyond; see its "
+            "place, speed_mps, end_s or life_s, and the scene's duration_s"
+        ) from error
 
 
 # The line of sight on WGS 84.

@@ -160,7 +160,9 @@ def _plane(table: SceneTable) -> SystemPlane:
     )
 
 
-def _place(table: AircraftTable | SensorTable, plane: SystemPlane) -> tuple[float, float]:
+def _place(
+    table: AircraftTable | SensorTable, plane: SystemPlane, what: str
+) -> tuple[float, float]:
     if table.latitude_deg is None or table.longitude_deg is None:
         return table.east_m or 0.0, table.north_m or 0.0
     try:
@@ -169,7 +171,7 @@ def _place(table: AircraftTable | SensorTable, plane: SystemPlane) -> tuple[floa
         )
     except OutsidePlaneError as error:
         raise ConfigurationError(
-            f"latitude_deg and longitude_deg: expected a place within {ANGLE_MAX_DEG:g} degrees of "
+            f"{what}: expected latitude_deg and longitude_deg within {ANGLE_MAX_DEG:g} degrees of "
             f"the plane's centre, was {table.latitude_deg:g}, {table.longitude_deg:g}"
         ) from error
     return float(east), float(north)
@@ -179,8 +181,8 @@ def _aircraft(tables: Sequence[AircraftTable], plane: SystemPlane) -> tuple[Airc
     named = {one.track_number for one in tables if one.track_number is not None}
     free = (number for number in range(1, 2 * len(tables) + 2) if number not in named)
     found = []
-    for table in tables:
-        east, north = _place(table, plane)
+    for index, table in enumerate(tables):
+        east, north = _place(table, plane, f"aircraft[{index}]")
         code, address = table.mode_3a, table.mode_s_address
         number = table.track_number
         found.append(
@@ -233,7 +235,7 @@ def _traffic(table: TrafficTable) -> Traffic:
 
 
 def _sensor(table: SensorTable, on_earth: bool, plane: SystemPlane) -> Sensor:
-    east, north = _place(table, plane)
+    east, north = _place(table, plane, f"sensor {table.id}")
     steepest = table.elevation_max_deg
     return Sensor(
         identifier=table.id,

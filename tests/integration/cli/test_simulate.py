@@ -15,6 +15,24 @@ FILES = [
     "truth_biases.parquet",
 ]  # fmt: skip
 
+AWAY = """
+duration_s = 7200
+[plane]
+latitude_deg = 50
+longitude_deg = 10
+[[aircraft]]
+track_number = 7
+east_m = 3e4
+north_m = 3e4
+speed_mps = SPEED
+heading_deg = 10
+[[sensor]]
+id = "a"
+east_m = 0
+north_m = 0
+range_max_m = RANGE
+"""
+
 
 def _simulate(*arguments: object) -> int:
     return run(["simulate", *map(str, arguments)])
@@ -151,5 +169,37 @@ def test_a_scene_that_flies_away_leaves_no_folder(
         encoding="utf-8",
     )
     assert _simulate(scene, "--out", tmp_path / "out") == 1
-    assert "expected a place within 60 degrees" in capsys.readouterr().err
+    assert "expected a flight within 60 degrees" in capsys.readouterr().err
     assert [path.name for path in tmp_path.iterdir()] == ["far.toml"]
+
+
+def test_a_scene_in_which_nothing_is_measured_is_warned_of(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "blind.toml"
+    path.write_text(AWAY.replace("SPEED", "20").replace("RANGE", "1"), encoding="utf-8")
+    assert _simulate(path, "--out", tmp_path / "out") == 0
+    assert capsys.readouterr().err == f"multiradar: {path}: no sensor measured anything\n"
+
+
+def test_an_aircraft_that_flies_off_the_plane_is_named_with_the_file(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "away.toml"
+    path.write_text(AWAY.replace("SPEED", "2000").replace("RANGE", "4e5"), encoding="utf-8")
+    assert _simulate(path, "--out", tmp_path / "out") == 1
+    told = capsys.readouterr().err
+    assert f"{path}: aircraft 7: expected a flight within 60 degrees of the plane's centre" in told
+    assert "speed_mps" in told
+
+
+def test_a_place_off_the_plane_is_named_with_the_file(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "far.toml"
+    far = AWAY.replace("east_m = 3e4\nnorth_m = 3e4", "latitude_deg = -50.0\nlongitude_deg = 10.0")
+    path.write_text(far.replace("SPEED", "20").replace("RANGE", "4e5"), encoding="utf-8")
+    assert _simulate(path, "--out", tmp_path / "out") == 1
+    assert (
+        f"{path}: aircraft[0]: expected latitude_deg and longitude_deg" in capsys.readouterr().err
+    )

@@ -10,6 +10,7 @@ import polars as pl
 import pytest
 
 from multiradar.cli.main import run
+from multiradar.tracking import pool
 from multiradar_schemas.report import Report
 from support.recorded_scene import environment, write_scene
 from support.served import RUN
@@ -93,6 +94,24 @@ def test_options_reach_the_tracker_and_go_before_the_file(
     assert settings["epoch_s"] == 8.0
     assert settings["reorder_horizon_s"] == 7.0
     assert settings["kinds"] == ["radar"]
+
+
+def test_aircraft_without_room_are_told_of(
+    scene: tuple[Path, Path],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    measurements, sensors = scene
+    monkeypatch.setattr(pool, "CAPACITY_FIRST", 4)
+    monkeypatch.setattr(pool, "CAPACITY_MAX", 4)
+    out = tmp_path / "out"
+    assert _track(measurements, "--sensors", sensors, "--out", out) == 0
+    figures = json.loads((out / "report.json").read_text())["figures"]
+    untracked = figures["measurements_by_outcome"]["no_room"]
+    assert untracked > 0
+    sentence = f"two-stage tracks at most 4 aircraft at once; {untracked} measurements of others"
+    assert sentence in capsys.readouterr().err
 
 
 def test_what_stands_in_the_way_is_left_alone(

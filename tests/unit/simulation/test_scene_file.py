@@ -96,7 +96,7 @@ def test_units_are_si_and_radians_inside(tmp_path: Path) -> None:
         ("speed_mps = 200", "speed_mps = true", "aircraft[0].speed_mps: "),
         ("latitude_deg = 56.5", "east_m = 5.0", "aircraft[0]: expected the place of the aircraft"),
         ("latitude_deg = 56.5", "latitude_deg = 91", "aircraft[0].latitude_deg: expected a value"),
-        ("latitude_deg = 56.5", "latitude_deg = -80", "expected a place within 60 degrees"),
+        ("latitude_deg = 56.5", "latitude_deg = -80", "longitude_deg within 60 degrees"),
         ('"1234"', '"1289"', "aircraft[0].mode_3a: expected text of the form"),
         ("speed_mps = 200", "speed_mps = 200\nend_s = 0", "aircraft[0]: expected end_s after"),
         ("duration_s = 30", "duration_s = -30", "aircraft[0].leg[0].duration_s: expected a value"),
