@@ -26,7 +26,7 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 #: The joint filter keeps one covariance over all aircraft, and every plot works through all of it:
-#: with so many a plot costs some 15 ms, and the matrix takes 134 MB.
+#: with so many a plot costs some 20 ms, and the matrix takes 134 MB.
 JOINT_AIRCRAFT_MAX = 1024
 
 
