@@ -165,10 +165,12 @@ class CovarianceError(MultiradarError):
 class ShapeError(MultiradarError):
     """An array is not of the expected shape, or holds what is no finite number."""
 
-    def __init__(self, what: str, expected: str, shape: tuple[int, ...]) -> None:
+    def __init__(
+        self, what: str, expected: str, shape: tuple[int, ...], found: str | None = None
+    ) -> None:
         self.what = what
         self.shape = shape
-        super().__init__(f"{what}: expected {expected}, was of shape {shape}")
+        super().__init__(f"{what}: expected {expected}, was {found or f'of shape {shape}'}")
 
 
 class TimeOrderError(MultiradarError):

@@ -40,6 +40,7 @@ CHECKS = {
     "estimation/motion/inputs": None,
     "estimation/gaussian": {"require_covariance"},
     "estimation/sequential/player": {"record_times"},
+    "estimation/sequential/sensor_checks": None,
 }
 #: They make room in memory, find a filter by its name, or choose rows.
 BOOKKEEPING = {

@@ -9,6 +9,63 @@ from multiradar.errors import ConfigurationError, ShapeError, TimeOrderError
 
 Floats = NDArray[np.float64]
 
+# Of an argument that is no number, an error shows no more than so many characters.
+_SHOWN_MAX = 60
+
+
+def require_numbers(values: ArrayLike, name: str) -> Floats:
+    """Return what is numbers as an array, or say that it is none.
+
+    Parameters
+    ----------
+    values : (...) array_like
+        Numbers, in any units, finite or not.
+    name : str
+        What they are, for the message.
+
+    Returns
+    -------
+    (...) float64
+        The same numbers; the same array where it is one of such numbers.
+
+    Raises
+    ------
+    ShapeError
+        If there is text, None, a date or a complex number among them, or rows of unequal length.
+    """
+    try:
+        array = np.asarray(values)
+        plain = array.dtype.kind in "biuf"
+        exact = array.dtype.kind == "O" and not any(
+            one is None or isinstance(one, str | bytes) for one in array.ravel().tolist()
+        )
+        if plain or exact:
+            return array.astype(np.float64, copy=False)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise ShapeError(name, "numbers", (), _shown(values)) from error
+    raise ShapeError(name, "numbers", array.shape, _shown(values))
+
+
+def is_integer(value: object) -> bool:
+    """Return whether something is an integer, Python's or NumPy's; True and False are none.
+
+    Parameters
+    ----------
+    value : object
+        Anything.
+
+    Returns
+    -------
+    bool
+        Whether it is one.
+    """
+    return isinstance(value, int | np.integer) and not isinstance(value, bool)
+
+
+def _shown(values: object) -> str:
+    text = repr(values)
+    return text if len(text) <= _SHOWN_MAX else f"{text[:_SHOWN_MAX]} …"
+
 
 def require_shape(values: ArrayLike, name: str, shape: tuple[int | None, ...]) -> Floats:
     """Return the numbers if they are of a shape, or say of which they are.
@@ -30,9 +87,9 @@ def require_shape(values: ArrayLike, name: str, shape: tuple[int | None, ...]) -
     Raises
     ------
     ShapeError
-        If they are of another shape.
+        If they are of another shape, or no numbers.
     """
-    numbers = np.asarray(values, np.float64)
+    numbers = require_numbers(values, name)
     agree = len(numbers.shape) == len(shape) and all(
         wanted in (None, length) for wanted, length in zip(shape, numbers.shape, strict=True)
     )
@@ -66,7 +123,7 @@ def finite_array(
     ShapeError
         If they are of another shape, or one is not finite.
     """
-    numbers = np.array(values, np.float64)
+    numbers = require_numbers(values, name).copy()
     if shape is not None:
         require_shape(numbers, name, shape)
     if not np.isfinite(numbers).all():
@@ -101,11 +158,11 @@ def positive_array(
     Raises
     ------
     ShapeError
-        If they are of another shape.
+        If they are of another shape, or no numbers.
     ConfigurationError
         If one is not above 0, or not finite; of the class that `error` makes.
     """
-    numbers = np.asarray(values, np.float64)
+    numbers = require_numbers(values, name)
     if numbers.shape not in ((), shape):
         raise ShapeError(name, f"one number or the shape {shape}", numbers.shape)
     wrong = numbers[~((numbers > 0.0) & (numbers < np.inf))]
@@ -134,9 +191,9 @@ def component_array(values: ArrayLike, name: str, count: int) -> Floats:
     Raises
     ------
     ShapeError
-        If the last axis is of another length.
+        If the last axis is of another length, or they are no numbers.
     """
-    numbers = np.asarray(values, np.float64)
+    numbers = require_numbers(values, name)
     if numbers.ndim == 0 or numbers.shape[-1] != count:
         raise ShapeError(name, f"{count} components in the last axis", numbers.shape)
     return numbers
@@ -162,11 +219,11 @@ def ascending_times(times_s: ArrayLike, name: str, after_s: float) -> Floats:
     Raises
     ------
     ShapeError
-        If they are not in one dimension.
+        If they are not in one dimension, or no numbers.
     TimeOrderError
         If a time goes back, or is NaN or +inf.
     """
-    times = np.asarray(times_s, np.float64)
+    times = require_numbers(times_s, name)
     if times.ndim != 1:
         raise ShapeError(name, "one dimension", times.shape)
     before = np.concatenate([[after_s], times[:-1]])
@@ -196,7 +253,7 @@ def interval_edges(times_s: ArrayLike, name: str, after_s: float) -> Floats:
     Raises
     ------
     ShapeError
-        If they are not in one dimension, or there are fewer than two.
+        If they are not in one dimension, fewer than two, or no numbers.
     TimeOrderError
         If a time goes back or stands still, or is NaN or +inf.
     """

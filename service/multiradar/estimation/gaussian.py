@@ -3,7 +3,8 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from multiradar.errors import CovarianceError
+from multiradar.errors import CovarianceError, ShapeError
+from multiradar.estimation.array_checks import require_numbers
 
 #: Largest asymmetry, in units of the two standard deviations, that rounding may leave.
 ASYMMETRY_MAX = 1e-9
@@ -31,14 +32,16 @@ def require_covariance(matrix: ArrayLike, name: str) -> NDArray[np.float64]:
     CovarianceError
         If it is not square, has a number that is not finite, is not symmetric within
         `ASYMMETRY_MAX`, or is not positive definite.
+    ShapeError
+        If it is no numbers.
 
     Notes
     -----
     Symmetry and definiteness are judged on the correlation matrix, so that metres and radians, or
     variances of 1e-12 and 1e+6, can stand side by side.
     """
-    values = np.asarray(matrix, np.float64)
-    if values.shape[-2:] != values.shape[-1:] * 2:
+    values = require_numbers(matrix, name)
+    if values.ndim < 2 or values.shape[-2] != values.shape[-1]:
         raise CovarianceError(f"{name}: expected a square matrix, was of shape {values.shape}")
     if not np.isfinite(values).all():
         raise CovarianceError(f"{name}: expected finite numbers, was {values.tolist()}")
@@ -82,9 +85,7 @@ def symmetric_part(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
     return (matrix + np.swapaxes(matrix, -1, -2)) / 2.0
 
 
-def normalised_squared(
-    error: NDArray[np.float64], covariance: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def normalised_squared(error: ArrayLike, covariance: ArrayLike) -> NDArray[np.float64]:
     """Return eᵀ P⁻¹ e: NEES for an error of estimation, NIS for an innovation.
 
     Parameters
@@ -103,6 +104,8 @@ def normalised_squared(
     ------
     CovarianceError
         If the covariance is none.
+    ShapeError
+        If the error is no numbers, or not of as many components as the covariance.
 
     References
     ----------
@@ -110,7 +113,12 @@ def normalised_squared(
     Navigation", Wiley 2001, section 5.4.2. Scaling to correlations first: N. J. Higham, "Accuracy
     and Stability of Numerical Algorithms", 2nd edition, SIAM 2002, section 7.3.
     """
-    sigmas = np.sqrt(np.diagonal(require_covariance(covariance, "error"), axis1=-2, axis2=-1))
-    scaled = error / sigmas
-    correlations = covariance / (sigmas[..., :, None] * sigmas[..., None, :])
+    errors = require_numbers(error, "error")
+    matrix = require_covariance(covariance, "error")
+    if errors.ndim == 0 or errors.shape[-1] != matrix.shape[-1]:
+        expected = f"{matrix.shape[-1]} components in the last axis, as its covariance has"
+        raise ShapeError("error", expected, errors.shape)
+    sigmas = np.sqrt(np.diagonal(matrix, axis1=-2, axis2=-1))
+    scaled = errors / sigmas
+    correlations = matrix / (sigmas[..., :, None] * sigmas[..., None, :])
     return np.asarray((scaled * np.linalg.solve(correlations, scaled[..., None])[..., 0]).sum(-1))

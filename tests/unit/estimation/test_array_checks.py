@@ -1,5 +1,8 @@
 """What is accepted as an array of numbers or of times, and what is said otherwise."""
 
+from fractions import Fraction
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -9,9 +12,33 @@ from multiradar.estimation.array_checks import (
     component_array,
     finite_array,
     interval_edges,
+    is_integer,
     positive_array,
+    require_numbers,
     require_shape,
 )
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        "12", ["1", "2"], [1.0, None], None, [[1.0, 2.0], [3.0]], [1j], [10**400], {"a": 1}, b"1",
+        np.array(["2026-01-01"], "datetime64[D]"), ["x" * 500],
+    ],
+)  # fmt: skip
+def test_what_is_no_number_is_told_with_what_it_was(given: Any) -> None:
+    with pytest.raises(ShapeError, match=r"^sites: expected numbers, was .") as caught:
+        require_numbers(given, "sites")
+    assert len(str(caught.value)) < 100
+
+
+def test_whole_numbers_and_fractions_are_numbers() -> None:
+    given: Any
+    for given in (True, 3, [Fraction(1, 2), 2], np.float32(0.5), np.arange(3, dtype=np.uint8)):
+        assert require_numbers(given, "sites").dtype == np.float64
+    assert [is_integer(one) for one in (3, np.int32(3), True, 3.0, "3")] == [True, True] + 3 * [
+        False
+    ]
 
 
 def test_a_shape_may_leave_a_length_open() -> None:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from multiradar.errors import CovarianceError
+from multiradar.errors import CovarianceError, ShapeError
 from multiradar.estimation.gaussian import normalised_squared, require_covariance, symmetric_part
 
 
@@ -54,6 +54,15 @@ def test_normalised_squared_error_has_the_mean_of_its_dimension() -> None:
     found = normalised_squared(error, np.broadcast_to(root @ root.T, (10_000, 3, 3)))
     assert found.shape == (10_000,)
     assert found.mean() == pytest.approx(3.0, abs=0.1)
+
+
+def test_a_number_alone_is_no_covariance_and_errors_have_its_components() -> None:
+    with pytest.raises(CovarianceError, match=r"x: expected a square matrix, was of shape \(\)"):
+        require_covariance(1.0, "x")
+    with pytest.raises(ShapeError, match="x: expected numbers, was 'wide'"):
+        require_covariance("wide", "x")
+    with pytest.raises(ShapeError, match=r"error: expected 2 components .* shape \(3,\)"):
+        normalised_squared(np.zeros(3), np.eye(2))
 
 
 def test_normalised_squared_refuses_what_is_no_covariance() -> None:

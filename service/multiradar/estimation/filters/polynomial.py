@@ -25,7 +25,10 @@ from multiradar.estimation.array_checks import (
     ascending_times,
     finite_array,
     interval_edges,
+    is_integer,
     positive_array,
+    require_numbers,
+    require_shape,
 )
 from multiradar.estimation.filters.polynomial_basis import averages, legendre_table, restriction
 from multiradar.estimation.filters.polynomial_information import (
@@ -40,6 +43,13 @@ from multiradar.estimation.filters.polynomial_state import PolynomialEstimate, P
 from multiradar.estimation.gaussian import require_covariance
 
 Floats = NDArray[np.float64]
+
+#: No time is farther from 0, s: nearer ones have a difference that is right to a millisecond.
+TIME_MAX_S = 1e12
+#: What was observed within less than this of the start, s, says nothing of a course of time.
+SPAN_MIN_S = 1e-9
+#: No value, nor 1, is as many sigmas.
+WEIGHT_MAX = 1e100
 
 
 def start(
@@ -67,7 +77,7 @@ def start(
     Raises
     ------
     ConfigurationError
-        If the degree is negative or the start not finite.
+        If the degree is negative or no integer, or the start not finite or beyond `TIME_MAX_S`.
     ShapeError
         If mean or covariance are not of that degree, or not finite.
     CovarianceError
@@ -78,12 +88,15 @@ def start(
     Koptev, Rozov, Romanovsky, the initial conditions after equation (1): m_k(0) and γ_ij(0). The
     one printed as γ_01(0) = D α_0 is γ_00(0).
     """
-    if degree < 0:
-        raise ConfigurationError(f"degree: expected 0 or more, was {degree}")
+    if not is_integer(degree) or degree < 0:
+        raise ConfigurationError(f"degree: expected an integer of 0 or more, was {degree!r}")
     size = degree + 1
-    if not np.isfinite(start_s):
-        raise ConfigurationError(f"start: expected a finite time, was {start_s} s")
-    means = finite_array(mean, "prior mean", (size, *np.shape(mean)[1:]))
+    start_s = float(require_shape(start_s, "start", ()))
+    if not abs(start_s) <= TIME_MAX_S:
+        expected = f"a finite time, at most {TIME_MAX_S:g} s"
+        raise ConfigurationError(f"start: expected {expected}, was {start_s} s")
+    means = require_numbers(mean, "prior mean")
+    means = finite_array(means, "prior mean", (size, *means.shape[1:]))
     covariances = finite_array(covariance, "prior covariance", (size, size))
     require_covariance(covariances, "prior covariance")
     return PolynomialState(
@@ -124,7 +137,8 @@ def observe(
     ShapeError
         If there are not as many values as times and axes, or one is not finite.
     ConfigurationError
-        If a variance is not above 0.
+        If a variance is not above 0, a time is beyond `TIME_MAX_S`, or the last is after the start
+        by less than `SPAN_MIN_S`, or a value is `WEIGHT_MAX` sigmas.
 
     References
     ----------
@@ -137,6 +151,8 @@ def observe(
     sigmas = np.sqrt(positive_array(variances_m2, "variance of a measurement", times.shape))
     if not len(times):
         return state
+    _require_span(state, times)
+    _require_weight(values, sigmas)
     longer = extended_until(state, float(times[-1]))
     rows = legendre_table(state.degree, legendre_points(longer, times), 0)[:, 0, :]
     return with_measurements(longer, rows, values, sigmas)
@@ -174,9 +190,11 @@ def observe_increments(
     Koptev, Rozov, Romanovsky, equation (1). The paper takes X as constant over an interval.
     """
     times = interval_edges(edges_s, "edge of an interval", state.observed_until_s)
+    _require_span(state, times)
     lengths = np.diff(times)
     values = finite_array(increments, "increments", (*lengths.shape, *state.axes))
     sigmas = np.sqrt(positive_array(noise_intensity, "noise intensity", ()) * lengths)
+    _require_weight(values, sigmas)
     longer = extended_until(state, float(times[-1]))
     rows = averages(state.degree, *legendre_part(longer, times[:-1], times[1:])) * lengths[:, None]
     return with_measurements(longer, rows, values, sigmas)
@@ -226,10 +244,12 @@ def observe_interval(
     the exact solution.
     """
     begin, end = interval_edges([begin_s, end_s], "end of an interval", state.observed_until_s)
+    _require_span(state, np.array([begin, end]))
     values = finite_array(moments, "moments", state.prior_mean.shape)
     variance = positive_array(noise_intensity, "noise intensity", ())
     weights = (end - begin) / (2.0 * np.arange(state.degree + 1) + 1.0)
     sigmas = np.sqrt(variance * weights)
+    _require_weight(values, sigmas)
     longer = extended_until(state, float(end))
     rows = restriction(state.degree, *legendre_part(longer, begin, end)) * weights[:, None]
     return with_measurements(longer, rows, values, sigmas)
@@ -279,7 +299,10 @@ def estimate(state: PolynomialState, times_s: ArrayLike) -> PolynomialEstimate:
     seen = (
         extended_until(state, float(np.nextafter(state.start_s + 1.0, np.inf))) if alone else state
     )
-    at_start = derivative_rows(seen, np.array([state.start_s]))[0]
+    with np.errstate(over="ignore", invalid="ignore"):
+        at_start = derivative_rows(seen, np.array([state.start_s]))[0]
+    if not np.isfinite(at_start).all():
+        raise ForecastError("time", "expected observations over longer than so high a degree tells")
     sigmas = np.sqrt(np.diagonal(state.prior_covariance))
     factor = np.linalg.cholesky(state.prior_covariance / np.outer(sigmas, sigmas))
     prior = np.hstack([at_start, state.prior_mean.reshape(state.degree + 1, -1)])
@@ -329,3 +352,29 @@ def forecast(state: PolynomialState, horizons_s: ArrayLike) -> PolynomialEstimat
     if (horizons < 0.0).any():
         raise TimeOrderError("horizon of a forecast", float(horizons.min()), 0.0)
     return estimate(state, state.observed_until_s + horizons)
+
+
+# Observations whose squares are numbers.
+def _require_weight(values: Floats, sigmas: Floats) -> None:
+    most = float(np.abs(values).max(initial=0.0))
+    least = float(sigmas.min(initial=1.0))
+    if not max(most, 1.0) < WEIGHT_MAX * least:
+        raise ConfigurationError(
+            f"values: expected sigmas above 1e-100, and values below 1e+100 of them, was {most:g} "
+            f"with {least:g}"
+        )
+
+
+# Times of observations whose basis is a basis: not beyond all clocks, and not all but at the start.
+def _require_span(state: PolynomialState, times: Floats) -> None:
+    if np.abs(times).max() > TIME_MAX_S:
+        far = float(times[np.abs(times).argmax()])
+        raise ConfigurationError(
+            f"time of an observation: expected within {TIME_MAX_S:g} s of 0, was {far:g} s"
+        )
+    span = float(times[-1]) - state.start_s
+    if 0.0 < span < SPAN_MIN_S:
+        raise ConfigurationError(
+            f"time of an observation: expected that of the start or at least {SPAN_MIN_S:g} s "
+            f"after it, was {span:g} s after it"
+        )

@@ -16,12 +16,47 @@ the stamp minus τ, that is, short by τ times the rates.
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from multiradar.errors import ShapeError, UnknownParameterError
+from multiradar.estimation.array_checks import require_numbers
 from multiradar.estimation.measurement.sensors import (
     PARAMETER_AZIMUTH_OFFSET,
+    PARAMETER_NAMES,
     PARAMETER_RANGE_GAIN,
     PARAMETER_RANGE_OFFSET,
     PARAMETER_TIME_OFFSET,
 )
+
+
+def known_kinds(kinds: ArrayLike) -> NDArray[np.int64]:
+    """Return kinds of bias parameters if all of them are known.
+
+    Parameters
+    ----------
+    kinds : (...) array_like of int
+        Kinds, as in `SensorTable.parameter_kind`.
+
+    Returns
+    -------
+    (c,) int64
+        The same kinds, in one dimension.
+
+    Raises
+    ------
+    UnknownParameterError
+        If one is not among `PARAMETER_NAMES`: no whole number, or too large.
+    ShapeError
+        If they are no numbers, or rows of unequal length.
+
+    References
+    ----------
+    IMM UrO RAN report (2016), equations (1.5) and (1.7), for the offsets; the other kinds are the
+    project's own.
+    """
+    numbers = require_numbers(kinds, "kinds of the bias parameters")
+    for kind in numbers.ravel().tolist():
+        if kind not in range(len(PARAMETER_NAMES)):
+            raise UnknownParameterError(kind, PARAMETER_NAMES)
+    return numbers.astype(np.int64).ravel()
 
 
 def bias_matrix(
@@ -48,8 +83,10 @@ def bias_matrix(
 
     Raises
     ------
-    ValueError
+    UnknownParameterError
         If a kind is unknown.
+    ShapeError
+        If range and rates are no numbers, or do not go together.
 
     Notes
     -----
@@ -61,9 +98,11 @@ def bias_matrix(
     ----------
     IMM UrO RAN report (2016), equations (1.5) and (1.7); C^ς there is J here, in polar form.
     """
-    kind = np.atleast_1d(np.asarray(kinds, np.int64))
-    slant, slant_rate, azimuth_rate = np.broadcast_arrays(
-        np.asarray(range_m, np.float64), range_rate_mps, azimuth_rate_rad_per_s
+    kind = known_kinds(kinds)
+    slant, slant_rate, azimuth_rate = _side_by_side(
+        require_numbers(range_m, "range"),
+        require_numbers(range_rate_mps, "range rate"),
+        require_numbers(azimuth_rate_rad_per_s, "azimuth rate"),
     )
     result = np.zeros((*slant.shape, 2, len(kind)))
     for column, name in enumerate(kind):
@@ -76,6 +115,13 @@ def bias_matrix(
         elif name == PARAMETER_TIME_OFFSET:
             result[..., 0, column] = -slant_rate
             result[..., 1, column] = -azimuth_rate
-        else:
-            raise ValueError(f"kind of bias parameter: expected 0, 1, 2 or 3, was {name}")
     return result
+
+
+def _side_by_side(*arrays: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
+    try:
+        return np.broadcast_arrays(*arrays)
+    except ValueError as error:
+        shapes = ", ".join(str(one.shape) for one in arrays)
+        expected = "shapes that go together"
+        raise ShapeError("range and rates", expected, (), f"of the shapes {shapes}") from error

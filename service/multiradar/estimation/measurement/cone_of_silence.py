@@ -15,6 +15,8 @@ The rule is the ratio of ground range to height above the radar; 1 is an elevati
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from multiradar.errors import ConfigurationError
+
 #: Ratio of ground range to height above the radar at the edge of the cone: 45° of elevation.
 CONE_RATIO = 1.0
 
@@ -44,7 +46,7 @@ def azimuth_trusted(
 
     Raises
     ------
-    ValueError
+    ConfigurationError
         If the ratio is negative or no number.
 
     References
@@ -52,6 +54,6 @@ def azimuth_trusted(
     The project's own rule, for the reasons at the head of this module.
     """
     if not cone_ratio >= 0.0:
-        raise ValueError(f"cone ratio: expected 0 or more, was {cone_ratio}")
+        raise ConfigurationError(f"cone ratio: expected 0 or more, was {cone_ratio}")
     above = np.asarray(height_m, np.float64) - np.asarray(site_height_m, np.float64)
     return np.asarray(np.asarray(ground_range_m, np.float64) >= cone_ratio * above)

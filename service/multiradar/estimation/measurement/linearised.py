@@ -12,6 +12,9 @@ with the azimuth clockwise from north.
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from multiradar.errors import ShapeError
+from multiradar.estimation.array_checks import component_array
+
 
 def cartesian_plot(
     site_m: ArrayLike, range_m: ArrayLike, azimuth_rad: ArrayLike
@@ -56,17 +59,19 @@ def cartesian_bias_matrix(site_m: ArrayLike, position_m: ArrayLike) -> NDArray[n
 
     Raises
     ------
-    ValueError
-        If an aircraft is at the very place of the radar, where there is no line of sight.
+    ShapeError
+        If an aircraft is at the very place of the radar, where there is no line of sight, or a
+        place is not two numbers.
 
     References
     ----------
     IMM UrO RAN report (2016), equation (1.11), with Ω = [[0, 1], [−1, 0]].
     """
-    line = np.asarray(position_m, np.float64) - np.asarray(site_m, np.float64)
+    place = component_array(position_m, "position", 2)
+    line = place - component_array(site_m, "site of the radar", 2)
     length = np.linalg.norm(line, axis=-1)
     if not (length > 0.0).all():
-        raise ValueError("position: expected a place away from the radar, was the radar's own")
+        raise ShapeError("position", "a place away from the radar", place.shape, "the radar's own")
     across = np.stack([line[..., 1], -line[..., 0]], axis=-1)  # Ω (x − x^R), (1.11)
     return np.stack([line / length[..., None], across], axis=-1)
 

@@ -7,6 +7,10 @@ north), metres and metres a second.
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from multiradar.errors import TimeOrderError
+from multiradar.estimation.array_checks import require_numbers
+from multiradar.estimation.motion.inputs import require_not_negative
+
 STATE_SIZE = 4
 
 
@@ -27,7 +31,7 @@ def transition(interval_s: ArrayLike) -> NDArray[np.float64]:
     ----------
     IMM UrO RAN report (2016), equation (1.4).
     """
-    interval = np.asarray(interval_s, np.float64)
+    interval = require_numbers(interval_s, "interval of motion")
     result = np.zeros((*interval.shape, STATE_SIZE, STATE_SIZE))
     result[...] = np.eye(STATE_SIZE)
     result[..., 0, 2] = interval  # (1.4)
@@ -53,8 +57,12 @@ def process_noise(interval_s: ArrayLike, acceleration_density: float) -> NDArray
 
     Raises
     ------
-    ValueError
-        If an interval or the density is negative or no number.
+    TimeOrderError
+        If an interval is negative or NaN.
+    MotionParameterError
+        If the density is negative, NaN or far beyond any aircraft's.
+    ShapeError
+        If they are no numbers.
 
     Notes
     -----
@@ -68,11 +76,10 @@ def process_noise(interval_s: ArrayLike, acceleration_density: float) -> NDArray
     Y. Bar-Shalom, X. R. Li, T. Kirubarajan, "Estimation with Applications to Tracking and
     Navigation", Wiley 2001, equation (6.2.2-4).
     """
-    interval = np.asarray(interval_s, np.float64)
+    interval = require_numbers(interval_s, "interval of motion")
     if not (interval >= 0.0).all():
-        raise ValueError(f"interval: expected 0 s or more, was {interval.tolist()}")
-    if not acceleration_density >= 0.0:
-        raise ValueError(f"acceleration density: expected 0 or more, was {acceleration_density}")
+        raise TimeOrderError("interval of motion", float(interval.min()), 0.0)
+    require_not_negative(acceleration_density, "acceleration density")
     result = np.zeros((*interval.shape, STATE_SIZE, STATE_SIZE))
     for axis in (0, 1):
         result[..., axis, axis] = acceleration_density * interval**3 / 3.0  # (6.2.2-4)

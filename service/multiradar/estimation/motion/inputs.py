@@ -2,14 +2,19 @@
 
 import math
 
-import numpy as np
 from numpy.typing import ArrayLike
 
-from multiradar.errors import MotionParameterError, ShapeError, TimeOrderError
+from multiradar.errors import ConfigurationError, MotionParameterError, ShapeError, TimeOrderError
+from multiradar.estimation.array_checks import require_numbers, require_shape
+
+#: No parameter of a motion of aircraft is as large in SI units; the square of one is still finite.
+PARAMETER_MAX = 1e12
+#: Nobody asks for a motion over a longer time, s; its cube is still finite.
+INTERVAL_MAX_S = 1e9
 
 
 def require_not_negative(value: float, name: str) -> None:
-    """Say what is wrong with a parameter that is below 0, or no finite number.
+    """Say what is wrong with a parameter that is below 0, or above `PARAMETER_MAX`.
 
     Parameters
     ----------
@@ -21,14 +26,18 @@ def require_not_negative(value: float, name: str) -> None:
     Raises
     ------
     MotionParameterError
-        If it is negative or no finite number.
+        If it is negative, above `PARAMETER_MAX` or NaN.
+    ShapeError
+        If it is no number.
     """
-    if not (value >= 0.0 and math.isfinite(value)):
-        raise MotionParameterError(name, "a finite number of 0 or more", value)
+    number = float(require_shape(value, name, ()))
+    if not (number >= 0.0 and math.isfinite(number)):
+        raise MotionParameterError(name, "a finite number of 0 or more", number)
+    _require_bounded(number, name)
 
 
 def require_positive(value: float, name: str) -> None:
-    """Say what is wrong with a parameter that is not above 0, or no finite number.
+    """Say what is wrong with a parameter that is not above 0, or above `PARAMETER_MAX`.
 
     Parameters
     ----------
@@ -40,10 +49,19 @@ def require_positive(value: float, name: str) -> None:
     Raises
     ------
     MotionParameterError
-        If it is not above 0, or no finite number.
+        If it is not above 0, above `PARAMETER_MAX` or NaN.
+    ShapeError
+        If it is no number.
     """
-    if not (value > 0.0 and math.isfinite(value)):
-        raise MotionParameterError(name, "a finite number above 0", value)
+    number = float(require_shape(value, name, ()))
+    if not (number > 0.0 and math.isfinite(number)):
+        raise MotionParameterError(name, "a finite number above 0", number)
+    _require_bounded(number, name)
+
+
+def _require_bounded(number: float, name: str) -> None:
+    if number > PARAMETER_MAX:
+        raise MotionParameterError(name, f"a number of at most {PARAMETER_MAX:g}", number)
 
 
 def axis_parameters(values: ArrayLike, name: str) -> tuple[float, float, float]:
@@ -64,11 +82,11 @@ def axis_parameters(values: ArrayLike, name: str) -> tuple[float, float, float]:
     Raises
     ------
     ShapeError
-        If there are not three.
+        If there are not three numbers.
     MotionParameterError
-        If one is negative or no finite number.
+        If one is negative, above `PARAMETER_MAX` or NaN.
     """
-    numbers = np.asarray(values, np.float64)
+    numbers = require_numbers(values, name)
     if numbers.shape != (3,):
         raise ShapeError(name, "three numbers (east, north, up)", numbers.shape)
     for number in numbers.tolist():
@@ -93,7 +111,16 @@ def forward_interval(interval_s: float) -> float:
     ------
     TimeOrderError
         If it is negative or no finite number.
+    ConfigurationError
+        If it is longer than `INTERVAL_MAX_S`.
+    ShapeError
+        If it is no number.
     """
-    if not (interval_s >= 0.0 and math.isfinite(interval_s)):
-        raise TimeOrderError("interval of motion", interval_s, 0.0)
-    return float(interval_s)
+    interval = float(require_shape(interval_s, "interval of motion", ()))
+    if not (interval >= 0.0 and math.isfinite(interval)):
+        raise TimeOrderError("interval of motion", interval, 0.0)
+    if interval > INTERVAL_MAX_S:
+        raise ConfigurationError(
+            f"interval of motion: expected at most {INTERVAL_MAX_S:g} s, was {interval:g} s"
+        )
+    return interval

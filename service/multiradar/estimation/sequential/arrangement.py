@@ -1,11 +1,13 @@
 """The arrays of one filter in sequential form, for the player, the theory and the class."""
 
+from bisect import bisect_right
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.errors import ConfigurationError
+from multiradar.estimation.array_checks import require_shape
 from multiradar.estimation.filters import _kernels as kernels
 from multiradar.estimation.filters._joint_kernels import adopt_aircraft
 from multiradar.estimation.filters._time_offset_kernels import (
@@ -20,6 +22,18 @@ from multiradar.estimation.sequential.sensors import Sensors
 
 Floats = NDArray[np.float64]
 UPPER = np.triu_indices(4)
+
+#: Least and greatest value of each option.
+OPTION_BOUNDS = {
+    "acceleration_density": (0.0, 1e6),
+    "cone_ratio": (0.0, 10.0),
+    "refuse_nis": (1.0, np.inf),
+    "downweight_nis": (1.0, np.inf),
+    "speed_sigma_mps": (1.0, 10_000.0),
+    "ci_scale_time_s": (1e-3, 1e6),
+}
+#: The arrays of a filter may take so many bytes; with the joint filter they grow as the square.
+ARRAYS_BYTES_MAX = 2**30
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,6 +54,14 @@ class Options:
     ci_scale_time_s : float
         In the trace that covariance intersection minimises, which adds m² and (m/s)², a velocity
         counts as the way of so long a time, (1.45).
+
+    Raises
+    ------
+    ConfigurationError
+        If one is outside its bounds: those of the settings of the service; no process noise, and
+        gates that nothing fails, are taken as well.
+    ShapeError
+        If one is no number.
     """
 
     acceleration_density: float = 0.0
@@ -50,14 +72,10 @@ class Options:
     ci_scale_time_s: float = 10.0
 
     def __post_init__(self) -> None:
-        for name in ("acceleration_density", "cone_ratio", "refuse_nis", "downweight_nis"):
-            value = getattr(self, name)
-            if not value >= 0.0:
-                raise ConfigurationError(f"{name}: expected 0 or more, was {value}")
-        for name in ("speed_sigma_mps", "ci_scale_time_s"):
-            value = getattr(self, name)
-            if not 0.0 < value < np.inf:
-                raise ConfigurationError(f"{name}: expected above 0, was {value}")
+        for name, (least, most) in OPTION_BOUNDS.items():
+            value = float(require_shape(getattr(self, name), name, ()))
+            if not least <= value <= most:
+                raise ConfigurationError(f"{name}: expected {least:g} to {most:g}, was {value:g}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,16 +116,20 @@ def arrange(name: str, sensors: Sensors, options: Options, *, slots: int, rows: 
     UnknownFilterError
         If there is no filter of that name.
     ConfigurationError
-        If the filter cannot estimate one of the bias parameters.
+        If the filter cannot estimate one of the bias parameters, or its arrays would take more
+        than `ARRAYS_BYTES_MAX` with so many aircraft.
 
     References
     ----------
     IMM UrO RAN report (2016), equation (1.24): ς and its block before the first measurement;
     sections 1.3 to 1.5 for what each filter keeps.
     """
-    definition = find_filter_for(name, sensors.parameters)
+    definition = find_filter_for(name if isinstance(name, str) else repr(name), sensors.parameters)
     prior = sensors.prior
     count = len(prior.mean)
+    most = _slots_max(definition, sensors)
+    if slots > most:
+        raise ConfigurationError(f"aircraft: expected at most {most} with {name}, was {slots}")
     model = Model(
         plane=sensors.plane,
         sites=sensors.sites,
@@ -175,6 +197,19 @@ def begin(one: Arrangement, aircraft: int, time_s: float, mean: Floats, covarian
     arrays.place[aircraft] = kernels.SEVERAL
     if one.definition.corrects_biases:
         adopt_aircraft(arrays, len(one.model.bias), aircraft)
+
+
+# How many aircraft `ARRAYS_BYTES_MAX` has room for.
+def _slots_max(definition: FilterDefinition, sensors: Sensors) -> int:
+    biases = len(sensors.prior.mean)
+
+    def size(slots: int) -> int:
+        joint = biases + 4 * slots if definition.corrects_biases else 0
+        # State, covariance, sensitivity, latest plots and books; then what is read out.
+        each = 4 + 10 + 4 * biases + kernels.LOG_COUNT * len(sensors) + 10 + 20
+        return 8 * (joint * joint + slots * each)
+
+    return bisect_right(range(ARRAYS_BYTES_MAX), ARRAYS_BYTES_MAX, key=size) - 1
 
 
 def _options(options: Options) -> Floats:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
 
 
 class Store(NamedTuple):
@@ -39,12 +40,16 @@ class Record(NamedTuple):
         Estimates of the biases.
     bias_covariance : (t, c, c) float64
         Their covariance.
+    outcomes : (o,) int64
+        How many plots became what, by the number of `multiradar.estimation.filters.bank.Outcome`;
+        zeros where no plots were played.
     """
 
     mean: Floats
     covariance: Floats
     bias: Floats
     bias_covariance: Floats
+    outcomes: Integers
 
 
 class Epoch(NamedTuple):

@@ -12,7 +12,7 @@ from multiradar.errors import (
     TimeOrderError,
     UnknownAircraftError,
 )
-from multiradar.estimation.array_checks import finite_array, require_shape
+from multiradar.estimation.array_checks import finite_array, is_integer, require_shape
 from multiradar.estimation.filters.bank import Outcome
 from multiradar.estimation.gaussian import require_covariance
 from multiradar.estimation.sequential._kernels import walk
@@ -23,6 +23,9 @@ from multiradar.estimation.sequential.plots import Form, Plots, Starts, filter_r
 from multiradar.estimation.sequential.sensors import Sensors
 
 Floats = NDArray[np.float64]
+
+#: The longest walk, s: a year, after which nothing is left of what was known.
+WALK_MAX_S = 366.0 * 86_400.0
 
 _PLAIN = Options()
 
@@ -48,7 +51,8 @@ class SequentialFilter:
     UnknownFilterError
         If there is no filter of that name.
     ConfigurationError
-        If the form is unknown or there is room for no aircraft.
+        If the form is unknown, there is room for no aircraft, or for more than
+        `multiradar.estimation.sequential.arrangement.ARRAYS_BYTES_MAX` holds.
 
     Notes
     -----
@@ -83,8 +87,10 @@ class SequentialFilter:
         options: Options = _PLAIN,
         aircraft_max: int = 64,
     ) -> None:
-        if aircraft_max < 1:
-            raise ConfigurationError(f"aircraft_max: expected 1 or more, was {aircraft_max}")
+        if not is_integer(aircraft_max) or aircraft_max < 1:
+            raise ConfigurationError(
+                f"aircraft_max: expected an integer of 1 or more, was {aircraft_max!r}"
+            )
         self._sensors, self._form = sensors, form
         nobody = Starts(np.zeros(0), np.zeros((0, 4)), np.zeros((0, 4, 4)))
         filter_rows(_plots([], 0.0, [], np.zeros((0, 2)), None), sensors, nobody, form)
@@ -132,8 +138,7 @@ class SequentialFilter:
         state = finite_array(mean, "state of the aircraft", (4,))
         matrix = require_shape(covariance, "covariance of the aircraft", (4, 4))
         require_covariance(matrix, "covariance of the aircraft")
-        if not np.isfinite(time_s):
-            raise ShapeError("time of the start", "a finite number", ())
+        time_s = float(finite_array(time_s, "time of the start", ()))
         slot = self._slot(aircraft)
         self._take(aircraft, slot)
         begin(self._one, slot, time_s, state, matrix)
@@ -258,15 +263,24 @@ class SequentialFilter:
         Raises
         ------
         TimeOrderError
-            If it is negative or no number.
+            If it is negative or not finite.
+        ConfigurationError
+            If it is longer than `WALK_MAX_S`.
+        ShapeError
+            If it is no number.
 
         References
         ----------
         IMM UrO RAN report (2016), equations (1.6) and (1.25) for ς. The anchoring anew of the
         two-stage filter is the project's own: see `multiradar.estimation.bias.store.drift`.
         """
+        duration_s = float(require_shape(duration_s, "length of the walk", ()))
         if not 0.0 <= duration_s < np.inf:
             raise TimeOrderError("end of the walk", duration_s, 0.0)
+        if duration_s > WALK_MAX_S:
+            raise ConfigurationError(
+                f"length of the walk: expected at most {WALK_MAX_S:g} s, was {duration_s:g} s"
+            )
         one = self._one
         walk(one.definition.method, duration_s, one.model, one.aircraft, one.store)
 
@@ -342,6 +356,8 @@ class SequentialFilter:
 
     # Where an aircraft is, or would be: its place is taken when it starts.
     def _slot(self, aircraft: int) -> int:
+        if not is_integer(aircraft):
+            raise ShapeError("number of the aircraft", "an integer", (), repr(aircraft))
         if aircraft in self._slots:
             return self._slots[aircraft]
         if not self._free:
@@ -355,7 +371,7 @@ class SequentialFilter:
             self._slots[aircraft] = slot
 
     def _known(self, aircraft: int) -> int:
-        if aircraft not in self._slots:
+        if not is_integer(aircraft) or aircraft not in self._slots:
             raise UnknownAircraftError(aircraft)
         return self._slots[aircraft]
 
@@ -367,8 +383,10 @@ def _plots(
     values: ArrayLike,
     height_m: ArrayLike | None,
 ) -> Plots:
+    if np.ndim(sensors) != 1:
+        raise ShapeError("sensors of the plots", "one dimension", np.shape(sensors))
     count = len(sensors)
-    return Plots(
-        np.full(count, time_s), np.array(slots * count, np.int64), np.array(sensors, np.int64),
-        values, height_m,
-    )  # fmt: skip
+    time = float(finite_array(time_s, "time of the plots", ()))
+    # Plots refuses what is no integer, which an empty list is not by itself.
+    seeing = sensors if count else np.zeros(0, np.int64)
+    return Plots(np.full(count, time), np.array(slots * count, np.int64), seeing, values, height_m)

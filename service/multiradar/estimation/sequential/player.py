@@ -4,7 +4,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from multiradar.errors import ConfigurationError
-from multiradar.estimation.array_checks import ascending_times
+from multiradar.estimation.array_checks import ascending_times, require_shape
+from multiradar.estimation.filters.bank import Outcome
 from multiradar.estimation.sequential._player_kernels import play_rows
 from multiradar.estimation.sequential.arrangement import Arrangement, Options, arrange, begin
 from multiradar.estimation.sequential.arrays import Record
@@ -51,7 +52,8 @@ def play(
     Returns
     -------
     Record
-        Aircraft, moved on to each of the times, and biases.
+        Aircraft, moved on to each of the times, and biases; and how many plots became what, as
+        `record.outcomes[Outcome.SINGULAR]`.
 
     Raises
     ------
@@ -78,10 +80,12 @@ def play(
     one = prepared(name, sensors, starts, options, len(plots))
     count = len(sensors.prior.mean)
     record = empty_record(len(times), len(starts), count)
+    played = int(np.searchsorted(plots.time_s, times[-1:].max(initial=-np.inf), "right"))
     play_rows(
         one.definition.method, walk_start(starts, walk_s), walk_s, times, one.work, rows,
         one.model, one.aircraft, one.result, one.store, record,
     )  # fmt: skip
+    record.outcomes[:] = np.bincount(one.result.outcome[:played], minlength=len(Outcome))
     return record
 
 
@@ -134,13 +138,14 @@ def empty_record(times: int, aircraft: int, biases: int) -> Record:
     Returns
     -------
     Record
-        Arrays of NaN.
+        Arrays of NaN, and outcomes of zero.
     """
     return Record(
         mean=np.full((times, aircraft, 4), np.nan),
         covariance=np.full((times, aircraft, 4, 4), np.nan),
         bias=np.full((times, biases), np.nan),
         bias_covariance=np.full((times, biases, biases), np.nan),
+        outcomes=np.zeros(len(Outcome), np.int64),
     )
 
 
@@ -194,6 +199,7 @@ def walk_start(starts: Starts, walk_s: float) -> float:
     IMM UrO RAN report (2016), equation (1.6), whose walk is taken in steps; from when on is the
     project's own.
     """
+    walk_s = float(require_shape(walk_s, "interval of the walk", ()))
     if not 0.0 < walk_s < np.inf:
         raise ConfigurationError(f"interval of the walk: expected more than 0 s, was {walk_s}")
     return float(starts.time_s.min(initial=np.inf))

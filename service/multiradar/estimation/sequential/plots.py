@@ -72,8 +72,8 @@ class Plots:
             raise TimeOrderError("plot", float(times[place + 1]), float(times[place]))
         count = len(times)
         values = finite_array(value, "values of the plots", (count, 2))
-        heights = np.full(count, np.nan) if height_m is None else np.array(height_m, np.float64)
-        require_shape(heights, "heights of the plots", (count,))
+        heights = np.full(count, np.nan) if height_m is None else height_m
+        heights = require_shape(heights, "heights of the plots", (count,)).copy()
         if np.isinf(heights).any():
             raise ShapeError("heights of the plots", "finite numbers or NaN", heights.shape)
         seen, seeing = (
@@ -200,9 +200,13 @@ def _require_once_at_a_time(times: Floats, aircraft: Integers, sensors: Integers
 
 
 def _indices(values: ArrayLike, count: int, what: str) -> Integers:
-    array = np.asarray(values)
+    try:
+        array = np.asarray(values)
+    except ValueError as error:
+        raise ShapeError(what, f"({count},) integers", (), "rows of unequal length") from error
     if array.shape != (count,) or not np.issubdtype(array.dtype, np.integer):
-        raise ShapeError(what, f"({count},) integers", array.shape)
+        found = f"of shape {array.shape} and type {array.dtype}"
+        raise ShapeError(what, f"({count},) integers", array.shape, found)
     if count and int(array.min()) < 0:
         raise ShapeError(what, "indices of 0 or more", array.shape)
     return array.astype(np.int64)

@@ -11,16 +11,21 @@ from multiradar.errors import (
     PriorError,
     SensorPositionError,
     ShapeError,
-    UnknownParameterError,
 )
-from multiradar.estimation.array_checks import finite_array, positive_array, require_shape
+from multiradar.estimation.array_checks import finite_array, require_shape
 from multiradar.estimation.gaussian import require_covariance
 from multiradar.estimation.measurement._kernels import KIND_FLAT_POLAR, KIND_RADAR
+from multiradar.estimation.measurement.bias_parameters import known_kinds
 from multiradar.estimation.measurement.sensors import (
     PARAMETER_AZIMUTH_OFFSET,
     PARAMETER_NAMES,
     PARAMETER_RANGE_OFFSET,
     SensorTable,
+)
+from multiradar.estimation.sequential.sensor_checks import (
+    plot_variances,
+    require_prior,
+    require_sites,
 )
 from multiradar.geodesy._kernels import site_parameters
 from multiradar.geodesy.system_plane import SystemPlane
@@ -108,6 +113,9 @@ class Sensors:
         If a kind of parameter is unknown.
     ConfigurationError
         If a sensor has a parameter twice: there is room for each kind once.
+    PriorError
+        If a prior or a drift is outside the bounds that
+        `multiradar.estimation.measurement.sensor_bounds` has for sensors.
     """
 
     kind: Integers
@@ -121,7 +129,7 @@ class Sensors:
 
     def __post_init__(self) -> None:
         count, starts = len(self.kind), self.starts
-        kinds = _known_parameters(self.parameters)
+        kinds = known_kinds(self.parameters)
         for name, array, length in (
             ("sites of the sensors", self.sites, count),
             ("noises of the sensors", self.noises, count),
@@ -136,6 +144,8 @@ class Sensors:
             raise ShapeError("first parameters of the sensors", expected, starts.shape)
         for sensor, (first, last) in enumerate(pairwise(starts.tolist())):
             _require_each_once(sensor, kinds[first:last].tolist())
+        prior = self.prior
+        require_prior(kinds, prior.mean, prior.sigma, prior.drift)
 
     def __len__(self) -> int:
         return len(self.kind)
@@ -171,33 +181,28 @@ def flat_radars(
     SensorPositionError
         If a radar has no position.
     PriorError
-        If the noise of a radar is not positive.
+        If a noise, a prior or a drift is outside the bounds that
+        `multiradar.estimation.measurement.sensor_bounds` has for sensors.
     UnknownParameterError
         If a kind of parameter is unknown.
     ConfigurationError
-        If a kind of parameter is named twice.
+        If a kind of parameter is named twice, or a radar is too far from the origin.
     ShapeError
-        If the shapes do not go together.
+        If the shapes do not go together, or there is no radar.
 
     References
     ----------
     IMM UrO RAN report (2016), equations (1.5), (1.7), (1.11) and (1.13).
     """
-    sites = require_shape(site_m, "sites of the radars", (None, 2))
-    _require_positions(
-        np.asarray(np.isfinite(sites).all(axis=1)), [str(one) for one in range(len(sites))]
-    )
+    sites = require_sites(site_m)
     count = len(sites)
-    kinds = _known_parameters(parameters)
-    variances = [
-        positive_array(sigma, f"sigma of the {name}", (count,), PriorError) ** 2
-        for sigma, name in ((range_sigma_m, "range"), (azimuth_sigma_rad, "azimuth"))
-    ]
+    kinds = known_kinds(parameters)
+    variances = plot_variances(count, range_sigma_m, azimuth_sigma_rad)
     return Sensors(
         kind=np.full(count, KIND_FLAT_POLAR, np.int64),
         plane=np.zeros(1),
-        sites=np.ascontiguousarray(sites),
-        noises=np.column_stack([*variances, np.ones(count), np.zeros(count)]),
+        sites=sites,
+        noises=np.column_stack([variances, np.ones(count), np.zeros(count)]),
         places=_one_places(np.column_stack([sites, np.zeros(count)])),
         starts=len(kinds) * np.arange(count + 1, dtype=np.int64),
         parameters=np.tile(kinds, count),
@@ -253,7 +258,7 @@ def earth_sensors(table: SensorTable, plane: SystemPlane) -> Sensors:
         noises=np.column_stack([*noises, np.nan_to_num(table.height_m)]),
         places=_one_places(geodetic_to_ecef(*places.T)),
         starts=starts,
-        parameters=_known_parameters(table.parameter_kind),
+        parameters=known_kinds(table.parameter_kind),
         prior=BiasPrior(table.prior_mean, np.diag(table.prior_sigma**2), table.drift),
     )
 
@@ -262,14 +267,6 @@ def _require_positions(located: NDArray[np.bool_], names: tuple[str, ...] | list
     for name, there in zip(names, located, strict=True):
         if not there:
             raise SensorPositionError(name)
-
-
-def _known_parameters(kinds: ArrayLike) -> Integers:
-    values = np.asarray(kinds)
-    for kind in values.ravel().tolist():
-        if kind not in range(len(PARAMETER_NAMES)):
-            raise UnknownParameterError(kind, PARAMETER_NAMES)
-    return values.astype(np.int64).ravel()
 
 
 def _require_each_once(sensor: int, kinds: list[int]) -> None:

@@ -224,7 +224,7 @@ def test_a_prior_that_is_none_is_named(
 
 
 def test_a_degree_below_zero_or_a_mean_of_another_degree_is_named() -> None:
-    with pytest.raises(ConfigurationError, match="degree: expected 0 or more, was -1"):
+    with pytest.raises(ConfigurationError, match="degree: expected an integer of 0 or more"):
         start(-1, np.zeros(0), np.zeros((0, 0)))
     with pytest.raises(ShapeError, match=r"prior mean: expected the shape \(3,\)"):
         start(2, np.zeros(2), PAPER)
@@ -272,6 +272,25 @@ def test_wrong_shapes_and_noise_of_nothing_are_named() -> None:
         estimate(state, np.nan)
     with pytest.raises(ForecastError, match="near enough"):
         forecast(state, [1.0, 1e200])
+
+
+def test_times_and_values_that_no_basis_holds_are_named() -> None:
+    state = start(2, NOTHING, PAPER)
+    with pytest.raises(ConfigurationError, match=r"expected within 1e\+12 s of 0, was 1e\+308 s"):
+        observe(state, [1e308], [0.0], 1.0)
+    with pytest.raises(ConfigurationError, match=r"at least 1e-09 s after it, was 1.99998e-320"):
+        observe(state, [1e-320, 2e-320], [0.0, 0.0], 1.0)
+    with pytest.raises(ConfigurationError, match="at least 1e-09 s"):
+        observe_increments(state, [0.0, 1e-320], [0.0], 1.0)
+    with pytest.raises(ConfigurationError, match="expected within"):
+        observe_interval(state, 0.0, 1e300, NOTHING, 1.0)
+    with pytest.raises(ConfigurationError, match="values: expected sigmas above 1e-100"):
+        observe(state, [1.0], [1e308], 1e-10)
+    with pytest.raises(ConfigurationError, match="start: expected a finite time, at most"):
+        start(2, NOTHING, PAPER, 1e13)
+    high = observe(start(40, np.zeros(41), np.eye(41)), [1e-8], [0.0], 1.0)
+    with pytest.raises(ForecastError, match="longer than so high a degree tells"):
+        estimate(high, 1.0)
 
 
 def test_a_state_stays_as_it_was() -> None:

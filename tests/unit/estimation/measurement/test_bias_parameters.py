@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from multiradar.errors import ShapeError, UnknownParameterError
 from multiradar.estimation.measurement.bias_parameters import bias_matrix
 from multiradar.estimation.measurement.sensors import (
     PARAMETER_AZIMUTH_OFFSET,
@@ -72,5 +73,17 @@ def test_columns_follow_the_order_asked_for_and_broadcast() -> None:
 
 
 def test_an_unknown_kind_is_refused() -> None:
-    with pytest.raises(ValueError, match="was 4"):
+    with pytest.raises(UnknownParameterError, match="was 4"):
         bias_matrix([0, 4], 1.0, 0.0, 0.0)
+    for part in (0.9, np.nan, -1.0):
+        with pytest.raises(UnknownParameterError, match="expected one of 0"):
+            bias_matrix([part], 1.0, 0.0, 0.0)
+
+
+def test_what_is_no_number_or_does_not_go_together_is_refused() -> None:
+    with pytest.raises(ShapeError, match="kinds of the bias parameters: expected numbers"):
+        bias_matrix(["range"], 1.0, 0.0, 0.0)
+    with pytest.raises(ShapeError, match=r"range rate: expected numbers, was 'fast'"):
+        bias_matrix([0], 1.0, "fast", 0.0)
+    with pytest.raises(ShapeError, match=r"go together, was of the shapes \(2,\), \(3,\), \(\)"):
+        bias_matrix([0], [1.0, 2.0], [0.0, 0.0, 0.0], 0.0)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from multiradar.errors import ConfigurationError
 from multiradar.estimation.measurement.cone_of_silence import azimuth_trusted
 
 
@@ -24,5 +25,5 @@ def test_below_the_radar_there_is_no_cone() -> None:
 def test_numbers_that_are_none_are_not_trusted() -> None:
     assert not azimuth_trusted(np.nan, 1_000.0, 0.0)
     assert not azimuth_trusted(1e5, np.nan, 0.0)
-    with pytest.raises(ValueError, match="cone ratio"):
+    with pytest.raises(ConfigurationError, match="cone ratio"):
         azimuth_trusted(1e5, 1e3, 0.0, cone_ratio=-1.0)

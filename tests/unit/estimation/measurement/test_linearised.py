@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from multiradar.errors import ShapeError
 from multiradar.estimation.measurement.linearised import (
     cartesian_bias_matrix,
     cartesian_noise,
@@ -45,5 +46,5 @@ def test_many_places_at_once() -> None:
 
 
 def test_at_the_radar_there_is_no_direction() -> None:
-    with pytest.raises(ValueError, match="away from the radar"):
+    with pytest.raises(ShapeError, match="away from the radar"):
         cartesian_bias_matrix(SITE, SITE)

@@ -4,7 +4,14 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
+from multiradar.errors import (
+    ConfigurationError,
+    MotionParameterError,
+    MultiradarError,
+    ShapeError,
+)
 from multiradar.estimation.motion.constant_velocity import process_noise, transition
+from multiradar.estimation.motion.white_acceleration import WhiteAcceleration
 
 
 def test_state_order_is_position_then_velocity() -> None:
@@ -43,5 +50,16 @@ def test_two_intervals_add_what_their_sum_adds() -> None:
 
 @pytest.mark.parametrize(("interval_s", "density"), [(-1e-9, 1.0), (np.nan, 1.0), (1.0, -0.1)])
 def test_time_does_not_run_backwards_for_noise(interval_s: float, density: float) -> None:
-    with pytest.raises(ValueError, match="expected 0"):
+    with pytest.raises(MultiradarError, match="expected a"):
         process_noise(interval_s, density)
+
+
+def test_intervals_and_densities_of_no_aircraft_are_named() -> None:
+    with pytest.raises(ShapeError, match="interval of motion: expected numbers, was 'long'"):
+        process_noise("long", 1.0)
+    with pytest.raises(MotionParameterError, match=r"at most 1e\+12, was 1e\+308"):
+        WhiteAcceleration((1e308, 1.0, 1.0))
+    model = WhiteAcceleration((1.0, 1.0, 1.0))
+    with pytest.raises(ConfigurationError, match=r"interval of motion: expected at most 1e\+09 s"):
+        model.noise(np.zeros(6), 1e150)
+    assert np.isfinite(model.noise(np.zeros(6), 1e9)).all()

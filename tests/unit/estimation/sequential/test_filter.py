@@ -20,6 +20,7 @@ from multiradar.errors import (
 )
 from multiradar.estimation.filters.bank import Outcome
 from multiradar.estimation.sequential import filter as filter_module
+from multiradar.estimation.sequential.arrangement import Options
 from multiradar.estimation.sequential.filter import SequentialFilter
 from multiradar.estimation.sequential.plots import Plots, Starts
 from multiradar.estimation.sequential.sensors import (
@@ -78,6 +79,70 @@ def test_a_prior_is_checked() -> None:
         flat_radars(SITES, 0.0, 1e-3, PRIOR)
     with pytest.raises(ShapeError, match="prior of the biases"):
         flat_radars(SITES, 15.0, 1e-3, BiasPrior(np.zeros(3), np.eye(3)))
+
+
+@pytest.mark.parametrize(
+    ("range_sigma", "azimuth_sigma", "named"),
+    [
+        (1e-200, 1e-3, "sigma of the range, m: expected 0.01 to 10000, was 1e-200"),
+        (1e200, 1e-3, "sigma of the range"),
+        (15.0, 1e-15, "sigma of the azimuth, rad: expected"),
+        (15.0, np.nan, "sigma of the azimuth"),
+    ],
+)
+def test_noise_is_that_of_a_radar(range_sigma: float, azimuth_sigma: float, named: str) -> None:
+    with pytest.raises(PriorError, match=named):
+        flat_radars(SITES, range_sigma, azimuth_sigma, PRIOR)
+
+
+@pytest.mark.parametrize(
+    ("kind", "mean", "sigma", "drift", "named"),
+    [
+        (0, 0.0, 500.0, 1e200, r"drift of range_offset_m: expected 0 to 100, was 1e\+200"),
+        (0, 0.0, 1e150, 0.0, "prior sigma of range_offset_m"),
+        (0, 0.0, 1e-150, 0.0, "prior sigma of range_offset_m"),
+        (0, 1e200, 500.0, 0.0, "prior mean of range_offset_m"),
+        (1, 0.0, 2.0, 0.0, "prior sigma of azimuth_offset, rad: expected .* to 1.5708, was 2"),
+        (1, 0.0, 0.01, 0.02, "drift of azimuth_offset, rad"),
+        (2, -1.0, 0.01, 0.0, "prior mean of range_gain"),
+        (3, 0.0, 0.5, 2.0, "drift of time_offset_s"),
+    ],
+)
+def test_a_prior_is_that_of_a_radar(
+    kind: int, mean: float, sigma: float, drift: float, named: str
+) -> None:
+    prior = BiasPrior([mean], [[sigma**2]], [drift])
+    with pytest.raises(PriorError, match=named):
+        flat_radars([[0.0, 0.0]], 15.0, 1e-3, prior, [kind])
+
+
+def test_there_are_radars_and_they_stand_on_the_plane() -> None:
+    with pytest.raises(ShapeError, match="one radar or more"):
+        flat_radars(np.zeros((0, 2)), 15.0, 1e-3, BiasPrior([], np.zeros((0, 0))))
+    with pytest.raises(ConfigurationError, match=r"site of radar 1: expected within 1e\+07 m"):
+        flat_radars([[0.0, 0.0], [1e300, 0.0]], 15.0, 1e-3, PRIOR)
+    with pytest.raises(ShapeError, match="prior covariance of the biases: expected numbers"):
+        BiasPrior([0.0, 0.0], [[1.0, 0.0], [0.0]])
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("downweight_nis", 0.0),
+        ("refuse_nis", 0.99),
+        ("acceleration_density", np.inf),
+        ("acceleration_density", 1e308),
+        ("acceleration_density", -1e-9),
+        ("cone_ratio", 11.0),
+        ("speed_sigma_mps", 0.0),
+        ("ci_scale_time_s", np.nan),
+    ],
+)
+def test_options_have_the_bounds_of_the_settings(name: str, value: float) -> None:
+    with pytest.raises(ConfigurationError, match=f"{name}: expected"):
+        Options(**{name: value})
+    with pytest.raises(ShapeError, match=f"{name}: expected numbers, was 'low'"):
+        Options(**{name: "low"})  # type: ignore[arg-type]
 
 
 def test_a_radar_needs_a_position() -> None:
@@ -184,7 +249,37 @@ def test_shapes_and_indices_are_checked() -> None:
         Plots([1.0], [0.5], [0], np.ones((1, 2)))
 
 
+def test_no_sensor_is_taken_for_another() -> None:
+    one = started()
+    for sensor in (0.5, "a", True, -1, 2):
+        with pytest.raises(ShapeError, match="sensors of the plots"):
+            one.observe(7, 11.0, sensor, [36_100.0, 0.59])  # type: ignore[arg-type]
+    with pytest.raises(ShapeError, match="number of the aircraft: expected an integer, was 'AB'"):
+        one.observe("AB", 11.0, 0, [36_100.0, 0.59])  # type: ignore[arg-type]
+    with pytest.raises(ShapeError, match="time of the plots: expected numbers, was 'noon'"):
+        one.observe(7, "noon", 0, [36_100.0, 0.59])  # type: ignore[arg-type]
+
+
+def test_a_walk_is_no_longer_than_a_year() -> None:
+    one = started()
+    with pytest.raises(ConfigurationError, match=r"length of the walk: expected at most 3\.16"):
+        one.walk(1e308)
+    with pytest.raises(ShapeError, match="length of the walk: expected numbers"):
+        one.walk("long")  # type: ignore[arg-type]
+
+
+def test_room_is_told_before_memory_ends() -> None:
+    for number in (1.5, 0, True):
+        with pytest.raises(ConfigurationError, match="aircraft_max: expected an integer of 1"):
+            SequentialFilter("joint", radars(), aircraft_max=number)  # type: ignore[arg-type]
+    for name, most in (("joint", 2892), ("two-stage", 1_458_888)):
+        with pytest.raises(ConfigurationError, match=f"at most {most} with {name}, was"):
+            SequentialFilter(name, radars(), aircraft_max=10**7)
+
+
 def test_names_and_room_are_checked() -> None:
+    with pytest.raises(UnknownFilterError, match="was '\\[\\]'"):
+        SequentialFilter([], radars())  # type: ignore[arg-type]
     with pytest.raises(UnknownFilterError):
         SequentialFilter("kalman", radars())
     with pytest.raises(ConfigurationError, match="aircraft_max"):

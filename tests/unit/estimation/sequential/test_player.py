@@ -140,6 +140,21 @@ def test_a_filter_can_start_at_its_first_plot() -> None:
     assert error @ np.linalg.solve(covariance, error) < 25.0
 
 
+def test_the_record_counts_what_became_of_the_plots() -> None:
+    scene = small_scene(6, duration_s=20)
+    plots, spoilt = scene.plots, scene.plots.value.copy()
+    # So far off that nothing can be told from it, once in time and once after the end.
+    spoilt[[2, -1]] = 1e13
+    given = Plots(plots.time_s, plots.aircraft, plots.sensor, spoilt)
+    until = float(plots.time_s[-1]) - 1e-3
+    record = play("two-stage", scene.sensors, given, scene.starts, [until])
+    taken = int(np.sum(plots.time_s <= until))
+    assert taken < len(plots)
+    assert record.outcomes[Outcome.SINGULAR] == 1
+    assert record.outcomes[Outcome.UPDATED] == record.outcomes.sum() - 1 == taken - 1
+    assert play("two-stage", scene.sensors, given, scene.starts, []).outcomes.sum() == 0
+
+
 def test_covariance_intersection_is_told_what_a_velocity_counts() -> None:
     """A velocity that counts as the way of a longer time is better known in the end."""
     scene = small_scene(8, duration_s=60)
