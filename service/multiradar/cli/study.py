@@ -127,7 +127,8 @@ def _told(entry: StudyEntry) -> str:
     if entry.runs is not None:
         defaults.append(f"--runs {entry.runs}")
     if entry.duration_s is not None:
-        defaults.append(f"--duration {entry.duration_s:g}")
+        least, most = entry.duration_bounds_s
+        defaults.append(f"--duration {entry.duration_s:g} ({least:g} to {most:g})")
     if entry.filters:
         defaults.append(f"--filters {','.join(entry.filters)}")
     return f"Takes, with its defaults: {' '.join(defaults)}." if defaults else ""

@@ -44,6 +44,10 @@ def _errors(case: Case, t: int) -> list[dict[str, Value]]:
             "theoretical": float(case.theoretical[t, column]),
             "reported": float(case.reported[t, column]),
             "one_run": float(case.one[t, column]),
+            "band_low": None,
+            "band_high": None,
+            "all_times_low": None,
+            "all_times_high": None,
         }
         for column, name in enumerate(QUANTITIES)
     ]
@@ -54,9 +58,9 @@ def _consistency(case: Case, bands: Bands, t: int) -> list[dict[str, Value]]:
         {
             "quantity": name,
             "mean_error": float(case.nees[t, column]),
-            "theoretical": 1.0,
+            "theoretical": float(case.expected_nees[t, column]),
             "reported": 1.0,
-            "expected": float(case.expected_nees[t, column]),
+            "one_run": None,
             "band_low": float(bands.low[t, column]),
             "band_high": float(bands.high[t, column]),
             "all_times_low": float(bands.all_low[t, column]),

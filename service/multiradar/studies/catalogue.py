@@ -2,11 +2,12 @@
 
 import dataclasses
 import importlib
+import math
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Protocol, cast
 
-from multiradar.errors import UnknownFilterError
+from multiradar.errors import ConfigurationError, UnknownFilterError
 
 if TYPE_CHECKING:
     # Help must be fast: the types bring NumPy with them.
@@ -35,6 +36,8 @@ class StudyEntry:
         Realisations unless others are asked for; None: it has none to repeat.
     duration_s : float, optional
         Length of its scene, s, unless another is asked for; None: it is fixed.
+    duration_bounds_s : tuple of two floats
+        Least and greatest length of its scene, s: what shows anything, and what ends in time.
     filters : tuple of str
         Filters it judges; empty: no choice.
     """
@@ -45,6 +48,7 @@ class StudyEntry:
     module: str
     runs: int | None = None
     duration_s: float | None = None
+    duration_bounds_s: tuple[float, float] = (0.0, math.inf)
     filters: tuple[str, ...] = ()
 
     @property
@@ -62,10 +66,14 @@ class StudyEntry:
         ------
         UnknownFilterError
             A filter that the study does not judge.
+        ConfigurationError
+            A duration outside the bounds of the study.
         """
         for name in options.filters or () if self.filters else ():
             if name not in self.filters:
                 raise UnknownFilterError(name, self.filters)
+        if self.duration_s is not None and options.duration_s is not None:
+            self._require_duration(options.duration_s)
         return dataclasses.replace(
             options,
             runs=None if self.runs is None else options.runs or self.runs,
@@ -80,10 +88,19 @@ class StudyEntry:
         ------
         UnknownFilterError
             A filter that the study does not judge.
+        ConfigurationError
+            A duration outside the bounds of the study.
         """
         completed = self.complete(options)
         study = cast("_Study", importlib.import_module(self.module))
         return study.run(completed, progress)
+
+    def _require_duration(self, duration_s: float) -> None:
+        least, most = self.duration_bounds_s
+        if not least <= duration_s <= most:
+            raise ConfigurationError(
+                f"--duration of {self.name}: expected {least:g} to {most:g} s, was {duration_s:g} s"
+            )
 
 
 class _Study(Protocol):
@@ -99,6 +116,7 @@ BIAS_ESTIMATION = StudyEntry(
     module="multiradar.studies.bias_estimation",
     runs=20,
     duration_s=1000.0,
+    duration_bounds_s=(0.5, 10_000.0),
     filters=("joint", "two-stage", "blom", "blom-macro", "ci"),
 )
 POLYNOMIAL_FORECAST = StudyEntry(
@@ -117,6 +135,7 @@ COUPLED_MOTION = StudyEntry(
     module="multiradar.studies.coupled_motion",
     runs=100,
     duration_s=300.0,
+    duration_bounds_s=(10.0, 3600.0),
     filters=(
         "cartesian-acceleration",
         "relative-speed",

@@ -59,9 +59,6 @@ from multiradar.studies.result import (
     step_counter,
 )
 
-#: A filter cannot settle in fewer intervals.
-STEPS_MIN = 10
-
 #: Quantity, title and caption of the tables of filters by what they track.
 TABLES = (
     (
@@ -106,6 +103,8 @@ def run(options: StudyOptions, progress: Progress) -> StudyResult:
     ------
     UnknownFilterError
         A filter has a name that is not known.
+    ConfigurationError
+        A duration outside the bounds of the study.
 
     References
     ----------
@@ -116,7 +115,7 @@ def run(options: StudyOptions, progress: Progress) -> StudyResult:
     assert runs is not None
     assert names is not None
     assert duration_s is not None
-    steps = max(round(duration_s / INTERVAL_S), STEPS_MIN)
+    steps = round(duration_s / INTERVAL_S)
     parts = batches(runs, steps)
     tick = step_counter(progress, len(DRAWN) + 1 + len(TRACKED) * len(names) * len(parts))
     # Each part has draws of its own, so that a choice of filters changes nothing else.

@@ -66,9 +66,12 @@ def test_there_is_a_row_for_each_filter_form_drift_time_and_quantity() -> None:
     for row in result.rows:
         values = ["mean_error", "theoretical", "reported"]
         if row["quantity"] in CONSISTENCIES:
-            values += ["band_low", "band_high", "all_times_low", "all_times_high", "expected"]
+            values += ["band_low", "band_high", "all_times_low", "all_times_high"]
             assert number(row["all_times_low"]) < number(row["band_low"]) < 1.0
             assert 1.0 < number(row["band_high"]) < number(row["all_times_high"])
+            assert row["reported"] == 1.0
+        assert set(row) == set(result.rows[0])
+        assert (number(row["acceleration_density"]) > 0.0) == row["drift"]
         assert all(np.isfinite(number(row[value])) for value in values)
 
 
@@ -205,11 +208,11 @@ def test_filters_that_drop_correlations_are_known_by_their_consistency() -> None
     """Blom promises too much, CI too little, and the theory says both beforehand."""
     blom, ci = (last_row(name, "polar", False, "nees_bias") for name in ("blom", "ci"))
     assert number(blom["mean_error"]) > number(blom["all_times_high"])
-    assert number(blom["expected"]) > 100.0
+    assert number(blom["theoretical"]) > 100.0
     assert number(ci["mean_error"]) < number(ci["all_times_low"])
-    assert number(ci["expected"]) < 1.0
+    assert number(ci["theoretical"]) < 1.0
     joint = last_row("joint", "polar", False, "nees_bias")
-    assert number(joint["expected"]) == pytest.approx(1.0, rel=1e-9)
+    assert number(joint["theoretical"]) == pytest.approx(1.0, rel=1e-9)
 
 
 def test_the_mean_error_is_near_the_theory() -> None:

@@ -1,11 +1,12 @@
 """The catalogue fills in what a study takes, and leaves out what it does not."""
 
+import math
 import re
 from pathlib import Path
 
 import pytest
 
-from multiradar.errors import UnknownFilterError
+from multiradar.errors import ConfigurationError, UnknownFilterError
 from multiradar.studies.catalogue import STUDIES
 from multiradar.studies.result import StudyOptions
 from support.fake_study import ENTRY, FIXED
@@ -27,6 +28,19 @@ def test_what_a_study_does_not_take_does_not_reach_it() -> None:
 def test_a_filter_that_is_not_judged_is_named_with_those_that_are() -> None:
     with pytest.raises(UnknownFilterError, match=r"joint, two-stage, ci, was 'kalman'"):
         ENTRY.complete(StudyOptions(filters=("ci", "kalman")))
+
+
+@pytest.mark.parametrize("name", [name for name, entry in STUDIES.items() if entry.duration_s])
+def test_a_study_is_neither_too_short_nor_without_end(name: str) -> None:
+    entry = STUDIES[name]
+    least, most = entry.duration_bounds_s
+    assert least < (entry.duration_s or 0.0) < most
+    for duration_s in (least, most):
+        assert entry.complete(StudyOptions(duration_s=duration_s)).duration_s == duration_s
+    for wrong in (least * 0.99, most * 1.01, math.nan):
+        expected = f"--duration of {name}: expected {least:g} to {most:g} s, was {wrong:g} s"
+        with pytest.raises(ConfigurationError, match=re.escape(expected)):
+            entry.complete(StudyOptions(duration_s=wrong))
 
 
 def test_every_study_says_in_one_sentence_what_it_shows() -> None:
