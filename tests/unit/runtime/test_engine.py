@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from multiradar.errors import ConfigurationError, UnknownFilterError
 from multiradar.estimation.gaussian import normalised_squared
@@ -14,11 +15,15 @@ from multiradar.estimation.measurement.sensors import (
 from multiradar.runtime import shared_biases
 from multiradar.runtime.digest import OutputDigest
 from multiradar.runtime.engine import Engine
+from multiradar.tracking._kernels import describe
 from multiradar.tracking.measurements import MeasurementBatch
 from multiradar.tracking.outputs import BiasRecords, EngineOutput, TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
 from support.batches import batch_of
 from support.scenes import Flight, Radar, Scene, make_scene, random_flights, three_radars
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
 
 FILTERS = ("two-stage", "joint", "blom", "blom-macro", "ci")
 
@@ -283,3 +288,22 @@ def test_the_sigma_at_the_end_of_an_epoch_includes_the_walk_since_the_last_plots
     said = engine.flush().biases.sigma[-len(scene.sensors.drift) :]
     walked = (said**2 - engine.biases.sigma**2) / scene.sensors.drift**2
     np.testing.assert_allclose(walked, epoch_s, rtol=1e-6)
+
+
+def test_an_estimate_without_a_latitude_is_counted_and_not_told(
+    scene: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def beyond_the_edge(taken: Integers, readout: Floats, plane: Floats, described: Floats) -> None:
+        describe(taken, readout, plane, described)
+        described[:3] = np.nan
+
+    monkeypatch.setattr("multiradar.runtime.engine.describe", beyond_the_edge)
+    engine = Engine(scene.sensors, TrackingSettings())
+    assert not len(engine.push(scene.batch.take(slice(0, 200))).updates)  # Within the horizon.
+    output = engine.flush()
+    engine.close()
+    counts = engine.counts
+    assert counts["UNLOCATABLE"] == 3
+    assert len(output.updates) == counts["UPDATED"] + counts["STARTED"] + counts["RESTARTED"]
+    assert np.isfinite(output.updates.latitude_rad).all()
+    assert output.updates.sequence.tolist() == list(range(1, len(output.updates) + 1))

@@ -86,7 +86,7 @@ def test_a_sensor_without_id_is_named_by_its_numbers(numbers: str, name: str) ->
         (RADAR + RADAR, "expected each id and each pair of numbers once, was twice a"),
         (
             RADAR + "range_sigma_m = 0",
-            "range_sigma_m: expected a value greater than or equal to 0.01",
+            "range_sigma_m: expected a value greater than or equal to 0.1",
         ),
         (
             RADAR + "[sensor.bias.wobble]",

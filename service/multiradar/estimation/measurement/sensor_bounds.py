@@ -24,15 +24,15 @@ class ParameterBounds(NamedTuple):
 LATITUDE_DEG = Bounds(-90.0, 90.0)
 LONGITUDE_DEG = Bounds(-180.0, 180.0)
 HEIGHT_M = Bounds(-1000.0, 10_000.0)
-RANGE_SIGMA_M = Bounds(0.01, 1e4)
-AZIMUTH_SIGMA_DEG = Bounds(1e-6, 10.0)
-POSITION_SIGMA_M = Bounds(0.01, 1e4)
+RANGE_SIGMA_M = Bounds(0.1, 1e4)
+AZIMUTH_SIGMA_DEG = Bounds(1e-4, 10.0)
+POSITION_SIGMA_M = Bounds(0.1, 1e4)
 RANGE_MAX_M = Bounds(1.0, 1e6)
 ROTATION_PERIOD_S = Bounds(0.1, 3600.0)
 
-RANGE_OFFSET_M = ParameterBounds(2e4, Bounds(1e-9, 2e4), 100.0)
-AZIMUTH_OFFSET_DEG = ParameterBounds(90.0, Bounds(1e-9, 90.0), 1.0)
-RANGE_GAIN = ParameterBounds(0.1, Bounds(1e-9, 0.1), 0.01)
+RANGE_OFFSET_M = ParameterBounds(2e4, Bounds(1e-9, 1e4), 100.0)
+AZIMUTH_OFFSET_DEG = ParameterBounds(90.0, Bounds(1e-9, 10.0), 1.0)
+RANGE_GAIN = ParameterBounds(0.1, Bounds(1e-9, 0.05), 0.01)
 TIME_OFFSET_S = ParameterBounds(10.0, Bounds(1e-9, 10.0), 1.0)
 
 #: By kind of bias parameter.

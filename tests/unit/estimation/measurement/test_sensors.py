@@ -42,7 +42,7 @@ def changed(name: str, place: int, value: float) -> dict[str, Any]:
         (
             changed("range_sigma_m", 2, 0.0),
             PriorError,
-            "range_sigma_m of sensor C: expected 0.01 to 10000, was 0",
+            "range_sigma_m of sensor C: expected 0.1 to 10000, was 0",
         ),
         (changed("azimuth_sigma_rad", 0, np.nan), PriorError, "azimuth_sigma_rad of sensor A"),
         (
@@ -134,7 +134,7 @@ def test_bounds_themselves_are_taken_in_radians_too() -> None:
         table(),
         latitude_rad=np.radians([90.0, -90.0, 0.0]),
         longitude_rad=np.radians([180.0, -180.0, 0.0]),
-        azimuth_sigma_rad=np.radians([1e-6, 10.0, 1.0]),
+        azimuth_sigma_rad=np.radians([1e-4, 10.0, 1.0]),
     )
     assert len(edges) == 3
 
