@@ -84,7 +84,7 @@ def test_a_prior_is_checked() -> None:
 @pytest.mark.parametrize(
     ("range_sigma", "azimuth_sigma", "named"),
     [
-        (1e-200, 1e-3, "sigma of the range, m: expected 0.01 to 10000, was 1e-200"),
+        (1e-200, 1e-3, "sigma of the range, m: expected 0.1 to 10000, was 1e-200"),
         (1e200, 1e-3, "sigma of the range"),
         (15.0, 1e-15, "sigma of the azimuth, rad: expected"),
         (15.0, np.nan, "sigma of the azimuth"),
@@ -102,7 +102,7 @@ def test_noise_is_that_of_a_radar(range_sigma: float, azimuth_sigma: float, name
         (0, 0.0, 1e150, 0.0, "prior sigma of range_offset_m"),
         (0, 0.0, 1e-150, 0.0, "prior sigma of range_offset_m"),
         (0, 1e200, 500.0, 0.0, "prior mean of range_offset_m"),
-        (1, 0.0, 2.0, 0.0, "prior sigma of azimuth_offset, rad: expected .* to 1.5708, was 2"),
+        (1, 0.0, 2.0, 0.0, "prior sigma of azimuth_offset, rad: expected .* to 0.174533, was 2"),
         (1, 0.0, 0.01, 0.02, "drift of azimuth_offset, rad"),
         (2, -1.0, 0.01, 0.0, "prior mean of range_gain"),
         (3, 0.0, 0.5, 2.0, "drift of time_offset_s"),
