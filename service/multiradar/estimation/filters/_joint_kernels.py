@@ -102,7 +102,8 @@ def joint_step(
             turn = REFUSED
             if outcome == UPDATED:
                 turn = find_turn(
-                    rows.z[row, 0], rows.z[row, 1], rows.time[row], aircraft.time[k],
+                    rows.kind[row], rows.z[row, 0], rows.z[row, 1], rows.time[row],
+                    aircraft.time[k],
                     aircraft.refusals[k], model.options,
                 )  # fmt: skip
                 outcome = turn

@@ -57,7 +57,7 @@ def find_taker(k: int, kind: int) -> int:
 
 @in_loop
 def find_turn(
-    z0: float, z1: float, time: float, state_time: float, refusals: int, options: Floats
+    kind: int, z0: float, z1: float, time: float, state_time: float, refusals: int, options: Floats
 ) -> int:
     """Return what a row may do to its aircraft, whose state is of ``state_time`` (NaN: none yet).
 
@@ -74,7 +74,9 @@ def find_turn(
         turn = RESTARTED
     if fresh:
         turn = STARTED
-    if not (abs(z0) < VALUE_MAX and abs(z1) < VALUE_MAX):
+    # No range is negative; places may be.
+    behind = z0 < 0.0 and kind in (KIND_RADAR, KIND_FLAT_POLAR)
+    if behind or not (abs(z0) < VALUE_MAX and abs(z1) < VALUE_MAX):
         turn = SINGULAR if turn == UPDATED else UNLOCATABLE
     if not (timely and interval >= 0.0):
         turn = REFUSED

@@ -184,6 +184,8 @@ def filter_rows(plots: Plots, sensors: Sensors, starts: Starts, form: Form) -> R
         flat = kind == KIND_FLAT_POLAR
         sites = sensors.sites[plots.sensor[flat], :2]
         value[flat] = cartesian_plot(sites, *plots.value[flat].T)
+        # A negative range is no place on the other side of the radar.
+        value[flat & (plots.value[:, 0] < 0.0)] = np.nan
         kind = np.where(flat, KIND_FLAT_PLACE, kind)
     return Rows(plots.aircraft, plots.time_s, kind, plots.sensor, value, plots.height_m)
 

@@ -205,6 +205,18 @@ def test_a_radar_on_the_earth_needs_the_height_of_its_plots() -> None:
     assert one.observe(0, 1.0, 0, plot, 10e3) is Outcome.STARTED
 
 
+@pytest.mark.parametrize("form", ["polar", "linearised"])
+@pytest.mark.parametrize("name", ["two-stage", "joint", "blom"])
+def test_a_negative_range_is_no_measurement(name: str, form: Any) -> None:
+    one = SequentialFilter(name, radars(), form=form)
+    one.start(7, 0.0, STATE, COVARIANCE)
+    before = one.biases()
+    assert one.observe(7, 0.0, 0, [-36_100.0, 0.59]) == Outcome.SINGULAR
+    assert one.observe(8, 0.0, 0, [-36_100.0, 0.59]) == Outcome.UNLOCATABLE
+    np.testing.assert_array_equal(one.biases()[0], before[0])
+    np.testing.assert_array_equal(one.aircraft(7)[0], STATE)
+
+
 def test_what_starts_nothing_takes_no_room() -> None:
     """Neither a plot that is refused by name, nor one at which no aircraft can begin."""
     one = SequentialFilter("blom", radars(), aircraft_max=1)
