@@ -21,7 +21,7 @@ from pydantic_settings import (
 )
 
 from multiradar.errors import ConfigurationError
-from multiradar.tracking.settings import TrackingSettings
+from multiradar.tracking.settings import IMM_MODES_MAX, IMM_MODES_MIN, TrackingSettings
 from multiradar_schemas.documents import read_toml
 from multiradar_schemas.errors import DocumentError
 from multiradar_schemas.explain import explain, shown
@@ -143,6 +143,13 @@ _TRACKING_BOUNDS: dict[str, tuple[float, float]] = {
     "surprise_gain": (0.0, 1.0),
     "surprise_floor": (0.1, 1000.0),
     "manoeuvre_factor_max": (1.0, 1e6),
+    "imm_modes": (IMM_MODES_MIN, IMM_MODES_MAX),
+    "imm_bank_deg": (1.0, 80.0),
+    "imm_straight_density": (1e-9, 1e6),
+    "imm_turn_density": (1e-9, 1e6),
+    "imm_speeding_density": (1e-9, 1e6),
+    "imm_straight_s": (0.1, 1e6),
+    "imm_manoeuvre_s": (0.1, 1e6),
     "confirm_updates": (1, 1000),
     "coast_after_s": (0.1, 3600.0),
     "drop_after_s": (0.1, 86_400.0),

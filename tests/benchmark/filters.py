@@ -65,12 +65,12 @@ def nanoseconds(definition: FilterDefinition, load: Load, runs: int, *, threads:
     Each thread takes whole partitions, as in the service.
     """
     columns = len(load.sensors.parameter_kind)
-    pool = AircraftPool(definition, columns, len(load.sensors))
-    while len(pool.aircraft.time) <= load.rows.slot.max():
-        pool.grow()
     model = filter_model(
         load.sensors, TrackingSettings(), load.plane, BiasBook(load.sensors, definition).state
     )
+    pool = AircraftPool(definition, columns, len(load.sensors), len(model.modes))
+    while len(pool.aircraft.time) <= load.rows.slot.max():
+        pool.grow()
     count = len(load.rows.slot)
     result = result_arrays(count, PARTITIONS, columns)
     used, work = pool.work(load.rows.slot, 0)

@@ -64,14 +64,16 @@ class CompiledFilter:
         self._book = BiasBook(scene.sensors, self._definition)
         columns = len(scene.sensors.parameter_kind)
         self._information, self._vector = np.zeros((1, columns, columns)), np.zeros((1, columns))
-        self.arrays = self._definition.aircraft(slots, columns, len(scene.sensors))
         self._load()
+        modes = len(self._model.modes)
+        self.arrays = self._definition.aircraft(slots, columns, len(scene.sensors), modes)
 
     def start(self, aircraft: int, time_s: float, mean: Floats, covariance: Floats) -> None:
         self.arrays.mean[aircraft] = mean
         self.arrays.covariance[aircraft] = covariance[UPPER]
         self.arrays.sensitivity[aircraft] = 0.0
         self.arrays.time[aircraft] = time_s
+        self.arrays.mode_probability[aircraft] = np.nan
         # A prior from elsewhere: every plot may speak about the biases.
         self.arrays.place[aircraft] = SEVERAL
         adopt_aircraft(self.arrays, len(self._sensors.parameter_kind), aircraft)

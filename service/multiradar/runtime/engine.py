@@ -75,7 +75,8 @@ class Engine:
         self._plane = _plane_for(sensors)
         self._order = ReorderBuffer(settings.reorder_horizon_s)
         self._biases = SharedBiases(sensors, settings, self._filter, self._plane)
-        self._pool = AircraftPool(self._filter, len(sensors.parameter_kind), len(sensors))
+        modes = len(self._biases.model.modes)
+        self._pool = AircraftPool(self._filter, len(sensors.parameter_kind), len(sensors), modes)
         self._epoch: int | None = None
         self._epoch_open = False
         self._steps = 1

@@ -11,6 +11,7 @@ from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy._kernels import site_parameters
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.geodesy.wgs84 import geodetic_to_ecef
+from multiradar.tracking.modes import mode_table
 from multiradar.tracking.settings import NOMINAL_INTERVAL_S, VELOCITY_FRAME, TrackingSettings
 
 #: Radars closer together than this see an aircraft from the same side.
@@ -67,6 +68,7 @@ def filter_model(
         bias_covariance=np.empty((0, 0)),
         factor=np.empty((0, 0)),
         options=_options(settings),
+        modes=mode_table(settings),
     )
     return with_biases(fixed, biases)
 

@@ -33,13 +33,17 @@ class AircraftPool:
         Number of bias parameters.
     sensors : int
         Number of sensors.
+    modes : int
+        Number of modes of motion.
     """
 
-    def __init__(self, definition: FilterDefinition, bias_columns: int, sensors: int) -> None:
-        self._definition, self._sizes = definition, (bias_columns, sensors)
+    def __init__(
+        self, definition: FilterDefinition, bias_columns: int, sensors: int, modes: int = 1
+    ) -> None:
+        self._definition, self._sizes = definition, (bias_columns, sensors, modes)
         self._capacity_max = definition.aircraft_max or CAPACITY_MAX
         self.roster = Roster.empty(CAPACITY_FIRST)
-        self.aircraft = definition.aircraft(CAPACITY_FIRST, bias_columns, sensors)
+        self.aircraft = definition.aircraft(CAPACITY_FIRST, bias_columns, sensors, modes)
 
     def assign(
         self, batch: MeasurementBatch, codes: NDArray[np.int64], first: int, last: int,

@@ -9,6 +9,8 @@ MOTIONS = (WHITE_ACCELERATION, VELOCITY_FRAME)
 #: The interval that the accelerations of the velocity frame go with. Printed for one fixed
 #: interval, they become densities by it, so that intervals may be cut anywhere.
 NOMINAL_INTERVAL_S = 1.0
+#: Bounds of `TrackingSettings.imm_modes`.
+IMM_MODES_MIN, IMM_MODES_MAX = 3, 8
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,7 +20,7 @@ class TrackingSettings:
     Attributes
     ----------
     filter_name : str
-        `two-stage`, `joint`, `blom`, `blom-macro` or `ci`.
+        `two-stage`, `imm`, `joint`, `blom`, `blom-macro` or `ci`.
     epoch_s : float
         Length of an epoch of data time: biases are published at its end.
     reorder_horizon_s : float
@@ -52,6 +54,18 @@ class TrackingSettings:
         Mean from which the process noise is raised: a straight flight has a mean of 1.
     manoeuvre_factor_max : float
         Largest factor of the process noise; 1 keeps it as it is.
+    imm_modes : int
+        Modes of motion of `imm`, 3 to 8: straight flight and turns both ways with one bank, two
+        (from 5) or three (from 7); with an even number speeding up or slowing down too.
+    imm_bank_deg : float
+        The steepest bank; the gentlest of several has half its lateral acceleration, a single one
+        three quarters. One bank serves all speeds.
+    imm_straight_density, imm_turn_density, imm_speeding_density : float
+        Spectral densities, m²/s³, of the acceleration: of straight flight, on each axis; across
+        the velocity in a turn with the steepest bank, a quarter of it with gentler ones; along the
+        velocity while speeding up or slowing down.
+    imm_straight_s, imm_manoeuvre_s : float
+        Mean time for which an aircraft flies straight, and for which it keeps on manoeuvring.
     confirm_updates : int
         A track is confirmed with its update of this number.
     coast_after_s, drop_after_s : float
@@ -76,6 +90,13 @@ class TrackingSettings:
     surprise_gain: float = 0.4
     surprise_floor: float = 1.5
     manoeuvre_factor_max: float = 300.0
+    imm_modes: int = 6
+    imm_bank_deg: float = 25.0
+    imm_straight_density: float = 0.03
+    imm_turn_density: float = 16.0
+    imm_speeding_density: float = 4.0
+    imm_straight_s: float = 150.0
+    imm_manoeuvre_s: float = 200.0
     confirm_updates: int = 3
     coast_after_s: float = 15.0
     drop_after_s: float = 60.0

@@ -12,6 +12,7 @@ from multiradar.estimation.filters.bank import FILTERS, Outcome
 from multiradar.estimation.measurement._kernels import PARAMETER_TIME_OFFSET
 from multiradar.geodesy._kernels import plane_parameters, site_parameters
 from multiradar.tracking.model import _options
+from multiradar.tracking.modes import mode_table
 from multiradar.tracking.settings import VELOCITY_FRAME, TrackingSettings
 
 PLANE = plane_parameters(0.98, 1.06)
@@ -61,6 +62,7 @@ def hostile_model(tracking: TrackingSettings, *, timed: bool) -> Model:
         bias_covariance=np.diag(sigmas**2),
         factor=np.diag(sigmas),
         options=_options(tracking),
+        modes=mode_table(tracking),
     )
 
 
@@ -87,7 +89,7 @@ def test_no_number_that_is_none_leaves_the_kernel(
     given_rows = Rows(slot, time, kind, sensor, np.stack([z0, z1], axis=-1), height)
     count = len(slot)
     model = hostile_model(TrackingSettings(filter_name=name, **TRACKING[how]), timed=timed)
-    aircraft = definition.aircraft(SLOTS, COLUMNS, SENSORS)
+    aircraft = definition.aircraft(SLOTS, COLUMNS, SENSORS, len(model.modes))
     result = result_arrays(count, 1, COLUMNS)
     result.outcome[:] = -1
     work = Work(np.array([0]), np.array([0, count]), np.arange(count))
@@ -100,6 +102,10 @@ def test_no_number_that_is_none_leaves_the_kernel(
     for array in (aircraft.mean, aircraft.covariance, aircraft.sensitivity, aircraft.surprise):
         assert np.isfinite(array).all()
     assert (aircraft.covariance[:, DIAGONAL] >= 0.0).all()
+    for array in (aircraft.mode_mean, aircraft.mode_covariance, aircraft.mode_sensitivity):
+        assert np.isfinite(array).all()
+    assert (aircraft.mode_covariance[:, DIAGONAL] >= 0.0).all()
+    assert not np.isinf(aircraft.mode_probability).any()
     assert np.isfinite(aircraft.joint).all()
     assert (np.diag(aircraft.joint) >= 0.0).all()
     for sums in (result.information, result.vector, result.log, result.readout[:, :8]):
@@ -117,10 +123,10 @@ def outcomes_of(name: str, sequence: list[Row]) -> list[Outcome]:
     z = np.stack(columns[4:6], axis=-1)
     given_rows = Rows(columns[0], columns[1], columns[2], columns[3], z, columns[6])
     tracking = TrackingSettings(filter_name=name, refusals_max=3)
-    aircraft = definition.aircraft(SLOTS, COLUMNS, SENSORS)
+    model = hostile_model(tracking, timed=False)
+    aircraft = definition.aircraft(SLOTS, COLUMNS, SENSORS, len(model.modes))
     result = result_arrays(len(sequence), 1, COLUMNS)
     work = Work(np.array([0]), np.array([0, len(sequence)]), np.arange(len(sequence)))
-    model = hostile_model(tracking, timed=False)
     definition.step(work, given_rows, model, aircraft, result, want_readout=False)
     return [Outcome(code) for code in result.outcome.tolist()]
 

@@ -206,40 +206,55 @@ def spread_of_biases(
 def anchor_aircraft(
     used: Integers, aircraft: Aircraft, complement: Floats, G: Floats, spread: Floats
 ) -> None:
-    """Anchor all aircraft anew after a drift: a += V (I − G) ς̂, P += V G Q Vᵀ, V ← V G.
+    """Anchor all aircraft, and their modes, anew after a drift: see `anchor_state`.
 
     ``complement`` is (I − G) ς̂, ``spread`` is G Q_ς.
     """
-    n = complement.shape[0]
-    R = np.empty((4, n))
+    R = np.empty((4, complement.shape[0]))
+    modes = aircraft.mode_probability.shape[1]
     for k in used:
-        V = aircraft.sensitivity[k]
-        P = aircraft.covariance[k]
-        for i in range(4):
+        anchor_state(
+            aircraft.mean[k], aircraft.covariance[k], aircraft.sensitivity[k], complement, G,
+            spread, R,
+        )  # fmt: skip
+        for row in range(k * modes, (k + 1) * modes):
+            anchor_state(
+                aircraft.mode_mean[row], aircraft.mode_covariance[row],
+                aircraft.mode_sensitivity[row], complement, G, spread, R,
+            )  # fmt: skip
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def anchor_state(
+    a: Floats, P: Floats, V: Floats, complement: Floats, G: Floats, spread: Floats, R: Floats
+) -> None:
+    """Set a += V (I − G) ς̂, P += V G Q Vᵀ, V ← V G; R is room."""
+    n = complement.shape[0]
+    for i in range(4):
+        x = 0.0
+        for c in range(n):
+            x += V[i, c] * complement[c]
+        a[i] += x
+    for i in range(4):
+        for c in range(n):
+            x = 0.0
+            for d in range(n):
+                x += V[i, d] * spread[d, c]
+            R[i, c] = x
+    m = 0
+    for i in range(4):
+        for j in range(i, 4):
             x = 0.0
             for c in range(n):
-                x += V[i, c] * complement[c]
-            aircraft.mean[k, i] += x
-        for i in range(4):
-            for c in range(n):
-                x = 0.0
-                for d in range(n):
-                    x += V[i, d] * spread[d, c]
-                R[i, c] = x
-        m = 0
-        for i in range(4):
-            for j in range(i, 4):
-                x = 0.0
-                for c in range(n):
-                    x += 0.5 * (R[i, c] * V[j, c] + R[j, c] * V[i, c])
-                P[m] += x
-                m += 1
-        for i in range(4):
-            for c in range(n):
-                x = 0.0
-                for d in range(n):
-                    x += V[i, d] * G[d, c]
-                R[i, c] = x
-        for i in range(4):
-            for c in range(n):
-                V[i, c] = R[i, c]
+                x += 0.5 * (R[i, c] * V[j, c] + R[j, c] * V[i, c])
+            P[m] += x
+            m += 1
+    for i in range(4):
+        for c in range(n):
+            x = 0.0
+            for d in range(n):
+                x += V[i, d] * G[d, c]
+            R[i, c] = x
+    for i in range(4):
+        for c in range(n):
+            V[i, c] = R[i, c]

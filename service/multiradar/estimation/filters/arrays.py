@@ -84,6 +84,9 @@ class Model(NamedTuple):
         Upper triangular Lᵀ with L Lᵀ = `bias_covariance` (Cholesky).
     options : (OPTION_COUNT,) float64
         The options, at the places named in `_kernels`.
+    modes : (j, MODE_COUNT) float64
+        How an aircraft may move, for the filter of interacting modes: columns as in
+        `_mode_kernels`. One row at least.
     """
 
     plane: Floats
@@ -96,6 +99,7 @@ class Model(NamedTuple):
     bias_covariance: Floats
     factor: Floats
     options: Floats
+    modes: Floats
 
 
 class Aircraft(NamedTuple):
@@ -135,6 +139,16 @@ class Aircraft(NamedTuple):
         Latest plot of each sensor in this epoch: time (s, NaN for none), both components, height
         (m), kind, and by how much its noise was taken for more; without sensors for filters that do
         not keep it.
+    mode_probability : (s, j) float64
+        Probabilities of the modes of motion, the first NaN until the second plot: then all modes
+        are in the one state; without columns for filters without modes, and so the next.
+    mode_mean : (s j, 4) float64
+        As `mean`, of each mode; the modes of an aircraft follow each other. `mean`, `covariance`
+        and `sensitivity` are those of the modes as a whole.
+    mode_covariance : (s j, 10) float64
+        As `covariance`, of each mode.
+    mode_sensitivity : (s j, 4, c) float64
+        As `sensitivity`, of each mode.
     """
 
     mean: Floats
@@ -150,6 +164,10 @@ class Aircraft(NamedTuple):
     velocity: Floats
     joint: Floats
     recent: Floats
+    mode_probability: Floats
+    mode_mean: Floats
+    mode_covariance: Floats
+    mode_sensitivity: Floats
 
 
 class Work(NamedTuple):
@@ -247,7 +265,12 @@ def line_aligned(
 
 
 def aircraft_arrays(
-    slots: int, bias_columns: int, *, joint_columns: int | None = None, recent_sensors: int = 0
+    slots: int,
+    bias_columns: int,
+    *,
+    joint_columns: int | None = None,
+    recent_sensors: int = 0,
+    modes: int = 0,
 ) -> Aircraft:
     """Return room for aircraft, none of which has started.
 
@@ -261,6 +284,8 @@ def aircraft_arrays(
         Number of bias parameters in the joint covariance, None for filters that keep none.
     recent_sensors : int
         Number of sensors whose latest plot of each aircraft is kept.
+    modes : int
+        Number of modes of motion, 0 for filters without.
 
     Returns
     -------
@@ -282,6 +307,10 @@ def aircraft_arrays(
         velocity=line_aligned((slots, 2), np.nan),
         joint=line_aligned((joint, joint)),
         recent=line_aligned((slots, recent_sensors, RECENT_COUNT), np.nan),
+        mode_probability=line_aligned((slots, modes), np.nan),
+        mode_mean=line_aligned((slots * modes, 4)),
+        mode_covariance=line_aligned((slots * modes, 10)),
+        mode_sensitivity=line_aligned((slots * modes, 4, bias_columns)),
     )
 
 

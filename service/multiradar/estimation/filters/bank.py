@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from multiradar.errors import ConfigurationError, UnknownFilterError
 from multiradar.estimation.filters import _kernels as kernels
+from multiradar.estimation.filters._imm_step_kernels import IMM, imm_step
 from multiradar.estimation.filters._joint_kernels import JOINT, joint_step
 from multiradar.estimation.filters._macro_kernels import MACRO, stack_all
 from multiradar.estimation.filters._step_kernels import BLOM, INTERSECTION, TWO_STAGE, step
@@ -66,6 +67,8 @@ class FilterDefinition:
         Whether plots wait in their aircraft for the end of the epoch (Blom's macro-filter).
     estimates_time_offsets : bool
         Whether a time offset may be among the bias parameters (see `_time_offset_kernels`).
+    keeps_modes : bool
+        Whether each aircraft is in one of several modes of motion (IMM).
     aircraft_max : int or None
         The most aircraft it has room for; None for as many as there is memory for.
 
@@ -83,9 +86,10 @@ class FilterDefinition:
     corrects_biases: bool = False
     stacks_plots: bool = False
     estimates_time_offsets: bool = False
+    keeps_modes: bool = False
     aircraft_max: int | None = None
 
-    def aircraft(self, slots: int, columns: int, sensors: int) -> Aircraft:
+    def aircraft(self, slots: int, columns: int, sensors: int, modes: int) -> Aircraft:
         """Return arrays for aircraft, with what this filter keeps of each.
 
         Parameters
@@ -96,6 +100,8 @@ class FilterDefinition:
             Number of bias parameters.
         sensors : int
             Number of sensors.
+        modes : int
+            Number of modes of motion.
 
         Returns
         -------
@@ -113,6 +119,7 @@ class FilterDefinition:
             columns if self.keeps_sensitivity else 0,
             joint_columns=columns if self.corrects_biases else None,
             recent_sensors=sensors if self.stacks_plots else 0,
+            modes=modes if self.keeps_modes else 0,
         )
 
     def step(
@@ -150,6 +157,8 @@ class FilterDefinition:
         """
         if self.method == JOINT:
             joint_step(work, rows, model, aircraft, result, want_readout)
+        elif self.method == IMM:
+            imm_step(work, rows, model, aircraft, result, want_readout)
         else:
             step(self.method, work, rows, model, aircraft, result, want_readout)
 
@@ -192,6 +201,7 @@ FILTERS = {
         FilterDefinition(
             "two-stage", TWO_STAGE, keeps_sensitivity=True, estimates_time_offsets=True
         ),
+        FilterDefinition("imm", IMM, keeps_sensitivity=True, keeps_modes=True),
         FilterDefinition("joint", JOINT, corrects_biases=True, aircraft_max=JOINT_AIRCRAFT_MAX),
         FilterDefinition("blom", BLOM),
         FilterDefinition("blom-macro", MACRO, stacks_plots=True),
@@ -239,7 +249,7 @@ def find_filter(name: str) -> FilterDefinition:
     Parameters
     ----------
     name : str
-        `two-stage`, `joint`, `blom`, `blom-macro` or `ci`.
+        `two-stage`, `imm`, `joint`, `blom`, `blom-macro` or `ci`.
 
     Returns
     -------

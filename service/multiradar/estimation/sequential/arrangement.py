@@ -10,6 +10,7 @@ from multiradar.errors import ConfigurationError
 from multiradar.estimation.array_checks import require_shape
 from multiradar.estimation.filters import _kernels as kernels
 from multiradar.estimation.filters._joint_kernels import adopt_aircraft
+from multiradar.estimation.filters._mode_kernels import MODE_COUNT
 from multiradar.estimation.filters._time_offset_kernels import (
     VELOCITY_SIGMA_MAX,
     has_time_offset,
@@ -116,8 +117,8 @@ def arrange(name: str, sensors: Sensors, options: Options, *, slots: int, rows: 
     UnknownFilterError
         If there is no filter of that name.
     ConfigurationError
-        If the filter cannot estimate one of the bias parameters, or its arrays would take more
-        than `ARRAYS_BYTES_MAX` with so many aircraft.
+        If the filter cannot estimate one of the bias parameters, keeps modes of motion, or its
+        arrays would take more than `ARRAYS_BYTES_MAX` with so many aircraft.
 
     References
     ----------
@@ -125,6 +126,10 @@ def arrange(name: str, sensors: Sensors, options: Options, *, slots: int, rows: 
     sections 1.3 to 1.5 for what each filter keeps.
     """
     definition = find_filter_for(name if isinstance(name, str) else repr(name), sensors.parameters)
+    if definition.keeps_modes:
+        raise ConfigurationError(
+            f"expected a filter with one motion model in the sequential form, was {name}"
+        )
     prior = sensors.prior
     count = len(prior.mean)
     most = _slots_max(definition, sensors)
@@ -141,6 +146,7 @@ def arrange(name: str, sensors: Sensors, options: Options, *, slots: int, rows: 
         bias_covariance=prior.covariance.copy(),
         factor=np.zeros((count, count)),
         options=_options(options),
+        modes=np.zeros((1, MODE_COUNT)),
     )
     store = Store(prior.sigma, prior.drift.copy(), np.zeros((count, count)))
     inform(model, store)
@@ -148,7 +154,7 @@ def arrange(name: str, sensors: Sensors, options: Options, *, slots: int, rows: 
         definition=definition,
         model=model,
         store=store,
-        aircraft=definition.aircraft(slots, count, len(sensors)),
+        aircraft=definition.aircraft(slots, count, len(sensors), 1),
         result=result_arrays(rows, 1, count, keeps_log=definition.folds_log),
         work=Work(np.zeros(1, np.int64), np.zeros(2, np.int64), np.arange(rows)),
     )

@@ -121,7 +121,7 @@ def true_covariance(
     one = prepared(name, sensors, starts, options, len(plots))
     one.model.bias[:] = 0.0
     _linearise_lateness(one, plots, states)
-    twin = one.definition.aircraft(len(starts), len(drift), len(sensors))
+    twin = one.definition.aircraft(len(starts), len(drift), len(sensors), 1)
     record = empty_record(len(times), len(starts), len(drift))
     covariance = _first_covariance(sensors, starts)
     found = np.empty((len(times), *covariance.shape))

@@ -1,6 +1,6 @@
 """What every filter promises; each registered filter passes the same tests."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -15,10 +15,12 @@ from multiradar.estimation.measurement.sensors import (
     PARAMETER_RANGE_GAIN,
     PARAMETER_RANGE_OFFSET,
 )
+from multiradar.tracking.modes import mode_table
 from support.bands import tails
 from support.compiled_filters import CompiledFilter, Form, plain_settings
 from support.measurement_models import EllipsoidPolar, Flat
 from support.reference_filters import (
+    BiasPrior,
     BlomMacro,
     BlomSeparated,
     CovarianceIntersection,
@@ -28,15 +30,23 @@ from support.reference_filters import (
     ReferenceFilter,
     TwoStage,
 )
+from support.reference_modes import Imm
 from support.reference_runs import START_SIGMA, bias_prior, play, start_guesses
 from support.scenes import Radar, Scene, flattened, make_scene, random_flights, three_radars
 
 ACCELERATION = 0.3
 NAMES = sorted(FILTERS)
 FORMS: tuple[Form, ...] = ("ellipsoid", "polar", "place")
-Plain = type[TwoStage | JointKalman | BlomSeparated | BlomMacro | CovarianceIntersection]
+Plain = Callable[[MeasurementModel, BiasPrior, float], ReferenceFilter]
+
+
+def plain_modes(model: MeasurementModel, prior: BiasPrior, acceleration: float) -> Imm:
+    return Imm(model, prior, mode_table(plain_settings("imm", acceleration)))
+
+
 PLAIN: dict[str, Plain] = {
     "two-stage": TwoStage,
+    "imm": plain_modes,
     "joint": JointKalman,
     "blom": BlomSeparated,
     "blom-macro": BlomMacro,
@@ -289,7 +299,7 @@ def test_reported_positions_need_no_biases(name: str) -> None:
             one.observe(report)
         found, expected = (one.aircraft(observation.aircraft) for one in filters)
         assert_equal_estimates(found, expected, sigmas=sigmas, variance=variance)
-        if name not in ("two-stage", "joint"):
+        if name not in ("two-stage", "joint", "imm"):
             np.testing.assert_array_equal(filters[0].biases()[0], before)
 
 

@@ -1,0 +1,246 @@
+"""Prints the table of manoeuvres of docs/simulate.md: interacting modes beside one motion model.
+
+::
+
+    python docs/check_manoeuvres.py                        # both tables, six seeds, about 5 minutes
+    python docs/check_manoeuvres.py --runs 2 --aircraft 20
+
+Aircraft fly legs: straight ones, turns with 10 to 30 degrees of bank, speeding up and slowing down
+by up to 0.6 m/s², climbs. The radars are those of the sample recording. `two-stage` is tried with
+constant process noise of many densities, and the best of them over the whole scene is taken.
+"""
+
+import argparse
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar.estimation.gaussian import normalised_squared
+from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.geodesy.system_plane import SystemPlane
+from multiradar.runtime.engine import Engine
+from multiradar.simulation.measurements import Measurements
+from multiradar.simulation.observation import observe
+from multiradar.simulation.scene import PARAMETERS, Aircraft, Bias, Leg, Scene, Sensor
+from multiradar.tracking.measurements import KIND_RADAR, MeasurementBatch
+from multiradar.tracking.outputs import TrackUpdates
+from multiradar.tracking.settings import TrackingSettings
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+GRAVITY_MPS2 = 9.80665
+SETTLED_S = 60.0
+DENSITIES = (0.01, 0.03, 0.1, 0.3, 1.0, 2.0, 3.0, 5.0, 10.0, 30.0)
+# Latitude, longitude, height, turn, sigmas of range and azimuth, detection, largest range, biases.
+RADARS = (
+    ("26-10", 46.4247, 6.0994, 1677.0, 4.9, 40.0, 0.06, 0.97, 300e3, 185.0, -0.19),
+    ("35-10", 47.4817, 8.3969, 866.0, 4.0, 35.0, 0.05, 0.98, 280e3, -120.0, 0.17),
+    ("41-1", 45.6306, 8.7231, 240.0, 6.0, 80.0, 0.15, 0.8, 120e3, 60.0, -0.08),
+    ("41-10", 45.6306, 8.7231, 240.0, 6.0, 50.0, 0.08, 0.95, 250e3, 60.0, -0.08),
+)
+STRAIGHT, TURN, SPEEDING = range(3)
+CLASSES = ("straights", "turns", "speeding up or down", "all")
+
+
+@dataclass(frozen=True)
+class Flown:
+    """A scene as the tracker sees it, and for each row what the aircraft was doing."""
+
+    sensors: SensorTable
+    batch: MeasurementBatch
+    rows: Measurements
+    doing: Integers
+    biases: Floats
+
+
+def main() -> None:
+    """Print both tables."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--runs", type=int, default=6, help="seeds")
+    parser.add_argument("--aircraft", type=int, default=30, help="in each run")
+    parser.add_argument("--duration", type=float, default=1500.0, help="of each run, s")
+    parser.add_argument("--extent", type=float, default=150e3, help="traffic begins within ±, m")
+    parser.add_argument("--straight", type=float, default=120.0, help="mean straight leg, s")
+    options = parser.parse_args()
+    for known in (True, False):
+        print("biases known" if known else "biases estimated")
+        flown = [flight(seed, options, known=known) for seed in range(options.runs)]
+        for name, settings in contestants(flown):
+            print(f"| {name} | {' | '.join(figures(settings, flown))} |", flush=True)
+
+
+def contestants(flown: list[Flown]) -> Iterator[tuple[str, TrackingSettings]]:
+    """Yield what is compared: the best constant process noise, the adaptive one, and modes."""
+    plain = TrackingSettings(manoeuvre_factor_max=1.0)
+    tried = [replace(plain, acceleration_density=density) for density in DENSITIES]
+    best = min(tried, key=lambda one: total(one, flown))
+    yield f"`two-stage`, constant {best.acceleration_density:g} m²/s³ (best)", best
+    yield "`two-stage` as it is", TrackingSettings()
+    yield "`imm` as it is", TrackingSettings(filter_name="imm")
+
+
+def total(settings: TrackingSettings, flown: list[Flown]) -> float:
+    """Return the mean square of all position errors, m²."""
+    return float(np.mean(np.concatenate([judged(settings, one)[0] for one in flown]) ** 2))
+
+
+def figures(settings: TrackingSettings, flown: list[Flown]) -> list[str]:
+    """Return the cells of one contestant."""
+    found = [judged(settings, one) for one in flown]
+    errors, sigmas, doing = (np.concatenate([one[i] for one in found]) for i in range(3))
+    cells = []
+    for number in range(len(CLASSES)):
+        chosen = (doing == number) | (number == len(CLASSES) - 1)
+        cells.append(f"{np.sqrt(np.mean(errors[chosen] ** 2)):.1f} m")
+        cells.append(f"{np.mean((errors[chosen] / sigmas[chosen]) ** 2):.2f}")
+    biases = np.concatenate([one[3] for one in found])
+    return [*cells, f"{np.mean(biases):.2f}" if len(biases) else "–"]
+
+
+def judged(settings: TrackingSettings, one: Flown) -> tuple[Floats, Floats, Integers, Floats]:
+    """Return errors and sigmas of positions, what the aircraft did, and the NEES of the biases."""
+    engine = Engine(one.sensors, settings)
+    parts = [engine.push(one.batch).updates, engine.flush().updates]
+    updates = TrackUpdates.concatenate(parts)
+    place = {
+        key: row
+        for row, key in enumerate(
+            zip(one.rows.time_s, one.rows.sensor, one.rows.aircraft, strict=True)
+        )
+    }
+    keys = zip(updates.time_s, updates.sensor, updates.track_number - 1, strict=True)
+    row = np.array([place[key] for key in keys])
+    north = 6.371e6 * (updates.latitude_rad - one.rows.true_latitude_rad[row])
+    east = updates.longitude_rad - one.rows.true_longitude_rad[row]
+    east *= 6.371e6 * np.cos(updates.latitude_rad)
+    kept = updates.time_s > SETTLED_S
+    biases = np.empty(0)
+    if len(one.biases):
+        state = engine.biases
+        error = (state.estimate - one.biases) / state.scale
+        scaled = state.covariance / np.outer(state.scale, state.scale)
+        biases = np.array([float(normalised_squared(error, scaled)) / len(error)])
+    errors = np.hypot(east, north)[kept]
+    return errors, updates.position_sigma_m[kept], one.doing[row][kept], biases
+
+
+def flight(seed: int, options: argparse.Namespace, *, known: bool) -> Flown:
+    """Fly and observe a scene; where the biases are known the radars have none."""
+    rng = np.random.default_rng([2016, seed])
+    sensors = table(known=known)
+    plane = SystemPlane.for_sensors(sensors.latitude_rad, sensors.longitude_rad)
+    east, north = plane.to_plane(sensors.latitude_rad, sensors.longitude_rad)
+    seen = tuple(
+        Sensor(
+            radar[0], "radar", east[i], north[i], radar[3], radar[5], float(np.radians(radar[6])),
+            rotation_period_s=radar[4], detection_probability=radar[7], range_max_m=radar[8],
+            biases=(Bias(0.0 if known else radar[9]),
+                    Bias(0.0 if known else float(np.radians(radar[10]))), Bias(), Bias()),
+        )
+        for i, radar in enumerate(RADARS)
+    )  # fmt: skip
+    assert len(seen[0].biases) == PARAMETERS
+    aircraft = tuple(flier(number + 1, options, rng) for number in range(options.aircraft))
+    scene = Scene(
+        "", seed, options.duration, "wgs84", (plane.latitude_rad, plane.longitude_rad), aircraft,
+        (), seen,
+    )  # fmt: skip
+    rows = observe(scene, rng).measurements
+    doing = np.array(
+        [
+            doing_at(aircraft[one], time)
+            for one, time in zip(rows.aircraft, rows.time_s, strict=True)
+        ]
+    )
+    biases = np.empty(0)
+    if not known:
+        biases = np.array([(one[9], np.radians(one[10])) for one in RADARS]).ravel()
+    return Flown(sensors, batch(rows), rows, doing, biases)
+
+
+def flier(number: int, options: argparse.Namespace, rng: np.random.Generator) -> Aircraft:
+    """Return an aircraft with random legs."""
+    east, north = rng.uniform(-options.extent, options.extent, 2)
+    speed = start = rng.uniform(90.0, 250.0)
+    legs: list[Leg] = []
+    flown = 0.0
+    while flown < options.duration:
+        climb = float(rng.choice([0.0, 0.0, 8.0, -8.0]))
+        legs.append(Leg(rng.uniform(0.5, 1.5) * options.straight, climb_mps=climb))
+        if rng.uniform() < 0.3:
+            change = rng.choice([-1.0, 1.0]) * rng.uniform(0.2, 0.6)
+            time_s = rng.uniform(20.0, 50.0)
+            if not 80.0 < speed + change * time_s < 270.0:
+                change = -change
+            legs.append(Leg(time_s, acceleration_mps2=change, climb_mps=climb))
+            speed += change * time_s
+        else:
+            rate = GRAVITY_MPS2 * np.tan(np.radians(rng.uniform(10.0, 30.0))) / speed
+            legs.append(
+                Leg(np.radians(rng.uniform(20.0, 150.0)) / rate, rate * rng.choice([-1.0, 1.0]))
+            )
+        flown += sum(leg.duration_s for leg in legs[-2:])
+    return Aircraft(
+        number, east, north, rng.uniform(3e3, 9e3), start, rng.uniform(0.0, 2.0 * np.pi),
+        legs=tuple(legs),
+    )  # fmt: skip
+
+
+def doing_at(aircraft: Aircraft, time_s: float) -> int:
+    """Return what an aircraft does at a time."""
+    for leg in aircraft.legs:
+        time_s -= leg.duration_s
+        if time_s < 0.0:
+            if leg.turn_rate_rad_per_s:
+                return TURN
+            return SPEEDING if leg.acceleration_mps2 else STRAIGHT
+    return STRAIGHT
+
+
+def table(*, known: bool) -> SensorTable:
+    """Return the radars as the tracker knows them."""
+    count = len(RADARS)
+    columns = np.array([one[1:9] for one in RADARS]).T
+    biased = 0 if known else count
+    return SensorTable(
+        ids=tuple(one[0] for one in RADARS),
+        kinds=np.full(count, KIND_RADAR, np.int8),
+        latitude_rad=np.radians(columns[0]),
+        longitude_rad=np.radians(columns[1]),
+        height_m=columns[2],
+        range_sigma_m=columns[4],
+        azimuth_sigma_rad=np.radians(columns[5]),
+        position_sigma_m=np.full(count, 30.0),
+        range_max_m=columns[7],
+        rotation_period_s=columns[3],
+        parameter_sensor=np.repeat(np.arange(biased, dtype=np.int32), 2),
+        parameter_kind=np.tile(np.array([0, 1], np.int8), biased),
+        prior_mean=np.zeros(2 * biased),
+        prior_sigma=np.tile([500.0, np.radians(0.5)], biased),
+        drift=np.zeros(2 * biased),
+    )
+
+
+def batch(rows: Measurements) -> MeasurementBatch:
+    """Return the measurements as the tracker takes them."""
+    aircraft = rows.aircraft.astype(np.int64)
+    return MeasurementBatch(
+        time_s=rows.time_s,
+        sensor=rows.sensor,
+        kind=np.full(len(rows), KIND_RADAR, np.int8),
+        range_m=rows.range_m,
+        azimuth_rad=rows.azimuth_rad,
+        latitude_rad=rows.latitude_rad,
+        longitude_rad=rows.longitude_rad,
+        height_m=rows.height_m,
+        mode_3a=(0o1000 + aircraft).astype(np.int32),
+        mode_s_address=0x400000 + aircraft,
+        track_number=aircraft + 1,
+    )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,53 @@
+"""The modes of motion that the filter of interacting modes takes an aircraft to be in."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar.errors import ConfigurationError
+from multiradar.estimation.filters._mode_kernels import ACROSS, ALONG, LATERAL, LEAVING, MODE_COUNT
+from multiradar.tracking.settings import IMM_MODES_MAX, IMM_MODES_MIN, TrackingSettings
+
+GRAVITY_MPS2 = 9.80665
+#: Only the steepest bank has to cover what is steeper still: the others have this part of its noise
+#: across the velocity. While the speed changes, the course holds about as well as in straight flight.
+GENTLER_NOISE = 0.25
+
+
+def mode_table(settings: TrackingSettings) -> NDArray[np.float64]:
+    """Return the modes of motion.
+
+    Parameters
+    ----------
+    settings : TrackingSettings
+        The settings whose names begin with `imm_`.
+
+    Returns
+    -------
+    (j, MODE_COUNT) float64
+        Straight flight, turns right and left by rising bank, and with an even number of modes a
+        change of speed; columns as in `estimation.filters._mode_kernels`.
+
+    Raises
+    ------
+    ConfigurationError
+        If the number of modes is out of its bounds.
+    """
+    count = settings.imm_modes
+    if not IMM_MODES_MIN <= count <= IMM_MODES_MAX:
+        raise ConfigurationError(
+            f"expected imm_modes from {IMM_MODES_MIN} to {IMM_MODES_MAX}, was {count}"
+        )
+    banks = (count - 1) // 2
+    steepest = GRAVITY_MPS2 * np.tan(np.radians(settings.imm_bank_deg))
+    parts = np.linspace(0.5, 1.0, banks) if banks > 1 else np.array([0.75])
+    table = np.zeros((count, MODE_COUNT))
+    table[:, [ALONG, ACROSS]] = settings.imm_straight_density
+    table[0, LEAVING] = 1.0 / settings.imm_straight_s
+    table[1:, LEAVING] = 1.0 / settings.imm_manoeuvre_s
+    turns = slice(1, 1 + 2 * banks)
+    table[turns, LATERAL] = (steepest * parts[:, None] * np.array([1.0, -1.0])).ravel()
+    table[turns, ACROSS] = settings.imm_turn_density * GENTLER_NOISE
+    table[2 * banks - 1 : 1 + 2 * banks, ACROSS] = settings.imm_turn_density
+    if count % 2 == 0:
+        table[-1, ALONG] = settings.imm_speeding_density
+    return table
