@@ -65,8 +65,8 @@ def imm_step(
     take_rows(
         work, rows, model, aircraft, result, want_readout, np.empty((2, 2)), np.empty(3),
         np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty((n, n)), np.empty(n),
-        np.empty((count, 4)), np.empty((count, 4)), np.empty((count, 10)),
-        np.empty((count, 4, n)), np.empty(count), np.empty((count, count)),
+        np.empty((count + 1, 4)), np.empty((count + 1, 4)), np.empty((count, 10)),
+        np.empty((count + 1, 4, n)), np.empty((count + 1, 10)), np.empty(count), np.empty((count, 3)),
         np.empty((count, SEEN_COUNT)), np.empty((count, 2, n)),
     )  # fmt: skip
 
@@ -91,6 +91,7 @@ def take_rows(
     A: Floats,
     B: Floats,
     T: Floats,
+    S: Floats,
     C: Floats,
     shares: Floats,
     seen: Floats,
@@ -153,8 +154,9 @@ def take_rows(
                 if interval > 0.0:
                     pass_modes(k, count, interval, modes, probabilities, C, shares)
                     mix_modes(
-                        k, count, bias, shares, mode_means, mode_covariances, mode_V, X, A, B, T
-                    )
+                        k, count, bias, probabilities, shares, mode_means, mode_covariances,
+                        mode_V, X, A, B, T, S,
+                    )  # fmt: skip
                     for j in range(count):
                         probabilities[k, j] = C[j]
                         move_mode(
@@ -175,7 +177,7 @@ def take_rows(
                 if outcome == UPDATED or interval > 0.0:
                     join_modes(
                         k, count, bias, probabilities, means, covariances, sensitivities,
-                        mode_means, mode_covariances, mode_V, X, B,
+                        mode_means, mode_covariances, mode_V, X, S,
                     )  # fmt: skip
             outcomes[row] = outcome
             if outcome in (UPDATED, STARTED, RESTARTED):

@@ -64,86 +64,128 @@ def resting_share(count: int, modes: Floats) -> float:
 def pass_modes(
     k: int, count: int, dt: float, modes: Floats, probabilities: Floats, C: Floats, shares: Floats
 ) -> None:
-    """Fill C with c and shares[i, j] with w, by the exact exponential of the rates."""
+    """Fill C with c, and row j of ``shares`` with how mode j is mixed, by the exponential of rates.
+
+    Every arm gives the same to a mode that it is not: what is in mode j is then ``shares[j, 0]`` of
+    the hub, ``shares[j, 1]`` of the sum over all arms of μ times what they are, and ``shares[j,
+    2]`` of what was in mode j already.
+    """
     hub = resting_share(count, modes)
     arms = max(count - 1, 1)
     stays = math.exp(-modes[min(1, count - 1), LEAVING] * dt)
-    forgets = math.exp(-modes[0, LEAVING] * dt) * stays if count > 1 else 1.0
+    forgets = math.exp(-modes[0, LEAVING] * dt) * stays
     to_hub = hub * (1.0 - forgets)
     to_arm = (1.0 - hub) * (1.0 - forgets) / arms
     other = max(0.0, 1.0 - to_hub - stays) / arms
+    manoeuvring = 0.0
+    for j in range(1, count):
+        manoeuvring += probabilities[k, j]
     for j in range(count):
-        total = 0.0
-        for i in range(count):
-            p = to_arm if i == 0 else other
-            if j == 0:
-                p = to_hub
-            if i == j:
-                p = 1.0 - arms * to_arm if i == 0 else other + stays
-            shares[i, j] = p * probabilities[k, i]
-            total += shares[i, j]
-        C[j] = total
-        for i in range(count):
-            shares[i, j] /= total
+        of_hub = (1.0 - arms * to_arm if j == 0 else to_arm) * probabilities[k, 0]
+        of_arms = to_hub if j == 0 else other
+        own = 0.0 if j == 0 else stays * probabilities[k, j]
+        C[j] = of_hub + of_arms * manoeuvring + own
+        shares[j, 0] = of_hub / C[j]
+        shares[j, 1] = of_arms / C[j]
+        shares[j, 2] = own / C[j]
 
 
 @in_loop
 def mix_modes(
-    k: int, count: int, bias: Floats, shares: Floats, mode_means: Floats, mode_covariances: Floats,
-    mode_V: Floats, X: Floats, A: Floats, B: Floats, T: Floats,
+    k: int, count: int, bias: Floats, probabilities: Floats, shares: Floats, mode_means: Floats,
+    mode_covariances: Floats, mode_V: Floats, X: Floats, A: Floats, B: Floats, T: Floats,
+    S: Floats,
 ) -> None:  # fmt: skip
-    """Fill A, B and T with the mixed a, P and V of each mode.
+    """Fill A, B and T with the mixed a, P and V of each mode; S is room.
 
-    a₀ = Σ w a and V₀ = Σ w V, affine in the biases; P₀ = Σ w (P + (x − x₀) (x − x₀)ᵀ).
+    a₀ = Σ w a and V₀ = Σ w V, affine in the biases; P₀ = Σ w (P + (x − x₀) (x − x₀)ᵀ), by second
+    moments about the likeliest place, so that nothing large is subtracted. The last row of A, B, X
+    and T takes the sums over the arms.
     """
     first = k * count
+    n = bias.shape[0]
+    refer_to_middle(k, count, bias, probabilities, mode_means, mode_V, X)
     for i in range(count):
+        second_moment(first + i, i, mode_covariances, X, S)
+    for r in range(4):
+        A[count, r] = 0.0
+        X[count, r] = 0.0
+        for c in range(n):
+            T[count, r, c] = 0.0
+    for m in range(10):
+        S[count, m] = 0.0
+    for i in range(1, count):
+        p = probabilities[k, i]
+        for m in range(10):
+            S[count, m] += p * S[i, m]
         for r in range(4):
-            X[i, r] = component(mode_means, mode_V, bias, first + i, r)
+            A[count, r] += p * mode_means[first + i, r]
+            X[count, r] += p * X[i, r]
+            for c in range(n):
+                T[count, r, c] += p * mode_V[first + i, r, c]
     for j in range(count):
+        u, v, w = shares[j, 0], shares[j, 1], shares[j, 2]
+        for m in range(10):
+            B[j, m] = u * S[0, m] + v * S[count, m] + w * S[j, m]
+        centre(j, u, v, w, count, X, B)
         for r in range(4):
-            a = 0.0
-            for i in range(count):
-                a += shares[i, j] * mode_means[first + i, r]
-            A[j, r] = a
-        gather(j, count, first, shares[:, j], mode_covariances, X, B)
-        for r in range(4):
-            for c in range(bias.shape[0]):
-                T[j, r, c] = shares[0, j] * mode_V[first, r, c]
-            for i in range(1, count):
-                w = shares[i, j]
-                for c in range(bias.shape[0]):
-                    T[j, r, c] += w * mode_V[first + i, r, c]
+            A[j, r] = (
+                u * mode_means[first, r] + v * A[count, r] + w * mode_means[first + j, r]
+            )
+            for c in range(n):
+                T[j, r, c] = (
+                    u * mode_V[first, r, c] + v * T[count, r, c] + w * mode_V[first + j, r, c]
+                )
 
 
 @in_loop
-def gather(
-    j: int, count: int, first: int, weights: Floats, mode_covariances: Floats, X: Floats, B: Floats
-) -> None:
-    """Set row j of B to the covariance of a mixture: of its parts, and of their estimates."""
-    x0, x1, x2, x3 = 0.0, 0.0, 0.0, 0.0
-    for i in range(count):
-        w = weights[i]
-        x0 += w * X[i, 0]
-        x1 += w * X[i, 1]
-        x2 += w * X[i, 2]
-        x3 += w * X[i, 3]
-    for m in range(10):
-        B[j, m] = 0.0
-    for i in range(count):
-        w = weights[i]
-        row = first + i
-        d0, d1, d2, d3 = X[i, 0] - x0, X[i, 1] - x1, X[i, 2] - x2, X[i, 3] - x3
-        B[j, 0] += w * (mode_covariances[row, 0] + d0 * d0)
-        B[j, 1] += w * (mode_covariances[row, 1] + d0 * d1)
-        B[j, 2] += w * (mode_covariances[row, 2] + d0 * d2)
-        B[j, 3] += w * (mode_covariances[row, 3] + d0 * d3)
-        B[j, 4] += w * (mode_covariances[row, 4] + d1 * d1)
-        B[j, 5] += w * (mode_covariances[row, 5] + d1 * d2)
-        B[j, 6] += w * (mode_covariances[row, 6] + d1 * d3)
-        B[j, 7] += w * (mode_covariances[row, 7] + d2 * d2)
-        B[j, 8] += w * (mode_covariances[row, 8] + d2 * d3)
-        B[j, 9] += w * (mode_covariances[row, 9] + d3 * d3)
+def refer_to_middle(
+    k: int, count: int, bias: Floats, weights: Floats, mode_means: Floats, mode_V: Floats,
+    X: Floats,
+) -> None:  # fmt: skip
+    """Fill X with x of each mode, less their mean by ``weights[k]``."""
+    for r in range(4):
+        mean = 0.0
+        for i in range(count):
+            X[i, r] = component(mode_means, mode_V, bias, k * count + i, r)
+            mean += weights[k, i] * X[i, r]
+        for i in range(count):
+            X[i, r] -= mean
+
+
+@in_loop
+def second_moment(row: int, i: int, mode_covariances: Floats, X: Floats, S: Floats) -> None:
+    """Set row i of S to P + x xᵀ."""
+    x0, x1, x2, x3 = X[i, 0], X[i, 1], X[i, 2], X[i, 3]
+    S[i, 0] = mode_covariances[row, 0] + x0 * x0
+    S[i, 1] = mode_covariances[row, 1] + x0 * x1
+    S[i, 2] = mode_covariances[row, 2] + x0 * x2
+    S[i, 3] = mode_covariances[row, 3] + x0 * x3
+    S[i, 4] = mode_covariances[row, 4] + x1 * x1
+    S[i, 5] = mode_covariances[row, 5] + x1 * x2
+    S[i, 6] = mode_covariances[row, 6] + x1 * x3
+    S[i, 7] = mode_covariances[row, 7] + x2 * x2
+    S[i, 8] = mode_covariances[row, 8] + x2 * x3
+    S[i, 9] = mode_covariances[row, 9] + x3 * x3
+
+
+@in_loop
+def centre(j: int, u: float, v: float, w: float, count: int, X: Floats, B: Floats) -> None:
+    """Make row j of B, second moments, a covariance."""
+    x0 = u * X[0, 0] + v * X[count, 0] + w * X[j, 0]
+    x1 = u * X[0, 1] + v * X[count, 1] + w * X[j, 1]
+    x2 = u * X[0, 2] + v * X[count, 2] + w * X[j, 2]
+    x3 = u * X[0, 3] + v * X[count, 3] + w * X[j, 3]
+    B[j, 0] -= x0 * x0
+    B[j, 1] -= x0 * x1
+    B[j, 2] -= x0 * x2
+    B[j, 3] -= x0 * x3
+    B[j, 4] -= x1 * x1
+    B[j, 5] -= x1 * x2
+    B[j, 6] -= x1 * x3
+    B[j, 7] -= x2 * x2
+    B[j, 8] -= x2 * x3
+    B[j, 9] -= x3 * x3
 
 
 @in_loop
@@ -242,23 +284,28 @@ def turned_covariance(P: Packed, course: Course, dt: float, density: Density) ->
 @in_loop
 def join_modes(
     k: int, count: int, bias: Floats, probabilities: Floats, means: Floats, covariances: Floats,
-    V: Floats, mode_means: Floats, mode_covariances: Floats, mode_V: Floats, X: Floats, B: Floats,
+    V: Floats, mode_means: Floats, mode_covariances: Floats, mode_V: Floats, X: Floats, S: Floats,
 ) -> None:  # fmt: skip
     """Set the state of aircraft k to that of its modes as a whole: the same moments."""
     first = k * count
+    n = bias.shape[0]
+    refer_to_middle(k, count, bias, probabilities, mode_means, mode_V, X)
+    for m in range(10):
+        covariances[k, m] = 0.0
     for i in range(count):
-        for r in range(4):
-            X[i, r] = component(mode_means, mode_V, bias, first + i, r)
-    gather(0, count, first, probabilities[k], mode_covariances, X, B)
-    store_covariance(covariances, k, load_covariance(B, 0))
+        p = probabilities[k, i]
+        second_moment(first + i, i, mode_covariances, X, S)
+        for m in range(10):
+            covariances[k, m] += p * S[i, m]
     for r in range(4):
         a = 0.0
         for i in range(count):
             a += probabilities[k, i] * mode_means[first + i, r]
         means[k, r] = a
-        for c in range(bias.shape[0]):
-            V[k, r, c] = probabilities[k, 0] * mode_V[first, r, c]
+        p = probabilities[k, 0]
+        for c in range(n):
+            V[k, r, c] = p * mode_V[first, r, c]
         for i in range(1, count):
-            w = probabilities[k, i]
-            for c in range(bias.shape[0]):
-                V[k, r, c] += w * mode_V[first + i, r, c]
+            p = probabilities[k, i]
+            for c in range(n):
+                V[k, r, c] += p * mode_V[first + i, r, c]
