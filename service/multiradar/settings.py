@@ -150,6 +150,8 @@ _TRACKING_BOUNDS: dict[str, tuple[float, float]] = {
     "imm_speeding_density": (1e-9, 1e6),
     "imm_straight_s": (0.1, 1e6),
     "imm_manoeuvre_s": (0.1, 1e6),
+    "imm_surprise_floor": (0.1, 1000.0),
+    "imm_surprise_density": (0.0, 1e6),
     "confirm_updates": (1, 1000),
     "coast_after_s": (0.1, 3600.0),
     "drop_after_s": (0.1, 86_400.0),

@@ -70,11 +70,9 @@ def switching(table: Floats, interval: float) -> Floats:
     return np.asarray(expm(interval * (rates - np.diag(rates.sum(axis=1)))))
 
 
-def resting(table: Floats) -> Floats:
-    """How often an aircraft is in each mode."""
-    shares = np.full(len(table), table[0, 3] / (len(table) - 1))
-    shares[0] = table[1, 3]
-    return shares / shares.sum()
+def halves(count: int) -> Floats:
+    """Half straight flight, half the manoeuvres."""
+    return np.array([0.5, *[0.5 / (count - 1)] * (count - 1)])
 
 
 def motion(mode: Floats, one: Mode, bias: Floats, interval: float) -> tuple[Floats, Floats]:
@@ -110,7 +108,7 @@ class Imm:
     def start(self, aircraft: int, time_s: float, mean: Floats, covariance: Floats) -> None:
         none = np.zeros((4, len(self._prior.mean)))
         parts = [Mode(mean.copy(), covariance.copy(), none) for _ in self._table]
-        self._aircraft[aircraft] = Modes(time_s, parts, resting(self._table), parts[0])
+        self._aircraft[aircraft] = Modes(time_s, parts, halves(len(self._table)), parts[0])
 
     def observe(self, observation: Observation) -> None:
         one = self._aircraft[observation.aircraft]

@@ -20,6 +20,7 @@ class FilterChoice(StrEnum):
     """Names of the filters."""
 
     TWO_STAGE = "two-stage"
+    IMM = "imm"
     JOINT = "joint"
     BLOM = "blom"
     BLOM_MACRO = "blom-macro"

@@ -123,4 +123,6 @@ def _options(settings: TrackingSettings) -> NDArray[np.float64]:
     options[kernels.VELOCITY_FRAME] = settings.motion == VELOCITY_FRAME
     options[kernels.DENSITY_ALONG] = settings.longitudinal_acceleration_mps2**2 * NOMINAL_INTERVAL_S
     options[kernels.DENSITY_OF_COURSE] = settings.turn_rate_rad_per_s**2 * NOMINAL_INTERVAL_S
+    options[kernels.MODES_SURPRISE_FLOOR] = settings.imm_surprise_floor
+    options[kernels.MODES_SURPRISE_DENSITY] = settings.imm_surprise_density
     return options

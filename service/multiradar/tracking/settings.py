@@ -66,6 +66,9 @@ class TrackingSettings:
         velocity while speeding up or slowing down.
     imm_straight_s, imm_manoeuvre_s : float
         Mean time for which an aircraft flies straight, and for which it keeps on manoeuvring.
+    imm_surprise_floor, imm_surprise_density : float
+        As `surprise_floor` and `acceleration_density` where no mode explains the measurements: the
+        density, m²/s³, of which the raised noise of every mode is a multiple.
     confirm_updates : int
         A track is confirmed with its update of this number.
     coast_after_s, drop_after_s : float
@@ -90,13 +93,15 @@ class TrackingSettings:
     surprise_gain: float = 0.4
     surprise_floor: float = 1.5
     manoeuvre_factor_max: float = 300.0
-    imm_modes: int = 6
+    imm_modes: int = 8
     imm_bank_deg: float = 25.0
-    imm_straight_density: float = 0.03
-    imm_turn_density: float = 16.0
-    imm_speeding_density: float = 4.0
-    imm_straight_s: float = 150.0
-    imm_manoeuvre_s: float = 200.0
+    imm_straight_density: float = 0.01
+    imm_turn_density: float = 8.0
+    imm_speeding_density: float = 20.0
+    imm_straight_s: float = 45.0
+    imm_manoeuvre_s: float = 600.0
+    imm_surprise_floor: float = 3.0
+    imm_surprise_density: float = 256.0
     confirm_updates: int = 3
     coast_after_s: float = 15.0
     drop_after_s: float = 60.0

@@ -4,6 +4,12 @@ Symbols beside those of `_kernels`, `_two_stage_kernels` and `_mode_kernels`: r 
 published biases, L = likelihood of a mode. What a plot says of the biases is that of one Gaussian
 with the moments of the mixture: U = Σ c U_j, ν = Σ c ν_j, S = Σ c (S_j + (r_j − r) (r_j − r)ᵀ), so
 that a plot by which the modes differ says less.
+
+References
+----------
+Blom, H. A. P., Bar-Shalom, Y., "The interacting multiple model algorithm for systems with
+Markovian switching coefficients", IEEE Transactions on Automatic Control 33 (1988), 780-783: the
+probabilities. The project's own: what interacting modes say of shared biases.
 """
 
 import math

@@ -1,4 +1,11 @@
-"""The compiled loop over measurements of the filter of interacting modes."""
+"""The compiled loop over measurements of the filter of interacting modes.
+
+References
+----------
+Blom, H. A. P., Bar-Shalom, Y., "The interacting multiple model algorithm for systems with
+Markovian switching coefficients", IEEE Transactions on Automatic Control 33 (1988), 780-783;
+the two-stage form of each mode, and the loop itself, are the project's own.
+"""
 
 import numpy as np
 from numba import njit
@@ -7,41 +14,35 @@ from numpy.typing import NDArray
 from multiradar.estimation.filters._imm_kernels import SEEN_COUNT, correct_modes
 from multiradar.estimation.filters._kernels import (
     BIASES_KEPT,
-    HEIGHT_MAX,
-    INTERVAL_MAX_S,
-    NO_ROOM,
-    NO_ROOM_SLOT,
-    READOUT_COUNT,
-    REFUSALS_MAX,
+    MANOEUVRE_FACTOR_MAX,
+    MODES_SURPRISE_DENSITY,
+    MODES_SURPRISE_FLOOR,
     REFUSED,
     RESTARTED,
-    SEVERAL,
-    SINGULAR,
     STARTED,
-    UNASSOCIATED,
-    UNLOCATABLE,
-    UNSUPPORTED,
     UPDATED,
-    VALUE_MAX,
-    choose_height,
+    raised,
     read_out,
     start_aircraft,
 )
 from multiradar.estimation.filters._mode_kernels import (
+    SHARE_COUNT,
     join_modes,
     mix_modes,
     move_mode,
     pass_modes,
     spread_over_modes,
 )
+from multiradar.estimation.filters._row_kernels import (
+    find_taker,
+    find_turn,
+    finish_readout,
+    height_of_row,
+    note_outcome,
+    note_start,
+)
 from multiradar.estimation.filters._step_kernels import copy_sums
 from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows, Work
-from multiradar.estimation.measurement._kernels import (
-    KIND_BEARING,
-    KIND_FLAT_PLACE,
-    KIND_FLAT_POLAR,
-    KIND_RADAR,
-)
 from multiradar.kernels import loop
 
 Floats = NDArray[np.float64]
@@ -65,9 +66,9 @@ def imm_step(
     take_rows(
         work, rows, model, aircraft, result, want_readout, np.empty((2, 2)), np.empty(3),
         np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty((n, n)), np.empty(n),
-        np.empty((count + 1, 4)), np.empty((count + 1, 4)), np.empty((count, 10)),
-        np.empty((count + 1, 4, n)), np.empty((count + 1, 10)), np.empty(count), np.empty((count, 3)),
-        np.empty((count, SEEN_COUNT)), np.empty((count, 2, n)),
+        np.empty((count + 1, 4)), np.empty((count + 1, 4)), np.empty((count + 1, 10)),
+        np.empty((count, 10)), np.empty((count + 1, 4, n)), np.empty(count),
+        np.empty((count, SHARE_COUNT)), np.empty((count, SEEN_COUNT)), np.empty((count, 2, n)),
     )  # fmt: skip
 
 
@@ -89,22 +90,25 @@ def take_rows(
     y: Floats,
     X: Floats,
     A: Floats,
+    S: Floats,
     B: Floats,
     T: Floats,
-    S: Floats,
     C: Floats,
     shares: Floats,
     seen: Floats,
     U: Floats,
 ) -> None:
-    """Do as `imm_step`, in the room given: see `_imm_kernels` and `_mode_kernels`."""
+    """Do as `imm_step`, in the room given: see `_imm_kernels` and `_mode_kernels`.
+
+    H and W are room for a start, Y and y for the sums of a partition.
+    """
     plane, sites, noises, starts = model.plane, model.sites, model.noises, model.starts
     parameters, bias, factor, options = model.parameters, model.bias, model.factor, model.options
     bias_covariance, modes = model.bias_covariance, model.modes
     means, covariances, sensitivities = aircraft.mean, aircraft.covariance, aircraft.sensitivity
     times, heights, surprises = aircraft.time, aircraft.height, aircraft.surprise
     refusals, updates, updated = aircraft.refusals, aircraft.updates, aircraft.updated
-    heard, places = aircraft.place, model.places
+    heard, places, velocities = aircraft.place, model.places, aircraft.velocity
     mode_means, mode_covariances = aircraft.mode_mean, aircraft.mode_covariance
     mode_V, probabilities = aircraft.mode_sensitivity, aircraft.mode_probability
     outcomes, readouts = result.outcome, result.readout
@@ -115,58 +119,59 @@ def take_rows(
             row = work.order[i]
             k = rows.slot[row]
             kind = rows.kind[row]
-            if k < 0 or kind < KIND_RADAR or kind == KIND_BEARING or kind > KIND_FLAT_PLACE:
-                outcomes[row] = UNSUPPORTED
-                if k < 0:
-                    outcomes[row] = NO_ROOM if k == NO_ROOM_SLOT else UNASSOCIATED
+            outcome = find_taker(k, kind)
+            if outcome != UPDATED:
+                outcomes[row] = outcome
                 continue
             s = rows.sensor[row]
             z0, z1, time = rows.z[row, 0], rows.z[row, 1], rows.time[row]
-            fresh = np.isnan(times[k])
-            interval = 0.0 if fresh else time - times[k]
-            if not (interval >= 0.0 and np.isfinite(time)):
-                outcomes[row] = REFUSED
+            outcome = find_turn(z0, z1, time, times[k], refusals[k], options)
+            if outcome == REFUSED:
+                outcomes[row] = outcome
                 continue
-            height, variance = choose_height(rows.height[row], heights[k], options)
-            if kind >= KIND_FLAT_POLAR:
-                variance = 0.0  # On a flat plane no height enters the range.
-            starting = fresh or refusals[k] >= options[REFUSALS_MAX] or interval > INTERVAL_MAX_S
-            if not (abs(z0) < VALUE_MAX and abs(z1) < VALUE_MAX):  # NaN too
-                outcome = UNLOCATABLE if starting else SINGULAR
-            elif starting:
-                outcome = start_aircraft(
+            height, variance = height_of_row(kind, rows.height[row], heights[k], options)
+            if outcome in (STARTED, RESTARTED):
+                begun = start_aircraft(
                     BIASES_KEPT, kind, z0, z1, height, variance, plane, sites[s], noises[s],
                     starts[s], starts[s + 1], parameters, bias, bias_covariance, options, means[k],
                     covariances[k], sensitivities[k], H, W,
                 )  # fmt: skip
-                if outcome == STARTED:
-                    surprises[k] = 1.0
-                    updates[k] = 0
-                    heard[k] = places[s]
+                if begun == STARTED:
+                    note_start(k, places[s], surprises, updates, heard, velocities)
                     probabilities[k, 0] = np.nan
-                    outcome = STARTED if fresh else RESTARTED
-            else:
+                else:
+                    outcome = begun
+            elif outcome == UPDATED:
                 if np.isnan(probabilities[k, 0]):
                     spread_over_modes(
-                        k, count, modes, means, covariances, sensitivities, mode_means,
-                        mode_covariances, mode_V, probabilities,
+                        k, count, means, covariances, sensitivities, mode_means, mode_covariances,
+                        mode_V, probabilities,
                     )  # fmt: skip
+                interval = time - times[k]
                 if interval > 0.0:
                     pass_modes(k, count, interval, modes, probabilities, C, shares)
                     mix_modes(
                         k, count, bias, probabilities, shares, mode_means, mode_covariances,
-                        mode_V, X, A, B, T, S,
+                        mode_V, X, A, S, B, T,
+                    )  # fmt: skip
+                    # What no mode explains is a manoeuvre of a kind that none of them is.
+                    more = options[MODES_SURPRISE_DENSITY] * (
+                        raised(
+                            surprises[k], options[MODES_SURPRISE_FLOOR],
+                            options[MANOEUVRE_FACTOR_MAX],
+                        ) - 1.0
                     )  # fmt: skip
                     for j in range(count):
                         probabilities[k, j] = C[j]
                         move_mode(
-                            k * count + j, j, interval, modes, bias, mode_means, mode_covariances,
+                            k * count + j, j, interval, modes, more, bias, mode_means, mode_covariances,
                             mode_V, A, B, T,
                         )  # fmt: skip
                 else:
                     for j in range(count):
                         C[j] = probabilities[k, j]
                 times[k] = time
+                # As in `_step_kernels.take_rows`.
                 informs = variance == 0.0 and heard[k] != places[s]
                 outcome = correct_modes(
                     kind, z0, z1, height, variance, k, s, informs, count, plane, sites, noises,
@@ -180,21 +185,11 @@ def take_rows(
                         mode_means, mode_covariances, mode_V, X, S,
                     )  # fmt: skip
             outcomes[row] = outcome
-            if outcome in (UPDATED, STARTED, RESTARTED):
-                refusals[k] = 0
-                updates[k] += 1
-                times[k] = time
-                updated[k] = time
-                if heard[k] != places[s]:
-                    heard[k] = SEVERAL
-                if abs(rows.height[row]) < HEIGHT_MAX:
-                    heights[k] = rows.height[row]
-                if want_readout:
-                    read_out(
-                        means[k], covariances[k], sensitivities[k], bias, factor, readouts[row]
-                    )
-                    readouts[row, READOUT_COUNT - 2] = heights[k]
-                    readouts[row, READOUT_COUNT - 1] = updates[k]
-            elif outcome in (REFUSED, SINGULAR):
-                refusals[k] += 1
+            taken = note_outcome(
+                outcome, k, time, rows.height[row], places[s], times, heights, refusals, updates,
+                updated, heard,
+            )  # fmt: skip
+            if taken and want_readout:
+                read_out(means[k], covariances[k], sensitivities[k], bias, factor, readouts[row])
+                finish_readout(row, k, heights, updates, readouts)
         copy_sums(Y, y, result.information[p], result.vector[p])

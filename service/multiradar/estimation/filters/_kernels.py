@@ -76,7 +76,10 @@ SCALE_TIME = 11
 VELOCITY_FRAME = 12
 DENSITY_ALONG = 13
 DENSITY_OF_COURSE = 14
-OPTION_COUNT = 15
+# Of interacting modes: from which mean on a surprise raises the noise, and the density raised, m²/s³.
+MODES_SURPRISE_FLOOR = 15
+MODES_SURPRISE_DENSITY = 16
+OPTION_COUNT = 17
 
 # A normalised innovation squared (two degrees of freedom) that three in four stay below.
 EXPECTED_NIS = 2.77
@@ -375,8 +378,14 @@ def manoeuvre_factor(surprise: float, options: Floats) -> float:
     The fourth power makes the step from straight flight to a turn of some m/s² a matter of two or
     three plots, and leaves what noise alone does to the mean without effect.
     """
-    excess = max(1.0, surprise / options[SURPRISE_FLOOR])
-    return min(excess * excess * excess * excess, options[MANOEUVRE_FACTOR_MAX])
+    return raised(surprise, options[SURPRISE_FLOOR], options[MANOEUVRE_FACTOR_MAX])
+
+
+@in_loop
+def raised(surprise: float, floor: float, most: float) -> float:
+    """Return the fourth power of what a surprise is above a floor, at least 1 and at most most."""
+    excess = max(1.0, surprise / floor)
+    return min(excess * excess * excess * excess, most)
 
 
 @in_loop

@@ -6,6 +6,12 @@ at the rate λ₀, for every arm alike, and an arm at the rate λ₁, for the hu
 Symbols: μ = probabilities of the modes, a, V, P = a mode's conditional mean, sensitivity to the
 biases and covariance, x = a + V ς̂ = its estimate at the published biases, c = probabilities of the
 modes after a passage, w = share of what an aircraft was in what it is now.
+
+References
+----------
+Blom, H. A. P., Bar-Shalom, Y., "The interacting multiple model algorithm for systems with
+Markovian switching coefficients", IEEE Transactions on Automatic Control 33 (1988), 780-783: the
+mixing. The project's own: its two-stage form, passages over any interval, turns by a bank.
 """
 
 import math
@@ -30,34 +36,27 @@ ACROSS = 2
 LEAVING = 3
 MODE_COUNT = 4
 
+# Columns of the shares of `pass_modes`.
+SHARE_COUNT = 3
+
 # Less than this no mode is held for, so that each can come back.
 PROBABILITY_MIN = 1e-9
 
 
 @in_loop
 def spread_over_modes(
-    k: int, count: int, modes: Floats, means: Floats, covariances: Floats, V: Floats,
-    mode_means: Floats, mode_covariances: Floats, mode_V: Floats, probabilities: Floats,
+    k: int, count: int, means: Floats, covariances: Floats, V: Floats, mode_means: Floats,
+    mode_covariances: Floats, mode_V: Floats, probabilities: Floats,
 ) -> None:  # fmt: skip
-    """Let aircraft k, of which one state is known, be in any mode, as often as modes are."""
-    hub = resting_share(count, modes)
+    """Let aircraft k, of which one state is known, be in any mode: by halves hub and arms."""
     for j in range(count):
         row = k * count + j
-        probabilities[k, j] = hub if j == 0 else (1.0 - hub) / (count - 1)
+        probabilities[k, j] = 0.5 if j == 0 else 0.5 / (count - 1)
         store_covariance(mode_covariances, row, load_covariance(covariances, k))
         for i in range(4):
             mode_means[row, i] = means[k, i]
             for c in range(V.shape[2]):
                 mode_V[row, i, c] = V[k, i, c]
-
-
-@in_loop
-def resting_share(count: int, modes: Floats) -> float:
-    """Return which part of the time an aircraft is in the hub."""
-    share = 1.0
-    if count > 1:
-        share = modes[1, LEAVING] / (modes[0, LEAVING] + modes[1, LEAVING])
-    return share
 
 
 @in_loop
@@ -70,9 +69,9 @@ def pass_modes(
     the hub, ``shares[j, 1]`` of the sum over all arms of μ times what they are, and ``shares[j,
     2]`` of what was in mode j already.
     """
-    hub = resting_share(count, modes)
-    arms = max(count - 1, 1)
-    stays = math.exp(-modes[min(1, count - 1), LEAVING] * dt)
+    arms = count - 1
+    hub = modes[1, LEAVING] / (modes[0, LEAVING] + modes[1, LEAVING])
+    stays = math.exp(-modes[1, LEAVING] * dt)
     forgets = math.exp(-modes[0, LEAVING] * dt) * stays
     to_hub = hub * (1.0 - forgets)
     to_arm = (1.0 - hub) * (1.0 - forgets) / arms
@@ -93,14 +92,14 @@ def pass_modes(
 @in_loop
 def mix_modes(
     k: int, count: int, bias: Floats, probabilities: Floats, shares: Floats, mode_means: Floats,
-    mode_covariances: Floats, mode_V: Floats, X: Floats, A: Floats, B: Floats, T: Floats,
-    S: Floats,
+    mode_covariances: Floats, mode_V: Floats, X: Floats, A: Floats, S: Floats, B: Floats,
+    T: Floats,
 ) -> None:  # fmt: skip
-    """Fill A, B and T with the mixed a, P and V of each mode; S is room.
+    """Fill A, B and T with the mixed a, P and V of each mode; X and S are room.
 
     a₀ = Σ w a and V₀ = Σ w V, affine in the biases; P₀ = Σ w (P + (x − x₀) (x − x₀)ᵀ), by second
-    moments about the likeliest place, so that nothing large is subtracted. The last row of A, B, X
-    and T takes the sums over the arms.
+    moments about the mean of all modes, so that nothing large is subtracted. The last row of A, S,
+    T and X takes the sums over the arms.
     """
     first = k * count
     n = bias.shape[0]
@@ -129,9 +128,7 @@ def mix_modes(
             B[j, m] = u * S[0, m] + v * S[count, m] + w * S[j, m]
         centre(j, u, v, w, count, X, B)
         for r in range(4):
-            A[j, r] = (
-                u * mode_means[first, r] + v * A[count, r] + w * mode_means[first + j, r]
-            )
+            A[j, r] = u * mode_means[first, r] + v * A[count, r] + w * mode_means[first + j, r]
             for c in range(n):
                 T[j, r, c] = (
                     u * mode_V[first, r, c] + v * T[count, r, c] + w * mode_V[first + j, r, c]
@@ -190,10 +187,13 @@ def centre(j: int, u: float, v: float, w: float, count: int, X: Floats, B: Float
 
 @in_loop
 def move_mode(
-    row: int, j: int, dt: float, modes: Floats, bias: Floats, mode_means: Floats,
+    row: int, j: int, dt: float, modes: Floats, more: float, bias: Floats, mode_means: Floats,
     mode_covariances: Floats, mode_V: Floats, A: Floats, B: Floats, T: Floats,
 ) -> None:  # fmt: skip
-    """Set row to the mixed state of mode j, moved on as the mode moves."""
+    """Set row to the mixed state of mode j, moved on as the mode moves.
+
+    ``more`` is a density that comes to those of the mode, m²/s³, in every direction.
+    """
     v0 = component(A, T, bias, j, 2)
     v1 = component(A, T, bias, j, 3)
     P = load_covariance(B, j)
@@ -202,7 +202,7 @@ def move_mode(
     # The noise belongs to the middle of the way.
     density = frame_density(
         v0 + 0.5 * ((cosine - 1.0) * v0 + sine * v1), v1 + 0.5 * ((cosine - 1.0) * v1 - sine * v0),
-        modes[j, ALONG], modes[j, ACROSS],
+        modes[j, ALONG] + more, modes[j, ACROSS] + more,
     )  # fmt: skip
     store_covariance(mode_covariances, row, turned_covariance(P, course, dt, density))
     mode_means[row, 0] = A[j, 0] + s * A[j, 2] + c * A[j, 3]
