@@ -1,17 +1,19 @@
-"""Prints the table of manoeuvres of docs/simulate.md: interacting modes beside one motion model.
+"""Prints the table of manoeuvres of docs/guide.md: interacting modes beside one motion model.
 
 ::
 
-    python docs/check_manoeuvres.py                        # both tables, six seeds, about 5 minutes
-    python docs/check_manoeuvres.py --runs 2 --aircraft 20
+    python docs/check_manoeuvres.py                        # both tables, eight seeds, a minute
+    python docs/check_manoeuvres.py --modes 3 6 8 --extent 100e3 --straight 200
 
 Aircraft fly legs: straight ones, turns with 10 to 30 degrees of bank, speeding up and slowing down
 by up to 0.6 m/s², climbs. The radars are those of the sample recording. `two-stage` is tried with
-constant process noise of many densities, and the best of them over the whole scene is taken.
+constant process noise of many densities, and the best over the whole scene is taken. Root mean
+squares of the position error, and error² / sigma², of the updates after the first minute; at the
+end error² / sigma² of all biases at once, for each parameter.
 """
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,7 +25,7 @@ from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.engine import Engine
 from multiradar.simulation.measurements import Measurements
 from multiradar.simulation.observation import observe
-from multiradar.simulation.scene import PARAMETERS, Aircraft, Bias, Leg, Scene, Sensor
+from multiradar.simulation.scene import Aircraft, Bias, Leg, Scene, Sensor
 from multiradar.tracking.measurements import KIND_RADAR, MeasurementBatch
 from multiradar.tracking.outputs import TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
@@ -33,7 +35,7 @@ Integers = NDArray[np.int64]
 
 GRAVITY_MPS2 = 9.80665
 SETTLED_S = 60.0
-DENSITIES = (0.01, 0.03, 0.1, 0.3, 1.0, 2.0, 3.0, 5.0, 10.0, 30.0)
+DENSITIES = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 5.0, 10.0, 15.0, 20.0, 30.0)
 # Latitude, longitude, height, turn, sigmas of range and azimuth, detection, largest range, biases.
 RADARS = (
     ("26-10", 46.4247, 6.0994, 1677.0, 4.9, 40.0, 0.06, 0.97, 300e3, 185.0, -0.19),
@@ -42,7 +44,7 @@ RADARS = (
     ("41-10", 45.6306, 8.7231, 240.0, 6.0, 50.0, 0.08, 0.95, 250e3, 60.0, -0.08),
 )
 STRAIGHT, TURN, SPEEDING = range(3)
-CLASSES = ("straights", "turns", "speeding up or down", "all")
+CLASSES = {"straights": (STRAIGHT,), "turns": (TURN,), "speeding": (SPEEDING,), "all": range(3)}
 
 
 @dataclass(frozen=True)
@@ -56,48 +58,72 @@ class Flown:
     biases: Floats
 
 
+@dataclass(frozen=True)
+class Figure:
+    """Root mean square of errors, m, and mean of error² / sigma²; of biases the latter alone."""
+
+    rms_m: float
+    nees: float
+
+
 def main() -> None:
     """Print both tables."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--runs", type=int, default=6, help="seeds")
+    parser.add_argument("--runs", type=int, default=8, help="seeds")
     parser.add_argument("--aircraft", type=int, default=30, help="in each run")
     parser.add_argument("--duration", type=float, default=1500.0, help="of each run, s")
     parser.add_argument("--extent", type=float, default=150e3, help="traffic begins within ±, m")
     parser.add_argument("--straight", type=float, default=120.0, help="mean straight leg, s")
+    parser.add_argument("--modes", type=int, nargs="+", default=[3, 6, 8], help="of `imm`")
     options = parser.parse_args()
     for known in (True, False):
-        print("biases known" if known else "biases estimated")
-        flown = [flight(seed, options, known=known) for seed in range(options.runs)]
-        for name, settings in contestants(flown):
-            print(f"| {name} | {' | '.join(figures(settings, flown))} |", flush=True)
+        print(f"biases {'known' if known else 'estimated'}: {', '.join(CLASSES)}, biases")
+        flown = flights(
+            options.runs, aircraft=options.aircraft, duration_s=options.duration, known=known,
+            extent_m=options.extent, straight_s=options.straight,
+        )  # fmt: skip
+        best = best_constant(flown, DENSITIES)
+        against = figures(best, flown)
+        name = f"`two-stage`, constant {best.acceleration_density:g} m²/s³ (best)"
+        print(row(name, against, against))
+        print(row("`two-stage` as it is", figures(TrackingSettings(), flown), against))
+        for modes in options.modes:
+            settings = TrackingSettings(filter_name="imm", imm_modes=modes)
+            print(row(f"`imm`, {modes} modes", figures(settings, flown), against), flush=True)
 
 
-def contestants(flown: list[Flown]) -> Iterator[tuple[str, TrackingSettings]]:
-    """Yield what is compared: the best constant process noise, the adaptive one, and modes."""
+def row(name: str, found: dict[str, Figure], against: dict[str, Figure]) -> str:
+    """Return a row of the table: what was found, and by how much it is above or below."""
+    cells = [
+        f"{found[one].rms_m:.1f} m ({found[one].rms_m / against[one].rms_m - 1.0:+.0%}), "
+        f"{found[one].nees:.2f}"
+        for one in CLASSES
+    ]
+    biases = found["biases"].nees
+    return f"| {name} | {' | '.join(cells)} | {'–' if np.isnan(biases) else f'{biases:.2f}'} |"
+
+
+def best_constant(flown: list[Flown], densities: Sequence[float]) -> TrackingSettings:
+    """Return the constant process noise with which the whole scene is tracked best."""
     plain = TrackingSettings(manoeuvre_factor_max=1.0)
-    tried = [replace(plain, acceleration_density=density) for density in DENSITIES]
-    best = min(tried, key=lambda one: total(one, flown))
-    yield f"`two-stage`, constant {best.acceleration_density:g} m²/s³ (best)", best
-    yield "`two-stage` as it is", TrackingSettings()
-    yield "`imm` as it is", TrackingSettings(filter_name="imm")
+    tried = [replace(plain, acceleration_density=density) for density in densities]
+    return min(tried, key=lambda one: figures(one, flown)["all"].rms_m)
 
 
-def total(settings: TrackingSettings, flown: list[Flown]) -> float:
-    """Return the mean square of all position errors, m²."""
-    return float(np.mean(np.concatenate([judged(settings, one)[0] for one in flown]) ** 2))
-
-
-def figures(settings: TrackingSettings, flown: list[Flown]) -> list[str]:
-    """Return the cells of one contestant."""
-    found = [judged(settings, one) for one in flown]
-    errors, sigmas, doing = (np.concatenate([one[i] for one in found]) for i in range(3))
-    cells = []
-    for number in range(len(CLASSES)):
-        chosen = (doing == number) | (number == len(CLASSES) - 1)
-        cells.append(f"{np.sqrt(np.mean(errors[chosen] ** 2)):.1f} m")
-        cells.append(f"{np.mean((errors[chosen] / sigmas[chosen]) ** 2):.2f}")
-    biases = np.concatenate([one[3] for one in found])
-    return [*cells, f"{np.mean(biases):.2f}" if len(biases) else "–"]
+def figures(settings: TrackingSettings, flown: list[Flown]) -> dict[str, Figure]:
+    """Return the figures of each class of motion, and those of the biases."""
+    judgements = [judged(settings, one) for one in flown]
+    errors, sigmas, doing = (np.concatenate([one[i] for one in judgements]) for i in range(3))
+    found = {}
+    for name, kinds in CLASSES.items():
+        chosen = np.isin(doing, kinds)
+        found[name] = Figure(
+            float(np.sqrt(np.mean(errors[chosen] ** 2))),
+            float(np.mean((errors[chosen] / sigmas[chosen]) ** 2)),
+        )
+    biases = np.concatenate([one[3] for one in judgements])
+    found["biases"] = Figure(np.nan, float(np.mean(biases)) if len(biases) else np.nan)
+    return found
 
 
 def judged(settings: TrackingSettings, one: Flown) -> tuple[Floats, Floats, Integers, Floats]:
@@ -127,49 +153,64 @@ def judged(settings: TrackingSettings, one: Flown) -> tuple[Floats, Floats, Inte
     return errors, updates.position_sigma_m[kept], one.doing[row][kept], biases
 
 
-def flight(seed: int, options: argparse.Namespace, *, known: bool) -> Flown:
-    """Fly and observe a scene; where the biases are known the radars have none."""
-    rng = np.random.default_rng([2016, seed])
-    sensors = table(known=known)
-    plane = SystemPlane.for_sensors(sensors.latitude_rad, sensors.longitude_rad)
-    east, north = plane.to_plane(sensors.latitude_rad, sensors.longitude_rad)
-    seen = tuple(
-        Sensor(
-            radar[0], "radar", east[i], north[i], radar[3], radar[5], float(np.radians(radar[6])),
-            rotation_period_s=radar[4], detection_probability=radar[7], range_max_m=radar[8],
-            biases=(Bias(0.0 if known else radar[9]),
-                    Bias(0.0 if known else float(np.radians(radar[10]))), Bias(), Bias()),
+def flights(
+    runs: int,
+    *,
+    aircraft: int,
+    duration_s: float,
+    known: bool,
+    extent_m: float = 150e3,
+    straight_s: float = 120.0,
+) -> list[Flown]:
+    """Fly and observe scenes; where the biases are known the radars have none."""
+    found = []
+    for seed in range(runs):
+        rng = np.random.Generator(np.random.PCG64([2016, seed]))
+        sensors = table(known=known)
+        plane = SystemPlane.for_sensors(sensors.latitude_rad, sensors.longitude_rad)
+        fliers = tuple(
+            flier(number + 1, duration_s, extent_m, straight_s, rng) for number in range(aircraft)
         )
-        for i, radar in enumerate(RADARS)
-    )  # fmt: skip
-    assert len(seen[0].biases) == PARAMETERS
-    aircraft = tuple(flier(number + 1, options, rng) for number in range(options.aircraft))
-    scene = Scene(
-        "", seed, options.duration, "wgs84", (plane.latitude_rad, plane.longitude_rad), aircraft,
-        (), seen,
-    )  # fmt: skip
-    rows = observe(scene, rng).measurements
-    doing = np.array(
-        [
-            doing_at(aircraft[one], time)
+        scene = Scene(
+            "", seed, duration_s, "wgs84", (plane.latitude_rad, plane.longitude_rad), fliers, (),
+            radars(plane, sensors, known=known),
+        )  # fmt: skip
+        rows = observe(scene, rng).measurements
+        doing = [
+            doing_at(fliers[one], time)
             for one, time in zip(rows.aircraft, rows.time_s, strict=True)
         ]
-    )
-    biases = np.empty(0)
-    if not known:
         biases = np.array([(one[9], np.radians(one[10])) for one in RADARS]).ravel()
-    return Flown(sensors, batch(rows), rows, doing, biases)
+        found.append(
+            Flown(sensors, batch(rows), rows, np.array(doing), biases[: 0 if known else None])
+        )
+    return found
 
 
-def flier(number: int, options: argparse.Namespace, rng: np.random.Generator) -> Aircraft:
+def radars(plane: SystemPlane, sensors: SensorTable, *, known: bool) -> tuple[Sensor, ...]:
+    """Return the radars as they are."""
+    east, north = plane.to_plane(sensors.latitude_rad, sensors.longitude_rad)
+    part = 0.0 if known else 1.0
+    return tuple(
+        Sensor(
+            one[0], "radar", east[i], north[i], one[3], one[5], float(np.radians(one[6])),
+            rotation_period_s=one[4], detection_probability=one[7], range_max_m=one[8],
+            biases=(Bias(part * one[9]), Bias(part * float(np.radians(one[10]))), Bias(), Bias()),
+        )
+        for i, one in enumerate(RADARS)
+    )  # fmt: skip
+
+
+def flier(
+    number: int, duration_s: float, extent_m: float, straight_s: float, rng: np.random.Generator
+) -> Aircraft:
     """Return an aircraft with random legs."""
-    east, north = rng.uniform(-options.extent, options.extent, 2)
+    east, north = rng.uniform(-extent_m, extent_m, 2)
     speed = start = rng.uniform(90.0, 250.0)
     legs: list[Leg] = []
-    flown = 0.0
-    while flown < options.duration:
+    while sum(leg.duration_s for leg in legs) < duration_s:
         climb = float(rng.choice([0.0, 0.0, 8.0, -8.0]))
-        legs.append(Leg(rng.uniform(0.5, 1.5) * options.straight, climb_mps=climb))
+        legs.append(Leg(rng.uniform(0.5, 1.5) * straight_s, climb_mps=climb))
         if rng.uniform() < 0.3:
             change = rng.choice([-1.0, 1.0]) * rng.uniform(0.2, 0.6)
             time_s = rng.uniform(20.0, 50.0)
@@ -179,10 +220,8 @@ def flier(number: int, options: argparse.Namespace, rng: np.random.Generator) ->
             speed += change * time_s
         else:
             rate = GRAVITY_MPS2 * np.tan(np.radians(rng.uniform(10.0, 30.0))) / speed
-            legs.append(
-                Leg(np.radians(rng.uniform(20.0, 150.0)) / rate, rate * rng.choice([-1.0, 1.0]))
-            )
-        flown += sum(leg.duration_s for leg in legs[-2:])
+            angle = np.radians(rng.uniform(20.0, 150.0))
+            legs.append(Leg(angle / rate, rate * rng.choice([-1.0, 1.0])))
     return Aircraft(
         number, east, north, rng.uniform(3e3, 9e3), start, rng.uniform(0.0, 2.0 * np.pi),
         legs=tuple(legs),

@@ -9,7 +9,7 @@ from multiradar.tracking.settings import IMM_MODES_MAX, IMM_MODES_MIN, TrackingS
 
 GRAVITY_MPS2 = 9.80665
 #: Only the steepest bank has to cover what is steeper still: the others have this part of its noise
-#: across the velocity. While the speed changes, the course holds about as well as in straight flight.
+#: across the velocity.
 GENTLER_NOISE = 0.25
 
 

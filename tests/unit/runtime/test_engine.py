@@ -25,7 +25,7 @@ from support.scenes import Flight, Radar, Scene, make_scene, random_flights, thr
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-FILTERS = ("two-stage", "joint", "blom", "blom-macro", "ci")
+FILTERS = ("two-stage", "imm", "joint", "blom", "blom-macro", "ci")
 
 
 def busy_scene(seed: int = 1, aircraft: int = 30, duration_s: float = 240.0) -> Scene:
@@ -217,7 +217,7 @@ def test_flush_twice_says_nothing_new_of_tracks(scene: Scene) -> None:
 
 
 def test_a_filter_that_does_not_exist_is_refused_with_the_names_that_do() -> None:
-    with pytest.raises(UnknownFilterError, match="two-stage, joint, blom, blom-macro, ci"):
+    with pytest.raises(UnknownFilterError, match="two-stage, imm, joint, blom, blom-macro, ci"):
         Engine(busy_scene(aircraft=1, duration_s=5.0).sensors, TrackingSettings(filter_name="x"))
 
 

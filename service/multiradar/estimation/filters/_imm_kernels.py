@@ -23,12 +23,14 @@ from multiradar.estimation.filters._kernels import (
     DOWNWEIGHT_NIS,
     EXPECTED_NIS,
     REFUSE_NIS,
+    SINGULAR,
     UPDATED,
     correct_state,
     covariance_times_transposed,
     gain_of,
     gated,
     position_part,
+    singular,
     squared_norm,
     surprise_after,
 )
@@ -90,12 +92,16 @@ def correct_modes(
     nis = squared_norm(s00, s01, s11, r0, r1)
     weight = 1.0
     # The gates are written so that NaN fails them.
-    if not nis <= EXPECTED_NIS and nis < np.inf:
+    harmless = min(EXPECTED_NIS, min(options[DOWNWEIGHT_NIS], options[REFUSE_NIS]))
+    if not nis <= harmless and nis < np.inf:
         nis = squared_norm(s00 + b00, s01 + b01, s11 + b11, r0, r1)
-        weight = max(1.0, nis / options[DOWNWEIGHT_NIS])
+        if nis < np.inf:
+            weight = max(1.0, nis / options[DOWNWEIGHT_NIS])
     outcome = gated(nis, options[REFUSE_NIS])
     if ground < options[CONE_RATIO] * (height - noises[s, 3]):
         outcome = CONE
+    if outcome == UPDATED and any_singular(count, weight, b00, b01, b11, seen):
+        outcome = SINGULAR
     if outcome == UPDATED:
         surprises[k] = surprise_after(surprises[k], nis, options)
         r0, r1, s00, s01, s11 = joined(count, C, seen, weight)
@@ -154,6 +160,20 @@ def look(
     seen[j, SEEN_W + 1] = w[1]
     seen[j, SEEN_W + 2] = w[2]
     seen[j, SEEN_GROUND] = ground
+
+
+@in_loop
+def any_singular(
+    count: int, weight: float, b00: float, b01: float, b11: float, seen: Floats
+) -> bool:
+    """Return whether S of any mode is singular, with or without the spread of the biases."""
+    found = False
+    for j in range(count):
+        s00 = seen[j, SEEN_N] + weight * seen[j, SEEN_W]
+        s01 = seen[j, SEEN_N + 1] + weight * seen[j, SEEN_W + 1]
+        s11 = seen[j, SEEN_N + 2] + weight * seen[j, SEEN_W + 2]
+        found = found or singular(s00, s01, s11) or singular(s00 + b00, s01 + b01, s11 + b11)
+    return found
 
 
 @in_loop

@@ -164,8 +164,8 @@ def take_rows(
                     for j in range(count):
                         probabilities[k, j] = C[j]
                         move_mode(
-                            k * count + j, j, interval, modes, more, bias, mode_means, mode_covariances,
-                            mode_V, A, B, T,
+                            k * count + j, j, interval, modes, more, bias, mode_means,
+                            mode_covariances, mode_V, A, B, T,
                         )  # fmt: skip
                 else:
                     for j in range(count):

@@ -76,7 +76,8 @@ SCALE_TIME = 11
 VELOCITY_FRAME = 12
 DENSITY_ALONG = 13
 DENSITY_OF_COURSE = 14
-# Of interacting modes: from which mean on a surprise raises the noise, and the density raised, m²/s³.
+# Of interacting modes: the mean from which a surprise raises the noise, and the density, m²/s³, of
+# which the raised noise is a multiple.
 MODES_SURPRISE_FLOOR = 15
 MODES_SURPRISE_DENSITY = 16
 OPTION_COUNT = 17
