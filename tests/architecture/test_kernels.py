@@ -14,7 +14,20 @@ ARRAY_MAKERS = re.compile(
     r"|concatenate|\w*stack|where|cumsum|(arg)?sort|flatnonzero|nonzero|astype|reshape|ravel"
 )
 #: Numbers, and tuples of them.
-SCALARS = {"int", "float", "bool", "None", "Triple", "Packed", "Gain", "Slope", "Noise", "Density"}
+SCALARS = {
+    "int",
+    "float",
+    "bool",
+    "None",
+    "Triple",
+    "Packed",
+    "Gain",
+    "Slope",
+    "Noise",
+    "Density",
+    "Course",
+    "Mixture",
+}
 
 
 def uncounted(tree: ast.Module) -> list[ast.FunctionDef]:

@@ -35,7 +35,7 @@ from multiradar.estimation.filters._kernels import (
     surprise_after,
 )
 from multiradar.estimation.filters._mode_kernels import PROBABILITY_MIN
-from multiradar.estimation.filters._two_stage_kernels import component, spread_of_biases
+from multiradar.estimation.filters._two_stage_kernels import spread_of_biases
 from multiradar.estimation.measurement._kernels import bias_column, measures_azimuth, seen_from
 from multiradar.estimation.motion._kernels import load_covariance
 from multiradar.geodesy._kernels import wrap_angle
@@ -61,8 +61,8 @@ def correct_modes(
     informs: bool, count: int, plane: Floats, sites: Floats, noises: Floats, starts: Integers,
     parameters: Integers, bias: Floats, bias_covariance: Floats, options: Floats,
     mode_means: Floats, mode_covariances: Floats, mode_V: Floats, probabilities: Floats,
-    surprises: Floats, C: Floats, seen: Floats, U: Floats, Y: Floats, y: Floats, U0: Floats,
-    U1: Floats, R0: Floats, R1: Floats,
+    surprises: Floats, X: Floats, C: Floats, seen: Floats, U: Floats, Y: Floats, y: Floats,
+    U0: Floats, U1: Floats, R0: Floats, R1: Floats,
 ) -> int:  # fmt: skip
     """Correct the modes of aircraft k, moved to the time of a measurement by sensor s.
 
@@ -72,7 +72,7 @@ def correct_modes(
     for j in range(count):
         look(
             kind, z0, z1, height, height_variance, k * count + j, j, s, plane, sites, noises,
-            starts, parameters, bias, mode_means, mode_covariances, mode_V, seen, U,
+            starts, parameters, bias, mode_means, mode_covariances, mode_V, X, seen, U,
         )  # fmt: skip
     for c in range(n):
         U0[c] = C[0] * U[0, 0, c]
@@ -109,7 +109,7 @@ def correct_modes(
             inform(count, C, seen, s00, s01, s11, U0, U1, R0, R1, Y, y)
         weigh(k, count, weight, b00, b01, b11, C, seen, probabilities)
         for j in range(count):
-            correct_mode(k * count + j, j, weight, mode_means, mode_covariances, mode_V, seen, U)
+            correct_mode(k * count + j, j, weight, mode_means, mode_covariances, mode_V, X, seen, U)
     return outcome
 
 
@@ -117,13 +117,12 @@ def correct_modes(
 def look(
     kind: int, z0: float, z1: float, height: float, height_variance: float, row: int, j: int,
     s: int, plane: Floats, sites: Floats, noises: Floats, starts: Integers, parameters: Integers,
-    bias: Floats, mode_means: Floats, mode_covariances: Floats, mode_V: Floats, seen: Floats,
-    U: Floats,
+    bias: Floats, mode_means: Floats, mode_covariances: Floats, mode_V: Floats, X: Floats,
+    seen: Floats, U: Floats,
 ) -> None:  # fmt: skip
     """Fill row j of ``seen`` and of U with what mode j expects of a measurement."""
     n = bias.shape[0]
-    x0 = component(mode_means, mode_V, bias, row, 0)
-    x1 = component(mode_means, mode_V, bias, row, 1)
+    x0, x1 = X[j, 0], X[j, 1]
     p0, p1, ground, h, w = seen_from(
         kind, plane, sites[s], noises[s], x0, x1, height, height_variance
     )
@@ -249,9 +248,9 @@ def weigh(
 @in_loop
 def correct_mode(
     row: int, j: int, weight: float, mode_means: Floats, mode_covariances: Floats, mode_V: Floats,
-    seen: Floats, U: Floats,
+    X: Floats, seen: Floats, U: Floats,
 ) -> None:  # fmt: skip
-    """Correct a, P and V of one mode."""
+    """Correct a, P, V and x of one mode: x = a + V ς̂ moves by K r."""
     n = U.shape[2]
     s00 = seen[j, SEEN_N] + weight * seen[j, SEEN_W]
     s01 = seen[j, SEEN_N + 1] + weight * seen[j, SEEN_W + 1]
@@ -263,6 +262,11 @@ def correct_mode(
     K = gain_of(G, s11 * scale, -s01 * scale, s00 * scale)
     nu0, nu1 = seen[j, SEEN_NU], seen[j, SEEN_NU + 1]
     correct_state(mode_means, mode_covariances, row, P, G, K, nu0, nu1)
+    r0, r1 = seen[j, SEEN_R], seen[j, SEEN_R + 1]
+    X[j, 0] += K[0] * r0 + K[1] * r1
+    X[j, 1] += K[2] * r0 + K[3] * r1
+    X[j, 2] += K[4] * r0 + K[5] * r1
+    X[j, 3] += K[6] * r0 + K[7] * r1
     for c in range(n):
         mode_V[row, 0, c] -= K[0] * U[j, 0, c] + K[1] * U[j, 1, c]
     for c in range(n):

@@ -27,6 +27,7 @@ from multiradar.estimation.filters._kernels import (
 )
 from multiradar.estimation.filters._mode_kernels import (
     SHARE_COUNT,
+    estimate_modes,
     join_modes,
     mix_modes,
     move_mode,
@@ -67,7 +68,8 @@ def imm_step(
         work, rows, model, aircraft, result, want_readout, np.empty((2, 2)), np.empty(3),
         np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty((n, n)), np.empty(n),
         np.empty((count + 1, 4)), np.empty((count + 1, 4)), np.empty((count + 1, 10)),
-        np.empty((count, 10)), np.empty((count + 1, 4, n)), np.empty(count),
+        np.empty((count, 10)), np.empty((count + 1, 4, n)), np.empty((count + 1, 4)),
+        np.empty(count),
         np.empty((count, SHARE_COUNT)), np.empty((count, SEEN_COUNT)), np.empty((count, 2, n)),
     )  # fmt: skip
 
@@ -93,6 +95,7 @@ def take_rows(
     S: Floats,
     B: Floats,
     T: Floats,
+    Z: Floats,
     C: Floats,
     shares: Floats,
     seen: Floats,
@@ -148,11 +151,12 @@ def take_rows(
                         mode_V, probabilities,
                     )  # fmt: skip
                 interval = time - times[k]
+                estimate_modes(k, count, bias, mode_means, mode_V, X)
                 if interval > 0.0:
                     pass_modes(k, count, interval, modes, probabilities, C, shares)
                     mix_modes(
-                        k, count, bias, probabilities, shares, mode_means, mode_covariances,
-                        mode_V, X, A, S, B, T,
+                        k, count, probabilities, shares, mode_means, mode_covariances, mode_V, X,
+                        A, S, B, T, Z,
                     )  # fmt: skip
                     # What no mode explains is a manoeuvre of a kind that none of them is.
                     more = options[MODES_SURPRISE_DENSITY] * (
@@ -164,8 +168,8 @@ def take_rows(
                     for j in range(count):
                         probabilities[k, j] = C[j]
                         move_mode(
-                            k * count + j, j, interval, modes, more, bias, mode_means,
-                            mode_covariances, mode_V, A, B, T,
+                            k * count + j, j, interval, modes, more, mode_means,
+                            mode_covariances, mode_V, X, A, B, T, Z,
                         )  # fmt: skip
                 else:
                     for j in range(count):
@@ -176,13 +180,13 @@ def take_rows(
                 outcome = correct_modes(
                     kind, z0, z1, height, variance, k, s, informs, count, plane, sites, noises,
                     starts, parameters, bias, bias_covariance, options, mode_means,
-                    mode_covariances, mode_V, probabilities, surprises, C, seen, U, Y, y, U0, U1,
+                    mode_covariances, mode_V, probabilities, surprises, X, C, seen, U, Y, y, U0, U1,
                     R0, R1,
                 )  # fmt: skip
                 if outcome == UPDATED or interval > 0.0:
                     join_modes(
-                        k, count, bias, probabilities, means, covariances, sensitivities,
-                        mode_means, mode_covariances, mode_V, X, S,
+                        k, count, probabilities, means, covariances, sensitivities, mode_means,
+                        mode_covariances, mode_V, X, S, Z,
                     )  # fmt: skip
             outcomes[row] = outcome
             taken = note_outcome(

@@ -90,20 +90,30 @@ def pass_modes(
 
 
 @in_loop
+def estimate_modes(
+    k: int, count: int, bias: Floats, mode_means: Floats, mode_V: Floats, X: Floats
+) -> None:
+    """Fill X with x of each mode, as it is at the published biases."""
+    for i in range(count):
+        for r in range(4):
+            X[i, r] = component(mode_means, mode_V, bias, k * count + i, r)
+
+
+@in_loop
 def mix_modes(
-    k: int, count: int, bias: Floats, probabilities: Floats, shares: Floats, mode_means: Floats,
+    k: int, count: int, probabilities: Floats, shares: Floats, mode_means: Floats,
     mode_covariances: Floats, mode_V: Floats, X: Floats, A: Floats, S: Floats, B: Floats,
-    T: Floats,
+    T: Floats, Z: Floats,
 ) -> None:  # fmt: skip
-    """Fill A, B and T with the mixed a, P and V of each mode; X and S are room.
+    """Fill A, B, T and Z with the mixed a, P, V and x of each mode; X holds x, S is room.
 
     a₀ = Σ w a and V₀ = Σ w V, affine in the biases; P₀ = Σ w (P + (x − x₀) (x − x₀)ᵀ), by second
     moments about the mean of all modes, so that nothing large is subtracted. The last row of A, S,
     T and X takes the sums over the arms.
     """
     first = k * count
-    n = bias.shape[0]
-    refer_to_middle(k, count, bias, probabilities, mode_means, mode_V, X)
+    n = T.shape[2]
+    refer_to_middle(k, count, probabilities, X, Z)
     for i in range(count):
         second_moment(first + i, i, mode_covariances, X, S)
     for r in range(4):
@@ -126,8 +136,11 @@ def mix_modes(
         u, v, w = shares[j, 0], shares[j, 1], shares[j, 2]
         for m in range(10):
             B[j, m] = u * S[0, m] + v * S[count, m] + w * S[j, m]
-        centre(j, u, v, w, count, X, B)
         for r in range(4):
+            Z[j, r] = u * X[0, r] + v * X[count, r] + w * X[j, r]
+        centre(j, B, Z)
+        for r in range(4):
+            Z[j, r] += Z[count, r]
             A[j, r] = u * mode_means[first, r] + v * A[count, r] + w * mode_means[first + j, r]
             for c in range(n):
                 T[j, r, c] = (
@@ -136,18 +149,15 @@ def mix_modes(
 
 
 @in_loop
-def refer_to_middle(
-    k: int, count: int, bias: Floats, weights: Floats, mode_means: Floats, mode_V: Floats,
-    X: Floats,
-) -> None:  # fmt: skip
-    """Fill X with x of each mode, less their mean by ``weights[k]``."""
+def refer_to_middle(k: int, count: int, weights: Floats, X: Floats, Z: Floats) -> None:
+    """Take from each row of X their mean by ``weights[k]``, which is put into the last row of Z."""
     for r in range(4):
         mean = 0.0
         for i in range(count):
-            X[i, r] = component(mode_means, mode_V, bias, k * count + i, r)
             mean += weights[k, i] * X[i, r]
         for i in range(count):
             X[i, r] -= mean
+        Z[count, r] = mean
 
 
 @in_loop
@@ -167,12 +177,9 @@ def second_moment(row: int, i: int, mode_covariances: Floats, X: Floats, S: Floa
 
 
 @in_loop
-def centre(j: int, u: float, v: float, w: float, count: int, X: Floats, B: Floats) -> None:
-    """Make row j of B, second moments, a covariance."""
-    x0 = u * X[0, 0] + v * X[count, 0] + w * X[j, 0]
-    x1 = u * X[0, 1] + v * X[count, 1] + w * X[j, 1]
-    x2 = u * X[0, 2] + v * X[count, 2] + w * X[j, 2]
-    x3 = u * X[0, 3] + v * X[count, 3] + w * X[j, 3]
+def centre(j: int, B: Floats, Z: Floats) -> None:
+    """Make row j of B, second moments, the covariance about row j of Z."""
+    x0, x1, x2, x3 = Z[j, 0], Z[j, 1], Z[j, 2], Z[j, 3]
     B[j, 0] -= x0 * x0
     B[j, 1] -= x0 * x1
     B[j, 2] -= x0 * x2
@@ -187,35 +194,38 @@ def centre(j: int, u: float, v: float, w: float, count: int, X: Floats, B: Float
 
 @in_loop
 def move_mode(
-    row: int, j: int, dt: float, modes: Floats, more: float, bias: Floats, mode_means: Floats,
-    mode_covariances: Floats, mode_V: Floats, A: Floats, B: Floats, T: Floats,
+    row: int, j: int, dt: float, modes: Floats, more: float, mode_means: Floats,
+    mode_covariances: Floats, mode_V: Floats, X: Floats, A: Floats, B: Floats, T: Floats,
+    Z: Floats,
 ) -> None:  # fmt: skip
-    """Set row to the mixed state of mode j, moved on as the mode moves.
+    """Set row, and row j of X, to the mixed state of mode j, moved on as the mode moves.
 
     ``more`` is a density that comes to those of the mode, m²/s³, in every direction.
     """
-    v0 = component(A, T, bias, j, 2)
-    v1 = component(A, T, bias, j, 3)
+    v0, v1 = Z[j, 2], Z[j, 3]
     P = load_covariance(B, j)
     course = course_of(modes[j, LATERAL], v0, v1, P[7] + P[9], dt)
     s, c, cosine, sine = course
+    X[j, 0] = Z[j, 0] + s * v0 + c * v1
+    X[j, 1] = Z[j, 1] + s * v1 - c * v0
+    X[j, 2] = cosine * v0 + sine * v1
+    X[j, 3] = cosine * v1 - sine * v0
     # The noise belongs to the middle of the way.
     density = frame_density(
-        v0 + 0.5 * ((cosine - 1.0) * v0 + sine * v1), v1 + 0.5 * ((cosine - 1.0) * v1 - sine * v0),
-        modes[j, ALONG] + more, modes[j, ACROSS] + more,
-    )  # fmt: skip
+        0.5 * (v0 + X[j, 2]), 0.5 * (v1 + X[j, 3]), modes[j, ALONG] + more, modes[j, ACROSS] + more
+    )
     store_covariance(mode_covariances, row, turned_covariance(P, course, dt, density))
     mode_means[row, 0] = A[j, 0] + s * A[j, 2] + c * A[j, 3]
     mode_means[row, 1] = A[j, 1] + s * A[j, 3] - c * A[j, 2]
     mode_means[row, 2] = cosine * A[j, 2] + sine * A[j, 3]
     mode_means[row, 3] = cosine * A[j, 3] - sine * A[j, 2]
-    for m in range(bias.shape[0]):
+    for m in range(T.shape[2]):
         mode_V[row, 0, m] = T[j, 0, m] + s * T[j, 2, m] + c * T[j, 3, m]
-    for m in range(bias.shape[0]):
+    for m in range(T.shape[2]):
         mode_V[row, 1, m] = T[j, 1, m] + s * T[j, 3, m] - c * T[j, 2, m]
-    for m in range(bias.shape[0]):
+    for m in range(T.shape[2]):
         mode_V[row, 2, m] = cosine * T[j, 2, m] + sine * T[j, 3, m]
-    for m in range(bias.shape[0]):
+    for m in range(T.shape[2]):
         mode_V[row, 3, m] = cosine * T[j, 3, m] - sine * T[j, 2, m]
 
 
@@ -283,13 +293,16 @@ def turned_covariance(P: Packed, course: Course, dt: float, density: Density) ->
 
 @in_loop
 def join_modes(
-    k: int, count: int, bias: Floats, probabilities: Floats, means: Floats, covariances: Floats,
-    V: Floats, mode_means: Floats, mode_covariances: Floats, mode_V: Floats, X: Floats, S: Floats,
+    k: int, count: int, probabilities: Floats, means: Floats, covariances: Floats, V: Floats,
+    mode_means: Floats, mode_covariances: Floats, mode_V: Floats, X: Floats, S: Floats, Z: Floats,
 ) -> None:  # fmt: skip
-    """Set the state of aircraft k to that of its modes as a whole: the same moments."""
+    """Set the state of aircraft k to that of its modes as a whole: the same moments.
+
+    X holds x of each mode; it, S and Z are overwritten.
+    """
     first = k * count
-    n = bias.shape[0]
-    refer_to_middle(k, count, bias, probabilities, mode_means, mode_V, X)
+    n = V.shape[2]
+    refer_to_middle(k, count, probabilities, X, Z)
     for m in range(10):
         covariances[k, m] = 0.0
     for i in range(count):

@@ -83,7 +83,7 @@ class Room:
         self.means = np.array([one.mean for one in modes])
         self.covariances = np.array([packed(one.covariance) for one in modes])
         self.sensitivities = np.array([one.sensitivity for one in modes])
-        self.X, self.A = np.empty((count + 1, 4)), np.empty((count + 1, 4))
+        self.X, self.A, self.Z = (np.empty((count + 1, 4)) for _ in range(3))
         self.S, self.B = np.empty((count + 1, 10)), np.empty((count, 10))
         self.T = np.empty((count + 1, 4, COLUMNS))
         self.C, self.shares = np.empty(count), np.empty((count, SHARE_COUNT))
@@ -92,9 +92,10 @@ class Room:
         of_form(pass_modes, form)(
             0, self.count, interval, table, self.probabilities, self.C, self.shares
         )
+        self.X[:-1] = self.means + self.sensitivities @ bias
         of_form(mix_modes, form)(
-            0, self.count, bias, self.probabilities, self.shares, self.means, self.covariances,
-            self.sensitivities, self.X, self.A, self.S, self.B, self.T,
+            0, self.count, self.probabilities, self.shares, self.means, self.covariances,
+            self.sensitivities, self.X, self.A, self.S, self.B, self.T, self.Z,
         )  # fmt: skip
 
     def mixed(self) -> list[Mode]:
@@ -143,10 +144,11 @@ def test_joining_gives_the_moments_of_the_modes(form: str) -> None:
     modes, chances = random_modes(rng, 6), rng.dirichlet(np.ones(6))
     bias = rng.normal(size=COLUMNS)
     room = Room(modes, chances)
+    room.X[:-1] = [one.at(bias) for one in modes]
     mean, covariance, sensitivity = np.empty((1, 4)), np.empty((1, 10)), np.empty((1, 4, COLUMNS))
     of_form(join_modes, form)(
-        0, 6, bias, room.probabilities, mean, covariance, sensitivity, room.means, room.covariances,
-        room.sensitivities, room.X, room.S,
+        0, 6, room.probabilities, mean, covariance, sensitivity, room.means, room.covariances,
+        room.sensitivities, room.X, room.S, room.Z,
     )  # fmt: skip
     expected = mixture(modes, chances, bias)
     np.testing.assert_allclose(mean[0], expected.mean, rtol=1e-12)
@@ -163,10 +165,10 @@ def test_a_turn_by_a_bank_is_the_exact_circle(form: str, bank_deg: float, interv
     lateral = GRAVITY_MPS2 * np.tan(np.radians(bank_deg))
     start = np.array([1e4, 2e4, speed * np.sin(course), speed * np.cos(course)])
     room = Room([Mode(start, 1e-12 * np.eye(4), np.zeros((4, COLUMNS)))], np.ones(1))
-    room.A[0], room.B[0], room.T[0] = start, room.covariances[0], 0.0
+    room.A[0], room.B[0], room.T[0], room.Z[0] = start, room.covariances[0], 0.0, start
     of_form(move_mode, form)(
-        0, 0, interval, np.array([[lateral, 0.0, 0.0, 1.0]]), 0.0, np.zeros(COLUMNS), room.means,
-        room.covariances, room.sensitivities, room.A, room.B, room.T,
+        0, 0, interval, np.array([[lateral, 0.0, 0.0, 1.0]]), 0.0, room.means, room.covariances,
+        room.sensitivities, room.X, room.A, room.B, room.T, room.Z,
     )  # fmt: skip
     radius, later = speed**2 / lateral, course + lateral / speed * interval
     centre = start[:2] + radius * np.array([np.cos(course), -np.sin(course)])
@@ -186,9 +188,10 @@ def test_a_mode_moves_its_moments_and_its_sensitivity(form: str, number: int, st
     table = mode_table(TrackingSettings(imm_modes=3))
     room = Room([one], np.ones(1))
     room.A[0], room.B[0], room.T[0] = one.mean, packed(one.covariance), one.sensitivity
+    room.Z[0] = one.at(bias)
     of_form(move_mode, form)(
-        0, 0, 3.7, table[number : number + 1], 0.0, bias, room.means, room.covariances,
-        room.sensitivities, room.A, room.B, room.T,
+        0, 0, 3.7, table[number : number + 1], 0.0, room.means, room.covariances,
+        room.sensitivities, room.X, room.A, room.B, room.T, room.Z,
     )  # fmt: skip
     step, noise = motion(table[number], one, bias, 3.7)
     np.testing.assert_allclose(room.means[0], step @ one.mean, rtol=1e-10)
@@ -196,6 +199,7 @@ def test_a_mode_moves_its_moments_and_its_sensitivity(form: str, number: int, st
         unpacked(room.covariances[0]), step @ one.covariance @ step.T + noise, rtol=1e-9, atol=1e-6
     )
     np.testing.assert_allclose(room.sensitivities[0], step @ one.sensitivity, atol=1e-9)
+    np.testing.assert_allclose(room.X[0], step @ one.at(bias), rtol=1e-10)
 
 
 def test_the_bank_holds_at_every_speed_and_a_gap_is_as_good_as_its_parts() -> None:
