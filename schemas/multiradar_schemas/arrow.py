@@ -40,6 +40,9 @@ TRACK_SCHEMA = pl.Schema(
         "sequence": pl.Int64(),
         "sensor_id": pl.String(),
         "velocity_sigma_mps": pl.Float64(),
+        "turn_right_probability": pl.Float64(),
+        "turn_left_probability": pl.Float64(),
+        "speed_change_probability": pl.Float64(),
     }
 )
 

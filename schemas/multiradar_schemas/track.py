@@ -110,6 +110,36 @@ class TrackUpdate(Record):
             source="filter",
         ),
     ]
+    turn_right_probability: Annotated[
+        float | None,
+        Field(ge=0.0, le=1.0),
+        described(
+            "Probability that the aircraft turns to the right, by the modes of the filter `imm`",
+            unit="1",
+            source="filter",
+            absent="filter without modes, or first measurement",
+        ),
+    ]
+    turn_left_probability: Annotated[
+        float | None,
+        Field(ge=0.0, le=1.0),
+        described(
+            "That it turns to the left",
+            unit="1",
+            source="filter",
+            absent="filter without modes, or first measurement",
+        ),
+    ]
+    speed_change_probability: Annotated[
+        float | None,
+        Field(ge=0.0, le=1.0),
+        described(
+            "That it speeds up or slows down; the rest is straight flight",
+            unit="1",
+            source="filter",
+            absent="filter without modes, or first measurement",
+        ),
+    ]
 
 
 class Track(TrackUpdate):

@@ -44,6 +44,7 @@ _SENSOR = "__sensor"
 _SENSOR_KIND = "__sensor_kind"
 _RANGE_END = "__range_end_m"
 _KIND = "__kind"
+_CHANCES = ("turn_right_probability", "turn_left_probability", "speed_change_probability")
 
 
 @dataclass(frozen=True, slots=True)
@@ -187,6 +188,7 @@ def tracks_frame(updates: TrackUpdates, table: SensorTable) -> pl.DataFrame:
             "sequence": updates.sequence,
             "sensor_id": _names(updates.sensor, table.ids),
             "velocity_sigma_mps": updates.velocity_sigma_mps,
+            **{name: getattr(updates, name) for name in _CHANCES},
         }
     )
     present = {
@@ -197,7 +199,7 @@ def tracks_frame(updates: TrackUpdates, table: SensorTable) -> pl.DataFrame:
         present["track_number"],
         _digits(present["mode_s_address"], base=16, width=6).alias("mode_s_address"),
         _digits(present["mode_3a"], base=8, width=4).alias("mode_3a"),
-        pl.col("height_m").fill_nan(None),
+        pl.col("height_m", *_CHANCES).fill_nan(None),
     ).select(pl.col(name).cast(kind) for name, kind in TRACK_SCHEMA.items())
 
 

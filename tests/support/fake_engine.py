@@ -112,6 +112,9 @@ class FakeEngine:
             position_sigma_m=np.full(count, 22.0),
             velocity_sigma_mps=np.full(count, 2.0),
             state=np.full(count, STATE_CONFIRMED, np.int8),
+            turn_right_probability=np.full(count, 0.25),
+            turn_left_probability=np.full(count, 0.125),
+            speed_change_probability=np.full(count, 0.5),
         )
 
 

@@ -38,6 +38,9 @@ def live_tracks(count: int) -> pl.DataFrame:
         sequence=number,
         sensor_id=pl.lit("41-10"),
         velocity_sigma_mps=pl.lit(1.5),
+        turn_right_probability=pl.when(number % 2 == 0).then(0.25),
+        turn_left_probability=pl.when(number % 2 == 0).then(0.125),
+        speed_change_probability=pl.when(number % 2 == 0).then(0.5),
         age_s=count - number,
     )
     return frame.cast(LIVE_SCHEMA).select(LIVE_SCHEMA.names())

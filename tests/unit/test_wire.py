@@ -210,6 +210,9 @@ UPDATES = TrackUpdates(
     position_sigma_m=np.array([50.0, 60.0]),
     velocity_sigma_mps=np.array([1.0, 2.0]),
     state=np.array([STATE_CONFIRMED, STATE_COASTING], np.int8),
+    turn_right_probability=np.array([np.nan, 0.25]),
+    turn_left_probability=np.array([np.nan, 0.0]),
+    speed_change_probability=np.array([np.nan, 1.0]),
 )
 
 
@@ -220,6 +223,9 @@ def test_tracks_have_degrees_digits_and_null_for_what_is_missing() -> None:
     assert first["mode_s_address"] == "00ffa0"
     assert (first["track_number"], first["mode_3a"], first["height_m"]) == (None, None, None)
     assert first["heading_deg"] == 0.0
+    chances = ("turn_right_probability", "turn_left_probability", "speed_change_probability")
+    assert [first[name] for name in chances] == [None] * 3
+    assert [second[name] for name in chances] == [0.25, 0.0, 1.0]
     assert (second["mode_3a"], second["mode_s_address"]) == ("0052", None)
     assert second["heading_deg"] == pytest.approx(270.0)
     assert (second["state"], second["sensor_id"]) == ("coasting", "finder")

@@ -17,7 +17,12 @@ from numpy.typing import NDArray
 from multiradar.errors import ConfigurationError
 from multiradar.estimation.bias.observability import Untold
 from multiradar.estimation.bias.store import BiasState
-from multiradar.estimation.filters._kernels import RESTARTED
+from multiradar.estimation.filters._kernels import (
+    READOUT_HEIGHT,
+    READOUT_MODES,
+    READOUT_UPDATES,
+    RESTARTED,
+)
 from multiradar.estimation.filters.arrays import Result, Rows, Work, result_arrays
 from multiradar.estimation.filters.bank import Outcome, find_filter_for
 from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET, SensorTable
@@ -263,7 +268,10 @@ class Engine:
             self._outcomes[Outcome(outcome).name] += count
         first = self._sequence + 1
         self._sequence += len(taken)
-        confirmed = result.readout[taken, 9] >= self._settings.confirm_updates
+        chances = result.readout[taken, READOUT_MODES : READOUT_MODES + 3]
+        if not self._filter.keeps_modes:
+            chances = np.full_like(chances, np.nan)
+        confirmed = result.readout[taken, READOUT_UPDATES] >= self._settings.confirm_updates
         return TrackUpdates(
             sequence=np.arange(first, self._sequence + 1, dtype=np.int64),
             time_s=batch.time_s[taken],
@@ -274,12 +282,15 @@ class Engine:
             mode_3a=identities.mode_3a[taken].astype(np.int32),
             latitude_rad=described[:, 0],
             longitude_rad=described[:, 1],
-            height_m=result.readout[taken, 8],
+            height_m=result.readout[taken, READOUT_HEIGHT],
             speed_mps=described[:, 2],
             heading_rad=described[:, 3],
             position_sigma_m=described[:, 4],
             velocity_sigma_mps=described[:, 5],
             state=np.where(confirmed, STATE_CONFIRMED, STATE_TENTATIVE).astype(np.int8),
+            turn_right_probability=chances[:, 0],
+            turn_left_probability=chances[:, 1],
+            speed_change_probability=chances[:, 2],
         )
 
     def _close_epoch(self) -> BiasRecords:

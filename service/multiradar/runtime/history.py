@@ -31,6 +31,9 @@ UPDATE_DTYPE = np.dtype(
         ("position_sigma_m", np.float64),
         ("velocity_sigma_mps", np.float64),
         ("state", np.int8),
+        ("turn_right_probability", np.float64),
+        ("turn_left_probability", np.float64),
+        ("speed_change_probability", np.float64),
     ]
 )
 

@@ -66,6 +66,9 @@ class TrackUpdates:
         Square root of the trace of the covariance of position and of velocity.
     state : (n,) int8
         Index into `STATE_NAMES`.
+    turn_right_probability, turn_left_probability, speed_change_probability : (n,) float64
+        How likely the aircraft manoeuvres, by the filter's modes of motion; what is left to one is
+        straight flight. NaN when the filter has no modes, and before the second measurement.
     """
 
     sequence: NDArray[np.int64]
@@ -83,6 +86,9 @@ class TrackUpdates:
     position_sigma_m: NDArray[np.float64]
     velocity_sigma_mps: NDArray[np.float64]
     state: NDArray[np.int8]
+    turn_right_probability: NDArray[np.float64]
+    turn_left_probability: NDArray[np.float64]
+    speed_change_probability: NDArray[np.float64]
 
     def __len__(self) -> int:
         return len(self.sequence)

@@ -81,7 +81,7 @@ def test_wrong_usage_is_one_sentence_and_status_2(
         ),
         (
             ["serve", "--filter", "foo"],
-            "--filter: expected one of two-stage, joint, blom, blom-macro, ci, was 'foo'",
+            "--filter: expected one of two-stage, imm, joint, blom, blom-macro, ci, was 'foo'",
         ),
         (["replay", "m", "--batch", "0"], "--batch: expected greater than or equal to 1"),
         (["track", "m"], "expected a value for --sensors, was none"),

@@ -32,6 +32,7 @@ from multiradar.estimation.filters._mode_kernels import (
     mix_modes,
     move_mode,
     pass_modes,
+    read_modes,
     spread_over_modes,
 )
 from multiradar.estimation.filters._row_kernels import (
@@ -196,4 +197,5 @@ def take_rows(
             if taken and want_readout:
                 read_out(means[k], covariances[k], sensitivities[k], bias, factor, readouts[row])
                 finish_readout(row, k, heights, updates, readouts)
+                read_modes(row, k, count, modes, probabilities, readouts)
         copy_sums(Y, y, result.information[p], result.vector[p])

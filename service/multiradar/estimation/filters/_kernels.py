@@ -98,7 +98,11 @@ INTERVAL_MAX_S = 86_400.0
 SLOW_SPEED_SQUARED = SLOW_SPEED_MPS * SLOW_SPEED_MPS
 
 # Columns of the readout of an aircraft: see `read_out`.
-READOUT_COUNT = 10
+READOUT_HEIGHT = 8
+READOUT_UPDATES = 9
+# Probabilities of a right turn, a left one and a change of speed, by filters with modes.
+READOUT_MODES = 10
+READOUT_COUNT = 13
 
 # Columns of a logged contribution: ν0 ν1 N00 N01 N11 W00 W01 W11, then J, column after column, of
 # as many bias parameters as a sensor may have.

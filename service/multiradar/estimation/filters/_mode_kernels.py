@@ -19,7 +19,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.estimation.filters._kernels import SLOW_SPEED_SQUARED
+from multiradar.estimation.filters._kernels import READOUT_MODES, SLOW_SPEED_SQUARED
 from multiradar.estimation.filters._two_stage_kernels import component
 from multiradar.estimation.motion._kernels import Density, Packed, load_covariance, store_covariance
 from multiradar.kernels import in_loop
@@ -322,3 +322,24 @@ def join_modes(
             p = probabilities[k, i]
             for c in range(n):
                 V[k, r, c] += p * mode_V[first + i, r, c]
+
+
+@in_loop
+def read_modes(
+    row: int, k: int, count: int, modes: Floats, probabilities: Floats, readouts: Floats
+) -> None:
+    """Add to a readout how likely a right turn, a left one and a change of speed are, if known."""
+    right, left, speeding = 0.0, 0.0, 0.0
+    for j in range(1, count):
+        p = probabilities[k, j]
+        # Before the second plot the first probability alone says that none is known.
+        p = np.nan if np.isnan(probabilities[k, 0]) else p
+        if modes[j, LATERAL] > 0.0:
+            right += p
+        elif modes[j, LATERAL] < 0.0:
+            left += p
+        else:
+            speeding += p
+    readouts[row, READOUT_MODES] = right
+    readouts[row, READOUT_MODES + 1] = left
+    readouts[row, READOUT_MODES + 2] = speeding

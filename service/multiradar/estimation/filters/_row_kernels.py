@@ -15,7 +15,8 @@ from multiradar.estimation.filters._kernels import (
     INTERVAL_MAX_S,
     NO_ROOM,
     NO_ROOM_SLOT,
-    READOUT_COUNT,
+    READOUT_HEIGHT,
+    READOUT_UPDATES,
     REFUSALS_MAX,
     REFUSED,
     RESTARTED,
@@ -142,5 +143,5 @@ def note_outcome(
 @in_loop
 def finish_readout(row: int, k: int, heights: Floats, updates: Integers, readouts: Floats) -> None:
     """Add to a readout what is not estimated."""
-    readouts[row, READOUT_COUNT - 2] = heights[k]
-    readouts[row, READOUT_COUNT - 1] = updates[k]
+    readouts[row, READOUT_HEIGHT] = heights[k]
+    readouts[row, READOUT_UPDATES] = updates[k]

@@ -201,7 +201,7 @@ class Result(NamedTuple):
         One row a measurement, for filters that fold measurements into the biases one by one.
     outcome : (n,) int64
         What became of each measurement.
-    readout : (n, 10) float64
+    readout : (n, READOUT_COUNT) float64
         State of the aircraft after it: see `_kernels.read_out`.
     """
 

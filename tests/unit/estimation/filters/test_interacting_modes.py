@@ -19,8 +19,10 @@ from multiradar.estimation.filters._mode_kernels import (
     pass_modes,
 )
 from multiradar.estimation.gaussian import normalised_squared, require_covariance
+from multiradar.runtime.engine import Engine
 from multiradar.tracking import model as model_module
 from multiradar.tracking.modes import GRAVITY_MPS2, mode_table
+from multiradar.tracking.outputs import TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
 from support.compiled_filters import UPPER, CompiledFilter, plain_settings
 from support.kernels import plain
@@ -333,3 +335,33 @@ def test_turns_and_straights_gain_over_the_best_single_motion_model(
     assert modes["turns"].rms_m < 0.7 * best["turns"].rms_m
     assert modes["straights"].rms_m < 0.8 * best["straights"].rms_m
     assert 0.6 < modes["all"].nees < 1.3
+
+
+@pytest.mark.parametrize("name", ["imm", "two-stage"])
+def test_updates_say_which_way_an_aircraft_turns(check_manoeuvres: ModuleType, name: str) -> None:
+    """Half a minute into a turn the way is known; without modes nothing is said."""
+    (flown,) = check_manoeuvres.flights(1, aircraft=8, duration_s=500.0, known=True)
+    engine = Engine(flown.sensors, TrackingSettings(filter_name=name))
+    updates = TrackUpdates.concatenate([engine.push(flown.batch).updates, engine.flush().updates])
+    right, left = updates.turn_right_probability, updates.turn_left_probability
+    speeding = updates.speed_change_probability
+    if name == "two-stage":
+        assert np.isnan([right, left, speeding]).all()
+        return
+    first = np.unique(updates.track_id, return_index=True)[1]
+    assert set(np.flatnonzero(np.isnan(right))) == set(first)
+    assert np.nanmax(right + left + speeding) <= 1.0 + 1e-12
+    turned = 0
+    for track in np.unique(updates.track_number):
+        own = np.flatnonzero(updates.track_number == track)
+        truth = np.flatnonzero(flown.rows.aircraft == track - 1)
+        rate = np.gradient(
+            np.unwrap(flown.rows.true_heading_rad[truth]), flown.rows.time_s[truth] + 1e-6 * truth
+        )
+        rates = np.interp(updates.time_s[own], flown.rows.time_s[truth], rate)
+        before = np.interp(updates.time_s[own] - 25.0, flown.rows.time_s[truth], rate)
+        settled = (np.abs(rates) > 0.012) & (np.abs(before) > 0.012) & (rates * before > 0.0)
+        turned += settled.sum()
+        wrong = np.where(rates > 0.0, left[own], right[own])[settled]
+        assert wrong.size == 0 or np.mean(wrong) < 0.1
+    assert turned > 30
