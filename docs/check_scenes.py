@@ -30,6 +30,10 @@ from multiradar.estimation.filters.bank import FILTERS
 Floats = NDArray[np.float64]
 
 SETTLED_S = 120.0
+# Those are judged by docs/check_association.py.
+ASSOCIATION_SCENES = (
+    "crossing", "formation", "shared-code", "code-change", "shared-address", "clutter",
+)  # fmt: skip
 HEADER = (
     "scene", "filter", "density", "range bias", "azimuth bias", "bias error² / sigma²",
     "worst bias", "position", "position error² / sigma²",
@@ -77,7 +81,8 @@ def arguments() -> argparse.Namespace:
 
 def scenes(options: argparse.Namespace, folder: Path) -> Iterator[tuple[str, str, float | None]]:
     """Yield name, argument of `simulate`, and acceleration density for `track` of each scene."""
-    names = options.scenes or list(json.loads(multiradar("simulate", "--list", "--json")))
+    known = json.loads(multiradar("simulate", "--list", "--json"))
+    names = options.scenes or [name for name in known if name not in ASSOCIATION_SCENES]
     for name in names:
         yield Path(name).stem, name, None
     for number in range(options.random):

@@ -119,9 +119,17 @@ def true_parameters(sensor: Sensor) -> tuple[int, ...]:
 def _identity(scene: Scene, observation: Observation, name: Heard) -> pl.Series:
     kind = MEASUREMENT_SCHEMA[name]
     rows = observation.measurements
+    aircraft = _aircraft(rows.aircraft)
     told = pl.Series(
         [_written(getattr(one, name), name) for one in observation.aircraft], dtype=kind
-    ).gather(_aircraft(rows.aircraft))
+    ).gather(aircraft)
+    if name == "mode_3a":
+        change_s = pl.Series([one.code_change_s for one in observation.aircraft], dtype=pl.Float64)
+        later = pl.Series(
+            [_written(one.later_mode_3a, name) for one in observation.aircraft], dtype=kind
+        )
+        changed = pl.Series(rows.time_s) >= change_s.gather(aircraft)
+        told = later.gather(aircraft).zip_with(changed.fill_null(value=False), told)
     heard = np.array([name in one.heard for one in scene.sensors])[rows.sensor]
     return told.to_frame("told").select(pl.when(pl.Series(heard)).then("told")).to_series()
 

@@ -72,6 +72,10 @@ class Aircraft:
         Spectral density of a white acceleration on each axis, m²/s³, in place of both.
     mode_3a, mode_s_address : int, optional
         Identities it answers with.
+    later_mode_3a : int, optional
+        The code it answers with from `code_change_s` on.
+    code_change_s : float
+        When it changes its code.
     height_step_m : float
         What it reports of its height is a multiple of this; 0 for the height itself.
     reports_height, reports_position : bool
@@ -91,6 +95,8 @@ class Aircraft:
     acceleration_density: float = 0.0
     mode_3a: int | None = None
     mode_s_address: int | None = None
+    later_mode_3a: int | None = None
+    code_change_s: float = float("inf")
     height_step_m: float = 0.0
     reports_height: bool = True
     reports_position: bool = True

@@ -184,7 +184,7 @@ def _aircraft(tables: Sequence[AircraftTable], plane: SystemPlane) -> tuple[Airc
     for index, table in enumerate(tables):
         east, north = _place(table, plane, f"aircraft[{index}]")
         code, address = table.mode_3a, table.mode_s_address
-        number = table.track_number
+        number, later = table.track_number, table.later_mode_3a
         found.append(
             Aircraft(
                 track_number=next(free) if number is None else number,
@@ -204,6 +204,8 @@ def _aircraft(tables: Sequence[AircraftTable], plane: SystemPlane) -> tuple[Airc
                 acceleration_density=table.acceleration_density,
                 mode_3a=None if code is None else int(code, 8),
                 mode_s_address=None if address is None else int(address, 16),
+                later_mode_3a=None if later is None else int(later, 8),
+                code_change_s=float("inf") if table.code_change_s is None else table.code_change_s,
                 height_step_m=table.height_step_m,
                 reports_height=table.reports_height,
                 reports_position=table.reports_position,

@@ -135,6 +135,8 @@ class AircraftTable(_Placed):
     acceleration_density: _Density = 0.0
     mode_3a: Annotated[str, StringConstraints(pattern=MODE_3A_PATTERN)] | None = None
     mode_s_address: Annotated[str, StringConstraints(pattern=MODE_S_ADDRESS_PATTERN)] | None = None
+    later_mode_3a: Annotated[str, StringConstraints(pattern=MODE_3A_PATTERN)] | None = None
+    code_change_s: _Moment | None = None
     height_step_m: _HeightStep = 0.0
     reports_height: bool = True
     reports_position: bool = True
@@ -145,6 +147,8 @@ class AircraftTable(_Placed):
         check_one_manoeuvre(bool(self.leg), self.coupled, self.acceleration_density)
         if self.end_s is not None and self.end_s <= self.start_s:
             raise wrong(f"expected end_s after start_s = {self.start_s:g}, was {self.end_s:g}")
+        if (self.later_mode_3a is None) != (self.code_change_s is None):
+            raise wrong("expected later_mode_3a and code_change_s together, was one of them")
         return self
 
 

@@ -126,3 +126,15 @@ def test_looks_are_measurements_or_missed(scene: Scene, observation: Observation
     made = sum(one["measurements"] + one["clutter"] for one in counts.values())
     assert made == len(observation.measurements)
     assert counts["mlat"]["missed"] == pytest.approx(counts["mlat"]["looks"] / 2, rel=0.2)
+
+
+def test_a_code_changes_when_the_scene_says_so() -> None:
+    scene = builtin_scene("code-change")
+    seen = observe(scene, np.random.default_rng(3))
+    frame = measurements_frame(scene, seen)
+    for one in scene.aircraft:
+        own = frame.filter(track_number=one.track_number)
+        before = own.filter(pl.col("time_s") < one.code_change_s)["mode_3a"]
+        after = own.filter(pl.col("time_s") >= one.code_change_s)["mode_3a"]
+        assert before.unique().to_list() == [f"{one.mode_3a:04o}"]
+        assert after.unique().to_list() == [f"{one.later_mode_3a:04o}"]

@@ -103,6 +103,11 @@ def test_units_are_si_and_radians_inside(tmp_path: Path) -> None:
         ("duration_s = 30", "length_s = 30", "aircraft[0].leg[0]: expected a key of duration_s,"),
         (
             "speed_mps = 200",
+            'speed_mps = 200\nlater_mode_3a = "4321"',
+            "aircraft[0]: expected later_mode_3a and code_change_s together, was one of them",
+        ),
+        (
+            "speed_mps = 200",
             "speed_mps = 200\nacceleration_density = 1",
             "aircraft[0]: expected one of legs, coupled and acceleration_density, was more than",
         ),
