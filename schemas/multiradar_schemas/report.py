@@ -81,7 +81,10 @@ class Report(Record):
             "Further figures, named with their unit. Of `track` also `final_biases`, and "
             "`unobservable_biases`: combinations of biases of which the measurements told nothing, "
             "each with `what` it is, its `prior_ratio` (sigma over that beforehand) and the "
-            "`weights` of its parameters in prior sigmas",
+            "`weights` of its parameters in prior sigmas; and `track_transitions`: how often "
+            "tracks without identity were `started`, `confirmed`, `ended_unconfirmed`, "
+            "`ended_silent` (no plots, or a score like that of false ones) and `merged` into an "
+            "older one",
             unit="by name",
             source="run",
         ),

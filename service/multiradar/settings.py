@@ -152,17 +152,29 @@ _TRACKING_BOUNDS: dict[str, tuple[float, float]] = {
     "imm_manoeuvre_s": (0.1, 1e6),
     "imm_surprise_floor": (0.1, 1000.0),
     "imm_surprise_density": (0.0, 1e6),
+    "clutter_density_per_km2": (1e-9, 1e3),
+    "speed_max_mps": (10.0, 10_000.0),
+    "manoeuvre_sigma_mps2": (0.0, 100.0),
+    "confirm_score": (-1e3, 1e3),
     "confirm_updates": (1, 1000),
     "coast_after_s": (0.1, 3600.0),
     "drop_after_s": (0.1, 86_400.0),
 }
 
 
+# Types of the settings of the tracker that are chosen by name.
+_TRACKING_CHOICES: dict[str, Any] = {
+    "motion": Literal["white-acceleration", "velocity-frame"],
+    "association": Literal["nearest", "identity"],
+    "hidden_fields": tuple[Literal["track_number", "mode_3a", "mode_s_address", "callsign"], ...],
+}
+
+
 def _tracking_fields() -> dict[str, Any]:
     fields: dict[str, Any] = {}
     for name, value in asdict(TrackingSettings()).items():
-        if name == "motion":
-            fields[name] = (Literal["white-acceleration", "velocity-frame"], value)
+        if name in _TRACKING_CHOICES:
+            fields[name] = (_TRACKING_CHOICES[name], value)
             continue
         if isinstance(value, str):
             fields[name] = (str, value)

@@ -73,7 +73,7 @@ def nanoseconds(definition: FilterDefinition, load: Load, runs: int, *, threads:
         pool.grow()
     count = len(load.rows.slot)
     result = result_arrays(count, PARTITIONS, columns)
-    used, work = pool.work(load.rows.slot, 0)
+    used, work = pool.work(load.rows.slot, np.arange(len(load.rows.slot)))
     shares = [Work(used[one::threads].copy(), work.bounds, work.order) for one in range(threads)]
     found = []
 

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from multiradar.tracking.settings import TrackingSettings
+from multiradar.tracking.settings import HIDEABLE, TrackingSettings
 
 #: Defaults of the tracker, as help shows them.
 TRACKING_DEFAULTS = TrackingSettings()
@@ -41,6 +41,21 @@ def parse_kinds(text: str) -> str:
             msg = f"expected kinds of {', '.join(KIND_CHOICES)}, was {kind.strip()!r}"
             raise typer.BadParameter(msg)
     return text
+
+
+def parse_hidden(text: str) -> str:
+    """Check a list of fields to hide, separated by commas."""
+    for name in text.split(","):
+        if name.strip() not in HIDEABLE:
+            msg = f"expected fields of {', '.join(HIDEABLE)}, was {name.strip()!r}"
+            raise typer.BadParameter(msg)
+    return text
+
+
+def hidden_fields(text: str) -> tuple[str, ...]:
+    """Return the fields of a checked list, each once, in the order of `HIDEABLE`."""
+    named = {name.strip() for name in text.split(",")}
+    return tuple(name for name in HIDEABLE if name in named)
 
 
 def parse_date(text: str) -> str:
@@ -77,6 +92,16 @@ KindsOption = Annotated[
         help=f"Use only these kinds of measurement: {', '.join(KIND_CHOICES)}.",
         parser=parse_kinds,
         show_default="all",
+    ),
+]
+HideOption = Annotated[
+    str | None,
+    typer.Option(
+        "--hide",
+        metavar="FIELD,FIELD",
+        help=f"Keep these fields from the tracker, not from the output: {', '.join(HIDEABLE)}.",
+        parser=parse_hidden,
+        show_default="none",
     ),
 ]
 JsonOption = Annotated[

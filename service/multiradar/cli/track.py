@@ -23,6 +23,7 @@ from multiradar.cli.options import (
     ConfigOption,
     DateOption,
     FilterOption,
+    HideOption,
     JsonOption,
     KindsOption,
     MeasurementsArgument,
@@ -30,6 +31,7 @@ from multiradar.cli.options import (
     ProfileOption,
     SensorsOption,
     chosen_kinds,
+    hidden_fields,
 )
 from multiradar.cli.progress import progress_bar
 from multiradar.errors import InputError
@@ -50,6 +52,7 @@ def track(
     ],
     filter_name: FilterOption = None,
     kinds: KindsOption = None,
+    hide: HideOption = None,
     date: DateOption = None,
     profile: ProfileOption = None,
     allow_missing: AllowMissingOption = False,
@@ -104,6 +107,7 @@ def track(
         "reorder_horizon_s": reorder_horizon_s,
         "acceleration_density": acceleration_density,
         "motion": None if motion is None else motion.value,
+        "hidden_fields": None if hide is None else hidden_fields(hide),
     }
     settings = _settings(config, given)
     dump = DumpChoice(date, profile, allow_missing)

@@ -7,9 +7,11 @@ day leave no trace in it.
 """
 
 import itertools
+import math
 from collections import Counter
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +31,7 @@ from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET, Sen
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.shared_biases import SharedBiases
 from multiradar.tracking._kernels import describe, observe
+from multiradar.tracking.association import WINDOW_S, Association, Window
 from multiradar.tracking.measurements import MeasurementBatch
 from multiradar.tracking.order import ReorderBuffer
 from multiradar.tracking.outputs import (
@@ -49,6 +52,16 @@ PARALLEL_ROWS_MIN = 512
 WORKERS_MAX = PARTITIONS
 
 Floats = NDArray[np.float64]
+
+
+class _Run(NamedTuple):
+    # The rows of one release, and what is found out about them.
+    batch: MeasurementBatch
+    codes: NDArray[np.int64]
+    rows: Rows
+    result: Result
+    identities: RowIdentities
+    confirmed: NDArray[np.int64]
 
 
 class Engine:
@@ -82,6 +95,7 @@ class Engine:
         self._biases = SharedBiases(sensors, settings, self._filter, self._plane)
         modes = len(self._biases.model.modes)
         self._pool = AircraftPool(self._filter, len(sensors.parameter_kind), len(sensors), modes)
+        self._association = Association(sensors, settings)
         self._epoch: int | None = None
         self._epoch_open = False
         self._steps = 1
@@ -100,6 +114,11 @@ class Engine:
         """What became of the measurements so far, by outcome; also `LATE` and `DUPLICATE`."""
         counts = {outcome.name: self._outcomes[outcome.name] for outcome in Outcome}
         return {**counts, "LATE": self._order.late, "DUPLICATE": self._order.duplicates}
+
+    @property
+    def transitions(self) -> dict[str, int]:
+        """How often tracks without identity went on to another stage of their lives, by reason."""
+        return self._association.transitions
 
     @property
     def biases(self) -> BiasState:
@@ -171,10 +190,12 @@ class Engine:
         if self._executor is not None:
             self._executor.shutdown()
 
-    def _process(self, batch: MeasurementBatch) -> EngineOutput:
+    def _process(self, shown: MeasurementBatch) -> EngineOutput:
+        batch = shown.without(self._settings.hidden_fields)
         rows, result, codes = self._prepare(batch)
         identities = RowIdentities.empty(len(batch))
         rows = rows._replace(slot=identities.slot)
+        run = _Run(batch, codes, rows, result, identities, np.full(len(batch), -1, np.int64))
         epochs = np.floor(batch.time_s / self._settings.epoch_s).astype(np.int64)
         cuts = [0, *(np.flatnonzero(np.diff(epochs)) + 1).tolist(), len(batch)]
         biases: list[BiasRecords] = []
@@ -189,14 +210,28 @@ class Engine:
                 self._epoch = epoch
             self._epoch_open = True
             for begin, end in self._enter_steps(batch.time_s, first, last):
-                self._pool.assign(batch, codes, begin, end, identities)
-                self._step(rows, result, begin, end)
-                self._biases.log(result.log[begin:end], rows.sensor[begin:end])
+                ended += self._take(run, begin, end)
         return EngineOutput(
-            updates=self._describe(batch, identities, result),
+            updates=self._describe(shown, run),
             biases=BiasRecords.concatenate(biases),
             ended=EndedTracks.concatenate(ended),
         )
+
+    def _take(self, run: "_Run", first: int, last: int) -> list[EndedTracks]:
+        """Take the rows of a step, window by window where some must be associated."""
+        ended = []
+        for begin, end, needs_window in self._association.windows(run.batch, first, last):
+            window = Window(run.batch, run.codes, run.rows, run.identities, begin, end)
+            if needs_window:
+                start_s = math.floor(run.batch.time_s[begin] / WINDOW_S) * WINDOW_S
+                old = self._association.end_tracks(start_s, self._biases.model, self._pool)
+                ended.append(EndedTracks(old, np.full(len(old), start_s)))
+                self._association.choose(window, self._biases.model, self._pool)
+            self._pool.assign(run.batch, run.codes, begin, end, run.identities)
+            self._step(run.rows, run.result, begin, end)
+            if needs_window:
+                self._association.settle(window, run.result, self._pool, run.confirmed)
+        return ended
 
     def _enter_steps(self, time_s: Floats, first: int, last: int) -> Iterator[tuple[int, int]]:
         """Walk through the rows of one epoch step by step; the biases drift from each to the next.
@@ -235,9 +270,24 @@ class Engine:
         return rows, result, batch.mode_3a.astype(np.int64)
 
     def _step(self, rows: Rows, result: Result, first: int, last: int) -> None:
-        used, work = self._pool.work(rows.slot[first:last], first)
+        """Let the filter take rows; those of quiet tracks do not speak about the biases."""
+        every = np.arange(first, last)
+        slots = rows.slot[first:last]
+        quiet = self._pool.quiet(slots)
+        if not quiet.any() or self._filter.corrects_biases:
+            self._step_rows(rows, result, every)
+            self._biases.log(result.log[first:last], rows.sensor[first:last])
+            return
+        loud = every[~quiet]
+        self._step_rows(rows, result, loud)
+        if len(result.log):
+            self._biases.log(result.log[loud], rows.sensor[loud])
+        self._step_rows(rows, self._biases.unheard(result), every[quiet])
+
+    def _step_rows(self, rows: Rows, result: Result, which: NDArray[np.int64]) -> None:
+        used, work = self._pool.work(rows.slot[which], which)
         step, aircraft = self._filter.step, self._pool.aircraft
-        if self._executor is None or last - first < PARALLEL_ROWS_MIN or len(used) == 1:
+        if self._executor is None or len(which) < PARALLEL_ROWS_MIN or len(used) == 1:
             step(work, rows, self._biases.model, aircraft, result, want_readout=True)
             return
         shares = [
@@ -253,9 +303,8 @@ class Engine:
         for task in tasks:
             task.result()
 
-    def _describe(
-        self, batch: MeasurementBatch, identities: RowIdentities, result: Result
-    ) -> TrackUpdates:
+    def _describe(self, shown: MeasurementBatch, run: "_Run") -> TrackUpdates:
+        batch, result, identities = run.batch, run.result, run.identities
         taken = np.flatnonzero(result.outcome <= RESTARTED)
         described = np.empty((len(taken), 6))
         describe(taken, result.readout, self._biases.model.plane, described)
@@ -272,14 +321,20 @@ class Engine:
         if not self._filter.keeps_modes:
             chances = np.full_like(chances, np.nan)
         confirmed = result.readout[taken, READOUT_UPDATES] >= self._settings.confirm_updates
+        judged = run.confirmed[taken]
+        confirmed = np.where(judged < 0, confirmed, judged > 0)
+        known = {
+            name: getattr(shown if name in self._settings.hidden_fields else identities, name)
+            for name in ("track_number", "mode_s_address", "mode_3a")
+        }
         return TrackUpdates(
             sequence=np.arange(first, self._sequence + 1, dtype=np.int64),
             time_s=batch.time_s[taken],
             track_id=identities.track_id[taken],
             sensor=batch.sensor[taken],
-            track_number=identities.track_number[taken],
-            mode_s_address=identities.mode_s_address[taken],
-            mode_3a=identities.mode_3a[taken].astype(np.int32),
+            track_number=known["track_number"][taken],
+            mode_s_address=known["mode_s_address"][taken],
+            mode_3a=known["mode_3a"][taken].astype(np.int32),
             latitude_rad=described[:, 0],
             longitude_rad=described[:, 1],
             height_m=result.readout[taken, READOUT_HEIGHT],

@@ -78,6 +78,8 @@ class OfflineResult:
         Combinations of biases of which the measurements have told nothing.
     tracker : dict
         What became of the accepted measurements in the filter, by outcome.
+    transitions : dict
+        How often tracks without identity went on in their lives, by reason.
     output_sha256 : str
         Digest of all updates and biases.
     """
@@ -92,6 +94,7 @@ class OfflineResult:
     final_biases: dict[str, dict[str, dict[str, float]]] = field(default_factory=dict)
     untold: tuple[Untold, ...] = ()
     tracker: dict[str, int] = field(default_factory=dict)
+    transitions: dict[str, int] = field(default_factory=dict)
     output_sha256: str = ""
 
     @property
@@ -186,6 +189,7 @@ class _Run:
         late = outcomes.pop("LATE")
         result.tracker = {name.lower(): count for name, count in outcomes.items()}
         _check(result, late)
+        result.transitions = self._engine.transitions
         result.untold = self._engine.untold()
         result.output_sha256 = self._digest.hexdigest()
         return result

@@ -63,11 +63,17 @@ def offline_report(job: OfflineJob, result: OfflineResult) -> Report:
             OutputFile(file=REJECTS_FILE, rows=result.rejected_total),
         ],
         output_sha256=result.output_sha256,
-        settings={**asdict(job.settings), "kinds": kinds, "sensors": list(job.sensors.ids)},
+        settings={
+            **asdict(job.settings),
+            "hidden_fields": [*job.settings.hidden_fields],
+            "kinds": kinds,
+            "sensors": list(job.sensors.ids),
+        },
         figures={
             "sorted": recording.sorted,
             "tracks": result.tracks,
             "measurements_by_outcome": dict(sorted(result.tracker.items())),
+            "track_transitions": {**result.transitions},
             "final_biases": biases,
             "unobservable_biases": [_untold_figures(one, job.sensors) for one in result.untold],
         },

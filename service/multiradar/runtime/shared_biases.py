@@ -7,7 +7,7 @@ from multiradar.estimation.bias.book import BiasBook
 from multiradar.estimation.bias.drift_steps import drift_steps
 from multiradar.estimation.bias.observability import Untold, untold_combinations
 from multiradar.estimation.bias.store import BiasState
-from multiradar.estimation.filters.arrays import Model
+from multiradar.estimation.filters.arrays import RECENT_TIME, Model, Result
 from multiradar.estimation.filters.bank import FilterDefinition
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
@@ -73,15 +73,24 @@ class SharedBiases:
         """Keep logged measurements, in canonical order, where the filter folds them."""
         self._book.log(log, sensors)
 
+    def unheard(self, result: Result) -> Result:
+        """Return a result that shares all with another but the sums about the biases."""
+        return result._replace(
+            information=np.zeros_like(self.information), vector=np.zeros_like(self.vector)
+        )
+
     def merge(self, pool: AircraftPool) -> None:
         """Merge what was measured into the biases, and publish them."""
         if self._filter.corrects_biases:
             self._book.follow(self.model.bias, self.model.bias_covariance)
         else:
             self._filter.close(
-                pool.used(), self.model, pool.aircraft, self.information, self.vector
+                pool.heeded(), self.model, pool.aircraft, self.information, self.vector
             )
             self._book.merge(self.information, self.vector)
+        if self._filter.stacks_plots:
+            # What unheeded aircraft kept must not wait for a later epoch.
+            pool.aircraft.recent[:, :, RECENT_TIME] = np.nan
         self.information[:] = 0.0
         self.vector[:] = 0.0
         self._publish()

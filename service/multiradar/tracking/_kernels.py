@@ -14,7 +14,9 @@ from multiradar.estimation.filters._kernels import NO_ROOM_SLOT
 from multiradar.estimation.filters.arrays import Aircraft
 from multiradar.estimation.measurement._kernels import KIND_POSITION
 from multiradar.geodesy._kernels import geodetic_to_plane, local_matrix, plane_to_geodetic
-from multiradar.tracking.roster import Roster, RowIdentities
+from multiradar.kernels import in_loop, loop
+from multiradar.tracking.lifecycle import BY_IDENTITY, TENTATIVE, Lifecycle
+from multiradar.tracking.roster import NEW_TRACK, Roster, RowIdentities
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -22,7 +24,7 @@ Integers = NDArray[np.int64]
 MISSING = -1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@in_loop
 def find_place(keys: Integers, key: int) -> int:
     """Return the place of a key, or the free place where it would go."""
     mask = keys.shape[0] - 1
@@ -33,7 +35,7 @@ def find_place(keys: Integers, key: int) -> int:
     return place
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@in_loop
 def look_up(keys: Integers, values: Integers, key: int) -> int:
     """Return the value of a key, −1 where there is none."""
     if key < 0:
@@ -64,6 +66,36 @@ def rebuild(roster: Roster) -> None:
             insert(roster.address_keys, roster.address_slots, roster.mode_s_address[slot], slot)
 
 
+@in_loop
+def find_by_identity(number: int, address: int, roster: Roster) -> int:
+    """Return the slot that a track number or a Mode S address is known by, −1 for none."""
+    slot = look_up(roster.number_keys, roster.number_slots, number)
+    if slot < 0:
+        slot = look_up(roster.address_keys, roster.address_slots, address)
+        # An address that is known under another number belongs to another aircraft.
+        if slot >= 0 and number >= 0 and roster.track_number[slot] >= 0:
+            slot = MISSING
+    return slot
+
+
+@loop
+def identify(
+    first: int,
+    last: int,
+    track_numbers: Integers,
+    addresses: Integers,
+    roster: Roster,
+    identities: RowIdentities,
+) -> int:
+    """Find the aircraft that are known by identity; return for how many rows there is none."""
+    unknown = 0
+    for row in range(first, last):
+        slot = find_by_identity(track_numbers[row], addresses[row], roster)
+        identities.slot[row] = slot
+        unknown += slot < 0
+    return unknown
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def assign(
     first: int,
@@ -74,11 +106,14 @@ def assign(
     codes: Integers,
     roster: Roster,
     aircraft: Aircraft,
+    life: Lifecycle,
     identities: RowIdentities,
 ) -> int:
     """Find or make the aircraft of rows first…last; return the row that needs more room, or last.
 
-    When the pool is ``full``, no room is to be had: such rows get `NO_ROOM_SLOT`.
+    A row that has a slot keeps it, one that has `NEW_TRACK` gets a new aircraft in any case, and
+    one without identity gets none. When the pool is ``full``, no room is to be had: rows that need
+    it get `NO_ROOM_SLOT`.
 
     ``roster.counters`` holds the last track identifier given and the number of free slots, which
     are taken from the end of ``roster.free``.
@@ -86,13 +121,11 @@ def assign(
     for row in range(first, last):
         number = track_numbers[row]
         address = addresses[row]
-        slot = look_up(roster.number_keys, roster.number_slots, number)
-        if slot < 0:
-            slot = look_up(roster.address_keys, roster.address_slots, address)
-            # An address that is known under another number belongs to another aircraft.
-            if slot >= 0 and number >= 0 and roster.track_number[slot] >= 0:
-                slot = MISSING
-        if slot < 0 and (number >= 0 or address >= 0):
+        slot = identities.slot[row]
+        anonymous = slot == NEW_TRACK
+        if slot < 0 and not anonymous:
+            slot = find_by_identity(number, address, roster)
+        if slot < 0 and (number >= 0 or address >= 0 or anonymous):
             if roster.counters[1] == 0:
                 if not full:
                     return row
@@ -112,6 +145,7 @@ def assign(
             aircraft.updated[slot] = np.nan
             aircraft.place[slot] = MISSING
             aircraft.velocity[slot] = np.nan
+            begin_life(slot, TENTATIVE if anonymous else BY_IDENTITY, life)
         identities.slot[row] = slot
         if slot < 0:
             continue
@@ -122,12 +156,39 @@ def assign(
             roster.mode_s_address[slot] = address
             insert(roster.address_keys, roster.address_slots, address, slot)
         if codes[row] >= 0:
-            roster.mode_3a[slot] = codes[row]
+            hear_code(slot, codes[row], roster, life)
         identities.track_id[row] = roster.track_id[slot]
         identities.track_number[row] = roster.track_number[slot]
         identities.mode_s_address[row] = roster.mode_s_address[slot]
         identities.mode_3a[row] = roster.mode_3a[slot]
     return last
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def begin_life(slot: int, stage: int, life: Lifecycle) -> None:
+    """Forget what was kept of the track that had this slot before."""
+    life.stage[slot] = stage
+    life.hits[slot] = 0
+    life.hits_needed[slot] = 0
+    life.score[slot] = 0.0
+    life.born[slot] = np.nan
+    life.period[slot] = 0.0
+    life.heard[slot] = -np.inf
+    life.code_heard[slot] = MISSING
+    life.quiet[slot] = stage == TENTATIVE
+    life.partner[slot] = MISSING
+    life.meetings[slot] = 0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def hear_code(slot: int, code: int, roster: Roster, life: Lifecycle) -> None:
+    """Take a code that was heard: by identity at once, else when it is heard twice in a row."""
+    known = roster.mode_3a[slot]
+    if known < 0 or life.stage[slot] == BY_IDENTITY or code == life.code_heard[slot]:
+        roster.mode_3a[slot] = code
+        life.code_heard[slot] = MISSING
+    else:
+        life.code_heard[slot] = MISSING if code == known else code
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -1,6 +1,7 @@
 """A batch of measurements as columns: what the pure core sees of the outside world."""
 
-from dataclasses import dataclass, fields
+from collections.abc import Collection
+from dataclasses import dataclass, fields, replace
 from typing import Self
 
 import numpy as np
@@ -61,6 +62,25 @@ class MeasurementBatch:
     def take(self, rows: NDArray[np.intp] | NDArray[np.bool_] | slice) -> Self:
         """Return the chosen rows, in the order asked for."""
         return type(self)(**{field.name: getattr(self, field.name)[rows] for field in fields(self)})
+
+    def without(self, hidden: Collection[str]) -> Self:
+        """Return the rows without some of their identity.
+
+        Parameters
+        ----------
+        hidden : collection of str
+            Names of columns of integers; names that are no columns are passed over.
+
+        Returns
+        -------
+        MeasurementBatch
+            The same rows, these columns missing.
+        """
+        columns = {field.name for field in fields(self)} & set(hidden)
+        missing = {
+            name: np.full_like(getattr(self, name), MISSING_INTEGER) for name in sorted(columns)
+        }
+        return replace(self, **missing) if missing else self
 
     @classmethod
     def concatenate(cls, batches: "list[MeasurementBatch]") -> "MeasurementBatch":

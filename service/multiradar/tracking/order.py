@@ -7,8 +7,9 @@ from numpy.typing import NDArray
 
 from multiradar.tracking.measurements import MeasurementBatch
 
-#: Rows are released in steps of this much data time, so that single measurements cost little.
-RELEASE_STEP_S = 0.25
+#: Rows are released in steps of this much data time: whole windows of the association, which also
+#: makes single measurements cost little.
+RELEASE_STEP_S = 0.5
 
 # Columns that order rows of the same time, the most significant first; together they are the whole
 # row, so that rows which tie in all of them are duplicates.

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from multiradar.estimation.filters.arrays import Work, partition_of
 from multiradar.estimation.filters.bank import FilterDefinition
 from multiradar.tracking._kernels import assign, rebuild
+from multiradar.tracking.lifecycle import Lifecycle
 from multiradar.tracking.measurements import MeasurementBatch
 from multiradar.tracking.roster import MISSING, Roster, RowIdentities
 
@@ -44,6 +45,7 @@ class AircraftPool:
         self._capacity_max = definition.aircraft_max or CAPACITY_MAX
         self.roster = Roster.empty(CAPACITY_FIRST)
         self.aircraft = definition.aircraft(CAPACITY_FIRST, bias_columns, sensors, modes)
+        self.life = Lifecycle.empty(CAPACITY_FIRST, sensors)
 
     def assign(
         self, batch: MeasurementBatch, codes: NDArray[np.int64], first: int, last: int,
@@ -65,21 +67,23 @@ class AircraftPool:
         while True:
             first = assign(
                 first, last, self._full, batch.track_number, batch.mode_s_address, codes,
-                self.roster, self.aircraft, identities,
+                self.roster, self.aircraft, self.life, identities,
             )  # fmt: skip
             if first == last:
                 return
             self.grow()
 
-    def work(self, slots: NDArray[np.int64], first: int) -> tuple[NDArray[np.int64], Work]:
+    def work(
+        self, slots: NDArray[np.int64], rows: NDArray[np.int64]
+    ) -> tuple[NDArray[np.int64], Work]:
         """Group rows by partition.
 
         Parameters
         ----------
         slots : (n,) int64
-            Slot of each row, −1 for none.
-        first : int
-            Index of the first of these rows in the batch.
+            Slot of each row, negative for none.
+        rows : (n,) int64
+            Their indices in the batch, ascending.
 
         Returns
         -------
@@ -96,9 +100,9 @@ class AircraftPool:
         if self._definition.corrects_biases:
             one = np.zeros(1, np.int64)
             bounds = np.array([0, len(slots)], np.int64)
-            return one, Work(one, bounds, np.arange(first, first + len(slots)))
+            return one, Work(one, bounds, rows)
         partitions = partition_of(slots, PARTITIONS).astype(np.uint8)
-        order = np.argsort(partitions, kind="stable") + first
+        order = rows[np.argsort(partitions, kind="stable")]
         bounds = np.zeros(PARTITIONS + 1, np.int64)
         np.cumsum(np.bincount(partitions, minlength=PARTITIONS), out=bounds[1:])
         used = np.flatnonzero(np.diff(bounds))
@@ -111,6 +115,17 @@ class AircraftPool:
     def used(self) -> NDArray[np.intp]:
         """Return the slots that hold an aircraft, ascending."""
         return np.flatnonzero(self.roster.track_id != MISSING)
+
+    def quiet(self, slots: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """Return whether what these slots, negative for none, measure is kept from the biases."""
+        quiet: NDArray[np.bool_] = (slots >= 0) & (self.life.quiet[slots] != 0)
+        return quiet
+
+    def heeded(self) -> NDArray[np.intp]:
+        """Return the slots of aircraft that may speak about the biases, ascending."""
+        used = self.used()
+        heeded: NDArray[np.intp] = used[self.life.quiet[used] == 0]
+        return heeded
 
     def drop(self, before_s: float) -> NDArray[np.int64]:
         """Free the slots of aircraft without an update since a time.
@@ -128,7 +143,21 @@ class AircraftPool:
         """
         used = self.used()
         times = self.aircraft.updated[used]
-        old = used[~(times >= before_s)]
+        return self.free(used[~(times >= before_s)])
+
+    def free(self, old: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Free slots.
+
+        Parameters
+        ----------
+        old : (n,) int64
+            Slots that hold an aircraft, ascending.
+
+        Returns
+        -------
+        (m,) int64
+            Identifiers of the tracks that ended, ascending, without aircraft that never started.
+        """
         if len(old) == 0:
             return np.empty(0, np.int64)
         started = ~np.isnan(self.aircraft.updated[old])
@@ -138,7 +167,9 @@ class AircraftPool:
         count = self.roster.counters[1]
         self.roster.free[count : count + len(old)] = old[::-1]
         self.roster.counters[1] += len(old)
-        rebuild(self.roster)
+        known = (self.roster.track_number[old] >= 0) | (self.roster.mode_s_address[old] >= 0)
+        if known.any():
+            rebuild(self.roster)
         return ended
 
     def grow(self) -> None:
@@ -146,7 +177,8 @@ class AircraftPool:
         capacity = len(self.roster.track_id)
         roster = Roster.empty(2 * capacity)
         aircraft = self._definition.aircraft(2 * capacity, *self._sizes)
-        for new, old in zip(aircraft, self.aircraft, strict=True):
+        life = Lifecycle.empty(2 * capacity, self._sizes[1])
+        for new, old in zip((*aircraft, *life), (*self.aircraft, *self.life), strict=True):
             new[tuple(slice(size) for size in old.shape)] = old
         for name in ("track_id", "track_number", "mode_s_address", "mode_3a"):
             getattr(roster, name)[:capacity] = getattr(self.roster, name)
@@ -154,4 +186,4 @@ class AircraftPool:
         roster.free[:capacity] = np.arange(2 * capacity - 1, capacity - 1, -1)
         roster.counters[:] = self.roster.counters[0], capacity
         rebuild(roster)
-        self.roster, self.aircraft = roster, aircraft
+        self.roster, self.aircraft, self.life = roster, aircraft, life

@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 Integers = NDArray[np.int64]
 
 MISSING = -1
+#: In `RowIdentities.slot`: the row begins a track of its own, whatever its identity.
+NEW_TRACK = -3
 
 
 class Roster(NamedTuple):

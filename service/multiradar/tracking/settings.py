@@ -6,6 +6,12 @@ from dataclasses import dataclass
 WHITE_ACCELERATION = "white-acceleration"
 VELOCITY_FRAME = "velocity-frame"
 MOTIONS = (WHITE_ACCELERATION, VELOCITY_FRAME)
+#: What `TrackingSettings.hidden_fields` may hold.
+HIDEABLE = ("track_number", "mode_3a", "mode_s_address", "callsign")
+#: How plots find their aircraft: `TrackingSettings.association`.
+BY_NEAREST = "nearest"
+BY_IDENTITY = "identity"
+ASSOCIATIONS = (BY_NEAREST, BY_IDENTITY)
 #: The interval that the accelerations of the velocity frame go with. Printed for one fixed
 #: interval, they become densities by it, so that intervals may be cut anywhere.
 NOMINAL_INTERVAL_S = 1.0
@@ -69,8 +75,22 @@ class TrackingSettings:
     imm_surprise_floor, imm_surprise_density : float
         As `surprise_floor` and `acceleration_density` where no mode explains the measurements: the
         density, m²/s³, of which the raised noise of every mode is a multiple.
+    association : str
+        `nearest`: measurements without identity are assigned to tracks by place and by what they
+        tell of identity, and begin tracks; `identity`: they have no aircraft.
+    hidden_fields : tuple of str
+        Of `HIDEABLE`: what is kept from the tracker; it goes to the output as it was measured.
+    clutter_density_per_km2 : float
+        Density of false plots of one turn, 1/km².
+    speed_max_mps : float
+        No aircraft is taken to be faster.
+    manoeuvre_sigma_mps2 : float
+        Standard deviation of the acceleration of a manoeuvre that begins after the last plot.
+    confirm_score : float
+        A track without identity is confirmed when the logarithm of its likelihood ratio to false
+        plots has come to this.
     confirm_updates : int
-        A track is confirmed with its update of this number.
+        A track is confirmed with its update of this number, not before.
     coast_after_s, drop_after_s : float
         A track coasts, and ends, after this much data time without an update.
     """
@@ -102,6 +122,12 @@ class TrackingSettings:
     imm_manoeuvre_s: float = 600.0
     imm_surprise_floor: float = 3.0
     imm_surprise_density: float = 256.0
+    association: str = BY_NEAREST
+    hidden_fields: tuple[str, ...] = ()
+    clutter_density_per_km2: float = 1e-5
+    speed_max_mps: float = 700.0
+    manoeuvre_sigma_mps2: float = 6.0
+    confirm_score: float = 10.0
     confirm_updates: int = 3
     coast_after_s: float = 15.0
     drop_after_s: float = 60.0

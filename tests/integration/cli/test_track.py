@@ -96,6 +96,20 @@ def test_options_reach_the_tracker_and_go_before_the_file(
     assert settings["kinds"] == ["radar"]
 
 
+def test_hidden_identity_reaches_the_tables_and_the_report(
+    scene: tuple[Path, Path], tmp_path: Path
+) -> None:
+    measurements, sensors = scene
+    out = tmp_path / "out"
+    options = ("--hide", "mode_3a,track_number,mode_s_address", "--kinds", "radar")
+    assert _track(measurements, "--sensors", sensors, "--out", out, *options) == 0
+    report = json.loads((out / "report.json").read_text())
+    assert report["settings"]["hidden_fields"] == ["track_number", "mode_3a", "mode_s_address"]
+    assert report["figures"]["track_transitions"]["started"] > 0
+    tracks = pl.read_parquet(out / "tracks.parquet")
+    assert tracks["track_number"].null_count() == 0
+
+
 def test_aircraft_without_room_are_told_of(
     scene: tuple[Path, Path],
     tmp_path: Path,

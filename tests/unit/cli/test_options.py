@@ -3,7 +3,7 @@
 import pytest
 
 from multiradar.cli.main import run
-from multiradar.cli.options import KIND_CHOICES, FilterChoice, chosen_kinds
+from multiradar.cli.options import KIND_CHOICES, FilterChoice, chosen_kinds, hidden_fields
 from multiradar.cli.replay import _BATCH_ROWS_MAX, EncodingChoice
 from multiradar.cli.serve import LogForm, LogLevel
 from multiradar.estimation.filters.bank import FILTERS
@@ -48,3 +48,15 @@ def test_every_log_option_is_a_setting() -> None:
 def test_kinds_are_separated_by_commas() -> None:
     assert chosen_kinds(None) is None
     assert chosen_kinds("radar, adsb") == frozenset({"radar", "adsb"})
+
+
+def test_hidden_fields_come_in_one_order_and_once() -> None:
+    assert hidden_fields("mode_3a, track_number,mode_3a") == ("track_number", "mode_3a")
+
+
+def test_a_field_that_cannot_be_hidden_is_named(capsys: pytest.CaptureFixture[str]) -> None:
+    line = ["track", "here", "--sensors", "s.toml", "--out", "o", "--hide", "track_number,height_m"]
+    assert run(line) == 2
+    told = capsys.readouterr().err
+    assert "expected fields of track_number, mode_3a, mode_s_address, callsign" in told
+    assert "height_m" in told

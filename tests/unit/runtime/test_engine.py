@@ -227,9 +227,9 @@ def test_a_number_of_workers_out_of_bounds_is_refused(workers: int) -> None:
         Engine(busy_scene(aircraft=1, duration_s=5.0).sensors, TrackingSettings(), workers)
 
 
-def test_plots_without_identity_are_counted_and_used_by_none() -> None:
+def test_plots_without_identity_are_counted_and_used_by_none_where_identity_alone_counts() -> None:
     scene = busy_scene(3, aircraft=1, duration_s=10.0)
-    engine = Engine(scene.sensors, TrackingSettings())
+    engine = Engine(scene.sensors, TrackingSettings(association="identity"))
     engine.push(batch_of([1.0, 2.0], track_number=[-1, -1]))
     assert len(engine.flush().updates) == 0
     assert engine.counts["UNASSOCIATED"] == 2

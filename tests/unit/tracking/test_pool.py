@@ -84,7 +84,7 @@ def test_the_joint_filter_has_room_for_so_many_aircraft_and_keeps_what_they_shar
 
 def test_rows_for_a_filter_that_corrects_the_biases_stay_in_order() -> None:
     pool = AircraftPool(FILTERS["joint"], 2, 1)
-    used, work = pool.work(np.array([5, 21, 3, 5, -1], np.int64), first=10)
+    used, work = pool.work(np.array([5, 21, 3, 5, -1], np.int64), np.arange(10, 15))
     assert used.tolist() == [0]
     assert work.order[work.bounds[0] : work.bounds[1]].tolist() == [10, 11, 12, 13, 14]
 
@@ -112,7 +112,7 @@ def test_an_aircraft_that_was_never_located_is_freed_without_a_track_that_ends()
 def test_work_keeps_the_order_within_a_partition_and_takes_every_row_once() -> None:
     pool = AircraftPool(FILTERS["blom"], 0, 0)
     slots = np.array([80, 336, 3, 90, -1, 592, 7], np.int64)
-    used, work = pool.work(slots, first=100)
+    used, work = pool.work(slots, 100 + np.arange(len(slots)))
     assert sorted(work.order.tolist()) == list(range(100, 107))
     shares = [work.order[work.bounds[p] : work.bounds[p + 1]].tolist() for p in range(PARTITIONS)]
     # Sixteen in a row share a partition, and those that lie sixteen times sixteen apart.
@@ -130,7 +130,7 @@ def test_states_begin_on_a_pair_of_cache_lines_also_after_growing() -> None:
 def test_the_sums_of_an_aircraft_are_those_of_the_partition_that_takes_its_rows() -> None:
     pool = AircraftPool(FILTERS["blom-macro"], 0, 0)
     slots = np.array([5, 16, 31, 250], np.int64)
-    _, work = pool.work(slots, first=0)
+    _, work = pool.work(slots, np.arange(len(slots)))
     taken = {
         int(slots[row]): p
         for p in range(PARTITIONS)

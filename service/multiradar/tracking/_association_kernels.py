@@ -1,0 +1,371 @@
+"""Compiled association: which tracks a plot may be of, and how likely it is of each.
+
+Symbols beside those of `multiradar.estimation.filters._two_stage_kernels`: χ = a + V ς̂ = state of
+a track, M = variance of the place (m²) for a manoeuvre that begins now, λ = density of false plots.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from multiradar.estimation.filters._kernels import (
+    ACCELERATION_DENSITY,
+    choose_height,
+    manoeuvre_factor,
+)
+from multiradar.estimation.filters._two_stage_kernels import spread_of_biases
+from multiradar.estimation.filters.arrays import Aircraft, Model, Rows
+from multiradar.estimation.measurement._kernels import (
+    KIND_BEARING,
+    Slope,
+    bias_column,
+    measures_azimuth,
+    seen_from,
+)
+from multiradar.geodesy._kernels import (
+    wrap_angle,
+)
+from multiradar.kernels import in_loop, loop
+from multiradar.tracking._clutter_kernels import log_density_of_clutter
+from multiradar.tracking._sky_kernels import CELL_M, locate_plot, place_in_table
+from multiradar.tracking.lifecycle import TENTATIVE, Lifecycle
+from multiradar.tracking.roster import MISSING, Roster, RowIdentities
+from multiradar.tracking.sky import (
+    ASTRAY,
+    CANDIDATES_MAX,
+    MANOEUVRE,
+    SPEED_MAX,
+    Candidates,
+    Sky,
+)
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+
+# Logarithm of the part of the looks at a track that find it on its way as predicted, of those that
+# find it manoeuvring, and of those for which its velocity means little.
+LOG_STRAIGHT = math.log(0.88)
+LOG_MANOEUVRING = math.log(0.1)
+LOG_ASTRAY = math.log(0.02)
+# Up to this normalised innovation squared a straight flight is the likeliest for certain.
+STRAIGHT_NIS = 4.0
+# Part of a variance that is not worth its time.
+NEGLIGIBLE = 0.02
+LOG_TURN = math.log(2.0 * math.pi)
+
+# Of the looks at an aircraft, most find it.
+LOG_DETECTED = math.log(0.9)
+
+# Identity as evidence: logarithms of likelihood ratios.
+ADDRESS_EQUAL = 12.0
+ADDRESS_DIFFERENT = -10.0
+CODE_EQUAL = 4.5
+CODE_DIFFERENT = -4.0
+# Height: how fast it may change, m/s (1 sigma), how coarse it is told, m, how it is spread, m.
+CLIMB_SIGMA = 12.0
+HEIGHT_SIGMA = 40.0
+LOG_HEIGHT_SPAN = math.log(10_000.0)
+HEIGHT_DIFFERENT = -7.0
+# A second plot is looked for as far as the fastest aircraft flies, and this for the errors of both.
+START_ERROR_M = 3_000.0
+# What a track counts less for having been measured once, twice.
+LOG_NEW = -3.0
+LOG_YOUNG = -1.5
+
+
+@in_loop
+def log_density(s00: float, s01: float, s11: float, e0: float, e1: float) -> float:
+    """Return log N(e; 0, S) with two components; −∞ where S is not positive definite."""
+    det = s00 * s11 - s01 * s01
+    nis = (s11 * e0 * e0 - 2.0 * s01 * e0 * e1 + s00 * e1 * e1) / det
+    value = -0.5 * (nis + math.log(max(det, 1e-300))) - LOG_TURN
+    return value if det > 0.0 else -np.inf
+
+
+@in_loop
+def pair_score(
+    row: int,
+    k: int,
+    ahead: float,
+    turn: float,
+    rows: Rows,
+    model: Model,
+    aircraft: Aircraft,
+    sky: Sky,
+    rules: Floats,
+    log_clutter: float,
+    sigmas: Floats,
+    U0: Floats,
+    U1: Floats,
+    R0: Floats,
+    R1: Floats,
+) -> float:
+    """Return the logarithm of the likelihood ratio that a plot is of a track, by place alone."""
+    n = aircraft.sensitivity.shape[2]
+    kind, s, time = rows.kind[row], rows.sensor[row], rows.time[row]
+    site, noise, bias = model.sites[s], model.noises[s], model.bias
+    dt = max(time - aircraft.time[k], 0.0)
+    height, variance = choose_height(rows.height[row], aircraft.height[k], model.options)
+    x0 = sky.state[k, 0] + ahead * sky.state[k, 2]
+    x1 = sky.state[k, 1] + ahead * sky.state[k, 3]
+    p0, p1, _, h, w = seen_from(kind, model.plane, site, noise, x0, x1, height, variance)
+    e0 = rows.z[row, 0] - p0
+    e1 = rows.z[row, 1] - p1
+    if measures_azimuth(kind):
+        e1 = wrap_angle(e1)
+    P = aircraft.covariance
+    V = aircraft.sensitivity
+    density = model.options[ACCELERATION_DENSITY] * manoeuvre_factor(
+        aircraft.surprise[k], model.options
+    )
+    q = density * dt * dt * dt / 3.0
+    p00 = P[k, 0] + dt * (2.0 * P[k, 2] + dt * P[k, 7]) + q
+    p01 = P[k, 1] + dt * (P[k, 3] + P[k, 5] + dt * P[k, 8])
+    p11 = P[k, 4] + dt * (2.0 * P[k, 6] + dt * P[k, 9]) + q
+    g0 = p00 * h[0] + p01 * h[1]
+    g1 = p01 * h[0] + p11 * h[1]
+    g2 = p00 * h[2] + p01 * h[3]
+    g3 = p01 * h[2] + p11 * h[3]
+    s00 = w[0] + h[0] * g0 + h[1] * g1
+    s01 = w[1] + h[0] * g2 + h[1] * g3
+    s11 = w[2] + h[2] * g2 + h[3] * g3
+    # The uncertainty of the biases: those that the track depends on, and those of this sensor.
+    for c in range(bias.shape[0]):
+        U0[c] = 0.0
+        U1[c] = 0.0
+    for c in range(n):
+        v0 = V[k, 0, c] + dt * V[k, 2, c]
+        v1 = V[k, 1, c] + dt * V[k, 3, c]
+        U0[c] = h[0] * v0 + h[1] * v1
+        U1[c] = h[2] * v0 + h[3] * v1
+    rate0 = h[0] * sky.state[k, 2] + h[1] * sky.state[k, 3]
+    rate1 = h[2] * sky.state[k, 2] + h[3] * sky.state[k, 3]
+    for c in range(model.starts[s], model.starts[s + 1]):
+        j0, j1 = bias_column(kind, model.parameters[c], site, p0, p1, rate0, rate1)
+        U0[c] += j0
+        U1[c] += j1
+        e0 -= j0 * bias[c]
+        e1 -= j1 * bias[c]
+    most0 = 0.0
+    most1 = 0.0
+    for c in range(bias.shape[0]):
+        most0 += abs(U0[c]) * sigmas[c]
+        most1 += abs(U1[c]) * sigmas[c]
+    # Biases that are known well add nothing worth the time.
+    if not (most0 * most0 < NEGLIGIBLE * s00 and most1 * most1 < NEGLIGIBLE * s11):
+        b00, b01, b11 = spread_of_biases(U0, U1, model.bias_covariance, R0, R1)
+        s00 += b00
+        s01 += b01
+        s11 += b11
+    best = LOG_STRAIGHT + log_density(s00, s01, s11, e0, e1)
+    if not s11 * e0 * e0 - 2.0 * s01 * e0 * e1 + s00 * e1 * e1 <= STRAIGHT_NIS * (
+        s00 * s11 - s01 * s01
+    ):
+        best = max(best, log_otherwise(s00, s01, s11, e0, e1, h, dt, turn, rules))
+    return best + LOG_DETECTED - log_clutter
+
+
+@in_loop
+def log_otherwise(
+    s00: float, s01: float, s11: float, e0: float, e1: float, h: Slope, dt: float, turn: float,
+    rules: Floats,
+) -> float:  # fmt: skip
+    """Return the logarithm of the likelihood of an aircraft that does not fly straight on."""
+    manoeuvre = rules[MANOEUVRE] * 0.5 * dt * dt
+    m00 = h[0] * h[0] + h[1] * h[1]
+    m01 = h[0] * h[2] + h[1] * h[3]
+    m11 = h[2] * h[2] + h[3] * h[3]
+    m = manoeuvre * manoeuvre
+    turning = LOG_MANOEUVRING + log_density(s00 + m * m00, s01 + m * m01, s11 + m * m11, e0, e1)
+    # A filter that lags behind a manoeuvre does so for some turn, however short ago its last plot.
+    astray = rules[ASTRAY] * max(dt, turn)
+    m = astray * astray
+    lost = LOG_ASTRAY + log_density(s00 + m * m00, s01 + m * m01, s11 + m * m11, e0, e1)
+    return max(turning, lost)
+
+
+@in_loop
+def identity_score(
+    row: int, k: int, number: int, address: int, code: int, dt: float, rows: Rows,
+    aircraft: Aircraft, roster: Roster, life: Lifecycle,
+) -> float:  # fmt: skip
+    """Return what identity and height add to a score; −∞ for another aircraft for certain."""
+    score = 0.0
+    if address >= 0 and roster.mode_s_address[k] >= 0:
+        score += ADDRESS_EQUAL if roster.mode_s_address[k] == address else ADDRESS_DIFFERENT
+    if code >= 0 and roster.mode_3a[k] >= 0:
+        same = code in (roster.mode_3a[k], life.code_heard[k])
+        score += CODE_EQUAL if same else CODE_DIFFERENT
+    known = aircraft.height[k]
+    measured = rows.height[row]
+    if not (np.isnan(known) or np.isnan(measured)):
+        sigma = HEIGHT_SIGMA + CLIMB_SIGMA * dt
+        off = (measured - known) / sigma
+        value = LOG_HEIGHT_SPAN - 0.5 * (off * off + LOG_TURN) - math.log(sigma)
+        score += max(value, HEIGHT_DIFFERENT)
+    if life.stage[k] == TENTATIVE:
+        score += LOG_NEW if life.hits[k] == 1 else (LOG_YOUNG if life.hits[k] == 2 else 0.0)
+    if number >= 0 and roster.track_number[k] >= 0 and roster.track_number[k] != number:
+        score = -np.inf
+    return score
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def find_candidates(
+    first: int,
+    last: int,
+    window_time: float,
+    longest: float,
+    track_numbers: Integers,
+    addresses: Integers,
+    codes: Integers,
+    rows: Rows,
+    model: Model,
+    aircraft: Aircraft,
+    roster: Roster,
+    life: Lifecycle,
+    periods: Floats,
+    rules: Floats,
+    log_clutters: Floats,
+    sky: Sky,
+    identities: RowIdentities,
+    candidates: Candidates,
+) -> None:
+    """Fill the candidates of all rows first…last that have no aircraft yet."""
+    n = model.bias.shape[0]
+    search(
+        first, last, window_time, longest, track_numbers, addresses, codes, rows, model, aircraft,
+        roster, life, periods, rules, log_clutters, sky, identities, candidates,
+        np.sqrt(np.diag(model.bias_covariance)), np.empty(n), np.empty(n), np.empty(n), np.empty(n),
+    )  # fmt: skip
+
+
+@loop
+def search(
+    first: int,
+    last: int,
+    window_time: float,
+    longest: float,
+    track_numbers: Integers,
+    addresses: Integers,
+    codes: Integers,
+    rows: Rows,
+    model: Model,
+    aircraft: Aircraft,
+    roster: Roster,
+    life: Lifecycle,
+    periods: Floats,
+    rules: Floats,
+    log_clutters: Floats,
+    sky: Sky,
+    identities: RowIdentities,
+    candidates: Candidates,
+    sigmas: Floats,
+    U0: Floats,
+    U1: Floats,
+    R0: Floats,
+    R1: Floats,
+) -> None:
+    """Do as `find_candidates`, in the room given.
+
+    ``sigmas`` are those of the biases.
+    """
+    mask = sky.heads.shape[0] - 1
+    for row in range(first, last):
+        i = row - first
+        candidates.number[i] = MISSING
+        kind = rows.kind[row]
+        if identities.slot[row] >= 0 or kind == KIND_BEARING:
+            continue
+        s, z0, z1, time = rows.sensor[row], rows.z[row, 0], rows.z[row, 1], rows.time[row]
+        ok, east, north, reach = locate_plot(kind, s, z0, z1, rows.height[row], model, sigmas)
+        if not ok:
+            continue
+        candidates.number[i] = 0
+        candidates.place[i, 0] = east
+        candidates.place[i, 1] = north
+        candidates.place[i, 2] = reach
+        log_clutter = log_density_of_clutter(kind, s, z0, log_clutters)
+        ahead = time - window_time
+        wide = math.sqrt(reach * reach + longest * longest)
+        for ce in range(
+            int(np.floor((east - wide) / CELL_M)), int(np.floor((east + wide) / CELL_M)) + 1
+        ):
+            for cn in range(
+                int(np.floor((north - wide) / CELL_M)), int(np.floor((north + wide) / CELL_M)) + 1
+            ):
+                k = sky.heads[place_in_table(ce, cn, mask)]
+                while k != MISSING:
+                    d0 = sky.state[k, 0] + ahead * sky.state[k, 2] - east
+                    d1 = sky.state[k, 1] + ahead * sky.state[k, 3] - north
+                    if (
+                        d0 * d0 + d1 * d1 <= reach * reach + sky.reach[k] * sky.reach[k]
+                        and sky.cell[k, 0] == ce
+                        and sky.cell[k, 1] == cn
+                        and not time - life.heard[k, s] < 0.5 * periods[s]
+                    ):
+                        score = judge(
+                            row, k, ahead, math.hypot(d0, d1), track_numbers[row], addresses[row],
+                            codes[row], rows, model, aircraft, roster, life, sky, rules,
+                            log_clutter, sigmas, U0, U1, R0, R1,
+                        )  # fmt: skip
+                        if score > 0.0:
+                            keep(i, k, score, candidates)
+                    k = sky.following[k]
+
+
+@in_loop
+def judge(
+    row: int, k: int, ahead: float, distance: float, number: int, address: int, code: int,
+    rows: Rows, model: Model, aircraft: Aircraft, roster: Roster, life: Lifecycle, sky: Sky,
+    rules: Floats, log_clutter: float, sigmas: Floats, U0: Floats, U1: Floats, R0: Floats,
+    R1: Floats,
+) -> float:  # fmt: skip
+    """Return the score of a pair; −∞ for one that cannot be."""
+    dt = rows.time[row] - aircraft.time[k]
+    score = -np.inf
+    if aircraft.updates[k] > 1 or distance <= rules[SPEED_MAX] * dt + START_ERROR_M:
+        score = identity_score(
+            row, k, number, address, code, max(dt, 0.0), rows, aircraft, roster, life
+        )
+    if score > -np.inf:
+        score += pair_score(
+            row,
+            k,
+            ahead,
+            life.period[k],
+            rows,
+            model,
+            aircraft,
+            sky,
+            rules,
+            log_clutter,
+            sigmas,
+            U0,
+            U1,
+            R0,
+            R1,
+        )
+    return score
+
+
+@in_loop
+def keep(i: int, k: int, score: float, candidates: Candidates) -> None:
+    """Put a candidate into its place; beyond `CANDIDATES_MAX` the least likely goes."""
+    count = candidates.number[i]
+    full = count == CANDIDATES_MAX
+    if not full or score > candidates.score[i, count - 1]:
+        at = count - full
+        candidates.number[i] = at + 1
+        while at > 0 and (
+            candidates.score[i, at - 1] < score
+            or (candidates.score[i, at - 1] == score and candidates.slot[i, at - 1] > k)
+        ):
+            candidates.score[i, at] = candidates.score[i, at - 1]
+            candidates.slot[i, at] = candidates.slot[i, at - 1]
+            at -= 1
+        candidates.score[i, at] = score
+        candidates.slot[i, at] = k

@@ -1,0 +1,51 @@
+"""Compiled density of the plots of a sensor that are of no aircraft, by range."""
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from multiradar.estimation.measurement._kernels import KIND_RADAR
+from multiradar.kernels import in_loop
+
+Floats = NDArray[np.float64]
+
+# Rings around a radar, the last one without end.
+RING_M = 20_000.0
+RINGS = 32
+
+
+@in_loop
+def ring_of(range_m: float) -> int:
+    """Return the ring that a range lies in."""
+    return min(int(min(max(range_m, 0.0), 1e9) / RING_M), RINGS - 1)
+
+
+@in_loop
+def log_density_of_clutter(kind: int, s: int, z0: float, log_clutters: Floats) -> float:
+    """Return log λ in the coordinates of the measurement: 1/(m rad) for plots, 1/m² for positions.
+
+    ``log_clutters`` is that on the ground, 1/m², for each sensor and ring.
+    """
+    value = log_clutters[s, 0]
+    if kind == KIND_RADAR:
+        value = log_clutters[s, ring_of(z0)] + math.log(max(z0, 1.0))
+    return value
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def fill_log_clutters(
+    counts: Floats, turns: Floats, usual: float, prior_turns: float, log_clutters: Floats
+) -> None:
+    """Turn counts of false plots into densities.
+
+    ``counts`` (m, RINGS) are fading counts over ``turns`` (m,) turns; before anything was counted
+    the density is ``usual``, 1/m² a turn, as if that had been seen for ``prior_turns``.
+    """
+    for s in range(counts.shape[0]):
+        for ring in range(RINGS):
+            area = math.pi * RING_M * RING_M * (2.0 * ring + 1.0)
+            known = usual * area * prior_turns
+            density = (known + max(counts[s, ring], 0.0)) / (area * (prior_turns + turns[s]))
+            log_clutters[s, ring] = math.log(max(density, 0.1 * usual))

@@ -1,0 +1,201 @@
+"""Compiled prediction of all tracks to a window, in cells of the plane.
+
+Symbols as in `multiradar.tracking._association_kernels`.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from multiradar.estimation.filters._kernels import (
+    ACCELERATION_DENSITY,
+    CONE_RATIO,
+    choose_height,
+    manoeuvre_factor,
+)
+from multiradar.estimation.filters.arrays import Aircraft, Model, Rows
+from multiradar.estimation.measurement._kernels import (
+    KIND_RADAR,
+    PARAMETER_AZIMUTH_OFFSET,
+    bias_column,
+    locate_measurement,
+)
+from multiradar.geodesy._kernels import C_NORTH, EE, EN, M_EE, M_NN, NE, NN, PE, PN, UE, UN
+from multiradar.geodesy._kernels import HEIGHT as SITE_HEIGHT
+from multiradar.kernels import in_loop
+from multiradar.tracking.lifecycle import Lifecycle
+from multiradar.tracking.roster import MISSING, Roster, RowIdentities
+from multiradar.tracking.sky import ASTRAY, SPEED_MAX, Sky
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+CELL_M = 8_000.0
+# So many sigmas off, a track is not looked at.
+COARSE_SIGMAS = 6.0
+# However little is known of a place, nothing farther off is looked at, m.
+REACH_MAX_M = 24_000.0
+# No place on the plane is farther off, m.
+PLACE_MAX_M = 1e8
+# An address is believed within this beside the reaches of plot and track, m.
+DOUBT_M = 3_000.0
+
+
+@in_loop
+def place_in_table(east_cell: int, north_cell: int, mask: int) -> int:
+    """Return the place of a cell in the table."""
+    return (((east_cell * 73856093) ^ (north_cell * 19349663)) * 2654435761 >> 8) & mask
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def fill_sky(
+    time: float,
+    model: Model,
+    aircraft: Aircraft,
+    roster: Roster,
+    life: Lifecycle,
+    rules: Floats,
+    sky: Sky,
+) -> float:
+    """Predict all tracks to a time and put them into cells; return the longest reach."""
+    n = aircraft.sensitivity.shape[2]
+    sigmas = np.sqrt(np.diag(model.bias_covariance))
+    bias = model.bias
+    sky.heads[:] = MISSING
+    mask = sky.heads.shape[0] - 1
+    longest = 0.0
+    astray = 4.0 * rules[ASTRAY]
+    x = np.empty(4)
+    for k in range(roster.track_id.shape[0] - 1, -1, -1):
+        if roster.track_id[k] == MISSING or np.isnan(aircraft.time[k]):
+            continue
+        dt = time - aircraft.time[k]
+        V = aircraft.sensitivity[k]
+        P = aircraft.covariance[k]
+        for i in range(4):
+            x[i] = aircraft.mean[k, i]
+        b0 = 0.0
+        b1 = 0.0
+        for c in range(n):
+            x[0] += V[0, c] * bias[c]
+            x[1] += V[1, c] * bias[c]
+            x[2] += V[2, c] * bias[c]
+            x[3] += V[3, c] * bias[c]
+            b0 += abs(V[0, c] + dt * V[2, c]) * sigmas[c]
+            b1 += abs(V[1, c] + dt * V[3, c]) * sigmas[c]
+        density = model.options[ACCELERATION_DENSITY] * manoeuvre_factor(
+            aircraft.surprise[k], model.options
+        )
+        variance = P[0] + P[4] + 2.0 * dt * (P[2] + P[6]) + dt * dt * (P[7] + P[9])
+        variance += 2.0 * density * dt * dt * dt / 3.0 + b0 * b0 + b1 * b1
+        far = astray * max(dt, life.period[k])
+        # Whatever the covariance says, no aircraft flies faster than it can.
+        speed = rules[SPEED_MAX] * (1.0 if aircraft.updates[k] == 1 else 0.4)
+        near = COARSE_SIGMAS * math.sqrt(max(P[0] + P[4] + b0 * b0 + b1 * b1, 0.0))
+        most = min(near + speed * max(dt, life.period[k]), REACH_MAX_M)
+        reach = min(math.sqrt(COARSE_SIGMAS**2 * max(variance, 0.0) + far * far), most)
+        if not (reach >= 0.0 and abs(x[0]) + abs(x[1]) < PLACE_MAX_M):  # NaN fails both.
+            continue
+        sky.state[k, 0] = x[0] + dt * x[2]
+        sky.state[k, 1] = x[1] + dt * x[3]
+        sky.state[k, 2] = x[2]
+        sky.state[k, 3] = x[3]
+        sky.reach[k] = reach
+        longest = max(longest, reach)
+        sky.cell[k, 0] = int(np.floor(sky.state[k, 0] / CELL_M))
+        sky.cell[k, 1] = int(np.floor(sky.state[k, 1] / CELL_M))
+        place = place_in_table(sky.cell[k, 0], sky.cell[k, 1], mask)
+        sky.following[k] = sky.heads[place]
+        sky.heads[place] = k
+    return longest
+
+
+@in_loop
+def locate_roughly(
+    plane: Floats, site: Floats, slant: float, azimuth: float, height: float, rise: float
+) -> tuple[float, float]:
+    """Return where a plot points to, within some hundred metres: enough to look around there."""
+    radius = 1.0 / site[C_NORTH] + site[SITE_HEIGHT]
+    sine = (rise * (2.0 * radius + rise) - slant * slant) / (2.0 * slant * radius)
+    across = slant * math.sqrt(max(0.0, 1.0 - sine * sine))
+    x, y, z = across * math.sin(azimuth), across * math.cos(azimuth), slant * sine
+    east = site[PE] + site[EE] * x + site[NE] * y + site[UE] * z
+    north = site[PN] + site[EN] * x + site[NN] * y + site[UN] * z
+    # Down to the foot, along the normal that leans with the distance from the centre.
+    return east - height * plane[M_EE] * east, north - height * plane[M_NN] * north
+
+
+@in_loop
+def locate_plot(
+    kind: int,
+    s: int,
+    z0: float,
+    z1: float,
+    measured_height: float,
+    model: Model,
+    sigmas: Floats,
+) -> tuple[bool, float, float, float]:
+    """Return (ok, east, north, reach) of a plot at the published biases; ok tells the cone too."""
+    site, noise = model.sites[s], model.noises[s]
+    b0 = 0.0
+    b1 = 0.0
+    spread = 0.0
+    for c in range(model.starts[s], model.starts[s + 1]):
+        j0, j1 = bias_column(kind, model.parameters[c], site, z0, z1, 0.0, 0.0)
+        b0 += j0 * model.bias[c]
+        b1 += j1 * model.bias[c]
+        along = sigmas[c] * math.hypot(j0, j1)
+        if model.parameters[c] == PARAMETER_AZIMUTH_OFFSET and kind == KIND_RADAR:
+            along *= z0
+        spread += along * along
+    height, variance = choose_height(measured_height, np.nan, model.options)
+    if kind == KIND_RADAR:
+        rise = height - noise[3]
+        ground = math.sqrt(max(z0 * z0 - rise * rise, 1.0))
+        east, north = locate_roughly(model.plane, site, z0 - b0, z1 - b1, height, rise)
+        ok = ground >= model.options[CONE_RATIO] * rise
+        spread += noise[0] + z0 * z0 * noise[1] + variance * rise * rise / (ground * ground)
+    else:
+        ok, east, north = locate_measurement(kind, model.plane, site, z0 - b0, z1 - b1, height)
+        spread += 2.0 * noise[2]
+    ok = ok and math.isfinite(east) and math.isfinite(north)
+    return ok, east, north, min(COARSE_SIGMAS * math.sqrt(spread), REACH_MAX_M)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def doubt(
+    first: int,
+    last: int,
+    window_time: float,
+    track_numbers: Integers,
+    rows: Rows,
+    model: Model,
+    aircraft: Aircraft,
+    sky: Sky,
+    identities: RowIdentities,
+    doubted: Integers,
+) -> int:
+    """Take away the aircraft of rows that its address alone names, and that is far from there.
+
+    Two transponders may send one address. Returns how many rows; ``doubted`` marks them.
+    """
+    sigmas = np.sqrt(np.diag(model.bias_covariance))
+    count = 0
+    for row in range(first, last):
+        k = identities.slot[row]
+        if k < 0 or track_numbers[row] >= 0 or np.isnan(aircraft.time[k]):
+            continue
+        kind, s = rows.kind[row], rows.sensor[row]
+        z0, z1 = rows.z[row, 0], rows.z[row, 1]
+        ok, east, north, reach = locate_plot(kind, s, z0, z1, rows.height[row], model, sigmas)
+        ahead = rows.time[row] - window_time
+        d0 = sky.state[k, 0] + ahead * sky.state[k, 2] - east
+        d1 = sky.state[k, 1] + ahead * sky.state[k, 3] - north
+        near = reach + sky.reach[k] + DOUBT_M
+        if ok and d0 * d0 + d1 * d1 > near * near:
+            identities.slot[row] = MISSING
+            doubted[row - first] = 1
+            count += 1
+    return count

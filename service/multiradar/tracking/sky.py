@@ -1,0 +1,99 @@
+"""Where the tracks are expected in a window, in cells: what the compiled association works on.
+
+Named tuples of arrays, because compiled functions take them as they are; one owner changes them.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+#: Tracks that a plot may choose between at most: the likeliest.
+CANDIDATES_MAX = 16
+#: Places in the table of cells for each slot.
+_CELLS_PER_SLOT = 2
+
+# Positions in the vector of rules.
+SPEED_MAX = 0
+MANOEUVRE = 1
+ASTRAY = 2
+HITS_MIN = 3
+SCORE_MIN = 4
+DROP_AFTER = 5
+RULE_COUNT = 6
+
+
+class Sky(NamedTuple):
+    """Predicted tracks, found by the cell of the plane that they are in.
+
+    Attributes
+    ----------
+    state : (s, 4) float64
+        East, north (m) and their rates (m/s) at the time of the window.
+    reach : (s,) float64
+        Distance, m, that the position may be wrong by.
+    cell : (s, 2) int64
+        Cell.
+    following : (s,) int64
+        Next track in the same place of the table, −1 for none.
+    heads : (t,) int64
+        First track of each place of the table, −1 for none; ``t`` is a power of two.
+    owner, local : (s,) int64
+        Room for an assignment, −1 outside of it.
+    """
+
+    state: Floats
+    reach: Floats
+    cell: Integers
+    following: Integers
+    heads: Integers
+    owner: Integers
+    local: Integers
+
+    @classmethod
+    def empty(cls, capacity: int) -> "Sky":
+        """Return room for tracks; ``capacity`` is a power of two."""
+        return cls(
+            state=np.zeros((capacity, 4)),
+            reach=np.zeros(capacity),
+            cell=np.zeros((capacity, 2), np.int64),
+            following=np.full(capacity, -1, np.int64),
+            heads=np.full(_CELLS_PER_SLOT * capacity, -1, np.int64),
+            owner=np.full(capacity, -1, np.int64),
+            local=np.full(capacity, -1, np.int64),
+        )
+
+
+class Candidates(NamedTuple):
+    """Tracks that the plots of a window may be of, the likeliest first.
+
+    Attributes
+    ----------
+    number : (n,) int64
+        How many of them; −1 for a plot that locates nothing.
+    slot : (n, CANDIDATES_MAX) int64
+        The tracks.
+    score : (n, CANDIDATES_MAX) float64
+        Logarithm of the likelihood ratio to a false plot, positive.
+    place : (n, 3) float64
+        Where the plot points to at the published biases, east and north, and how far off, m, the
+        aircraft may be.
+    """
+
+    number: Integers
+    slot: Integers
+    score: Floats
+    place: Floats
+
+    @classmethod
+    def empty(cls, rows: int) -> "Candidates":
+        """Return room for so many plots."""
+        return cls(
+            number=np.zeros(rows, np.int64),
+            slot=np.full((rows, CANDIDATES_MAX), -1, np.int64),
+            score=np.zeros((rows, CANDIDATES_MAX)),
+            place=np.zeros((rows, 3)),
+        )
