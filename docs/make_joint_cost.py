@@ -14,8 +14,8 @@ from pathlib import Path
 
 import numpy as np
 
-from multiradar.studies.report.markdown import plot_svg
-from multiradar.studies.result import Plot, Series, StudyResult
+from multiradar.report.content import Plot, Series
+from multiradar.report.markdown import plot_svg
 
 
 def main() -> None:
@@ -45,8 +45,7 @@ def main() -> None:
         y_scale="log",
         name="joint-cost",
     )
-    result = StudyResult("joint-cost", plot.title, 0, [], [], [plot])
-    target.write_text(plot_svg(result, plot), encoding="utf-8")
+    target.write_text(plot_svg([plot], plot), encoding="utf-8")
 
 
 if __name__ == "__main__":

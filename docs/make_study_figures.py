@@ -15,10 +15,11 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
+from multiradar.report.content import Plot
+from multiradar.report.markdown import markdown_table, plot_svg
 from multiradar.studies.catalogue import STUDIES
-from multiradar.studies.report.command import command_of
-from multiradar.studies.report.markdown import markdown_table, plot_svg
-from multiradar.studies.result import Plot, StudyOptions, StudyResult
+from multiradar.studies.document import command_of
+from multiradar.studies.result import StudyOptions, StudyResult
 
 DOCS = Path(__file__).parent
 #: Names of the plots that studies.md shows, where it is not the first of the study.
@@ -51,7 +52,7 @@ def write(result: StudyResult, docs: Path) -> None:
     for number, plot in enumerate(chosen(result)):
         more = f"-{plot.name}" if number else ""
         file = f"images/study-{result.study}{more}.svg"
-        (docs / file).write_text(plot_svg(result, plot), encoding="utf-8")
+        (docs / file).write_text(plot_svg(result.plots, plot), encoding="utf-8")
         pictures.append(
             f"![{plot.title}]({file})\n" + (f"\n{plot.caption}\n" if plot.caption else "")
         )

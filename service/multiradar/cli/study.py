@@ -153,9 +153,10 @@ def _run(
         with counting_bar(entry.name) as progress:
             result = entry.run(options, progress)
         if partial is not None:
-            from multiradar.studies.report.page import report_page
+            from multiradar.report.page import report_page
+            from multiradar.studies.document import document_of
 
-            partial.write_text(report_page(result), encoding="utf-8")
+            partial.write_text(report_page(document_of(result)), encoding="utf-8")
     if json_wanted:
         print(json.dumps(result.json_object(), ensure_ascii=False, allow_nan=False))
         return
@@ -166,10 +167,11 @@ def _run(
 def _print_result(result: "StudyResult") -> None:
     from rich.console import Console
 
-    from multiradar.cli.study_tables import print_study
+    from multiradar.cli.report_tables import print_document
+    from multiradar.studies.document import document_of
 
     width = None if sys.stdout.isatty() else WIDTH_UNKNOWN
-    print_study(result, Console(highlight=False, markup=False, width=width))
+    print_document(document_of(result), Console(highlight=False, markup=False, width=width))
 
 
 def _tell_unused(entry: StudyEntry, chosen: Mapping[str, object]) -> None:

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.sequential.plots import FORMS
+from multiradar.report.content import Plot, Series, Style
 from multiradar.studies.bias_estimation_cases import Case, Findings
 from multiradar.studies.bias_estimation_runs import CONSISTENCIES, QUANTITIES, Setting
-from multiradar.studies.result import Plot, Series, Style
 
 Floats = NDArray[np.float64]
 

@@ -1,9 +1,9 @@
 """Rows of the study of section 1.6, for programs."""
 
+from multiradar.report.content import Value
 from multiradar.studies.bias_estimation_bands import Bands
 from multiradar.studies.bias_estimation_cases import Case, Findings
 from multiradar.studies.bias_estimation_runs import CONSISTENCIES, QUANTITIES
-from multiradar.studies.result import Value
 
 
 def all_rows(findings: Findings) -> list[dict[str, Value]]:

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from multiradar.report.content import Table, Value
 from multiradar.studies.bias_estimation_cases import Case, Findings
 from multiradar.studies.bias_estimation_loss import Loss
-from multiradar.studies.result import Table, Value
 
 HEADINGS = ("position, m", "velocity, m/s", "azimuth bias, °", "range bias, m")
 

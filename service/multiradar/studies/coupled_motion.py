@@ -30,6 +30,7 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
+from multiradar.report.content import Table, Value
 from multiradar.studies.catalogue import COUPLED_MOTION
 from multiradar.studies.coupled_motion_figures import heading_spreads, realise
 from multiradar.studies.coupled_motion_models import (
@@ -50,14 +51,7 @@ from multiradar.studies.coupled_motion_tracking import (
     fly,
     track,
 )
-from multiradar.studies.result import (
-    Progress,
-    StudyOptions,
-    StudyResult,
-    Table,
-    Value,
-    step_counter,
-)
+from multiradar.studies.result import Progress, StudyOptions, StudyResult, step_counter
 
 #: Quantity, title and caption of the tables of filters by what they track.
 TABLES = (

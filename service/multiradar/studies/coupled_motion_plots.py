@@ -4,6 +4,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from multiradar.report.content import Plot, Series
 from multiradar.studies.coupled_motion_models import (
     DRAWN,
     FRAME,
@@ -13,7 +14,6 @@ from multiradar.studies.coupled_motion_models import (
     Scenario,
 )
 from multiradar.studies.coupled_motion_rows import Row
-from multiradar.studies.result import Plot, Series
 
 #: What the paper calls the panels of its figures.
 PANELS = ("1 a", "1 b", "3 a", "3 b")

@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.report.content import Value
 from multiradar.studies.coupled_motion_figures import (
     HEADINGS_RAD,
     HeadingSpread,
@@ -11,7 +12,6 @@ from multiradar.studies.coupled_motion_figures import (
 )
 from multiradar.studies.coupled_motion_models import INTERVAL_S, Scenario
 from multiradar.studies.coupled_motion_tracking import Tracked, nees_band, settled
-from multiradar.studies.result import Value
 
 Row = dict[str, Value]
 Floats = NDArray[np.float64]

@@ -9,6 +9,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from multiradar.report.cells import number_text
+from multiradar.report.content import Table, Value
 from multiradar.studies.catalogue import POLYNOMIAL_FORECAST
 from multiradar.studies.polynomial_forecast_plots import plots
 from multiradar.studies.polynomial_forecast_runs import (
@@ -21,15 +23,7 @@ from multiradar.studies.polynomial_forecast_runs import (
     band,
     simulate,
 )
-from multiradar.studies.report.cells import number_text
-from multiradar.studies.result import (
-    Progress,
-    StudyOptions,
-    StudyResult,
-    Table,
-    Value,
-    step_counter,
-)
+from multiradar.studies.result import Progress, StudyOptions, StudyResult, step_counter
 
 #: What the paper prints, m²: C₂ and time of the last observation to values at t = 2 … 10 s (None:
 #: the filter) or 2 … 10 s after it. It prints no forecast from 20 s for C₂ = 1.

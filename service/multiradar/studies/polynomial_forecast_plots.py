@@ -12,6 +12,7 @@ from multiradar.estimation.filters.polynomial import (
     observe_interval,
     start,
 )
+from multiradar.report.content import Plot, Series, Style, Value
 from multiradar.studies.polynomial_forecast_runs import (
     DEGREE,
     FORECAST_FROM_S,
@@ -21,7 +22,6 @@ from multiradar.studies.polynomial_forecast_runs import (
     powers_of_time,
     regression_variance,
 )
-from multiradar.studies.result import Plot, Series, Style, Value
 
 Floats = NDArray[np.float64]
 

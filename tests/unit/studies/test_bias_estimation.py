@@ -8,6 +8,7 @@ import pytest
 from scipy.stats import chi2
 
 from multiradar.errors import UnknownFilterError
+from multiradar.report.content import Value
 from multiradar.studies.bias_estimation import run
 from multiradar.studies.bias_estimation_bands import Bands, consistency_bands
 from multiradar.studies.bias_estimation_runs import (
@@ -20,7 +21,7 @@ from multiradar.studies.bias_estimation_runs import (
     theory_of,
 )
 from multiradar.studies.catalogue import BIAS_ESTIMATION
-from multiradar.studies.result import StudyOptions, StudyResult, Value
+from multiradar.studies.result import StudyOptions, StudyResult
 from support.bands import tails
 
 QUANTITIES = ["position_m", "velocity_mps", "azimuth_bias_deg", "range_bias_m"]

@@ -5,7 +5,8 @@ import json
 import numpy as np
 import pytest
 
-from multiradar.studies.result import Series, StudyResult, Table, Value
+from multiradar.report.content import Series, Table, Value
+from multiradar.studies.result import StudyResult
 
 X = np.arange(3.0)
 

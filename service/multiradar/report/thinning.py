@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.studies.result import Series
+from multiradar.report.content import Series
 
 #: Points of a cloud that are drawn, evenly taken.
 POINTS_MAX = 2000

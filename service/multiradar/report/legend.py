@@ -3,8 +3,8 @@
 import html
 from collections.abc import Iterable, Mapping
 
-from multiradar.studies.report.colours import FAINT, Colour, is_wide, series_colour
-from multiradar.studies.result import Plot, Series
+from multiradar.report.colours import FAINT, Colour, is_wide, series_colour
+from multiradar.report.content import Plot, Series
 
 # The line of a sample, as attributes of SVG.
 _LINES = {

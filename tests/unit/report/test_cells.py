@@ -2,13 +2,13 @@
 
 import pytest
 
-from multiradar.studies.report.cells import (
+from multiradar.report.cells import (
     cell_text,
     number_text,
     numeric_columns,
     table_texts,
 )
-from multiradar.studies.result import Table, Value
+from multiradar.report.content import Table, Value
 
 
 @pytest.mark.parametrize(

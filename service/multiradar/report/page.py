@@ -5,13 +5,12 @@ import itertools
 from collections.abc import Mapping, Sequence
 from importlib.resources import files
 
-from multiradar.studies.report.cells import numeric_columns, table_texts
-from multiradar.studies.report.colours import ALL, Colour, assign_colours
-from multiradar.studies.report.command import command_of
-from multiradar.studies.report.drawing import draw_group, plain_state
-from multiradar.studies.report.legend import legend_html
-from multiradar.studies.report.svg import inline_svg
-from multiradar.studies.result import Plot, StudyResult, Table
+from multiradar.report.cells import numeric_columns, table_texts
+from multiradar.report.colours import ALL, Colour, assign_colours
+from multiradar.report.content import Document, Plot, Table
+from multiradar.report.drawing import draw_group, plain_state
+from multiradar.report.legend import legend_html
+from multiradar.report.svg import inline_svg
 
 #: Sections from which on the page begins with a list of them.
 CONTENTS_MIN = 6
@@ -19,34 +18,34 @@ CONTENTS_MIN = 6
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
 
 
-def report_page(result: StudyResult) -> str:
-    """Return the report of a study as one HTML page.
+def report_page(document: Document) -> str:
+    """Return a report as one HTML page.
 
     Parameters
     ----------
-    result : StudyResult
-        What the study found.
+    document : Document
+        What it shows.
 
     Returns
     -------
     str
-        The same text for the same result; all texts of the result are escaped.
+        The same text for the same document; all its texts are escaped.
     """
-    colours = assign_colours(result.plots)
-    groups = _groups(result.plots)
+    colours = assign_colours(document.plots)
+    groups = _groups(document.plots)
     with plain_state():
         drawn = [_figures(number, group, colours) for number, group in enumerate(groups, 1)]
-    tables = [(table.title, _table(table)) for table in result.tables]
-    sections = [*tables[:1], *drawn, *tables[1:], *_notes(result.notes)]
+    tables = [(table.title, _table(table)) for table in document.tables]
+    sections = [*tables[:1], *drawn, *tables[1:], *_notes(document.notes)]
     parts = [
         "<!DOCTYPE html>\n",
         '<html lang="en">\n<head>\n<meta charset="utf-8">\n',
         f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">\n',
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n',
         '<meta name="color-scheme" content="light dark">\n',
-        f"<title>{html.escape(result.title)}</title>\n",
+        f"<title>{html.escape(document.title)}</title>\n",
         f"<style>\n{_style()}</style>\n</head>\n<body>\n",
-        _header(result),
+        _header(document),
         _contents([heading for heading, _ in sections]),
         "<main>\n",
         *(_section(number, *section) for number, section in enumerate(sections, 1)),
@@ -58,18 +57,20 @@ def report_page(result: StudyResult) -> str:
 def _style() -> str:
     light = "".join(f"{colour.variable}:{colour.light};" for colour in ALL)
     dark = "".join(f"{colour.variable}:{colour.dark};" for colour in ALL)
-    rules = files("multiradar.studies.report").joinpath("style.css").read_text(encoding="utf-8")
+    rules = files("multiradar.report").joinpath("style.css").read_text(encoding="utf-8")
     return (
         f":root{{{light}}}\n"
         f"@media screen and (prefers-color-scheme:dark){{:root{{{dark}}}}}\n{rules}"
     )
 
 
-def _header(result: StudyResult) -> str:
-    summary = f'<p class="summary">{html.escape(result.summary)}</p>\n' if result.summary else ""
+def _header(document: Document) -> str:
+    summary = (
+        f'<p class="summary">{html.escape(document.summary)}</p>\n' if document.summary else ""
+    )
     return (
-        f"<header>\n<h1>{html.escape(result.title)}</h1>\n{summary}"
-        f'<p class="command">Made by <code>{html.escape(command_of(result))}</code></p>\n'
+        f"<header>\n<h1>{html.escape(document.title)}</h1>\n{summary}"
+        f'<p class="command">Made by <code>{html.escape(document.command)}</code></p>\n'
         "</header>\n"
     )
 

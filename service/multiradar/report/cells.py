@@ -3,7 +3,7 @@
 import math
 import re
 
-from multiradar.studies.result import Table, Value
+from multiradar.report.content import Table, Value
 
 #: What stands where there is no value.
 NONE = "–"

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from multiradar.studies.result import Plot, Series
+from multiradar.report.content import Plot, Series
 
 
 @dataclass(frozen=True, slots=True)

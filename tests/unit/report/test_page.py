@@ -6,7 +6,8 @@ from xml.etree import ElementTree
 
 import pytest
 
-from multiradar.studies.report.page import CONTENTS_MIN, report_page
+from multiradar.report.page import CONTENTS_MIN, report_page
+from multiradar.studies.document import document_of
 from multiradar.studies.result import StudyOptions, StudyResult
 from support.fake_study import ENTRY, HOSTILE
 
@@ -22,7 +23,7 @@ def result() -> StudyResult:
 
 @pytest.fixture(scope="module")
 def page(result: StudyResult) -> str:
-    return report_page(result)
+    return report_page(document_of(result))
 
 
 class _Reader(HTMLParser):
@@ -117,20 +118,20 @@ def test_the_report_says_how_it_was_made(read: _Reader) -> None:
 
 
 def test_the_same_result_gives_the_same_bytes(result: StudyResult, page: str) -> None:
-    assert report_page(result) == page
+    assert report_page(document_of(result)) == page
 
 
 def test_a_long_report_begins_with_links_to_its_sections(result: StudyResult) -> None:
     table = result.tables[0]
     long = StudyResult("s", "S", 1, [], [table] * CONTENTS_MIN, [])
-    targets = re.findall(r'<a href="#([^"]*)">', report_page(long))
-    assert targets == re.findall(r'<section id="([^"]*)">', report_page(long))
+    targets = re.findall(r'<a href="#([^"]*)">', report_page(document_of(long)))
+    assert targets == re.findall(r'<section id="([^"]*)">', report_page(document_of(long)))
     assert len(targets) == CONTENTS_MIN
     short = StudyResult("s", "S", 1, [], [table] * (CONTENTS_MIN - 1), [])
-    assert "<nav" not in report_page(short)
+    assert "<nav" not in report_page(document_of(short))
 
 
 def test_a_result_without_plots_or_notes_is_a_page_as_well() -> None:
-    bare = report_page(StudyResult("s", "S", 1, [], [], []))
+    bare = report_page(document_of(StudyResult("s", "S", 1, [], [], [])))
     assert "<h1>S</h1>" in bare
     assert "Notes" not in bare

@@ -1,5 +1,6 @@
-"""The command that makes a result again."""
+"""The result of a study as a report, and the command that makes it again."""
 
+from multiradar.report.content import Document
 from multiradar.studies.catalogue import FLAGS
 from multiradar.studies.result import StudyResult
 
@@ -27,3 +28,26 @@ def command_of(result: StudyResult) -> str:
         elif value is not None:
             parts += [flag, str(value)]
     return " ".join([*parts, "--seed", str(result.seed)])
+
+
+def document_of(result: StudyResult) -> Document:
+    """Return what the report of a study shows.
+
+    Parameters
+    ----------
+    result : StudyResult
+        What the study found.
+
+    Returns
+    -------
+    Document
+        Its tables, plots and notes, with the command that makes them again.
+    """
+    return Document(
+        title=result.title,
+        summary=result.summary,
+        command=command_of(result),
+        tables=result.tables,
+        plots=result.plots,
+        notes=result.notes,
+    )

@@ -1,12 +1,12 @@
 """A table as Markdown and a plot as an SVG file: for documents kept beside the code."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
-from multiradar.studies.report.cells import numeric_columns, table_texts
-from multiradar.studies.report.colours import assign_colours
-from multiradar.studies.report.drawing import draw_group, plain_state
-from multiradar.studies.report.svg import standalone_svg
-from multiradar.studies.result import Plot, StudyResult, Table
+from multiradar.report.cells import numeric_columns, table_texts
+from multiradar.report.colours import assign_colours
+from multiradar.report.content import Plot, Table
+from multiradar.report.drawing import draw_group, plain_state
+from multiradar.report.svg import standalone_svg
 
 
 def markdown_table(table: Table) -> str:
@@ -30,23 +30,23 @@ def markdown_table(table: Table) -> str:
     return "\n".join(lines) + "\n"
 
 
-def plot_svg(result: StudyResult, plot: Plot) -> str:
-    """Return a plot of a result as an SVG file of its own, with title and legend.
+def plot_svg(plots: Sequence[Plot], plot: Plot) -> str:
+    """Return a plot of a report as an SVG file of its own, with title and legend.
 
     Parameters
     ----------
-    result : StudyResult
-        Its colours are those of the whole report.
+    plots : sequence of Plot
+        All plots of the report, which share their colours.
     plot : Plot
         One of its plots.
 
     Returns
     -------
     str
-        The text of the file, the same for the same result.
+        The text of the file, the same for the same plots.
     """
     with plain_state():
-        figure = draw_group([plot], assign_colours(result.plots), titled=True)[0]
+        figure = draw_group([plot], assign_colours(plots), titled=True)[0]
         return standalone_svg(figure, plot.title)
 
 

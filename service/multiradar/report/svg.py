@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from matplotlib.figure import Figure
 
-from multiradar.studies.report.colours import ALL, PAPER
+from multiradar.report.colours import ALL, PAPER
 
 _HEAD = re.compile(r"^.*?(?=<svg )", re.DOTALL)
 _METADATA = re.compile(r"\s*<metadata>.*?</metadata>", re.DOTALL)
@@ -30,7 +30,7 @@ def inline_svg(figure: Figure, name: str, title: str) -> str:
     Parameters
     ----------
     figure : Figure
-        Drawn with the marks of `multiradar.studies.report.colours`.
+        Drawn with the marks of `multiradar.report.colours`.
     name : str
         What the ids within it begin with, so that pictures of one page do not meet.
     title : str
@@ -52,7 +52,7 @@ def standalone_svg(figure: Figure, title: str) -> str:
     Parameters
     ----------
     figure : Figure
-        Drawn with the marks of `multiradar.studies.report.colours`.
+        Drawn with the marks of `multiradar.report.colours`.
     title : str
         What it is called for those who cannot see it.
 

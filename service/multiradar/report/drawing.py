@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 
-from multiradar.studies.report.colours import (
+from multiradar.report.colours import (
     FAINT,
     GRID,
     INK,
@@ -17,8 +17,8 @@ from multiradar.studies.report.colours import (
     is_wide,
     series_colour,
 )
-from multiradar.studies.report.thinning import thin
-from multiradar.studies.result import Plot, Series
+from multiradar.report.content import Plot, Series
+from multiradar.report.thinning import thin
 
 #: Inches at 72 points each: the viewBox of a plot that stands alone, of one in a group, of a map
 #: that stands alone, of one in a group.

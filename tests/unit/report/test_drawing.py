@@ -8,16 +8,17 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 
-from multiradar.studies.report.colours import (
+from multiradar.report.colours import (
     PALETTE,
     Colour,
     assign_colours,
     is_wide,
 )
-from multiradar.studies.report.drawing import draw_group, plain_state
-from multiradar.studies.report.markdown import markdown_table, plot_svg
-from multiradar.studies.report.thinning import POINTS_MAX, thin
-from multiradar.studies.result import Plot, Series, StudyOptions, Style, Table
+from multiradar.report.content import Plot, Series, Style, Table
+from multiradar.report.drawing import draw_group, plain_state
+from multiradar.report.markdown import markdown_table, plot_svg
+from multiradar.report.thinning import POINTS_MAX, thin
+from multiradar.studies.result import StudyOptions
 from support.fake_study import ENTRY
 
 #: Columns that a line is thinned to.
@@ -122,14 +123,14 @@ def test_a_track_that_turns_back_is_kept_whole_and_a_cloud_is_bounded() -> None:
 
 def test_a_picture_for_documents_stands_on_its_own() -> None:
     result = ENTRY.run(StudyOptions(), lambda _done, _total: None)
-    text = plot_svg(result, result.plots[0])
+    text = plot_svg(result.plots, result.plots[0])
     root = ElementTree.fromstring(text)
     assert root.tag == "{http://www.w3.org/2000/svg}svg"
     assert "var(" not in text
     assert "#0a0b" not in text
     words = {element.text for element in root.iter("{http://www.w3.org/2000/svg}text")}
     assert {result.plots[0].title, "time, s", "two-stage", "expected"} <= words
-    assert text == plot_svg(result, result.plots[0])
+    assert text == plot_svg(result.plots, result.plots[0])
 
 
 def test_a_table_for_documents_keeps_its_columns() -> None:
@@ -148,7 +149,7 @@ def test_ticks_keep_their_digits() -> None:
     plot = Plot("t", "x", "y", (Series("a", X + 1.0, 10.0 ** (-X / 2.5)),), y_scale="log")
     result = ENTRY.run(StudyOptions(), lambda _done, _total: None)
     result.plots[:] = [plot]
-    texts = re.findall(r"<text[^>]*>([^<]*)</text>", plot_svg(result, plot))
+    texts = re.findall(r"<text[^>]*>([^<]*)</text>", plot_svg(result.plots, plot))
     assert {"0.0001", "0.001", "0.01", "0.1", "1"} <= set(texts)
 
 

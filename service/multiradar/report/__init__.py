@@ -1,0 +1,1 @@
+"""Reports: tables as text, plots as SVG, one HTML page that needs nothing else."""

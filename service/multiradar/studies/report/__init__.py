@@ -1,1 +1,0 @@
-"""The report of a study: tables as text, plots as SVG, one HTML page that needs nothing else."""
