@@ -5,6 +5,7 @@
     MultiradarError                 anything this project says no to
     ├── ConfigurationError          a setting, sensors file or option that cannot be used
     │   ├── UnknownFilterError      a filter name that is not in the registry
+    │   ├── UnknownPresetError      a set of requirements that there is not
     │   ├── UnknownParameterError   a bias parameter that no filter knows
     │   ├── SensorPositionError     a radar without a position
     │   ├── PriorError              a prior or a noise that leaves nothing uncertain
@@ -98,6 +99,15 @@ class UnknownFilterError(ConfigurationError):
         self.name = name
         self.known = tuple(known)
         super().__init__(f"expected a filter of {', '.join(self.known)}, was {name!r}")
+
+
+class UnknownPresetError(ConfigurationError):
+    """A set of requirements that there is not."""
+
+    def __init__(self, name: str, known: Sequence[str]) -> None:
+        self.name = name
+        self.known = tuple(known)
+        super().__init__(f"expected a preset of {', '.join(self.known)}, was {name!r}")
 
 
 class UnknownParameterError(ConfigurationError):

@@ -13,6 +13,7 @@ import typer
 
 from multiradar.cli.convert import convert_app
 from multiradar.cli.demo import demo
+from multiradar.cli.evaluate import evaluate
 from multiradar.cli.replay import replay
 from multiradar.cli.serve import serve
 from multiradar.cli.simulate import simulate
@@ -57,6 +58,7 @@ app.command(name="serve")(serve)
 app.command(name="replay")(replay)
 app.command(name="demo")(demo)
 app.command(name="simulate")(simulate)
+app.command(name="evaluate")(evaluate)
 app.command(name="study", help=study_help(STUDIES))(study_command(STUDIES))
 
 

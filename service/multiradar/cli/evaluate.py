@@ -1,0 +1,243 @@
+"""`multiradar evaluate`: tracks against what is known of the aircraft."""
+
+import json
+import sys
+from collections.abc import Sequence
+from contextlib import ExitStack
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from multiradar.cli.options import JsonOption
+
+if TYPE_CHECKING:
+    from multiradar.evaluation.figures import Figures
+    from multiradar.evaluation.scorecard import Scorecard
+    from multiradar.evaluation.settings import EvaluationSettings
+    from multiradar.report.content import Document
+
+#: Aircraft that the terminal shows; the report shows all.
+_WORST = 8
+_FAILED = 1
+#: Columns of the tables where there is no terminal to ask.
+_WIDTH_UNKNOWN = 160
+
+
+class PresetChoice(StrEnum):
+    """Names of the presets, as `multiradar.evaluation.presets`, which help does not wait for."""
+
+    ED142_ENROUTE = "ed142-enroute"
+    ED142_TMA = "ed142-tma"
+    ESASSP_3NM = "esassp-3nm"
+    ESASSP_5NM = "esassp-5nm"
+
+
+def _number(flag: str, text: str, default: float | str) -> Any:
+    return typer.Option(flag, metavar="NUMBER", help=text, show_default=str(default))
+
+
+def evaluate(
+    tracks: Annotated[
+        Path,
+        typer.Argument(
+            metavar="TRACKS",
+            help="The folder that `track` made, or its tracks.parquet.",
+            show_default=False,
+        ),
+    ],
+    *,
+    truth: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR", help="Reference: the folder that `simulate` made.", show_default=False
+        ),
+    ] = None,
+    adsb: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="MEASUREMENTS",
+            help="Reference: the ADS-B reports of a measurements.parquet, or of the folder that "
+            "`convert` made.",
+            show_default=False,
+        ),
+    ] = None,
+    preset: Annotated[
+        list[PresetChoice] | None,
+        typer.Option(help="Requirements to judge; may be repeated.", show_default="all of them"),
+    ] = None,
+    strict: Annotated[
+        bool,
+        typer.Option("--strict", help="Exit with status 1 unless every requirement is met."),
+    ] = False,
+    html: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.html",
+            help="Report to write, with maps and plots; it must not exist yet.",
+            show_default=False,
+        ),
+    ] = None,
+    step: Annotated[float | None, _number("--step", "Time between instants, s.", 4)] = None,
+    gate: Annotated[float | None, _number("--gate", "Association radius, m.", 2000)] = None,
+    age: Annotated[
+        float | None, _number("--age", "A track is carried on for so long, s.", 12)
+    ] = None,
+    reference_gap: Annotated[
+        float | None,
+        _number("--reference-gap", "The reference is not joined over longer gaps, s.", 15),
+    ] = None,
+    gap: Annotated[
+        float | None, _number("--gap", "Shortest time without update that is a gap, s.", 16.4)
+    ] = None,
+    cutoff: Annotated[
+        float | None, _number("--cutoff", "Cut-off c of OSPA and GOSPA, m.", 1000)
+    ] = None,
+    order: Annotated[float | None, _number("--order", "Order p of OSPA and GOSPA.", 2)] = None,
+    dwell: Annotated[
+        float | None,
+        _number("--dwell", "Shortest stay with another aircraft that is a swap, s.", 20),
+    ] = None,
+    settling: Annotated[
+        float | None, _number("--settling", "First part of a track without errors, s.", 0)
+    ] = None,
+    reference_sigma: Annotated[
+        float | None, _number("--reference-sigma", "Error of the reference itself, m.", 0)
+    ] = None,
+    scan_period: Annotated[
+        float | None,
+        _number("--scan-period", "Turn of a radar, to tell delays in scans, s.", "none"),
+    ] = None,
+    partial: Annotated[
+        bool,
+        typer.Option(
+            "--partial",
+            help="The reference may lack aircraft: tracks that meet none are not false.",
+        ),
+    ] = False,
+    tentative: Annotated[
+        bool, typer.Option("--tentative", help="Tentative tracks count as well.")
+    ] = False,
+    json_wanted: JsonOption = False,
+) -> None:
+    """Judge tracks: errors, gaps, swaps, false tracks, OSPA, SIAP, NEES, and presets."""
+    if (truth is None) == (adsb is None):
+        msg = "expected a reference, as either --truth DIR or --adsb MEASUREMENTS"
+        raise typer.BadParameter(msg)
+    settings = _settings(
+        {
+            "step_s": step,
+            "gate_m": gate,
+            "age_max_s": age,
+            "reference_gap_s": reference_gap,
+            "gap_s": gap,
+            "cutoff_m": cutoff,
+            "order": order,
+            "dwell_s": dwell,
+            "settling_s": settling,
+            "reference_sigma_m": reference_sigma,
+            "scan_period_s": scan_period,
+            "partial": partial,
+            "tentative": tentative,
+        }
+    )
+    names = [one.value for one in dict.fromkeys(preset or list(PresetChoice))]
+    with ExitStack() as held:
+        from multiradar.storage.output_file import new_file
+
+        page = None if html is None else held.enter_context(new_file(html))
+        card, figures = _evaluated(tracks, truth, adsb, settings, names)
+        if page is not None:
+            from multiradar.report.page import report_page
+
+            text = report_page(_document(tracks, card, figures, whole=True))
+            page.write_text(text, encoding="utf-8")
+    if json_wanted:
+        print(json.dumps(figures, ensure_ascii=False, allow_nan=False))
+    else:
+        _print(_document(tracks, card, figures, whole=False))
+        if html is not None:
+            print(f"report written to {html}")
+    if strict and any(one.verdict != "pass" for one in card.judgements):
+        raise typer.Exit(_FAILED)
+
+
+def _settings(given: dict[str, float | bool | None]) -> "EvaluationSettings":
+    from multiradar.errors import ConfigurationError
+    from multiradar.evaluation.settings import EvaluationSettings
+
+    chosen: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
+    try:
+        return EvaluationSettings(**chosen)
+    except ConfigurationError as error:
+        name, _, reason = str(error).partition(": ")
+        flag = name.removesuffix("_m").removesuffix("_s").removesuffix("_max").replace("_", "-")
+        raise typer.BadParameter(f"--{flag}: {reason}") from error
+
+
+def _evaluated(
+    tracks: Path,
+    truth: Path | None,
+    adsb: Path | None,
+    settings: "EvaluationSettings",
+    presets: Sequence[str],
+) -> "tuple[Scorecard, Figures]":
+    from multiradar.cli.evaluate_inputs import read_biases, read_reports, read_tracks, read_truth
+    from multiradar.evaluation.figures import figures_of
+    from multiradar.evaluation.scorecard import evaluate as evaluate_tracks
+
+    if truth is not None:
+        known = read_truth(truth, settings)
+    else:
+        assert adsb is not None
+        known = read_reports(adsb, settings)
+    judged = read_tracks(tracks, known, settings)
+    card = evaluate_tracks(
+        judged,
+        known.reference,
+        settings,
+        presets,
+        plots=known.plots,
+        biases=read_biases(tracks, known),
+    )
+    what: Figures = {"reference": {"kind": known.kind, "path": str(known.path)}}
+    return card, what | figures_of(card)
+
+
+def _document(tracks: Path, card: "Scorecard", figures: Any, *, whole: bool) -> "Document":
+    from multiradar.evaluation.card_plots import card_plots
+    from multiradar.evaluation.card_tables import (
+        aircraft_table,
+        card_tables,
+        notes_of,
+        preset_table,
+    )
+    from multiradar.report.content import Document
+
+    compared, reference = figures["compared"], figures["reference"]
+    names = {"truth": "the truth of a simulation", "adsb": "ADS-B reports"}
+    summary = (
+        f"{compared['tracks']} tracks with {compared['updates']} updates against "
+        f"{names[reference['kind']]}: {compared['aircraft']} aircraft with "
+        f"{compared['reference_positions']} positions over {compared['duration_s']:.0f} s; "
+        f"{compared['updates_compared']} updates compared."
+    )
+    most = None if whole else _WORST
+    return Document(
+        title="Scorecard of tracks",
+        summary=summary,
+        command=f"multiradar evaluate {tracks} --{reference['kind']} {reference['path']}",
+        tables=[preset_table(figures), *card_tables(figures), aircraft_table(figures, most)],
+        plots=card_plots(card) if whole else [],
+        notes=notes_of(card, figures),
+    )
+
+
+def _print(document: "Document") -> None:
+    from rich.console import Console
+
+    from multiradar.cli.report_tables import print_document
+
+    width = None if sys.stdout.isatty() else _WIDTH_UNKNOWN
+    print_document(document, Console(highlight=False, markup=False, width=width))

@@ -1,0 +1,203 @@
+"""What an evaluation reads: tracks and biases, and the reference beside the plots it is of."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import polars as pl
+
+from multiradar.errors import InputError
+from multiradar.evaluation.bias_errors import BiasHistory, bias_histories
+from multiradar.evaluation.settings import EvaluationSettings
+from multiradar.evaluation.tables import (
+    aircraft_name,
+    reference_of_reports,
+    reference_of_truth,
+    tracks_of,
+)
+
+if TYPE_CHECKING:
+    from multiradar.evaluation.trajectories import Reference, Tracks
+
+TRACKS_FILE = "tracks.parquet"
+BIASES_FILE = "biases.parquet"
+TRUTH_FILE = "truth.parquet"
+TRUE_BIASES_FILE = "truth_biases.parquet"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Known:
+    """What is known of the aircraft.
+
+    Attributes
+    ----------
+    kind : str
+        truth or adsb.
+    path : Path
+        As it was given.
+    reference : Reference
+        Where the aircraft are.
+    plots : DataFrame
+        `time_s`, `sensor_id` and `name` (of the aircraft, null where unknown) of the plots.
+    true_biases : Path, optional
+        Where the true biases are.
+    """
+
+    kind: str
+    path: Path
+    reference: "Reference"
+    plots: pl.DataFrame
+    true_biases: Path | None = None
+
+
+def read_truth(given: Path, settings: EvaluationSettings) -> Known:
+    """Read the truth of a simulation.
+
+    Parameters
+    ----------
+    given : Path
+        The folder that `simulate` made, or its `truth.parquet`.
+    settings : EvaluationSettings
+        Of which the gap of the reference is used.
+
+    Returns
+    -------
+    Known
+        With true biases where they lie beside it.
+
+    Raises
+    ------
+    InputError
+        It is not there or cannot be used.
+    """
+    path = given / TRUTH_FILE if given.is_dir() else given
+    frame = read_table(path, "the truth of a simulation")
+    reference = reference_of_truth(frame, str(path), settings.reference_gap_s)
+    plots = pl.DataFrame(schema={"time_s": pl.Float64, "sensor_id": pl.String, "name": pl.String})
+    if "sensor_id" in frame.columns:
+        name = pl.col("track_number").cast(pl.String).alias("name")
+        plots = frame.select("time_s", "sensor_id", name)
+    beside = path.parent / TRUE_BIASES_FILE
+    return Known("truth", given, reference, plots, beside if beside.exists() else None)
+
+
+def read_reports(given: Path, settings: EvaluationSettings) -> Known:
+    """Read the ADS-B reports of a recording.
+
+    Parameters
+    ----------
+    given : Path
+        The folder that `convert` or `simulate` made, or its `measurements.parquet`.
+    settings : EvaluationSettings
+        Of which the gap of the reference is used.
+
+    Returns
+    -------
+    Known
+        The other measurements are the plots.
+
+    Raises
+    ------
+    InputError
+        It is not there, cannot be used, or has no ADS-B reports.
+    """
+    from multiradar.storage.recording import Recording, measurements_path
+
+    recording = Recording(measurements_path(given))
+    frame = pl.concat(recording.blocks()) if recording.rows else pl.DataFrame()
+    source = str(recording.path)
+    if frame.is_empty() or frame.filter(pl.col("kind") == "adsb").is_empty():
+        msg = f"{source}: expected ADS-B reports as a reference, was none"
+        raise InputError(msg)
+    heard = frame.filter(pl.col("kind") == "adsb")
+    reference = reference_of_reports(heard, source, settings.reference_gap_s)
+    others = frame.filter(pl.col("kind") != "adsb")
+    return Known("adsb", given, reference, others.select("time_s", "sensor_id", aircraft_name()))
+
+
+def read_tracks(given: Path, known: Known, settings: EvaluationSettings) -> "Tracks":
+    """Read the tracks that are judged.
+
+    Parameters
+    ----------
+    given : Path
+        The folder that `track` made, or its `tracks.parquet`.
+    known : Known
+        On whose plane they are laid.
+    settings : EvaluationSettings
+        Whether tentative tracks count.
+
+    Returns
+    -------
+    Tracks
+        By track, then time.
+
+    Raises
+    ------
+    InputError
+        It is not there or cannot be used.
+    """
+    path = given / TRACKS_FILE if given.is_dir() else given
+    frame = read_table(path, "tracks")
+    return tracks_of(frame, str(path), known.reference.plane, tentative=settings.tentative)
+
+
+def read_biases(given: Path, known: Known) -> list[BiasHistory]:
+    """Read the biases beside the tracks, with their truth where it is known.
+
+    Parameters
+    ----------
+    given : Path
+        The folder that `track` made; a single file has no biases beside it.
+    known : Known
+        Where the truth may be.
+
+    Returns
+    -------
+    list of BiasHistory
+        None where there are no biases.
+
+    Raises
+    ------
+    InputError
+        A table cannot be used.
+    """
+    path = given / BIASES_FILE
+    if not given.is_dir() or not path.exists():
+        return []
+    truth = None
+    if known.true_biases is not None:
+        truth = read_table(known.true_biases, "true biases")
+    found = read_table(path, "biases")
+    return bias_histories(found, str(path), truth, str(known.true_biases))
+
+
+def read_table(path: Path, what: str) -> pl.DataFrame:
+    """Read a Parquet file.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    what : str
+        What should be in it.
+
+    Returns
+    -------
+    DataFrame
+        All of it.
+
+    Raises
+    ------
+    InputError
+        It is not there, or is no Parquet.
+    """
+    if not path.is_file():
+        msg = f"{path}: expected {what}, found no such file"
+        raise InputError(msg)
+    try:
+        return pl.read_parquet(path)
+    except (pl.exceptions.PolarsError, OSError) as error:
+        reason = str(error).strip().split("\n", maxsplit=1)[0]
+        msg = f"{path}: expected {what} as Parquet ({reason})"
+        raise InputError(msg) from error

@@ -1,0 +1,225 @@
+"""The scorecard as plots: map, errors, picture, claims, biases."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from multiradar.evaluation.bias_errors import BiasHistory
+from multiradar.evaluation.consistency import Consistency
+from multiradar.evaluation.scorecard import Scorecard
+from multiradar.evaluation.trajectories import Flags, Floats, Indices, joined
+from multiradar.report.content import Plot, Series, Style
+
+_MINUTE_S = 60.0
+#: Points of a map that are drawn of tracks, and of the reference.
+_MAP_POINTS_MAX = 12_000
+#: Bins of a plot over time, and of a histogram.
+_BINS = 60
+#: Biases that are drawn: a page with more is read by nobody.
+_BIASES_MAX = 24
+_UNITS = {"range_offset_m": "m", "azimuth_offset_deg": "°", "range_gain": "1", "time_offset_s": "s"}
+
+
+def card_plots(card: Scorecard) -> list[Plot]:
+    """Return the plots of a scorecard.
+
+    Parameters
+    ----------
+    card : Scorecard
+        All measures.
+
+    Returns
+    -------
+    list of Plot
+        The map first; biases last.
+    """
+    start_s = float(card.instants.time_s[0]) if len(card.instants.time_s) else 0.0
+    plots = [_map(card)]
+    if len(card.errors.time_s):
+        plots += [_errors_over_time(card, start_s), *_distributions(card)]
+    plots += _picture(card, start_s)
+    for name, unit, found in (
+        ("position", "Position", card.position),
+        ("velocity", "Velocity", card.velocity),
+    ):
+        if found is not None:
+            plots.append(_claims(name, unit, found, start_s))
+    plots += [_bias(one, start_s) for one in card.biases[:_BIASES_MAX]]
+    return plots
+
+
+def _map(card: Scorecard) -> Plot:
+    reference, tracks, found = card.reference, card.tracks, card.verdicts
+    series = [
+        _lines("reference", reference.position_m, ~joined(reference), "reference"),
+        *(
+            _lines(label, tracks.position_m[rows], _ends(tracks.track[rows]), "line", key)
+            for label, key, which in (
+                ("tracks", "tracks", ~found.false_ & ~found.duplicate),
+                ("duplicate tracks", "duplicate", found.duplicate),
+                ("false tracks", "false", found.false_),
+            )
+            if (rows := np.flatnonzero(which[tracks.track])).size
+        ),
+    ]
+    return Plot(
+        title="Tracks over the reference",
+        x_label="east, km",
+        y_label="north, km",
+        series=tuple(series),
+        equal_axes=True,
+        caption="On the plane through the middle of the reference.",
+        name="map",
+    )
+
+
+def _ends(owner: Indices) -> Flags:
+    return np.append(np.diff(owner) != 0, np.ones(1, np.bool_))
+
+
+# One series of many lines: a NaN after the end of each.
+def _lines(label: str, place_m: Floats, ends: Flags, style: Style, key: str = "") -> Series:
+    every = -(-len(place_m) // _MAP_POINTS_MAX)
+    # Where few are drawn of many, both ends of a line are among them.
+    kept = (np.arange(len(place_m)) % every == 0) | ends | np.append(True, ends[:-1])
+    place_km, ends = place_m[kept] / 1000.0, ends[kept]
+    after = np.flatnonzero(ends) + 1
+    east, north = (np.insert(place_km[:, axis], after, np.nan) for axis in (0, 1))
+    return Series(label, east, north, style, key=key)
+
+
+def _errors_over_time(card: Scorecard, start_s: float) -> Plot:
+    errors = card.errors
+    minutes = (errors.time_s - start_s) / _MINUTE_S
+    edges = np.linspace(minutes.min(), minutes.max() + 1e-9, _BINS + 1)
+    number = np.clip(np.searchsorted(edges, minutes, side="right") - 1, 0, _BINS - 1)
+    middle = 0.5 * (edges[:-1] + edges[1:])
+    told: dict[str, Floats] = {name: np.full(_BINS, np.nan) for name in ("RMS", "median", "95 %")}
+    for one in range(_BINS):
+        own = errors.position_m[number == one]
+        if len(own):
+            told["RMS"][one] = np.sqrt(np.mean(own**2))
+            told["median"][one], told["95 %"][one] = np.percentile(own, [50.0, 95.0])
+    return Plot(
+        title="Position errors over time",
+        x_label="minutes",
+        y_label="position error, m",
+        series=(
+            Series("updates", minutes, errors.position_m, "points", key="updates"),
+            *(Series(name, middle, values) for name, values in told.items()),
+        ),
+        y_limits=(0.0, float(max(np.nanmax(told["95 %"]) * 1.3, 1.0))),
+        name="errors-over-time",
+    )
+
+
+def _distributions(card: Scorecard) -> Iterator[Plot]:
+    errors = card.errors
+    size = np.sort(errors.position_m)
+    share = np.arange(1, len(size) + 1) / len(size) * 100.0
+    group = "Position errors"
+    yield Plot(
+        title="Share of the updates with a smaller error",
+        x_label="position error, m",
+        y_label="updates, %",
+        series=(Series("position", size, share),),
+        x_limits=(0.0, float(max(np.percentile(size, 99.5), 1.0))),
+        group=group,
+        name="distribution",
+    )
+    bound = float(max(np.percentile(size, 99.0), 1.0))
+    edges = np.linspace(-bound, bound, _BINS + 1)
+    both = (("along", errors.along_m), ("across", errors.across_m))
+    series = [
+        Series(label, *_steps(edges, np.histogram(values[np.isfinite(values)], edges)[0]))
+        for label, values in both
+    ]
+    yield Plot(
+        title="Errors along and across the course",
+        x_label="error, m",
+        y_label="updates",
+        series=tuple(series),
+        group=group,
+        name="along-across",
+    )
+
+
+def _steps(edges: Floats, count: Indices) -> tuple[Floats, Floats]:
+    return np.repeat(edges, 2)[1:-1], np.repeat(count, 2).astype(np.float64)
+
+
+def _picture(card: Scorecard, start_s: float) -> Iterator[Plot]:
+    instants, found = card.instants, card.distances
+    minutes = (instants.time_s - start_s) / _MINUTE_S
+    count = len(minutes)
+    group = "Picture over time"
+    judged = instants.track_instant[instants.judged]
+    tracked = instants.aircraft_instant[instants.track_of >= 0]
+    yield Plot(
+        title="Aircraft and tracks",
+        x_label="minutes",
+        y_label="number",
+        series=tuple(
+            Series(label, minutes, np.bincount(rows, minlength=count).astype(np.float64))
+            for label, rows in (
+                ("aircraft", instants.aircraft_instant),
+                ("aircraft with a track", tracked),
+                ("tracks judged", judged),
+            )
+        ),
+        group=group,
+        name="numbers",
+    )
+    yield Plot(
+        title=f"OSPA (c = {card.settings.cutoff_m:g} m, p = {card.settings.order:g})",
+        x_label="minutes",
+        y_label="OSPA, m",
+        series=(Series("OSPA", minutes, np.where(found.present, found.ospa_m, np.nan)),),
+        group=group,
+        name="ospa",
+    )
+
+
+def _claims(name: str, told: str, found: Consistency, start_s: float) -> Plot:
+    minutes = (found.time_s - start_s) / _MINUTE_S
+    top = float(max(np.percentile(found.mean_by_time, 98.0), found.high.max())) * 1.2
+    return Plot(
+        title=told,
+        x_label="minutes",
+        y_label=f"NEES of {name}, for each dimension",
+        series=(
+            Series("95 % band", minutes, found.low, "band", found.high, key="band"),
+            Series("mean over the aircraft", minutes, found.mean_by_time, key="mean"),
+        ),
+        group="Errors squared over what was claimed",
+        y_limits=(0.0, top),
+        name=f"nees-{name}",
+    )
+
+
+def _bias(one: BiasHistory, start_s: float) -> Plot:
+    minutes = (one.time_s - start_s) / _MINUTE_S
+    unit = _UNITS.get(one.parameter, "")
+    series = [
+        Series(
+            "2 sigma", minutes, one.estimate - 2.0 * one.sigma, "band",
+            one.estimate + 2.0 * one.sigma, key="estimate",
+        ),
+        Series("estimate", minutes, one.estimate, key="estimate"),
+    ]  # fmt: skip
+    if np.isfinite(one.true).any():
+        series.append(Series("truth", minutes, one.true, "dashed", key="ink"))
+    late = slice(len(minutes) // 10, None)
+    low = float(np.min(one.estimate[late] - 3.0 * one.sigma[late]))
+    high = float(np.max(one.estimate[late] + 3.0 * one.sigma[late]))
+    limits = (low, high) if high > low else None
+    name = one.parameter.removesuffix("_m").removesuffix("_deg").removesuffix("_s")
+    return Plot(
+        title=f"{one.sensor_id}: {name.replace('_', ' ')}",
+        x_label="minutes",
+        y_label=f"{name.replace('_', ' ')}, {unit}",
+        series=tuple(series),
+        group="Biases",
+        y_limits=limits,
+        name=f"bias-{one.sensor_id}-{name}",
+    )

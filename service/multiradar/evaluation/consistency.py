@@ -1,0 +1,105 @@
+"""Whether tracks are as good as they say: normalised estimation errors squared (NEES)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import chi2
+
+from multiradar.evaluation.trajectories import Floats, Indices
+
+#: Width of the bands.
+BAND = 0.95
+#: Time over which one update of each aircraft is taken, s: long enough to hear all of them.
+BIN_S = 10.0
+#: Dimensions of a horizontal position or velocity.
+DIMENSIONS = 2
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Consistency:
+    """Errors squared over what was claimed.
+
+    Attributes
+    ----------
+    samples : int
+        How many errors.
+    mean : float
+        Mean for each dimension: 1 where claims are right, above where they promise too much.
+    inside : float
+        Share of errors within the 95 % bound of their own claim.
+    time_s, mean_by_time, low, high : (b,) float64
+        Middle of each time bin, mean for each dimension over the aircraft in it, and its 95 % band.
+    inside_by_time : float
+        Share of the bins whose mean is within the band.
+    """
+
+    samples: int
+    mean: float
+    inside: float
+    time_s: Floats
+    mean_by_time: Floats
+    low: Floats
+    high: Floats
+    inside_by_time: float
+
+
+def consistency(
+    error: Floats, sigma: Floats, aircraft: Indices, time_s: Floats
+) -> Consistency | None:
+    """Compare errors with what was claimed of them.
+
+    Parameters
+    ----------
+    error : (n,) float64
+        Length of the error vector; NaN where unknown.
+    sigma : (n,) float64
+        Square root of the trace of the claimed covariance, in the same unit.
+    aircraft : (n,) int64
+        Whose it is.
+    time_s : (n,) float64
+        When.
+
+    Returns
+    -------
+    Consistency or None
+        None when there is nothing to compare.
+
+    Notes
+    -----
+    Tracks tell the trace of a covariance, not the matrix: 2 |e|² / trace stands for eᵀ P⁻¹ e, which
+    has the same mean when the claim is right, and the chi-square distribution when the error is as
+    large in every direction. Errors of one aircraft that follow each other are not independent;
+    therefore the band is that of one error of each aircraft in a bin.
+
+    References
+    ----------
+    Y. Bar-Shalom, X. R. Li, T. Kirubarajan, "Estimation with Applications to Tracking and
+    Navigation", Wiley 2001, section 5.4.2, equations (5.4.2-4) and (5.4.2-6).
+    """
+    with np.errstate(divide="ignore", invalid="ignore"):
+        squared = DIMENSIONS * (error / sigma) ** 2
+    known = np.flatnonzero(np.isfinite(squared))
+    if not len(known):
+        return None
+    squared, aircraft, time_s = squared[known], aircraft[known], time_s[known]
+    number = np.floor((time_s - time_s.min()) / BIN_S).astype(np.int64)
+    order = np.lexsort((time_s, aircraft, number))
+    last = np.append(
+        (np.diff(aircraft[order]) != 0) | (np.diff(number[order]) != 0), np.ones(1, np.bool_)
+    )
+    chosen = order[last]
+    count = np.bincount(number[chosen])
+    full = np.flatnonzero(count)
+    total = np.bincount(number[chosen], squared[chosen])[full]
+    freedom = DIMENSIONS * count[full]
+    low, high = chi2.ppf(0.5 - BAND / 2.0, freedom), chi2.ppf(0.5 + BAND / 2.0, freedom)
+    return Consistency(
+        samples=len(known),
+        mean=float(squared.mean() / DIMENSIONS),
+        inside=float(np.mean(squared <= chi2.ppf(BAND, DIMENSIONS))),
+        time_s=time_s.min() + (full + 0.5) * BIN_S,
+        mean_by_time=total / freedom,
+        low=low / freedom,
+        high=high / freedom,
+        inside_by_time=float(np.mean((total >= low) & (total <= high))),
+    )

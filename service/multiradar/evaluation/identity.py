@@ -1,0 +1,130 @@
+"""Who was whose over time: identity swaps, changes of track number, the longest segments."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from multiradar.evaluation.instants import Instants
+from multiradar.evaluation.trajectories import Indices
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """A stretch over which one has the same partner.
+
+    Attributes
+    ----------
+    partner : int
+        The partner.
+    first, last : int
+        Numbers of its first and last instant.
+    """
+
+    partner: int
+    first: int
+    last: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Identity:
+    """What became of the assignment over time.
+
+    Attributes
+    ----------
+    aircraft_of_track : list of list of Run
+        For each track the aircraft that it followed, one after the other.
+    tracks_of_aircraft : list of list of Run
+        For each aircraft the tracks that followed it.
+    longest_s : (m,) float64
+        For each aircraft the longest time that one track followed it without a break.
+    """
+
+    aircraft_of_track: list[list[Run]]
+    tracks_of_aircraft: list[list[Run]]
+    longest_s: np.ndarray[tuple[int], np.dtype[np.float64]]
+
+    @property
+    def swaps(self) -> int:
+        """How often a track left one aircraft and settled on another."""
+        return sum(max(0, len(runs) - 1) for runs in self.aircraft_of_track)
+
+    @property
+    def number_changes(self) -> int:
+        """How often an aircraft's track gave way to another."""
+        return sum(max(0, len(runs) - 1) for runs in self.tracks_of_aircraft)
+
+
+def identity_over_time(instants: Instants, aircraft: int, tracks: int, dwell_s: float) -> Identity:
+    """Return who was whose over time.
+
+    Parameters
+    ----------
+    instants : Instants
+        With their assignment.
+    aircraft, tracks : int
+        How many there are.
+    dwell_s : float
+        A stretch shorter than this is passed over, s: where two aircraft cross, the nearer one
+        changes for an instant without anybody being taken for another.
+
+    Returns
+    -------
+    Identity
+        Stretches in order of time.
+    """
+    mine = np.flatnonzero(instants.track_of >= 0)
+    his = instants.track_of[mine]
+    one, other = instants.aircraft[mine], instants.track[his]
+    when = instants.aircraft_instant[mine]
+    dwell = int(np.ceil(dwell_s / instants.step_s - 1e-9))
+    # The rows of an aircraft are consecutive: a gap of the reference breaks no segment.
+    return Identity(
+        aircraft_of_track=_settled(other, one, when, tracks, dwell),
+        tracks_of_aircraft=_settled(one, other, when, aircraft, dwell),
+        longest_s=_longest(one, other, mine, aircraft) * instants.step_s,
+    )
+
+
+def _runs(owner: Indices, partner: Indices, when: Indices) -> list[list[int]]:
+    order = np.lexsort((when, owner))
+    owner, partner, when = owner[order], partner[order], when[order]
+    change = np.flatnonzero((np.diff(owner) != 0) | (np.diff(partner) != 0)) + 1
+    begins = np.append(0, change) if len(owner) else np.zeros(0, np.int64)
+    ends = np.append(change, len(owner))[: len(begins)] - 1
+    columns = (owner[begins], partner[begins], when[begins], when[ends])
+    return [list(map(int, row)) for row in zip(*columns, strict=True)]
+
+
+def _settled(
+    owner: Indices, partner: Indices, when: Indices, owners: int, dwell: int
+) -> list[list[Run]]:
+    found: list[list[Run]] = [[] for _ in range(owners)]
+    for of, whom, first, last in _runs(owner, partner, when):
+        found[of].append(Run(whom, first, last))
+    return [_without_flicker(runs, dwell) for runs in found]
+
+
+def _without_flicker(runs: list[Run], dwell: int) -> list[Run]:
+    if len(runs) < 2:
+        return runs
+    kept = [run for run in runs if run.last - run.first + 1 >= dwell]
+    # Where nothing lasts, what lasted longest is what there was.
+    kept = kept or [max(runs, key=lambda run: run.last - run.first)]
+    merged = kept[:1]
+    for run in kept[1:]:
+        if run.partner == merged[-1].partner:
+            merged[-1] = Run(run.partner, merged[-1].first, run.last)
+        else:
+            merged.append(run)
+    return merged
+
+
+def _longest(
+    owner: Indices, partner: Indices, row: Indices, owners: int
+) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+    broken = (np.diff(owner) != 0) | (np.diff(partner) != 0) | (np.diff(row) != 1)
+    run = np.append(0, np.cumsum(broken)) if len(owner) else np.zeros(0, np.int64)
+    longest = np.zeros(owners)
+    lengths = np.bincount(run)
+    np.maximum.at(longest, owner, lengths[run].astype(np.float64) if len(owner) else 0.0)
+    return longest

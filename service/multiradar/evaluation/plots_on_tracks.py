@@ -1,0 +1,67 @@
+"""Which plots went to the right track, where it is known whose each plot is."""
+
+import numpy as np
+import polars as pl
+
+from multiradar.evaluation.trajectories import Indices, Reference, Tracks
+
+
+def plots_on_the_right_track(
+    tracks: Tracks, reference: Reference, aircraft: Indices, plots: pl.DataFrame
+) -> tuple[int, int]:
+    """Count the plots whose track is that of their aircraft.
+
+    Parameters
+    ----------
+    tracks : Tracks
+        Of n updates.
+    reference : Reference
+        Its names are those of the plots.
+    aircraft : (n,) int64
+        Whose track each update is of; −1 for none.
+    plots : DataFrame
+        `time_s`, `sensor_id` and `name` of plots. Where a sensor has several plots at one time, it
+        cannot be told which of them an update took, and they are passed over.
+
+    Returns
+    -------
+    right, total : int
+        Updates by plots of known aircraft on tracks that are judged: those whose track is that of
+        the plot's aircraft, and all.
+    """
+    names = {str(name): number for number, name in enumerate(reference.names)}
+    single = plots.filter(pl.len().over("time_s", "sensor_id") == 1).drop_nulls(["name"])
+    measured = np.flatnonzero(tracks.measured & (aircraft >= 0))
+    updates = pl.DataFrame(
+        {
+            "time_s": tracks.time_s[measured],
+            "sensor_id": tracks.sensor_id[measured],
+            "aircraft": aircraft[measured],
+        }
+    )
+    both = updates.join(
+        single.select("time_s", "sensor_id", "name"), on=["time_s", "sensor_id"], how="inner"
+    )
+    of = np.array([names.get(name, -1) for name in both["name"]], np.int64)
+    known = of >= 0
+    return int(np.sum(both["aircraft"].to_numpy()[known] == of[known])), int(known.sum())
+
+
+def first_plots(reference: Reference, plots: pl.DataFrame) -> dict[int, float]:
+    """Return when each aircraft was first measured.
+
+    Parameters
+    ----------
+    reference : Reference
+        Its names are those of the plots.
+    plots : DataFrame
+        `time_s` and `name` of plots.
+
+    Returns
+    -------
+    dict of int to float
+        Time by index of the aircraft, for those that have plots.
+    """
+    names = {str(name): number for number, name in enumerate(reference.names)}
+    first = plots.drop_nulls(["name"]).group_by("name").agg(pl.col("time_s").min())
+    return {names[name]: time_s for name, time_s in first.iter_rows() if name in names}

@@ -1,0 +1,164 @@
+"""All measures of one evaluation."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import polars as pl
+
+from multiradar.evaluation.bias_errors import BiasHistory
+from multiradar.evaluation.consistency import Consistency, consistency
+from multiradar.evaluation.continuity import heard, intervals, stretches, tracked_since
+from multiradar.evaluation.distances import SetDistances, set_distances
+from multiradar.evaluation.errors_of_updates import (
+    UpdateErrors,
+    aircraft_of_updates,
+    errors_of_updates,
+)
+from multiradar.evaluation.identity import Identity, identity_over_time
+from multiradar.evaluation.instants import Instants, look
+from multiradar.evaluation.plots_on_tracks import first_plots, plots_on_the_right_track
+from multiradar.evaluation.presets import Evidence, Judgement, judge
+from multiradar.evaluation.settings import EvaluationSettings
+from multiradar.evaluation.siap import Siap, siap
+from multiradar.evaluation.trajectories import Floats, Indices, Reference, Tracks
+from multiradar.evaluation.verdicts import Verdicts, verdicts
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Scorecard:
+    """What an evaluation found.
+
+    Attributes
+    ----------
+    settings : EvaluationSettings
+        What it depends on.
+    tracks, reference : Tracks, Reference
+        What was compared.
+    instants : Instants
+        Who was whose at each instant.
+    identity : Identity
+        Who was whose over time.
+    aircraft : (n,) int64
+        Whose each update is; −1 for none.
+    errors : UpdateErrors
+        Errors of updates.
+    verdicts : Verdicts
+        What each track is.
+    siap : Siap
+        Measures of the picture.
+    distances : SetDistances
+        OSPA and GOSPA.
+    position, velocity : Consistency, optional
+        NEES.
+    delay_s : (m,) float64
+        Initiation delay of each aircraft: infinite for one never tracked.
+    interval_s : (i,) float64
+        Times between updates.
+    interval_aircraft : (i,) int64
+        Whose they are.
+    judgements : list of Judgement
+        Presets.
+    plots : tuple of int, optional
+        Plots on the right track, and all.
+    biases : list of BiasHistory
+        Biases over time.
+    """
+
+    settings: EvaluationSettings
+    tracks: Tracks
+    reference: Reference
+    instants: Instants
+    identity: Identity
+    aircraft: Indices
+    errors: UpdateErrors
+    verdicts: Verdicts
+    siap: Siap
+    distances: SetDistances
+    position: Consistency | None
+    velocity: Consistency | None
+    delay_s: Floats
+    interval_s: Floats
+    interval_aircraft: Indices
+    judgements: list[Judgement]
+    plots: tuple[int, int] | None = None
+    biases: list[BiasHistory] = field(default_factory=list)
+
+
+def evaluate(
+    tracks: Tracks,
+    reference: Reference,
+    settings: EvaluationSettings,
+    presets: Sequence[str] = (),
+    *,
+    plots: pl.DataFrame | None = None,
+    biases: Sequence[BiasHistory] = (),
+) -> Scorecard:
+    """Compare tracks with a reference.
+
+    Parameters
+    ----------
+    tracks : Tracks
+        What is judged.
+    reference : Reference
+        What is known, on the same plane.
+    settings : EvaluationSettings
+        How they are compared.
+    presets : sequence of str
+        Requirements to judge.
+    plots : DataFrame, optional
+        `time_s`, `sensor_id` and `name` (of the aircraft, null where unknown) of the plots tracked.
+    biases : sequence of BiasHistory
+        Biases to show with the rest.
+
+    Returns
+    -------
+    Scorecard
+        All measures.
+
+    Raises
+    ------
+    InputError
+        Tracks and reference have no time in common.
+    UnknownPresetError
+        A preset that there is not.
+    """
+    instants = look(tracks, reference, settings)
+    identity = identity_over_time(instants, len(reference.names), len(tracks.ids), settings.dwell_s)
+    aircraft = aircraft_of_updates(tracks, instants, identity, settings.age_max_s)
+    errors = errors_of_updates(tracks, reference, aircraft, settings)
+    updates = heard(tracks, reference, aircraft)
+    where = stretches(reference, updates)
+    interval_s, interval_aircraft = intervals(updates, where)
+    claimed = np.hypot(tracks.position_sigma_m[errors.update], settings.reference_sigma_m)
+    claimed_velocity = tracks.velocity_sigma_mps[errors.update]
+    # Aircraft of which no plot is known are expected from their first known place on.
+    expected = reference.time_s[
+        np.searchsorted(reference.aircraft, np.arange(len(reference.names)))
+    ].copy()
+    on_track = None
+    if plots is not None:
+        first = first_plots(reference, plots)
+        expected[list(first)] = list(first.values())
+        on_track = plots_on_the_right_track(tracks, reference, aircraft, plots)
+    delay_s = np.maximum(tracked_since(tracks, instants, identity) - expected, 0.0)
+    return Scorecard(
+        settings=settings,
+        tracks=tracks,
+        reference=reference,
+        instants=instants,
+        identity=identity,
+        aircraft=aircraft,
+        errors=errors,
+        verdicts=verdicts(tracks, instants),
+        siap=siap(instants, identity),
+        distances=set_distances(instants, settings.cutoff_m, settings.order),
+        position=consistency(errors.position_m, claimed, errors.aircraft, errors.time_s),
+        velocity=consistency(errors.velocity_mps, claimed_velocity, errors.aircraft, errors.time_s),
+        delay_s=delay_s,
+        interval_s=interval_s,
+        interval_aircraft=interval_aircraft,
+        judgements=judge(presets, Evidence(errors, updates, where, interval_s)),
+        plots=on_track,
+        biases=list(biases),
+    )

@@ -1,0 +1,72 @@
+"""What an evaluation depends on beside tracks and reference."""
+
+import math
+from dataclasses import dataclass, fields
+
+from multiradar.errors import ConfigurationError
+
+
+@dataclass(frozen=True, slots=True)
+class EvaluationSettings:
+    """How tracks are compared with a reference.
+
+    Attributes
+    ----------
+    step_s : float
+        Time between the instants at which tracks are assigned to aircraft, s.
+    gate_m : float
+        Association radius: a track farther from an aircraft is not its track, m.
+    age_max_s : float
+        A track is carried on from its last update for so long, s.
+    reference_gap_s : float
+        The reference is not interpolated between positions farther apart, s.
+    cutoff_m, order : float
+        c and p of OSPA and GOSPA: m, and at least 1.
+    dwell_s : float
+        A track that is nearest to another aircraft for less than this has not changed over, s.
+    gap_s : float
+        A time between two updates of an aircraft from which on it is told as a gap, s.
+    settling_s : float
+        Updates of the first so many seconds of a track do not count as errors, s.
+    reference_sigma_m : float
+        Error of the reference itself, square root of the trace of its covariance, m; it is added
+        to what tracks claim.
+    scan_period_s : float, optional
+        Turn of a radar, s, to tell delays in scans.
+    partial : bool
+        Whether the reference may lack aircraft: a track that meets none is then not judged.
+    tentative : bool
+        Whether tentative tracks count.
+
+    Raises
+    ------
+    ConfigurationError
+        A length or time is not positive, or the order is below 1.
+    """
+
+    step_s: float = 4.0
+    gate_m: float = 2000.0
+    age_max_s: float = 12.0
+    reference_gap_s: float = 15.0
+    cutoff_m: float = 1000.0
+    order: float = 2.0
+    dwell_s: float = 20.0
+    gap_s: float = 16.4
+    settling_s: float = 0.0
+    reference_sigma_m: float = 0.0
+    scan_period_s: float | None = None
+    partial: bool = False
+    tentative: bool = False
+
+    def __post_init__(self) -> None:
+        least = {"order": 1.0, "dwell_s": 0.0, "settling_s": 0.0, "reference_sigma_m": 0.0}
+        for one in fields(self):
+            value = getattr(self, one.name)
+            if value is None or isinstance(value, bool):
+                continue
+            bound = least.get(one.name)
+            good = value > 0.0 if bound is None else value >= bound
+            if not (math.isfinite(value) and good):
+                told = "above 0" if bound is None else f"of at least {bound:g}"
+                msg = f"{one.name}: expected a number {told}, was {value:g}"
+                raise ConfigurationError(msg)

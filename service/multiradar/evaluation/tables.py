@@ -1,0 +1,224 @@
+"""From tables on disk to arrays on a plane, with a named error for what cannot be used."""
+
+import numpy as np
+import polars as pl
+
+from multiradar.errors import InputError, MissingColumnError
+from multiradar.evaluation.trajectories import Floats, Indices, Reference, Tracks
+from multiradar.geodesy.system_plane import SystemPlane
+
+#: Columns that are used of `tracks.parquet`.
+TRACK_COLUMNS = (
+    "time_s", "track_id", "latitude_deg", "longitude_deg", "height_m", "speed_mps",
+    "heading_deg", "position_sigma_m", "velocity_sigma_mps", "state", "sensor_id",
+)  # fmt: skip
+_TRACK_NUMBERS = (
+    "time_s", "latitude_deg", "longitude_deg", "speed_mps", "heading_deg", "position_sigma_m",
+    "velocity_sigma_mps",
+)  # fmt: skip
+#: Columns that are used of `truth.parquet`.
+TRUTH_COLUMNS = (
+    "time_s", "track_number", "latitude_deg", "longitude_deg", "height_m", "speed_mps",
+    "heading_deg",
+)  # fmt: skip
+#: Columns that are used of ADS-B reports in `measurements.parquet`.
+REPORT_COLUMNS = (
+    "time_s", "track_number", "mode_s_address", "latitude_deg", "longitude_deg", "height_m",
+)  # fmt: skip
+
+
+def reference_of_truth(frame: pl.DataFrame, source: str, gap_s: float) -> Reference:
+    """Return the reference that the truth of a simulation is.
+
+    Parameters
+    ----------
+    frame : DataFrame
+        `truth.parquet`; rows without an aircraft are clutter and passed over.
+    source : str
+        What it is called in errors.
+    gap_s : float
+        Positions farther apart in time are not joined, s.
+
+    Returns
+    -------
+    Reference
+        With velocities; aircraft are named by their track number.
+
+    Raises
+    ------
+    MissingColumnError
+        A column is not there.
+    InputError
+        Nothing is in it, or a value is no number.
+    """
+    _require_columns(frame, TRUTH_COLUMNS, source)
+    known = frame.drop_nulls(["track_number"]).with_columns(
+        pl.col("track_number").cast(pl.String).alias("name")
+    )
+    numbers = ("time_s", "latitude_deg", "longitude_deg", "speed_mps", "heading_deg")
+    return _reference(known, numbers, source, gap_s)
+
+
+def reference_of_reports(frame: pl.DataFrame, source: str, gap_s: float) -> Reference:
+    """Return the reference that ADS-B reports are.
+
+    Parameters
+    ----------
+    frame : DataFrame
+        Rows of `measurements.parquet` with positions.
+    source : str
+        What it is called in errors.
+    gap_s : float
+        Reports farther apart in time are not joined, s.
+
+    Returns
+    -------
+    Reference
+        Without velocities; aircraft are named by track number, or else by Mode S address. Reports
+        that have neither are passed over.
+
+    Raises
+    ------
+    MissingColumnError
+        A column is not there.
+    InputError
+        Nothing is in it, or a value is no number.
+    """
+    _require_columns(frame, REPORT_COLUMNS, source)
+    known = frame.with_columns(aircraft_name()).drop_nulls(["name"])
+    return _reference(known, ("time_s", "latitude_deg", "longitude_deg"), source, gap_s)
+
+
+def aircraft_name() -> pl.Expr:
+    """Return the name of the aircraft that a measurement says it is of; null for none."""
+    return pl.coalesce(pl.col("track_number").cast(pl.String), "mode_s_address").alias("name")
+
+
+def tracks_of(frame: pl.DataFrame, source: str, plane: SystemPlane, *, tentative: bool) -> Tracks:
+    """Return the updates of tracks.
+
+    Parameters
+    ----------
+    frame : DataFrame
+        `tracks.parquet`.
+    source : str
+        What it is called in errors.
+    plane : SystemPlane
+        That of the reference.
+    tentative : bool
+        Whether tentative tracks count.
+
+    Returns
+    -------
+    Tracks
+        By track, then by time.
+
+    Raises
+    ------
+    MissingColumnError
+        A column is not there.
+    InputError
+        Nothing is in it, or a value is no number.
+    OutsidePlaneError
+        A track is on the other side of the Earth.
+    """
+    _require_columns(frame, TRACK_COLUMNS, source)
+    _require_rows(frame, "tracks", source)
+    _require_numbers(frame, _TRACK_NUMBERS, source)
+    if frame["track_id"].null_count() or not frame["track_id"].dtype.is_integer():
+        msg = f"{source}: expected a whole number in every row of track_id"
+        raise InputError(msg)
+    shown = frame if tentative else frame.filter(pl.col("state") != "tentative")
+    _require_rows(shown, "confirmed tracks", source)
+    rows = shown.sort("track_id", "time_s", maintain_order=True)
+    ids, track = np.unique(rows["track_id"].to_numpy(), return_inverse=True)
+    position, velocity, ground = _moved(rows, plane)
+    return Tracks(
+        ids=ids.astype(np.int64),
+        track=track.astype(np.int64),
+        time_s=rows["time_s"].to_numpy(),
+        position_m=position,
+        velocity_mps=velocity,
+        ground_mps=ground,
+        height_m=_heights(rows),
+        position_sigma_m=rows["position_sigma_m"].cast(pl.Float64).to_numpy(),
+        velocity_sigma_mps=rows["velocity_sigma_mps"].cast(pl.Float64).to_numpy(),
+        measured=(rows["state"] != "coasting").to_numpy(),
+        sensor_id=rows["sensor_id"].cast(pl.String).fill_null("").to_numpy().astype(np.str_),
+    )
+
+
+def _reference(
+    frame: pl.DataFrame, numbers: tuple[str, ...], source: str, gap_s: float
+) -> Reference:
+    _require_rows(frame, "positions of aircraft", source)
+    _require_numbers(frame, numbers, source)
+    rows = frame.unique(["name", "time_s"], keep="first", maintain_order=True)
+    rows = rows.sort("name", "time_s")
+    names, aircraft = np.unique(rows["name"].to_numpy().astype(np.str_), return_inverse=True)
+    order = np.lexsort((rows["time_s"].to_numpy(), aircraft))
+    rows, aircraft = rows[order], aircraft[order]
+    latitude, longitude = _radians(rows, "latitude_deg"), _radians(rows, "longitude_deg")
+    plane = SystemPlane.for_sensors(latitude, longitude)
+    velocity = None
+    if "speed_mps" in numbers:
+        position, velocity, _ = _moved(rows, plane)
+    else:
+        position = np.stack(plane.to_plane(latitude, longitude), axis=-1)
+    return Reference(
+        plane=plane,
+        names=names,
+        aircraft=aircraft.astype(np.int64),
+        time_s=rows["time_s"].cast(pl.Float64).to_numpy(),
+        position_m=position,
+        velocity_mps=velocity,
+        height_m=_heights(rows),
+        gap_s=gap_s,
+    )
+
+
+# Position and velocity on the plane, and velocity in true metres.
+def _moved(rows: pl.DataFrame, plane: SystemPlane) -> tuple[Floats, Floats, Floats]:
+    east, north = plane.to_plane(_radians(rows, "latitude_deg"), _radians(rows, "longitude_deg"))
+    heading, speed = _radians(rows, "heading_deg"), rows["speed_mps"].cast(pl.Float64).to_numpy()
+    ground = speed[:, None] * np.stack([np.sin(heading), np.cos(heading)], axis=-1)
+    matrix = plane.local_matrix(east, north, np.nan_to_num(_heights(rows)))
+    velocity = np.linalg.solve(matrix, ground[..., None])[..., 0]
+    return np.stack([east, north], axis=-1), velocity, ground
+
+
+def _radians(rows: pl.DataFrame, column: str) -> Floats:
+    angle: Floats = np.radians(rows[column].cast(pl.Float64).to_numpy())
+    return angle
+
+
+def _heights(rows: pl.DataFrame) -> Floats:
+    heights = rows["height_m"].cast(pl.Float64).fill_null(np.nan).to_numpy()
+    return np.where(np.isfinite(heights), heights, np.nan)
+
+
+def _require_columns(frame: pl.DataFrame, wanted: tuple[str, ...], source: str) -> None:
+    missing = [name for name in wanted if name not in frame.columns]
+    if missing:
+        raise MissingColumnError(source, missing, frame.columns)
+
+
+def _require_rows(frame: pl.DataFrame, what: str, source: str) -> None:
+    if frame.is_empty():
+        msg = f"{source}: expected {what}, was none"
+        raise InputError(msg)
+
+
+def _require_numbers(frame: pl.DataFrame, columns: tuple[str, ...], source: str) -> None:
+    for name in columns:
+        if not frame[name].dtype.is_numeric():
+            msg = f"{source}: expected numbers in the column {name}, was {frame[name].dtype}"
+            raise InputError(msg)
+        values = frame[name].cast(pl.Float64).fill_null(np.nan).to_numpy()
+        wrong: Indices = np.flatnonzero(~np.isfinite(values)).astype(np.int64)
+        if name.endswith("latitude_deg"):
+            wrong = np.union1d(wrong, np.flatnonzero(np.abs(values) > 90.0))
+        if len(wrong):
+            told = frame[name][int(wrong[0])]
+            msg = f"{source}: expected a number in {name} of row {wrong[0]}, was {told}"
+            raise InputError(msg)
