@@ -54,7 +54,7 @@ class UpdateErrors:
 
 
 def aircraft_of_updates(
-    tracks: Tracks, instants: Instants, identity: Identity, age_max_s: float
+    tracks: Tracks, reference: Reference, instants: Instants, identity: Identity
 ) -> Indices:
     """Return whose each update is.
 
@@ -62,18 +62,18 @@ def aircraft_of_updates(
     ----------
     tracks : Tracks
         Of n updates.
+    reference : Reference
+        Where the aircraft are at the time of an update.
     instants : Instants
         The instants at which tracks were assigned.
     identity : Identity
         The stretches over which a track followed an aircraft.
-    age_max_s : float
-        An update so long before or after a stretch still belongs to it, s.
 
     Returns
     -------
     (n,) int64
-        Index of the aircraft of the stretch that the update falls into, or that is next to it;
-        −1 for none.
+        Index of the aircraft of the stretch that the update falls into, or that is one instant
+        away; between two stretches that of the nearer aircraft. −1 for none.
     """
     rows = [
         (track, run.first, run.last, run.partner)
@@ -83,19 +83,21 @@ def aircraft_of_updates(
     if not rows:
         return np.full(len(tracks.time_s), -1)
     owner, first, last, partner = np.array(rows, np.int64).T
-    place = (tracks.time_s - instants.time_s[0]) / instants.step_s
     length = float(len(instants.time_s)) + 2.0
-    place = np.clip(place, -1.0, length - 2.0)
-    axis, asked = owner * length + first, tracks.track * length + place
-    before = np.searchsorted(axis, asked, side="right") - 1
-    found = np.full(len(place), -1)
-    slack = age_max_s / instants.step_s + 1.0
-    # The stretch that has begun is asked last: it goes before one that is still to come.
-    for candidate in (before + 1, before):
-        known = np.clip(candidate, 0, len(owner) - 1)
-        near = (place >= first[known] - slack) & (place <= last[known] + slack)
-        hit = near & (owner[known] == tracks.track) & (candidate == known)
-        found[hit] = partner[known[hit]]
+    place = (tracks.time_s - instants.time_s[0]) / instants.step_s
+    place = np.clip(place, -2.0, length - 2.0)
+    before = np.searchsorted(owner * length + first, tracks.track * length + place, "right") - 1
+    found, apart = np.full(len(place), -1), np.full(len(place), np.inf)
+    for candidate in (before, before + 1):
+        row = np.clip(candidate, 0, len(owner) - 1)
+        near = (place >= first[row] - 1.0) & (place <= last[row] + 1.0)
+        hit = np.flatnonzero(near & (owner[row] == tracks.track) & (candidate == row))
+        whose = partner[row[hit]]
+        there = places_at(reference, whose, tracks.time_s[hit]).position_m
+        # Where the reference says nothing, the stretch alone decides.
+        distance = np.nan_to_num(np.hypot(*(tracks.position_m[hit] - there).T), nan=1e12)
+        nearer = distance < apart[hit]
+        found[hit[nearer]], apart[hit[nearer]] = whose[nearer], distance[nearer]
     return found
 
 

@@ -23,8 +23,8 @@ from multiradar.evaluation.trajectories import (
 
 #: Instants that one evaluation may have.
 INSTANTS_MAX = 1_000_000
-#: A time that misses an instant by rounding alone is at it.
-_ROUNDING_S = 1e-6
+#: A time that misses an instant by rounding alone, in steps, is at it.
+_ROUNDING = 1e-6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -98,11 +98,14 @@ def look(tracks: Tracks, reference: Reference, settings: EvaluationSettings) -> 
     """
     times = _instants(tracks, reference, settings.step_s)
     here, here_instant = _spread(
-        reference.time_s, _reference_ends(reference), times, settings.step_s
+        reference.time_s, _reference_ends(reference, settings.step_s), times, settings.step_s
     )
     places = places_on(reference, here, times[here_instant])
     row, instant = _spread(
-        tracks.time_s, _track_ends(tracks, settings.age_max_s), times, settings.step_s
+        tracks.time_s,
+        _track_ends(tracks, settings.age_max_s, settings.step_s),
+        times,
+        settings.step_s,
     )
     age_s = (times[instant] - tracks.time_s[row])[:, None]
     track_m = tracks.position_m[row] + age_s * tracks.velocity_mps[row]
@@ -143,8 +146,8 @@ def _instants(tracks: Tracks, reference: Reference, step_s: float) -> Floats:
             f"({end - begin:.0f} s of reference in steps of {step_s:g} s)"
         )
         raise InputError(msg)
-    start = np.ceil(begin / step_s - _ROUNDING_S) * step_s
-    times: Floats = start + step_s * np.arange(int((end - start) / step_s + _ROUNDING_S) + 1)
+    start = np.ceil(begin / step_s - _ROUNDING) * step_s
+    times: Floats = start + step_s * np.arange(int((end - start) / step_s + _ROUNDING) + 1)
     return times
 
 
@@ -152,8 +155,8 @@ def _instants(tracks: Tracks, reference: Reference, step_s: float) -> Floats:
 def _spread(
     time_s: Floats, end_s: Floats, instants: Floats, step_s: float
 ) -> tuple[Indices, Indices]:
-    first = np.ceil((time_s - instants[0]) / step_s - _ROUNDING_S).astype(np.int64)
-    last = np.ceil((end_s - instants[0]) / step_s - _ROUNDING_S).astype(np.int64)
+    first = np.ceil((time_s - instants[0]) / step_s - _ROUNDING).astype(np.int64)
+    last = np.ceil((end_s - instants[0]) / step_s - _ROUNDING).astype(np.int64)
     first = np.clip(first, 0, len(instants))
     count = np.maximum(np.clip(last, 0, len(instants)) - first, 0)
     row = np.repeat(np.arange(len(time_s)), count)
@@ -161,18 +164,18 @@ def _spread(
     return row, first[row] + np.arange(len(row)) - before
 
 
-def _reference_ends(reference: Reference) -> Floats:
+def _reference_ends(reference: Reference, step_s: float) -> Floats:
     following = np.append(reference.time_s[1:], 0.0)
     # The last position before a gap counts at its own time.
-    alone = reference.time_s + 2.0 * _ROUNDING_S
+    alone = reference.time_s + 2.0 * _ROUNDING * step_s
     ends: Floats = np.where(joined(reference), following, alone)
     return ends
 
 
-def _track_ends(tracks: Tracks, age_max_s: float) -> Floats:
+def _track_ends(tracks: Tracks, age_max_s: float, step_s: float) -> Floats:
     following = np.append(tracks.time_s[1:], np.inf)
     same = np.append(np.diff(tracks.track) == 0, np.zeros(1, np.bool_))
-    limit = tracks.time_s + age_max_s + 2.0 * _ROUNDING_S
+    limit = tracks.time_s + age_max_s + 2.0 * _ROUNDING * step_s
     ends: Floats = np.where(same, np.minimum(following, limit), limit)
     return ends
 

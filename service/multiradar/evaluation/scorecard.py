@@ -125,7 +125,7 @@ def evaluate(
     """
     instants = look(tracks, reference, settings)
     identity = identity_over_time(instants, len(reference.names), len(tracks.ids), settings.dwell_s)
-    aircraft = aircraft_of_updates(tracks, instants, identity, settings.age_max_s)
+    aircraft = aircraft_of_updates(tracks, reference, instants, identity)
     errors = errors_of_updates(tracks, reference, aircraft, settings)
     updates = heard(tracks, reference, aircraft)
     where = stretches(reference, updates)

@@ -222,3 +222,7 @@ def _require_numbers(frame: pl.DataFrame, columns: tuple[str, ...], source: str)
             told = frame[name][int(wrong[0])]
             msg = f"{source}: expected a number in {name} of row {wrong[0]}, was {told}"
             raise InputError(msg)
+        if "_sigma_" in name and np.any(values < 0.0):
+            row = int(np.argmax(values < 0.0))
+            msg = f"{source}: expected no sigma below 0 in {name} of row {row}, was {values[row]:g}"
+            raise InputError(msg)

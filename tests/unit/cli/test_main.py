@@ -10,7 +10,9 @@ import typer
 from multiradar.cli.main import TRACEBACK_VARIABLE, run
 from multiradar.errors import InputError, UnknownFilterError
 
-COMMANDS = ("track", "serve", "replay", "demo", "simulate", "study", "convert", "convert vid")
+COMMANDS = (
+    "track", "serve", "replay", "demo", "simulate", "study", "evaluate", "convert", "convert vid",
+)  # fmt: skip
 
 
 @pytest.mark.parametrize("command", COMMANDS)
@@ -51,6 +53,12 @@ def test_the_version_is_that_of_the_distribution(capsys: pytest.CaptureFixture[s
         ["replay", "m.parquet", "--encoding", "xml"],
         ["replay", "m.parquet", "--batch", "100000"],
         ["replay", "m.parquet", "--run-name", "été"],
+        ["evaluate", "tracks"],
+        ["evaluate", "tracks", "--truth", "a", "--adsb", "b"],
+        ["evaluate", "tracks", "--truth", "a", "--preset", "ed143"],
+        ["evaluate", "tracks", "--truth", "a", "--gate", "0"],
+        ["evaluate", "tracks", "--truth", "a", "--order", "0.5"],
+        ["evaluate", "tracks", "--truth", "a", "--step", "nan"],
         ["convert", "vid"],
         ["demo", "--speed", "-1"],
         ["convert", "nonsense"],
@@ -76,7 +84,7 @@ def test_wrong_usage_is_one_sentence_and_status_2(
     [
         (
             ["nonsense"],
-            "expected a command of track, serve, replay, demo, simulate, study, convert, "
+            "expected a command of track, serve, replay, demo, simulate, evaluate, study, convert, "
             "was 'nonsense'",
         ),
         (

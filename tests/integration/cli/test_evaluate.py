@@ -1,0 +1,201 @@
+"""`multiradar evaluate` on simulated scenes and on the sample recording."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import polars as pl
+import pytest
+
+from multiradar.cli.evaluate import PresetChoice
+from multiradar.cli.main import run
+from multiradar.evaluation.presets import PRESETS
+
+ROOT = Path(__file__).parents[3]
+
+
+def evaluated(capsys: pytest.CaptureFixture[str], *arguments: object) -> dict[str, Any]:
+    assert run(["evaluate", *map(str, arguments), "--json"]) == 0
+    found: dict[str, Any] = json.loads(capsys.readouterr().out)
+    return found
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("scene")
+    made, tracks = folder / "made", folder / "tracks"
+    options = ["--duration", "240", "--seed", "4"]
+    assert run(["simulate", "one-radar-adsb", "--out", str(made), *options]) == 0
+    told = ["--sensors", str(made / "sensors.toml"), "--out", str(tracks), "--kinds", "radar"]
+    assert run(["track", str(made), *told]) == 0
+    return folder
+
+
+def test_the_names_of_presets_are_those_of_the_catalogue() -> None:
+    assert [choice.value for choice in PresetChoice] == list(PRESETS)
+
+
+def test_a_scene_is_judged_against_its_truth(
+    scene: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    found = evaluated(capsys, scene / "tracks", "--truth", scene / "made", "--scan-period", 4)
+    assert found["reference"]["kind"] == "truth"
+    assert found["compared"]["aircraft"] == 25
+    assert found["identity"]["swaps"] == 0
+    assert found["tracks"]["false"] == 0
+    assert found["identity"]["plots_on_right_track"] == 1.0
+    assert found["siap"]["completeness"] > 0.95
+    assert found["initiation"]["never_tracked"] == 0
+    assert found["initiation"]["median_scans"] < 4.0
+    # One radar alone does not know its biases, and says so.
+    assert 100.0 < found["errors"]["position_m"]["rms"] < 1500.0
+    assert found["nees"]["position"]["mean"] < 1.5
+    assert {one["parameter"] for one in found["biases"]} == {
+        "range_offset_m", "azimuth_offset_deg",
+    }  # fmt: skip
+    assert all(one["true"] is not None for one in found["biases"])
+    assert len(found["aircraft"]) == 25
+    assert found["gospa"]["localisation_share"] + found["gospa"]["missed_share"] + found["gospa"][
+        "false_share"
+    ] == pytest.approx(1.0)
+
+
+def test_the_same_against_its_adsb_knows_only_who_reports(
+    scene: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    whole = evaluated(capsys, scene / "tracks", "--adsb", scene / "made")
+    partial = evaluated(
+        capsys, scene / "tracks", "--adsb", scene / "made" / "measurements.parquet", "--partial"
+    )
+    equipped = whole["compared"]["aircraft"]
+    assert 10 <= equipped < 25
+    assert whole["tracks"]["of_aircraft"] == partial["tracks"]["of_aircraft"] == equipped
+    assert whole["tracks"]["false"] + whole["tracks"]["duplicate"] == 25 - equipped
+    assert partial["tracks"]["false"] == 0
+    assert all(one["true"] is None for one in partial["biases"])
+
+
+def test_the_terminal_and_the_page_show_the_same_scorecard(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    page = tmp_path / "card.html"
+    arguments = ["evaluate", str(scene / "tracks"), "--truth", str(scene / "made")]
+    assert run([*arguments, "--html", str(page)]) == 0
+    told = capsys.readouterr().out
+    for heading in ("Presets", "Errors", "Picture", "Tracks", "Claims", "The 8 worst aircraft"):
+        assert f"\n{heading}" in told
+    text = page.read_text(encoding="utf-8")
+    assert "<script" not in text
+    for heading in ("Tracks over the reference", "Biases", "Position errors over time", "Aircraft"):
+        assert f">{heading}</h2>" in text
+    assert run([*arguments, "--html", str(page)]) == 1
+    assert "expected a file that does not exist yet" in capsys.readouterr().err
+
+
+def test_strict_is_status_1_where_a_requirement_is_not_met(
+    scene: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = ["evaluate", str(scene / "tracks"), "--truth", str(scene / "made")]
+    # Nothing is known of the biases of a single radar: its tracks are off by hundreds of metres.
+    assert run([*arguments, "--preset", "ed142-tma"]) == 0
+    assert "fail" in capsys.readouterr().out
+    assert run([*arguments, "--preset", "ed142-tma", "--strict"]) == 1
+    assert run([*arguments, "--preset", "ed142-enroute", "--gate", "5000", "--json"]) == 0
+    lines = json.loads(capsys.readouterr().out.splitlines()[-1])["presets"]
+    assert [one["preset"] for one in lines] == ["ed142-enroute"] * 3
+
+
+def test_two_tracks_whose_names_are_exchanged_are_two_swaps(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    frame = pl.read_parquet(scene / "tracks" / "tracks.parquet")
+    one, other = frame["track_id"].unique().sort()[:2]
+    middle = (frame["time_s"].min() + frame["time_s"].max()) / 2.0  # type: ignore[operator]
+    swapped = pl.col("track_id").replace({one: other, other: one})
+    late = pl.col("time_s") > middle
+    path = tmp_path / "tracks.parquet"
+    frame.with_columns(
+        pl.when(late).then(swapped).otherwise("track_id").alias("track_id")
+    ).write_parquet(path)
+    found = evaluated(capsys, path, "--truth", scene / "made")
+    assert found["identity"]["swaps"] == 2
+    assert found["identity"]["number_changes"] == 2
+    assert found["biases"] == []
+    before = evaluated(capsys, scene / "tracks", "--truth", scene / "made")
+    for name, one in found["errors"].items():
+        assert one == pytest.approx(before["errors"][name])
+
+
+# Each spoils a file and returns what is said of it.
+def _remove(path: Path) -> str:
+    path.unlink()
+    return "found no such file"
+
+
+def _spoil(path: Path) -> str:
+    path.write_text("no Parquet", encoding="utf-8")
+    return "as Parquet"
+
+
+def _later(path: Path) -> str:
+    pl.read_parquet(path).with_columns(pl.col("time_s") + 1e6).write_parquet(path)
+    return "expected a reference of the time of the tracks"
+
+
+def _narrow(path: Path) -> str:
+    pl.read_parquet(path).drop("latitude_deg").write_parquet(path)
+    return "expected the columns latitude_deg"
+
+
+def _empty(path: Path) -> str:
+    pl.read_parquet(path).clear().write_parquet(path)
+    return "was none"
+
+
+@pytest.mark.parametrize("name", ["tracks/tracks.parquet", "made/truth.parquet"])
+@pytest.mark.parametrize("change", [_remove, _spoil, _later, _narrow, _empty])
+def test_what_cannot_be_used_is_one_sentence(
+    scene: Path,
+    tmp_path: Path,
+    name: str,
+    change: Callable[[Path], str],
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    for source in ("tracks/tracks.parquet", "made/truth.parquet"):
+        (tmp_path / source).parent.mkdir()
+        (tmp_path / source).write_bytes((scene / source).read_bytes())
+    told = change(tmp_path / name)
+    assert run(["evaluate", str(tmp_path / "tracks"), "--truth", str(tmp_path / "made")]) == 1
+    error = capsys.readouterr().err
+    assert error.startswith("multiradar: ")
+    assert told in error
+    assert "internal error" not in error
+
+
+def test_a_recording_without_adsb_is_no_reference(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    frame = pl.read_parquet(scene / "made" / "measurements.parquet")
+    frame.filter(kind="radar").write_parquet(tmp_path / "measurements.parquet")
+    assert run(["evaluate", str(scene / "tracks"), "--adsb", str(tmp_path)]) == 1
+    assert "expected ADS-B reports as a reference, was none" in capsys.readouterr().err
+
+
+def test_the_sample_passes_the_presets_that_it_is_made_for(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    converted, tracks = tmp_path / "converted", tmp_path / "tracks"
+    dump = ["convert", "vid", str(ROOT / "examples" / "vid-sample"), str(converted)]
+    assert run([*dump, "--date", "2018-08-01"]) == 0
+    sensors = str(ROOT / "examples" / "sensors-vid-sample.toml")
+    options = ["--sensors", sensors, "--kinds", "radar", "--out", str(tracks)]
+    assert run(["track", str(converted), *options]) == 0
+    capsys.readouterr()
+    found = evaluated(capsys, tracks, "--adsb", converted)
+    assert found["compared"]["aircraft"] == 68
+    assert {one["verdict"] for one in found["presets"]} == {"pass"}
+    assert found["identity"]["swaps"] == found["tracks"]["false"] == 0
+    assert 30.0 < found["errors"]["position_m"]["median"] < 45.0
+    assert found["errors"]["position_m"]["rms"] < 80.0
+    assert found["errors"]["height_m"]["rms"] < 5.0
