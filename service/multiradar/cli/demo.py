@@ -276,9 +276,10 @@ class _Show:
         accuracy = position_accuracy(self._reports(), self._updates(scene.tracks_seen))
         if accuracy is not None:
             console.print(
-                f"{accuracy.compared:,} ADS-B positions, which the tracker has not seen, lie "
+                f"{accuracy.compared:,} track positions lie "
                 f"[bold green]{accuracy.median_m:.0f} m[/] (median) and "
-                f"[bold green]{accuracy.rms_m:.0f} m[/] (RMS) from the tracks",
+                f"[bold green]{accuracy.rms_m:.0f} m[/] (RMS) from ADS-B, which the tracker has "
+                "not seen",
                 soft_wrap=True,
             )
         console.print(f"output_sha256 {status['output_sha256']}", soft_wrap=True)

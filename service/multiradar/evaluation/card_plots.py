@@ -7,7 +7,7 @@ import numpy as np
 from multiradar.evaluation.bias_errors import BiasHistory
 from multiradar.evaluation.consistency import Consistency
 from multiradar.evaluation.scorecard import Scorecard
-from multiradar.evaluation.trajectories import Flags, Floats, Indices, joined
+from multiradar.evaluation.trajectories import Flags, Floats, Indices, joined, places_at
 from multiradar.report.content import Plot, Series, Style
 
 _MINUTE_S = 60.0
@@ -15,6 +15,8 @@ _MINUTE_S = 60.0
 _MAP_POINTS_MAX = 12_000
 #: Bins of a plot over time, and of a histogram.
 _BINS = 60
+#: Age of a track from which on its largest error is looked for, and what is shown around it, s.
+_SETTLED_S, _AROUND_S = 60.0, 30.0
 #: Biases that are drawn: a page with more is read by nobody.
 _BIASES_MAX = 24
 _UNITS = {"range_offset_m": "m", "azimuth_offset_deg": "°", "range_gain": "1", "time_offset_s": "s"}
@@ -36,7 +38,7 @@ def card_plots(card: Scorecard) -> list[Plot]:
     start_s = float(card.instants.time_s[0]) if len(card.instants.time_s) else 0.0
     plots = [_map(card)]
     if len(card.errors.time_s):
-        plots += [_errors_over_time(card, start_s), *_distributions(card)]
+        plots += [*_worst(card, start_s), _errors_over_time(card, start_s), *_distributions(card)]
     plots += _picture(card, start_s)
     for name, unit, found in (
         ("position", "Position", card.position),
@@ -70,6 +72,37 @@ def _map(card: Scorecard) -> Plot:
         equal_axes=True,
         caption="On the plane through the middle of the reference.",
         name="map",
+    )
+
+
+# What happened around the largest error that is no beginning of a track.
+def _worst(card: Scorecard, start_s: float) -> Iterator[Plot]:
+    errors, tracks, reference = card.errors, card.tracks, card.reference
+    age_s = (
+        errors.time_s - tracks.time_s[np.searchsorted(tracks.track, tracks.track)][errors.update]
+    )
+    settled = np.where(age_s >= _SETTLED_S, errors.position_m, -1.0)
+    row = int(np.argmax(settled))
+    time_s, aircraft = errors.time_s[row], errors.aircraft[row]
+    near = np.abs(errors.time_s - time_s) <= _AROUND_S
+    told = tracks.position_m[errors.update[near & (errors.aircraft == aircraft)]] / 1000.0
+    when = np.arange(time_s - _AROUND_S, time_s + _AROUND_S, 1.0)
+    flown = places_at(reference, np.full(len(when), aircraft), when).position_m / 1000.0
+    worst = tracks.position_m[errors.update[row]] / 1000.0
+    minute = (time_s - start_s) / _MINUTE_S
+    yield Plot(
+        title=f"The largest error of a settled track: {errors.position_m[row]:.0f} m, "
+        f"aircraft {reference.names[aircraft]}, minute {minute:.1f}",
+        x_label="east, km",
+        y_label="north, km",
+        series=(
+            Series("reference", flown[:, 0], flown[:, 1], "reference"),
+            Series("updates", told[:, 0], told[:, 1], "points", key="tracks"),
+            Series("the largest error", worst[:1], worst[1:], "rings", key="false"),
+        ),
+        equal_axes=True,
+        caption=f"Within {_AROUND_S:g} s of it.",
+        name="worst",
     )
 
 

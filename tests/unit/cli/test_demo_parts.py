@@ -1,13 +1,12 @@
 """What the demo shows: truth, trend, and distances between reports and tracks."""
 
 import json
-import math
 from pathlib import Path
 
 import polars as pl
 import pytest
 
-from multiradar.cli.demo_accuracy import EARTH_RADIUS_M, position_accuracy
+from multiradar.cli.demo_accuracy import position_accuracy
 from multiradar.cli.demo_truth import read_truth, sample_folder
 from multiradar.cli.demo_view import BiasLine, Scene, bias_table, plain_head, plain_line, trend
 from multiradar.errors import InputError
@@ -31,42 +30,48 @@ def test_a_dump_without_truth_has_none_and_a_broken_one_is_told(tmp_path: Path) 
         read_truth(tmp_path)
 
 
-def _update(time_s: float, north_m: float = 0.0) -> dict[str, float]:
-    return {
-        "time_s": time_s,
-        "track_number": 7,
-        "latitude_deg": 50.0 + math.degrees(north_m / EARTH_RADIUS_M),
-        "longitude_deg": 10.0,
-        "speed_mps": 200.0,
-        "heading_deg": 90.0,
-    }
+#: Metres of a degree of latitude, and of longitude, at 50° north on WGS 84.
+NORTH_M, EAST_M = 111_229.0, 71_696.0
 
 
-def _report(time_s: float, east_m: float, north_m: float) -> dict[str, float]:
-    east = math.degrees(east_m / (EARTH_RADIUS_M * math.cos(math.radians(50.0))))
-    north = math.degrees(north_m / EARTH_RADIUS_M)
-    return {
-        "time_s": time_s,
-        "track_number": 7,
-        "latitude_deg": 50.0 + north,
-        "longitude_deg": 10.0 + east,
-    }
+def _updates(times: list[float], north_m: float = 0.0) -> pl.DataFrame:
+    """Return an aircraft that flies 200 m/s to the east, so far north of its way."""
+    return pl.DataFrame(
+        {
+            "time_s": times,
+            "track_id": 1,
+            "latitude_deg": 50.0 + north_m / NORTH_M,
+            "longitude_deg": [10.0 + 200.0 * t / EAST_M for t in times],
+            "height_m": 0.0,
+            "speed_mps": 200.0,
+            "heading_deg": 90.0,
+            "position_sigma_m": 50.0,
+            "velocity_sigma_mps": 5.0,
+            "state": "confirmed",
+            "sensor_id": "radar",
+        }
+    )
 
 
-def test_a_track_is_moved_on_to_the_time_of_the_report() -> None:
-    updates = pl.DataFrame([_update(0.0), _update(100.0)])
-    # 5 s at 200 m/s to the east, then 30 m east and 40 m north of that.
-    accuracy = position_accuracy(pl.DataFrame([_report(105.0, 1030.0, 40.0)]), updates)
+def _reports(times: list[float]) -> pl.DataFrame:
+    places = _updates(times).select("time_s", "latitude_deg", "longitude_deg", "height_m")
+    return places.with_columns(track_number=7, mode_s_address=pl.lit(None, pl.String))
+
+
+def test_settled_updates_are_compared_between_reports() -> None:
+    reports = _reports([10.0 * n for n in range(20)])
+    updates = _updates([4.0 * n for n in range(40)], north_m=50.0)
+    accuracy = position_accuracy(reports, updates)
     assert accuracy is not None
-    assert accuracy.compared == 1
-    assert accuracy.median_m == pytest.approx(50.0, abs=0.01)
-    assert accuracy.rms_m == pytest.approx(50.0, abs=0.01)
+    # From 60 s to 156 s.
+    assert accuracy.compared == 25
+    assert accuracy.median_m == pytest.approx(50.0, abs=0.1)
+    assert accuracy.rms_m == pytest.approx(50.0, abs=0.1)
 
 
-@pytest.mark.parametrize("time_s", [30.0, 120.0])
-def test_a_young_or_an_old_track_is_not_compared(time_s: float) -> None:
-    updates = pl.DataFrame([_update(0.0), _update(29.0), _update(100.0)])
-    assert position_accuracy(pl.DataFrame([_report(time_s, 0.0, 0.0)]), updates) is None
+def test_a_young_track_is_not_compared() -> None:
+    reports = _reports([10.0 * n for n in range(20)])
+    assert position_accuracy(reports, _updates([4.0 * n for n in range(14)])) is None
 
 
 def test_the_trend_falls_with_its_values_and_fits_its_width() -> None:
@@ -94,9 +99,10 @@ def test_lines_show_the_estimate_with_its_sigma_and_the_table_its_error() -> Non
     assert bias_table(scene.lines).row_count == 2
 
 
-def test_without_reports_or_without_tracks_there_is_nothing_to_compare() -> None:
-    columns = ["time_s", "track_number", "latitude_deg", "longitude_deg"]
-    reports = pl.DataFrame({name: [1.0] for name in columns})
-    updates = reports.with_columns(speed_mps=pl.lit(0.0), heading_deg=pl.lit(0.0))
+def test_without_reports_names_or_confirmed_tracks_there_is_nothing_to_compare() -> None:
+    reports, updates = _reports([0.0, 10.0]), _updates([0.0, 4.0])
     assert position_accuracy(reports, pl.DataFrame()) is None
     assert position_accuracy(reports.clear(), updates) is None
+    nameless = reports.with_columns(track_number=pl.lit(None, pl.Int64))
+    assert position_accuracy(nameless, updates) is None
+    assert position_accuracy(reports, updates.with_columns(state=pl.lit("tentative"))) is None
