@@ -77,11 +77,13 @@ def identity_over_time(instants: Instants, aircraft: int, tracks: int, dwell_s: 
     one, other = instants.aircraft[mine], instants.track[his]
     when = instants.aircraft_instant[mine]
     dwell = int(np.ceil(dwell_s / instants.step_s - 1e-9))
+    followed = _settled(one, other, when, aircraft, dwell)
     # The rows of an aircraft are consecutive: a gap of the reference breaks no segment.
+    longest = _longest(one, _settled_partner(followed, one, when), mine, aircraft)
     return Identity(
         aircraft_of_track=_settled(other, one, when, tracks, dwell),
-        tracks_of_aircraft=_settled(one, other, when, aircraft, dwell),
-        longest_s=_longest(one, other, mine, aircraft) * instants.step_s,
+        tracks_of_aircraft=followed,
+        longest_s=longest * instants.step_s,
     )
 
 
@@ -117,6 +119,22 @@ def _without_flicker(runs: list[Run], dwell: int) -> list[Run]:
         else:
             merged.append(run)
     return merged
+
+
+# Whom an owner has settled on at each instant: the partner of the run that began last.
+def _settled_partner(runs: list[list[Run]], owner: Indices, when: Indices) -> Indices:
+    table = np.array(
+        [(of, run.first, run.partner) for of, own in enumerate(runs) for run in own], np.int64
+    ).reshape(-1, 3)
+    if not len(table):
+        return np.zeros(0, np.int64)
+    length = int(when.max()) + 2
+    of, first, partner = table.T
+    row = np.searchsorted(of * length + first, owner * length + when, side="right") - 1
+    # Before its first settled run an owner has that one already.
+    row = np.where((row < 0) | (of[np.maximum(row, 0)] != owner), row + 1, row)
+    found: Indices = partner[row]
+    return found
 
 
 def _longest(
