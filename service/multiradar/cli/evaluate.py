@@ -1,6 +1,8 @@
 """`multiradar evaluate`: tracks against what is known of the aircraft."""
 
+import dataclasses
 import json
+import re
 import sys
 from collections.abc import Sequence
 from contextlib import ExitStack
@@ -13,6 +15,7 @@ import typer
 from multiradar.cli.options import JsonOption
 
 if TYPE_CHECKING:
+    from multiradar.cli.evaluate_inputs import Known
     from multiradar.evaluation.figures import Figures
     from multiradar.evaluation.scorecard import Scorecard
     from multiradar.evaluation.settings import EvaluationSettings
@@ -21,8 +24,15 @@ if TYPE_CHECKING:
 #: Aircraft that the terminal shows; the report shows all.
 _WORST = 8
 _FAILED = 1
+#: What options leave out of the names of settings.
+_UNIT = re.compile(r"(_max)?_(m|s)$")
 #: Columns of the tables where there is no terminal to ask.
 _WIDTH_UNKNOWN = 160
+_REFERENCES = {
+    "truth": "the truth of a simulation",
+    "adsb": "ADS-B reports",
+    "smoothed": "all measurements, smoothed",
+}
 
 
 class PresetChoice(StrEnum):
@@ -60,6 +70,23 @@ def evaluate(
             metavar="MEASUREMENTS",
             help="Reference: the ADS-B reports of a measurements.parquet, or of the folder that "
             "`convert` made.",
+            show_default=False,
+        ),
+    ] = None,
+    smoothed: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="MEASUREMENTS",
+            help="Reference: all measurements of a measurements.parquet, smoothed, without the "
+            "biases that TRACKS found; needs --sensors.",
+            show_default=False,
+        ),
+    ] = None,
+    sensors: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="For --smoothed: sites and errors, sensors.toml.",
             show_default=False,
         ),
     ] = None,
@@ -105,6 +132,10 @@ def evaluate(
     reference_sigma: Annotated[
         float | None, _number("--reference-sigma", "Error of the reference itself, m.", 0)
     ] = None,
+    density: Annotated[
+        float | None,
+        _number("--density", "For --smoothed: spectral density of accelerations, m²/s³.", 30),
+    ] = None,
     scan_period: Annotated[
         float | None,
         _number("--scan-period", "Turn of a radar, to tell delays in scans, s.", "none"),
@@ -122,9 +153,8 @@ def evaluate(
     json_wanted: JsonOption = False,
 ) -> None:
     """Judge tracks: errors, gaps, swaps, false tracks, OSPA, SIAP, NEES, and presets."""
-    if (truth is None) == (adsb is None):
-        msg = "expected a reference, as either --truth DIR or --adsb MEASUREMENTS"
-        raise typer.BadParameter(msg)
+    chosen = _Reference(truth, adsb, smoothed, sensors)
+    chosen.check()
     settings = _settings(
         {
             "step_s": step,
@@ -137,6 +167,7 @@ def evaluate(
             "dwell_s": dwell,
             "settling_s": settling,
             "reference_sigma_m": reference_sigma,
+            "density": density,
             "scan_period_s": scan_period,
             "partial": partial,
             "tentative": tentative,
@@ -147,7 +178,7 @@ def evaluate(
         from multiradar.storage.output_file import new_file
 
         page = None if html is None else held.enter_context(new_file(html))
-        card, figures = _evaluated(tracks, truth, adsb, settings, names)
+        card, figures = _evaluated(tracks, chosen, settings, names)
         if page is not None:
             from multiradar.report.page import report_page
 
@@ -163,6 +194,36 @@ def evaluate(
         raise typer.Exit(_FAILED)
 
 
+@dataclasses.dataclass(frozen=True, slots=True)
+class _Reference:
+    truth: Path | None
+    adsb: Path | None
+    smoothed: Path | None
+    sensors: Path | None
+
+    def check(self) -> None:
+        if sum(one is not None for one in (self.truth, self.adsb, self.smoothed)) != 1:
+            msg = (
+                "expected one reference of --truth DIR, --adsb MEASUREMENTS and "
+                "--smoothed MEASUREMENTS"
+            )
+            raise typer.BadParameter(msg)
+        if (self.smoothed is None) != (self.sensors is None):
+            msg = "expected --smoothed MEASUREMENTS and --sensors FILE together, was one of them"
+            raise typer.BadParameter(msg)
+
+    def read(self, tracks: Path, settings: "EvaluationSettings") -> "Known":
+        from multiradar.cli.evaluate_inputs import read_reports, read_smoothed, read_truth
+
+        if self.truth is not None:
+            return read_truth(self.truth, settings)
+        if self.adsb is not None:
+            return read_reports(self.adsb, settings)
+        assert self.smoothed is not None
+        assert self.sensors is not None
+        return read_smoothed(self.smoothed, self.sensors, tracks, settings)
+
+
 def _settings(given: dict[str, float | bool | None]) -> "EvaluationSettings":
     from multiradar.errors import ConfigurationError
     from multiradar.evaluation.settings import EvaluationSettings
@@ -172,26 +233,20 @@ def _settings(given: dict[str, float | bool | None]) -> "EvaluationSettings":
         return EvaluationSettings(**chosen)
     except ConfigurationError as error:
         name, _, reason = str(error).partition(": ")
-        flag = name.removesuffix("_m").removesuffix("_s").removesuffix("_max").replace("_", "-")
-        raise typer.BadParameter(f"--{flag}: {reason}") from error
+        raise typer.BadParameter(f"{_flag(name)}: {reason}") from error
 
 
 def _evaluated(
     tracks: Path,
-    truth: Path | None,
-    adsb: Path | None,
+    chosen: "_Reference",
     settings: "EvaluationSettings",
     presets: Sequence[str],
 ) -> "tuple[Scorecard, Figures]":
-    from multiradar.cli.evaluate_inputs import read_biases, read_reports, read_tracks, read_truth
+    from multiradar.cli.evaluate_inputs import read_biases, read_tracks
     from multiradar.evaluation.figures import figures_of
     from multiradar.evaluation.scorecard import evaluate as evaluate_tracks
 
-    if truth is not None:
-        known = read_truth(truth, settings)
-    else:
-        assert adsb is not None
-        known = read_reports(adsb, settings)
+    known = chosen.read(tracks, settings)
     judged = read_tracks(tracks, known, settings)
     card = evaluate_tracks(
         judged,
@@ -201,8 +256,8 @@ def _evaluated(
         plots=known.plots,
         biases=read_biases(tracks, known),
     )
-    what: Figures = {"reference": {"kind": known.kind, "path": str(known.path)}}
-    return card, what | figures_of(card)
+    what: Figures = {"kind": known.kind, "path": str(known.path), **known.claimed}
+    return card, {"reference": what, **figures_of(card)}
 
 
 def _document(tracks: Path, card: "Scorecard", figures: Any, *, whole: bool) -> "Document":
@@ -216,10 +271,9 @@ def _document(tracks: Path, card: "Scorecard", figures: Any, *, whole: bool) -> 
     from multiradar.report.content import Document
 
     compared, reference = figures["compared"], figures["reference"]
-    names = {"truth": "the truth of a simulation", "adsb": "ADS-B reports"}
     summary = (
         f"{compared['tracks']} tracks with {compared['updates']} updates against "
-        f"{names[reference['kind']]}: {compared['aircraft']} aircraft with "
+        f"{_REFERENCES[reference['kind']]}: {compared['aircraft']} aircraft with "
         f"{compared['reference_positions']} positions over {compared['duration_s']:.0f} s; "
         f"{compared['updates_compared']} updates compared."
     )
@@ -227,11 +281,30 @@ def _document(tracks: Path, card: "Scorecard", figures: Any, *, whole: bool) -> 
     return Document(
         title="Scorecard of tracks",
         summary=summary,
-        command=f"multiradar evaluate {tracks} --{reference['kind']} {reference['path']}",
+        command=_command(tracks, figures),
         tables=[preset_table(figures), *card_tables(figures), aircraft_table(figures, most)],
         plots=card_plots(card) if whole else [],
         notes=notes_of(card, figures),
     )
+
+
+# What differs from the defaults alone.
+def _command(tracks: Path, figures: Any) -> str:
+    from multiradar.evaluation.settings import EvaluationSettings
+
+    reference = figures["reference"]
+    parts = ["multiradar evaluate", str(tracks), f"--{reference['kind']}", reference["path"]]
+    if "sensors" in reference:
+        parts += ["--sensors", reference["sensors"]]
+    for name, value in dataclasses.asdict(EvaluationSettings()).items():
+        given = figures["settings"][name]
+        if given != value:
+            parts += [_flag(name)] if given is True else [_flag(name), f"{given:g}"]
+    return " ".join(parts)
+
+
+def _flag(name: str) -> str:
+    return f"--{_UNIT.sub('', name).replace('_', '-')}"
 
 
 def _print(document: "Document") -> None:

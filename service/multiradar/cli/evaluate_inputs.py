@@ -1,12 +1,12 @@
 """What an evaluation reads: tracks and biases, and the reference beside the plots it is of."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import polars as pl
 
-from multiradar.errors import InputError
+from multiradar.errors import ConfigurationError, InputError
 from multiradar.evaluation.bias_errors import BiasHistory, bias_histories
 from multiradar.evaluation.settings import EvaluationSettings
 from multiradar.evaluation.tables import (
@@ -32,7 +32,7 @@ class Known:
     Attributes
     ----------
     kind : str
-        truth or adsb.
+        truth, adsb or smoothed.
     path : Path
         As it was given.
     reference : Reference
@@ -41,6 +41,8 @@ class Known:
         `time_s`, `sensor_id` and `name` (of the aircraft, null where unknown) of the plots.
     true_biases : Path, optional
         Where the true biases are.
+    claimed : dict of str to float or str
+        What a reference that is estimated is made with, and says of itself.
     """
 
     kind: str
@@ -48,6 +50,7 @@ class Known:
     reference: "Reference"
     plots: pl.DataFrame
     true_biases: Path | None = None
+    claimed: dict[str, float | str] = field(default_factory=dict)
 
 
 def read_truth(given: Path, settings: EvaluationSettings) -> Known:
@@ -101,18 +104,68 @@ def read_reports(given: Path, settings: EvaluationSettings) -> Known:
     InputError
         It is not there, cannot be used, or has no ADS-B reports.
     """
-    from multiradar.storage.recording import Recording, measurements_path
-
-    recording = Recording(measurements_path(given))
-    frame = pl.concat(recording.blocks()) if recording.rows else pl.DataFrame()
-    source = str(recording.path)
-    if frame.is_empty() or frame.filter(pl.col("kind") == "adsb").is_empty():
+    frame, source = _measurements(given)
+    heard = frame.filter(pl.col("kind") == "adsb")
+    if heard.is_empty():
         msg = f"{source}: expected ADS-B reports as a reference, was none"
         raise InputError(msg)
-    heard = frame.filter(pl.col("kind") == "adsb")
     reference = reference_of_reports(heard, source, settings.reference_gap_s)
     others = frame.filter(pl.col("kind") != "adsb")
     return Known("adsb", given, reference, others.select("time_s", "sensor_id", aircraft_name()))
+
+
+def read_smoothed(given: Path, sensors: Path, tracks: Path, settings: EvaluationSettings) -> Known:
+    """Smooth the measurements of a recording.
+
+    Parameters
+    ----------
+    given : Path
+        The folder that `convert` or `simulate` made, or its `measurements.parquet`.
+    sensors : Path
+        Sites and errors: sensors.toml.
+    tracks : Path
+        The folder that `track` made: its biases are taken off the plots.
+    settings : EvaluationSettings
+        Of which the gap of the reference and the density are used.
+
+    Returns
+    -------
+    Known
+        With what the smoothed positions claim of themselves.
+
+    Raises
+    ------
+    InputError
+        It is not there or cannot be used.
+    ConfigurationError
+        The sensors cannot be used.
+    """
+    from multiradar.evaluation.smoothed_reference import smoothed_reference
+    from multiradar_schemas.errors import SchemaError
+    from multiradar_schemas.sensor import load_sensors
+
+    try:
+        known_sensors = load_sensors(sensors).sensor
+    except SchemaError as error:
+        raise ConfigurationError(str(error)) from error
+    frame, source = _measurements(given)
+    biases = _biases(tracks, None)
+    made = smoothed_reference(
+        frame,
+        known_sensors,
+        biases,
+        source=source,
+        density=settings.density,
+        gap_s=settings.reference_gap_s,
+    )
+    plots = frame.filter(pl.col("kind") != "adsb")
+    return Known(
+        "smoothed",
+        given,
+        made.reference,
+        plots.select("time_s", "sensor_id", aircraft_name()),
+        claimed={"sensors": str(sensors), "sigma_m": made.sigma_m, "outliers": made.outliers},
+    )
 
 
 def read_tracks(given: Path, known: Known, settings: EvaluationSettings) -> "Tracks":
@@ -162,14 +215,7 @@ def read_biases(given: Path, known: Known) -> list[BiasHistory]:
     InputError
         A table cannot be used.
     """
-    path = given / BIASES_FILE
-    if not given.is_dir() or not path.exists():
-        return []
-    truth = None
-    if known.true_biases is not None:
-        truth = read_table(known.true_biases, "true biases")
-    found = read_table(path, "biases")
-    return bias_histories(found, str(path), truth, str(known.true_biases))
+    return _biases(given, known.true_biases)
 
 
 def read_table(path: Path, what: str) -> pl.DataFrame:
@@ -201,3 +247,22 @@ def read_table(path: Path, what: str) -> pl.DataFrame:
         reason = str(error).strip().split("\n", maxsplit=1)[0]
         msg = f"{path}: expected {what} as Parquet ({reason})"
         raise InputError(msg) from error
+
+
+def _biases(given: Path, true_biases: Path | None) -> list[BiasHistory]:
+    path = given / BIASES_FILE
+    if not given.is_dir() or not path.exists():
+        return []
+    truth = None if true_biases is None else read_table(true_biases, "true biases")
+    found = read_table(path, "biases")
+    return bias_histories(found, str(path), truth, str(true_biases))
+
+
+def _measurements(given: Path) -> tuple[pl.DataFrame, str]:
+    from multiradar.storage.recording import Recording, measurements_path
+
+    recording = Recording(measurements_path(given))
+    if recording.rows == 0:
+        msg = f"{recording.path}: expected measurements, was none"
+        raise InputError(msg)
+    return pl.concat(recording.blocks()), str(recording.path)

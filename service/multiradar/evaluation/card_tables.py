@@ -108,7 +108,7 @@ def notes_of(card: Scorecard, figures: Figures) -> list[str]:
     card : Scorecard
         All measures.
     figures : dict
-        Of `figures_of`.
+        Of `figures_of`, with the `reference` of the command.
 
     Returns
     -------
@@ -124,6 +124,11 @@ def notes_of(card: Scorecard, figures: Figures) -> list[str]:
         notes.append(
             "The reference is joined by straight lines: in turns it cuts corners, and its "
             "velocity is a mean between reports; that is part of every error told here."
+        )
+    if _dict(figures["reference"])["kind"] == "smoothed":
+        notes.append(
+            "The reference is made of the plots that the tracks are made of, and of their biases: "
+            "it knows what comes later, but errors that plots share with tracks are not told here."
         )
     unjudged = _dict(figures["tracks"])["not_judged"]
     if unjudged:

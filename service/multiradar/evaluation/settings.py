@@ -31,6 +31,8 @@ class EvaluationSettings:
     reference_sigma_m : float
         Error of the reference itself, square root of the trace of its covariance, m; it is added
         to what tracks claim.
+    density : float
+        Spectral density of the acceleration of aircraft, with which a reference is smoothed, m²/s³.
     scan_period_s : float, optional
         Turn of a radar, s, to tell delays in scans.
     partial : bool
@@ -54,6 +56,7 @@ class EvaluationSettings:
     gap_s: float = 16.4
     settling_s: float = 0.0
     reference_sigma_m: float = 0.0
+    density: float = 30.0
     scan_period_s: float | None = None
     partial: bool = False
     tentative: bool = False

@@ -1,0 +1,143 @@
+"""Plots of radars as places on the plane: biases taken off, with the covariance of their noise."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from multiradar.evaluation.trajectories import Flags, Floats
+from multiradar.geodesy.system_plane import SystemPlane
+from multiradar.geodesy.wgs84 import ecef_to_geodetic, enu_rotation, geodetic_to_ecef
+
+# The height of the point on the beam is nearly linear in the elevation: each round gains three
+# digits at 10 km range and more farther out.
+_ELEVATION_ROUNDS = 6
+#: A plot steeper than this says little of where the aircraft is.
+_SINE_MAX = 0.95
+
+
+@dataclass(frozen=True, slots=True)
+class Radar:
+    """A radar as plots are placed with it.
+
+    Attributes
+    ----------
+    site : (latitude_rad, longitude_rad, height_m)
+        WGS 84.
+    range_sigma_m, azimuth_sigma_rad : float
+        Random error, 1 sigma.
+    """
+
+    site: tuple[float, float, float]
+    range_sigma_m: float
+    azimuth_sigma_rad: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Placed:
+    """Places of plots.
+
+    Attributes
+    ----------
+    latitude_rad, longitude_rad : (n,) float64
+        WGS 84.
+    usable : (n,) bool
+        False where the height is unknown or the aircraft is above the radar.
+    """
+
+    latitude_rad: Floats
+    longitude_rad: Floats
+    usable: Flags
+
+
+def place_plots(
+    site: tuple[float, float, float], range_m: Floats, azimuth_rad: Floats, height_m: Floats
+) -> Placed:
+    """Return where plots are whose height is known.
+
+    Parameters
+    ----------
+    site : (latitude_rad, longitude_rad, height_m)
+        The radar, WGS 84.
+    range_m, azimuth_rad, height_m : (n,) float64
+        Slant range, azimuth at the radar and height above the ellipsoid.
+
+    Returns
+    -------
+    Placed
+        The point at that range and azimuth whose height is the one given.
+    """
+    origin, axes = geodetic_to_ecef(*site), enu_rotation(site[0], site[1])
+    usable = np.isfinite(height_m) & (range_m > 0.0)
+    usable[usable] = np.abs(height_m - site[2])[usable] < _SINE_MAX * range_m[usable]
+    height = np.where(usable, height_m, site[2])
+    length = np.where(usable, range_m, 1.0)
+    elevation = np.arcsin(np.where(usable, (height - site[2]) / length, 0.0))
+    for _ in range(_ELEVATION_ROUNDS):
+        level = np.cos(elevation)
+        local = np.stack(
+            [level * np.sin(azimuth_rad), level * np.cos(azimuth_rad), np.sin(elevation)], axis=-1
+        )
+        latitude, longitude, reached = ecef_to_geodetic(origin + (length[:, None] * local) @ axes)
+        elevation = elevation + (height - reached) / (length * level)
+        elevation = np.clip(elevation, -np.arcsin(_SINE_MAX), np.arcsin(_SINE_MAX))
+    return Placed(latitude, longitude, usable)
+
+
+def noise_on_plane(plane: SystemPlane, radar: Radar, position_m: Floats, range_m: Floats) -> Floats:
+    """Return the covariance of places of plots.
+
+    Parameters
+    ----------
+    plane : SystemPlane
+        What the places lie on.
+    radar : Radar
+        Whose plots they are.
+    position_m : (n, 2) float64
+        Places on the plane.
+    range_m : (n,) float64
+        Slant ranges.
+
+    Returns
+    -------
+    (n, 2, 2) float64
+        The error of range lies along the line to the radar, that of azimuth across it, m².
+    """
+    foot = np.stack(plane.to_plane(radar.site[0], radar.site[1]), axis=-1)
+    way = position_m - foot
+    ground = np.maximum(np.hypot(*way.T), 1.0)
+    along = way / ground[:, None]
+    across = np.stack([-along[:, 1], along[:, 0]], axis=-1)
+    far = (radar.range_sigma_m * range_m / ground) ** 2
+    wide = (radar.azimuth_sigma_rad * ground) ** 2
+    covariance: Floats = (
+        far[:, None, None] * along[:, :, None] * along[:, None, :]
+        + wide[:, None, None] * across[:, :, None] * across[:, None, :]
+    )
+    return covariance
+
+
+def without_biases(
+    range_m: Floats, azimuth_deg: Floats, time_s: Floats, bias: Mapping[str, Floats]
+) -> tuple[Floats, Floats, Floats]:
+    """Return what a radar would have measured without its biases.
+
+    Parameters
+    ----------
+    range_m, azimuth_deg, time_s : (n,) float64
+        As measured.
+    bias : mapping of str to (n,) float64
+        By parameter, measured minus true, at each plot.
+
+    Returns
+    -------
+    range_m, azimuth_deg, time_s : (n,) float64
+        True but for the random errors.
+    """
+    nothing = np.zeros(len(range_m))
+    gain = 1.0 + bias.get("range_gain", nothing)
+    return (
+        (range_m - bias.get("range_offset_m", nothing)) / gain,
+        azimuth_deg - bias.get("azimuth_offset_deg", nothing),
+        time_s - bias.get("time_offset_s", nothing),
+    )

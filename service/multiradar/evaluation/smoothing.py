@@ -1,0 +1,210 @@
+"""The Rauch–Tung–Striebel smoother over all places of many aircraft at once.
+
+Constant velocity with white acceleration on each axis of the plane. The state of an aircraft is
+(east, north, east velocity, north velocity).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from multiradar.evaluation.trajectories import Flags, Floats, Indices
+
+#: Standard deviation of each component of the velocity before anything is known, m/s.
+_VELOCITY_PRIOR_MPS = 300.0
+#: Square of the normalised innovation above which a place is an outlier (two dimensions, 5 · 10⁻⁸).
+_OUTLIER = 33.6
+#: After so many outliers in a row the next place is believed.
+_OUTLIERS_MAX = 3
+#: Aircraft that are smoothed together.
+_CHUNK = 256
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Smoothed:
+    """States of aircraft at the times of their places, given all places.
+
+    Attributes
+    ----------
+    state : (n, 4) float64
+        East, north, and their velocities; NaN for outliers.
+    position_variance_m2 : (n,) float64
+        Trace of the covariance of the position; NaN for outliers.
+    used : (n,) bool
+        False for outliers.
+    """
+
+    state: Floats
+    position_variance_m2: Floats
+    used: Flags
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sightings:
+    """Places of aircraft.
+
+    Attributes
+    ----------
+    aircraft : (n,) int64
+        Whose, ascending.
+    time_s : (n,) float64
+        When, ascending within an aircraft.
+    position_m : (n, 2) float64
+        Where.
+    covariance_m2 : (n, 2, 2) float64
+        Covariance of the errors.
+    """
+
+    aircraft: Indices
+    time_s: Floats
+    position_m: Floats
+    covariance_m2: Floats
+
+    def __len__(self) -> int:
+        """Return the number of places."""
+        return len(self.time_s)
+
+    def take(self, rows: Indices) -> "Sightings":
+        """Return some of them, in this order."""
+        return Sightings(
+            self.aircraft[rows],
+            self.time_s[rows],
+            self.position_m[rows],
+            self.covariance_m2[rows],
+        )
+
+    def backwards(self) -> "Sightings":
+        """Return them as if time ran the other way."""
+        turned = self.take(np.arange(len(self))[::-1])
+        return Sightings(-turned.aircraft, -turned.time_s, turned.position_m, turned.covariance_m2)
+
+
+def smooth(sightings: Sightings, density: float) -> Smoothed:
+    """Smooth the places of aircraft.
+
+    Parameters
+    ----------
+    sightings : Sightings
+        All of them.
+    density : float
+        Spectral density of the acceleration on each axis, m²/s³.
+
+    Returns
+    -------
+    Smoothed
+        The exact mean given all places that are no outliers, for linear motion.
+
+    Notes
+    -----
+    An outlier is what a gated filter refuses both forwards and backwards in time: forwards alone it
+    would believe a first place that is one.
+
+    References
+    ----------
+    H. E. Rauch, F. Tung, C. T. Striebel, "Maximum likelihood estimates of linear dynamic systems",
+    AIAA Journal 3 (1965) 1445-1450, equations (3.28) to (3.30).
+    """
+    count = len(sightings)
+    forwards = _run(sightings, density, gated=True).used
+    backwards = _run(sightings.backwards(), density, gated=True).used[::-1]
+    change = np.diff(sightings.aircraft) != 0
+    begins, ends = np.append(True, change)[:count], np.append(change, True)[-count:]
+    used = (forwards & ~begins) | (backwards & ~ends) | (begins & ends)
+    rows = np.flatnonzero(used)
+    found = _run(sightings.take(rows), density, gated=False)
+    state, variance = np.full((count, 4), np.nan), np.full(count, np.nan)
+    state[rows], variance[rows] = found.state, found.position_variance_m2
+    return Smoothed(state, variance, used)
+
+
+def _run(sightings: Sightings, density: float, *, gated: bool) -> Smoothed:
+    count = len(sightings)
+    found = Smoothed(np.zeros((count, 4)), np.zeros(count), np.ones(count, np.bool_))
+    first = np.flatnonzero(np.append(True, np.diff(sightings.aircraft) != 0)[:count])
+    length = np.diff(np.append(first, count))
+    # Aircraft of like length together: little is filled up.
+    order = np.argsort(length, kind="stable")
+    for begin in range(0, len(order), _CHUNK):
+        chosen = order[begin : begin + _CHUNK]
+        steps = np.arange(int(length[chosen].max()))
+        # Behind its end an aircraft stands still at its last place, without measuring it.
+        row = first[chosen, None] + np.minimum(steps, length[chosen, None] - 1)
+        _Chunk(sightings, row, steps < length[chosen, None], density).run(found, gated=gated)
+    return found
+
+
+class _Chunk:
+    # Aircraft side by side: arrays (aircraft, step, …).
+    def __init__(self, sightings: Sightings, row: Indices, live: Flags, density: float) -> None:
+        self._row, self._live, self._density = row, live, density
+        self._place = sightings.position_m[row]
+        self._noise = sightings.covariance_m2[row]
+        time_s = sightings.time_s[row]
+        self._step_s = np.diff(time_s, axis=1, prepend=time_s[:, :1])
+        many, steps = row.shape
+        self._mean, self._covariance = np.zeros((many, steps, 4)), np.zeros((many, steps, 4, 4))
+        self._ahead_mean, self._ahead = np.zeros((many, steps, 4)), np.zeros((many, steps, 4, 4))
+        self._used = np.zeros((many, steps), np.bool_)
+
+    def run(self, found: Smoothed, *, gated: bool) -> None:
+        self._filter(_OUTLIER if gated else np.inf)
+        row, live = self._row[self._live], self._live
+        found.used[row] = self._used[live]
+        if gated:
+            return
+        self._go_back()
+        found.state[row] = self._mean[live]
+        variance = self._covariance[live]
+        found.position_variance_m2[row] = variance[:, 0, 0] + variance[:, 1, 1]
+
+    def _filter(self, outlier: float) -> None:
+        many, steps = self._row.shape
+        self._mean[:, 0, :2] = self._place[:, 0]
+        self._covariance[:, 0, :2, :2] = self._noise[:, 0]
+        self._covariance[:, 0, 2:, 2:] = _VELOCITY_PRIOR_MPS**2 * np.eye(2)
+        self._used[:, 0] = True
+        refused = np.zeros(many, np.int64)
+        for step in range(1, steps):
+            motion, noise = _motion(self._step_s[:, step], self._density)
+            mean = np.einsum("aij,aj->ai", motion, self._mean[:, step - 1])
+            spread = motion @ self._covariance[:, step - 1] @ motion.transpose(0, 2, 1) + noise
+            self._ahead_mean[:, step], self._ahead[:, step] = mean, spread
+            innovation = self._place[:, step] - mean[:, :2]
+            total = spread[:, :2, :2] + self._noise[:, step]
+            weighed = np.linalg.solve(total, innovation[..., None])[..., 0]
+            near = np.einsum("ai,ai->a", innovation, weighed) <= outlier
+            taken = self._live[:, step] & (near | (refused >= _OUTLIERS_MAX))
+            refused = np.where(taken, 0, refused + 1)
+            gain = np.linalg.solve(total, spread[:, :2, :]).transpose(0, 2, 1)
+            gain *= taken[:, None, None]
+            self._mean[:, step] = mean + np.einsum("aij,aj->ai", gain, innovation)
+            self._covariance[:, step] = _symmetric(spread - gain @ spread[:, :2, :])
+            self._used[:, step] = taken
+
+    def _go_back(self) -> None:
+        for step in range(self._row.shape[1] - 2, -1, -1):
+            motion, _ = _motion(self._step_s[:, step + 1], self._density)
+            # Rauch et al. (1965): G = P Fᵀ P(k+1|k)⁻¹.
+            back = np.linalg.solve(self._ahead[:, step + 1], motion @ self._covariance[:, step])
+            back = back.transpose(0, 2, 1)
+            later = self._mean[:, step + 1] - self._ahead_mean[:, step + 1]
+            self._mean[:, step] += np.einsum("aij,aj->ai", back, later)
+            change = self._covariance[:, step + 1] - self._ahead[:, step + 1]
+            self._covariance[:, step] += _symmetric(back @ change @ back.transpose(0, 2, 1))
+
+
+# Rounding makes a covariance asymmetric, and over hundreds of steps that grows.
+def _symmetric(matrix: Floats) -> Floats:
+    half: Floats = 0.5 * (matrix + matrix.transpose(0, 2, 1))
+    return half
+
+
+def _motion(step_s: Floats, density: float) -> tuple[Floats, Floats]:
+    motion = np.tile(np.eye(4), (len(step_s), 1, 1))
+    noise = np.zeros((len(step_s), 4, 4))
+    for axis in (0, 1):
+        motion[:, axis, axis + 2] = step_s
+        noise[:, axis, axis] = density * step_s**3 / 3.0
+        noise[:, axis, axis + 2] = noise[:, axis + 2, axis] = density * step_s**2 / 2.0
+        noise[:, axis + 2, axis + 2] = density * step_s
+    return motion, noise

@@ -1,0 +1,109 @@
+"""A smoothed reference is nearer to the truth than the tracks, and says how near."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import polars as pl
+import pytest
+
+from multiradar.cli.evaluate_inputs import Known, read_smoothed, read_truth
+from multiradar.cli.main import run
+from multiradar.evaluation.settings import EvaluationSettings
+from multiradar.evaluation.trajectories import Floats, places_at
+
+SETTINGS = EvaluationSettings()
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("smoothed")
+    made = str(folder / "made")
+    # Rotating radars that fall silent, miss, and make outliers.
+    options = ["--duration", "400", "--seed", "3"]
+    assert run(["simulate", "rotating-gaps", "--out", made, *options]) == 0
+    sensors = ["--sensors", f"{made}/sensors.toml"]
+    assert run(["track", made, *sensors, "--out", str(folder / "tracks")]) == 0
+    return folder
+
+
+def distances(smoothed: Known, truth: Known) -> Floats:
+    """Return how far the smoothed places are from the true ones, m."""
+    one, other = smoothed.reference, truth.reference
+    number = {name: index for index, name in enumerate(other.names)}
+    whose = np.array([number[name] for name in one.names])[one.aircraft]
+    places = places_at(other, whose, one.time_s).position_m
+    known = np.isfinite(places[:, 0])
+    east, north = one.plane.to_plane(*other.plane.to_geodetic(*places[known].T))
+    found: Floats = np.hypot(one.position_m[known, 0] - east, one.position_m[known, 1] - north)
+    return found
+
+
+def evaluated(capsys: pytest.CaptureFixture[str], *arguments: object) -> dict[str, Any]:
+    capsys.readouterr()
+    assert run(["evaluate", *map(str, arguments), "--json"]) == 0
+    found: dict[str, Any] = json.loads(capsys.readouterr().out)
+    return found
+
+
+def test_it_is_nearer_to_the_truth_than_the_tracks_and_says_how_near(
+    scene: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    made, sensors = scene / "made", scene / "made" / "sensors.toml"
+    truth = read_truth(made, SETTINGS)
+    smoothed = read_smoothed(made, sensors, scene / "tracks", SETTINGS)
+    off = distances(smoothed, truth)
+    tracks = evaluated(capsys, scene / "tracks", "--truth", made)
+    rms = float(np.sqrt(np.mean(off**2)))
+    assert len(off) > 3000
+    assert rms < 0.8 * tracks["errors"]["position_m"]["rms"]
+    sigma = smoothed.claimed["sigma_m"]
+    assert isinstance(sigma, float)
+    # The density that serves turns is too careful for straight flights.
+    assert 0.5 * sigma < rms < 1.3 * sigma
+    measured = pl.read_parquet(made / "truth.parquet")
+    assert smoothed.claimed["outliers"] == pytest.approx(measured["outlier"].sum(), abs=5)
+
+
+def test_tracks_are_judged_by_it(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    made = scene / "made"
+    by_truth = evaluated(capsys, scene / "tracks", "--truth", made)
+    found = evaluated(
+        capsys, scene / "tracks", "--smoothed", made, "--sensors", made / "sensors.toml"
+    )
+    assert found["reference"]["kind"] == "smoothed"
+    assert found["compared"]["aircraft"] == by_truth["compared"]["aircraft"]
+    assert found["identity"]["swaps"] == found["tracks"]["false"] == 0
+    # It shares the plots with the tracks: their errors seem smaller than they are.
+    one, other = (card["errors"]["position_m"]["rms"] for card in (found, by_truth))
+    assert 0.4 * other < one < 1.1 * other
+
+
+def test_biases_that_are_not_known_shift_it(scene: Path) -> None:
+    made, sensors = scene / "made", scene / "made" / "sensors.toml"
+    truth = read_truth(made, SETTINGS)
+    known = distances(read_smoothed(made, sensors, scene / "tracks", SETTINGS), truth)
+    # A file of tracks alone has no biases beside it.
+    alone = scene / "tracks" / "tracks.parquet"
+    blind = distances(read_smoothed(made, sensors, alone, SETTINGS), truth)
+    assert np.median(blind) > 3.0 * np.median(known)
+
+
+def test_what_it_cannot_be_made_of_is_told(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    made = scene / "made"
+    tracks = str(scene / "tracks")
+    nameless = pl.read_parquet(made / "measurements.parquet").with_columns(
+        track_number=pl.lit(None, pl.Int64), mode_s_address=pl.lit(None, pl.String)
+    )
+    nameless.write_parquet(tmp_path / "measurements.parquet")
+    smoothed = ["evaluate", tracks, "--smoothed"]
+    sensors = ["--sensors", str(made / "sensors.toml")]
+    assert run([*smoothed, str(tmp_path), *sensors]) == 1
+    assert "expected 5 measurements of an aircraft or more" in capsys.readouterr().err
+    assert run([*smoothed, str(made), "--sensors", str(tmp_path / "none.toml")]) == 1
+    assert "none.toml" in capsys.readouterr().err
+    assert run([*smoothed, str(made)]) == 2
+    assert "--sensors FILE together" in capsys.readouterr().err
