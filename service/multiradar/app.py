@@ -123,23 +123,25 @@ def zenoh_options(settings: Settings) -> ZenohOptions:
 def warm_up(sensors: SensorTable, settings: Settings) -> None:
     """Have the kernels compiled or loaded before the first measurement comes.
 
-    An engine of its own takes two plots of an aircraft that nobody else sees.
+    An engine of its own takes plots of an aircraft that nobody else sees, and of one that nobody
+    names.
     """
     engine = Engine(sensors, settings.tracking_settings())
-    two = np.zeros(2)
+    number = np.array([1, 1, MISSING_INTEGER, MISSING_INTEGER, 1], np.int64)
+    same = np.zeros(len(number))
     engine.push(
         MeasurementBatch(
-            time_s=np.array([0.0, 1.0]),
-            sensor=np.zeros(2, np.int32),
-            kind=np.full(2, sensors.kinds[0], np.int8),
-            range_m=two + 1e5,
-            azimuth_rad=two + 1.0,
-            latitude_rad=two + np.nanmean(sensors.latitude_rad),
-            longitude_rad=two + np.nanmean(sensors.longitude_rad),
-            height_m=two + 9000.0,
-            mode_3a=np.full(2, MISSING_INTEGER, np.int32),
-            mode_s_address=np.full(2, MISSING_INTEGER, np.int64),
-            track_number=np.ones(2, np.int64),
+            time_s=np.array([0.0, 1.0, 2.0, 5.0, 5.25]),
+            sensor=np.zeros(len(number), np.int32),
+            kind=np.full(len(number), sensors.kinds[0], np.int8),
+            range_m=np.where(number == 1, 1e5, 6e4),
+            azimuth_rad=same + 1.0,
+            latitude_rad=same + np.nanmean(sensors.latitude_rad),
+            longitude_rad=same + np.nanmean(sensors.longitude_rad),
+            height_m=same + 9000.0,
+            mode_3a=np.full(len(number), MISSING_INTEGER, np.int32),
+            mode_s_address=np.full(len(number), MISSING_INTEGER, np.int64),
+            track_number=number,
         )
     )
     engine.flush()
