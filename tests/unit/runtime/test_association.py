@@ -111,7 +111,7 @@ def test_plots_here_and_there_begin_tracks_that_end_unconfirmed(scene: Scene) ->
     assert engine.transitions["ended_unconfirmed"] > 0.8 * engine.transitions["started"]
 
 
-def test_two_tracks_of_one_aircraft_become_the_older_one() -> None:
+def test_a_track_that_wrong_heights_began_ends_when_they_end() -> None:
     rng = np.random.default_rng(5)
     scene = make_scene(rng, three_radars()[:2], [Flight(0.0, 120.0, (2e4, 3e4, 150.0, 80.0))])
     batch = scene.batch
@@ -122,6 +122,26 @@ def test_two_tracks_of_one_aircraft_become_the_older_one() -> None:
     assert engine.transitions["started"] == 2
     late = updates.time_s > batch.time_s[0] + 80.0
     assert set(updates.track_id[late].tolist()) == {1}
+
+
+def test_two_tracks_of_one_aircraft_become_the_older_one() -> None:
+    rng = np.random.default_rng(5)
+    scene = make_scene(rng, three_radars(), [Flight(0.0, 120.0, (2e4, 3e4, 150.0, 80.0))])
+    engine = Engine(scene.sensors, NAMELESS)
+    half = len(scene.batch) // 2
+    engine.push(scene.batch.take(slice(0, half)))
+    pool = engine._pool
+    old, new = int(pool.used()[0]), int(pool.roster.free[pool.roster.counters[1] - 1])
+    for array in (*pool.aircraft, *pool.life):
+        if len(array):
+            array[new] = array[old]
+    pool.roster.counters[:] += (1, -1)
+    pool.roster.track_id[new] = pool.roster.counters[0]
+    pool.life.heard[new] = -np.inf
+    engine.push(scene.batch.take(slice(half, None)))
+    engine.flush()
+    assert engine.transitions["merged"] == 1
+    assert pool.roster.track_id[pool.used()].tolist() == [1]
 
 
 def test_an_address_of_two_transponders_gives_two_tracks() -> None:
