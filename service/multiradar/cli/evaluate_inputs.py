@@ -79,7 +79,9 @@ def read_truth(given: Path, settings: EvaluationSettings) -> Known:
     plots = pl.DataFrame(schema={"time_s": pl.Float64, "sensor_id": pl.String, "name": pl.String})
     if "sensor_id" in frame.columns:
         name = pl.col("track_number").cast(pl.String).alias("name")
-        plots = frame.select("time_s", "sensor_id", name)
+        plots = frame.select(
+            pl.col("time_s").cast(pl.Float64), pl.col("sensor_id").cast(pl.String), name
+        )
     beside = path.parent / TRUE_BIASES_FILE
     return Known("truth", given, reference, plots, beside if beside.exists() else None)
 

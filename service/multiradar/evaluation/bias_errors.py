@@ -6,6 +6,7 @@ import numpy as np
 import polars as pl
 
 from multiradar.errors import InputError, MissingColumnError
+from multiradar.evaluation.tables import NUMBER_MAX
 from multiradar.evaluation.trajectories import Floats
 
 BIAS_COLUMNS = ("time_s", "sensor_id", "parameter", "estimate", "sigma")
@@ -99,6 +100,11 @@ def _require(frame: pl.DataFrame, columns: tuple[str, ...], source: str) -> None
         raise MissingColumnError(source, missing, frame.columns)
     for name in columns:
         text = name in {"sensor_id", "parameter"}
-        if not text and not (frame[name].dtype.is_numeric() and not frame[name].null_count()):
-            msg = f"{source}: expected a number in every row of {name}, was {frame[name].dtype}"
+        values = frame[name]
+        good = values.dtype == pl.String() if text else values.dtype.is_numeric()
+        if good and not text:
+            good = bool(values.cast(pl.Float64).is_between(-NUMBER_MAX, NUMBER_MAX).all())
+        if not good or values.null_count():
+            what = "a text" if text else "a number"
+            msg = f"{source}: expected {what} in every row of {name}, was {values.dtype}"
             raise InputError(msg)

@@ -68,10 +68,11 @@ def place_plots(
         The point at that range and azimuth whose height is the one given.
     """
     origin, axes = geodetic_to_ecef(*site), enu_rotation(site[0], site[1])
-    usable = np.isfinite(height_m) & (range_m > 0.0)
+    usable = np.isfinite(height_m) & np.isfinite(azimuth_rad) & (range_m > 0.0)
     usable[usable] = np.abs(height_m - site[2])[usable] < _SINE_MAX * range_m[usable]
     height = np.where(usable, height_m, site[2])
     length = np.where(usable, range_m, 1.0)
+    azimuth_rad = np.where(usable, azimuth_rad, 0.0)
     elevation = np.arcsin(np.where(usable, (height - site[2]) / length, 0.0))
     for _ in range(_ELEVATION_ROUNDS):
         level = np.cos(elevation)

@@ -15,7 +15,7 @@ from multiradar.evaluation.plots_in_place import (
     without_biases,
 )
 from multiradar.evaluation.smoothing import Sightings, smooth
-from multiradar.evaluation.tables import aircraft_name
+from multiradar.evaluation.tables import HEIGHT_MAX_M, NUMBER_MAX, aircraft_name
 from multiradar.evaluation.trajectories import Flags, Floats, Indices, Reference
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar_schemas.sensor import Sensor
@@ -93,8 +93,21 @@ def smoothed_reference(
         No aircraft has measurements enough.
     """
     numbers = {one.id: number for number, one in enumerate(sensors)}
-    rows = measurements.with_columns(aircraft_name()).filter(
-        pl.col("name").is_not_null()
+    # What is no number is passed over, as in the tracker's quarantine.
+    sane = [
+        pl.when(pl.col(name).abs() <= most).then(name)
+        for name, most in (
+            ("time_s", NUMBER_MAX),
+            ("range_m", NUMBER_MAX),
+            ("azimuth_deg", NUMBER_MAX),
+            ("latitude_deg", 90.0),
+            ("longitude_deg", 360.0),
+            ("height_m", HEIGHT_MAX_M),
+        )
+    ]
+    rows = measurements.with_columns(aircraft_name(), *sane).filter(
+        pl.col("time_s").is_not_null()
+        & pl.col("name").is_not_null()
         & pl.col("kind").is_in(["radar", "adsb", "mlat"])
         & pl.col("sensor_id").is_in(list(numbers))
     )

@@ -7,6 +7,10 @@ from multiradar.errors import InputError, MissingColumnError
 from multiradar.evaluation.trajectories import Floats, Indices, Reference, Tracks
 from multiradar.geodesy.system_plane import SystemPlane
 
+#: No time, place, speed or sigma of anything is larger.
+NUMBER_MAX = 1e12
+#: Nor does an aircraft fly higher, m: such a height is taken as unknown.
+HEIGHT_MAX_M = 1e6
 #: Columns that are used of `tracks.parquet`.
 TRACK_COLUMNS = (
     "time_s", "track_id", "latitude_deg", "longitude_deg", "height_m", "speed_mps",
@@ -194,13 +198,17 @@ def _radians(rows: pl.DataFrame, column: str) -> Floats:
 
 def _heights(rows: pl.DataFrame) -> Floats:
     heights = rows["height_m"].cast(pl.Float64).fill_null(np.nan).to_numpy()
-    return np.where(np.isfinite(heights), heights, np.nan)
+    return np.where(np.abs(heights) <= HEIGHT_MAX_M, heights, np.nan)
 
 
 def _require_columns(frame: pl.DataFrame, wanted: tuple[str, ...], source: str) -> None:
     missing = [name for name in wanted if name not in frame.columns]
     if missing:
         raise MissingColumnError(source, missing, frame.columns)
+    kind = frame["height_m"].dtype
+    if not (kind.is_numeric() or kind == pl.Null()):
+        msg = f"{source}: expected numbers in the column height_m, was {kind}"
+        raise InputError(msg)
 
 
 def _require_rows(frame: pl.DataFrame, what: str, source: str) -> None:
@@ -215,7 +223,7 @@ def _require_numbers(frame: pl.DataFrame, columns: tuple[str, ...], source: str)
             msg = f"{source}: expected numbers in the column {name}, was {frame[name].dtype}"
             raise InputError(msg)
         values = frame[name].cast(pl.Float64).fill_null(np.nan).to_numpy()
-        wrong: Indices = np.flatnonzero(~np.isfinite(values)).astype(np.int64)
+        wrong: Indices = np.flatnonzero(~(np.abs(values) <= NUMBER_MAX)).astype(np.int64)
         if name.endswith("latitude_deg"):
             wrong = np.union1d(wrong, np.flatnonzero(np.abs(values) > 90.0))
         if len(wrong):

@@ -43,6 +43,12 @@ def test_no_interval_reaches_over_a_gap_of_the_reference_or_to_another_aircraft(
     assert whose.tolist() == [0, 0, 0, 0, 1]
 
 
+def test_an_update_at_a_lone_position_of_the_reference_begins_no_interval() -> None:
+    updates = heard(a=[4.0, 20.0, 45.0])
+    found, _ = intervals(updates, stretch((0, 4.0, 10.0), (0, 40.0, 50.0)))
+    assert found.tolist() == [6.0, 5.0, 5.0]
+
+
 def test_stretches_begin_with_the_first_update_and_end_with_the_reference() -> None:
     rows = straight([0.0, 10.0, 20.0, 60.0, 70.0], 0.0, 0.0, 100.0, 0.0)
     reference = reference_of({"a": rows, "never": straight([0.0, 10.0], 0.0, 9e4, 1.0, 0.0)})

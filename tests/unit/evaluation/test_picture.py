@@ -61,6 +61,17 @@ def test_a_track_that_leaves_its_aircraft_is_spurious_from_then_on() -> None:
     assert told.completeness == pytest.approx(13 / 26)
 
 
+def test_a_track_is_what_it_was_most_of_the_time() -> None:
+    passing = FLIGHT[:4] + moved(FLIGHT[4:], 0.0, 3000.0)
+    assert judged(tracks_of({1: passing}))[1].false_.tolist() == [True]
+    # Nearer than the other at first, and then a duplicate of it for long.
+    nearer = [*FLIGHT[:4], *moved(FLIGHT[4:], 0.0, 500.0)]
+    other = moved(FLIGHT, 0.0, 100.0)
+    found = judged(tracks_of({1: nearer, 2: other}))[1]
+    assert found.true.tolist() == [False, True]
+    assert found.duplicate.tolist() == [True, False]
+
+
 def test_a_track_before_and_after_its_aircraft_is_known_is_not_judged() -> None:
     longer = straight(range(-40, 141, 4), 0.0, 0.0, 100.0, 0.0)
     other = straight(range(-40, 141, 4), 0.0, 9000.0, 100.0, 0.0)
