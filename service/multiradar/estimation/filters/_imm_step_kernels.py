@@ -129,7 +129,7 @@ def take_rows(
                 continue
             s = rows.sensor[row]
             z0, z1, time = rows.z[row, 0], rows.z[row, 1], rows.time[row]
-            outcome = find_turn(z0, z1, time, times[k], refusals[k], options)
+            outcome = find_turn(kind, z0, z1, time, times[k], refusals[k], options)
             if outcome == REFUSED:
                 outcomes[row] = outcome
                 continue
