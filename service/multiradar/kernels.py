@@ -13,14 +13,12 @@ from numpy.typing import NDArray
 Kernel = TypeVar("Kernel", bound=Callable[..., object])
 
 # Arrays are not counted (`_nrt`): counting took more than half of the time. Such a function cannot
-# make an array that lasts, and its caller must hold on to those it hands in. Products may be fused
-# with sums (`contract`), in the same way wherever a plot comes in a batch, but not on every
-# processor: see `compilation_target`. Without, a two-stage step takes a tenth longer.
+# make an array that lasts, and its caller must hold on to those it hands in. No `fastmath`: which
+# products are fused with sums would depend on what was compiled before, and so would the last bits.
 _OPTIONS: dict[str, Any] = {
     "cache": True,
     "nogil": True,
     "error_model": "numpy",
-    "fastmath": {"contract"},
     "_nrt": False,
 }
 _IN_LOOP: Any = {"forceinline": True, "_nrt": False}
@@ -62,7 +60,7 @@ def loop(function: Kernel) -> Kernel:
 
 
 def compilation_target() -> str:
-    """Return what compiled functions are made for, and so what their last bits depend on.
+    """Return what compiled functions are made for, and so what their last bits may depend on.
 
     Returns
     -------

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from multiradar.cli.demo_truth import read_truth
 from support.recorded_scene import command, environment
 
 SAMPLE = Path(__file__).parents[3] / "examples" / "vid-sample"
@@ -49,6 +50,21 @@ def test_the_demo_ends_with_biases_near_the_truth_and_leaves_nothing(
     assert abs(float(row[1]) - 185.0) <= 4.0 * float(row[2])
     assert "aircraft tracked" in done.stdout
     assert "from ADS-B, which the tracker has not seen" in done.stdout
+    told = re.search(r"output_sha256 (\w+)", done.stdout)
+    assert told is not None
+    assert told[1] == _offline_digest(short_dump, tmp_path)
+
+
+def _offline_digest(dump: Path, folder: Path) -> str:
+    sensors = folder / "sensors.toml"
+    sensors.write_text(str(read_truth(dump).sensors_toml), encoding="utf-8")
+    done = command(
+        "track", dump, "--date", "2018-08-01", "--sensors", sensors, "--kinds", "radar",
+        "--out", folder / "tracks",
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    report = json.loads((folder / "tracks" / "report.json").read_text())
+    return str(report["output_sha256"])
 
 
 def _processes_that_name(folder: Path) -> list[int]:
