@@ -168,7 +168,8 @@ class _Run:
             rows = slice(start, start + self._batch_rows)
             batch = measured.take(rows)
             codes[rows] = self._admission.admit(batch)
-            outputs.append(self._engine.push(batch.take(codes[rows] == ACCEPTED)))
+            accepted = codes[rows] == ACCEPTED
+            outputs.append(self._engine.push(batch if accepted.all() else batch.take(accepted)))
             yield min(rows.stop, len(block))
         self._write(outputs)
         self._result.read += len(block)

@@ -82,9 +82,12 @@ class Recording:
             The file changed or broke while it was read.
         """
         columns = [pl.col(name).cast(dtype) for name, dtype in MEASUREMENT_SCHEMA.items()]
-        indexed = self._scan if self.sorted else self._scan.with_row_index(INDEX_COLUMN)
         for start in range(0, self.rows, BLOCK_ROWS):
-            wanted = indexed.slice(start, BLOCK_ROWS).select(*columns, INDEX_COLUMN)
+            # Cut first and counted afterwards: to count first, all of the file is read every time.
+            wanted = self._scan.slice(start, BLOCK_ROWS)
+            if not self.sorted:
+                wanted = wanted.with_row_index(INDEX_COLUMN, offset=start)
+            wanted = wanted.select(*columns, INDEX_COLUMN)
             if kinds is not None:
                 wanted = wanted.filter(pl.col("kind").is_in(sorted(kinds)))
             try:

@@ -7,6 +7,8 @@ import polars as pl
 
 #: Rows in a row group of the file, and in a part of the spool.
 ROW_GROUP_ROWS = 131_072
+#: Of numbers that are mostly noise no level takes more away than the fastest.
+COMPRESSION_LEVEL = 1
 #: Small pieces are joined when there are so many, so that a piece of one row costs little.
 _PIECES_MAX = 256
 
@@ -57,7 +59,10 @@ class TableWriter:
         """Write what is pending, make the file and remove the spool."""
         self._write_part(pl.concat([*self._joined, *self._pieces]))
         pl.scan_ipc(self._parts).sink_parquet(
-            self._path, compression="zstd", row_group_size=ROW_GROUP_ROWS
+            self._path,
+            compression="zstd",
+            compression_level=COMPRESSION_LEVEL,
+            row_group_size=ROW_GROUP_ROWS,
         )
         shutil.rmtree(self._spool)
 

@@ -85,6 +85,8 @@ class MeasurementBatch:
     @classmethod
     def concatenate(cls, batches: "list[MeasurementBatch]") -> "MeasurementBatch":
         """Return the rows of all batches, one after the other."""
+        if len(batches) == 1:
+            return batches[0]
         return MeasurementBatch(
             **{
                 field.name: np.concatenate([getattr(batch, field.name) for batch in batches])

@@ -1,15 +1,20 @@
 """Measurements in the order of their time, whatever the order of their arrival."""
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.tracking._order_kernels import TIED_MAX, find_repeats, order_tied
 from multiradar.tracking.measurements import MeasurementBatch
 
 #: Rows are released in steps of this much data time: whole windows of the association, which also
 #: makes single measurements cost little.
 RELEASE_STEP_S = 0.5
+
+#: Pieces that wait are joined up to so many rows, so that single measurements cost little.
+PIECE_ROWS = 4096
 
 # Columns that order rows of the same time, the most significant first; together they are the whole
 # row, so that rows which tie in all of them are duplicates.
@@ -85,17 +90,22 @@ class ReorderBuffer:
         return self._release(math.nextafter(self._latest_s, math.inf))
 
     def _release(self, watermark_s: float) -> MeasurementBatch | None:
-        rows = MeasurementBatch.concatenate(self._waiting)
-        ready = rows.time_s < watermark_s
+        ready: list[MeasurementBatch] = []
+        later: list[MeasurementBatch] = []
+        for piece in self._waiting:
+            early, late = _split(piece, watermark_s)
+            ready += early
+            later += late
         self._released_s = watermark_s
-        self._waiting = [] if ready.all() else [rows.take(~ready)]
-        if not ready.any():
+        self._waiting = _joined(later)
+        if not ready:
             return None
-        released = rows.take(ready)
-        released = released.take(canonical_order(released))
-        unique = ~_repeats(released)
-        self.duplicates += int(len(unique) - unique.sum())
-        return released if unique.all() else released.take(unique)
+        rows = MeasurementBatch.concatenate(ready)
+        order = canonical_order(rows)
+        repeat = np.empty(len(order), np.bool_)
+        repeats = find_repeats(order, repeat, rows.time_s, *_tie_columns(rows))
+        self.duplicates += repeats
+        return rows.take(order[~repeat] if repeats else order)
 
 
 def canonical_order(batch: MeasurementBatch) -> NDArray[np.intp]:
@@ -112,27 +122,41 @@ def canonical_order(batch: MeasurementBatch) -> NDArray[np.intp]:
         Indices.
     """
     order = np.argsort(batch.time_s, kind="stable")
-    times = batch.time_s[order]
-    same = np.flatnonzero(times[1:] == times[:-1])
-    if len(same):
-        # Few rows share their time with another; only they are compared in full.
+    if order_tied(order, batch.time_s, *_tie_columns(batch)) > TIED_MAX:
+        times = batch.time_s[order]
+        same = np.flatnonzero(times[1:] == times[:-1])
         places = np.union1d(same, same + 1)
         tied = order[places]
-        keys = [getattr(batch, name)[tied] for name in reversed(_TIE_COLUMNS)]
+        keys = [column[tied] for column in reversed(_tie_columns(batch))]
         order[places] = tied[np.lexsort([*keys, batch.time_s[tied]])]
     return order
 
 
-def _repeats(batch: MeasurementBatch) -> NDArray[np.bool_]:
-    """Return which rows equal the row before in every column."""
-    repeat = np.zeros(len(batch), np.bool_)
-    repeat[1:] = batch.time_s[1:] == batch.time_s[:-1]
-    if not repeat.any():
-        return repeat
-    for name in _TIE_COLUMNS:
-        column = getattr(batch, name)
-        equal = column[1:] == column[:-1]
-        if column.dtype.kind == "f":
-            equal |= np.isnan(column[1:]) & np.isnan(column[:-1])
-        repeat[1:] &= equal
-    return repeat
+def _tie_columns(batch: MeasurementBatch) -> list[Any]:
+    return [getattr(batch, name) for name in _TIE_COLUMNS]
+
+
+def _split(
+    piece: MeasurementBatch, watermark_s: float
+) -> tuple[list[MeasurementBatch], list[MeasurementBatch]]:
+    """Return what lies before a time and what does not, each in a list that may be empty."""
+    ready = piece.time_s < watermark_s
+    count = int(np.count_nonzero(ready))
+    if count == 0:
+        return [], [piece]
+    if count == len(piece):
+        return [piece], []
+    return [piece.take(ready)], [piece.take(~ready)]
+
+
+def _joined(pieces: list[MeasurementBatch]) -> list[MeasurementBatch]:
+    """Join neighbouring pieces while they have no more than `PIECE_ROWS` together."""
+    groups: list[list[MeasurementBatch]] = []
+    room = 0
+    for piece in pieces:
+        if len(piece) > room:
+            groups.append([])
+            room = PIECE_ROWS
+        groups[-1].append(piece)
+        room -= len(piece)
+    return [MeasurementBatch.concatenate(group) for group in groups]

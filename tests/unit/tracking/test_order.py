@@ -1,11 +1,16 @@
 """Rows leave the reorder buffer in an order that depends on the rows alone."""
 
+import itertools
+from dataclasses import replace
+
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from multiradar.tracking._order_kernels import TIED_MAX
 from multiradar.tracking.measurements import MeasurementBatch
-from multiradar.tracking.order import ReorderBuffer, canonical_order
+from multiradar.tracking.order import PIECE_ROWS, ReorderBuffer, canonical_order
 from support.batches import batch_of, rows_of
 
 HORIZON_S = 5.0
@@ -78,3 +83,39 @@ def test_canonical_order_is_total() -> None:
     shuffled = rows.take(rng.permutation(40))
     expected = rows_of(rows.take(canonical_order(rows)))
     assert rows_of(shuffled.take(canonical_order(shuffled))) == expected
+
+
+@pytest.mark.parametrize("rows_of_one_time", [TIED_MAX // 2, 3 * TIED_MAX])
+def test_rows_of_one_time_are_ordered_by_every_column_few_or_many(rows_of_one_time: int) -> None:
+    rng = np.random.default_rng(2)
+    n = rows_of_one_time
+
+    rows = replace(
+        batch_of([7.0] * n),
+        sensor=rng.integers(0, 2, n, np.int32),
+        track_number=rng.integers(-1, 2, n),
+        range_m=rng.choice([1e3, 2e3, np.nan], n),
+        azimuth_rad=rng.choice([-0.0, 0.0, 1.0], n),
+        height_m=rng.choice([100.0, np.nan], n),
+        mode_3a=rng.integers(-1, 1, n, np.int32),
+        kind=rng.integers(0, 2, n, np.int8),
+    )
+    # Most significant last, as `lexsort` has it; it puts NaN last too.
+    keys = ("kind", "mode_3a", "height_m", "azimuth_rad", "range_m", "track_number")
+    expected = np.lexsort([*(getattr(rows, name) for name in keys), rows.sensor])
+    assert canonical_order(rows).tolist() == expected.tolist()
+    buffer = ReorderBuffer(HORIZON_S)
+    alike = set(rows_of(rows))
+    assert len(released(buffer, [rows])) == len(alike)
+    assert buffer.duplicates == n - len(alike)
+    assert buffer.duplicates > 0
+
+
+def test_pieces_of_any_size_that_wait_are_released_whole() -> None:
+    rng = np.random.default_rng(3)
+    times = np.sort(rng.uniform(0.0, 60.0, 3 * PIECE_ROWS))
+    rows = batch_of(times.tolist())
+    sizes = [1, 2, PIECE_ROWS - 1, 5, PIECE_ROWS + 1, 1]
+    cuts = np.cumsum([0, *sizes, len(times) - sum(sizes)]).tolist()
+    pieces = [rows.take(slice(*cut)) for cut in itertools.pairwise(cuts)]
+    assert released(ReorderBuffer(HORIZON_S), pieces) == rows_of(rows)

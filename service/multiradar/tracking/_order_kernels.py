@@ -1,0 +1,110 @@
+"""Compiled order of measurements of one time, by their content."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar.kernels import in_loop, loop
+
+Places = NDArray[np.intp]
+Floats = NDArray[np.float64]
+Longs = NDArray[np.int64]
+Integers = NDArray[np.int32]
+Bytes = NDArray[np.int8]
+
+# More rows than this of one time are left to a way whose time does not grow with their square.
+TIED_MAX = 64
+
+
+@in_loop
+def sign_of(more: bool, less: bool) -> int:
+    """Return 1, −1, or 0 where neither holds."""
+    return (1 if more else 0) - (1 if less else 0)
+
+
+@in_loop
+def sign_of_floats(one: float, other: float) -> int:
+    """Return how two numbers compare; NaN comes last and equals NaN."""
+    first, second = np.isnan(one), np.isnan(other)
+    return sign_of(one > other or (first and not second), one < other or (second and not first))
+
+
+@in_loop
+def compare(
+    i: int, j: int, sensor: Integers, track_number: Longs, mode_s_address: Longs, range_m: Floats,
+    azimuth_rad: Floats, latitude_rad: Floats, longitude_rad: Floats, height_m: Floats,
+    mode_3a: Integers, kind: Bytes,
+) -> int:  # fmt: skip
+    """Return how rows i and j compare in all columns, the most significant first."""
+    sign = sign_of(sensor[i] > sensor[j], sensor[i] < sensor[j])
+    if sign == 0:
+        sign = sign_of(track_number[i] > track_number[j], track_number[i] < track_number[j])
+    if sign == 0:
+        sign = sign_of(mode_s_address[i] > mode_s_address[j], mode_s_address[i] < mode_s_address[j])
+    if sign == 0:
+        sign = sign_of_floats(range_m[i], range_m[j])
+    if sign == 0:
+        sign = sign_of_floats(azimuth_rad[i], azimuth_rad[j])
+    if sign == 0:
+        sign = sign_of_floats(latitude_rad[i], latitude_rad[j])
+    if sign == 0:
+        sign = sign_of_floats(longitude_rad[i], longitude_rad[j])
+    if sign == 0:
+        sign = sign_of_floats(height_m[i], height_m[j])
+    if sign == 0:
+        sign = sign_of(mode_3a[i] > mode_3a[j], mode_3a[i] < mode_3a[j])
+    if sign == 0:
+        sign = sign_of(kind[i] > kind[j], kind[i] < kind[j])
+    return sign
+
+
+@loop
+def order_tied(
+    order: Places, time_s: Floats, sensor: Integers, track_number: Longs, mode_s_address: Longs,
+    range_m: Floats, azimuth_rad: Floats, latitude_rad: Floats, longitude_rad: Floats,
+    height_m: Floats, mode_3a: Integers, kind: Bytes,
+) -> int:  # fmt: skip
+    """Put rows of one time in the order of their content, in place; ``order`` is that by time.
+
+    Returns the greatest number of rows of one time: where it exceeds `TIED_MAX`, those are left as
+    they were.
+    """
+    n = order.shape[0]
+    most = 0
+    first = 0
+    while first < n:
+        last = first + 1
+        while last < n and time_s[order[last]] == time_s[order[first]]:
+            last += 1
+        most = max(most, last - first)
+        if last - first <= TIED_MAX:
+            for place in range(first + 1, last):
+                row = order[place]
+                at = place
+                while at > first and compare(
+                    order[at - 1], row, sensor, track_number, mode_s_address, range_m, azimuth_rad,
+                    latitude_rad, longitude_rad, height_m, mode_3a, kind,
+                ) > 0:  # fmt: skip
+                    order[at] = order[at - 1]
+                    at -= 1
+                order[at] = row
+        first = last
+    return most
+
+
+@loop
+def find_repeats(
+    order: Places, repeat: NDArray[np.bool_], time_s: Floats, sensor: Integers, track_number: Longs,
+    mode_s_address: Longs, range_m: Floats, azimuth_rad: Floats, latitude_rad: Floats,
+    longitude_rad: Floats, height_m: Floats, mode_3a: Integers, kind: Bytes,
+) -> int:  # fmt: skip
+    """Mark the places of ``order`` whose row equals the one before; return how many."""
+    count = 0
+    for place in range(order.shape[0]):
+        repeat[place] = False
+        if place > 0 and time_s[order[place]] == time_s[order[place - 1]]:
+            repeat[place] = compare(
+                order[place - 1], order[place], sensor, track_number, mode_s_address, range_m,
+                azimuth_rad, latitude_rad, longitude_rad, height_m, mode_3a, kind,
+            ) == 0  # fmt: skip
+        count += repeat[place]
+    return count
