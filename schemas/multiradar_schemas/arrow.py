@@ -46,6 +46,18 @@ TRACK_SCHEMA = pl.Schema(
     }
 )
 
+#: `transitions.parquet`: one row for each step in the life of a track.
+TRANSITION_SCHEMA = pl.Schema(
+    {
+        "time_s": pl.Float64(),
+        "track_id": pl.Int64(),
+        "transition": pl.String(),
+        "reason": pl.String(),
+        "into_track_id": pl.Int64(),
+        "last_update_s": pl.Float64(),
+    }
+)
+
 #: `biases.parquet`: one row for each sensor, parameter and epoch.
 BIAS_SCHEMA = pl.Schema(
     {

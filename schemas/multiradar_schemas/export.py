@@ -16,6 +16,7 @@ from multiradar_schemas.arrow import (
     MEASUREMENT_REQUIRED,
     MEASUREMENT_SCHEMA,
     TRACK_SCHEMA,
+    TRANSITION_SCHEMA,
 )
 from multiradar_schemas.bias import BiasEstimate
 from multiradar_schemas.forecast import Forecast
@@ -24,6 +25,7 @@ from multiradar_schemas.reject import Reject
 from multiradar_schemas.report import Report
 from multiradar_schemas.sensor import SensorsFile
 from multiradar_schemas.track import Track, TrackUpdate
+from multiradar_schemas.transition import Transition
 
 FOLDER = Path(__file__).parent / "json"
 
@@ -34,6 +36,7 @@ _MODELS: dict[str, TypeAdapter[Any]] = {
     "sensors": TypeAdapter(SensorsFile),
     "track": TypeAdapter(Track),
     "track-update": TypeAdapter(TrackUpdate),
+    "transition": TypeAdapter(Transition),
     "bias": TypeAdapter(BiasEstimate),
     "forecast": TypeAdapter(Forecast),
     "reject": TypeAdapter(Reject),
@@ -45,6 +48,7 @@ _TABLES = {
         TRACK_SCHEMA,
         tuple(n for n, f in TrackUpdate.model_fields.items() if "None" not in str(f.annotation)),
     ),
+    "transitions": (TRANSITION_SCHEMA, ("time_s", "track_id", "transition", "reason")),
     "biases": (BIAS_SCHEMA, tuple(BIAS_SCHEMA.names())),
 }
 _ARROW_NAMES = {pl.Float64(): "float64", pl.Int64(): "int64", pl.String(): "utf8"}

@@ -7,7 +7,12 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from multiradar_schemas.arrow import BIAS_SCHEMA, MEASUREMENT_SCHEMA, TRACK_SCHEMA
+from multiradar_schemas.arrow import (
+    BIAS_SCHEMA,
+    MEASUREMENT_SCHEMA,
+    TRACK_SCHEMA,
+    TRANSITION_SCHEMA,
+)
 from multiradar_schemas.bias import BiasEstimate
 from multiradar_schemas.forecast import Forecast, ForecastPoint
 from multiradar_schemas.measurement import KIND_NEEDS, RadarMeasurement
@@ -20,6 +25,7 @@ from multiradar_schemas.sensor import (
 )
 from multiradar_schemas.sensor_bias import RangeOffset, SensorBias
 from multiradar_schemas.track import Track, TrackUpdate
+from multiradar_schemas.transition import REASON_MEANINGS, Transition
 
 _INTRODUCTION = """# Fields
 
@@ -64,11 +70,7 @@ def _lines() -> Iterator[str]:
     yield f"\nTheir standard deviations beforehand: {', '.join(defaults)}.\n"
     yield "Each table holds:\n"
     yield from _table(RangeOffset)
-    yield "\n## Tracks: `tracks.parquet`, a row for each update\n"
-    yield from _table(TrackUpdate, tuple(TRACK_SCHEMA), dict(TRACK_SCHEMA))
-    yield "\nThe service adds, in `GET /v1/tracks` and its stream:\n"
-    added = [name for name in Track.model_fields if name not in TrackUpdate.model_fields]
-    yield from _table(Track, tuple(added))
+    yield from _track_lines()
     yield "\n## Biases: `biases.parquet`, a row for each sensor, parameter and epoch\n"
     yield from _table(BiasEstimate, tuple(BIAS_SCHEMA), dict(BIAS_SCHEMA))
     yield "\n## Forecasts: `GET /v1/tracks/{id}/forecast`, Zenoh\n"
@@ -85,6 +87,19 @@ def _lines() -> Iterator[str]:
     for title, model in (("counts", Counts), ("inputs", InputFile), ("outputs", OutputFile)):
         yield f"\n`{title}`:\n"
         yield from _table(model)
+
+
+def _track_lines() -> Iterator[str]:
+    yield "\n## Tracks: `tracks.parquet`, a row for each update\n"
+    yield from _table(TrackUpdate, tuple(TRACK_SCHEMA), dict(TRACK_SCHEMA))
+    yield "\nThe service adds, in `GET /v1/tracks` and its stream:\n"
+    added = [name for name in Track.model_fields if name not in TrackUpdate.model_fields]
+    yield from _table(Track, tuple(added))
+    yield "\n## Transitions: `transitions.parquet`, `GET /v1/tracks/{id}/transitions`\n"
+    yield "A row for each step in the life of a track, in the order in which they were noticed.\n"
+    yield from _table(Transition, tuple(TRANSITION_SCHEMA), dict(TRANSITION_SCHEMA))
+    yield "\n| reason | meaning |\n|---|---|"
+    yield from (f"| `{name}` | {meaning} |" for name, meaning in REASON_MEANINGS.items())
 
 
 def _table(

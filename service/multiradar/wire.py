@@ -17,12 +17,19 @@ from multiradar.tracking.measurements import (
     MISSING_INTEGER,
     MeasurementBatch,
 )
-from multiradar.tracking.outputs import STATE_NAMES, BiasRecords, TrackUpdates
+from multiradar.tracking.outputs import (
+    STATE_NAMES,
+    BiasRecords,
+    TrackTransitions,
+    TrackUpdates,
+)
+from multiradar.tracking.transitions import NO_TRACK, REASON_NAMES, TRANSITION_NAMES
 from multiradar_schemas.arrow import (
     BIAS_SCHEMA,
     MEASUREMENT_REQUIRED,
     MEASUREMENT_SCHEMA,
     TRACK_SCHEMA,
+    TRANSITION_SCHEMA,
 )
 from multiradar_schemas.gates import PHYSICAL_GATES, Gate, refusals
 from multiradar_schemas.measurement import KINDS
@@ -197,6 +204,34 @@ def tracks_frame(updates: TrackUpdates, table: SensorTable) -> pl.DataFrame:
         _codes(updates.mode_3a).alias("mode_3a"),
         pl.col("height_m", *_CHANCES).fill_nan(None),
     ).select(pl.col(name).cast(kind) for name, kind in TRACK_SCHEMA.items())
+
+
+def transitions_frame(transitions: TrackTransitions) -> pl.DataFrame:
+    """Translate steps in the lives of tracks to rows of `transitions.parquet`.
+
+    Parameters
+    ----------
+    transitions : TrackTransitions
+        The steps.
+
+    Returns
+    -------
+    DataFrame
+        `TRANSITION_SCHEMA`; what is missing is null.
+    """
+    frame = pl.DataFrame(
+        {
+            "time_s": transitions.time_s,
+            "track_id": transitions.track_id,
+            "transition": _names(transitions.transition, TRANSITION_NAMES),
+            "reason": _names(transitions.reason, REASON_NAMES),
+            "into_track_id": transitions.into_track_id,
+            "last_update_s": pl.Series(transitions.last_update_s, nan_to_null=True),
+        },
+        schema=TRANSITION_SCHEMA,
+    )
+    into = pl.col("into_track_id")
+    return frame.with_columns(pl.when(into != NO_TRACK).then(into).alias("into_track_id"))
 
 
 def biases_frame(records: BiasRecords, table: SensorTable) -> pl.DataFrame:

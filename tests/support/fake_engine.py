@@ -131,4 +131,4 @@ def _records(epochs: list[tuple[int, float]]) -> BiasRecords:
 
 
 def _nothing_ended() -> EndedTracks:
-    return EndedTracks(np.empty(0, np.int64), np.empty(0))
+    return EndedTracks.concatenate([])

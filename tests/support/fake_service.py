@@ -12,7 +12,7 @@ from multiradar.runtime.events import Event, EventRing, Subscription
 from multiradar.runtime.forecasts import forecast_steps
 from multiradar.runtime.receipt import Receipt, RejectedRow
 from multiradar.storage.entries import Quarantined
-from multiradar_schemas.arrow import BIAS_SCHEMA, TRACK_SCHEMA
+from multiradar_schemas.arrow import BIAS_SCHEMA, TRACK_SCHEMA, TRANSITION_SCHEMA
 
 LIVE_SCHEMA = pl.Schema({**TRACK_SCHEMA, "age_s": pl.Float64()})
 
@@ -61,6 +61,7 @@ class FakeView:
 
     live: pl.DataFrame = field(default_factory=lambda: live_tracks(10))
     updates: dict[int, pl.DataFrame] = field(default_factory=dict)
+    steps: dict[int, pl.DataFrame] = field(default_factory=dict)
     biases: pl.DataFrame = field(default_factory=lambda: pl.DataFrame(schema=BIAS_SCHEMA))
     ring: EventRing = field(default_factory=lambda: EventRing(1000))
     page_rows_max: int = 10_000
@@ -83,6 +84,12 @@ class FakeView:
 
     def history(self, track_id: int, since_s: float | None, limit: int) -> pl.DataFrame:
         rows = self.updates.get(track_id, self.live.drop("age_s").clear())
+        if since_s is None:
+            return rows.tail(limit)
+        return rows.filter(pl.col("time_s") >= since_s).head(limit)
+
+    def transitions(self, track_id: int, since_s: float | None, limit: int) -> pl.DataFrame:
+        rows = self.steps.get(track_id, pl.DataFrame(schema=TRANSITION_SCHEMA))
         if since_s is None:
             return rows.tail(limit)
         return rows.filter(pl.col("time_s") >= since_s).head(limit)

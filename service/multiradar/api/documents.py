@@ -7,6 +7,7 @@ from pydantic import BaseModel, Field
 from multiradar.api.encoding import ARROW, GEOJSON
 from multiradar_schemas.bias import BiasEstimate
 from multiradar_schemas.track import Track, TrackUpdate
+from multiradar_schemas.transition import Transition
 
 _CURSOR = Field(description="`cursor` of the next page; null on the last one")
 _COUNT = Field(description="Rows in this answer")
@@ -26,6 +27,14 @@ class HistoryPage(BaseModel):
     count: int = _COUNT
     next_cursor: str | None = _CURSOR
     updates: list[TrackUpdate]
+
+
+class TransitionPage(BaseModel):
+    """A page of the steps in the life of one track, oldest first."""
+
+    count: int = _COUNT
+    next_cursor: str | None = _CURSOR
+    transitions: list[Transition]
 
 
 class BiasAnswer(BaseModel):

@@ -8,7 +8,13 @@ from fastapi import APIRouter, Depends, Query, Request
 from starlette.responses import Response
 
 from multiradar.api.access import Granted
-from multiradar.api.documents import NOT_FOUND, HistoryPage, TrackPage, table_answers
+from multiradar.api.documents import (
+    NOT_FOUND,
+    HistoryPage,
+    TrackPage,
+    TransitionPage,
+    table_answers,
+)
 from multiradar.api.paging import (
     HISTORY_ROWS_MAX,
     page_by_time,
@@ -131,14 +137,39 @@ async def get_history(
 ) -> Response:
     """Return the updates of a track that are kept, oldest first, also when the track has ended."""
     form = chosen_form(request, format_, ("json", "arrow"))
+    read = partial(access.view.history, track_id)
 
     def answer() -> Response:
-        read = partial(access.view.history, track_id)
         rows = min(limit, access.view.page_rows_max)
         page, following = page_by_time(read, since, cursor, rows)
-        if page.is_empty() and not _is_known(access.view, track_id):
-            raise _not_found(track_id)
+        _check_known(access.view, track_id, page)
         return table_response(request, page, "updates", form, following)
+
+    return await access.workers.run(answer)
+
+
+@router.get(
+    "/{track_id}/transitions", response_model=TransitionPage, responses=NOT_FOUND | table_answers()
+)
+async def get_transitions(
+    request: Request,
+    track_id: TrackId,
+    access: Granted,
+    *,
+    since: Since = None,
+    limit: HistoryLimit = 1000,
+    cursor: Cursor = None,
+    format_: TableFormat = None,
+) -> Response:
+    """Return the steps in the life of a track and their reasons, also when the track has ended."""
+    form = chosen_form(request, format_, ("json", "arrow"))
+    read = partial(access.view.transitions, track_id)
+
+    def answer() -> Response:
+        rows = min(limit, access.view.page_rows_max)
+        page, following = page_by_time(read, since, cursor, rows)
+        _check_known(access.view, track_id, page)
+        return table_response(request, page, "transitions", form, following)
 
     return await access.workers.run(answer)
 
@@ -183,8 +214,12 @@ def _chosen(page: pl.DataFrame, names: list[str] | None, form: str) -> pl.DataFr
     return page.select(name for name in page.columns if name in always or name in names)
 
 
-def _is_known(view: View, track_id: int) -> bool:
-    return view.track(track_id) is not None or not view.history(track_id, None, 1).is_empty()
+def _check_known(view: View, track_id: int, page: pl.DataFrame) -> None:
+    # A page may be empty for a time at which nothing was; of a track that nobody knows it is.
+    if not page.is_empty() or view.track(track_id) is not None:
+        return
+    if all(read(track_id, None, 1).is_empty() for read in (view.history, view.transitions)):
+        raise _not_found(track_id)
 
 
 def _not_found(track_id: int) -> RequestError:

@@ -12,24 +12,26 @@ from multiradar.tracking.outputs import EngineOutput
 class OutputDigest:
     """SHA-256 over every row of the output, in order; the cuts between calls leave no trace.
 
-    Tracks, biases and ends of tracks are digested apart, since how they interleave in calls depends
-    on the batches; the digest of the three digests is the result.
+    Tracks, biases, ends and transitions of tracks are digested apart, since how they interleave in
+    calls depends on the batches; the digest of the four digests is the result.
     """
 
     def __init__(self) -> None:
         self._updates = hashlib.sha256()
         self._biases = hashlib.sha256()
         self._ended = hashlib.sha256()
+        self._transitions = hashlib.sha256()
 
     def add(self, output: EngineOutput) -> None:
         """Take the rows of one call of the engine."""
         self._updates.update(_row_bytes(output.updates))
         self._biases.update(_row_bytes(output.biases))
         self._ended.update(_row_bytes(output.ended))
+        self._transitions.update(_row_bytes(output.transitions))
 
     def hexdigest(self) -> str:
         """Return the digest of all rows so far, 64 hexadecimal digits."""
-        parts = (self._updates, self._biases, self._ended)
+        parts = (self._updates, self._biases, self._ended, self._transitions)
         return hashlib.sha256(b"".join(part.digest() for part in parts)).hexdigest()
 
 

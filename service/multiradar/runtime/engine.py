@@ -32,6 +32,8 @@ from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.shared_biases import SharedBiases
 from multiradar.tracking._kernels import describe, observe
 from multiradar.tracking.association import WINDOW_S, Association, Window
+from multiradar.tracking.lifecycle import BY_IDENTITY
+from multiradar.tracking.lifecycle import CONFIRMED as STAGE_CONFIRMED
 from multiradar.tracking.measurements import MeasurementBatch
 from multiradar.tracking.order import ReorderBuffer
 from multiradar.tracking.outputs import (
@@ -41,11 +43,14 @@ from multiradar.tracking.outputs import (
     EndedTracks,
     EngineOutput,
     TrackStates,
+    TrackTransitions,
     TrackUpdates,
 )
 from multiradar.tracking.pool import PARTITIONS, AircraftPool
 from multiradar.tracking.roster import RowIdentities
 from multiradar.tracking.settings import TrackingSettings
+from multiradar.tracking.transition_log import TransitionLog, Updated
+from multiradar.tracking.transitions import SILENT, UNCONFIRMED, Ends
 
 #: Fewer rows than this are not worth waking other workers for.
 PARALLEL_ROWS_MIN = 512
@@ -96,6 +101,7 @@ class Engine:
         modes = len(self._biases.model.modes)
         self._pool = AircraftPool(self._filter, len(sensors.parameter_kind), len(sensors), modes)
         self._association = Association(sensors, settings)
+        self._transitions = TransitionLog(settings.coast_after_s)
         self._epoch: int | None = None
         self._epoch_open = False
         self._steps = 1
@@ -155,7 +161,7 @@ class Engine:
         released = self._order.flush()
         output = _EMPTY if released is None else self._process(released)
         biases = BiasRecords.concatenate([output.biases, self._close_epoch()])
-        return EngineOutput(output.updates, biases, output.ended)
+        return EngineOutput(output.updates, biases, output.ended, output.transitions)
 
     def tracks(self) -> TrackStates:
         """Return the live tracks with the uncertainty of the biases included."""
@@ -206,15 +212,17 @@ class Engine:
                 biases.append(self._close_epoch())
                 if self._epoch is None:
                     self._biases.begin(epoch * self._settings.epoch_s)
-                ended.append(self._open_epoch(epoch))
+                ended.append(self._open_epoch(epoch, first))
                 self._epoch = epoch
             self._epoch_open = True
             for begin, end in self._enter_steps(batch.time_s, first, last):
                 ended += self._take(run, begin, end)
+        updates, transitions = self._describe(shown, run)
         return EngineOutput(
-            updates=self._describe(shown, run),
+            updates=updates,
             biases=BiasRecords.concatenate(biases),
             ended=EndedTracks.concatenate(ended),
+            transitions=transitions,
         )
 
     def _take(self, run: "_Run", first: int, last: int) -> list[EndedTracks]:
@@ -224,8 +232,8 @@ class Engine:
             window = Window(run.batch, run.codes, run.rows, run.identities, begin, end)
             if needs_window:
                 start_s = math.floor(run.batch.time_s[begin] / WINDOW_S) * WINDOW_S
-                old = self._association.end_tracks(start_s, self._biases.model, self._pool)
-                ended.append(EndedTracks(old, np.full(len(old), start_s)))
+                ends = self._association.end_tracks(start_s, self._biases.model, self._pool)
+                ended.append(self._end(begin, start_s, ends))
                 self._association.choose(window, self._biases.model, self._pool)
             self._pool.assign(run.batch, run.codes, begin, end, run.identities)
             self._step(run.rows, run.result, begin, end)
@@ -303,7 +311,9 @@ class Engine:
         for task in tasks:
             task.result()
 
-    def _describe(self, shown: MeasurementBatch, run: "_Run") -> TrackUpdates:
+    def _describe(
+        self, shown: MeasurementBatch, run: "_Run"
+    ) -> tuple[TrackUpdates, TrackTransitions]:
         batch, result, identities = run.batch, run.result, run.identities
         taken = np.flatnonzero(result.outcome <= RESTARTED)
         described = np.empty((len(taken), 6))
@@ -323,11 +333,17 @@ class Engine:
         confirmed = result.readout[taken, READOUT_UPDATES] >= self._settings.confirm_updates
         judged = run.confirmed[taken]
         confirmed = np.where(judged < 0, confirmed, judged > 0)
+        judged_updates = Updated(
+            taken, identities.slot, identities.track_id, result.outcome, run.confirmed,
+            batch.time_s, confirmed.astype(np.int64),
+        )  # fmt: skip
+        slots = len(self._pool.roster.track_id)
+        transitions = self._transitions.take(judged_updates, slots)
         known = {
             name: getattr(shown if name in self._settings.hidden_fields else identities, name)
             for name in ("track_number", "mode_s_address", "mode_3a")
         }
-        return TrackUpdates(
+        updates = TrackUpdates(
             sequence=np.arange(first, self._sequence + 1, dtype=np.int64),
             time_s=batch.time_s[taken],
             track_id=identities.track_id[taken],
@@ -347,6 +363,7 @@ class Engine:
             turn_left_probability=chances[:, 1],
             speed_change_probability=chances[:, 2],
         )
+        return updates, transitions
 
     def _close_epoch(self) -> BiasRecords:
         if self._epoch is None or not self._epoch_open:
@@ -356,13 +373,30 @@ class Engine:
         end_s = (self._epoch + 1) * self._settings.epoch_s
         return self._biases.records(self._epoch, end_s)
 
-    def _open_epoch(self, opened: int) -> EndedTracks:
+    def _open_epoch(self, opened: int, row: int) -> EndedTracks:
         """End the tracks that are too old by then, and let the biases drift until then."""
         start_s = opened * self._settings.epoch_s
-        ended = self._pool.drop(start_s - self._settings.drop_after_s)
+        old = self._pool.silent(start_s - self._settings.drop_after_s)
+        life, updates = self._pool.life, self._pool.aircraft.updates
+        named = updates[old] >= self._settings.confirm_updates
+        stage = life.stage[old]
+        confirmed = np.where(stage == BY_IDENTITY, named, stage == STAGE_CONFIRMED)
+        ends = self._pool.end(old, np.where(confirmed, SILENT, UNCONFIRMED))
+        ended = self._end(row, start_s, ends)
+        self._transitions.look_for_silence(row, start_s)
         self._biases.walk(start_s, self._pool)
         self._steps = self._biases.steps(self._settings.epoch_s)
-        return EndedTracks(ended, np.full(len(ended), start_s))
+        return ended
+
+    def _end(self, row: int, time_s: float, ends: Ends) -> EndedTracks:
+        """Note that tracks ended before a row."""
+        self._transitions.end(row, time_s, ends)
+        return EndedTracks(
+            track_id=ends.track_id,
+            time_s=np.full(len(ends.track_id), time_s),
+            reason=ends.reason.astype(np.int8),
+            into_track_id=ends.into,
+        )
 
 
 def _plane_for(sensors: SensorTable) -> SystemPlane:

@@ -18,6 +18,7 @@ from multiradar import wire
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.events import BIAS, ENDED, STATUS, TRACK, Event
 from multiradar.tracking.outputs import EngineOutput
+from multiradar.tracking.transitions import NO_TRACK, REASON_NAMES
 
 # Classes of events at one time, in the order in which they stand.
 _BIAS, _ENDED, _STATUS, _TRACK = range(4)
@@ -160,11 +161,15 @@ def _bias_events(output: EngineOutput, table: SensorTable) -> list[_Parts]:
 
 
 def _ended_events(output: EngineOutput) -> list[_Parts]:
-    ended = zip(output.ended.track_id.tolist(), output.ended.time_s.tolist(), strict=True)
-    return [
-        (ENDED, str(track), json.dumps({"time_s": time_s, "track_id": track}).encode())
-        for track, time_s in ended
-    ]
+    ended = output.ended
+    columns = ended.track_id, ended.time_s, ended.reason, ended.into_track_id
+    told = []
+    for track, time_s, reason, into in zip(*(column.tolist() for column in columns), strict=True):
+        end = {"time_s": time_s, "track_id": track, "reason": REASON_NAMES[reason]}
+        if into != NO_TRACK:
+            end["into_track_id"] = into
+        told.append((ENDED, str(track), json.dumps(end).encode()))
+    return told
 
 
 def _status_events(marks: StatusMarks) -> list[_Parts]:

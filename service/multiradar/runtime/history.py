@@ -1,4 +1,4 @@
-"""The last updates of all tracks, in a ring of fixed size with a chain through each track.
+"""The last rows of all tracks, in a ring of fixed size with a chain through each track.
 
 Appending costs the same whatever is kept; reading a track costs what it returns. One thread
 appends, any thread reads without a lock: a reader copies rows and then drops those whose place was
@@ -56,16 +56,18 @@ def row_updates(rows: NDArray[np.void]) -> TrackUpdates:
 
 
 class TrackHistory:
-    """The last updates of all tracks.
+    """The last rows of all tracks: their updates, or another table by track and time.
 
     Parameters
     ----------
     rows_max : int
-        Number of updates that are kept; the oldest go first.
+        Number of rows that are kept; the oldest go first.
+    row_type : dtype
+        Of the rows, with `track_id` and `time_s`.
     """
 
-    def __init__(self, rows_max: int) -> None:
-        self._rows = np.empty(rows_max, UPDATE_DTYPE)
+    def __init__(self, rows_max: int, row_type: np.dtype[np.void] = UPDATE_DTYPE) -> None:
+        self._rows = np.empty(rows_max, row_type)
         self._time_s = np.empty(rows_max, np.float64)
         self._previous = np.full(rows_max, _NONE, np.int64)
         # Number of the newest row of each track, by track identifier (they count from 1).
@@ -77,13 +79,13 @@ class TrackHistory:
         return min(self._taken, len(self._rows))
 
     def append(self, rows: NDArray[np.void]) -> None:
-        """Add rows of `UPDATE_DTYPE`, in order."""
+        """Add rows, in order."""
         capacity = len(self._rows)
         for start in range(0, len(rows), capacity):
             self._append(rows[start : start + capacity])
 
     def read(self, track_id: int, since_s: float | None, limit: int) -> NDArray[np.void]:
-        """Return updates of a track, oldest first.
+        """Return rows of a track, oldest first.
 
         Parameters
         ----------
@@ -97,7 +99,7 @@ class TrackHistory:
 
         Returns
         -------
-        (n,) ndarray of UPDATE_DTYPE
+        (n,) ndarray of the type of the rows
             A copy.
         """
         if not 0 < track_id < len(self._newest) or limit < 1:

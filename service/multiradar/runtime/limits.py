@@ -23,6 +23,8 @@ class RuntimeLimits:
         Events kept for subscribers that resume.
     history_rows_max, bias_history_rows_max : int
         Rows of track history and bias history kept in memory.
+    transition_rows_max : int
+        Steps in the lives of tracks kept in memory.
     page_rows_max : int
         Rows of one answer of a history or of the quarantine.
     forecast_steps_max : int
@@ -43,6 +45,7 @@ class RuntimeLimits:
     events_max: int = 200_000
     history_rows_max: int = 2_000_000
     bias_history_rows_max: int = 200_000
+    transition_rows_max: int = 500_000
     page_rows_max: int = 10_000
     forecast_steps_max: int = 1000
     status_period_s: float = 10.0

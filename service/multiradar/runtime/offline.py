@@ -22,13 +22,19 @@ from multiradar.runtime.engine import Engine
 from multiradar.runtime.reject_file import RejectFile, TimeRefusals
 from multiradar.storage.recording import INDEX_COLUMN, Recording
 from multiradar.storage.table_writer import TableWriter
-from multiradar.tracking.outputs import BiasRecords, EngineOutput, TrackUpdates
+from multiradar.tracking.outputs import (
+    BiasRecords,
+    EngineOutput,
+    TrackTransitions,
+    TrackUpdates,
+)
 from multiradar.tracking.settings import TrackingSettings
-from multiradar_schemas.arrow import BIAS_SCHEMA, TRACK_SCHEMA
+from multiradar_schemas.arrow import BIAS_SCHEMA, TRACK_SCHEMA, TRANSITION_SCHEMA
 
 BATCH_ROWS = 8192
 TRACKS_FILE = "tracks.parquet"
 BIASES_FILE = "biases.parquet"
+TRANSITIONS_FILE = "transitions.parquet"
 REJECTS_FILE = "rejects.ndjson"
 
 
@@ -70,8 +76,9 @@ class OfflineResult:
         Measurements of the kinds chosen; those that the tracker took; those equal to another.
     rejected : Counter
         Those refused, by code.
-    updates, tracks, bias_rows : int
-        Rows of `tracks.parquet`, different tracks in it, rows of `biases.parquet`.
+    updates, tracks, bias_rows, steps : int
+        Rows of `tracks.parquet`, different tracks in it, rows of `biases.parquet` and of
+        `transitions.parquet`.
     final_biases : dict
         Last estimate of each sensor and parameter, with its sigma, and that over its prior sigma.
     untold : tuple of Untold
@@ -91,6 +98,7 @@ class OfflineResult:
     updates: int = 0
     tracks: int = 0
     bias_rows: int = 0
+    steps: int = 0
     final_biases: dict[str, dict[str, dict[str, float]]] = field(default_factory=dict)
     untold: tuple[Untold, ...] = ()
     tracker: dict[str, int] = field(default_factory=dict)
@@ -113,7 +121,8 @@ def track_recording(
     job : OfflineJob
         What is tracked.
     folder : Path
-        Existing, empty folder for `tracks.parquet`, `biases.parquet` and `rejects.ndjson`.
+        Existing, empty folder for `tracks.parquet`, `transitions.parquet`, `biases.parquet` and
+        `rejects.ndjson`.
     on_progress : callable
         Told the number of measurements that are done, after every batch.
 
@@ -155,6 +164,7 @@ class _Run:
         self._digest = OutputDigest()
         self._tracks = TableWriter(folder / TRACKS_FILE, TRACK_SCHEMA)
         self._biases = TableWriter(folder / BIASES_FILE, BIAS_SCHEMA)
+        self._transitions = TableWriter(folder / TRANSITIONS_FILE, TRANSITION_SCHEMA)
         self._rejects = RejectFile(folder / REJECTS_FILE, job.recording.path.name)
         self._result = OfflineResult()
 
@@ -181,6 +191,7 @@ class _Run:
         self._write([self._engine.flush()])
         self._tracks.finish()
         self._biases.finish()
+        self._transitions.finish()
         self.close()
         result = self._result
         outcomes = self._engine.counts
@@ -208,6 +219,10 @@ class _Run:
             self._result.updates += len(updates)
             # Tracks are numbered from 1 without gaps by first appearance.
             self._result.tracks = max(self._result.tracks, int(updates.track_id.max()))
+        steps = TrackTransitions.concatenate([output.transitions for output in outputs])
+        if len(steps):
+            self._transitions.append(wire.transitions_frame(steps))
+            self._result.steps += len(steps)
         if len(biases):
             frame = wire.biases_frame(biases, self._sensors)
             self._biases.append(frame)

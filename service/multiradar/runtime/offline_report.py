@@ -11,6 +11,7 @@ from multiradar.runtime.offline import (
     BIASES_FILE,
     REJECTS_FILE,
     TRACKS_FILE,
+    TRANSITIONS_FILE,
     OfflineJob,
     OfflineResult,
 )
@@ -59,6 +60,7 @@ def offline_report(job: OfflineJob, result: OfflineResult) -> Report:
         ],
         outputs=[
             OutputFile(file=TRACKS_FILE, rows=result.updates),
+            OutputFile(file=TRANSITIONS_FILE, rows=result.steps),
             OutputFile(file=BIASES_FILE, rows=result.bias_rows),
             OutputFile(file=REJECTS_FILE, rows=result.rejected_total),
         ],

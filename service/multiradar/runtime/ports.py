@@ -80,6 +80,10 @@ class View(Protocol):
         """Return updates of a track, oldest first."""
         ...
 
+    def transitions(self, track_id: int, since_s: float | None, limit: int) -> pl.DataFrame:
+        """Return the steps in the life of a track, oldest first."""
+        ...
+
     def forecast(
         self, track_id: int, horizon_s: float, step_s: float
     ) -> list[dict[str, Any]] | None:

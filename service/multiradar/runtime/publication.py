@@ -23,6 +23,11 @@ from multiradar.runtime.history import TrackHistory, row_updates, update_rows
 from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.live_tracks import LiveTracks
 from multiradar.runtime.sensor_board import SensorBoard
+from multiradar.runtime.transition_rows import (
+    TRANSITION_DTYPE,
+    row_transitions,
+    transition_rows,
+)
 from multiradar.tracking.outputs import (
     STATE_COASTING,
     STATE_CONFIRMED,
@@ -111,6 +116,26 @@ class Publication:
         """
         rows = self._history.read(track_id, since_s, limit)
         return wire.tracks_frame(row_updates(rows), self._sensors)
+
+    def transitions(self, track_id: int, since_s: float | None, limit: int) -> pl.DataFrame:
+        """Return the steps in the life of a track, live or ended, oldest first.
+
+        Parameters
+        ----------
+        track_id : int
+            The track.
+        since_s : float or None
+            A data time: the first steps from then on. None: the last steps.
+        limit : int
+            Number of rows at most: fewer mean that there are no more.
+
+        Returns
+        -------
+        DataFrame
+            Columns of `transitions.parquet`; empty when nothing is kept of the track.
+        """
+        rows = self._transitions.read(track_id, since_s, limit)
+        return wire.transitions_frame(row_transitions(rows))
 
     def forecast(
         self, track_id: int, horizon_s: float, step_s: float
@@ -243,6 +268,8 @@ class Publication:
                 self._board.count(rows)
                 self._updates = int(rows["sequence"][-1])
             self._biases.append(output.biases)
+            if len(output.transitions):
+                self._transitions.append(transition_rows(output.transitions))
             self._live.end(output.ended.track_id)
             self._ended += len(output.ended)
             self._version += 1
@@ -267,6 +294,7 @@ class Publication:
 
     def _begin(self) -> None:
         self._history = TrackHistory(self._limits.history_rows_max)
+        self._transitions = TrackHistory(self._limits.transition_rows_max, TRANSITION_DTYPE)
         self._live = LiveTracks()
         self._biases = BiasBoard(self._sensors, self._limits.bias_history_rows_max)
         self._board = SensorBoard(self._sensors)

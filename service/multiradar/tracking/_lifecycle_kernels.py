@@ -14,6 +14,7 @@ from multiradar.tracking._clutter_kernels import ring_of
 from multiradar.tracking.lifecycle import BY_IDENTITY, CONFIRMED, TENTATIVE, Lifecycle
 from multiradar.tracking.roster import MISSING, NEW_TRACK, Roster, RowIdentities
 from multiradar.tracking.sky import DROP_AFTER, HITS_MIN, SCORE_MIN, Candidates, Sky
+from multiradar.tracking.transitions import SILENT, UNCONFIRMED, UNLIKELY
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -221,9 +222,12 @@ def find_ended(
     periods: Floats,
     rules: Floats,
     ended: Integers,
+    reasons: Integers,
     transitions: Integers,
 ) -> tuple[int, int]:
     """Fill ``ended`` with the slots of tracks to end, ascending; also return how many live on.
+
+    ``reasons`` gets why they end.
 
     A track that is confirmed may coast as long as it has lived, three turns at least.
     """
@@ -237,12 +241,16 @@ def find_ended(
         if life.stage[k] == TENTATIVE:
             late = time - life.born[k] > TENTATIVE_TURNS * turn
             over = not silent <= SILENT_TURNS * turn or late
+            why = UNCONFIRMED
         else:
             lived = aircraft.updated[k] - life.born[k]
             over = not silent <= min(rules[DROP_AFTER], max(SILENT_TURNS * turn, lived))
-            over = over or score_by(time, k, periods, life) < SCORE_LOST
+            why = SILENT
+            if not over and score_by(time, k, periods, life) < SCORE_LOST:
+                over, why = True, UNLIKELY
         if over:
             ended[count] = k
+            reasons[count] = why
             count += 1
             reason = ENDED_UNCONFIRMED if life.stage[k] == TENTATIVE else ENDED_SILENT
             transitions[reason] += 1

@@ -40,14 +40,17 @@ def find_merges(
     periods: Floats,
     sky: Sky,
     merged: Integers,
+    into: Integers,
 ) -> int:
     """Fill ``merged`` with the slots of tracks that an older one stands for; return how many.
+
+    ``into`` gets the slots of the older ones.
 
     ``sky`` is filled for ``time``.
     """
     return search_merges(
-        time, longest, model, aircraft, roster, life, periods, sky, merged, np.empty(4),
-        np.empty((4, 4)), np.empty((4, aircraft.sensitivity.shape[2])),
+        time, longest, model, aircraft, roster, life, periods, sky, merged, into,
+        np.empty(4), np.empty((4, 4)), np.empty((4, aircraft.sensitivity.shape[2])),
     )  # fmt: skip
 
 
@@ -62,6 +65,7 @@ def search_merges(
     periods: Floats,
     sky: Sky,
     merged: Integers,
+    into: Integers,
     difference: Floats,
     C: Floats,
     D: Floats,
@@ -116,6 +120,7 @@ def search_merges(
             life.meetings[k] += 1
         if found != MISSING and life.meetings[k] >= MEETINGS_NEEDED:
             merged[count] = k
+            into[count] = found
             count += 1
     return count
 

@@ -35,6 +35,8 @@ from multiradar.tracking.pool import AircraftPool
 from multiradar.tracking.roster import RowIdentities
 from multiradar.tracking.settings import BY_NEAREST, TrackingSettings
 from multiradar.tracking.sky import Candidates, Sky
+from multiradar.tracking.transitions import MERGED as REASON_MERGED
+from multiradar.tracking.transitions import Ends
 
 #: Length of a window, s: a power of two, so that its bounds are exact; short beside a turn. The
 #: reorder buffer releases rows by it, so that a window is complete when it comes.
@@ -154,7 +156,7 @@ class Association:
         if waiting < last:
             yield waiting, last, False
 
-    def end_tracks(self, time_s: float, model: Model, pool: AircraftPool) -> Integers:
+    def end_tracks(self, time_s: float, model: Model, pool: AircraftPool) -> Ends:
         """End tracks before a window: those that are too old, and those that are twice there.
 
         Parameters
@@ -168,26 +170,29 @@ class Association:
 
         Returns
         -------
-        (n,) int64
-            Identifiers of the tracks that ended, ascending.
+        Ends
+            The tracks that ended, by ascending identifier, and why.
         """
         self._clutter.fade(time_s)
-        ended = np.empty(len(pool.roster.track_id), np.int64)
+        ended, reasons = np.empty((2, len(pool.roster.track_id)), np.int64)
         count, alive = find_ended(
             time_s, pool.aircraft, pool.roster, pool.life, self._periods, self._rules, ended,
-            self._transitions,
+            reasons, self._transitions,
         )  # fmt: skip
         self._anonymous = alive > 0
-        gone = pool.free(ended[:count])
+        gone = pool.end(ended[:count], reasons[:count])
         if math.floor(time_s / MERGE_STEP_S) == self._merge_step:
             return gone
         self._merge_step = math.floor(time_s / MERGE_STEP_S)
         sky, longest = self._fill(time_s, model, pool)
+        into = np.empty(len(ended), np.int64)
         count = find_merges(
-            time_s, longest, model, pool.aircraft, pool.roster, pool.life, self._periods, sky, ended
-        )
+            time_s, longest, model, pool.aircraft, pool.roster, pool.life, self._periods, sky,
+            ended, into,
+        )  # fmt: skip
         self._transitions[MERGED] += count
-        return np.sort(np.concatenate([gone, pool.free(ended[:count])]))
+        why = np.full(count, REASON_MERGED)
+        return gone.and_also(pool.end(ended[:count], why, into[:count]))
 
     def _fill(self, time_s: float, model: Model, pool: AircraftPool) -> tuple[Sky, float]:
         capacity = len(pool.roster.track_id)

@@ -1,7 +1,7 @@
 """What the tracker says: updates of tracks, ends of tracks, and the biases of each epoch."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
@@ -24,6 +24,12 @@ _UPDATE_TYPES: dict[str, type] = {
     "mode_3a": np.int32,
     "state": np.int8,
 }
+_ENDED_TYPES: dict[str, type] = {
+    "track_id": np.int64,
+    "reason": np.int8,
+    "into_track_id": np.int64,
+}
+_TRANSITION_TYPES: dict[str, type] = {**_ENDED_TYPES, "transition": np.int8}
 _BIAS_TYPES: dict[str, type] = {"epoch": np.int64, "sensor": np.int32, "parameter": np.int8}
 
 
@@ -149,11 +155,17 @@ class EndedTracks:
     track_id : (n,) int64
         The track.
     time_s : (n,) float64
-        Data time of the end of the epoch that closed it.
+        Data time of the beginning of the epoch or window in which it ended.
+    reason : (n,) int8
+        Why, index into `transitions.REASON_NAMES`.
+    into_track_id : (n,) int64
+        The track that stands for one that was merged, −1 for none.
     """
 
     track_id: NDArray[np.int64]
     time_s: NDArray[np.float64]
+    reason: NDArray[np.int8]
+    into_track_id: NDArray[np.int64]
 
     def __len__(self) -> int:
         return len(self.track_id)
@@ -163,7 +175,44 @@ class EndedTracks:
         """Return the rows of all parts, one after the other."""
         if len(parts) == 1:
             return parts[0]
-        return cls(**_joined(cls, parts, {"track_id": np.int64}))
+        return cls(**_joined(cls, parts, _ENDED_TYPES))
+
+
+@dataclass(frozen=True, slots=True)
+class TrackTransitions:
+    """One row for each step in the life of a track, in the order of the measurements.
+
+    Attributes
+    ----------
+    time_s : (n,) float64
+        Data time at which it was noticed: of a measurement, or of the beginning of an epoch or
+        window; never going back.
+    track_id : (n,) int64
+        The track.
+    transition, reason : (n,) int8
+        What it did and why, indices into `transitions.TRANSITION_NAMES` and `REASON_NAMES`.
+    into_track_id : (n,) int64
+        The track that stands for one that was merged, −1 for none.
+    last_update_s : (n,) float64
+        Data time of the update of the track before this, NaN when there was none.
+    """
+
+    time_s: NDArray[np.float64]
+    track_id: NDArray[np.int64]
+    transition: NDArray[np.int8]
+    reason: NDArray[np.int8]
+    into_track_id: NDArray[np.int64]
+    last_update_s: NDArray[np.float64]
+
+    def __len__(self) -> int:
+        return len(self.track_id)
+
+    @classmethod
+    def concatenate(cls, parts: "Sequence[TrackTransitions]") -> "TrackTransitions":
+        """Return the rows of all parts, one after the other."""
+        if len(parts) == 1:
+            return parts[0]
+        return cls(**_joined(cls, parts, _TRANSITION_TYPES))
 
 
 @dataclass(frozen=True, slots=True)
@@ -206,8 +255,11 @@ class EngineOutput:
         Biases of the epochs that closed.
     ended : EndedTracks
         Tracks that ended.
+    transitions : TrackTransitions
+        Steps in the lives of tracks.
     """
 
     updates: TrackUpdates
     biases: BiasRecords
     ended: EndedTracks
+    transitions: TrackTransitions = field(default_factory=lambda: TrackTransitions.concatenate([]))

@@ -15,6 +15,7 @@ from multiradar.tracking._kernels import assign, rebuild
 from multiradar.tracking.lifecycle import Lifecycle
 from multiradar.tracking.measurements import MeasurementBatch
 from multiradar.tracking.roster import MISSING, Roster, RowIdentities
+from multiradar.tracking.transitions import NO_TRACK, Ends
 
 #: Number of partitions; part of what the output depends on, so it is no setting.
 PARTITIONS = 16
@@ -127,50 +128,46 @@ class AircraftPool:
         heeded: NDArray[np.intp] = used[self.life.quiet[used] == 0]
         return heeded
 
-    def drop(self, before_s: float) -> NDArray[np.int64]:
-        """Free the slots of aircraft without an update since a time.
-
-        Parameters
-        ----------
-        before_s : float
-            Data time, s.
-
-        Returns
-        -------
-        (n,) int64
-            Identifiers of the tracks that ended, ascending. An aircraft that never started (its
-            first measurement located nothing) is freed without a track.
-        """
+    def silent(self, before_s: float) -> NDArray[np.intp]:
+        """Return the slots of aircraft without an update since a data time, s, ascending."""
         used = self.used()
-        times = self.aircraft.updated[used]
-        return self.free(used[~(times >= before_s)])
+        return used[~(self.aircraft.updated[used] >= before_s)]
 
-    def free(self, old: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Free slots.
+    def end(
+        self,
+        old: NDArray[np.int64],
+        reason: NDArray[np.int64],
+        into: NDArray[np.int64] | None = None,
+    ) -> Ends:
+        """End tracks and free their slots.
 
         Parameters
         ----------
         old : (n,) int64
             Slots that hold an aircraft, ascending.
+        reason : (n,) int64
+            Why each ends.
+        into : (n,) int64, optional
+            Slots of the tracks that stand for them.
 
         Returns
         -------
-        (m,) int64
-            Identifiers of the tracks that ended, ascending, without aircraft that never started.
+        Ends
+            The tracks that ended, by ascending identifier. An aircraft that never started (its
+            first measurement located nothing) is freed without a track.
         """
         if len(old) == 0:
-            return np.empty(0, np.int64)
-        started = ~np.isnan(self.aircraft.updated[old])
-        ended = np.sort(self.roster.track_id[old[started]])
-        self.roster.track_id[old] = MISSING
-        self.aircraft.time[old] = np.nan
-        count = self.roster.counters[1]
-        self.roster.free[count : count + len(old)] = old[::-1]
-        self.roster.counters[1] += len(old)
-        known = (self.roster.track_number[old] >= 0) | (self.roster.mode_s_address[old] >= 0)
-        if known.any():
-            rebuild(self.roster)
-        return ended
+            return Ends.empty()
+        ids, updated = self.roster.track_id[old], self.aircraft.updated[old]
+        other = np.full(len(old), NO_TRACK) if into is None else self.roster.track_id[into]
+        started = np.flatnonzero(~np.isnan(updated))
+        chosen = started[np.argsort(ids[started])]
+        ends = Ends(
+            old[chosen].astype(np.int64), ids[chosen], updated[chosen], reason[chosen],
+            other[chosen],
+        )  # fmt: skip
+        self._free(old)
+        return ends
 
     def grow(self) -> None:
         """Double the slots; states and identities stay where they are."""
@@ -187,3 +184,13 @@ class AircraftPool:
         roster.counters[:] = self.roster.counters[0], capacity
         rebuild(roster)
         self.roster, self.aircraft, self.life = roster, aircraft, life
+
+    def _free(self, old: NDArray[np.int64]) -> None:
+        self.roster.track_id[old] = MISSING
+        self.aircraft.time[old] = np.nan
+        count = self.roster.counters[1]
+        self.roster.free[count : count + len(old)] = old[::-1]
+        self.roster.counters[1] += len(old)
+        known = (self.roster.track_number[old] >= 0) | (self.roster.mode_s_address[old] >= 0)
+        if known.any():
+            rebuild(self.roster)

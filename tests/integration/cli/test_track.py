@@ -16,7 +16,7 @@ from support.recorded_scene import environment, write_scene
 from support.served import RUN
 
 SAMPLE = Path(__file__).parents[3] / "examples" / "vid-sample"
-FILES = ["biases.parquet", "rejects.ndjson", "report.json", "tracks.parquet"]
+FILES = ["biases.parquet", "rejects.ndjson", "report.json", "tracks.parquet", "transitions.parquet"]
 
 
 @pytest.fixture(scope="module")
@@ -28,7 +28,7 @@ def _track(*arguments: object) -> int:
     return run(["track", *map(str, arguments)])
 
 
-def test_a_run_writes_its_four_files_and_prints_the_biases(
+def test_a_run_writes_its_five_files_and_prints_the_biases(
     scene: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     measurements, sensors = scene

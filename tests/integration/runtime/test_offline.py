@@ -16,7 +16,7 @@ from multiradar.runtime.offline_report import offline_report
 from multiradar.storage import recording as recording_module
 from multiradar.storage.recording import Recording
 from multiradar.tracking.settings import TrackingSettings
-from multiradar_schemas.arrow import BIAS_SCHEMA, TRACK_SCHEMA
+from multiradar_schemas.arrow import BIAS_SCHEMA, TRACK_SCHEMA, TRANSITION_SCHEMA
 from multiradar_schemas.reject import Reject
 from support import live_scene
 
@@ -57,7 +57,8 @@ def _run(path: Path, out: Path, **options: Any) -> OfflineResult:
 
 def _hashes(folder: Path) -> list[str]:
     files = sorted(folder.iterdir())
-    assert [file.name for file in files] == ["biases.parquet", "rejects.ndjson", "tracks.parquet"]
+    names = ["biases.parquet", "rejects.ndjson", "tracks.parquet", "transitions.parquet"]
+    assert [file.name for file in files] == names
     return [hashlib.sha256(file.read_bytes()).hexdigest() for file in files]
 
 
@@ -117,6 +118,11 @@ def test_the_tables_have_the_promised_columns_and_the_counted_rows(
     biases = pl.read_parquet(tmp_path / "out" / "biases.parquet")
     assert tracks.schema == TRACK_SCHEMA
     assert biases.schema == BIAS_SCHEMA
+    steps = pl.read_parquet(tmp_path / "out" / "transitions.parquet")
+    assert steps.schema == TRANSITION_SCHEMA
+    assert len(steps) == result.steps
+    assert len(steps.filter(transition="started")) == result.tracks
+    assert steps.filter(transition="started")["last_update_s"].null_count() == result.tracks
     assert tracks["sequence"].to_list() == list(range(1, result.updates + 1))
     assert tracks["track_id"].n_unique() == result.tracks == 12
     assert len(biases) == result.bias_rows

@@ -10,7 +10,9 @@ import pyarrow
 import pytest
 
 from multiradar.api.selection import TRACK_COLUMNS
+from multiradar_schemas.arrow import TRANSITION_SCHEMA
 from multiradar_schemas.track import Track
+from multiradar_schemas.transition import Transition
 from support.fake_service import FakeService, live_tracks, updates_of
 
 
@@ -165,7 +167,13 @@ async def test_one_track_is_one_of_the_schema(client: httpx.AsyncClient) -> None
 
 
 @pytest.mark.parametrize(
-    "path", ["/v1/tracks/99", "/v1/tracks/99/history", "/v1/tracks/99/forecast"]
+    "path",
+    [
+        "/v1/tracks/99",
+        "/v1/tracks/99/history",
+        "/v1/tracks/99/forecast",
+        "/v1/tracks/99/transitions",
+    ],
 )
 async def test_an_unknown_track_is_404(client: httpx.AsyncClient, path: str) -> None:
     answer = await client.get(path)
@@ -260,3 +268,30 @@ async def test_a_smaller_bound_of_points_is_a_422_that_names_it(
 async def test_a_forecast_at_its_limit_is_served(client: httpx.AsyncClient) -> None:
     answer = await client.get("/v1/tracks/3/forecast?horizon_s=999&step_s=1")
     assert len(answer.json()["points"]) == 1000
+
+
+async def test_the_steps_in_the_life_of_a_track_are_served_by_pages_also_when_it_has_ended(
+    client: httpx.AsyncClient, service: FakeService
+) -> None:
+    names = ["started", "confirmed", "ended"]
+    service.view.steps[77] = pl.DataFrame(
+        {
+            "time_s": [1.0, 9.0, 9.0],
+            "track_id": [77] * 3,
+            "transition": names,
+            "reason": ["new-place", "likelihood", "merged"],
+            "into_track_id": [None, None, 4],
+            "last_update_s": [None, 5.0, 9.0],
+        },
+        schema=TRANSITION_SCHEMA,
+    )
+    seen: list[Transition] = []
+    url = "/v1/tracks/77/transitions?limit=1"
+    while url:
+        answer = await client.get(url)
+        seen += [Transition.model_validate(row) for row in answer.json()["transitions"]]
+        url = answer.links.get("next", {}).get("url", "")
+    assert [one.transition for one in seen] == names
+    assert (seen[0].into_track_id, seen[2].into_track_id) == (None, 4)
+    later = await client.get("/v1/tracks/77/transitions?since=2")
+    assert later.json()["count"] == 2

@@ -19,6 +19,7 @@ from multiradar.tracking.outputs import (
     EngineOutput,
 )
 from multiradar.tracking.settings import TrackingSettings
+from multiradar.tracking.transitions import MERGED, NO_TRACK, SILENT
 from multiradar.wire import biases_frame, measurement_batch, tracks_frame
 from multiradar_schemas.arrow import BIAS_SCHEMA, TRACK_SCHEMA
 from multiradar_schemas.forecast import ForecastPoint
@@ -49,10 +50,13 @@ class _Told:
         self.view.publish(output, self.data_time_s)
         return output
 
-    def end(self, tracks: list[int], time_s: float) -> None:
+    def end(self, tracks: list[int], time_s: float, into_track: int = NO_TRACK) -> None:
         """Publish the end of tracks."""
         nothing = self.engine.push(MeasurementBatch.empty())
-        ended = EndedTracks(np.array(tracks), np.full(len(tracks), time_s))
+        count = len(tracks)
+        into = np.full(count, into_track)
+        reason = np.where(into == NO_TRACK, SILENT, MERGED).astype(np.int8)
+        ended = EndedTracks(np.array(tracks), np.full(count, time_s), reason, into)
         self.publish(EngineOutput(nothing.updates, nothing.biases, ended), time_s)
 
 
@@ -246,7 +250,7 @@ def test_events_tell_every_row_in_the_order_of_data_time() -> None:
     assert pl.DataFrame(by_kind["bias"], schema=BIAS_SCHEMA).equals(
         biases_frame(output.biases, TABLE)
     )
-    assert by_kind["ended"] == [{"time_s": told.data_time_s, "track_id": 4}]
+    assert by_kind["ended"] == [{"time_s": told.data_time_s, "track_id": 4, "reason": "silent"}]
     assert [mark["time_s"] - START_S for mark in by_kind["status"]] == [20.0, 40.0]
     for event in events:
         payload = json.loads(event.payload)

@@ -10,6 +10,7 @@ from multiradar.tracking import pool as pool_module
 from multiradar.tracking.measurements import MeasurementBatch
 from multiradar.tracking.pool import CAPACITY_FIRST, PARTITIONS, AircraftPool
 from multiradar.tracking.roster import RowIdentities
+from multiradar.tracking.transitions import SILENT
 from support.batches import batch_of
 
 
@@ -95,7 +96,11 @@ def test_an_old_track_ends_and_its_number_starts_another() -> None:
     pool.aircraft.time[rows.slot] = 50.0
     # Moved on by refused measurements, but updated long ago.
     pool.aircraft.updated[rows.slot] = [10.0, 50.0, 10.0]
-    assert pool.drop(40.0).tolist() == [1, 3]
+    old = pool.silent(40.0)
+    ends = pool.end(old, np.full(len(old), SILENT))
+    assert ends.track_id.tolist() == [1, 3]
+    assert ends.updated_s.tolist() == [10.0, 10.0]
+    assert ends.slot.tolist() == rows.slot[[0, 2]].tolist()
     assert np.isnan(pool.aircraft.time[rows.slot[[0, 2]]]).all()
     later = assigned(pool, batch_of([60.0, 60.0], track_number=[3, 2]))
     assert later.track_id.tolist() == [4, 2]
@@ -105,7 +110,8 @@ def test_an_old_track_ends_and_its_number_starts_another() -> None:
 def test_an_aircraft_that_was_never_located_is_freed_without_a_track_that_ends() -> None:
     pool = AircraftPool(FILTERS["blom"], 0, 0)
     assigned(pool, batch_of([0.0], track_number=[1]))
-    assert pool.drop(1e9).tolist() == []
+    old = pool.silent(1e9)
+    assert len(pool.end(old, np.full(len(old), SILENT)).track_id) == 0
     assert len(pool.used()) == 0
 
 

@@ -1,0 +1,91 @@
+"""The steps in the life of a track, and why they were taken: their numbers and their names.
+
+Compiled functions take the numbers; the names go on the wire.
+"""
+
+from typing import NamedTuple, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+# Transitions.
+STARTED = 0
+CONFIRMED = 1
+COASTING = 2
+RESUMED = 3
+RESTARTED = 4
+ENDED = 5
+
+#: Names of the transitions on the wire, by number.
+TRANSITION_NAMES = ("started", "confirmed", "coasting", "resumed", "restarted", "ended")
+
+# Reasons.
+NEW_IDENTITY = 0
+NEW_PLACE = 1
+UPDATES = 2
+LIKELIHOOD = 3
+SILENT = 4
+HEARD = 5
+REFUSED = 6
+UNCONFIRMED = 7
+UNLIKELY = 8
+MERGED = 9
+
+#: Names of the reasons on the wire, by number.
+REASON_NAMES = (
+    "new-identity",
+    "new-place",
+    "updates",
+    "likelihood",
+    "silent",
+    "heard",
+    "refused",
+    "unconfirmed",
+    "unlikely",
+    "merged",
+)
+
+#: In place of a track: none.
+NO_TRACK = -1
+
+
+class Ends(NamedTuple):
+    """Tracks that end at one moment, before their slots are given away.
+
+    Attributes
+    ----------
+    slot, track_id : (n,) int64
+        Where the tracks are, and which they are.
+    updated_s : (n,) float64
+        Data time of the last update of each.
+    reason : (n,) int64
+        Why.
+    into : (n,) int64
+        The track that stands for it from now on, `NO_TRACK` for none.
+    """
+
+    slot: Integers
+    track_id: Integers
+    updated_s: Floats
+    reason: Integers
+    into: Integers
+
+    @classmethod
+    def empty(cls) -> Self:
+        """Return no ends."""
+        none = np.empty(0, np.int64)
+        return cls(none, none, np.empty(0), none, none)
+
+    def and_also(self, others: "Ends") -> "Ends":
+        """Return these and others, by ascending track."""
+        order = np.argsort(np.concatenate([self.track_id, others.track_id]))
+        return Ends(
+            slot=np.concatenate([self.slot, others.slot])[order],
+            track_id=np.concatenate([self.track_id, others.track_id])[order],
+            updated_s=np.concatenate([self.updated_s, others.updated_s])[order],
+            reason=np.concatenate([self.reason, others.reason])[order],
+            into=np.concatenate([self.into, others.into])[order],
+        )
