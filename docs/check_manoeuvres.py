@@ -56,6 +56,7 @@ class Flown:
     rows: Measurements
     doing: Integers
     biases: Floats
+    fliers: tuple[Aircraft, ...]
 
 
 @dataclass(frozen=True)
@@ -182,7 +183,9 @@ def flights(
         ]
         biases = np.array([(one[9], np.radians(one[10])) for one in RADARS]).ravel()
         found.append(
-            Flown(sensors, batch(rows), rows, np.array(doing), biases[: 0 if known else None])
+            Flown(
+                sensors, batch(rows), rows, np.array(doing), biases[: 0 if known else None], fliers
+            )
         )
     return found
 

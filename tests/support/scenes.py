@@ -63,6 +63,7 @@ class Flight:
     height_m: float = 9_000.0
     acceleration_density: float = 0.0
     reports_height: bool = True
+    legs: tuple[simulated.Leg, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -101,7 +102,7 @@ def make_scene(
     scene = simulated.Scene(
         title="", seed=0, duration_s=max(flight.end_s for flight in flights), plane="wgs84",
         centre_rad=(plane.latitude_rad, plane.longitude_rad), traffic=(),
-        aircraft=tuple(_aircraft(number, one) for number, one in enumerate(flights, start=1)),
+        aircraft=tuple(flier(number, one) for number, one in enumerate(flights, start=1)),
         sensors=tuple(_sensor(*one) for one in zip(radars, sites.tolist(), strict=True)),
     )  # fmt: skip
     seen = observe(scene, rng)
@@ -212,12 +213,14 @@ def three_radars() -> list[Radar]:
     ]
 
 
-def _aircraft(number: int, flight: Flight) -> simulated.Aircraft:
+def flier(number: int, flight: Flight) -> simulated.Aircraft:
+    """The aircraft of a flight."""
     east, north, east_rate, north_rate = flight.state
     return simulated.Aircraft(
         number, east, north, flight.height_m, float(np.hypot(east_rate, north_rate)),
         float(np.arctan2(east_rate, north_rate)), flight.start_s, flight.end_s,
         acceleration_density=flight.acceleration_density, reports_height=flight.reports_height,
+        legs=flight.legs,
     )  # fmt: skip
 
 

@@ -35,6 +35,7 @@ from multiradar.tracking.association import WINDOW_S, Association, Window
 from multiradar.tracking.lifecycle import BY_IDENTITY
 from multiradar.tracking.lifecycle import CONFIRMED as STAGE_CONFIRMED
 from multiradar.tracking.measurements import MeasurementBatch
+from multiradar.tracking.mode_states import ModeStates, mode_states
 from multiradar.tracking.order import ReorderBuffer
 from multiradar.tracking.outputs import (
     STATE_CONFIRMED,
@@ -185,7 +186,12 @@ class Engine:
             mean=mean,
             covariance=covariance,
             height_m=aircraft.height[slots],
+            modes=self._modes_of(slots) if self._filter.keeps_modes else None,
         )
+
+    def _modes_of(self, slots: NDArray[np.intp]) -> ModeStates:
+        biases = self._biases
+        return mode_states(self._pool.aircraft, slots, biases.state.estimate, biases.model.factor)
 
     def untold(self) -> tuple[Untold, ...]:
         """Return the combinations of biases that the measurements so far have told nothing of."""

@@ -7,8 +7,14 @@ from numpy.typing import NDArray
 
 from multiradar.errors import ForecastError, OutsidePlaneError
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.tracking.forecast import forecast
+from multiradar.tracking.forecast import (
+    density_of,
+    forecast,
+    forecast_modes_of,
+    forecast_of_modes,
+)
 from multiradar.tracking.outputs import TrackStates
+from multiradar.tracking.settings import TrackingSettings
 
 #: Bounds of a forecast and what is taken where nothing is said, the same for everybody who asks, s.
 HORIZON_DEFAULT_S = 60.0
@@ -60,7 +66,7 @@ def forecast_points(
     track: dict[str, Any],
     steps_s: NDArray[np.float64],
     plane: SystemPlane,
-    acceleration_density: float,
+    settings: TrackingSettings,
 ) -> list[dict[str, Any]] | None:
     """Return the forecast of one track.
 
@@ -74,8 +80,8 @@ def forecast_points(
         Times after the data time of now, s.
     plane : SystemPlane
         The plane of the states.
-    acceleration_density : float
-        Spectral density of the acceleration, m²/s³.
+    settings : TrackingSettings
+        How aircraft are taken to move.
 
     Returns
     -------
@@ -89,9 +95,7 @@ def forecast_points(
         return None
     state_time_s = float(states.time_s[place])
     time_s = max(state_time_s, track["time_s"] + track["age_s"]) + steps_s
-    means, covariances = forecast(
-        states.mean[place], states.covariance[place], acceleration_density, time_s - state_time_s
-    )
+    means, covariances = _propagated(states, place, settings, time_s - state_time_s)
     inside = _points_inside(plane, means)
     east_m, north_m = means[:inside, 0], means[:inside, 1]
     latitude_rad, longitude_rad = plane.to_geodetic(east_m, north_m)
@@ -121,6 +125,22 @@ def forecast_points(
             strict=True,
         )
     ]
+
+
+# As the filter of the track takes it to move.
+def _propagated(
+    states: TrackStates, place: int, settings: TrackingSettings, ahead_s: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    mean, modes = states.mean[place], states.modes
+    if modes is None:
+        return forecast(mean, states.covariance[place], density_of(settings, mean[2:]), ahead_s)
+    return forecast_of_modes(
+        modes.probability[place],
+        modes.mean[place],
+        modes.covariance[place],
+        forecast_modes_of(settings),
+        ahead_s,
+    )
 
 
 def _points_inside(plane: SystemPlane, means: NDArray[np.float64]) -> int:

@@ -167,7 +167,7 @@ class Publication:
         if track is None or self._states is None:
             return None
         states, plane = self._states()
-        return forecast_points(states, track, steps, plane, self._tracking.acceleration_density)
+        return forecast_points(states, track, steps, plane, self._tracking)
 
     def sensors(self) -> list[dict[str, Any]]:
         """Return the sensors by identifier, with their number of updates and the time of the last.

@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.tracking.mode_states import ModeStates
+
 STATE_TENTATIVE = 0
 STATE_CONFIRMED = 1
 STATE_COASTING = 2
@@ -231,6 +233,8 @@ class TrackStates:
         Covariance of `mean`, the uncertainty of the biases included.
     height_m : (n,) float64
         Last height heard, NaN when none was.
+    modes : ModeStates or None
+        The modes of motion, None for filters without.
     """
 
     track_id: NDArray[np.int64]
@@ -238,6 +242,7 @@ class TrackStates:
     mean: NDArray[np.float64]
     covariance: NDArray[np.float64]
     height_m: NDArray[np.float64]
+    modes: ModeStates | None = None
 
     def __len__(self) -> int:
         return len(self.track_id)

@@ -9,8 +9,11 @@ from multiradar.geodesy.polar import slant_range_azimuth
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.forecasts import forecast_points
 from multiradar.tracking.outputs import TrackStates
+from multiradar.tracking.settings import TrackingSettings
 
 PLANE = SystemPlane(np.radians(50.0), np.radians(15.0))
+STILL = TrackingSettings(acceleration_density=0.0)
+MOVING = TrackingSettings(acceleration_density=1.0)
 TRACK: dict[str, Any] = {
     "track_id": 7,
     "time_s": 100.0,
@@ -38,7 +41,7 @@ def test_the_covariance_is_in_true_metres_far_from_the_centre(deviation: list[fl
     """1 200 km from the centre the plane shrinks distances by 2 % and turns north by 11°."""
     east_m, north_m = 900e3, 800e3
     points = forecast_points(
-        _states(east_m, north_m, deviation), TRACK, np.array([0.0]), PLANE, 0.0
+        _states(east_m, north_m, deviation), TRACK, np.array([0.0]), PLANE, STILL
     )
     assert points is not None
     here = PLANE.to_geodetic(east_m, north_m)
@@ -61,13 +64,13 @@ def test_a_track_that_the_filter_does_not_know_has_no_forecast() -> None:
     states = _states(0.0, 0.0, [1.0, 1.0])
     for track_id in (6, 8):
         track = {**TRACK, "track_id": track_id}
-        assert forecast_points(states, track, np.array([0.0]), PLANE, 0.0) is None
+        assert forecast_points(states, track, np.array([0.0]), PLANE, STILL) is None
 
 
 def test_a_state_that_is_newer_than_the_data_time_is_not_turned_back() -> None:
     states = _states(0.0, 0.0, [1.0, 1.0])
     points = forecast_points(
-        states, {**TRACK, "time_s": 90.0, "age_s": 5.0}, np.array([0.0, 10.0]), PLANE, 1.0
+        states, {**TRACK, "time_s": 90.0, "age_s": 5.0}, np.array([0.0, 10.0]), PLANE, MOVING
     )
     assert points is not None
     assert [point["time_s"] for point in points] == [100.0, 110.0]
@@ -77,22 +80,22 @@ def test_a_forecast_ends_where_the_track_leaves_the_plane() -> None:
     # The plane ends 60° from its centre, 5 517 km of plane: 20 km on, at 1 km/s.
     states = _states(5_490e3, 0.0, [1.0, 1.0])
     states.mean[0, 2] = 1000.0
-    points = forecast_points(states, TRACK, np.arange(100.0), PLANE, 1.0)
+    points = forecast_points(states, TRACK, np.arange(100.0), PLANE, MOVING)
     assert points is not None
     assert 1 < len(points) < 100
     assert [point["time_s"] for point in points] == [100.0 + step for step in range(len(points))]
 
 
 def test_a_track_outside_the_plane_has_no_points() -> None:
-    points = forecast_points(_states(6e6, 0.0, [1.0, 1.0]), TRACK, np.arange(3.0), PLANE, 1.0)
+    points = forecast_points(_states(6e6, 0.0, [1.0, 1.0]), TRACK, np.arange(3.0), PLANE, MOVING)
     assert points == []
 
 
 def test_the_covariance_is_told_at_the_height_of_the_aircraft() -> None:
     """Verticals spread: 10 km up, 100 m on the ground are 100 × (1 + 10/6378) m."""
     states, now = _states(0.0, 0.0, [100.0, 0.0]), np.array([0.0])
-    low = forecast_points(states, TRACK, now, PLANE, 0.0)
-    high = forecast_points(states, {**TRACK, "height_m": 10e3}, now, PLANE, 0.0)
+    low = forecast_points(states, TRACK, now, PLANE, STILL)
+    high = forecast_points(states, {**TRACK, "height_m": 10e3}, now, PLANE, STILL)
     assert low is not None
     assert high is not None
     ratio = high[0]["position_sigma_m"] / low[0]["position_sigma_m"]

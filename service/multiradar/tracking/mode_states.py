@@ -1,0 +1,73 @@
+"""The modes of motion of live tracks as the filter of interacting modes knows them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar.estimation.filters.arrays import Aircraft
+
+Floats = NDArray[np.float64]
+
+#: Probability of straight flight before the second plot, as in `_mode_kernels.spread_over_modes`.
+_STRAIGHT_AT_FIRST = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class ModeStates:
+    """What the modes of tracks say, one row for each track.
+
+    Attributes
+    ----------
+    probability : (n, j) float64
+        Probabilities of the modes, of sum one.
+    mean : (n, j, 4) float64
+        East and north in the system plane, m, and their rates, m/s.
+    covariance : (n, j, 10) float64
+        Upper triangles of the covariances of `mean`, row by row, the uncertainty of the biases
+        included.
+    """
+
+    probability: Floats
+    mean: Floats
+    covariance: Floats
+
+
+def mode_states(
+    aircraft: Aircraft, slots: NDArray[np.intp], bias: Floats, factor: Floats
+) -> ModeStates:
+    """Return the modes of aircraft, at the published biases.
+
+    Parameters
+    ----------
+    aircraft : Aircraft
+        Those of a filter that keeps modes.
+    slots : (n,) int
+        Which of them; they have started.
+    bias : (c,) float64
+        Published estimate of the biases.
+    factor : (c, c) float64
+        Upper triangular Lᵀ with L Lᵀ = its covariance.
+
+    Returns
+    -------
+    ModeStates
+        Before the second plot all modes are the one state, as the filter would begin them.
+    """
+    count = aircraft.mode_probability.shape[1]
+    rows = slots[:, None] * count + np.arange(count)
+    probability = aircraft.mode_probability[slots]
+    mean, covariance = aircraft.mode_mean[rows], aircraft.mode_covariance[rows]
+    sensitivity = aircraft.mode_sensitivity[rows]
+    new = np.isnan(probability[:, 0])
+    probability[new] = (1.0 - _STRAIGHT_AT_FIRST) / (count - 1)
+    probability[new, 0] = _STRAIGHT_AT_FIRST
+    mean[new] = aircraft.mean[slots[new], None]
+    covariance[new] = aircraft.covariance[slots[new], None]
+    sensitivity[new] = aircraft.sensitivity[slots[new], None]
+    root = sensitivity @ factor.T
+    spread = root @ root.swapaxes(-1, -2)
+    upper = np.triu_indices(4)
+    return ModeStates(
+        probability, mean + sensitivity @ bias, covariance + spread[..., upper[0], upper[1]]
+    )
