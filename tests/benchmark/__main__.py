@@ -7,7 +7,16 @@ from collections.abc import Callable
 from pathlib import Path
 from time import perf_counter
 
-from benchmark import conversion, filters, ingest, joint_cost, offline, queries, updates
+from benchmark import (
+    conversion,
+    filters,
+    ingest,
+    joint_cost,
+    offline,
+    queries,
+    tracker,
+    updates,
+)
 from benchmark.plan import Plan
 from benchmark.report import Row, show, write, write_markdown
 
@@ -16,6 +25,7 @@ SUITES: dict[str, tuple[str, Callable[[Plan], list[Row]]]] = {
     "filters": (filters.TEXT, filters.run),
     "joint-cost": (joint_cost.TEXT, joint_cost.run),
     "offline": (offline.TEXT, offline.run),
+    "tracker": (tracker.TEXT, tracker.run),
     "ingest": (ingest.TEXT, ingest.run),
     "queries": (queries.TEXT, queries.run),
     "zenoh": (updates.TEXT, updates.run),
