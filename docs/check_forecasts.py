@@ -105,7 +105,8 @@ def starts(one: Flown, settings: TrackingSettings, duration_s: float) -> list[St
     paths = [
         fly(flier, duration_s, np.random.Generator(np.random.PCG64(0))) for flier in one.fliers
     ]
-    found, number = [], {}
+    found: list[Start] = []
+    number: dict[int, int] = {}
     cuts = np.searchsorted(
         one.batch.time_s, np.arange(SETTLED_S, duration_s - AHEAD_S[-1], EVERY_S)
     )
