@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import polars as pl
@@ -159,6 +160,44 @@ def measurement_batch(frame: pl.DataFrame, table: SensorTable) -> tuple[Measurem
         keep[index] = False
         frame = frame.filter(pl.Series(keep))
     return _columns(frame, table), Rejected(index, code, reason)
+
+
+def measurement_rows(batch: MeasurementBatch, table: SensorTable) -> list[dict[str, Any]]:
+    """Translate measurements back, to show them.
+
+    Parameters
+    ----------
+    batch : MeasurementBatch
+        Measurements as the tracker takes them: known biases are off.
+    table : SensorTable
+        The sensors.
+
+    Returns
+    -------
+    list of dict
+        Columns of `MEASUREMENT_SCHEMA` in degrees, without what is missing.
+    """
+    floats = {
+        "range_m": batch.range_m,
+        "azimuth_deg": np.degrees(batch.azimuth_rad),
+        "latitude_deg": np.degrees(batch.latitude_rad),
+        "longitude_deg": np.degrees(batch.longitude_rad),
+        "height_m": batch.height_m,
+    }
+    texts = {"mode_3a": "04o", "mode_s_address": "06x", "track_number": "d"}
+    rows: list[dict[str, Any]] = []
+    for row in range(len(batch)):
+        said: dict[str, Any] = {
+            "time_s": float(batch.time_s[row]),
+            "sensor_id": table.ids[batch.sensor[row]],
+        }
+        said |= {name: float(one[row]) for name, one in floats.items() if np.isfinite(one[row])}
+        for name, form in texts.items():
+            number = int(getattr(batch, name)[row])
+            if number != MISSING_INTEGER:
+                said[name] = number if form == "d" else format(number, form)
+        rows.append(said)
+    return rows
 
 
 def tracks_frame(updates: TrackUpdates, table: SensorTable) -> pl.DataFrame:

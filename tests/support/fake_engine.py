@@ -63,6 +63,11 @@ class FakeEngine:
         )
         return EngineOutput(self._updates(batch), _records(biases), _nothing_ended())
 
+    @property
+    def waiting_from(self) -> int:
+        """Nothing waits."""
+        return self._sequence
+
     def flush(self) -> EngineOutput:
         """End the epoch."""
         biases = [] if self._epoch is None else [(self._epoch, (self._epoch + 1) * EPOCH_S)]

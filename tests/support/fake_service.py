@@ -172,8 +172,9 @@ class FakeService:
     answer: Callable[[Submission, "Future[Receipt]"], None] | None = None
     _receipts: dict[str, Receipt] = field(default_factory=dict)
 
-    def quarantined(self, after: int, limit: int) -> list[Quarantined]:
-        return [row for row in self.quarantine if row.number > after][:limit]
+    def quarantined(self, after: int, limit: int, code: str | None = None) -> list[Quarantined]:
+        rows = [row for row in self.quarantine if code in (None, row.row.code)]
+        return [row for row in rows if row.number > after][:limit]
 
     def submit(
         self,

@@ -12,6 +12,7 @@ from multiradar.api.query import Integer, Limit, strict_query
 from multiradar.api.tables import json_response
 from multiradar.errors import RequestError
 from multiradar.observability.metrics import EXPOSITION_MEDIA_TYPE, exposition
+from multiradar_schemas.reject import RejectCode
 
 # Of the states of a service, the one in which it takes measurements.
 _READY_STATE = "running"
@@ -61,10 +62,14 @@ async def list_rejects(
         Integer, Query(ge=0, description="`next_after` of the answer before", examples=[0])
     ] = 0,
     limit: Limit = 1000,
+    code: Annotated[
+        RejectCode | None, Query(description="Only this reason: the last that are kept of it")
+    ] = None,
 ) -> Response:
     """Return measurements that were refused, oldest first: source, place, code and reason."""
     limit = min(limit, access.view.page_rows_max)
-    rows = await access.workers.run(access.service.quarantined, after, limit)
+    wanted = None if code is None else str(code)
+    rows = await access.workers.run(access.service.quarantined, after, limit, wanted)
     rejects = [
         {
             "number": row.number,

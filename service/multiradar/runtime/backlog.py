@@ -5,7 +5,7 @@ from collections import deque
 from dataclasses import dataclass
 
 from multiradar.errors import PipelineError
-from multiradar.storage.entries import EntryKind
+from multiradar.storage.entries import EntryKind, RejectedRow
 from multiradar.tracking.measurements import MeasurementBatch
 
 
@@ -21,11 +21,17 @@ class Journalled:
         Measurements, or the end of a stream.
     batch : MeasurementBatch
         The accepted measurements, in the order of their arrival.
+    source : str
+        Who sent them.
+    rejects : tuple of RejectedRow
+        The rows of the same message that were refused.
     """
 
     sequence: int
     kind: EntryKind
     batch: MeasurementBatch
+    source: str = ""
+    rejects: tuple[RejectedRow, ...] = ()
 
 
 def grouped(waiting: deque[Journalled], rows_max: int) -> list[Journalled]:

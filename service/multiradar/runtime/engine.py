@@ -11,6 +11,7 @@ import math
 from collections import Counter
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -123,6 +124,11 @@ class Engine:
         return {**counts, "LATE": self._order.late, "DUPLICATE": self._order.duplicates}
 
     @property
+    def waiting_from(self) -> int:
+        """Place, by arrival from 0, of the first measurement that waits to be put in order."""
+        return self._order.waiting_from
+
+    @property
     def transitions(self) -> dict[str, int]:
         """How often tracks without identity went on to another stage of their lives, by reason."""
         return self._association.transitions
@@ -162,7 +168,7 @@ class Engine:
         released = self._order.flush()
         output = _EMPTY if released is None else self._process(released)
         biases = BiasRecords.concatenate([output.biases, self._close_epoch()])
-        return EngineOutput(output.updates, biases, output.ended, output.transitions)
+        return replace(output, biases=biases)
 
     def tracks(self) -> TrackStates:
         """Return the live tracks with the uncertainty of the biases included."""
@@ -229,6 +235,7 @@ class Engine:
             biases=BiasRecords.concatenate(biases),
             ended=EndedTracks.concatenate(ended),
             transitions=transitions,
+            duplicates=self._order.dropped,
         )
 
     def _take(self, run: "_Run", first: int, last: int) -> list[EndedTracks]:

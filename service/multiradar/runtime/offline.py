@@ -19,9 +19,11 @@ from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.admission import ACCEPTED, Admission
 from multiradar.runtime.digest import OutputDigest
 from multiradar.runtime.engine import Engine
+from multiradar.runtime.places import Places
 from multiradar.runtime.reject_file import RejectFile, TimeRefusals
 from multiradar.storage.recording import INDEX_COLUMN, Recording
 from multiradar.storage.table_writer import TableWriter
+from multiradar.tracking.duplicates import Duplicates
 from multiradar.tracking.outputs import (
     BiasRecords,
     EngineOutput,
@@ -166,6 +168,7 @@ class _Run:
         self._biases = TableWriter(folder / BIASES_FILE, BIAS_SCHEMA)
         self._transitions = TableWriter(folder / TRANSITIONS_FILE, TRANSITION_SCHEMA)
         self._rejects = RejectFile(folder / REJECTS_FILE, job.recording.path.name)
+        self._places = Places()
         self._result = OfflineResult()
 
     # Takes one block; yields how many of its rows are done, batch after batch.
@@ -173,22 +176,28 @@ class _Run:
         measured, refused = wire.measurement_batch(block.drop(INDEX_COLUMN), self._sensors)
         clock_s = self._admission.data_clock_s
         codes = np.zeros(len(measured), np.int8)
+        at = np.delete(block[INDEX_COLUMN].cast(pl.Int64).to_numpy(), refused.index)
         outputs = []
         for start in range(0, len(measured), self._batch_rows):
             rows = slice(start, start + self._batch_rows)
             batch = measured.take(rows)
             codes[rows] = self._admission.admit(batch)
-            accepted = codes[rows] == ACCEPTED
-            outputs.append(self._engine.push(batch if accepted.all() else batch.take(accepted)))
+            taken = codes[rows] == ACCEPTED
+            self._places.add(0, int(np.count_nonzero(taken)), at[rows][taken])
+            outputs.append(self._engine.push(batch if taken.all() else batch.take(taken)))
             yield min(rows.stop, len(block))
         self._write(outputs)
         self._result.read += len(block)
         self._result.accepted += int(np.count_nonzero(codes == ACCEPTED))
         times = TimeRefusals(self._admission, clock_s, measured.time_s, codes)
         self._result.rejected += self._rejects.write(block, refused, times)
+        self._write_duplicates(outputs)
 
     def finish(self) -> OfflineResult:
-        self._write([self._engine.flush()])
+        last = self._engine.flush()
+        self._write([last])
+        self._write_duplicates([last])
+        self._rejects.finish()
         self._tracks.finish()
         self._biases.finish()
         self._transitions.finish()
@@ -228,6 +237,12 @@ class _Run:
             self._biases.append(frame)
             self._result.bias_rows += len(frame)
             self._keep_last(frame)
+
+    def _write_duplicates(self, outputs: Sequence[EngineOutput]) -> None:
+        found = Duplicates.concatenate([output.duplicates for output in outputs])
+        places = [row for _, row in self._places.find(found.place.tolist())]
+        self._rejects.write_duplicates(found, places, self._sensors)
+        self._places.forget(self._engine.waiting_from)
 
     def _keep_last(self, frame: pl.DataFrame) -> None:
         last = frame.unique(["sensor_id", "parameter"], keep="last", maintain_order=True)

@@ -62,7 +62,7 @@ def offline_report(job: OfflineJob, result: OfflineResult) -> Report:
             OutputFile(file=TRACKS_FILE, rows=result.updates),
             OutputFile(file=TRANSITIONS_FILE, rows=result.steps),
             OutputFile(file=BIASES_FILE, rows=result.bias_rows),
-            OutputFile(file=REJECTS_FILE, rows=result.rejected_total),
+            OutputFile(file=REJECTS_FILE, rows=result.rejected_total + result.duplicate),
         ],
         output_sha256=result.output_sha256,
         settings={

@@ -143,6 +143,6 @@ class ReadableService(Protocol):
         """One of stopped, recovering, running and failed."""
         ...
 
-    def quarantined(self, after: int, limit: int) -> Sequence[Quarantined]:
-        """Return refused rows behind a number of the quarantine, oldest first."""
+    def quarantined(self, after: int, limit: int, code: str | None = None) -> Sequence[Quarantined]:
+        """Return refused rows behind a number of the quarantine, or of a code, oldest first."""
         ...

@@ -106,7 +106,10 @@ def journalled(entries: Sequence[StoredEntry], table: SensorTable) -> list[Journ
                 f"entry {stored.sequence} of the journal: expected {stored.entry.accepted} "
                 f"measurements that can be taken, was {taken}; it was written under other rules"
             )
-        found.append(Journalled(stored.sequence, stored.entry.kind, translated[0]))
+        entry = stored.entry
+        found.append(
+            Journalled(stored.sequence, entry.kind, translated[0], entry.source, entry.rejects)
+        )
     return found
 
 

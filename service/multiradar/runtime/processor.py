@@ -16,6 +16,7 @@ from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.backlog import Backlog, Journalled, grouped
 from multiradar.runtime.digest import OutputDigest
+from multiradar.runtime.places import Places
 from multiradar.runtime.preparation import journalled
 from multiradar.runtime.publication import Publication
 from multiradar.runtime.tracking_engine import TrackingEngine
@@ -147,6 +148,7 @@ class Processor:
     def _begin(self) -> None:
         self._engine = self._open_engine()
         self._digest = OutputDigest()
+        self._places = Places()
         self._states = None
         self._data_time_s = None
         self._updates = 0
@@ -222,12 +224,15 @@ class Processor:
             if len(output.updates):
                 self._updates = int(output.updates.sequence[-1])
         self._publication.publish(output, self._data_time_s)
+        self._quarantine(group, output)
         # Only now can a reader see what came of it.
         self.processed = group[-1].sequence
 
     def _push(self, group: Sequence[Journalled]) -> EngineOutput:
         if group[0].kind is EntryKind.FLUSH:
             return self._engine.flush()
+        for entry in group:
+            self._places.add(entry.sequence, len(entry.batch))
         batches = [entry.batch for entry in group]
         batch = batches[0] if len(batches) == 1 else MeasurementBatch.concatenate(batches)
         output = self._engine.push(batch)
@@ -236,6 +241,15 @@ class Processor:
             known_s = self._data_time_s
             self._data_time_s = latest if known_s is None else max(known_s, latest)
         return output
+
+    # Tell of what was refused with these entries, and of what the engine found to be there twice.
+    def _quarantine(self, group: Sequence[Journalled], output: EngineOutput) -> None:
+        board = self._publication.refusals
+        for entry in group:
+            board.refuse(entry.sequence, entry.source, entry.rejects)
+        if len(output.duplicates):
+            board.drop(output.duplicates, self._places.find(output.duplicates.place.tolist()))
+        self._places.forget(self._engine.waiting_from)
 
     def _settle(self) -> None:
         with self._lock:

@@ -22,6 +22,7 @@ from multiradar.runtime.forecasts import forecast_points, forecast_steps
 from multiradar.runtime.history import TrackHistory, row_updates, update_rows
 from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.live_tracks import LiveTracks
+from multiradar.runtime.reject_board import RejectBoard
 from multiradar.runtime.sensor_board import SensorBoard
 from multiradar.runtime.transition_rows import (
     TRANSITION_DTYPE,
@@ -63,6 +64,8 @@ class Publication:
         self._data_time_s: float | None = None
         self._frame = pl.DataFrame()
         self._frame_version = -1
+        #: What was refused, by reason.
+        self.refusals = RejectBoard(sensors, limits.rejects_kept_max)
         self._begin()
 
     # ---------------------------------------------------------------- readers
@@ -232,7 +235,7 @@ class Publication:
                 "subscribers": self._ring.subscriber_count,
                 "epoch": self._biases.epoch,
             }
-        return {**self._status(), **known}
+        return {**self._status(), **known, "rejected_by_code": self.refusals.counts}
 
     def subscribe(self, after: int | None, depth: int) -> Subscription:
         """Enter the stream of events.
@@ -288,6 +291,7 @@ class Publication:
         """Forget everything: the journal is about to be played again from its beginning."""
         with self._lock:
             self._begin()
+        self.refusals.clear()
         self._ring.clear()
 
     # ---------------------------------------------------------------- inside

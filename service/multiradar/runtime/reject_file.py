@@ -2,21 +2,25 @@
 
 import json
 from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
+from shutil import copyfileobj
 from typing import Any
 
 import numpy as np
 import polars as pl
 from numpy.typing import NDArray
 
+from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.admission import ACCEPTED, LATE, Admission
 from multiradar.storage.recording import INDEX_COLUMN
-from multiradar.wire import Rejected
+from multiradar.tracking.duplicates import Duplicates
+from multiradar.wire import Rejected, measurement_rows
 from multiradar_schemas.reject import Reject, RejectCode
 
 
 class RejectFile:
-    """Writes refusals in the order of the recording.
+    """Writes refusals in the order of the recording, then what is there twice by its time.
 
     Parameters
     ----------
@@ -28,6 +32,9 @@ class RejectFile:
 
     def __init__(self, path: Path, source: str) -> None:
         self._stream = path.open("w", encoding="utf-8", newline="\n")
+        # Which rows are there twice shows later; so that blocks leave no trace, they come last.
+        self._spool = path.with_name(path.name + ".twice")
+        self._twice = self._spool.open("w+", encoding="utf-8", newline="\n")
         self._source = source
 
     def write(
@@ -64,8 +71,34 @@ class RejectFile:
             self._stream.write(self._line(frame.row(row, named=True), code, reason))
         return Counter(str(code) for code, _ in verdicts.values())
 
+    def write_duplicates(
+        self, found: Duplicates, places: Sequence[int], sensors: SensorTable
+    ) -> None:
+        """Take measurements that are there twice.
+
+        Parameters
+        ----------
+        found : Duplicates
+            The measurements.
+        places : sequence of int
+            Row of each in the recording.
+        sensors : SensorTable
+            The sensors.
+        """
+        rows = zip(places, found.reasons(), measurement_rows(found.batch, sensors), strict=True)
+        for place, reason, raw in rows:
+            said = {INDEX_COLUMN: place, **raw}
+            self._twice.write(self._line(said, RejectCode.DUPLICATE, reason))
+
+    def finish(self) -> None:
+        """Write what is there twice to the end of the file."""
+        self._twice.seek(0)
+        copyfileobj(self._twice, self._stream)
+
     def close(self) -> None:
-        """Finish the file."""
+        """Close the file."""
+        self._twice.close()
+        self._spool.unlink(missing_ok=True)
         self._stream.close()
 
     def _line(self, row: dict[str, Any], code: RejectCode, reason: str) -> str:

@@ -223,13 +223,18 @@ class Service:
             raise PipelineError("the service is not running")
         return self._processor.settled(self._writer.head)
 
-    def quarantined(self, after: int, limit: int) -> list[Quarantined]:
+    def quarantined(self, after: int, limit: int, code: str | None = None) -> list[Quarantined]:
         """Return refused rows that follow a number of the quarantine, at most `limit`.
 
-        Fewer than `limit` mean that there are no more for now.
+        Fewer than `limit` mean that there are no more for now. With a code, the last of those that
+        are kept of it, numbered among themselves: also measurements that were accepted and then
+        found to be there twice.
         """
         if self._journal is None:
             raise PipelineError("the service is not running")
+        if code is not None:
+            kept = self.view.refusals.last(code)
+            return [row for row in kept if row.number > after][:limit]
         return self._journal.quarantined(after, limit)
 
     # ---------------------------------------------------------------- inside

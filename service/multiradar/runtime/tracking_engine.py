@@ -24,6 +24,11 @@ class TrackingEngine(Protocol):
         """What became of the measurements so far, by outcome."""
         ...
 
+    @property
+    def waiting_from(self) -> int:
+        """Place, by arrival from 0, of the first measurement that the output may still speak of."""
+        ...
+
     def push(self, batch: MeasurementBatch) -> EngineOutput:
         """Take admitted measurements, in the order of their arrival."""
         ...

@@ -110,8 +110,8 @@ class Writer:
         self._answer(taken, sequences, again)
         self._backlog.put(
             [
-                Journalled(sequence, one.prepared.entry.kind, one.prepared.batch)
-                for sequence, one in zip(sequences, taken, strict=True)
+                Journalled(sequence, entry.kind, one.prepared.batch, entry.source, entry.rejects)
+                for sequence, one, entry in zip(sequences, taken, entries, strict=True)
             ]
         )
 

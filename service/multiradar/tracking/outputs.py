@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.tracking.duplicates import NO_DUPLICATES, Duplicates
 from multiradar.tracking.mode_states import ModeStates
 
 STATE_TENTATIVE = 0
@@ -262,9 +263,12 @@ class EngineOutput:
         Tracks that ended.
     transitions : TrackTransitions
         Steps in the lives of tracks.
+    duplicates : Duplicates
+        Measurements that were left out because another one says the same.
     """
 
     updates: TrackUpdates
     biases: BiasRecords
     ended: EndedTracks
     transitions: TrackTransitions = field(default_factory=lambda: TrackTransitions.concatenate([]))
+    duplicates: Duplicates = field(default=NO_DUPLICATES)

@@ -79,7 +79,15 @@ def test_each_reject_names_its_place_its_reason_and_what_it_said(
     _run(measured, tmp_path / "out")
     lines = (tmp_path / "out" / "rejects.ndjson").read_text().splitlines()
     rejects = [Reject.model_validate_json(line) for line in lines]
-    assert {reject.offset: str(reject.code) for reject in rejects} == SPOILT
+    refused = {reject.offset: str(reject.code) for reject in rejects}
+    twice = {row: "DUPLICATE" for row in range(2000, 2005)}
+    # A row that is there before is the one that is kept; row 1500 is one of the refused ones.
+    assert refused == SPOILT | twice
+    assert len(rejects) == len(SPOILT) + len(twice)
+    written = pl.read_parquet(measured)
+    for reject in rejects:
+        if reject.code == "DUPLICATE" and reject.offset is not None:
+            assert json.loads(reject.raw)["time_s"] == written["time_s"][reject.offset]
     assert {reject.file for reject in rejects} == {"measurements.parquet"}
     first, unknown = rejects[0], rejects[1]
     assert json.loads(first.raw)["azimuth_deg"] == 360.0

@@ -100,6 +100,18 @@ async def test_pages_of_the_quarantine_smaller_than_asked_for_lose_no_row(
     assert seen == [1, 2, 3, 4, 5]
 
 
+async def test_the_quarantine_is_read_by_reason(
+    client: httpx.AsyncClient, service: FakeService
+) -> None:
+    service.quarantine = [
+        Quarantined(number, 5, "http", RejectedRow(number, code, "why", "{}"))
+        for number, code in enumerate(["OUT_OF_RANGE", "TIME_LATE", "OUT_OF_RANGE"], start=1)
+    ]
+    page = (await client.get("/v1/rejects?code=OUT_OF_RANGE")).json()
+    assert [row["number"] for row in page["rejects"]] == [1, 3]
+    assert (await client.get("/v1/rejects?code=NO_SUCH_REASON")).status_code == 422
+
+
 async def test_sensors_are_listed_and_found_by_name(client: httpx.AsyncClient) -> None:
     listed = (await client.get("/v1/sensors")).json()
     assert listed["count"] == 1
