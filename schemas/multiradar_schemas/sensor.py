@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import ConfigDict, Field, StringConstraints, model_validator
+from pydantic import BeforeValidator, ConfigDict, Field, StringConstraints, model_validator
 
 from multiradar_schemas import sensor_bounds as bounds
 from multiradar_schemas.base import Record
@@ -108,6 +108,14 @@ class Sensor(Table):
         within(bounds.RANGE_MAX_M),
         of_file("Instrumented range", "m", "unknown"),
     ] = None
+    also: Annotated[
+        tuple[Annotated[str, StringConstraints(pattern=SENSOR_ID_PATTERN)], ...],
+        BeforeValidator(lambda names: tuple(names) if isinstance(names, list) else names),
+        of_file(
+            "Further names under which its measurements come, as through a second network",
+            "list of ids, such as `43-10`",
+        ),
+    ] = ()
     source: Annotated[
         int | None, Field(ge=0), of_file("Number of the source in dumps", "1", "not from a dump")
     ] = None
@@ -209,7 +217,7 @@ class SensorsFile(Table):
     def _names_are_unique(self) -> Self:
         seen: set[str] = set()
         for one in self.sensor:
-            names = {one.id, *one.names_by_numbers()}
+            names = {one.id, *one.names_by_numbers(), *one.also}
             for name in sorted(names & seen):
                 raise wrong(f"expected each id and each pair of numbers once, was twice {name}")
             seen |= names

@@ -114,7 +114,7 @@ def sensor_table(sensors: SensorsFile) -> SensorTable:
         aliases=tuple(
             (name, row)
             for row, one in enumerate(ordered)
-            for name in one.names_by_numbers()
+            for name in dict.fromkeys((*one.names_by_numbers(), *one.also))
             if name != one.id
         ),
         known_bias=np.array(

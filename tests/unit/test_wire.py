@@ -20,6 +20,7 @@ from multiradar.tracking.outputs import (
 from multiradar.wire import biases_frame, measurement_batch, sensor_table, tracks_frame
 from multiradar_schemas.arrow import BIAS_SCHEMA, MEASUREMENT_SCHEMA, TRACK_SCHEMA
 from multiradar_schemas.bias import BiasEstimate
+from multiradar_schemas.errors import SchemaError
 from multiradar_schemas.reject import RejectCode
 from multiradar_schemas.sensor import parse_sensors
 from multiradar_schemas.track import TrackUpdate
@@ -97,6 +98,28 @@ height_m = 500.0
     batch, refused = measurement_batch(pl.DataFrame(rows, schema=MEASUREMENT_SCHEMA), table)
     assert batch.sensor.tolist() == [0, 0, 0]
     assert refused.index.tolist() == [3]
+
+
+def test_a_sensor_that_comes_through_two_networks_is_one() -> None:
+    text = """
+[[sensor]]
+id = "41-10"
+source = 41
+sensor = 10
+also = ["43-10", "41-10"]
+kind = "radar"
+latitude_deg = 46.0
+longitude_deg = 7.0
+height_m = 500.0
+"""
+    table = sensor_table(parse_sensors(text))
+    rows = [radar(sensor_id=name) for name in ("41-10", "43-10", "44-10")]
+    batch, refused = measurement_batch(pl.DataFrame(rows, schema=MEASUREMENT_SCHEMA), table)
+    assert batch.sensor.tolist() == [0, 0]
+    assert refused.index.tolist() == [2]
+    other = text.replace("41-10", "45-10").replace("source = 41", "source = 45")
+    with pytest.raises(SchemaError, match="once, was twice 43-10"):
+        parse_sensors(text + other)
 
 
 def test_a_batch_has_radians_numbers_for_codes_and_marks_what_is_missing() -> None:

@@ -33,10 +33,12 @@ from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.shared_biases import SharedBiases
 from multiradar.tracking._kernels import describe, observe
 from multiradar.tracking.association import WINDOW_S, Association, Window
+from multiradar.tracking.duplicates import Duplicates
 from multiradar.tracking.lifecycle import BY_IDENTITY
 from multiradar.tracking.lifecycle import CONFIRMED as STAGE_CONFIRMED
 from multiradar.tracking.measurements import MeasurementBatch
 from multiradar.tracking.mode_states import ModeStates, mode_states
+from multiradar.tracking.near_duplicates import NearDuplicates
 from multiradar.tracking.order import ReorderBuffer
 from multiradar.tracking.outputs import (
     STATE_CONFIRMED,
@@ -99,6 +101,7 @@ class Engine:
         self._filter = find_filter_for(settings.filter_name, sensors.parameter_kind)
         self._plane = _plane_for(sensors)
         self._order = ReorderBuffer(settings.reorder_horizon_s)
+        self._near = NearDuplicates(sensors, settings.hidden_fields)
         self._biases = SharedBiases(sensors, settings, self._filter, self._plane)
         modes = len(self._biases.model.modes)
         self._pool = AircraftPool(self._filter, len(sensors.parameter_kind), len(sensors), modes)
@@ -121,7 +124,8 @@ class Engine:
     def counts(self) -> dict[str, int]:
         """What became of the measurements so far, by outcome; also `LATE` and `DUPLICATE`."""
         counts = {outcome.name: self._outcomes[outcome.name] for outcome in Outcome}
-        return {**counts, "LATE": self._order.late, "DUPLICATE": self._order.duplicates}
+        twice = self._order.duplicates + self._near.count
+        return {**counts, "LATE": self._order.late, "DUPLICATE": twice}
 
     @property
     def waiting_from(self) -> int:
@@ -208,7 +212,11 @@ class Engine:
         if self._executor is not None:
             self._executor.shutdown()
 
-    def _process(self, shown: MeasurementBatch) -> EngineOutput:
+    def _process(self, released: MeasurementBatch) -> EngineOutput:
+        shown, near = self._near.take(released, self._order.places)
+        duplicates = Duplicates.concatenate([self._order.dropped, near])
+        if len(shown) == 0:
+            return replace(_EMPTY, duplicates=duplicates)
         batch = shown.without(self._settings.hidden_fields)
         rows, result, codes = self._prepare(batch)
         identities = RowIdentities.empty(len(batch))
@@ -235,7 +243,7 @@ class Engine:
             biases=BiasRecords.concatenate(biases),
             ended=EndedTracks.concatenate(ended),
             transitions=transitions,
-            duplicates=self._order.dropped,
+            duplicates=duplicates,
         )
 
     def _take(self, run: "_Run", first: int, last: int) -> list[EndedTracks]:

@@ -75,7 +75,9 @@ class OfflineResult:
     Attributes
     ----------
     read, accepted, duplicate : int
-        Measurements of the kinds chosen; those that the tracker took; those equal to another.
+        Measurements of the kinds chosen; those that the tracker took; those that another says.
+    duplicates_by_sensor : Counter
+        Those of them of each sensor that has some.
     rejected : Counter
         Those refused, by code.
     updates, tracks, bias_rows, steps : int
@@ -96,6 +98,7 @@ class OfflineResult:
     read: int = 0
     accepted: int = 0
     duplicate: int = 0
+    duplicates_by_sensor: Counter[str] = field(default_factory=Counter)
     rejected: Counter[str] = field(default_factory=Counter)
     updates: int = 0
     tracks: int = 0
@@ -242,6 +245,8 @@ class _Run:
         found = Duplicates.concatenate([output.duplicates for output in outputs])
         places = [row for _, row in self._places.find(found.place.tolist())]
         self._rejects.write_duplicates(found, places, self._sensors)
+        named = (self._sensors.ids[sensor] for sensor in found.batch.sensor.tolist())
+        self._result.duplicates_by_sensor.update(named)
         self._places.forget(self._engine.waiting_from)
 
     def _keep_last(self, frame: pl.DataFrame) -> None:

@@ -75,6 +75,7 @@ def offline_report(job: OfflineJob, result: OfflineResult) -> Report:
             "sorted": recording.sorted,
             "tracks": result.tracks,
             "measurements_by_outcome": dict(sorted(result.tracker.items())),
+            "duplicates_by_sensor": dict(sorted(result.duplicates_by_sensor.items())),
             "track_transitions": {**result.transitions},
             "final_biases": biases,
             "unobservable_biases": [_untold_figures(one, job.sensors) for one in result.untold],

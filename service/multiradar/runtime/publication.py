@@ -235,7 +235,12 @@ class Publication:
                 "subscribers": self._ring.subscriber_count,
                 "epoch": self._biases.epoch,
             }
-        return {**self._status(), **known, "rejected_by_code": self.refusals.counts}
+        return {
+            **self._status(),
+            **known,
+            "rejected_by_code": self.refusals.counts,
+            "duplicates_by_sensor": self.refusals.duplicates_by_sensor,
+        }
 
     def subscribe(self, after: int | None, depth: int) -> Subscription:
         """Enter the stream of events.

@@ -30,6 +30,7 @@ class RejectBoard:
         self._sensors = sensors
         self._kept_max = kept_max
         self._counts: Counter[str] = Counter()
+        self._twice: Counter[int] = Counter()
         self._last: dict[str, deque[Quarantined]] = {}
         self._lock = threading.Lock()
 
@@ -38,6 +39,12 @@ class RejectBoard:
         """How many were refused, by code, in the order of the codes."""
         with self._lock:
             return dict(sorted(self._counts.items()))
+
+    @property
+    def duplicates_by_sensor(self) -> dict[str, int]:
+        """How many measurements of each sensor were there twice, of sensors that have some."""
+        with self._lock:
+            return {self._sensors.ids[sensor]: n for sensor, n in sorted(self._twice.items())}
 
     def last(self, code: str) -> list[Quarantined]:
         """Return the last refusals of a code, oldest first; they are numbered within their code."""
@@ -67,6 +74,7 @@ class RejectBoard:
         raw = wire.measurement_rows(found.batch.take(slice(silent, None)), self._sensors)
         with self._lock:
             self._counts[code] += silent
+            self._twice.update(found.batch.sensor.tolist())
             for (sequence, place), reason, said in zip(entries[silent:], reasons, raw, strict=True):
                 self._add(sequence, "", RejectedRow(place, code, reason, json.dumps(said)))
 
@@ -74,6 +82,7 @@ class RejectBoard:
         """Forget everything: the journal is about to be played again."""
         with self._lock:
             self._counts.clear()
+            self._twice.clear()
             self._last.clear()
 
     def _add(self, sequence: int, source: str, row: RejectedRow) -> None:

@@ -15,7 +15,7 @@ def clutter_plots(sensor: Sensor, duration_s: float, rng: np.random.Generator) -
     Parameters
     ----------
     sensor : Sensor
-        Its mean number of such plots a turn, its coverage and gaps.
+        Its mean number of such plots a turn, its storms, coverage and gaps.
     duration_s : float
         Length of the scene.
     rng : Generator
@@ -32,7 +32,14 @@ def clutter_plots(sensor: Sensor, duration_s: float, rng: np.random.Generator) -
     """
     period = sensor.rotation_period_s or sensor.interval_s
     count = rng.poisson(sensor.clutter_per_turn * duration_s / period)
-    time_s = rng.uniform(0.0, duration_s, count)
+    parts = [rng.uniform(0.0, duration_s, count)]
+    for storm in sensor.storms:
+        end_s = min(storm.end_s, duration_s)
+        lasts_s = max(end_s - storm.start_s, 0.0)
+        more = rng.poisson(storm.plots_per_turn * lasts_s / period)
+        parts.append(storm.start_s + lasts_s * rng.uniform(size=more))
+    time_s = np.concatenate(parts)
+    count = len(time_s)
     squares = np.square([sensor.range_min_m, min(sensor.range_max_m, _RANGE_MAX_M)])
     range_m = np.sqrt(squares[0] + (squares[1] - squares[0]) * rng.uniform(size=count))
     azimuth_rad = rng.uniform(0.0, TURN_RAD, count)

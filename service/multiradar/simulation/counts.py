@@ -21,12 +21,13 @@ def counts_by_sensor(scene: Scene, observation: Observation) -> dict[str, dict[s
     -------
     dict
         By sensor, sorted: `looks` at aircraft within the coverage, `measurements` of them,
-        `missed` looks (no detection, or a gap), `outliers` among the measurements, and `clutter`.
+        `missed` looks (no detection, or a gap), `outliers` among the measurements, `clutter`, and
+        `copies` of measurements that came a second time.
     """
     rows = observation.measurements
     count = len(scene.sensors)
     real = rows.aircraft != NO_AIRCRAFT
-    made = np.bincount(rows.sensor[real], minlength=count)
+    made = np.bincount(rows.sensor[real], minlength=count) - observation.copies
     outliers = np.bincount(rows.sensor[real & rows.outlier], minlength=count)
     clutter = np.bincount(rows.sensor[~real], minlength=count)
     named = sorted((one.identifier, index) for index, one in enumerate(scene.sensors))
@@ -37,6 +38,7 @@ def counts_by_sensor(scene: Scene, observation: Observation) -> dict[str, dict[s
             "missed": int(observation.looks[index] - made[index]),
             "outliers": int(outliers[index]),
             "clutter": int(clutter[index]),
+            "copies": int(observation.copies[index]),
         }
         for name, index in named
     }

@@ -18,6 +18,7 @@ from multiradar.geodesy.wgs84 import (
 )
 from multiradar.simulation.biases import TrueBiases, walk_biases
 from multiradar.simulation.clutter import clutter_plots
+from multiradar.simulation.copies import copied
 from multiradar.simulation.looks import Line, Plots, look_times, make_plots, outside_gaps
 from multiradar.simulation.measurements import NO_AIRCRAFT, Measurements, merged, none
 from multiradar.simulation.paths import Path, fly
@@ -50,6 +51,8 @@ class Observation:
         The true biases on a grid.
     looks : (m,) int64
         How often each sensor looked at an aircraft within its coverage, gaps included.
+    copies : (m,) int64
+        Measurements of each sensor that came a second time.
     """
 
     plane: SystemPlane
@@ -57,6 +60,7 @@ class Observation:
     measurements: Measurements
     biases: TrueBiases
     looks: NDArray[np.int64]
+    copies: NDArray[np.int64]
 
 
 def observe(
@@ -99,18 +103,22 @@ def observe(
     sky = _Sky(
         plane, scene, biases, phase_rng.uniform(size=len(scene.sensors)), _sites(scene, plane)
     )
-    rows, looks = [], np.zeros(len(scene.sensors), np.int64)
+    rows, (looks, copies) = [], np.zeros((2, len(scene.sensors)), np.int64)
     for index, (one, stream) in enumerate(zip(aircraft, own, strict=True)):
         path = fly(one, scene.duration_s, stream)
         for number, sensor_rng in enumerate(stream.spawn(len(scene.sensors))):
             seen, looked = _watched(sky, number, (index, one, path), sensor_rng)
             rows.append(seen)
             looks[number] += looked
+            feed = scene.sensors[number].second_feed
+            if feed is not None:
+                rows.append(copied(seen, feed, *sensor_rng.spawn(1)))
+                copies[number] += len(rows[-1])
         on_progress(index + 1)
     for number, stream in enumerate(clutter_rng.spawn(len(scene.sensors))):
         plots = clutter_plots(scene.sensors[number], scene.duration_s, stream)
         rows.append(_row(sky, number, NO_AIRCRAFT, plots))
-    return Observation(plane, aircraft, merged(rows), biases, looks)
+    return Observation(plane, aircraft, merged(rows), biases, looks, copies)
 
 
 @dataclass(frozen=True, slots=True)
@@ -272,8 +280,12 @@ def _sites(scene: Scene, plane: SystemPlane) -> tuple[tuple[float, float, float]
 def _check_size(scene: Scene, aircraft: tuple[Aircraft, ...]) -> None:
     lives = sum(max(min(one.end_s, scene.duration_s) - one.start_s, 0.0) for one in aircraft)
     periods = [one.rotation_period_s or one.interval_s for one in scene.sensors]
-    clutter = [one.clutter_per_turn for one in scene.sensors]
-    count = sum(lives / period for period in periods)
+    clutter = [
+        one.clutter_per_turn + sum(storm.plots_per_turn for storm in one.storms)
+        for one in scene.sensors
+    ]
+    feeds = [1.0 if one.second_feed is None else 2.0 for one in scene.sensors]
+    count = sum(times * lives / period for times, period in zip(feeds, periods, strict=True))
     count += sum(
         scene.duration_s / period * plots for period, plots in zip(periods, clutter, strict=True)
     )

@@ -164,6 +164,41 @@ class Bias:
 
 
 @dataclass(frozen=True, slots=True)
+class SecondFeed:
+    """A second network that carries the plots of a radar, rounded in its own way.
+
+    Attributes
+    ----------
+    share : float
+        Part of the plots that come through it too.
+    time_step_s, range_step_m, azimuth_step_rad : float
+        What comes is a multiple of this; 0 leaves it as it is.
+    """
+
+    share: float
+    time_step_s: float = 0.0
+    range_step_m: float = 0.0
+    azimuth_step_rad: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Storm:
+    """A time in which a radar makes many more plots without aircraft.
+
+    Attributes
+    ----------
+    start_s, end_s : float
+        From when until when.
+    plots_per_turn : float
+        Mean number of them a turn, beside the clutter of always.
+    """
+
+    start_s: float
+    end_s: float
+    plots_per_turn: float
+
+
+@dataclass(frozen=True, slots=True)
 class Sensor:
     """A radar, or receivers that report positions.
 
@@ -190,6 +225,10 @@ class Sensor:
         Part of the looks that give a plot, and part of the plots that show nothing.
     clutter_per_turn : float
         Mean number of plots without aircraft and identity a turn (or interval).
+    storms : tuple of Storm
+        Times of many such plots.
+    second_feed : SecondFeed, optional
+        What carries the plots of aircraft a second time.
     gaps_s : tuple of (from, until)
         Times without data.
     heard : frozenset of str
@@ -217,6 +256,8 @@ class Sensor:
     detection_probability: float = 1.0
     outlier_probability: float = 0.0
     clutter_per_turn: float = 0.0
+    storms: tuple[Storm, ...] = ()
+    second_feed: SecondFeed | None = None
     gaps_s: tuple[Span, ...] = ()
     heard: frozenset[Heard] = frozenset(HEARD)
     biases: tuple[Bias, ...] = (Bias(),) * PARAMETERS

@@ -13,11 +13,22 @@ from multiradar.errors import ConfigurationError, OutsidePlaneError
 from multiradar.estimation.measurement.sensors import PARAMETER_AZIMUTH_OFFSET, PARAMETER_NAMES
 from multiradar.geodesy.system_plane import ANGLE_MAX_DEG, SystemPlane
 from multiradar.simulation.bias_tables import BiasesTable, BiasTable
-from multiradar.simulation.scene import Aircraft, Bias, CoupledNoise, Leg, Scene, Sensor, Traffic
+from multiradar.simulation.scene import (
+    Aircraft,
+    Bias,
+    CoupledNoise,
+    Leg,
+    Scene,
+    SecondFeed,
+    Sensor,
+    Storm,
+    Traffic,
+)
 from multiradar.simulation.scene_tables import (
     AircraftTable,
     CoupledTable,
     SceneTable,
+    SecondFeedTable,
     SensorTable,
     TrafficTable,
 )
@@ -257,12 +268,22 @@ def _sensor(table: SensorTable, on_earth: bool, plane: SystemPlane) -> Sensor:
         detection_probability=table.detection_probability,
         outlier_probability=table.outlier_probability,
         clutter_per_turn=table.clutter_per_turn,
+        storms=tuple(Storm(one.start_s, one.end_s, one.plots_per_turn) for one in table.storm),
+        second_feed=_second_feed(table.second_feed),
         gaps_s=tuple(_span(one) for one in table.gaps_s),
         heard=frozenset(table.reports),
         biases=_biases(table.bias),
         told=frozenset(
             kind for kind, name in enumerate(PARAMETER_NAMES) if getattr(table.bias, name)
         ),
+    )
+
+
+def _second_feed(table: SecondFeedTable | None) -> SecondFeed | None:
+    if table is None:
+        return None
+    return SecondFeed(
+        table.share, table.time_step_s, table.range_step_m, _rad(table.azimuth_step_deg)
     )
 
 

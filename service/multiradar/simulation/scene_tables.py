@@ -186,11 +186,34 @@ class TrafficTable(Table):
         return self
 
 
+class SecondFeedTable(Table):
+    """A second network that carries the plots of a radar."""
+
+    share: _Share = 1.0
+    time_step_s: Annotated[float, Field(ge=0.0, le=1.0)] = 0.0
+    range_step_m: Annotated[float, Field(ge=0.0, le=1000.0)] = 0.0
+    azimuth_step_deg: Annotated[float, Field(ge=0.0, le=5.0)] = 0.0
+
+
+class StormTable(Table):
+    """A time of many plots without aircraft."""
+
+    start_s: _Moment
+    end_s: _Moment
+    plots_per_turn: Annotated[float, Field(gt=0.0, le=100_000.0)]
+
+    @model_validator(mode="after")
+    def _lasts(self) -> Self:
+        if self.end_s <= self.start_s:
+            raise wrong(f"expected end_s after start_s = {self.start_s:g}, was {self.end_s:g}")
+        return self
+
+
 # What only radars have.
 _OF_RADARS = (
     "east_m", "north_m", "latitude_deg", "longitude_deg", "height_m", "range_sigma_m",
     "azimuth_sigma_deg", "rotation_period_s", "range_min_m", "range_max_m", "elevation_max_deg",
-    "horizon", "clutter_per_turn", "bias",
+    "horizon", "clutter_per_turn", "storm", "second_feed", "bias",
 )  # fmt: skip
 
 
@@ -212,6 +235,8 @@ class SensorTable(_Placed):
     detection_probability: _Share = 1.0
     outlier_probability: _Share = 0.0
     clutter_per_turn: Annotated[float, Field(ge=0.0, le=10_000.0)] = 0.0
+    storm: Annotated[tuple[StormTable, ...], _LISTED] = ()
+    second_feed: SecondFeedTable | None = None
     gaps_s: Annotated[tuple[_Gap, ...], _LISTED] = ()
     reports: Annotated[tuple[Heard, ...], _LISTED] = HEARD
     bias: BiasesTable = BiasesTable()

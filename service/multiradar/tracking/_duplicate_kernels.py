@@ -1,0 +1,133 @@
+"""Compiled search for plots that one radar made once and that came twice.
+
+Rows are found by cells of azimuth and range in an open table of chains, the newest first.
+
+References
+----------
+The project's own: an antenna meets an aircraft once a turn, and no radar resolves two plots that
+are closer than its messages are rounded.
+"""
+
+from math import pi
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from multiradar.estimation.measurement._kernels import KIND_RADAR
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+NONE = -1
+TURN_RAD = 2.0 * pi
+# How far apart the same plot may be in two networks: steps of 1/128 NM (14.5 m) and of 360°/4096
+# (0.088°), the coarsest of ASTERIX category 001, one up and one down; 100 ft of height.
+RANGE_APART_M = 30.0
+AZIMUTH_APART_RAD = pi / 1800.0
+HEIGHT_APART_M = 40.0
+# Cells, much wider than that; those of azimuth are a power of two.
+RANGE_CELL_M = 1000.0
+AZIMUTH_CELLS = 256
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def find_twins(
+    first: int,
+    times: Floats,
+    sensors: Integers,
+    kinds: Integers,
+    ranges: Floats,
+    azimuths: Floats,
+    heights: Floats,
+    identities: Integers,
+    spans: Floats,
+    heads: Integers,
+    following: Integers,
+    twins: Integers,
+) -> int:
+    """Fill ``twins`` with the row that says the same, `NONE` for none; return how many there are.
+
+    Rows before ``first`` are of the release before; the rows are in order of time. ``identities``
+    has a column each for code, address and number, negative where unknown; ``spans`` (s) are the
+    times within which a sensor meets an aircraft once, 0 where that is not known.
+    """
+    mask = heads.shape[0] - 1
+    longest = spans.max()
+    found = 0
+    for i in range(times.shape[0]):
+        twins[i] = NONE
+        s = sensors[i]
+        if kinds[i] != KIND_RADAR or not spans[s] > 0.0:
+            continue
+        if i >= first:
+            # Mostly the first cell is the last in both.
+            first_a = azimuth_cell_of(azimuths[i] - AZIMUTH_APART_RAD)
+            last_a = azimuth_cell_of(azimuths[i] + AZIMUTH_APART_RAD)
+            first_r = range_cell_of(ranges[i] - RANGE_APART_M)
+            last_r = range_cell_of(ranges[i] + RANGE_APART_M)
+            for ca in range(first_a, last_a + 1):
+                for cr in range(first_r, last_r + 1):
+                    j = heads[place_of(s, ca, cr, mask)]
+                    while j != NONE and times[i] - times[j] <= longest:
+                        # The first that came is the one to keep.
+                        older = twins[i] == NONE or j < twins[i]
+                        if (
+                            older
+                            and times[i] - times[j] <= spans[s]
+                            and are_one(i, j, sensors, ranges, azimuths, heights, identities)
+                        ):
+                            twins[i] = j
+                        j = following[j]
+        if twins[i] != NONE:
+            found += 1
+            continue
+        place = place_of(s, azimuth_cell_of(azimuths[i]), range_cell_of(ranges[i]), mask)
+        following[i] = heads[place]
+        heads[place] = i
+    return found
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def azimuth_cell_of(azimuth: float) -> int:
+    """Return the cell of an azimuth; whole turns more or less are other numbers of one cell."""
+    return int(np.floor(azimuth * (AZIMUTH_CELLS / TURN_RAD)))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def range_cell_of(metres: float) -> int:
+    """Return the cell of a range."""
+    return int(np.floor(metres * (1.0 / RANGE_CELL_M)))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def place_of(sensor: int, azimuth_cell: int, range_cell: int, mask: int) -> int:
+    """Return the place of a cell in the table (multiplicative hashing, Knuth)."""
+    turned = azimuth_cell & (AZIMUTH_CELLS - 1)
+    key = (sensor * AZIMUTH_CELLS + turned) * 4096 + range_cell
+    return ((key * 2654435761) >> 8) & mask
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def are_one(
+    i: int,
+    j: int,
+    sensors: Integers,
+    ranges: Floats,
+    azimuths: Floats,
+    heights: Floats,
+    identities: Integers,
+) -> bool:
+    """Return whether two rows of one pass of an antenna are one plot, but for rounding."""
+    aside = abs(azimuths[i] - azimuths[j])
+    aside = min(aside, TURN_RAD - aside)
+    same = (
+        sensors[i] == sensors[j]
+        and abs(ranges[i] - ranges[j]) <= RANGE_APART_M
+        and aside <= AZIMUTH_APART_RAD
+        and not abs(heights[i] - heights[j]) > HEIGHT_APART_M  # NaN is not.
+    )
+    for c in range(identities.shape[1]):
+        one, other = identities[i, c], identities[j, c]
+        same = same and not (one >= 0 and other >= 0 and one != other)
+    return same
