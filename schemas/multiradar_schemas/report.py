@@ -84,7 +84,9 @@ class Report(Record):
             "`weights` of its parameters in prior sigmas; and `track_transitions`: how often "
             "tracks without identity were `started`, `confirmed`, `ended_unconfirmed`, "
             "`ended_silent` (no plots, or a score like that of false ones) and `merged` into an "
-            "older one",
+            "older one; `duplicates_by_sensor`; `arrivals`: of each sensor, how many measurements "
+            "came, how many `late` or from the `future`, and how far behind the data time half and "
+            "99 % of them came, s; and `warnings` in words",
             unit="by name",
             source="run",
         ),

@@ -127,6 +127,8 @@ def track(
         report = offline_report(job, result)
         text = report.model_dump_json(indent=2)
         (folder / REPORT_FILE).write_text(text + "\n", encoding="utf-8")
+    for warning in result.warnings:
+        print(f"multiradar: {warning}", file=sys.stderr)
     _warn_of_room(result.tracker["no_room"], settings.filter_name)
     if json_wanted:
         print(text)

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from multiradar.errors import ConfigurationError, JournalError
 from multiradar.runtime import _kernels as kernels
+from multiradar.runtime.arrivals import ArrivalBoard
 from multiradar.tracking.measurements import MeasurementBatch
 
 ACCEPTED = kernels.ACCEPTED
@@ -49,10 +50,13 @@ class Admission:
         Reorder horizon, s; 0 takes only what is in order.
     forward_jump_max_s : float
         What is farther ahead of the data clock is from the future, s.
+    arrivals : ArrivalBoard, optional
+        Is told how far behind the data clock each row is.
     """
 
     horizon_s: float
     forward_jump_max_s: float = FORWARD_JUMP_MAX_S
+    arrivals: ArrivalBoard | None = None
     _clock: NDArray[np.float64] = field(default_factory=_unset_clock, init=False)
     _run: NDArray[np.int64] = field(default_factory=_unset_run, init=False)
 
@@ -87,6 +91,7 @@ class Admission:
         (n,) ndarray of int8
             `ACCEPTED`, `LATE` or `FUTURE` for each row.
         """
+        before_s = self.data_clock_s
         code = np.empty(len(batch), np.int8)
         kernels.admit(
             batch.time_s,
@@ -99,6 +104,8 @@ class Admission:
             self._run,
             code,
         )
+        if self.arrivals is not None:
+            self.arrivals.count(batch, code, before_s)
         return code
 
     def flush(self) -> None:

@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import polars as pl
@@ -17,6 +18,7 @@ from multiradar.errors import AccountingError
 from multiradar.estimation.bias.observability import Untold
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.admission import ACCEPTED, Admission
+from multiradar.runtime.arrivals import ArrivalBoard
 from multiradar.runtime.digest import OutputDigest
 from multiradar.runtime.engine import Engine
 from multiradar.runtime.places import Places
@@ -91,6 +93,10 @@ class OfflineResult:
         What became of the accepted measurements in the filter, by outcome.
     transitions : dict
         How often tracks without identity went on in their lives, by reason.
+    arrivals : dict
+        Of each sensor: measurements received, how many too late, how far behind the data time.
+    warnings : list of str
+        What the reader should know.
     output_sha256 : str
         Digest of all updates and biases.
     """
@@ -108,6 +114,8 @@ class OfflineResult:
     untold: tuple[Untold, ...] = ()
     tracker: dict[str, int] = field(default_factory=dict)
     transitions: dict[str, int] = field(default_factory=dict)
+    arrivals: dict[str, dict[str, Any]] = field(default_factory=dict)
+    warnings: list[str] = field(default_factory=list)
     output_sha256: str = ""
 
     @property
@@ -165,7 +173,9 @@ class _Run:
         self._sensors = job.sensors
         self._batch_rows = job.batch_rows
         self._engine = engine
-        self._admission = Admission(job.settings.reorder_horizon_s)
+        horizon_s = job.settings.reorder_horizon_s
+        self._arrivals = ArrivalBoard(job.sensors, horizon_s)
+        self._admission = Admission(horizon_s, arrivals=self._arrivals)
         self._digest = OutputDigest()
         self._tracks = TableWriter(folder / TRACKS_FILE, TRACK_SCHEMA)
         self._biases = TableWriter(folder / BIASES_FILE, BIAS_SCHEMA)
@@ -214,6 +224,7 @@ class _Run:
         result.tracker = {name.lower(): count for name, count in outcomes.items()}
         _check(result, late)
         result.transitions = self._engine.transitions
+        result.arrivals, result.warnings = self._arrivals.records(), self._arrivals.warnings()
         result.untold = self._engine.untold()
         result.output_sha256 = self._digest.hexdigest()
         return result

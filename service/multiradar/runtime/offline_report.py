@@ -75,6 +75,8 @@ def offline_report(job: OfflineJob, result: OfflineResult) -> Report:
             "sorted": recording.sorted,
             "tracks": result.tracks,
             "measurements_by_outcome": dict(sorted(result.tracker.items())),
+            "arrivals": {name: {**record} for name, record in result.arrivals.items()},
+            "warnings": [*result.warnings],
             "duplicates_by_sensor": dict(sorted(result.duplicates_by_sensor.items())),
             "track_transitions": {**result.transitions},
             "final_biases": biases,

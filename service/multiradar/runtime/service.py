@@ -20,6 +20,7 @@ from multiradar.errors import MultiradarError, PipelineError
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.accounting import Accounting
 from multiradar.runtime.admission import FORWARD_JUMP_MAX_S, Admission
+from multiradar.runtime.arrivals import ArrivalBoard
 from multiradar.runtime.backlog import Backlog
 from multiradar.runtime.history import TrackHistory
 from multiradar.runtime.intake import Intake, Submission
@@ -95,6 +96,7 @@ class Service:
         self._horizon_s = tracking.reorder_horizon_s
         self._forward_jump_max_s = forward_jump_max_s
         self._accounting = Accounting()
+        self._arrivals = ArrivalBoard(sensors, tracking.reorder_horizon_s)
         self._intake = Intake(self._limits)
         self._backlog = Backlog(self._limits.backlog_rows_max)
         self._version = version("multiradar")
@@ -255,6 +257,7 @@ class Service:
         if counts.admission:
             admission.restore(counts.admission)
         _warm_up(admission)
+        admission.arrivals = self._arrivals
         self._accounting.resume(counts.accepted, counts.rejected)
         self._processor = Processor(
             journal=journal,
@@ -306,6 +309,8 @@ class Service:
             "intake_batches": self._intake.batches,
             "intake_rows": self._intake.rows,
             "backlog_rows": self._backlog.rows,
+            "arrivals": self._arrivals.records(),
+            "warnings": self._arrivals.warnings(),
             "engine": {} if processor is None else processor.counts,
             "skipped_entries": len(skipped),
             "skipped": sorted(skipped)[:_SKIPPED_SHOWN_MAX],

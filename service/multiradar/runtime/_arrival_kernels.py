@@ -1,0 +1,33 @@
+"""Compiled count of how far behind the data time measurements arrive."""
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from multiradar.runtime._kernels import ACCEPTED, FUTURE
+
+
+@njit(cache=True, nogil=True)
+def count_delays(
+    time_s: NDArray[np.float64],
+    sensor: NDArray[np.int32],
+    code: NDArray[np.int8],
+    clock_s: float,
+    per_s: float,
+    delays: NDArray[np.int64],
+    counts: NDArray[np.int64],
+) -> None:
+    """Add rows to the delays (sensors, steps) and to the counts (sensors, verdicts), in place.
+
+    ``clock_s`` is the data time before the first row, NaN where there was none.
+    """
+    steps = delays.shape[1]
+    for row in range(len(time_s)):
+        s, time = sensor[row], time_s[row]
+        counts[s, code[row]] += 1
+        if code[row] == FUTURE:
+            continue
+        behind = max(clock_s - time, 0.0) if clock_s == clock_s else 0.0
+        delays[s, int(min(behind * per_s, steps - 1.0))] += 1
+        if code[row] == ACCEPTED and not time <= clock_s:
+            clock_s = time
