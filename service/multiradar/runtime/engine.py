@@ -36,6 +36,7 @@ from multiradar.tracking.association import WINDOW_S, Association, Window
 from multiradar.tracking.duplicates import Duplicates
 from multiradar.tracking.lifecycle import BY_IDENTITY
 from multiradar.tracking.lifecycle import CONFIRMED as STAGE_CONFIRMED
+from multiradar.tracking.health_records import HealthRecords
 from multiradar.tracking.measurements import MeasurementBatch
 from multiradar.tracking.mode_states import ModeStates, mode_states
 from multiradar.tracking.near_duplicates import NearDuplicates
@@ -52,6 +53,7 @@ from multiradar.tracking.outputs import (
 )
 from multiradar.tracking.pool import PARTITIONS, AircraftPool
 from multiradar.tracking.roster import RowIdentities
+from multiradar.tracking.sensor_health import SensorHealth
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.tracking.transition_log import TransitionLog, Updated
 from multiradar.tracking.transitions import SILENT, UNCONFIRMED, Ends
@@ -107,6 +109,9 @@ class Engine:
         self._pool = AircraftPool(self._filter, len(sensors.parameter_kind), len(sensors), modes)
         self._association = Association(sensors, settings)
         self._transitions = TransitionLog(settings.coast_after_s)
+        self._health = SensorHealth(
+            sensors, settings, self._plane, tests_jumps=self._filter.bounds_bias_errors
+        )
         self._epoch: int | None = None
         self._epoch_open = False
         self._steps = 1
@@ -171,8 +176,12 @@ class Engine:
         """
         released = self._order.flush()
         output = _EMPTY if released is None else self._process(released)
-        biases = BiasRecords.concatenate([output.biases, self._close_epoch()])
-        return replace(output, biases=biases)
+        biases, health = self._close_epoch()
+        return replace(
+            output,
+            biases=BiasRecords.concatenate([output.biases, biases]),
+            health=HealthRecords.concatenate([output.health, health]),
+        )
 
     def tracks(self) -> TrackStates:
         """Return the live tracks with the uncertainty of the biases included."""
@@ -224,12 +233,12 @@ class Engine:
         run = _Run(batch, codes, rows, result, identities, np.full(len(batch), -1, np.int64))
         epochs = np.floor(batch.time_s / self._settings.epoch_s).astype(np.int64)
         cuts = [0, *(np.flatnonzero(np.diff(epochs)) + 1).tolist(), len(batch)]
-        biases: list[BiasRecords] = []
+        closed: list[tuple[BiasRecords, HealthRecords]] = []
         ended: list[EndedTracks] = []
         for first, last in itertools.pairwise(cuts):
             epoch = int(epochs[first])
             if epoch != self._epoch:
-                biases.append(self._close_epoch())
+                closed.append(self._close_epoch())
                 if self._epoch is None:
                     self._biases.begin(epoch * self._settings.epoch_s)
                 ended.append(self._open_epoch(epoch, first))
@@ -240,10 +249,11 @@ class Engine:
         updates, transitions = self._describe(shown, run)
         return EngineOutput(
             updates=updates,
-            biases=BiasRecords.concatenate(biases),
+            biases=BiasRecords.concatenate([biases for biases, _ in closed]),
             ended=EndedTracks.concatenate(ended),
             transitions=transitions,
             duplicates=duplicates,
+            health=HealthRecords.concatenate([health for _, health in closed]),
         )
 
     def _take(self, run: "_Run", first: int, last: int) -> list[EndedTracks]:
@@ -260,6 +270,9 @@ class Engine:
             self._step(run.rows, run.result, begin, end)
             if needs_window:
                 self._association.settle(window, run.result, self._pool, run.confirmed)
+            self._health.gather(
+                run.rows, run.result, run.identities, self._pool, first=begin, last=end
+            )
         return ended
 
     def _enter_steps(self, time_s: Floats, first: int, last: int) -> Iterator[tuple[int, int]]:
@@ -386,13 +399,16 @@ class Engine:
         )
         return updates, transitions
 
-    def _close_epoch(self) -> BiasRecords:
+    def _close_epoch(self) -> tuple[BiasRecords, HealthRecords]:
         if self._epoch is None or not self._epoch_open:
-            return _EMPTY.biases
+            return _EMPTY.biases, _EMPTY.health
         self._epoch_open = False
         self._biases.merge(self._pool)
         end_s = (self._epoch + 1) * self._settings.epoch_s
-        return self._biases.records(self._epoch, end_s)
+        health = self._health.close(self._epoch, end_s, self._biases.state, self._pool)
+        if health.jumped >= 0:
+            self._biases.open(health.jumped, self._pool)
+        return self._biases.records(self._epoch, end_s), health.records
 
     def _open_epoch(self, opened: int, row: int) -> EndedTracks:
         """End the tracks that are too old by then, and let the biases drift until then."""

@@ -101,6 +101,11 @@ class SharedBiases:
             self._publish()
         self.walked_s = until_s
 
+    def open(self, sensor: int, pool: AircraftPool) -> None:
+        """Let the offsets of a sensor be found anew, and publish how uncertain they are."""
+        if self._book.open(sensor, pool.aircraft):
+            self._publish()
+
     def steps(self, epoch_s: float) -> int:
         """Return into how many steps the epoch that begins is divided."""
         if self._filter.stacks_plots:  # Its stacks are of a whole epoch.

@@ -1,14 +1,17 @@
 """What a scene says of the biases of a radar: the tables, their keys, units and bounds."""
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
-from pydantic import BeforeValidator
+from pydantic import BeforeValidator, model_validator
 
 from multiradar.estimation.measurement.sensors import PARAMETER_NAMES
 from multiradar_schemas import sensor_bounds as bounds
 from multiradar_schemas.sensor_bias import within
 from multiradar_schemas.sensor_bounds import Bounds, ParameterBounds
-from multiradar_schemas.tables import Table
+from multiradar_schemas.tables import Table, wrong
+
+#: A bias jumps within the longest scene, s.
+JUMP_MAX_S = 7 * 86_400.0
 
 
 class BiasTable(Table):
@@ -16,10 +19,18 @@ class BiasTable(Table):
 
     value: float = 0.0
     drift: float = 0.0
+    jump: float = 0.0
+    jump_s: Annotated[float | None, within(Bounds(0.0, JUMP_MAX_S))] = None
     estimate: bool | None = None
     prior: float = 0.0
     prior_sigma: float | None = None
     assumed_drift: float | None = None
+
+    @model_validator(mode="after")
+    def _jump_has_a_time(self) -> Self:
+        if self.jump != 0.0 and self.jump_s is None:
+            raise wrong(f"expected jump_s, when the bias jumps by {self.jump:g}, was none")
+        return self
 
 
 def _mean(limits: ParameterBounds) -> Any:
@@ -35,6 +46,7 @@ class RangeOffsetTable(BiasTable):
 
     value: Annotated[float, _mean(bounds.RANGE_OFFSET_M)] = 0.0
     drift: Annotated[float, _drift(bounds.RANGE_OFFSET_M)] = 0.0
+    jump: Annotated[float, _mean(bounds.RANGE_OFFSET_M)] = 0.0
     prior: Annotated[float, _mean(bounds.RANGE_OFFSET_M)] = 0.0
     prior_sigma: Annotated[float | None, within(bounds.RANGE_OFFSET_M.sigma)] = None
     assumed_drift: Annotated[float | None, _drift(bounds.RANGE_OFFSET_M)] = None
@@ -45,6 +57,7 @@ class AzimuthOffsetTable(BiasTable):
 
     value: Annotated[float, _mean(bounds.AZIMUTH_OFFSET_DEG)] = 0.0
     drift: Annotated[float, _drift(bounds.AZIMUTH_OFFSET_DEG)] = 0.0
+    jump: Annotated[float, _mean(bounds.AZIMUTH_OFFSET_DEG)] = 0.0
     prior: Annotated[float, _mean(bounds.AZIMUTH_OFFSET_DEG)] = 0.0
     prior_sigma: Annotated[float | None, within(bounds.AZIMUTH_OFFSET_DEG.sigma)] = None
     assumed_drift: Annotated[float | None, _drift(bounds.AZIMUTH_OFFSET_DEG)] = None
@@ -55,6 +68,7 @@ class RangeGainTable(BiasTable):
 
     value: Annotated[float, _mean(bounds.RANGE_GAIN)] = 0.0
     drift: Annotated[float, _drift(bounds.RANGE_GAIN)] = 0.0
+    jump: Annotated[float, _mean(bounds.RANGE_GAIN)] = 0.0
     prior: Annotated[float, _mean(bounds.RANGE_GAIN)] = 0.0
     prior_sigma: Annotated[float | None, within(bounds.RANGE_GAIN.sigma)] = None
     assumed_drift: Annotated[float | None, _drift(bounds.RANGE_GAIN)] = None
@@ -65,6 +79,7 @@ class TimeOffsetTable(BiasTable):
 
     value: Annotated[float, _mean(bounds.TIME_OFFSET_S)] = 0.0
     drift: Annotated[float, _drift(bounds.TIME_OFFSET_S)] = 0.0
+    jump: Annotated[float, _mean(bounds.TIME_OFFSET_S)] = 0.0
     prior: Annotated[float, _mean(bounds.TIME_OFFSET_S)] = 0.0
     prior_sigma: Annotated[float | None, within(bounds.TIME_OFFSET_S.sigma)] = None
     assumed_drift: Annotated[float | None, _drift(bounds.TIME_OFFSET_S)] = None

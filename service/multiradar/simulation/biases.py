@@ -49,7 +49,7 @@ class TrueBiases:
 def walk_biases(
     sensors: Sequence[Sensor], duration_s: float, rng: np.random.Generator
 ) -> TrueBiases:
-    """Let the biases of sensors drift as random walks.
+    """Let the biases of sensors drift as random walks, and jump.
 
     Parameters
     ----------
@@ -67,11 +67,14 @@ def walk_biases(
 
     References
     ----------
-    IMM UrO RAN report (2016), equation (1.7).
+    IMM UrO RAN report (2016), equation (1.7). That a bias jumps is the project's own.
     """
     time_s = STEP_S * np.arange(np.ceil(duration_s / STEP_S) + 1.0)
     start = np.array([[bias.value for bias in one.biases] for one in sensors])
     drift = np.array([[bias.drift for bias in one.biases] for one in sensors])
     steps = rng.normal(size=(len(time_s) - 1, len(sensors), PARAMETERS)) * np.sqrt(STEP_S) * drift
     walk = np.concatenate([np.zeros((1, *start.shape)), np.cumsum(steps, axis=0)])
-    return TrueBiases(time_s, start + walk)
+    jump = np.array([[bias.jump for bias in one.biases] for one in sensors])
+    jump_s = np.array([[bias.jump_s for bias in one.biases] for one in sensors])
+    jumped = jump * (time_s[:, None, None] >= jump_s)
+    return TrueBiases(time_s, start + walk + jumped)

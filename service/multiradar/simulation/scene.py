@@ -149,6 +149,8 @@ class Bias:
         Its true value at the beginning: m, rad, 1 or s.
     drift : float
         Standard deviation of its random walk after one second.
+    jump, jump_s : float
+        By how much it jumps, and when.
     estimate : bool, optional
         Whether the tracker is to estimate it; without, as the kind of sensor says.
     prior, prior_sigma, assumed_drift : float, optional
@@ -157,6 +159,8 @@ class Bias:
 
     value: float = 0.0
     drift: float = 0.0
+    jump: float = 0.0
+    jump_s: float = float("inf")
     estimate: bool | None = None
     prior: float = 0.0
     prior_sigma: float | None = None

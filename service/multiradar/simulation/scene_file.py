@@ -292,7 +292,11 @@ def _biases(table: BiasesTable) -> tuple[Bias, ...]:
     for kind, name in enumerate(PARAMETER_NAMES):
         one: BiasTable = getattr(table, name) or BiasTable()
         unit = _rad(1.0) if kind == PARAMETER_AZIMUTH_OFFSET else 1.0
-        bias = Bias(one.value * unit, one.drift * unit, one.estimate, one.prior * unit)
+        bias = Bias(
+            one.value * unit, one.drift * unit, estimate=one.estimate, prior=one.prior * unit
+        )
+        if one.jump_s is not None:
+            bias = replace(bias, jump=one.jump * unit, jump_s=one.jump_s)
         if one.prior_sigma is not None:
             bias = replace(bias, prior_sigma=one.prior_sigma * unit)
         if one.assumed_drift is not None:

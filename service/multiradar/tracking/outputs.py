@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from multiradar.tracking.duplicates import NO_DUPLICATES, Duplicates
 from multiradar.tracking.mode_states import ModeStates
+from multiradar.tracking.health_records import HealthRecords
 
 STATE_TENTATIVE = 0
 STATE_CONFIRMED = 1
@@ -265,6 +266,8 @@ class EngineOutput:
         Steps in the lives of tracks.
     duplicates : Duplicates
         Measurements that were left out because another one says the same.
+    health : HealthRecords
+        Health of the radars in the epochs that closed.
     """
 
     updates: TrackUpdates
@@ -272,3 +275,4 @@ class EngineOutput:
     ended: EndedTracks
     transitions: TrackTransitions = field(default_factory=lambda: TrackTransitions.concatenate([]))
     duplicates: Duplicates = field(default=NO_DUPLICATES)
+    health: HealthRecords = field(default_factory=lambda: HealthRecords.concatenate([]))

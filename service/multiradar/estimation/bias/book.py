@@ -8,7 +8,11 @@ from multiradar.estimation.bias.store import BiasState, add_information, drift, 
 from multiradar.estimation.filters._two_stage_kernels import anchor_aircraft
 from multiradar.estimation.filters.arrays import Aircraft
 from multiradar.estimation.filters.bank import FilterDefinition
-from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.estimation.measurement.sensors import (
+    PARAMETER_AZIMUTH_OFFSET,
+    PARAMETER_RANGE_OFFSET,
+    SensorTable,
+)
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -124,13 +128,45 @@ class BiasBook:
         rates = self._sensors.drift
         if not rates.any():
             return False
+        self._walk(rates, duration_s, aircraft)
+        return True
+
+    def open(self, sensor: int, aircraft: Aircraft) -> bool:
+        """Forget what the measurements said of the offsets of a sensor, which have jumped.
+
+        Parameters
+        ----------
+        sensor : int
+            The sensor.
+        aircraft : Aircraft
+            Changed in place where the filter keeps the sensitivity.
+
+        Returns
+        -------
+        bool
+            Whether any offset of it is estimated.
+
+        References
+        ----------
+        The project's own: the offsets walk at once by as much as the prior allows, by equation
+        (1.25) of the IMM UrO RAN report (2016), so that aircraft keep what they know.
+        """
+        offsets = np.isin(
+            self._sensors.parameter_kind, (PARAMETER_RANGE_OFFSET, PARAMETER_AZIMUTH_OFFSET)
+        )
+        opened = offsets & (self._sensors.parameter_sensor == sensor)
+        if not opened.any():
+            return False
+        self._walk(np.where(opened, self._sensors.prior_sigma, 0.0), 1.0, aircraft)
+        return True
+
+    def _walk(self, rates: Floats, duration_s: float, aircraft: Aircraft) -> None:
         self.state, gain = drift(self.state, rates, duration_s)
         if self._definition.keeps_sensitivity:
             started = np.flatnonzero(~np.isnan(aircraft.time))
             complement = self.state.estimate - gain @ self.state.estimate
             spread = gain @ np.diag(rates**2 * duration_s)
             anchor_aircraft(started, aircraft, complement, gain, spread)
-        return True
 
     def _fold(self) -> None:
         if not self._log:

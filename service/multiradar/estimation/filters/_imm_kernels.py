@@ -29,6 +29,7 @@ from multiradar.estimation.filters._kernels import (
     covariance_times_transposed,
     gain_of,
     gated,
+    note_innovation,
     position_part,
     singular,
     squared_norm,
@@ -62,7 +63,7 @@ def correct_modes(
     parameters: Integers, bias: Floats, bias_covariance: Floats, options: Floats,
     mode_means: Floats, mode_covariances: Floats, mode_V: Floats, probabilities: Floats,
     surprises: Floats, X: Floats, C: Floats, seen: Floats, U: Floats, Y: Floats, y: Floats,
-    U0: Floats, U1: Floats, R0: Floats, R1: Floats,
+    U0: Floats, U1: Floats, R0: Floats, R1: Floats, innovations: Floats, row: int,
 ) -> int:  # fmt: skip
     """Correct the modes of aircraft k, moved to the time of a measurement by sensor s.
 
@@ -89,6 +90,7 @@ def correct_modes(
         ground += C[j] * seen[j, SEEN_GROUND]
     b00, b01, b11 = spread_of_biases(U0, U1, bias_covariance, R0, R1)
     r0, r1, s00, s01, s11 = joined(count, C, seen, 1.0)
+    note_innovation(row, r0, r1, s00, s01, s11, b00, b01, b11, innovations)
     nis = squared_norm(s00, s01, s11, r0, r1)
     weight = 1.0
     # The gates are written so that NaN fails them.

@@ -115,7 +115,7 @@ def take_rows(
     heard, places, velocities = aircraft.place, model.places, aircraft.velocity
     mode_means, mode_covariances = aircraft.mode_mean, aircraft.mode_covariance
     mode_V, probabilities = aircraft.mode_sensitivity, aircraft.mode_probability
-    outcomes, readouts = result.outcome, result.readout
+    outcomes, readouts, innovations = result.outcome, result.readout, result.innovation
     count = modes.shape[0]
     for p in work.partitions:
         copy_sums(result.information[p], result.vector[p], Y, y)
@@ -123,6 +123,7 @@ def take_rows(
             row = work.order[i]
             k = rows.slot[row]
             kind = rows.kind[row]
+            innovations[row, 0] = np.nan
             outcome = find_taker(k, kind)
             if outcome != UPDATED:
                 outcomes[row] = outcome
@@ -182,7 +183,7 @@ def take_rows(
                     kind, z0, z1, height, variance, k, s, informs, count, plane, sites, noises,
                     starts, parameters, bias, bias_covariance, options, mode_means,
                     mode_covariances, mode_V, probabilities, surprises, X, C, seen, U, Y, y, U0, U1,
-                    R0, R1,
+                    R0, R1, innovations, row,
                 )  # fmt: skip
                 if outcome == UPDATED or interval > 0.0:
                     join_modes(

@@ -42,6 +42,7 @@ from multiradar.estimation.filters._kernels import (
     acceleration_density,
     gated,
     manoeuvre_factor,
+    note_innovation,
     read_out,
     singular,
     squared_norm,
@@ -96,6 +97,7 @@ def joint_step(
         for i in range(work.bounds[p], work.bounds[p + 1]):
             row = work.order[i]
             k = rows.slot[row]
+            result.innovation[row, 0] = np.nan
             outcome = find_taker(k, rows.kind[row])
             if k >= room:
                 outcome = NO_ROOM
@@ -110,7 +112,9 @@ def joint_step(
             result.outcome[row] = outcome
             if turn == REFUSED:
                 continue
-            outcome = take_row(row, k, turn, rows, model, aircraft, runs, count, scratch, V)
+            outcome = take_row(
+                row, k, turn, rows, model, aircraft, runs, count, scratch, V, result.innovation
+            )
             result.outcome[row] = outcome
             taken = note_outcome(
                 outcome, k, rows.time[row], rows.height[row], model.places[rows.sensor[row]],
@@ -163,6 +167,7 @@ def take_row(
     count: int,
     scratch: Floats,
     V: Floats,
+    innovations: Floats,
 ) -> int:
     """Do with a row what its turn is: begin the aircraft, or move it on and correct everything."""
     kind = rows.kind[row]
@@ -185,8 +190,9 @@ def take_row(
     # As in `_step_kernels.take_rows`: height unknown, or seen from one place alone, says nothing.
     informs = variance == 0.0 and aircraft.place[k] != model.places[rows.sensor[row]]
     return correct_joint(
-        row, k, kind, height, variance, informs, rows, model, aircraft, runs, count, scratch
-    )
+        row, k, kind, height, variance, informs, rows, model, aircraft, runs, count, scratch,
+        innovations,
+    )  # fmt: skip
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -259,6 +265,7 @@ def correct_joint(
     runs: Integers,
     count: int,
     scratch: Floats,
+    innovations: Floats,
 ) -> int:
     """Correct everything by a measurement of one aircraft; return what became of it."""
     s = rows.sensor[row]
@@ -297,6 +304,11 @@ def correct_joint(
         n01 += J[0, j] * G[1, j]
         n11 += J[1, j] * G[1, j]
     nis = squared_norm(n00 + W[0], n01 + W[1], n11 + W[2], e0, e1)
+    b00, b01, b11 = own_spread(aircraft.joint, model.starts[s], model.starts[s + 1], J)
+    note_innovation(
+        row, e0, e1, max(n00 - b00, 0.0) + W[0], n01 - b01 + W[1], max(n11 - b11, 0.0) + W[2],
+        b00, b01, b11, innovations,
+    )  # fmt: skip
     outcome = gated(nis, options[REFUSE_NIS])
     if outcome != UPDATED:
         return outcome
@@ -312,3 +324,16 @@ def correct_joint(
         return SINGULAR
     aircraft.surprise[k] = surprise_after(aircraft.surprise[k], nis, options)
     return UPDATED
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def own_spread(P: Floats, first: int, last: int, J: Floats) -> tuple[float, float, float]:
+    """Return J P_ς Jᵀ of the biases of one sensor: 00, 01, 11; upper triangle of P."""
+    b00, b01, b11 = 0.0, 0.0, 0.0
+    for c in range(first, last):
+        for d in range(first, last):
+            p = P[min(c, d), max(c, d)]
+            b00 += J[0, c] * p * J[0, d]
+            b01 += J[0, c] * p * J[1, d]
+            b11 += J[1, c] * p * J[1, d]
+    return b00, b01, b11

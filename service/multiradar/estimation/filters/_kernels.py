@@ -110,6 +110,12 @@ LOG_BIASES = 8
 SENSOR_BIASES_MAX = 4
 LOG_COUNT = LOG_BIASES + 2 * SENSOR_BIASES_MAX
 
+# Columns of an innovation, at the published biases: e, S = H P Hᵀ + W, and B, what the biases that
+# are not known add to S. The first is NaN where nothing was compared, B where it was not looked at.
+INNOVATION_COVARIANCE = 2
+INNOVATION_BIASES = 5
+INNOVATION_COUNT = 8
+
 # In `Aircraft.place`: measured from more than one place.
 SEVERAL = -2
 
@@ -374,6 +380,30 @@ def acceleration_density(
         d01 = (a / m - course) * east_rate * north_rate
         d11 = a * (1.0 - ee / m) + course * ee
     return d00, d01, d11
+
+
+@in_loop
+def note_innovation(
+    row: int,
+    e0: float,
+    e1: float,
+    s00: float,
+    s01: float,
+    s11: float,
+    b00: float,
+    b01: float,
+    b11: float,
+    innovations: Floats,
+) -> None:
+    """Keep how a measurement differs from what was expected: see `INNOVATION_COUNT`."""
+    innovations[row, 0] = e0
+    innovations[row, 1] = e1
+    innovations[row, INNOVATION_COVARIANCE] = s00
+    innovations[row, INNOVATION_COVARIANCE + 1] = s01
+    innovations[row, INNOVATION_COVARIANCE + 2] = s11
+    innovations[row, INNOVATION_BIASES] = b00
+    innovations[row, INNOVATION_BIASES + 1] = b01
+    innovations[row, INNOVATION_BIASES + 2] = b11
 
 
 @in_loop

@@ -29,6 +29,7 @@ from multiradar.estimation.filters._kernels import (
     gain_of,
     gated,
     inverse,
+    note_innovation,
     position_part,
     singular,
     squared_norm,
@@ -74,6 +75,7 @@ def correct_separated(
     y: Floats,
     logs: Floats,
     row: int,
+    innovations: Floats,
 ) -> tuple[int, float]:
     """Correct aircraft k, moved to the time of a measurement by sensor s, by Blom or by CI.
 
@@ -104,6 +106,9 @@ def correct_separated(
     n = position_part(h, G)
     b = bias_spread(kind, site, first, last, parameters, bias_covariance, p0, p1, rate0, rate1)
     nis = squared_norm(n[0] + b[0] + w[0], n[1] + b[1] + w[1], n[2] + b[2] + w[2], e0, e1)
+    note_innovation(
+        row, e0, e1, n[0] + w[0], n[1] + w[1], n[2] + w[2], b[0], b[1], b[2], innovations
+    )  # fmt: skip
     outcome = gated(nis, options[REFUSE_NIS])
     if ground < options[CONE_RATIO] * (height - noise[3]):
         outcome = CONE

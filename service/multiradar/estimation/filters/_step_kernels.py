@@ -103,6 +103,7 @@ def take_rows(
     refusals, updates, updated = aircraft.refusals, aircraft.updates, aircraft.updated
     heard, places = aircraft.place, model.places
     outcomes, readouts, logs = result.outcome, result.readout, result.log
+    innovations = result.innovation
     lines = (sensitivities.shape[1] * sensitivities.shape[2] * 8 + 63) // 64
     velocities = aircraft.velocity
     recents = aircraft.recent
@@ -126,6 +127,7 @@ def take_rows(
             row = work.order[i]
             k = rows.slot[row]
             kind = rows.kind[row]
+            innovations[row, 0] = np.nan
             outcome = find_taker(k, kind)
             if outcome != UPDATED:
                 outcomes[row] = outcome
@@ -169,7 +171,8 @@ def take_rows(
                     outcome = correct_two_stage(
                         kind, z0, z1, height, variance, k, s, informs, plane, sites, noises,
                         starts, parameters, bias, bias_covariance, options, means, covariances,
-                        sensitivities, velocities, surprises, Y, y, U0, U1, R0, R1,
+                        sensitivities, velocities, surprises, Y, y, U0, U1, R0, R1, innovations,
+                        row,
                     )  # fmt: skip
                     if timed and outcome == UPDATED:
                         settle_velocity(
@@ -182,7 +185,7 @@ def take_rows(
                         method == INTERSECTION, kind, z0, z1, height, variance, k, s,
                         informs and method != MACRO, plane, sites, noises, starts, parameters,
                         bias, bias_covariance, options, means, covariances, surprises, Y, y, logs,
-                        row,
+                        row, innovations,
                     )  # fmt: skip
             outcomes[row] = outcome
             taken = note_outcome(

@@ -29,6 +29,7 @@ from multiradar.estimation.filters._kernels import (
     covariance_times_transposed,
     gain_of,
     gated,
+    note_innovation,
     position_part,
     singular,
     squared_norm,
@@ -78,6 +79,8 @@ def correct_two_stage(
     U1: Floats,
     R0: Floats,
     R1: Floats,
+    innovations: Floats,
+    row: int,
 ) -> int:
     """Correct aircraft k, moved to the time of a measurement by sensor s.
 
@@ -117,6 +120,7 @@ def correct_two_stage(
     G = covariance_times_transposed(P, h)
     n00, n01, n11 = position_part(h, G)
     weight = 1.0
+    b00, b01, b11 = np.nan, np.nan, np.nan
     nis = squared_norm(n00 + w[0], n01 + w[1], n11 + w[2], e0, e1)
     # The gates are written so that NaN fails them.
     harmless = min(EXPECTED_NIS, min(options[DOWNWEIGHT_NIS], options[REFUSE_NIS]))
@@ -126,6 +130,9 @@ def correct_two_stage(
         nis = squared_norm(n00 + w[0] + b00, n01 + w[1] + b01, n11 + w[2] + b11, e0, e1)
         if nis < np.inf:
             weight = max(1.0, nis / options[DOWNWEIGHT_NIS])
+    note_innovation(
+        row, e0, e1, n00 + w[0], n01 + w[1], n11 + w[2], b00, b01, b11, innovations
+    )  # fmt: skip
     outcome = gated(nis, options[REFUSE_NIS])
     if ground < options[CONE_RATIO] * (height - noise[3]):
         outcome = CONE

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.estimation.filters._kernels import LOG_COUNT, READOUT_COUNT
+from multiradar.estimation.filters._kernels import INNOVATION_COUNT, LOG_COUNT, READOUT_COUNT
 from multiradar.kernels import in_both
 
 Floats = NDArray[np.float64]
@@ -203,6 +203,9 @@ class Result(NamedTuple):
         What became of each measurement.
     readout : (n, READOUT_COUNT) float64
         State of the aircraft after it: see `_kernels.read_out`.
+    innovation : (n, INNOVATION_COUNT) float64
+        How it differed from what was expected, NaN in the first column where nothing was compared:
+        see `_kernels.INNOVATION_COUNT`.
     """
 
     information: Floats
@@ -210,6 +213,7 @@ class Result(NamedTuple):
     log: Floats
     outcome: Integers
     readout: Floats
+    innovation: Floats
 
 
 @in_both
@@ -341,4 +345,5 @@ def result_arrays(
         log=line_aligned((rows if keeps_log else 0, LOG_COUNT)),
         outcome=line_aligned(rows, 0, np.int64),
         readout=line_aligned((rows, READOUT_COUNT)),
+        innovation=line_aligned((rows, INNOVATION_COUNT)),
     )

@@ -69,6 +69,8 @@ class FilterDefinition:
         Whether a time offset may be among the bias parameters (see `_time_offset_kernels`).
     keeps_modes : bool
         Whether each aircraft is in one of several modes of motion (IMM).
+    bounds_bias_errors : bool
+        Whether the sigma of a bias covers its error.
     aircraft_max : int or None
         The most aircraft it has room for; None for as many as there is memory for.
 
@@ -87,6 +89,7 @@ class FilterDefinition:
     stacks_plots: bool = False
     estimates_time_offsets: bool = False
     keeps_modes: bool = False
+    bounds_bias_errors: bool = True
     aircraft_max: int | None = None
 
     def aircraft(self, slots: int, columns: int, sensors: int, modes: int) -> Aircraft:
@@ -203,7 +206,7 @@ FILTERS = {
         ),
         FilterDefinition("imm", IMM, keeps_sensitivity=True, keeps_modes=True),
         FilterDefinition("joint", JOINT, corrects_biases=True, aircraft_max=JOINT_AIRCRAFT_MAX),
-        FilterDefinition("blom", BLOM),
+        FilterDefinition("blom", BLOM, bounds_bias_errors=False),
         FilterDefinition("blom-macro", MACRO, stacks_plots=True),
         FilterDefinition("ci", INTERSECTION, folds_log=True),
     )

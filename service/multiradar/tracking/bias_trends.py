@@ -1,0 +1,77 @@
+"""How the estimated biases change over the last minutes."""
+
+from collections import deque
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar.estimation.bias.store import BiasState
+from multiradar.estimation.measurement.sensors import SensorTable
+
+Floats = NDArray[np.float64]
+
+#: A trend is that over so long a time, s, and is told from so long on.
+TREND_S, TREND_MIN_S = 600.0, 60.0
+#: Estimates are kept once in so long, s.
+KEPT_S = 30.0
+
+
+class BiasTrends:
+    """The estimates of the last minutes; owned by the health of the sensors.
+
+    Parameters
+    ----------
+    sensors : SensorTable
+        The sensors and their bias parameters.
+    """
+
+    def __init__(self, sensors: SensorTable) -> None:
+        self._sensors = sensors
+        self._since_s = np.full(len(sensors), -np.inf)
+        self._kept: deque[tuple[float, Floats, Floats]] = deque(maxlen=int(TREND_S / KEPT_S) + 1)
+        self._now: tuple[float, Floats, Floats] | None = None
+
+    def add(self, time_s: float, biases: BiasState) -> None:
+        """Take the biases of an end of an epoch."""
+        self._now = (time_s, biases.estimate.copy(), np.diagonal(biases.covariance).copy())
+        if not self._kept or time_s - self._kept[-1][0] >= KEPT_S:
+            self._kept.append(self._now)
+
+    def forget(self, sensor: int) -> None:
+        """Begin anew with a sensor whose biases jumped."""
+        self._since_s[sensor] = np.inf if self._now is None else self._now[0]
+
+    def trend(self, kind: int) -> Floats:
+        """Return the change of one parameter of each sensor, and its standard deviation.
+
+        Parameters
+        ----------
+        kind : int
+            Kind of the parameter.
+
+        Returns
+        -------
+        (m, 2) float64
+            A second, in m or rad; NaN where it is not estimated, or not for long enough.
+
+        References
+        ----------
+        The project's own. Of a bias that walks by q a second the variance of the change from the
+        earlier estimate to the later one is P_earlier + q Δt − P_later: the later estimate has all
+        that the earlier one knew.
+        """
+        found = np.full((len(self._sensors), 2), np.nan)
+        if self._now is None:
+            return found
+        now_s, estimate, variance = self._now
+        for column in np.flatnonzero(self._sensors.parameter_kind == kind).tolist():
+            sensor = int(self._sensors.parameter_sensor[column])
+            old = [one for one in self._kept if one[0] > self._since_s[sensor]]
+            if not old or now_s - old[0][0] < TREND_MIN_S:
+                continue
+            past_s, before, spread = old[0]
+            span_s = now_s - past_s
+            walked = self._sensors.drift[column] ** 2 * span_s
+            by_chance = max(spread[column] + walked - variance[column], 0.0)
+            found[sensor] = (estimate[column] - before[column]) / span_s, by_chance**0.5 / span_s
+        return found

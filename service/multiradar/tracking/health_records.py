@@ -1,0 +1,105 @@
+"""What is said of the health of each radar at the end of an epoch."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+#: Bits of `HealthRecords.alarms`, by their place in `ALARM_NAMES`.
+ALARM_SILENT, ALARM_BIAS_JUMP, ALARM_NOISE, ALARM_SITE = range(4)
+#: Names of the alarms on the wire.
+ALARM_NAMES = ("silent", "bias_jump", "noise", "site")
+
+_TYPES: dict[str, type] = {
+    "epoch": np.int64,
+    "sensor": np.int32,
+    "tracks_in_cover": np.int64,
+    "tracks_heard": np.int64,
+    "jumps": np.int64,
+    "alarms": np.int64,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class HealthRecords:
+    """One row for each radar at the end of each epoch that had measurements.
+
+    Attributes
+    ----------
+    epoch : (n,) int64
+        Number of the epoch of data time.
+    time_s : (n,) float64
+        Data time of its end.
+    sensor : (n,) int32
+        The radar.
+    detection_probability : (n,) float64
+        Part of the looks at confirmed tracks that gave an update; NaN before the first look.
+    looks : (n,) float64
+        From how many looks, those long ago counting less.
+    range_sigma_ratio, azimuth_sigma_ratio : (n,) float64
+        Noise as measured over noise as told; NaN while the biases are not settled.
+    range_trend_mps, range_trend_sigma_mps : (n,) float64
+        Change of the range offset by time, and how far it would differ from zero by chance; NaN
+        where it is not estimated or was not for long enough.
+    azimuth_trend_rad_per_s, azimuth_trend_sigma_rad_per_s : (n,) float64
+        The same of the azimuth offset.
+    site_east_m, site_north_m, site_sigma_m : (n,) float64
+        By how much the site seems to lie elsewhere than told, as far as tracks do not follow, and
+        its standard deviation on the worse axis; NaN before it can be told.
+    silence_s : (n,) float64
+        Data time since the last plot; NaN before the first.
+    tracks_in_cover, tracks_heard : (n,) int64
+        Confirmed tracks that the radar should see, and those of them that it saw lately.
+    jumps : (n,) int64
+        How often a bias has jumped so far.
+    last_jump_s : (n,) float64
+        Data time at which the last jump was noticed; NaN before the first.
+    alarms : (n,) int64
+        Bit i is set while `ALARM_NAMES` i holds.
+    """
+
+    epoch: NDArray[np.int64]
+    time_s: Floats
+    sensor: NDArray[np.int32]
+    detection_probability: Floats
+    looks: Floats
+    range_sigma_ratio: Floats
+    azimuth_sigma_ratio: Floats
+    range_trend_mps: Floats
+    range_trend_sigma_mps: Floats
+    azimuth_trend_rad_per_s: Floats
+    azimuth_trend_sigma_rad_per_s: Floats
+    site_east_m: Floats
+    site_north_m: Floats
+    site_sigma_m: Floats
+    silence_s: Floats
+    tracks_in_cover: NDArray[np.int64]
+    tracks_heard: NDArray[np.int64]
+    jumps: NDArray[np.int64]
+    last_jump_s: Floats
+    alarms: NDArray[np.int64]
+
+    def __len__(self) -> int:
+        return len(self.epoch)
+
+    @classmethod
+    def concatenate(cls, parts: "Sequence[HealthRecords]") -> "HealthRecords":
+        """Return the rows of all parts, one after the other."""
+        return cls(
+            **{
+                field.name: np.concatenate(
+                    [np.empty(0, _TYPES.get(field.name, np.float64))]
+                    + [getattr(part, field.name) for part in parts]
+                )
+                for field in fields(cls)
+            }
+        )
+
+    def take(self, rows: NDArray[np.bool_]) -> "HealthRecords":
+        """Return some of the rows."""
+        return HealthRecords(
+            **{field.name: getattr(self, field.name)[rows] for field in fields(self)}
+        )
