@@ -70,3 +70,29 @@ BIAS_SCHEMA = pl.Schema(
         "prior_ratio": pl.Float64(),
     }
 )
+
+#: `health.parquet`: one row for each radar and epoch.
+HEALTH_SCHEMA = pl.Schema(
+    {
+        "time_s": pl.Float64(),
+        "sensor_id": pl.String(),
+        "alarms": pl.String(),
+        "detection_probability": pl.Float64(),
+        "looks": pl.Float64(),
+        "range_sigma_ratio": pl.Float64(),
+        "azimuth_sigma_ratio": pl.Float64(),
+        "range_trend_m_per_h": pl.Float64(),
+        "range_trend_sigma_m_per_h": pl.Float64(),
+        "azimuth_trend_deg_per_h": pl.Float64(),
+        "azimuth_trend_sigma_deg_per_h": pl.Float64(),
+        "site_east_m": pl.Float64(),
+        "site_north_m": pl.Float64(),
+        "site_sigma_m": pl.Float64(),
+        "silence_s": pl.Float64(),
+        "tracks_in_cover": pl.Int64(),
+        "tracks_heard": pl.Int64(),
+        "bias_jumps": pl.Int64(),
+        "last_jump_s": pl.Float64(),
+        "epoch": pl.Int64(),
+    }
+)

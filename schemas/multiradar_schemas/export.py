@@ -13,6 +13,7 @@ from pydantic import TypeAdapter
 
 from multiradar_schemas.arrow import (
     BIAS_SCHEMA,
+    HEALTH_SCHEMA,
     MEASUREMENT_REQUIRED,
     MEASUREMENT_SCHEMA,
     TRACK_SCHEMA,
@@ -20,6 +21,7 @@ from multiradar_schemas.arrow import (
 )
 from multiradar_schemas.bias import BiasEstimate
 from multiradar_schemas.forecast import Forecast
+from multiradar_schemas.health import RadarHealth
 from multiradar_schemas.measurement import MEASUREMENT, MEASUREMENTS
 from multiradar_schemas.reject import Reject
 from multiradar_schemas.report import Report
@@ -38,6 +40,7 @@ _MODELS: dict[str, TypeAdapter[Any]] = {
     "track-update": TypeAdapter(TrackUpdate),
     "transition": TypeAdapter(Transition),
     "bias": TypeAdapter(BiasEstimate),
+    "health": TypeAdapter(RadarHealth),
     "forecast": TypeAdapter(Forecast),
     "reject": TypeAdapter(Reject),
     "report": TypeAdapter(Report),
@@ -50,6 +53,10 @@ _TABLES = {
     ),
     "transitions": (TRANSITION_SCHEMA, ("time_s", "track_id", "transition", "reason")),
     "biases": (BIAS_SCHEMA, tuple(BIAS_SCHEMA.names())),
+    "health": (
+        HEALTH_SCHEMA,
+        tuple(n for n, f in RadarHealth.model_fields.items() if "None" not in str(f.annotation)),
+    ),
 }
 _ARROW_NAMES = {pl.Float64(): "float64", pl.Int64(): "int64", pl.String(): "utf8"}
 

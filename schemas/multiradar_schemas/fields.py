@@ -9,12 +9,14 @@ from pydantic import BaseModel
 
 from multiradar_schemas.arrow import (
     BIAS_SCHEMA,
+    HEALTH_SCHEMA,
     MEASUREMENT_SCHEMA,
     TRACK_SCHEMA,
     TRANSITION_SCHEMA,
 )
 from multiradar_schemas.bias import BiasEstimate
 from multiradar_schemas.forecast import Forecast, ForecastPoint
+from multiradar_schemas.health import RadarHealth
 from multiradar_schemas.measurement import KIND_NEEDS, RadarMeasurement
 from multiradar_schemas.reject import CODE_MEANINGS, Reject
 from multiradar_schemas.report import Counts, InputFile, OutputFile, Report
@@ -73,6 +75,9 @@ def _lines() -> Iterator[str]:
     yield from _track_lines()
     yield "\n## Biases: `biases.parquet`, a row for each sensor, parameter and epoch\n"
     yield from _table(BiasEstimate, tuple(BIAS_SCHEMA), dict(BIAS_SCHEMA))
+    yield "\n## Health: `health.parquet`, a row for each radar and epoch\n"
+    yield "The last row of a radar is the member `health` of `GET /v1/sensors/{id}`.\n"
+    yield from _table(RadarHealth, tuple(HEALTH_SCHEMA), dict(HEALTH_SCHEMA))
     yield "\n## Forecasts: `GET /v1/tracks/{id}/forecast`, Zenoh\n"
     yield from _table(Forecast)
     yield "\nEach point:\n"

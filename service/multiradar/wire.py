@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from multiradar.errors import InputError, MissingColumnError
 from multiradar.estimation.measurement.known_biases import Measured, without_known_biases
 from multiradar.estimation.measurement.sensors import PARAMETER_NAMES, SensorTable
+from multiradar.tracking.health_records import ALARM_NAMES, HealthRecords
 from multiradar.tracking.measurements import (
     KIND_BEARING,
     KIND_POSITION,
@@ -27,6 +28,7 @@ from multiradar.tracking.outputs import (
 from multiradar.tracking.transitions import NO_TRACK, REASON_NAMES, TRANSITION_NAMES
 from multiradar_schemas.arrow import (
     BIAS_SCHEMA,
+    HEALTH_SCHEMA,
     MEASUREMENT_REQUIRED,
     MEASUREMENT_SCHEMA,
     TRACK_SCHEMA,
@@ -40,6 +42,7 @@ from multiradar_schemas.sensor import SensorsFile
 #: A range may exceed the instrumented range of its sensor by this factor.
 RANGE_MAX_FACTOR = 1.05
 TURN_DEG = 360.0
+HOUR_S = 3600.0
 
 _KIND_NUMBER = {
     "radar": KIND_RADAR,
@@ -301,6 +304,47 @@ def biases_frame(records: BiasRecords, table: SensorTable) -> pl.DataFrame:
         },
         schema=BIAS_SCHEMA,
     )
+
+
+def health_frame(records: HealthRecords, table: SensorTable) -> pl.DataFrame:
+    """Translate what is said of the health of radars to rows of `health.parquet`.
+
+    Parameters
+    ----------
+    records : HealthRecords
+        In m and rad, changes a second.
+    table : SensorTable
+        The sensors.
+
+    Returns
+    -------
+    DataFrame
+        `HEALTH_SCHEMA`; azimuth in degrees, changes an hour.
+    """
+    same = ("time_s", "epoch", "detection_probability", "looks", "range_sigma_ratio",
+            "azimuth_sigma_ratio", "site_east_m", "site_north_m", "site_sigma_m", "silence_s",
+            "tracks_in_cover", "tracks_heard", "last_jump_s")  # fmt: skip
+    trends = {
+        "range_trend_m_per_h": records.range_trend_mps,
+        "range_trend_sigma_m_per_h": records.range_trend_sigma_mps,
+        "azimuth_trend_deg_per_h": np.degrees(records.azimuth_trend_rad_per_s),
+        "azimuth_trend_sigma_deg_per_h": np.degrees(records.azimuth_trend_sigma_rad_per_s),
+    }
+    columns = {
+        **{name: getattr(records, name) for name in same},
+        **{name: HOUR_S * values for name, values in trends.items()},
+        "sensor_id": _names(records.sensor, table.ids),
+        "bias_jumps": records.jumps,
+        "alarms": [",".join(alarm_names(bits)) for bits in records.alarms.tolist()],
+    }
+    return pl.DataFrame(
+        {name: columns[name] for name in HEALTH_SCHEMA}, schema=HEALTH_SCHEMA, nan_to_null=True
+    )
+
+
+def alarm_names(bits: int) -> list[str]:
+    """Return the names of the alarms that are set in `HealthRecords.alarms`."""
+    return [name for place, name in enumerate(ALARM_NAMES) if bits >> place & 1]
 
 
 def _prior_sigma(table: SensorTable) -> NDArray[np.float64]:

@@ -6,6 +6,7 @@ from pydantic import BaseModel, Field
 
 from multiradar.api.encoding import ARROW, GEOJSON
 from multiradar_schemas.bias import BiasEstimate
+from multiradar_schemas.health import RadarHealth
 from multiradar_schemas.track import Track, TrackUpdate
 from multiradar_schemas.transition import Transition
 
@@ -47,10 +48,13 @@ class BiasAnswer(BaseModel):
 
 
 class SensorState(BaseModel):
-    """A sensor as configured; more members may follow."""
+    """A sensor as configured, with what is known of it; more members may follow."""
 
     id: str
     kind: str
+    health: RadarHealth | None = Field(
+        default=None, description="Of radars, from the end of the first epoch on"
+    )
 
 
 class SensorList(BaseModel):

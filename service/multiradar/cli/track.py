@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from multiradar.cli.health_table import print_health
 from multiradar.cli.inputs import (
     DumpChoice,
     check_found,
@@ -216,6 +217,7 @@ def _print_report(report: "Report", out: Path) -> None:
             table.add_row(sensor, name, *numbers, f"{value['prior_ratio']:.1%}")
     if biases:
         console.print(table)
+    print_health(report, console)
     untold = figures["unobservable_biases"]
     assert isinstance(untold, list)
     for one in untold:

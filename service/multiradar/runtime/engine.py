@@ -110,7 +110,7 @@ class Engine:
         self._association = Association(sensors, settings)
         self._transitions = TransitionLog(settings.coast_after_s)
         self._health = SensorHealth(
-            sensors, settings, self._plane, tests_jumps=self._filter.bounds_bias_errors
+            sensors, settings, self._plane, trusts_biases=self._filter.bounds_bias_errors
         )
         self._epoch: int | None = None
         self._epoch_open = False

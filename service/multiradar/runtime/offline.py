@@ -26,6 +26,7 @@ from multiradar.runtime.reject_file import RejectFile, TimeRefusals
 from multiradar.storage.recording import INDEX_COLUMN, Recording
 from multiradar.storage.table_writer import TableWriter
 from multiradar.tracking.duplicates import Duplicates
+from multiradar.tracking.health_records import HealthRecords
 from multiradar.tracking.outputs import (
     BiasRecords,
     EngineOutput,
@@ -33,12 +34,13 @@ from multiradar.tracking.outputs import (
     TrackUpdates,
 )
 from multiradar.tracking.settings import TrackingSettings
-from multiradar_schemas.arrow import BIAS_SCHEMA, TRACK_SCHEMA, TRANSITION_SCHEMA
+from multiradar_schemas.arrow import BIAS_SCHEMA, HEALTH_SCHEMA, TRACK_SCHEMA, TRANSITION_SCHEMA
 
 BATCH_ROWS = 8192
 TRACKS_FILE = "tracks.parquet"
 BIASES_FILE = "biases.parquet"
 TRANSITIONS_FILE = "transitions.parquet"
+HEALTH_FILE = "health.parquet"
 REJECTS_FILE = "rejects.ndjson"
 
 
@@ -82,11 +84,15 @@ class OfflineResult:
         Those of them of each sensor that has some.
     rejected : Counter
         Those refused, by code.
-    updates, tracks, bias_rows, steps : int
-        Rows of `tracks.parquet`, different tracks in it, rows of `biases.parquet` and of
-        `transitions.parquet`.
+    updates, tracks, bias_rows, health_rows, steps : int
+        Rows of `tracks.parquet`, different tracks in it, rows of `biases.parquet`, of
+        `health.parquet` and of `transitions.parquet`.
     final_biases : dict
         Last estimate of each sensor and parameter, with its sigma, and that over its prior sigma.
+    final_health : dict
+        Last row of `health.parquet` of each radar.
+    alarms : list of dict
+        What went wrong with radars: `time_s`, `sensor_id` and the `alarm` that began.
     untold : tuple of Untold
         Combinations of biases of which the measurements have told nothing.
     tracker : dict
@@ -109,8 +115,11 @@ class OfflineResult:
     updates: int = 0
     tracks: int = 0
     bias_rows: int = 0
+    health_rows: int = 0
     steps: int = 0
     final_biases: dict[str, dict[str, dict[str, float]]] = field(default_factory=dict)
+    final_health: dict[str, dict[str, Any]] = field(default_factory=dict)
+    alarms: list[dict[str, Any]] = field(default_factory=list)
     untold: tuple[Untold, ...] = ()
     tracker: dict[str, int] = field(default_factory=dict)
     transitions: dict[str, int] = field(default_factory=dict)
@@ -134,7 +143,8 @@ def track_recording(
     job : OfflineJob
         What is tracked.
     folder : Path
-        Existing, empty folder for `tracks.parquet`, `transitions.parquet`, `biases.parquet` and
+        Existing, empty folder for `tracks.parquet`, `transitions.parquet`, `biases.parquet`,
+        `health.parquet` and
         `rejects.ndjson`.
     on_progress : callable
         Told the number of measurements that are done, after every batch.
@@ -179,6 +189,7 @@ class _Run:
         self._digest = OutputDigest()
         self._tracks = TableWriter(folder / TRACKS_FILE, TRACK_SCHEMA)
         self._biases = TableWriter(folder / BIASES_FILE, BIAS_SCHEMA)
+        self._health = TableWriter(folder / HEALTH_FILE, HEALTH_SCHEMA)
         self._transitions = TableWriter(folder / TRANSITIONS_FILE, TRANSITION_SCHEMA)
         self._rejects = RejectFile(folder / REJECTS_FILE, job.recording.path.name)
         self._places = Places()
@@ -213,6 +224,7 @@ class _Run:
         self._rejects.finish()
         self._tracks.finish()
         self._biases.finish()
+        self._health.finish()
         self._transitions.finish()
         self.close()
         result = self._result
@@ -251,6 +263,22 @@ class _Run:
             self._biases.append(frame)
             self._result.bias_rows += len(frame)
             self._keep_last(frame)
+        health = HealthRecords.concatenate([output.health for output in outputs])
+        if len(health):
+            self._keep_health(wire.health_frame(health, self._sensors))
+
+    def _keep_health(self, frame: pl.DataFrame) -> None:
+        self._health.append(frame)
+        self._result.health_rows += len(frame)
+        for row in frame.iter_rows(named=True):
+            name = row["sensor_id"]
+            before = self._result.final_health.get(name, {}).get("alarms", "")
+            self._result.alarms += [
+                {"time_s": row["time_s"], "sensor_id": name, "alarm": alarm}
+                for alarm in row["alarms"].split(",")
+                if alarm and alarm not in before.split(",")
+            ]
+            self._result.final_health[name] = row
 
     def _write_duplicates(self, outputs: Sequence[EngineOutput]) -> None:
         found = Duplicates.concatenate([output.duplicates for output in outputs])

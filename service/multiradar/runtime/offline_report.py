@@ -9,6 +9,7 @@ from multiradar.estimation.bias.observability import Untold
 from multiradar.estimation.measurement.sensors import PARAMETER_NAMES, SensorTable
 from multiradar.runtime.offline import (
     BIASES_FILE,
+    HEALTH_FILE,
     REJECTS_FILE,
     TRACKS_FILE,
     TRANSITIONS_FILE,
@@ -35,8 +36,8 @@ def offline_report(job: OfflineJob, result: OfflineResult) -> Report:
     -------
     Report
         Counts, settings, digest; figures: whether the recording had to be sorted, number of tracks,
-        last biases with sigma, combinations of biases that are unobservable, and what became of the
-        accepted measurements in the filter.
+        last biases with sigma, health of the radars and what went wrong with them, combinations of
+        biases that are unobservable, and what became of the accepted measurements in the filter.
     """
     counts = Counts(
         read=result.read,
@@ -62,6 +63,7 @@ def offline_report(job: OfflineJob, result: OfflineResult) -> Report:
             OutputFile(file=TRACKS_FILE, rows=result.updates),
             OutputFile(file=TRANSITIONS_FILE, rows=result.steps),
             OutputFile(file=BIASES_FILE, rows=result.bias_rows),
+            OutputFile(file=HEALTH_FILE, rows=result.health_rows),
             OutputFile(file=REJECTS_FILE, rows=result.rejected_total + result.duplicate),
         ],
         output_sha256=result.output_sha256,
@@ -80,6 +82,8 @@ def offline_report(job: OfflineJob, result: OfflineResult) -> Report:
             "duplicates_by_sensor": dict(sorted(result.duplicates_by_sensor.items())),
             "track_transitions": {**result.transitions},
             "final_biases": biases,
+            "sensor_health": {name: {**row} for name, row in result.final_health.items()},
+            "sensor_alarms": [{**alarm} for alarm in result.alarms],
             "unobservable_biases": [_untold_figures(one, job.sensors) for one in result.untold],
         },
     )

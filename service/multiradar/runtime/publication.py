@@ -179,7 +179,8 @@ class Publication:
         -------
         list of dict
             `id`, `kind` (radar, position or bearing), site, standard deviations, `updates`,
-            `last_update_s`, `age_s`, and `biases` as in `bias`. What a sensor has not is None.
+            `last_update_s`, `age_s`, `health` (a row of `health.parquet`; radars have one from the
+            end of the first epoch on), and `biases` as in `bias`. What a sensor has not is None.
         """
         with self._lock:
             records = self._board.records(self._data_time_s)
@@ -224,7 +225,7 @@ class Publication:
         return bias_rows_frame(rows, self._sensors)
 
     def status(self) -> dict[str, Any]:
-        """Return counts, sequences, data time, hash of the output and version."""
+        """Return counts, sequences, data time, alarms, hash of the output and version."""
         with self._lock:
             known: dict[str, Any] = {
                 "data_time_s": self._data_time_s,
@@ -234,6 +235,7 @@ class Publication:
                 "event_sequence": self._ring.head,
                 "subscribers": self._ring.subscriber_count,
                 "epoch": self._biases.epoch,
+                "sensor_alarms": self._board.alarms(),
             }
         return {
             **self._status(),
@@ -276,6 +278,7 @@ class Publication:
                 self._board.count(rows)
                 self._updates = int(rows["sequence"][-1])
             self._biases.append(output.biases)
+            self._board.hear(output.health)
             if len(output.transitions):
                 self._transitions.append(transition_rows(output.transitions))
             self._live.end(output.ended.track_id)

@@ -61,8 +61,8 @@ def jump_evidence(values: Floats, common: float, scale: float) -> Floats:
     of Mathematical Statistics 42 (1971), 1897-1908: with a threshold h false alarms are at least
     exp(h) tests apart in the mean. The median in place of the mean is the project's own.
     """
-    median = float(np.median(values))
-    spread = NORMAL_SPREAD * float(np.median(np.abs(values - median)))
+    median = _median(values)
+    spread = NORMAL_SPREAD * _median(np.abs(values - median))
     variance = MEDIAN_VARIANCE / len(values) * max(scale, 1.0, spread * spread)
     shifts = np.array([[median], [-median]]) - COMMON_SIGMAS * np.sqrt(common)
     evidence: Floats = JUMP_SIGMAS * (shifts - 0.5 * JUMP_SIGMAS) / variance
@@ -156,3 +156,10 @@ def shift_of_site(pattern: Floats, vector: Floats, scale: float) -> tuple[Floats
     covariance = inverse * np.outer(_PATTERN_SIGMAS, _PATTERN_SIGMAS) * max(scale, 1.0)
     spread: Floats = np.asarray(covariance[SITE:, SITE:], np.float64)
     return found[SITE:], spread
+
+
+def _median(values: Floats) -> float:
+    # A tenth of the time of np.median, which looks for NaN and for axes.
+    ranked = np.sort(values)
+    half = len(ranked) // 2
+    return float(ranked[half] if len(ranked) % 2 else 0.5 * (ranked[half - 1] + ranked[half]))

@@ -66,6 +66,8 @@ NOISE_HIGH, NOISE_SIGMAS = 2.0, 5.0
 #: A site is elsewhere when its shift is so sure, in standard deviations, and so many times the
 #: noise of range.
 SITE_SIGMAS, SITE_NOISES = 8.0, 3.0
+#: Sites are looked at once in so long, s.
+SITE_STEP_S = 30.0
 #: A radar is silent after so many turns, and when its tracks make that so unlikely (a millionth).
 SILENT_TURNS, SILENT_EVIDENCE = 5.0, 13.8
 #: Bounds of the detection probability that a silence is judged by, and what it is before it shows.
@@ -100,9 +102,9 @@ class SensorHealth:
         The settings of the tracker.
     plane : SystemPlane
         The system plane.
-    tests_jumps : bool
+    trusts_biases : bool
         Whether the filter knows how uncertain its biases are: else its innovations are off without
-        any jump.
+        any jump or wrong site, and neither is looked for.
     """
 
     def __init__(
@@ -111,7 +113,7 @@ class SensorHealth:
         settings: TrackingSettings,
         plane: SystemPlane,
         *,
-        tests_jumps: bool = True,
+        trusts_biases: bool = True,
     ) -> None:
         self._sensors, self._settings = sensors, settings
         self._radars = np.flatnonzero(sensors.kinds == KIND_RADAR)
@@ -129,9 +131,11 @@ class SensorHealth:
         self._held_s = -np.inf
         self._first_s = np.full(count, np.inf)
         self._common = np.full((count, 2), np.inf)
-        self._tests_jumps = tests_jumps
+        self._trusts_biases = trusts_biases
         self._trends = BiasTrends(sensors)
         self._end_s = np.nan
+        self._site_step = np.nan
+        self._site: tuple[Floats, Floats, NDArray[np.bool_]] | None = None
 
     def gather(
         self,
@@ -216,7 +220,7 @@ class SensorHealth:
         for s in self._radars.tolist():
             if sums.judged[s] >= AIRCRAFT_MIN:
                 began_s = self._first_s[s] + START_TURNS * self._periods[s]
-                self._test(s, tested=self._tests_jumps and end_s >= max(self._held_s, began_s))
+                self._test(s, tested=self._trusts_biases and end_s >= max(self._held_s, began_s))
                 self._open_window(s, end_s)
             elif end_s - sums.opened[s] > WINDOW_TURNS * self._periods[s]:
                 self._open_window(s, end_s)
@@ -286,11 +290,19 @@ class SensorHealth:
             surely[s] |= noise_ratio(scale - sigma, told) > NOISE_HIGH
         return ratios, surely
 
+    def _shifts_now(self, end_s: float) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+        step = np.floor(end_s / SITE_STEP_S)
+        if self._site is None or step != self._site_step:
+            self._site_step, self._site = step, self._shifts()
+        return self._site
+
     def _shifts(self) -> tuple[Floats, Floats, NDArray[np.bool_]]:
         """Return where sites seem to lie, how surely, and which of them surely elsewhere."""
         count = len(self._sensors)
         shifts, sigmas = np.full((count, 2), np.nan), np.full(count, np.nan)
         sure = np.zeros(count)
+        if not self._trusts_biases:
+            return shifts, sigmas, sure > 0.0
         for s in self._radars[self._sums.pattern[self._radars, 0] > 0.0].tolist():
             scale = float(self._sums.scale[s].max())
             shift, covariance = shift_of_site(
@@ -307,7 +319,7 @@ class SensorHealth:
     def _records(self, epoch: int, end_s: float, cover: NDArray[np.int64]) -> HealthRecords:
         radars, sums = self._radars, self._sums
         ratios, noisy = self._ratios()
-        shifts, sigmas, elsewhere = self._shifts()
+        shifts, sigmas, elsewhere = self._shifts_now(end_s)
         jumped = end_s - self._last_jump_s <= RECOVERY_TURNS * self._periods
         alarms = (
             (self._silent.astype(np.int64) << ALARM_SILENT)

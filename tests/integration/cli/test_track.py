@@ -16,7 +16,10 @@ from support.recorded_scene import environment, write_scene
 from support.served import RUN
 
 SAMPLE = Path(__file__).parents[3] / "examples" / "vid-sample"
-FILES = ["biases.parquet", "rejects.ndjson", "report.json", "tracks.parquet", "transitions.parquet"]
+FILES = [
+    "biases.parquet", "health.parquet", "rejects.ndjson", "report.json", "tracks.parquet",
+    "transitions.parquet",
+]  # fmt: skip
 
 
 @pytest.fixture(scope="module")

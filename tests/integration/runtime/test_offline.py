@@ -57,8 +57,10 @@ def _run(path: Path, out: Path, **options: Any) -> OfflineResult:
 
 def _hashes(folder: Path) -> list[str]:
     files = sorted(folder.iterdir())
-    names = ["biases.parquet", "rejects.ndjson", "tracks.parquet", "transitions.parquet"]
-    assert [file.name for file in files] == names
+    names = ["biases", "health", "tracks", "transitions"]
+    assert [file.name for file in files] == sorted(
+        ["rejects.ndjson", *(f"{name}.parquet" for name in names)]
+    )
     return [hashlib.sha256(file.read_bytes()).hexdigest() for file in files]
 
 

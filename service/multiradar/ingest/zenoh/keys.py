@@ -6,6 +6,7 @@
     multiradar/v1/tracks/{track}          out, and queryable
     multiradar/v1/ended/{track}           out: a track has ended
     multiradar/v1/biases/{sensor}         out, and queryable
+    multiradar/v1/sensors/{sensor}        queryable
     multiradar/v1/forecasts/{track}       queryable
     multiradar/v1/status                  out, and queryable
     multiradar/v1/instances/{instance}    a liveliness token for each instance
@@ -20,6 +21,7 @@ MEASUREMENTS = f"{ROOT}/measurements"
 TRACKS = f"{ROOT}/tracks"
 ENDED = f"{ROOT}/ended"
 BIASES = f"{ROOT}/biases"
+SENSORS = f"{ROOT}/sensors"
 FORECASTS = f"{ROOT}/forecasts"
 STATUS = f"{ROOT}/status"
 INSTANCES = f"{ROOT}/instances"

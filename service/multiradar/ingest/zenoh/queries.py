@@ -1,4 +1,4 @@
-"""Answers to queries: tracks, biases, forecasts, status."""
+"""Answers to queries: tracks, biases, sensors, forecasts, status."""
 
 import json
 import math
@@ -12,6 +12,7 @@ from multiradar.ingest.zenoh.counts import ZenohCounts
 from multiradar.ingest.zenoh.keys import (
     BIASES,
     FORECASTS,
+    SENSORS,
     STATUS,
     TRACKS,
     is_sensor_id,
@@ -66,6 +67,7 @@ class Answers:
         return {
             f"{TRACKS}/*": self._guarded(self._tracks, frozenset({"after", "limit"})),
             f"{BIASES}/*": self._guarded(self._biases, _NO_PARAMETERS),
+            f"{SENSORS}/*": self._guarded(self._sensors, _NO_PARAMETERS),
             f"{FORECASTS}/*": self._guarded(self._forecast, frozenset({"horizon_s", "step_s"})),
             STATUS: self._guarded(self._answer_status, _NO_PARAMETERS),
         }
@@ -124,12 +126,22 @@ class Answers:
                 request.reply(update.key, update.payload, b"%d" % update.sequence)
 
     def _biases(self, request: Request) -> None:
+        for sensor in self._asked_for(request):
+            name = sensor["id"]
+            _reply(request, sensor_key(BIASES, name), self._view.bias(name), None)
+
+    def _sensors(self, request: Request) -> None:
+        for sensor in self._asked_for(request):
+            _reply(request, sensor_key(SENSORS, sensor["id"]), sensor, None)
+
+    def _asked_for(self, request: Request) -> list[dict[str, Any]]:
         name = last_part(request.key)
-        known = [sensor["id"] for sensor in self._view.sensors()]
-        if name not in _WILD and (not is_sensor_id(name) or name not in known):
+        known = {sensor["id"]: sensor for sensor in self._view.sensors()}
+        if name in _WILD:
+            return list(known.values())
+        if not is_sensor_id(name) or name not in known:
             raise RequestError(_NOT_FOUND, "NOT_FOUND", f"no sensor {ascii(name)[:80]}")
-        for sensor_id in known if name in _WILD else [name]:
-            _reply(request, sensor_key(BIASES, sensor_id), self._view.bias(sensor_id), None)
+        return [known[name]]
 
     def _forecast(self, request: Request) -> None:
         track = _known_track(last_part(request.key))
