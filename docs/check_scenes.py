@@ -30,10 +30,10 @@ from multiradar.estimation.filters.bank import FILTERS
 Floats = NDArray[np.float64]
 
 SETTLED_S = 120.0
-# Those are judged by docs/check_association.py, and by tests.
+# Those are judged by docs/check_association.py and docs/check_health.py, and by tests.
 ASSOCIATION_SCENES = (
     "crossing", "formation", "shared-code", "code-change", "shared-address", "clutter",
-    "duplicated-networks", "plot-storm",
+    "duplicated-networks", "plot-storm", "radar-jump",
 )  # fmt: skip
 HEADER = (
     "scene", "filter", "density", "range bias", "azimuth bias", "bias error² / sigma²",

@@ -96,6 +96,7 @@ class CompiledFilter:
         work = Work(partitions=np.array([0]), bounds=np.array([0, 1]), order=np.array([0]))
         self._definition.step(work, rows, self._model, self.arrays, result, want_readout=True)
         self.readout = result.readout[0]
+        self.innovation = result.innovation[0]
         self._book.log(result.log, rows.sensor)
         if not self._by_epochs:
             self.publish()

@@ -95,6 +95,7 @@ class JointKalman:
         spread = self._covariance @ matrix.T
         innovation = seen.innovation - seen.by_bias @ self._mean[: self._count]
         expected = matrix @ spread + seen.noise  # Λ, (1.29)
+        self.compared = innovation, expected
         gain = np.linalg.solve(expected, spread.T).T
         self._mean = self._mean + gain @ innovation
         self._covariance = symmetric_part(self._covariance - gain @ expected @ gain.T)

@@ -17,13 +17,26 @@ from multiradar.tracking.outputs import (
     BiasRecords,
     TrackUpdates,
 )
-from multiradar.wire import biases_frame, measurement_batch, sensor_table, tracks_frame
-from multiradar_schemas.arrow import BIAS_SCHEMA, MEASUREMENT_SCHEMA, TRACK_SCHEMA
+from multiradar.wire import (
+    biases_frame,
+    health_frame,
+    measurement_batch,
+    sensor_table,
+    tracks_frame,
+)
+from multiradar_schemas.arrow import (
+    BIAS_SCHEMA,
+    HEALTH_SCHEMA,
+    MEASUREMENT_SCHEMA,
+    TRACK_SCHEMA,
+)
 from multiradar_schemas.bias import BiasEstimate
 from multiradar_schemas.errors import SchemaError
+from multiradar_schemas.health import RadarHealth
 from multiradar_schemas.reject import RejectCode
 from multiradar_schemas.sensor import parse_sensors
 from multiradar_schemas.track import TrackUpdate
+from support.health import health_records
 from support.messages import adsb, radar, sensors
 
 TABLE = sensor_table(sensors())
@@ -278,3 +291,24 @@ def test_biases_have_degrees_for_azimuth_only() -> None:
     assert azimuth["prior_ratio"] == pytest.approx(np.radians(0.01) / prior[1])
     for row in (offset, azimuth):
         BiasEstimate.model_validate(row)
+
+
+def test_health_is_told_in_degrees_and_by_the_hour_and_what_is_not_known_is_null() -> None:
+    records = health_records(
+        time_s=[8.0, 8.0],
+        sensor=[0, 0],
+        alarms=[0b0011, 0],
+        azimuth_trend_rad_per_s=[np.radians(0.001), np.nan],
+        range_trend_mps=[0.5, np.nan],
+        detection_probability=[0.9, np.nan],
+    )
+    found = health_frame(records, TABLE)
+    assert found.schema == HEALTH_SCHEMA
+    ill, unknown = found.to_dicts()
+    assert (ill["sensor_id"], ill["alarms"]) == ("41-10", "silent,bias_jump")
+    assert ill["azimuth_trend_deg_per_h"] == pytest.approx(3.6)
+    assert ill["range_trend_m_per_h"] == pytest.approx(1800.0)
+    assert unknown["alarms"] == ""
+    assert unknown["detection_probability"] is None
+    for row in (ill, unknown):
+        RadarHealth.model_validate(row)

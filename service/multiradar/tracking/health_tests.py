@@ -22,8 +22,8 @@ COMMON_SIGMAS = 3.0
 MEDIAN_VARIANCE = np.pi / 2.0
 #: Standard deviation of normal numbers over the median of their deviations.
 NORMAL_SPREAD = 1.4826
-#: Noise that is a smaller part of what is expected cannot be told from the rest.
-TOLD_MIN = 0.2
+#: Noise that is a smaller part of what is measured cannot be told from the rest.
+NOISE_SHARE_MIN = 0.2
 
 # Beforehand a site may be anywhere within 100 km, offsets and gain anything.
 _PATTERN_SIGMAS = np.array([1e3, 0.1, 0.01 * GAIN_SCALE_M, 1e5, 1e5])
@@ -111,8 +111,8 @@ def noise_ratio(scale: float, told: float) -> float:
     Returns
     -------
     float
-        √(x / told) with x = scale − (1 − told); NaN where nearly all that is expected is
-        uncertainty of the tracks, or that explains more than there is.
+        √(x / told) with x = scale − (1 − told); NaN where the uncertainty of the tracks explains
+        nearly all that is measured, or more.
 
     References
     ----------
@@ -120,7 +120,7 @@ def noise_ratio(scale: float, told: float) -> float:
     Transactions on Automatic Control 15 (1970), 175-184: E e eᵀ = H P Hᵀ + W solved for W.
     """
     noise = scale - (1.0 - told)
-    return float(np.sqrt(noise / told)) if told >= TOLD_MIN and noise > 0.0 else float("nan")
+    return float(np.sqrt(noise / told)) if noise > NOISE_SHARE_MIN * scale else float("nan")
 
 
 def shift_of_site(pattern: Floats, vector: Floats, scale: float) -> tuple[Floats, Floats]:

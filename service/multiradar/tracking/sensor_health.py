@@ -57,8 +57,9 @@ WINDOW_TURNS = 3.0
 #: Looks, and patterns of innovations, count for so long, s.
 DETECTION_MEMORY_S = 900.0
 PATTERN_MEMORY_S = 3600.0
-#: So many innovations say what the noise is; the first so many less.
-NOISE_MEMORY, NOISE_MIN = 4000.0, 200.0
+#: So many innovations say what the noise is, and so many are the least that do; the noise as told
+#: counts as so many at first.
+NOISE_MEMORY, NOISE_MIN, NOISE_BEGIN = 4000.0, 200.0, 50.0
 #: Innovations tell of noise and pattern when biases add no more than this part to their variance.
 SETTLED_SHARE = 0.25
 #: Noise is more than told when it is so surely above this multiple of it, in standard deviations.
@@ -104,7 +105,7 @@ class SensorHealth:
         The system plane.
     trusts_biases : bool
         Whether the filter knows how uncertain its biases are: else its innovations are off without
-        any jump or wrong site, and neither is looked for.
+        anything wrong with the radar, and no alarm is raised by them.
     """
 
     def __init__(
@@ -123,7 +124,7 @@ class SensorHealth:
         count = len(sensors)
         self._sums = HealthSums.empty(0, count)
         self._evidence = np.zeros((count, 2, 2, len(JUMP_SIGMAS)))
-        self._weight = np.full((count, 2), 50.0)
+        self._weight = np.full((count, 2), NOISE_BEGIN)
         self._told = np.full((count, 2), np.nan)
         self._silent = np.zeros(count, np.bool_)
         self._jumps = np.zeros(count, np.int64)
@@ -287,7 +288,8 @@ class SensorHealth:
             ratios[s, i] = ratio
             # Of a variance from n numbers the standard deviation is √(2 / n) of it.
             sigma = NOISE_SIGMAS * scale * np.sqrt(2.0 / self._weight[s, i])
-            surely[s] |= noise_ratio(scale - sigma, told) > NOISE_HIGH
+            much = noise_ratio(scale - sigma, told) > NOISE_HIGH
+            surely[s] |= much and self._trusts_biases
         return ratios, surely
 
     def _shifts_now(self, end_s: float) -> tuple[Floats, Floats, NDArray[np.bool_]]:

@@ -120,6 +120,18 @@ def test_biases_of_one_sensor_and_of_all(session: zenoh.Session, service: Servic
     assert {key.rpartition("/")[2] for key, _, _ in every} == {"41-10", "41-20", "adsb"}
 
 
+def test_a_sensor_is_told_as_over_http(session: zenoh.Session, service: Service) -> None:
+    known = {sensor["id"]: sensor for sensor in service.view.sensors()}
+    every = {key: found for key, found, _ in answers(session, "multiradar/v1/sensors/*")}
+    assert set(every) == {f"multiradar/v1/sensors/{name}" for name in known}
+    radar = every["multiradar/v1/sensors/41-10"]
+    assert radar["updates"] == known["41-10"]["updates"]
+    assert radar["health"] == known["41-10"]["health"]
+    assert radar["health"]["alarms"] == ""
+    ((_, alone, _),) = answers(session, "multiradar/v1/sensors/41-10")
+    assert alone["health"] == radar["health"]
+
+
 def test_the_status_says_what_the_service_says(session: zenoh.Session, service: Service) -> None:
     ((_, status, _),) = answers(session, "multiradar/v1/status")
     known = service.view.status()
@@ -146,6 +158,7 @@ def test_the_status_says_what_the_service_says(session: zenoh.Session, service: 
         ("multiradar/v1/forecasts/1?horizon_s=1e5;step_s=1e4", "OUT_OF_RANGE"),
         ("multiradar/v1/forecasts/1?horizon_s=1e200;step_s=1e199", "OUT_OF_RANGE"),
         ("multiradar/v1/biases/nobody", "NOT_FOUND"),
+        ("multiradar/v1/sensors/nobody", "NOT_FOUND"),
     ],
 )
 def test_what_cannot_be_answered_is_an_error_with_a_code(

@@ -3,6 +3,7 @@
 import json
 import threading
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import polars as pl
@@ -23,7 +24,9 @@ from multiradar.tracking.transitions import MERGED, NO_TRACK, SILENT
 from multiradar.wire import biases_frame, measurement_batch, tracks_frame
 from multiradar_schemas.arrow import BIAS_SCHEMA, TRACK_SCHEMA
 from multiradar_schemas.forecast import ForecastPoint
+from multiradar_schemas.health import RadarHealth
 from support.fake_engine import FakeEngine
+from support.health import health_records
 from support.live_scene import START_S, recording, sensors
 
 TABLE = sensors()
@@ -58,6 +61,10 @@ class _Told:
         reason = np.where(into == NO_TRACK, SILENT, MERGED).astype(np.int8)
         ended = EndedTracks(np.array(tracks), np.full(count, time_s), reason, into)
         self.publish(EngineOutput(nothing.updates, nothing.biases, ended), time_s)
+
+
+def _nothing(told: _Told) -> EngineOutput:
+    return told.engine.push(MeasurementBatch.empty())
 
 
 def _events(view: Publication) -> list[Event]:
@@ -232,6 +239,24 @@ def test_sensors_tell_what_was_heard_of_them() -> None:
     assert by_id["adsb"]["latitude_deg"] is None
     assert by_id["41-10"]["latitude_deg"] == pytest.approx(50.0)
     assert json.loads(json.dumps(by_id, allow_nan=False))
+
+
+def test_the_health_of_a_radar_is_that_of_the_last_epoch() -> None:
+    told = _Told()
+    output = told.tell(recording(300))
+    assert told.view.sensors()[0]["health"] is None
+    assert told.view.status()["sensor_alarms"] == {}
+    health = health_records(
+        epoch=[1, 1, 2, 2], sensor=[0, 1, 0, 1], time_s=[4.0, 4.0, 8.0, 8.0], alarms=[0, 0, 1, 0]
+    )
+    told.publish(replace(output, updates=_nothing(told).updates, health=health), 8.0)
+    told.publish(_nothing(told), 9.0)
+    by_id = {sensor["id"]: sensor["health"] for sensor in told.view.sensors()}
+    assert by_id["41-10"]["alarms"] == "silent"
+    assert {row["time_s"] for row in by_id.values() if row} == {8.0}
+    assert by_id["adsb"] is None
+    assert told.view.status()["sensor_alarms"] == {"41-10": ["silent"]}
+    RadarHealth.model_validate(by_id["41-20"])
 
 
 def test_events_tell_every_row_in_the_order_of_data_time() -> None:

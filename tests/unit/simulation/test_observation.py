@@ -109,6 +109,17 @@ def test_biases_are_measured_minus_true_on_the_ellipsoid_too() -> None:
     assert np.all(np.abs(stamped.true_latitude_rad - clean.true_latitude_rad) > 1e-8)
 
 
+def test_a_bias_jumps_when_it_is_told_to_and_stays() -> None:
+    jumping = replace(EAST, biases=(Bias(100.0, jump=150.0, jump_s=120.5), *(Bias(),) * 3))
+    still, seen = _seen(_scene(EAST)), _seen(_scene(jumping))
+    values = seen.biases.values[:, 0, 0]
+    np.testing.assert_array_equal(values, np.where(seen.biases.time_s >= 120.5, 250.0, 100.0))
+    off = seen.measurements.range_m - still.measurements.range_m
+    time_s = seen.measurements.time_s
+    np.testing.assert_allclose(off[time_s < 120.0], 100.0, atol=1e-6)
+    np.testing.assert_allclose(off[time_s > 121.0], 250.0, atol=1e-6)
+
+
 def test_detections_gaps_and_outliers_come_as_often_as_asked() -> None:
     rng = np.random.default_rng(0)
     many = tuple(

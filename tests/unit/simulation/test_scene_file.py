@@ -124,6 +124,7 @@ def test_units_are_si_and_radians_inside(tmp_path: Path) -> None:
         ("bias.range_offset_m", "bias.range_m", "sensor[0].bias: expected a key of range_offset"),
         ("drift = 0.01", "drift = -1", "sensor[0].bias.azimuth_offset_deg.drift: expected a val"),
         ("drift = 0.01", "drift_rate = 1", "bias.azimuth_offset_deg: expected a key of value, dr"),
+        ("drift = 0.01", "jump = 0.3", "expected jump_s, when the bias jumps by 0.3, was none"),
         ("[plane]", '[plane]\nkind = "flat"', "expected places as east_m and north_m on a flat"),
         ("[plane]", '[plane]\nkind = "round"', "plane.kind: expected 'flat' or 'wgs84'"),
         ("latitude_deg = 56.0\nlongitude_deg = 61.0\n\n[[air", "latitude_deg = 56.0\n\n[[air",
