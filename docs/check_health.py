@@ -8,7 +8,7 @@
 
 The first two simulate scenes and list which alarms began, how far detection is from what the scene
 has, and when jumps were found. The third puts jumps of 150 m and 0.3° into a recording without any,
-one radar and one jump at a time, ten minutes before its end or halfway.
+one radar and one jump at a time: ten minutes before its end or halfway, or when `--at` says.
 """
 
 import argparse
@@ -127,7 +127,7 @@ def main() -> None:
     if options.recording is not None:
         print("| filter | radar | jump | found after | in turns | other alarms |")
         print("|---|---|---|---|---|---|")
-        for line in put_in(options.recording, options.sensors, options.filters):
+        for line in put_in(options):
             print(line, flush=True)
         return
     print("| scene | filter | detection off by | alarms that began |\n|---|---|---|---|")
@@ -144,15 +144,17 @@ def main() -> None:
                 print(f"| | | | {line} |", flush=True)
 
 
-def put_in(recording: Path, sensors: Path, filters: list[str]) -> Iterator[str]:
+def put_in(options: argparse.Namespace) -> Iterator[str]:
     """Put jumps into the radar plots of a recording and yield a line for each."""
-    table = load_sensor_table(sensors)
-    frame = pl.read_parquet(recording / "measurements.parquet").filter(pl.col("kind") == "radar")
+    table = load_sensor_table(options.sensors)
+    frame = pl.read_parquet(options.recording / "measurements.parquet").filter(
+        pl.col("kind") == "radar"
+    )
     frame = frame.sort("time_s", maintain_order=True)
     first_s, last_s = float(frame["time_s"][0]), float(frame["time_s"][-1])
-    time_s = np.floor(max(last_s - 600.0, 0.5 * (first_s + last_s)))
+    time_s = options.at or np.floor(max(last_s - 600.0, 0.5 * (first_s + last_s)))
     radars = sorted(set(frame["sensor_id"].to_list()))
-    for filter_name in filters:
+    for filter_name in options.filters:
         settings = TrackingSettings(filter_name=filter_name)
         for sensor in radars:
             period_s = float(table.rotation_period_s[table.ids.index(sensor)])
@@ -215,6 +217,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--filters", nargs="+", default=["two-stage", "imm"], choices=[*FILTERS])
     parser.add_argument("--recording", type=Path, help="a converted recording to put jumps into")
     parser.add_argument("--sensors", type=Path, help="its sensors.toml")
+    parser.add_argument("--at", type=float, help="data time of the jumps")
     return parser.parse_args()
 
 

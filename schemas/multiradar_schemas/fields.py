@@ -45,6 +45,12 @@ object. JSON gives the time as exactly one of `time_s`, `time_ns` and `time`; Ar
 one of these columns; files have `time_s`. `kind` is radar, adsb, mlat or bearing and decides what
 must be there:"""
 
+_HEALTH = """
+## Health: `health.parquet`, a row for each radar and epoch
+
+The last row of a radar is the member `health` of `GET /v1/sensors/{id}`.
+"""
+
 
 def page() -> str:
     """Return the text of the page."""
@@ -75,8 +81,7 @@ def _lines() -> Iterator[str]:
     yield from _track_lines()
     yield "\n## Biases: `biases.parquet`, a row for each sensor, parameter and epoch\n"
     yield from _table(BiasEstimate, tuple(BIAS_SCHEMA), dict(BIAS_SCHEMA))
-    yield "\n## Health: `health.parquet`, a row for each radar and epoch\n"
-    yield "The last row of a radar is the member `health` of `GET /v1/sensors/{id}`.\n"
+    yield _HEALTH
     yield from _table(RadarHealth, tuple(HEALTH_SCHEMA), dict(HEALTH_SCHEMA))
     yield "\n## Forecasts: `GET /v1/tracks/{id}/forecast`, Zenoh\n"
     yield from _table(Forecast)

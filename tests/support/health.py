@@ -21,8 +21,5 @@ def health_records(**told: Sequence[float]) -> HealthRecords:
     columns |= {name: np.asarray(values) for name, values in told.items()}
     columns["looks"] = np.nan_to_num(columns["looks"])
     return HealthRecords(
-        **{
-            name: values.astype(getattr(empty, name).dtype)  # type: ignore[arg-type]
-            for name, values in columns.items()
-        }
+        **{name: values.astype(getattr(empty, name).dtype) for name, values in columns.items()}
     )

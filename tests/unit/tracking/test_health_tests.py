@@ -112,7 +112,7 @@ def test_a_shifted_site_is_told_from_offsets_and_a_gain() -> None:
     e_azimuth = np.arctan2(seen[:, 0], seen[:, 1]) - azimuth + 0.002
     e_range += sigma_m * random.normal(size=count)
     e_azimuth += sigma_rad * random.normal(size=count)
-    information = sum(row.T @ row for row in rows)
+    information = rows[0].T @ rows[0] + rows[1].T @ rows[1]
     vector = rows[0].T @ (e_range / sigma_m) + rows[1].T @ (e_azimuth / sigma_rad)
     upper = information[np.triu_indices(PATTERNS)]
     assert len(upper) == NORMALS
