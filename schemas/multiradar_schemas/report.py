@@ -86,9 +86,9 @@ class Report(Record):
             "`ended_silent` (no plots, or a score like that of false ones) and `merged` into an "
             "older one; `duplicates_by_sensor`; `arrivals`: of each sensor, how many measurements "
             "came, how many `late` or from the `future`, and how far behind the data time half and "
-            "99 % of them came, s; `sensor_health`, the last row of `health.parquet` of each radar, "
-            "and `sensor_alarms`: the `time_s`, the `sensor_id` and the `alarm` of each that began; "
-            "and `warnings` in words",
+            "99 % of them came, s; `sensor_health`, the last row of `health.parquet` of each "
+            "radar, and `sensor_alarms`: the `time_s`, the `sensor_id` and the `alarm` of each "
+            "that began; and `warnings` in words",
             unit="by name",
             source="run",
         ),

@@ -34,9 +34,9 @@ from multiradar.runtime.shared_biases import SharedBiases
 from multiradar.tracking._kernels import describe, observe
 from multiradar.tracking.association import WINDOW_S, Association, Window
 from multiradar.tracking.duplicates import Duplicates
+from multiradar.tracking.health_records import HealthRecords
 from multiradar.tracking.lifecycle import BY_IDENTITY
 from multiradar.tracking.lifecycle import CONFIRMED as STAGE_CONFIRMED
-from multiradar.tracking.health_records import HealthRecords
 from multiradar.tracking.measurements import MeasurementBatch
 from multiradar.tracking.mode_states import ModeStates, mode_states
 from multiradar.tracking.near_duplicates import NearDuplicates

@@ -144,8 +144,7 @@ def track_recording(
         What is tracked.
     folder : Path
         Existing, empty folder for `tracks.parquet`, `transitions.parquet`, `biases.parquet`,
-        `health.parquet` and
-        `rejects.ndjson`.
+        `health.parquet` and `rejects.ndjson`.
     on_progress : callable
         Told the number of measurements that are done, after every batch.
 

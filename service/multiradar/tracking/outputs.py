@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.tracking.duplicates import NO_DUPLICATES, Duplicates
-from multiradar.tracking.mode_states import ModeStates
 from multiradar.tracking.health_records import HealthRecords
+from multiradar.tracking.mode_states import ModeStates
 
 STATE_TENTATIVE = 0
 STATE_CONFIRMED = 1

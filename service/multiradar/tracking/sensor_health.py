@@ -31,37 +31,23 @@ from multiradar.tracking.health_records import (
 )
 from multiradar.tracking.health_sums import HealthSums
 from multiradar.tracking.health_tests import (
-    AIRCRAFT_MIN,
-    JUMP_SIGMAS,
-    jump_evidence,
     noise_ratio,
     scale_after,
     shift_of_site,
 )
+from multiradar.tracking.jump_tests import JumpTests
 from multiradar.tracking.pool import AircraftPool
 from multiradar.tracking.roster import RowIdentities
 from multiradar.tracking.settings import TrackingSettings
 
 Floats = NDArray[np.float64]
 
-#: Threshold of the cumulated likelihood ratio of a jump: false alarms of a test are at least
-#: exp(16) = 9 million tests apart in the mean.
-JUMP_THRESHOLD = 16.0
-#: A radar is tested from so many turns after its first plot on.
-START_TURNS = 15.0
-#: After a jump nothing is tested for so many turns, while tracks and biases follow; the alarm holds
-#: as long.
-RECOVERY_TURNS = 8.0
-#: Innovations that are too few to be judged are let go after so many turns.
-WINDOW_TURNS = 3.0
 #: Looks, and patterns of innovations, count for so long, s.
 DETECTION_MEMORY_S = 900.0
 PATTERN_MEMORY_S = 3600.0
 #: So many innovations say what the noise is, and so many are the least that do; the noise as told
 #: counts as so many at first.
 NOISE_MEMORY, NOISE_MIN, NOISE_BEGIN = 4000.0, 200.0, 50.0
-#: Innovations tell of noise and pattern when biases add no more than this part to their variance.
-SETTLED_SHARE = 0.25
 #: Noise is more than told when it is so surely above this multiple of it, in standard deviations.
 NOISE_HIGH, NOISE_SIGMAS = 2.0, 5.0
 #: A site is elsewhere when its shift is so sure, in standard deviations, and so many times the
@@ -123,16 +109,11 @@ class SensorHealth:
         self._noises = np.column_stack([sensors.range_sigma_m**2, sensors.azimuth_sigma_rad**2])
         count = len(sensors)
         self._sums = HealthSums.empty(0, count)
-        self._evidence = np.zeros((count, 2, 2, len(JUMP_SIGMAS)))
         self._weight = np.full((count, 2), NOISE_BEGIN)
         self._told = np.full((count, 2), np.nan)
         self._silent = np.zeros(count, np.bool_)
-        self._jumps = np.zeros(count, np.int64)
-        self._last_jump_s = np.full(count, np.nan)
-        self._held_s = -np.inf
-        self._first_s = np.full(count, np.inf)
-        self._common = np.full((count, 2), np.inf)
         self._trusts_biases = trusts_biases
+        self._jumps = JumpTests(self._radars, self._periods, tests=trusts_biases)
         self._trends = BiasTrends(sensors)
         self._end_s = np.nan
         self._site_step = np.nan
@@ -178,7 +159,7 @@ class SensorHealth:
         """
         self._fade(end_s)
         self._learn_noise()
-        jumped = self._find_jump(end_s)
+        jumped = self._jumps.find(end_s, self._sums)
         if jumped >= 0:
             self._trends.forget(jumped)
         cover, evidence = self._look_around(end_s, pool)
@@ -212,48 +193,6 @@ class SensorHealth:
             self._weight[s, i] = weight
         for array in (sums.noises, sums.clipped, sums.told):
             array[:] = 0.0
-
-    def _find_jump(self, end_s: float) -> int:
-        """Test every radar whose innovations are enough; return that which jumped, or −1."""
-        sums = self._sums
-        fresh = np.isinf(self._first_s) & np.isfinite(sums.last_plot)
-        self._first_s[fresh] = end_s
-        for s in self._radars.tolist():
-            if sums.judged[s] >= AIRCRAFT_MIN:
-                began_s = self._first_s[s] + START_TURNS * self._periods[s]
-                self._test(s, tested=self._trusts_biases and end_s >= max(self._held_s, began_s))
-                self._open_window(s, end_s)
-            elif end_s - sums.opened[s] > WINDOW_TURNS * self._periods[s]:
-                self._open_window(s, end_s)
-        most = self._evidence.max(axis=(1, 2, 3))
-        jumped = int(np.argmax(most))
-        if most[jumped] < JUMP_THRESHOLD:
-            return -1
-        # What a jump did to the tracks, other radars see as well.
-        self._evidence[:] = 0.0
-        self._common[jumped] = np.inf
-        self._held_s = end_s + RECOVERY_TURNS * float(self._periods[jumped])
-        self._jumps[jumped] += 1
-        self._last_jump_s[jumped] = end_s
-        return jumped
-
-    def _test(self, s: int, *, tested: bool) -> None:
-        sums, count = self._sums, int(self._sums.judged[s])
-        for i in range(2):
-            # Where nothing asked how uncertain the biases are, they are as uncertain as before.
-            if sums.commons[s] > 0:
-                self._common[s, i] = sums.common[s, i] / sums.commons[s]
-            common = self._common[s, i]
-            sums.settled[s, i] = common <= SETTLED_SHARE
-            if tested and np.isfinite(common):
-                more = jump_evidence(sums.values[s, i, :count], common, sums.scale[s, i])
-                self._evidence[s, i] = np.maximum(self._evidence[s, i] + more, 0.0)
-
-    def _open_window(self, s: int, end_s: float) -> None:
-        sums = self._sums
-        sums.opened[s] = end_s
-        sums.judged[s] = sums.commons[s] = 0
-        sums.common[s] = 0.0
 
     def _look_around(self, end_s: float, pool: AircraftPool) -> tuple[NDArray[np.int64], Floats]:
         cover = np.zeros((len(self._sensors), 2), np.int64)
@@ -322,7 +261,7 @@ class SensorHealth:
         radars, sums = self._radars, self._sums
         ratios, noisy = self._ratios()
         shifts, sigmas, elsewhere = self._shifts_now(end_s)
-        jumped = end_s - self._last_jump_s <= RECOVERY_TURNS * self._periods
+        jumped = self._jumps.recent(end_s)
         alarms = (
             (self._silent.astype(np.int64) << ALARM_SILENT)
             | (jumped.astype(np.int64) << ALARM_BIAS_JUMP)
@@ -351,8 +290,8 @@ class SensorHealth:
             silence_s=np.where(heard, end_s - sums.last_plot, np.nan)[radars],
             tracks_in_cover=cover[radars, 0],
             tracks_heard=cover[radars, 1],
-            jumps=self._jumps[radars],
-            last_jump_s=self._last_jump_s[radars],
+            jumps=self._jumps.counts[radars],
+            last_jump_s=self._jumps.last_s[radars],
             alarms=alarms[radars],
         )
 

@@ -13,7 +13,7 @@ from multiradar.tracking.health_tests import (
     scale_after,
     shift_of_site,
 )
-from multiradar.tracking.sensor_health import JUMP_THRESHOLD
+from multiradar.tracking.jump_tests import JUMP_THRESHOLD
 
 Floats = NDArray[np.float64]
 
