@@ -256,8 +256,8 @@ class Service:
         admission = Admission(self._horizon_s, self._forward_jump_max_s)
         if counts.admission:
             admission.restore(counts.admission)
-        _warm_up(admission)
         admission.arrivals = self._arrivals
+        _warm_up(admission)
         self._accounting.resume(counts.accepted, counts.rejected)
         self._processor = Processor(
             journal=journal,
