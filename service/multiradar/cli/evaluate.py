@@ -44,6 +44,13 @@ class PresetChoice(StrEnum):
     ESASSP_5NM = "esassp-5nm"
 
 
+class SmootherChoice(StrEnum):
+    """Names as in `multiradar.evaluation.smoothed_reference`, which help does not wait for."""
+
+    CONSTANT_VELOCITY = "constant-velocity"
+    IMM = "imm"
+
+
 def _number(flag: str, text: str, default: float | str) -> Any:
     return typer.Option(flag, metavar="NUMBER", help=text, show_default=str(default))
 
@@ -88,6 +95,13 @@ def evaluate(
             metavar="FILE",
             help="For --smoothed: sites and errors, sensors.toml.",
             show_default=False,
+        ),
+    ] = None,
+    smoother: Annotated[
+        SmootherChoice | None,
+        typer.Option(
+            help="For --smoothed: how aircraft move; `imm`: straight, turning, changing speed.",
+            show_default="constant-velocity",
         ),
     ] = None,
     preset: Annotated[
@@ -153,7 +167,7 @@ def evaluate(
     json_wanted: JsonOption = False,
 ) -> None:
     """Judge tracks: errors, gaps, swaps, false tracks, OSPA, SIAP, NEES, and presets."""
-    chosen = _Reference(truth, adsb, smoothed, sensors)
+    chosen = _Reference(truth, adsb, smoothed, sensors, smoother)
     chosen.check()
     settings = _settings(
         {
@@ -200,6 +214,7 @@ class _Reference:
     adsb: Path | None
     smoothed: Path | None
     sensors: Path | None
+    smoother: SmootherChoice | None
 
     def check(self) -> None:
         if sum(one is not None for one in (self.truth, self.adsb, self.smoothed)) != 1:
@@ -211,6 +226,9 @@ class _Reference:
         if (self.smoothed is None) != (self.sensors is None):
             msg = "expected --smoothed MEASUREMENTS and --sensors FILE together, was one of them"
             raise typer.BadParameter(msg)
+        if self.smoothed is None and self.smoother is not None:
+            msg = "expected --smoother with --smoothed MEASUREMENTS alone"
+            raise typer.BadParameter(msg)
 
     def read(self, tracks: Path, settings: "EvaluationSettings") -> "Known":
         from multiradar.cli.evaluate_inputs import read_reports, read_smoothed, read_truth
@@ -221,7 +239,8 @@ class _Reference:
             return read_reports(self.adsb, settings)
         assert self.smoothed is not None
         assert self.sensors is not None
-        return read_smoothed(self.smoothed, self.sensors, tracks, settings)
+        smoother = self.smoother or SmootherChoice.CONSTANT_VELOCITY
+        return read_smoothed(self.smoothed, self.sensors, tracks, settings, smoother.value)
 
 
 def _settings(given: dict[str, float | bool | None]) -> "EvaluationSettings":
@@ -296,6 +315,8 @@ def _command(tracks: Path, figures: Any) -> str:
     parts = ["multiradar evaluate", str(tracks), f"--{reference['kind']}", reference["path"]]
     if "sensors" in reference:
         parts += ["--sensors", reference["sensors"]]
+    if reference.get("smoother") == SmootherChoice.IMM:
+        parts += ["--smoother", SmootherChoice.IMM.value]
     for name, value in dataclasses.asdict(EvaluationSettings()).items():
         given = figures["settings"][name]
         if given != value:

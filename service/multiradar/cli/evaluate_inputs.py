@@ -116,7 +116,13 @@ def read_reports(given: Path, settings: EvaluationSettings) -> Known:
     return Known("adsb", given, reference, others.select("time_s", "sensor_id", aircraft_name()))
 
 
-def read_smoothed(given: Path, sensors: Path, tracks: Path, settings: EvaluationSettings) -> Known:
+def read_smoothed(
+    given: Path,
+    sensors: Path,
+    tracks: Path,
+    settings: EvaluationSettings,
+    smoother: str = "constant-velocity",
+) -> Known:
     """Smooth the measurements of a recording.
 
     Parameters
@@ -129,6 +135,8 @@ def read_smoothed(given: Path, sensors: Path, tracks: Path, settings: Evaluation
         The folder that `track` made: its biases are taken off the plots.
     settings : EvaluationSettings
         Of which the gap of the reference and the density are used.
+    smoother : str
+        How aircraft may be taken to move: see `smoothed_reference`.
 
     Returns
     -------
@@ -159,6 +167,7 @@ def read_smoothed(given: Path, sensors: Path, tracks: Path, settings: Evaluation
         source=source,
         density=settings.density,
         gap_s=settings.reference_gap_s,
+        smoother=smoother,
     )
     plots = frame.filter(pl.col("kind") != "adsb")
     return Known(
@@ -166,7 +175,12 @@ def read_smoothed(given: Path, sensors: Path, tracks: Path, settings: Evaluation
         given,
         made.reference,
         plots.select("time_s", "sensor_id", aircraft_name()),
-        claimed={"sensors": str(sensors), "sigma_m": made.sigma_m, "outliers": made.outliers},
+        claimed={
+            "sensors": str(sensors),
+            "smoother": smoother,
+            "sigma_m": made.sigma_m,
+            "outliers": made.outliers,
+        },
     )
 
 

@@ -8,6 +8,9 @@ import polars as pl
 
 from multiradar.errors import InputError
 from multiradar.evaluation.bias_errors import BiasHistory
+from multiradar.evaluation.bias_remains import bias_remains
+from multiradar.evaluation.imm_smoothing import smooth_modes
+from multiradar.evaluation.motion_modes import usual_modes
 from multiradar.evaluation.plots_in_place import (
     Radar,
     noise_on_plane,
@@ -22,6 +25,9 @@ from multiradar_schemas.sensor import Sensor
 
 #: An aircraft with fewer places has no trajectory.
 PLACES_MIN = 5
+#: How aircraft may be taken to move.
+CONSTANT_VELOCITY = "constant-velocity"
+INTERACTING_MODES = "imm"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -33,7 +39,8 @@ class SmoothedReference:
     reference : Reference
         With velocities; aircraft are named by track number, or else by Mode S address.
     sigma_m : float
-        Root mean trace of the covariance of its positions, m: what the biases left is not in it.
+        Root mean trace of the covariance of its positions, m: what the biases left is in that of
+        interacting modes alone.
     outliers : int
         Measurements that were left out as far from all others.
     """
@@ -64,6 +71,7 @@ def smoothed_reference(
     source: str,
     density: float,
     gap_s: float,
+    smoother: str = CONSTANT_VELOCITY,
 ) -> SmoothedReference:
     """Return the trajectories that all measurements together tell.
 
@@ -81,6 +89,9 @@ def smoothed_reference(
         Spectral density of the acceleration of aircraft, m²/s³.
     gap_s : float
         Places farther apart in time are not joined, s.
+    smoother : str
+        `CONSTANT_VELOCITY`, see `smoothing.smooth`, or `INTERACTING_MODES`, see
+        `imm_smoothing.smooth_modes`.
 
     Returns
     -------
@@ -125,7 +136,13 @@ def smoothed_reference(
     position = np.stack(plane.to_plane(latitude, longitude), axis=-1)
     noise = _noise(plane, position, places.range_m[kept], places.sensor[kept], sensors)
     whose, when = places.aircraft[kept], places.time_s[kept]
-    found = smooth(Sightings(whose, when, position, noise), density)
+    sightings = Sightings(whose, when, position, noise)
+    if smoother == INTERACTING_MODES:
+        shown = position, places.range_m[kept], places.sensor[kept]
+        left = bias_remains(plane, shown, sensors, biases)
+        found = smooth_modes(sightings, usual_modes(), density, left)
+    else:
+        found = smooth(sightings, density)
     used = np.flatnonzero(found.used)
     # Of places at one time any one knows all of them.
     later = (np.diff(whose[used]) != 0) | (np.diff(when[used]) > 0.0)

@@ -32,11 +32,14 @@ class Smoothed:
         Trace of the covariance of the position; NaN for outliers.
     used : (n,) bool
         False for outliers.
+    position_covariance_m2 : (n, 2, 2) float64
+        Covariance of the position; NaN for outliers.
     """
 
     state: Floats
     position_variance_m2: Floats
     used: Flags
+    position_covariance_m2: Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -113,13 +116,17 @@ def smooth(sightings: Sightings, density: float) -> Smoothed:
     rows = np.flatnonzero(used)
     found = _run(sightings.take(rows), density, gated=False)
     state, variance = np.full((count, 4), np.nan), np.full(count, np.nan)
+    covariance = np.full((count, 2, 2), np.nan)
     state[rows], variance[rows] = found.state, found.position_variance_m2
-    return Smoothed(state, variance, used)
+    covariance[rows] = found.position_covariance_m2
+    return Smoothed(state, variance, used, covariance)
 
 
 def _run(sightings: Sightings, density: float, *, gated: bool) -> Smoothed:
     count = len(sightings)
-    found = Smoothed(np.zeros((count, 4)), np.zeros(count), np.ones(count, np.bool_))
+    found = Smoothed(
+        np.zeros((count, 4)), np.zeros(count), np.ones(count, np.bool_), np.zeros((count, 2, 2))
+    )
     first = np.flatnonzero(np.append(True, np.diff(sightings.aircraft) != 0)[:count])
     length = np.diff(np.append(first, count))
     # Aircraft of like length together: little is filled up.
@@ -156,6 +163,7 @@ class _Chunk:
         found.state[row] = self._mean[live]
         variance = self._covariance[live]
         found.position_variance_m2[row] = variance[:, 0, 0] + variance[:, 1, 1]
+        found.position_covariance_m2[row] = variance[:, :2, :2]
 
     def _filter(self, outlier: float) -> None:
         many, steps = self._row.shape

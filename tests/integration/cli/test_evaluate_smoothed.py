@@ -80,6 +80,27 @@ def test_tracks_are_judged_by_it(scene: Path, capsys: pytest.CaptureFixture[str]
     assert 0.4 * other < one < 1.1 * other
 
 
+def test_with_interacting_modes_it_is_nearer_and_says_so(
+    scene: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    made, sensors = scene / "made", scene / "made" / "sensors.toml"
+    truth = read_truth(made, SETTINGS)
+    plain = read_smoothed(made, sensors, scene / "tracks", SETTINGS)
+    modes = read_smoothed(made, sensors, scene / "tracks", SETTINGS, "imm")
+    off = distances(modes, truth)
+    rms, before = (float(np.sqrt(np.mean(one**2))) for one in (off, distances(plain, truth)))
+    assert len(off) == len(distances(plain, truth))
+    assert rms < 0.9 * before
+    sigma = modes.claimed["sigma_m"]
+    assert isinstance(sigma, float)
+    assert 0.6 * sigma < rms < 1.4 * sigma
+    found = evaluated(
+        capsys, scene / "tracks", "--smoothed", made, "--sensors", sensors, "--smoother", "imm"
+    )
+    assert found["reference"]["smoother"] == "imm"
+    assert found["reference"]["sigma_m"] == sigma
+
+
 def test_biases_that_are_not_known_shift_it(scene: Path) -> None:
     made, sensors = scene / "made", scene / "made" / "sensors.toml"
     truth = read_truth(made, SETTINGS)
@@ -107,3 +128,5 @@ def test_what_it_cannot_be_made_of_is_told(
     assert "none.toml" in capsys.readouterr().err
     assert run([*smoothed, str(made)]) == 2
     assert "--sensors FILE together" in capsys.readouterr().err
+    assert run(["evaluate", tracks, "--truth", str(made), "--smoother", "imm"]) == 2
+    assert "--smoother with --smoothed" in capsys.readouterr().err
