@@ -56,8 +56,12 @@ STRAIGHT_NIS = 4.0
 NEGLIGIBLE = 0.02
 LOG_TURN = math.log(2.0 * math.pi)
 
-# Of the looks at an aircraft, most find it.
+# Of the looks at an aircraft, most find it. Whoever was not seen for some turns is likelier to have
+# left the cover than to have been missed by every look; more turns than these say no more, for
+# radars also fall silent together.
 LOG_DETECTED = math.log(0.9)
+LOG_UNSEEN = math.log(0.1)
+UNSEEN_TURNS_MAX = 4.0
 
 # Identity as evidence: logarithms of likelihood ratios.
 ADDRESS_EQUAL = 12.0
@@ -192,7 +196,7 @@ def identity_score(
     row: int, k: int, number: int, address: int, code: int, dt: float, rows: Rows,
     aircraft: Aircraft, roster: Roster, life: Lifecycle,
 ) -> float:  # fmt: skip
-    """Return what identity and height add to a score; −∞ for another aircraft for certain."""
+    """Return what identity, height and silence add to a score; −∞ for another for certain."""
     score = 0.0
     if address >= 0 and roster.mode_s_address[k] >= 0:
         score += ADDRESS_EQUAL if roster.mode_s_address[k] == address else ADDRESS_DIFFERENT
@@ -208,6 +212,9 @@ def identity_score(
         score += max(value, HEIGHT_DIFFERENT)
     if life.stage[k] == TENTATIVE:
         score += LOG_NEW if life.hits[k] == 1 else (LOG_YOUNG if life.hits[k] == 2 else 0.0)
+    if life.period[k] > 0.0:
+        unseen = max(dt / life.period[k] - 1.0, 0.0)
+        score += min(unseen, UNSEEN_TURNS_MAX) * LOG_UNSEEN
     if number >= 0 and roster.track_number[k] >= 0 and roster.track_number[k] != number:
         score = -np.inf
     return score
