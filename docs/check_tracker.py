@@ -2,7 +2,7 @@
 
 ::
 
-    python docs/check_tracker.py            # some five minutes
+    python docs/check_tracker.py            # five to ten minutes
     python docs/check_tracker.py --write    # and put them into docs/tracker.md
     python docs/check_tracker.py --runs 1   # a look: one seed of the manoeuvres instead of eight
 
@@ -15,7 +15,6 @@ check_manoeuvres.py and `multiradar evaluate`.
 
 import argparse
 import json
-import re
 import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -157,7 +156,8 @@ def cells(run: Run) -> Iterator[tuple[str, str, str]]:
         "initiation, turns: median, longest",
         f"≤ {TURNS:g}",
         told(
-            f"{np.median(found.scans):.1f}, {np.max(found.scans):.1f}", np.max(found.scans) <= TURNS
+            f"{np.median(found.scans):.1f}, {np.max(found.scans):.1f}",
+            float(np.max(found.scans)) <= TURNS,
         ),
     )
     yield (
@@ -247,10 +247,11 @@ def write(parts: dict[str, str]) -> None:
     page = PAGE.read_text(encoding="utf-8")
     for name, text in parts.items():
         begin, end = f"<!-- {name}: made by check_tracker.py -->", f"<!-- end of {name} -->"
-        marked = re.compile(f"{re.escape(begin)}.*?{re.escape(end)}", re.DOTALL)
-        if not marked.search(page):
+        before, found, rest = page.partition(begin)
+        _, closed, after = rest.partition(end)
+        if not (found and closed):
             raise SystemExit(f"expected the marks {begin} and {end}, found none")
-        page = marked.sub(lambda _, new=f"{begin}\n\n{text}\n\n{end}": new, page)
+        page = f"{before}{begin}\n\n{text}\n\n{end}{after}"
     PAGE.write_text(page, encoding="utf-8")
 
 
