@@ -19,6 +19,7 @@ from multiradar.observability.metrics import REGISTRY
 from multiradar.observability.pipeline_metrics import watch_pipeline
 from multiradar.runtime.engine import Engine
 from multiradar.runtime.fingerprint import configuration_fingerprint
+from multiradar.runtime.forecasts import propagated
 from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.service import Service
 from multiradar.settings import Settings
@@ -145,7 +146,9 @@ def warm_up(sensors: SensorTable, settings: Settings) -> None:
         )
     )
     engine.flush()
-    engine.tracks()
+    states = engine.tracks()
+    if len(states):
+        propagated(states, 0, settings.tracking_settings(), np.ones(1))
     engine.close()
 
 

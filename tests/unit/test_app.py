@@ -2,6 +2,8 @@
 
 from dataclasses import fields
 
+import pytest
+
 from multiradar.api.limits import HttpLimits
 from multiradar.app import warm_up, zenoh_options
 from multiradar.runtime.limits import RuntimeLimits
@@ -26,3 +28,14 @@ def test_zenoh_is_on_loopback_and_without_multicast_unless_told_otherwise() -> N
 
 def test_warming_up_needs_no_more_than_the_sensors() -> None:
     warm_up(live_scene.sensors(), load_settings(None))
+
+
+def test_warming_up_makes_the_first_forecast_ready(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its kernel would else be compiled while somebody waits for an answer."""
+    ahead: list[float] = []
+    monkeypatch.setattr(
+        "multiradar.app.propagated",
+        lambda states, place, settings, ahead_s: ahead.extend(ahead_s[: len(states)].tolist()),
+    )
+    warm_up(live_scene.sensors(), load_settings(None, {"tracking": {"filter_name": "imm"}}))
+    assert ahead

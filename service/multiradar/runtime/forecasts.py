@@ -95,7 +95,7 @@ def forecast_points(
         return None
     state_time_s = float(states.time_s[place])
     time_s = max(state_time_s, track["time_s"] + track["age_s"]) + steps_s
-    means, covariances = _propagated(states, place, settings, time_s - state_time_s)
+    means, covariances = propagated(states, place, settings, time_s - state_time_s)
     inside = _points_inside(plane, means)
     east_m, north_m = means[:inside, 0], means[:inside, 1]
     latitude_rad, longitude_rad = plane.to_geodetic(east_m, north_m)
@@ -127,10 +127,29 @@ def forecast_points(
     ]
 
 
-# As the filter of the track takes it to move.
-def _propagated(
+def propagated(
     states: TrackStates, place: int, settings: TrackingSettings, ahead_s: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return where a track is expected to be on the plane, as its filter takes it to move.
+
+    Parameters
+    ----------
+    states : TrackStates
+        States of the filter.
+    place : int
+        Which of them.
+    settings : TrackingSettings
+        How aircraft are taken to move.
+    ahead_s : (k,) ndarray
+        Times after the state, s, ascending.
+
+    Returns
+    -------
+    means : (k, 4) ndarray
+        East and north, m, and their rates, m/s.
+    covariances : (k, 4, 4) ndarray
+        Their covariances.
+    """
     mean, modes = states.mean[place], states.modes
     if modes is None:
         return forecast(mean, states.covariance[place], density_of(settings, mean[2:]), ahead_s)
