@@ -43,6 +43,8 @@ TRACK_SCHEMA = pl.Schema(
         "turn_right_probability": pl.Float64(),
         "turn_left_probability": pl.Float64(),
         "speed_change_probability": pl.Float64(),
+        "vertical_rate_mps": pl.Float64(),
+        "height_sigma_m": pl.Float64(),
     }
 )
 

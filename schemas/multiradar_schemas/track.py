@@ -59,7 +59,13 @@ class TrackUpdate(Record):
     ]
     height_m: Annotated[
         float | None,
-        described("Height last heard", unit="m", source="aircraft", absent="never heard"),
+        described(
+            "Height by those that were heard, of their kind (Mode C: pressure altitude); of an "
+            "aircraft that tells none, what radars at several places make of it",
+            unit="m",
+            source="filter",
+            absent="neither heard nor known to 1000 m",
+        ),
     ]
     speed_mps: Annotated[
         float, Field(ge=0.0), described("Estimated ground speed", unit="m/s", source="filter")
@@ -138,6 +144,25 @@ class TrackUpdate(Record):
             unit="1",
             source="filter",
             absent="filter without modes, or first measurement",
+        ),
+    ]
+    vertical_rate_mps: Annotated[
+        float | None,
+        described(
+            "Rate of climb, negative in a descent",
+            unit="m/s",
+            source="filter",
+            absent="no height heard, or not known to 5 m/s",
+        ),
+    ]
+    height_sigma_m: Annotated[
+        float | None,
+        Field(ge=0.0),
+        described(
+            "Standard deviation of the height, as a height of its kind",
+            unit="m",
+            source="filter",
+            absent="`height_m` is absent",
         ),
     ]
 

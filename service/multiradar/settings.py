@@ -168,6 +168,7 @@ _TRACKING_BOUNDS: dict[str, tuple[float, float]] = {
 _TRACKING_CHOICES: dict[str, Any] = {
     "motion": Literal["white-acceleration", "velocity-frame"],
     "association": Literal["nearest", "identity"],
+    "exact_heights": bool,
     "hidden_fields": tuple[Literal["track_number", "mode_3a", "mode_s_address", "callsign"], ...],
 }
 

@@ -56,6 +56,7 @@ _SENSOR_KIND = "__sensor_kind"
 _RANGE_END = "__range_end_m"
 _KIND = "__kind"
 _CHANCES = ("turn_right_probability", "turn_left_probability", "speed_change_probability")
+_VERTICAL = ("vertical_rate_mps", "height_sigma_m")
 
 
 @dataclass(frozen=True, slots=True)
@@ -237,14 +238,14 @@ def tracks_frame(updates: TrackUpdates, table: SensorTable) -> pl.DataFrame:
             "sequence": updates.sequence,
             "sensor_id": _names(updates.sensor, table.ids),
             "velocity_sigma_mps": updates.velocity_sigma_mps,
-            **{name: getattr(updates, name) for name in _CHANCES},
+            **{name: getattr(updates, name) for name in (*_CHANCES, *_VERTICAL)},
         }
     )
     return raw.with_columns(
         _present(updates.track_number).alias("track_number"),
         _addresses(updates.mode_s_address).alias("mode_s_address"),
         _codes(updates.mode_3a).alias("mode_3a"),
-        pl.col("height_m", *_CHANCES).fill_nan(None),
+        pl.col("height_m", *_CHANCES, *_VERTICAL).fill_nan(None),
     ).select(pl.col(name).cast(kind) for name, kind in TRACK_SCHEMA.items())
 
 

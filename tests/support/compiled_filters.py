@@ -29,13 +29,14 @@ UPPER = np.triu_indices(4)
 
 
 def plain_settings(name: str, acceleration: float) -> TrackingSettings:
-    """Settings that leave the textbook filter: no gate, no cone, constant process noise."""
+    """Settings that leave the textbook filter: no gate, no cone, exact heights, constant noise."""
     return TrackingSettings(
         filter_name=name,
         acceleration_density=acceleration,
         downweight_nis=np.inf,
         refuse_nis=np.inf,
         cone_ratio=0.0,
+        exact_heights=True,
         manoeuvre_factor_max=1.0,
     )
 

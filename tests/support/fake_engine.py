@@ -120,6 +120,8 @@ class FakeEngine:
             turn_right_probability=np.full(count, 0.25),
             turn_left_probability=np.full(count, 0.125),
             speed_change_probability=np.full(count, 0.5),
+            vertical_rate_mps=np.full(count, -2.5),
+            height_sigma_m=np.where(np.isnan(batch.height_m), np.nan, 3.0),
         )
 
 

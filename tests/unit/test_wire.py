@@ -249,6 +249,8 @@ UPDATES = TrackUpdates(
     turn_right_probability=np.array([np.nan, 0.25]),
     turn_left_probability=np.array([np.nan, 0.0]),
     speed_change_probability=np.array([np.nan, 1.0]),
+    vertical_rate_mps=np.array([np.nan, -7.5]),
+    height_sigma_m=np.array([np.nan, 2.5]),
 )
 
 
@@ -262,6 +264,8 @@ def test_tracks_have_degrees_digits_and_null_for_what_is_missing() -> None:
     chances = ("turn_right_probability", "turn_left_probability", "speed_change_probability")
     assert [first[name] for name in chances] == [None] * 3
     assert [second[name] for name in chances] == [0.25, 0.0, 1.0]
+    assert (first["vertical_rate_mps"], first["height_sigma_m"]) == (None, None)
+    assert (second["vertical_rate_mps"], second["height_sigma_m"]) == (-7.5, 2.5)
     assert (second["mode_3a"], second["mode_s_address"]) == ("0052", None)
     assert second["heading_deg"] == pytest.approx(270.0)
     assert (second["state"], second["sensor_id"]) == ("coasting", "finder")

@@ -20,13 +20,16 @@ from numpy.typing import NDArray
 from multiradar.errors import ConfigurationError
 from multiradar.estimation.bias.observability import Untold
 from multiradar.estimation.bias.store import BiasState
+from multiradar.estimation.filters._height_kernels import BY_HEIGHT, GUESS_VARIANCE
 from multiradar.estimation.filters._kernels import (
     READOUT_HEIGHT,
+    READOUT_HEIGHT_VARIANCE,
     READOUT_MODES,
+    READOUT_RATE,
     READOUT_UPDATES,
     RESTARTED,
 )
-from multiradar.estimation.filters.arrays import Result, Rows, Work, result_arrays
+from multiradar.estimation.filters.arrays import Aircraft, Result, Rows, Work, result_arrays
 from multiradar.estimation.filters.bank import Outcome, find_filter_for
 from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET, SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
@@ -199,6 +202,7 @@ class Engine:
             mean += sensitivity @ self._biases.state.estimate
             root = sensitivity @ self._biases.model.factor.T
             covariance += root @ root.transpose(0, 2, 1)
+        covariance += _spread_of_heights(aircraft, slots)
         return TrackStates(
             track_id=self._pool.roster.track_id[slots],
             time_s=aircraft.time[slots],
@@ -361,6 +365,7 @@ class Engine:
             self._outcomes[Outcome(outcome).name] += count
         first = self._sequence + 1
         self._sequence += len(taken)
+        height_m = result.readout[taken, READOUT_HEIGHT]
         chances = result.readout[taken, READOUT_MODES : READOUT_MODES + 3]
         if not self._filter.keeps_modes:
             chances = np.full_like(chances, np.nan)
@@ -387,7 +392,7 @@ class Engine:
             mode_3a=known["mode_3a"][taken].astype(np.int32),
             latitude_rad=described[:, 0],
             longitude_rad=described[:, 1],
-            height_m=result.readout[taken, READOUT_HEIGHT],
+            height_m=height_m,
             speed_mps=described[:, 2],
             heading_rad=described[:, 3],
             position_sigma_m=described[:, 4],
@@ -396,6 +401,10 @@ class Engine:
             turn_right_probability=chances[:, 0],
             turn_left_probability=chances[:, 1],
             speed_change_probability=chances[:, 2],
+            vertical_rate_mps=result.readout[taken, READOUT_RATE],
+            height_sigma_m=np.where(
+                np.isnan(height_m), np.nan, np.sqrt(result.readout[taken, READOUT_HEIGHT_VARIANCE])
+            ),
         )
         return updates, transitions
 
@@ -440,6 +449,16 @@ def _plane_for(sensors: SensorTable) -> SystemPlane:
     if np.isnan(sensors.latitude_rad).all():
         raise ConfigurationError("expected at least one sensor with a position, there is none")
     return SystemPlane.for_sensors(sensors.latitude_rad, sensors.longitude_rad)
+
+
+# What an unknown height does to the state of an aircraft that tells none: v p vᵀ.
+def _spread_of_heights(aircraft: Aircraft, slots: NDArray[np.intp]) -> Floats:
+    by_height = aircraft.vertical[slots, BY_HEIGHT : BY_HEIGHT + 4]
+    variance = np.where(
+        np.isnan(aircraft.height[slots]), aircraft.vertical[slots, GUESS_VARIANCE], 0.0
+    )
+    spread: Floats = by_height[:, :, None] * by_height[:, None, :] * variance[:, None, None]
+    return spread
 
 
 def _require_clocks_within(sensors: SensorTable, horizon_s: float) -> None:

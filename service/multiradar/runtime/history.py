@@ -34,6 +34,8 @@ UPDATE_DTYPE = np.dtype(
         ("turn_right_probability", np.float64),
         ("turn_left_probability", np.float64),
         ("speed_change_probability", np.float64),
+        ("vertical_rate_mps", np.float64),
+        ("height_sigma_m", np.float64),
     ]
 )
 

@@ -10,6 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from multiradar.estimation.filters._height_kernels import forget_height
 from multiradar.estimation.filters._kernels import NO_ROOM_SLOT
 from multiradar.estimation.filters.arrays import Aircraft
 from multiradar.estimation.measurement._kernels import KIND_POSITION
@@ -139,7 +140,7 @@ def assign(
             roster.mode_s_address[slot] = MISSING
             roster.mode_3a[slot] = MISSING
             aircraft.time[slot] = np.nan
-            aircraft.height[slot] = np.nan
+            forget_height(slot, aircraft.height, aircraft.vertical)
             aircraft.refusals[slot] = 0
             aircraft.updates[slot] = 0
             aircraft.updated[slot] = np.nan

@@ -119,6 +119,7 @@ def _options(settings: TrackingSettings) -> NDArray[np.float64]:
     options[kernels.SURPRISE_GAIN] = settings.surprise_gain
     options[kernels.SURPRISE_FLOOR] = settings.surprise_floor
     options[kernels.MANOEUVRE_FACTOR_MAX] = settings.manoeuvre_factor_max
+    options[kernels.EXACT_HEIGHTS] = settings.exact_heights
     options[kernels.SCALE_TIME] = settings.ci_scale_time_s
     options[kernels.VELOCITY_FRAME] = settings.motion == VELOCITY_FRAME
     options[kernels.DENSITY_ALONG] = settings.longitudinal_acceleration_mps2**2 * NOMINAL_INTERVAL_S

@@ -69,7 +69,8 @@ class TrackUpdates:
     latitude_rad, longitude_rad : (n,) float64
         Estimated WGS 84 position.
     height_m : (n,) float64
-        Last height heard, NaN when none was.
+        Height by those that were heard; by what several radars see where none was, and NaN where
+        that is not known to 1000 m.
     speed_mps, heading_rad : (n,) float64
         Ground speed, and its direction clockwise from true north at the aircraft.
     position_sigma_m, velocity_sigma_mps : (n,) float64
@@ -79,6 +80,10 @@ class TrackUpdates:
     turn_right_probability, turn_left_probability, speed_change_probability : (n,) float64
         How likely the aircraft manoeuvres, by the filter's modes of motion; what is left to one is
         straight flight. NaN when the filter has no modes, and before the second measurement.
+    vertical_rate_mps : (n,) float64
+        Rate of climb; NaN when no height was heard, or the rate is not known to 5 m/s.
+    height_sigma_m : (n,) float64
+        Standard deviation of the height, NaN where there is none.
     """
 
     sequence: NDArray[np.int64]
@@ -99,6 +104,8 @@ class TrackUpdates:
     turn_right_probability: NDArray[np.float64]
     turn_left_probability: NDArray[np.float64]
     speed_change_probability: NDArray[np.float64]
+    vertical_rate_mps: NDArray[np.float64]
+    height_sigma_m: NDArray[np.float64]
 
     def __len__(self) -> int:
         return len(self.sequence)
@@ -234,7 +241,7 @@ class TrackStates:
     covariance : (n, 4, 4) float64
         Covariance of `mean`, the uncertainty of the biases included.
     height_m : (n,) float64
-        Last height heard, NaN when none was.
+        Height by those that were heard, NaN when none was.
     modes : ModeStates or None
         The modes of motion, None for filters without.
     """

@@ -49,7 +49,12 @@ class TrackingSettings:
         Plots whose ground range is below this multiple of the height above the radar are refused
         (cone of silence: the azimuth means nothing there).
     assumed_height_m, assumed_height_sigma_m : float
-        Height of an aircraft of which no height was heard, and its standard deviation.
+        Height of an aircraft of which no height was heard, and its standard deviation: where it
+        begins, until radars at several places tell it.
+    exact_heights : bool
+        Whether heights are taken for exact, and the last one for that of the aircraft for as long
+        as none is heard. Else they come in steps of 25 or 100 ft, may be garbled, and give a rate
+        of climb.
     ci_scale_time_s : float
         In the trace that covariance intersection minimises, which adds m² and (m/s)², a velocity
         counts as the way of so long a time.
@@ -109,6 +114,7 @@ class TrackingSettings:
     cone_ratio: float = 1.0
     assumed_height_m: float = 8000.0
     assumed_height_sigma_m: float = 3000.0
+    exact_heights: bool = False
     ci_scale_time_s: float = 10.0
     surprise_gain: float = 0.4
     surprise_floor: float = 1.5

@@ -11,8 +11,15 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from multiradar.estimation.filters._height_kernels import (
+    height_informs,
+    keep_height,
+    look_at_height,
+    pass_height,
+)
 from multiradar.estimation.filters._imm_kernels import SEEN_COUNT, correct_modes
 from multiradar.estimation.filters._kernels import (
+    ACCELERATION_DENSITY,
     BIASES_KEPT,
     MANOEUVRE_FACTOR_MAX,
     MODES_SURPRISE_DENSITY,
@@ -39,11 +46,18 @@ from multiradar.estimation.filters._row_kernels import (
     find_taker,
     find_turn,
     finish_readout,
-    height_of_row,
     note_outcome,
     note_start,
 )
 from multiradar.estimation.filters._step_kernels import copy_sums
+from multiradar.estimation.filters._unheard_height_kernels import (
+    LEARNT_COUNT,
+    begin_by_height,
+    keep_learnt,
+    learn_height,
+    met_height,
+    shift_by_height,
+)
 from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows, Work
 from multiradar.kernels import loop
 
@@ -72,6 +86,7 @@ def imm_step(
         np.empty((count, 10)), np.empty((count + 1, 4, n)), np.empty((count + 1, 4)),
         np.empty(count),
         np.empty((count, SHARE_COUNT)), np.empty((count, SEEN_COUNT)), np.empty((count, 2, n)),
+        np.empty(LEARNT_COUNT),
     )  # fmt: skip
 
 
@@ -101,6 +116,7 @@ def take_rows(
     shares: Floats,
     seen: Floats,
     U: Floats,
+    learnt: Floats,
 ) -> None:
     """Do as `imm_step`, in the room given: see `_imm_kernels` and `_mode_kernels`.
 
@@ -111,6 +127,7 @@ def take_rows(
     bias_covariance, modes = model.bias_covariance, model.modes
     means, covariances, sensitivities = aircraft.mean, aircraft.covariance, aircraft.sensitivity
     times, heights, surprises = aircraft.time, aircraft.height, aircraft.surprise
+    vertical = aircraft.vertical
     refusals, updates, updated = aircraft.refusals, aircraft.updates, aircraft.updated
     heard, places, velocities = aircraft.place, model.places, aircraft.velocity
     mode_means, mode_covariances = aircraft.mode_mean, aircraft.mode_covariance
@@ -134,7 +151,12 @@ def take_rows(
             if outcome == REFUSED:
                 outcomes[row] = outcome
                 continue
-            height, variance = height_of_row(kind, rows.height[row], heights[k], options)
+            measured, dt = rows.height[row], time - times[k]
+            look = look_at_height(
+                outcome, kind, measured, s, time, dt, k, heights, vertical, options
+            )
+            height, variance = look[1], look[2]
+            turn = outcome
             if outcome in (STARTED, RESTARTED):
                 begun = start_aircraft(
                     BIASES_KEPT, kind, z0, z1, height, variance, plane, sites[s], noises[s],
@@ -144,6 +166,7 @@ def take_rows(
                 if begun == STARTED:
                     note_start(k, places[s], surprises, updates, heard, velocities)
                     probabilities[k, 0] = np.nan
+                    begin_by_height(look, kind, z0, k, s, noises, H, vertical)
                 else:
                     outcome = begun
             elif outcome == UPDATED:
@@ -152,7 +175,17 @@ def take_rows(
                         k, count, means, covariances, sensitivities, mode_means, mode_covariances,
                         mode_V, probabilities,
                     )  # fmt: skip
-                interval = time - times[k]
+                if np.isnan(heights[k]):
+                    learn_height(
+                        look, kind, z0, z1, dt, options[ACCELERATION_DENSITY], k, s, plane, sites,
+                        noises, starts, parameters, bias, bias_covariance, means, covariances,
+                        sensitivities, vertical, learnt,
+                    )  # fmt: skip
+                    met = met_height(look, k, heights, vertical)
+                    shift_by_height(met, k, k, vertical, means)
+                    for j in range(count):
+                        shift_by_height(met, k, k * count + j, vertical, mode_means)
+                interval = dt
                 estimate_modes(k, count, bias, mode_means, mode_V, X)
                 if interval > 0.0:
                     pass_modes(k, count, interval, modes, probabilities, C, shares)
@@ -178,7 +211,9 @@ def take_rows(
                         C[j] = probabilities[k, j]
                 times[k] = time
                 # As in `_step_kernels.take_rows`.
-                informs = variance == 0.0 and heard[k] != places[s]
+                informs = heard[k] != places[s] and height_informs(
+                    look, kind, z0, k, s, heights, vertical, noises
+                )
                 outcome = correct_modes(
                     kind, z0, z1, height, variance, k, s, informs, count, plane, sites, noises,
                     starts, parameters, bias, bias_covariance, options, mode_means,
@@ -192,11 +227,20 @@ def take_rows(
                     )  # fmt: skip
             outcomes[row] = outcome
             taken = note_outcome(
-                outcome, k, time, rows.height[row], places[s], times, heights, refusals, updates,
-                updated, heard,
-            )  # fmt: skip
+                outcome, k, time, places[s], times, refusals, updates, updated, heard
+            )
+            if taken:
+                unheard = np.isnan(heights[k])
+                keep_height(look, kind, measured, s, time, dt, k, heights, vertical, options)
+                if unheard and turn == UPDATED:
+                    keep_learnt(learnt, k, vertical)
+                    shift_by_height(learnt[0], k, k, vertical, means)
+                    for j in range(count):
+                        shift_by_height(learnt[0], k, k * count + j, vertical, mode_means)
+            elif turn == UPDATED:
+                pass_height(dt, k, heights, vertical, options)
             if taken and want_readout:
                 read_out(means[k], covariances[k], sensitivities[k], bias, factor, readouts[row])
-                finish_readout(row, k, heights, updates, readouts)
+                finish_readout(row, k, heights, vertical, updates, options, readouts)
                 read_modes(row, k, count, modes, probabilities, readouts)
         copy_sums(Y, y, result.information[p], result.vector[p])

@@ -18,6 +18,13 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from multiradar.estimation.filters._height_kernels import (
+    Look,
+    height_informs,
+    keep_height,
+    look_at_height,
+    pass_height,
+)
 from multiradar.estimation.filters._joint_matrix_kernels import (
     active_runs,
     add_spread_of_bias,
@@ -53,9 +60,16 @@ from multiradar.estimation.filters._row_kernels import (
     find_taker,
     find_turn,
     finish_readout,
-    height_of_row,
     note_outcome,
     note_start,
+)
+from multiradar.estimation.filters._unheard_height_kernels import (
+    LEARNT_COUNT,
+    begin_by_height,
+    keep_learnt,
+    learn_height,
+    met_height,
+    shift_by_height,
 )
 from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows, Work
 from multiradar.estimation.measurement._kernels import (
@@ -112,15 +126,23 @@ def joint_step(
             result.outcome[row] = outcome
             if turn == REFUSED:
                 continue
+            dt = rows.time[row] - aircraft.time[k]
+            look = look_at_height(
+                turn, rows.kind[row], rows.height[row], rows.sensor[row], rows.time[row], dt, k,
+                aircraft.height, aircraft.vertical, model.options,
+            )  # fmt: skip
             outcome = take_row(
-                row, k, turn, rows, model, aircraft, runs, count, scratch, V, result.innovation
-            )
+                row, k, turn, look, rows, model, aircraft, runs, count, scratch, V,
+                result.innovation,
+            )  # fmt: skip
             result.outcome[row] = outcome
             taken = note_outcome(
-                outcome, k, rows.time[row], rows.height[row], model.places[rows.sensor[row]],
-                aircraft.time, aircraft.height, aircraft.refusals, aircraft.updates,
-                aircraft.updated, aircraft.place,
+                outcome, k, rows.time[row], model.places[rows.sensor[row]],
+                aircraft.time, aircraft.refusals, aircraft.updates, aircraft.updated,
+                aircraft.place,
             )  # fmt: skip
+            if not taken and turn == UPDATED:
+                pass_height(dt, k, aircraft.height, aircraft.vertical, model.options)
             if outcome == STARTED:
                 count = active_runs(aircraft.time, c, room, runs)
             if taken and want_readout:
@@ -129,7 +151,10 @@ def joint_step(
                     aircraft.mean[k], aircraft.covariance[k], aircraft.sensitivity[k], bias,
                     model.factor, result.readout[row],
                 )  # fmt: skip
-                finish_readout(row, k, aircraft.height, aircraft.updates, result.readout)
+                finish_readout(
+                    row, k, aircraft.height, aircraft.vertical, aircraft.updates,
+                    model.options, result.readout,
+                )  # fmt: skip
     for j in range(c):
         for d in range(j, c):
             model.bias_covariance[j, d] = P[j, d]
@@ -160,6 +185,7 @@ def take_row(
     row: int,
     k: int,
     turn: int,
+    look: Look,
     rows: Rows,
     model: Model,
     aircraft: Aircraft,
@@ -170,37 +196,67 @@ def take_row(
     innovations: Floats,
 ) -> int:
     """Do with a row what its turn is: begin the aircraft, or move it on and correct everything."""
-    kind = rows.kind[row]
-    height, variance = height_of_row(kind, rows.height[row], aircraft.height[k], model.options)
+    kind, s = rows.kind[row], rows.sensor[row]
+    height, variance = look[1], look[2]
+    heights, vertical = aircraft.height, aircraft.vertical
+    dt = rows.time[row] - aircraft.time[k]
     if turn in (STARTED, RESTARTED):
-        born = give_birth(row, k, height, variance, rows, model, aircraft, runs, count, V)
-        return turn if born == STARTED else born
+        born = give_birth(row, k, look, rows, model, aircraft, runs, count, V)
+        if born != STARTED:
+            return born
+        keep_height(
+            look, kind, rows.height[row], s, rows.time[row], dt, k, heights, vertical,
+            model.options,
+        )  # fmt: skip
+        return turn
     if turn != UPDATED:
         return turn
+    unheard = np.isnan(heights[k])
+    learnt = np.empty(LEARNT_COUNT)
     density = acceleration_density(
         aircraft.mean[k, 2], aircraft.mean[k, 3],
         manoeuvre_factor(aircraft.surprise[k], model.options), model.options,
     )  # fmt: skip
     first = model.bias.shape[0] + 4 * k
+    if unheard:
+        copy_block(aircraft.joint, first, aircraft.covariance[k])
+        learn_height(
+            look, kind, rows.z[row, 0], rows.z[row, 1], dt, density[0], k, s, model.plane,
+            model.sites, model.noises, model.starts, model.parameters, model.bias,
+            model.bias_covariance, aircraft.mean, aircraft.covariance, aircraft.sensitivity,
+            vertical, learnt,
+        )  # fmt: skip
+        met = met_height(look, k, heights, vertical)
+        shift_by_height(met, k, k, vertical, aircraft.mean)
     move(
         aircraft.joint, aircraft.mean[k], aircraft.covariance[k], aircraft.sensitivity[k], first,
-        rows.time[row] - aircraft.time[k], density, runs, count,
+        dt, density, runs, count,
     )  # fmt: skip
     aircraft.time[k] = rows.time[row]
     # As in `_step_kernels.take_rows`: height unknown, or seen from one place alone, says nothing.
-    informs = variance == 0.0 and aircraft.place[k] != model.places[rows.sensor[row]]
-    return correct_joint(
+    informs = aircraft.place[k] != model.places[s] and height_informs(
+        look, kind, rows.z[row, 0], k, s, heights, vertical, model.noises
+    )
+    outcome = correct_joint(
         row, k, kind, height, variance, informs, rows, model, aircraft, runs, count, scratch,
         innovations,
     )  # fmt: skip
+    if outcome == UPDATED:
+        keep_height(
+            look, kind, rows.height[row], s, rows.time[row], dt, k, heights, vertical,
+            model.options,
+        )  # fmt: skip
+        if unheard:
+            keep_learnt(learnt, k, vertical)
+            shift_by_height(learnt[0], k, k, vertical, aircraft.mean)
+    return outcome
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def give_birth(
     row: int,
     k: int,
-    height: float,
-    variance: float,
+    look: Look,
     rows: Rows,
     model: Model,
     aircraft: Aircraft,
@@ -217,7 +273,7 @@ def give_birth(
     H = np.empty((2, 2))
     W = np.empty(3)
     outcome = start_aircraft(
-        BIASES_KEPT, rows.kind[row], rows.z[row, 0], rows.z[row, 1], height, variance, model.plane,
+        BIASES_KEPT, rows.kind[row], rows.z[row, 0], rows.z[row, 1], look[1], look[2], model.plane,
         model.sites[s], model.noises[s], model.starts[s], model.starts[s + 1], model.parameters,
         bias, model.bias_covariance, model.options, a, upper, V, H, W,
     )  # fmt: skip
@@ -247,6 +303,9 @@ def give_birth(
             aircraft.mean[k, i] += V[i, d] * bias[d]
     note_start(
         k, model.places[s], aircraft.surprise, aircraft.updates, aircraft.place, aircraft.velocity
+    )
+    begin_by_height(
+        look, rows.kind[row], rows.z[row, 0], k, s, model.noises, H, aircraft.vertical
     )
     return STARTED
 

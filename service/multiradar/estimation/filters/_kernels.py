@@ -80,7 +80,9 @@ DENSITY_OF_COURSE = 14
 # which the raised noise is a multiple.
 MODES_SURPRISE_FLOOR = 15
 MODES_SURPRISE_DENSITY = 16
-OPTION_COUNT = 17
+# Whether heights are taken as they are, the last one heard for as long as there is no other.
+EXACT_HEIGHTS = 17
+OPTION_COUNT = 18
 
 # A normalised innovation squared (two degrees of freedom) that three in four stay below.
 EXPECTED_NIS = 2.77
@@ -102,7 +104,9 @@ READOUT_HEIGHT = 8
 READOUT_UPDATES = 9
 # Probabilities of a right turn, a left one and a change of speed, by filters with modes.
 READOUT_MODES = 10
-READOUT_COUNT = 13
+READOUT_RATE = 13
+READOUT_HEIGHT_VARIANCE = 14
+READOUT_COUNT = 15
 
 # Columns of a logged contribution: ν0 ν1 N00 N01 N11 W00 W01 W11, then J, column after column, of
 # as many bias parameters as a sensor may have.

@@ -10,12 +10,20 @@ The project's own: what no measurement can be, so that nothing but numbers enter
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.estimation.filters._height_kernels import (
+    BY_HEIGHT,
+    GUESS_VARIANCE,
+    height_variance,
+    told_guess,
+    told_rate,
+)
 from multiradar.estimation.filters._kernels import (
-    HEIGHT_MAX,
     INTERVAL_MAX_S,
     NO_ROOM,
     NO_ROOM_SLOT,
     READOUT_HEIGHT,
+    READOUT_HEIGHT_VARIANCE,
+    READOUT_RATE,
     READOUT_UPDATES,
     REFUSALS_MAX,
     REFUSED,
@@ -28,7 +36,6 @@ from multiradar.estimation.filters._kernels import (
     UNSUPPORTED,
     UPDATED,
     VALUE_MAX,
-    choose_height,
 )
 from multiradar.estimation.measurement._kernels import (
     KIND_BEARING,
@@ -85,15 +92,6 @@ def find_turn(
 
 
 @in_loop
-def height_of_row(kind: int, measured: float, last: float, options: Floats) -> tuple[float, float]:
-    """Return height and its variance; on a flat plane no height enters the range."""
-    height, variance = choose_height(measured, last, options)
-    if kind >= KIND_FLAT_POLAR:
-        variance = 0.0
-    return height, variance
-
-
-@in_loop
 def note_start(
     k: int,
     place: int,
@@ -115,10 +113,8 @@ def note_outcome(
     outcome: int,
     k: int,
     time: float,
-    height: float,
     place: int,
     times: Floats,
-    heights: Floats,
     refusals: Integers,
     updates: Integers,
     updated: Floats,
@@ -133,15 +129,29 @@ def note_outcome(
         updated[k] = time
         if heard[k] != place:
             heard[k] = SEVERAL
-        if abs(height) < HEIGHT_MAX:
-            heights[k] = height
     elif outcome in (REFUSED, SINGULAR):
         refusals[k] += 1
     return taken
 
 
 @in_loop
-def finish_readout(row: int, k: int, heights: Floats, updates: Integers, readouts: Floats) -> None:
-    """Add to a readout what is not estimated."""
-    readouts[row, READOUT_HEIGHT] = heights[k]
+def finish_readout(
+    row: int, k: int, heights: Floats, vertical: Floats, updates: Integers,
+    options: Floats, readouts: Floats,
+) -> None:  # fmt: skip
+    """Add the height, and to the variances what an unknown height does to position and velocity."""
     readouts[row, READOUT_UPDATES] = updates[k]
+    readouts[row, READOUT_HEIGHT] = heights[k]
+    readouts[row, READOUT_HEIGHT_VARIANCE] = height_variance(k, vertical)
+    readouts[row, READOUT_RATE] = told_rate(k, vertical)
+    if np.isnan(heights[k]):
+        variance = vertical[k, GUESS_VARIANCE]
+        readouts[row, READOUT_RATE] = np.nan
+        readouts[row, READOUT_HEIGHT] = told_guess(k, vertical, options)
+        readouts[row, READOUT_HEIGHT_VARIANCE] = variance
+        v0, v1 = vertical[k, BY_HEIGHT], vertical[k, BY_HEIGHT + 1]
+        v2, v3 = vertical[k, BY_HEIGHT + 2], vertical[k, BY_HEIGHT + 3]
+        readouts[row, 4] += v0 * v0 * variance
+        readouts[row, 5] += v0 * v1 * variance
+        readouts[row, 6] += v1 * v1 * variance
+        readouts[row, 7] += (v2 * v2 + v3 * v3) * variance

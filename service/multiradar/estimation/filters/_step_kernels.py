@@ -10,6 +10,12 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from multiradar.estimation.filters._height_kernels import (
+    height_informs,
+    keep_height,
+    look_at_height,
+    pass_height,
+)
 from multiradar.estimation.filters._kernels import (
     REFUSED,
     RESTARTED,
@@ -26,13 +32,20 @@ from multiradar.estimation.filters._row_kernels import (
     find_taker,
     find_turn,
     finish_readout,
-    height_of_row,
     note_outcome,
     note_start,
 )
 from multiradar.estimation.filters._separated_kernels import correct_separated
 from multiradar.estimation.filters._time_offset_kernels import has_time_offset, settle_velocity
 from multiradar.estimation.filters._two_stage_kernels import component, correct_two_stage
+from multiradar.estimation.filters._unheard_height_kernels import (
+    LEARNT_COUNT,
+    begin_by_height,
+    keep_learnt,
+    learn_height,
+    met_height,
+    shift_by_height,
+)
 from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows, Work
 from multiradar.estimation.motion._kernels import move_aircraft
 from multiradar.kernels import fetch_ahead, in_loop, loop
@@ -66,6 +79,7 @@ def step(
     take_rows(
         method, work, rows, model, aircraft, result, want_readout, np.empty((2, 2)), np.empty(3),
         np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty((n, n)), np.empty(n),
+        np.empty(LEARNT_COUNT),
     )  # fmt: skip
 
 
@@ -86,6 +100,7 @@ def take_rows(
     R1: Floats,
     Y: Floats,
     y: Floats,
+    learnt: Floats,
 ) -> None:
     """Do as `step`, in the room given.
 
@@ -100,6 +115,7 @@ def take_rows(
     bias_covariance = model.bias_covariance
     means, covariances, sensitivities = aircraft.mean, aircraft.covariance, aircraft.sensitivity
     times, heights, surprises = aircraft.time, aircraft.height, aircraft.surprise
+    vertical = aircraft.vertical
     refusals, updates, updated = aircraft.refusals, aircraft.updates, aircraft.updated
     heard, places = aircraft.place, model.places
     outcomes, readouts, logs = result.outcome, result.readout, result.log
@@ -122,7 +138,7 @@ def take_rows(
                 if ahead >= 0:
                     fetch_aircraft(
                         ahead, lines, means, covariances, sensitivities, times, heights, surprises,
-                        refusals, updates, updated, heard,
+                        refusals, updates, updated, heard, vertical,
                     )  # fmt: skip
             row = work.order[i]
             k = rows.slot[row]
@@ -138,7 +154,13 @@ def take_rows(
             if outcome == REFUSED:
                 outcomes[row] = outcome
                 continue
-            height, variance = height_of_row(kind, rows.height[row], heights[k], options)
+            measured, dt = rows.height[row], time - times[k]
+            look = look_at_height(
+                outcome, kind, measured, s, time, dt, k, heights, vertical, options
+            )
+            height, variance = look[1], look[2]
+            sure = height_informs(look, kind, z0, k, s, heights, vertical, noises)
+            turn = outcome
             excess = 1.0
             if outcome in (STARTED, RESTARTED):
                 begun = start_aircraft(
@@ -149,6 +171,7 @@ def take_rows(
                 if begun == STARTED:
                     note_start(k, places[s], surprises, updates, heard, velocities)
                     forget_plots(recents, k)
+                    begin_by_height(look, kind, z0, k, s, noises, H, vertical)
                 else:
                     outcome = begun
             elif outcome == UPDATED:
@@ -158,13 +181,21 @@ def take_rows(
                     v1 = component(means, sensitivities, bias, k, 3)
                 factor_now = manoeuvre_factor(surprises[k], options)
                 density = acceleration_density(v0, v1, factor_now, options)
-                move_aircraft(means, covariances, sensitivities, k, time - times[k], density)
+                if np.isnan(heights[k]):
+                    learn_height(
+                        look, kind, z0, z1, dt, density[0], k, s, plane, sites, noises, starts,
+                        parameters, bias, bias_covariance, means, covariances, sensitivities,
+                        vertical, learnt,
+                    )  # fmt: skip
+                    met = met_height(look, k, heights, vertical)
+                    shift_by_height(met, k, k, vertical, means)
+                move_aircraft(means, covariances, sensitivities, k, dt, density)
                 times[k] = time
                 # A plot speaks about the biases when its height is known (an unknown one is wrong
                 # by the same amount plot after plot) and the aircraft was measured from elsewhere
                 # too (from one place alone, linearising anew at every plot makes biases seem to be
                 # seen that cannot be told from motion).
-                informs = variance == 0.0 and heard[k] != places[s]
+                informs = sure and heard[k] != places[s]
                 if timed and np.isnan(velocities[k, 0]):
                     informs = False
                 if method == TWO_STAGE:
@@ -189,14 +220,21 @@ def take_rows(
                     )  # fmt: skip
             outcomes[row] = outcome
             taken = note_outcome(
-                outcome, k, time, rows.height[row], places[s], times, heights, refusals, updates,
-                updated, heard,
-            )  # fmt: skip
-            if taken and method == MACRO and variance == 0.0:
+                outcome, k, time, places[s], times, refusals, updates, updated, heard
+            )
+            if taken:
+                unheard = np.isnan(heights[k])
+                keep_height(look, kind, measured, s, time, dt, k, heights, vertical, options)
+                if unheard and turn == UPDATED:
+                    keep_learnt(learnt, k, vertical)
+                    shift_by_height(learnt[0], k, k, vertical, means)
+            elif turn == UPDATED:
+                pass_height(dt, k, heights, vertical, options)
+            if taken and method == MACRO and sure:
                 keep_plot(recents, k, s, kind, z0, z1, time, height, excess, noises)
             if taken and want_readout:
                 read_out(means[k], covariances[k], sensitivities[k], bias, factor, readouts[row])
-                finish_readout(row, k, heights, updates, readouts)
+                finish_readout(row, k, heights, vertical, updates, options, readouts)
         copy_sums(Y, y, result.information[p], result.vector[p])
 
 
@@ -240,6 +278,7 @@ def fetch_aircraft(
     updates: Integers,
     updated: Floats,
     heard: Integers,
+    vertical: Floats,
 ) -> None:
     """Ask for the state of an aircraft."""
     fetch_ahead(means, k, 0)
@@ -252,5 +291,6 @@ def fetch_aircraft(
     fetch_ahead(updates, k, 0)
     fetch_ahead(updated, k, 0)
     fetch_ahead(heard, k, 0)
+    fetch_ahead(vertical, k, 0)
     for line in range(lines):
         fetch_ahead(sensitivities, k, line)

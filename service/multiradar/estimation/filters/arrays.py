@@ -9,6 +9,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.estimation.filters._height_kernels import GUESS, VERTICAL_COUNT
 from multiradar.estimation.filters._kernels import INNOVATION_COUNT, LOG_COUNT, READOUT_COUNT
 from multiradar.kernels import in_both
 
@@ -117,7 +118,9 @@ class Aircraft(NamedTuple):
         Data time of the state (a refused measurement moves it too), NaN for an aircraft that has
         not started.
     height : (s,) float64
-        Last height heard, m, NaN when none was.
+        Height, m, by those that were heard; NaN when none was.
+    vertical : (s, VERTICAL_COUNT) float64
+        Rate of climb, covariance of both, and the books of the height: see `_height_kernels`.
     refusals : (s,) int64
         Measurements refused in a row.
     updates : (s,) int64
@@ -156,6 +159,7 @@ class Aircraft(NamedTuple):
     sensitivity: Floats
     time: Floats
     height: Floats
+    vertical: Floats
     refusals: Integers
     updates: Integers
     updated: Floats
@@ -297,12 +301,15 @@ def aircraft_arrays(
         The arrays.
     """
     joint = 0 if joint_columns is None else joint_columns + 4 * slots
+    vertical = line_aligned((slots, VERTICAL_COUNT))
+    vertical[:, GUESS] = np.nan
     return Aircraft(
         mean=line_aligned((slots, 4)),
         covariance=line_aligned((slots, 10)),
         sensitivity=line_aligned((slots, 4, bias_columns)),
         time=line_aligned(slots, np.nan),
         height=line_aligned(slots, np.nan),
+        vertical=vertical,
         refusals=line_aligned(slots, 0, np.int64),
         updates=line_aligned(slots, 0, np.int64),
         updated=line_aligned(slots, np.nan),

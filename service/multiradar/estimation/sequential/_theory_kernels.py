@@ -245,6 +245,7 @@ def copy_aircraft(method: int, k: int, source: Aircraft, target: Aircraft) -> No
         target.sensitivity[k] = source.sensitivity[k]
     target.time[k] = source.time[k]
     target.height[k] = source.height[k]
+    target.vertical[k] = source.vertical[k]
     target.refusals[k] = source.refusals[k]
     target.updates[k] = source.updates[k]
     target.updated[k] = source.updated[k]

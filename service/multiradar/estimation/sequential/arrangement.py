@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from multiradar.errors import ConfigurationError
 from multiradar.estimation.array_checks import require_shape
 from multiradar.estimation.filters import _kernels as kernels
+from multiradar.estimation.filters._height_kernels import forget_height
 from multiradar.estimation.filters._joint_kernels import adopt_aircraft
 from multiradar.estimation.filters._mode_kernels import MODE_COUNT
 from multiradar.estimation.filters._time_offset_kernels import (
@@ -193,7 +194,7 @@ def begin(one: Arrangement, aircraft: int, time_s: float, mean: Floats, covarian
     arrays.sensitivity[aircraft] = 0.0
     arrays.time[aircraft] = time_s
     arrays.updated[aircraft] = np.nan
-    arrays.height[aircraft] = np.nan
+    forget_height(aircraft, arrays.height, arrays.vertical)
     arrays.refusals[aircraft], arrays.updates[aircraft] = 0, 0
     arrays.surprise[aircraft] = 1.0
     timed = one.definition.estimates_time_offsets and has_time_offset(one.model.parameters)
@@ -224,6 +225,7 @@ def _options(options: Options) -> Floats:
     values[kernels.SPEED_SIGMA] = options.speed_sigma_mps
     values[kernels.SCALE_TIME] = options.ci_scale_time_s
     values[kernels.CONE_RATIO] = options.cone_ratio
+    values[kernels.EXACT_HEIGHTS] = 1.0
     values[kernels.DOWNWEIGHT_NIS] = options.downweight_nis
     values[kernels.REFUSE_NIS] = options.refuse_nis
     values[kernels.REFUSALS_MAX] = np.inf

@@ -1,0 +1,407 @@
+"""Compiled filter of height and rate of climb, and of the height of an aircraft that tells none.
+
+Heights that are heard, in steps: a state (h, r) moves on with a white vertical acceleration and
+takes the middle of each step with the variance of an even spread over the step. While an aircraft
+flies level the error is the same plot after plot, so no average makes it less than that.
+
+Heights that are not heard: the height ĥ is one more bias of that aircraft alone, of which the
+position of the filter is a function, χ(h) = χ(ĥ) + v (h − ĥ). With whatever gain K the filter has,
+v ← A v, v ← v − K (H v + s) with s = slope of the slant range with height, and an innovation sees
+h − ĥ with u = H v + s: from one radar position makes up for height, u = 0, and nothing is learnt;
+two radars that see the aircraft at different elevations tell it.
+
+Symbols: h, r = height (m) and rate of climb (m/s), p00 p01 p11 = their covariance, R = variance of
+a height as measured, S = p00 + R.
+
+References
+----------
+Y. Bar-Shalom, X. R. Li, T. Kirubarajan, "Estimation with Applications to Tracking and Navigation",
+Wiley 2001, equation (6.2.2-4), for the motion; Friedland, B., "Treatment of bias in recursive
+filtering", IEEE TAC 14 (1969), 359-367, for v. Steps, doubts and kinds of height are the project's
+own.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar.estimation.filters._kernels import (
+    ASSUMED_HEIGHT,
+    ASSUMED_HEIGHT_SIGMA,
+    EXACT_HEIGHTS,
+    HEIGHT_MAX,
+    RESTARTED,
+    STARTED,
+    choose_height,
+)
+from multiradar.estimation.measurement._kernels import (
+    EARTH_DIAMETER_M,
+    KIND_POSITION,
+    KIND_RADAR,
+)
+from multiradar.kernels import in_loop
+
+Floats = NDArray[np.float64]
+
+# Columns of `Aircraft.vertical`; the height itself is in `Aircraft.height`.
+RATE = 0
+P00 = 1
+P01 = 2
+P11 = 3
+# Bit s: sensor s, modulo `SENSOR_BITS`, was heard to give heights finer than 100 ft.
+FINE = 4
+SOURCE = 5
+# Heights taken so far, up to `CONFIRMED`; negative: consistent ones that were doubted in a row.
+COUNT = 6
+# When the height was last heard, s.
+HEARD = 7
+# The last height that was doubted, and when.
+DOUBTED = 8
+DOUBTED_AT = 9
+# v, and the height of an aircraft that tells none with its variance.
+BY_HEIGHT = 10
+GUESS = 14
+GUESS_VARIANCE = 15
+VERTICAL_COUNT = 16
+
+# In `SOURCE`: what the height is. Mode C is a pressure altitude, what is reported with a position
+# may be geometric, hundreds of metres off: the two are not mixed.
+UNHEARD = 0.0
+REPORTED = 1.0
+MODE_C = 2.0
+# So long, s, after the last Mode C a reported height takes its place.
+MODE_C_KEPT_S = 60.0
+
+SENSOR_BITS = 32
+FOOT_M = 0.3048
+COARSE_STEP_M = 100.0 * FOOT_M
+FINE_STEP_M = 25.0 * FOOT_M
+# Recordings round heights to metres at worst: nearer than this to a step, m, a height is on it.
+ROUNDING_M = 0.51
+# What the transponder errs by beside its steps, from reply to reply, m.
+TRANSPONDER_SIGMA_M = 2.0
+TRANSPONDER_VARIANCE = TRANSPONDER_SIGMA_M * TRANSPONDER_SIGMA_M
+COARSE_VARIANCE = COARSE_STEP_M * COARSE_STEP_M / 12.0
+FINE_VARIANCE = FINE_STEP_M * FINE_STEP_M / 12.0
+# Density of the vertical acceleration, m²/s³: levelling off by 0.1 g is followed within 10 s.
+CLIMB_DENSITY = 0.5
+# Rate of climb of an aircraft of which one height was heard, m/s; it is told from 5 m/s on.
+RATE_SIGMA_MPS = 12.0
+RATE_TOLD_MPS = 5.0
+# Memory of the filter, s: steps that the aircraft flies through faster average out.
+MEMORY_S = 8.0
+# By how much the lasting variance falls with the rate of climb, m²/(m/s): to nothing where a step
+# is flown through within the memory.
+COARSE_LOSS = COARSE_VARIANCE * MEMORY_S / COARSE_STEP_M
+FINE_LOSS = FINE_VARIANCE * MEMORY_S / FINE_STEP_M
+# A height farther off than five sigmas is doubted, m; so many that agree are believed.
+DOUBT_SQUARED = 25.0
+CONFIRMED = 2.0
+BELIEVED = -3.0
+# Two doubted heights agree when no aircraft climbs faster than this between them, m/s.
+CLIMB_MAX_MPS = 40.0
+
+# How fast a height that is not heard gets lost, m²/s: most aircraft fly level, some climb.
+GUESS_DENSITY = 1000.0
+# A guessed height is told when its sigma, m, is below this.
+GUESS_TOLD_M = 1000.0
+
+# What a plot says of the height, `Look[0]`.
+NOTHING = 0
+TAKEN = 1
+BEGUN = 2
+REFUSED_HEIGHT = 3
+EXACT = 4
+
+# Verdict, height and its variance for the slant range.
+Look = tuple[int, float, float]
+
+# An error of the height that a plot's range takes over for good, over its noise: with less than a
+# hundredth, as variances, a hundred plots of an aircraft speak about the biases before their sum
+# claims twice of what they know.
+INFORMING_RATIO = 0.01
+
+
+@in_loop
+def on_coarse_step(measured: float) -> bool:
+    """Return whether a height is a multiple of 100 ft."""
+    steps = measured * (1.0 / COARSE_STEP_M)
+    return abs(steps - np.floor(steps + 0.5)) <= ROUNDING_M / COARSE_STEP_M
+
+
+@in_loop
+def gives_fine(s: int, marks: float) -> bool:
+    """Return whether sensor s was heard to give heights in finer steps."""
+    return (int(marks) >> (s & (SENSOR_BITS - 1))) & 1 == 1
+
+
+@in_loop
+def step_variance(measured: float, s: int, marks: float) -> float:
+    """Return the variance of the steps that sensor s hears a height in: 100 ft until finer."""
+    fine = gives_fine(s, marks) or not on_coarse_step(measured)
+    return FINE_VARIANCE if fine else COARSE_VARIANCE
+
+
+@in_loop
+def forget_height(k: int, heights: Floats, vertical: Floats) -> None:
+    """Leave nothing of what was known of the height of aircraft k."""
+    heights[k] = np.nan
+    for column in range(VERTICAL_COUNT):
+        vertical[k, column] = 0.0
+    vertical[k, GUESS] = np.nan
+
+
+@in_loop
+def look_at_height(
+    turn: int,
+    kind: int,
+    measured: float,
+    s: int,
+    time: float,
+    dt: float,
+    k: int,
+    heights: Floats,
+    vertical: Floats,
+    options: Floats,
+) -> tuple[int, float, float]:
+    """Return what the height of aircraft k is with a plot, dt after its state; changes nothing.
+
+    ``turn`` is that of the row. The filter takes the plot at this height with this variance, and
+    `keep_height` keeps it if the plot is taken.
+    """
+    # Before the start there is no interval.
+    known = not np.isnan(heights[k] + dt)
+    begins = turn in (STARTED, RESTARTED)
+    if options[EXACT_HEIGHTS] != 0.0:
+        verdict = EXACT
+        height, variance = choose_height(measured, heights[k], options)
+    elif abs(measured) < HEIGHT_MAX:
+        verdict, height = BEGUN, measured
+        variance = step_variance(measured, s, vertical[k, FINE]) + TRANSPONDER_VARIANCE
+        if known and not begins:
+            verdict = judge_height(kind, measured, variance, time, dt, k, heights, vertical)
+        if verdict in (NOTHING, REFUSED_HEIGHT):
+            height, variance = moved_height(dt, k, heights, vertical)
+    elif known:
+        verdict = NOTHING
+        height, variance = moved_height(dt, k, heights, vertical)
+        variance = max(variance, lasting_variance(k, vertical))
+    else:
+        verdict = NOTHING
+        height, variance = guess_height(begins, dt, k, vertical, options)
+    return verdict, height, variance
+
+
+@in_loop
+def judge_height(
+    kind: int, measured: float, variance: float, time: float, dt: float, k: int, heights: Floats,
+    vertical: Floats,
+) -> int:  # fmt: skip
+    """Return what becomes of a height of a variance, aircraft k being under way."""
+    height, spread = moved_height(dt, k, heights, vertical)
+    e = measured - height
+    source = REPORTED if kind == KIND_POSITION else MODE_C
+    verdict = TAKEN
+    if source != vertical[k, SOURCE]:
+        kept = source == REPORTED and time - vertical[k, HEARD] <= MODE_C_KEPT_S
+        verdict = NOTHING if kept else BEGUN
+    elif not e * e <= DOUBT_SQUARED * (spread + variance):
+        agreed = doubts(measured, time, k, vertical) <= BELIEVED
+        verdict = BEGUN if agreed else REFUSED_HEIGHT
+    return verdict
+
+
+@in_loop
+def lasting_variance(k: int, vertical: Floats) -> float:
+    """Return how much of the variance of steps lasts: all of it in level flight.
+
+    The error changes from step to step; what lasts less than the memory of the filter averages out.
+    """
+    fine = vertical[k, FINE] != 0.0
+    whole = FINE_VARIANCE if fine else COARSE_VARIANCE
+    loss = FINE_LOSS if fine else COARSE_LOSS
+    return whole - abs(vertical[k, RATE]) * loss
+
+
+@in_loop
+def guess_height(
+    begins: bool, dt: float, k: int, vertical: Floats, options: Floats
+) -> tuple[float, float]:
+    """Return the height of an aircraft that tells none, and its variance."""
+    prior = options[ASSUMED_HEIGHT_SIGMA] * options[ASSUMED_HEIGHT_SIGMA]
+    height, variance = vertical[k, GUESS], vertical[k, GUESS_VARIANCE] + GUESS_DENSITY * dt
+    if begins or np.isnan(height):
+        height, variance = options[ASSUMED_HEIGHT], prior
+    return height, min(variance, prior)
+
+
+@in_loop
+def moved_height(dt: float, k: int, heights: Floats, vertical: Floats) -> tuple[float, float]:
+    """Return the height dt after the state, and its variance."""
+    p11 = vertical[k, P11] + CLIMB_DENSITY * (1.0 / 3.0) * dt
+    return (
+        heights[k] + dt * vertical[k, RATE],
+        vertical[k, P00] + dt * (2.0 * vertical[k, P01] + dt * p11),
+    )
+
+
+@in_loop
+def doubts(measured: float, time: float, k: int, vertical: Floats) -> float:
+    """Return minus the number of heights that are doubted and agree, this one included."""
+    count = -1.0
+    if vertical[k, COUNT] < 0.0:
+        apart = CLIMB_MAX_MPS * (time - vertical[k, DOUBTED_AT]) + 2.0 * COARSE_STEP_M
+        if abs(measured - vertical[k, DOUBTED]) <= apart:
+            count += vertical[k, COUNT]
+    return count
+
+
+@in_loop
+def keep_height(
+    look: Look,
+    kind: int,
+    measured: float,
+    s: int,
+    time: float,
+    dt: float,
+    k: int,
+    heights: Floats,
+    vertical: Floats,
+    options: Floats,
+) -> None:
+    """Move the height of aircraft k on by dt, and correct it as `look_at_height` said.
+
+    That is for a plot that is taken; one that is not says `NOTHING`.
+    """
+    verdict, height, variance = look
+    if verdict == EXACT:
+        if abs(measured) < HEIGHT_MAX:
+            heights[k] = measured
+        return
+    if verdict == NOTHING and np.isnan(heights[k] + dt):
+        heights[k] = np.nan
+        vertical[k, GUESS] = height
+        vertical[k, GUESS_VARIANCE] = variance
+        return
+    if verdict == BEGUN:
+        begin_height(kind, measured, variance, k, heights, vertical)
+    else:
+        move_height(dt, k, heights, vertical)
+    if verdict == TAKEN:
+        p00, p01 = vertical[k, P00], vertical[k, P01]
+        scale = 1.0 / (p00 + variance)
+        e = measured - heights[k]
+        heights[k] += p00 * scale * e
+        vertical[k, RATE] += p01 * scale * e
+        vertical[k, P00] = p00 * scale * variance
+        vertical[k, P01] = p01 * scale * variance
+        vertical[k, P11] -= p01 * p01 * scale
+        vertical[k, COUNT] = CONFIRMED
+    if verdict in (TAKEN, BEGUN):
+        vertical[k, HEARD] = time
+        if variance < COARSE_VARIANCE and not gives_fine(s, vertical[k, FINE]):
+            vertical[k, FINE] += float(1 << (s & (SENSOR_BITS - 1)))
+    elif verdict == REFUSED_HEIGHT:
+        vertical[k, COUNT] = doubts(measured, time, k, vertical)
+        vertical[k, DOUBTED] = measured
+        vertical[k, DOUBTED_AT] = time
+    elif not vertical[k, P00] <= options[ASSUMED_HEIGHT_SIGMA] * options[ASSUMED_HEIGHT_SIGMA]:
+        # Less is known than of an aircraft that tells nothing.
+        forget_height(k, heights, vertical)
+
+
+@in_loop
+def begin_height(
+    kind: int, measured: float, variance: float, k: int, heights: Floats, vertical: Floats
+) -> None:
+    """Begin the height of aircraft k at one that was heard."""
+    source = REPORTED if kind == KIND_POSITION else MODE_C
+    # Another kind of height may be far off: the rate of climb is the same.
+    if np.isnan(heights[k]) or source == vertical[k, SOURCE]:
+        vertical[k, RATE] = 0.0
+        vertical[k, P11] = RATE_SIGMA_MPS * RATE_SIGMA_MPS
+    heights[k] = measured
+    vertical[k, P00] = variance
+    vertical[k, P01] = 0.0
+    vertical[k, SOURCE] = source
+    # Two that were doubted agree with it.
+    vertical[k, COUNT] = CONFIRMED if vertical[k, COUNT] <= BELIEVED + 1.0 else 1.0
+
+
+@in_loop
+def move_height(dt: float, k: int, heights: Floats, vertical: Floats) -> None:
+    """Move the height of aircraft k on by dt."""
+    p01, p11 = vertical[k, P01], vertical[k, P11]
+    q = CLIMB_DENSITY * dt
+    heights[k] += dt * vertical[k, RATE]
+    vertical[k, P00] += dt * (2.0 * p01 + dt * (p11 + q * (1.0 / 3.0)))
+    vertical[k, P01] += dt * (p11 + 0.5 * q)
+    vertical[k, P11] += q
+
+
+@in_loop
+def pass_height(dt: float, k: int, heights: Floats, vertical: Floats, options: Floats) -> None:
+    """Move the height of aircraft k on by dt, its plot not being taken."""
+    if options[EXACT_HEIGHTS] != 0.0:
+        return
+    if np.isnan(heights[k]):
+        guess, variance = guess_height(False, dt, k, vertical, options)
+        vertical[k, GUESS] = guess
+        vertical[k, GUESS_VARIANCE] = variance
+        vertical[k, BY_HEIGHT] += dt * vertical[k, BY_HEIGHT + 2]
+        vertical[k, BY_HEIGHT + 1] += dt * vertical[k, BY_HEIGHT + 3]
+    else:
+        move_height(dt, k, heights, vertical)
+
+
+@in_loop
+def height_variance(k: int, vertical: Floats) -> float:
+    """Return the variance of the height that was heard, 0 where heights are exact."""
+    variance = 0.0
+    if vertical[k, COUNT] != 0.0:
+        variance = max(vertical[k, P00], lasting_variance(k, vertical))
+    return variance
+
+
+@in_loop
+def told_rate(k: int, vertical: Floats) -> float:
+    """Return the rate of climb, NaN while it is as good as unknown."""
+    told = vertical[k, COUNT] != 0.0 and vertical[k, P11] <= RATE_TOLD_MPS * RATE_TOLD_MPS
+    return vertical[k, RATE] if told else np.nan
+
+
+@in_loop
+def told_guess(k: int, vertical: Floats, options: Floats) -> float:
+    """Return the height of an aircraft that tells none, NaN while it is as good as unknown."""
+    sigma = min(GUESS_TOLD_M, 0.5 * options[ASSUMED_HEIGHT_SIGMA])
+    told = vertical[k, GUESS_VARIANCE] <= sigma * sigma
+    return vertical[k, GUESS] if told else np.nan
+
+
+@in_loop
+def height_informs(
+    look: Look, kind: int, z0: float, k: int, s: int, heights: Floats, vertical: Floats,
+    noises: Floats,
+) -> bool:  # fmt: skip
+    """Return whether the height is known well enough for a plot to speak about the biases.
+
+    An unknown height is wrong by the same amount plot after plot, and so is the range. Only the
+    slant range of a radar depends on it. One height alone, or a doubted one, is not enough.
+    """
+    verdict, height, variance = look
+    informs = True
+    if kind == KIND_RADAR:
+        sure = verdict == TAKEN
+        if verdict == NOTHING:
+            sure = not np.isnan(heights[k]) and vertical[k, COUNT] == CONFIRMED
+        if verdict == EXACT:
+            sure = variance == 0.0
+        # Slope times range: without a division.
+        rise = height - noises[s, 3] + z0 * z0 * (1.0 / EARTH_DIAMETER_M)
+        informs = sure and rise * rise * variance <= INFORMING_RATIO * noises[s, 0] * z0 * z0
+    return informs
+
+
+@in_loop
+def range_slope(height: float, slant: float, site_height: float) -> float:
+    """Return s, the derivative of the slant range by the height, as `seen_from` has it."""
+    return (height - site_height) / max(slant, 1.0) + slant * (1.0 / EARTH_DIAMETER_M)

@@ -1,0 +1,182 @@
+"""Compiled estimate of the height of an aircraft that tells none, by what several radars see.
+
+See `_height_kernels` for the idea and the symbols. With the gain K = P Hᵀ S⁻¹ of a filter that
+moves on as this one does, v follows whatever filter is in use closely enough; the innovation e has
+the covariance H P Hᵀ + W + J P_ς Jᵀ beside what the height does to it.
+
+References
+----------
+Friedland, B., "Treatment of bias in recursive filtering", IEEE TAC 14 (1969), 359-367, with the
+height as the bias; that errors of a radar's biases last, and bound the variance, is the project's
+own.
+"""
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from multiradar.estimation.filters._height_kernels import (
+    BEGUN,
+    BY_HEIGHT,
+    GUESS,
+    GUESS_VARIANCE,
+    NOTHING,
+    Look,
+    range_slope,
+)
+from multiradar.estimation.filters._kernels import (
+    SLOPE_DETERMINANT_MIN,
+    covariance_times_transposed,
+    gain_of,
+    inverse,
+    position_part,
+)
+from multiradar.estimation.measurement._kernels import (
+    KIND_POSITION,
+    KIND_RADAR,
+    bias_column,
+    bias_spread,
+    seen_from,
+)
+from multiradar.estimation.motion._kernels import load_covariance, moved_covariance
+from multiradar.geodesy._kernels import wrap_angle
+from multiradar.kernels import in_loop
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+# Places of what is learnt: change of the height, its variance afterwards, v afterwards.
+LEARNT_COUNT = 6
+
+# An innovation that is farther off than four sigmas along u says nothing of the height.
+ASTRAY_SQUARED = 16.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def learn_height(
+    look: Look,
+    kind: int,
+    z0: float,
+    z1: float,
+    dt: float,
+    density: float,
+    k: int,
+    s: int,
+    plane: Floats,
+    sites: Floats,
+    noises: Floats,
+    starts: Integers,
+    parameters: Integers,
+    bias: Floats,
+    bias_covariance: Floats,
+    means: Floats,
+    covariances: Floats,
+    sensitivities: Floats,
+    vertical: Floats,
+    learnt: Floats,
+) -> None:
+    """Fill in what a plot says of the height of aircraft k, dt after its state.
+
+    ``density`` is that of the acceleration on each axis, m²/s³.
+    """
+    if look[0] != NOTHING or kind not in (KIND_RADAR, KIND_POSITION):
+        learnt[:] = 0.0
+        learnt[1] = look[2]
+        return
+    x0, x1, x2, x3 = means[k, 0], means[k, 1], means[k, 2], means[k, 3]
+    for c in range(sensitivities.shape[2]):
+        x0 += sensitivities[k, 0, c] * bias[c]
+        x1 += sensitivities[k, 1, c] * bias[c]
+        x2 += sensitivities[k, 2, c] * bias[c]
+        x3 += sensitivities[k, 3, c] * bias[c]
+    x0 += dt * x2
+    x1 += dt * x3
+    v2, v3 = vertical[k, BY_HEIGHT + 2], vertical[k, BY_HEIGHT + 3]
+    v0, v1 = vertical[k, BY_HEIGHT] + dt * v2, vertical[k, BY_HEIGHT + 1] + dt * v3
+    height, variance = look[1], look[2]
+    site, noise = sites[s], noises[s]
+    p0, p1, _, h, w = seen_from(kind, plane, site, noise, x0, x1, height, 0.0)
+    rate0, rate1 = h[0] * x2 + h[1] * x3, h[2] * x2 + h[3] * x3
+    e0, e1 = z0 - p0, z1 - p1
+    slope = 0.0
+    if kind == KIND_RADAR:
+        e1 = wrap_angle(e1)
+        slope = range_slope(height, p0, noise[3])
+    for c in range(starts[s], starts[s + 1]):
+        j0, j1 = bias_column(kind, parameters[c], site, p0, p1, rate0, rate1)
+        e0 -= j0 * bias[c]
+        e1 -= j1 * bias[c]
+    b00, b01, b11 = bias_spread(
+        kind, site, starts[s], starts[s + 1], parameters, bias_covariance, p0, p1, rate0, rate1
+    )
+    P = moved_covariance(load_covariance(covariances, k), dt, (density, 0.0, density))
+    G = covariance_times_transposed(P, h)
+    n00, n01, n11 = position_part(h, G)
+    u0 = h[0] * v0 + h[1] * v1 + slope
+    u1 = h[2] * v0 + h[3] * v1
+    i00, i01, i11 = inverse(n00 + w[0] + b00, n01 + w[1] + b01, n11 + w[2] + b11)
+    r0, r1 = i00 * u0 + i01 * u1, i01 * u0 + i11 * u1
+    news = u0 * r0 + u1 * r1
+    told = r0 * e0 + r1 * e1
+    change, left = 0.0, variance
+    if told * told <= ASTRAY_SQUARED * news * (1.0 + news * variance):  # NaN fails this.
+        least = variance / (1.0 + news * variance)
+        change = least * told
+        # The error of a radar's bias is the same plot after plot.
+        left = max(least, min(variance, b00 / max(u0 * u0, TINY_SQUARED)))
+    # The filter takes the range at this height with its variance.
+    i00, i01, i11 = inverse(n00 + w[0] + slope * slope * variance, n01 + w[1], n11 + w[2])
+    K = gain_of(G, i00, i01, i11)
+    learnt[0] = change
+    learnt[1] = left
+    learnt[2] = v0 - K[0] * u0 - K[1] * u1
+    learnt[3] = v1 - K[2] * u0 - K[3] * u1
+    learnt[4] = v2 - K[4] * u0 - K[5] * u1
+    learnt[5] = v3 - K[6] * u0 - K[7] * u1
+
+
+# Square of a derivative of the range by the height that is as good as none.
+TINY_SQUARED = 1e-12
+
+
+@in_loop
+def begin_by_height(
+    look: Look, kind: int, z0: float, k: int, s: int, noises: Floats, H: Floats, vertical: Floats
+) -> None:
+    """Set v of an aircraft that was begun at a plot, H being the derivative of that: H v = −s."""
+    slope = 0.0
+    if kind == KIND_RADAR and look[0] == NOTHING:
+        slope = range_slope(look[1], z0, noises[s, 3])
+    det = H[0, 0] * H[1, 1] - H[0, 1] * H[1, 0]
+    if not abs(det) > SLOPE_DETERMINANT_MIN:
+        slope, det = 0.0, 1.0
+    vertical[k, BY_HEIGHT] = -H[1, 1] * slope / det
+    vertical[k, BY_HEIGHT + 1] = H[1, 0] * slope / det
+    vertical[k, BY_HEIGHT + 2] = 0.0
+    vertical[k, BY_HEIGHT + 3] = 0.0
+
+
+@in_loop
+def met_height(look: Look, k: int, heights: Floats, vertical: Floats) -> float:
+    """Return by how much the first height that is heard is above the one guessed, and guess it."""
+    change = 0.0
+    if look[0] == BEGUN and np.isnan(heights[k]) and not np.isnan(vertical[k, GUESS]):
+        change = look[1] - vertical[k, GUESS]
+        vertical[k, GUESS] = look[1]
+    return change
+
+
+@in_loop
+def keep_learnt(learnt: Floats, k: int, vertical: Floats) -> None:
+    """Take over what was learnt of the height; `shift_by_height` moves the position along."""
+    vertical[k, GUESS] += learnt[0]
+    vertical[k, GUESS_VARIANCE] = learnt[1]
+    for i in range(4):
+        vertical[k, BY_HEIGHT + i] = learnt[2 + i]
+
+
+@in_loop
+def shift_by_height(change: float, k: int, row: int, vertical: Floats, means: Floats) -> None:
+    """Move the state in a row of means to where it is when aircraft k is higher by a change."""
+    for i in range(4):
+        means[row, i] += change * vertical[k, BY_HEIGHT + i]
