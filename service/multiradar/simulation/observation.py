@@ -19,6 +19,7 @@ from multiradar.geodesy.wgs84 import (
 from multiradar.simulation.biases import TrueBiases, walk_biases
 from multiradar.simulation.clutter import clutter_plots
 from multiradar.simulation.copies import copied
+from multiradar.simulation.heights import heard_heights
 from multiradar.simulation.looks import Line, Plots, look_times, make_plots, outside_gaps
 from multiradar.simulation.measurements import NO_AIRCRAFT, Measurements, merged, none
 from multiradar.simulation.paths import Path, fly
@@ -153,7 +154,7 @@ class _Sky:
         turning = sensor.rotation_period_s is not None
         times = look_times(sensor, float(self.phases[number]) if turning else 0.0, life, look)
         plots, looks = make_plots(sensor, times, look, partial(self.biases.at, number), rng)
-        height = _heard_height(sensor, aircraft, path.height(plots.true_s))
+        height = heard_heights(sensor, aircraft, path.height(plots.true_s), rng)
         return _row(self, number, index, plots, path=path, height_m=height), looks
 
     def _reports(
@@ -178,7 +179,7 @@ class _Sky:
         plots = Plots(times, times, nothing, nothing, outlier[seen])
         return _row(
             self, number, index, plots, path=path, position=(latitude, longitude),
-            height_m=_heard_height(sensor, aircraft, height),
+            height_m=heard_heights(sensor, aircraft, height, rng),
         ), len(chance[0])  # fmt: skip
 
 
@@ -243,13 +244,6 @@ def _truth(plane: SystemPlane, path: Path, time_s: Floats) -> list[Floats]:
     latitude, longitude = plane.to_geodetic(east, north)
     speed, heading = plane.ground_velocity(east, north, east_rate, north_rate, height)
     return [latitude, longitude, height, speed, heading]
-
-
-def _heard_height(sensor: Sensor, aircraft: Aircraft, height_m: Floats) -> Floats:
-    if "height" not in sensor.heard or not aircraft.reports_height:
-        return np.full(len(height_m), np.nan)
-    step = aircraft.height_step_m
-    return step * np.round(height_m / step) if step > 0.0 else height_m
 
 
 # Geodetic positions of places on the plane, displaced by (n, 2) true metres east and north.

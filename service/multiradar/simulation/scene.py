@@ -115,6 +115,8 @@ class Traffic:
     leg_s, turn_rate_rad_per_s, acceleration_mps2 : Span, optional
         Where `leg_s` is there, legs of such lengths follow each other until the death, a straight
         one after each turn; turns go either way at one of the rates, with one of the accelerations.
+    climb_mps : Span
+        Straight legs climb or descend at one of these rates, within the span of heights.
     coupled, acceleration_density, height_step_m
         As in `Aircraft`.
     heard_height_share, equipped_share : float
@@ -132,6 +134,7 @@ class Traffic:
     leg_s: Span | None = None
     turn_rate_rad_per_s: Span = (0.0, 0.0)
     acceleration_mps2: Span = (0.0, 0.0)
+    climb_mps: Span = (0.0, 0.0)
     coupled: CoupledNoise | None = None
     acceleration_density: float = 0.0
     height_step_m: float = 0.0
@@ -227,6 +230,9 @@ class Sensor:
         Whether the Earth hides what is below the radio horizon (WGS 84 only).
     detection_probability, outlier_probability : float
         Part of the looks that give a plot, and part of the plots that show nothing.
+    height_probability, garbled_probability : float
+        Part of the measurements that carry the height, and part of these heights that are garbled:
+        off by some hundreds or thousands of feet.
     clutter_per_turn : float
         Mean number of plots without aircraft and identity a turn (or interval).
     storms : tuple of Storm
@@ -259,6 +265,8 @@ class Sensor:
     horizon: bool = False
     detection_probability: float = 1.0
     outlier_probability: float = 0.0
+    height_probability: float = 1.0
+    garbled_probability: float = 0.0
     clutter_per_turn: float = 0.0
     storms: tuple[Storm, ...] = ()
     second_feed: SecondFeed | None = None

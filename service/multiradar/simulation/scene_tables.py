@@ -66,6 +66,8 @@ _Moments = Annotated[tuple[_Moment, _Moment], _PAIRED, _ASCENDING]
 _Lengths = Annotated[tuple[_Length, _Length], _PAIRED, _ASCENDING]
 _TurnRates = Annotated[tuple[_TurnRate, _TurnRate], _PAIRED, _ASCENDING]
 _Accelerations = Annotated[tuple[_Acceleration, _Acceleration], _PAIRED, _ASCENDING]
+_Climb = Annotated[float, Field(ge=-200.0, le=200.0)]
+_Climbs = Annotated[tuple[_Climb, _Climb], _PAIRED, _ASCENDING]
 _Turn = Annotated[float, within(bounds.ROTATION_PERIOD_S)]
 _Gap = Annotated[tuple[_Moment, _Moment], _LISTED, _ASCENDING]
 
@@ -109,7 +111,7 @@ class LegTable(Table):
     duration_s: _Length
     turn_rate_deg_per_s: _TurnRate = 0.0
     acceleration_mps2: _Acceleration = 0.0
-    climb_mps: Annotated[float, Field(ge=-200.0, le=200.0)] = 0.0
+    climb_mps: _Climb = 0.0
 
 
 class CoupledTable(Table):
@@ -172,6 +174,7 @@ class TrafficTable(Table):
     leg_s: _Lengths | None = None
     turn_rate_deg_per_s: _TurnRates = (0.0, 0.0)
     acceleration_mps2: _Accelerations = (0.0, 0.0)
+    climb_mps: _Climbs = (0.0, 0.0)
     coupled: CoupledTable | None = None
     acceleration_density: _Density = 0.0
     height_step_m: _HeightStep = 0.0
@@ -234,6 +237,8 @@ class SensorTable(_Placed):
     horizon: bool | None = None
     detection_probability: _Share = 1.0
     outlier_probability: _Share = 0.0
+    height_probability: _Share = 1.0
+    garbled_probability: _Share = 0.0
     clutter_per_turn: Annotated[float, Field(ge=0.0, le=10_000.0)] = 0.0
     storm: Annotated[tuple[StormTable, ...], _LISTED] = ()
     second_feed: SecondFeedTable | None = None

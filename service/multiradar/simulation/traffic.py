@@ -65,7 +65,9 @@ def _draw(traffic: Traffic, number: int, duration_s: float, rng: np.random.Gener
         heading_rad=heading,
         start_s=start,
         end_s=start + life,
-        legs=_legs(traffic, traffic.leg_s, speed, end - start, own) if traffic.leg_s else (),
+        legs=_legs(traffic, traffic.leg_s, (speed, height), end - start, own)
+        if traffic.leg_s
+        else (),
         coupled=traffic.coupled,
         acceleration_density=traffic.acceleration_density,
         height_step_m=traffic.height_step_m,
@@ -75,10 +77,11 @@ def _draw(traffic: Traffic, number: int, duration_s: float, rng: np.random.Gener
 
 
 def _legs(
-    traffic: Traffic, leg_s: Span, start_mps: float, length_s: float, rng: np.random.Generator
+    traffic: Traffic, leg_s: Span, start: Span, length_s: float, rng: np.random.Generator
 ) -> tuple[Leg, ...]:
     legs: list[Leg] = []
-    flown, speed = 0.0, start_mps
+    (start_mps, height), flown = start, 0.0
+    speed = start_mps
     while flown < length_s:
         duration, turn = _within(leg_s, rng), _within(traffic.turn_rate_rad_per_s, rng)
         turn *= float(rng.choice([-1.0, 1.0]))
@@ -86,9 +89,26 @@ def _legs(
         if not _SPEED_LEAST < (speed + acceleration * duration) / start_mps < _SPEED_MOST:
             acceleration = -acceleration
         straight = len(legs) % 2 == 0
-        legs.append(Leg(duration) if straight else Leg(duration, turn, acceleration))
+        climb = _climb(traffic, height, duration, rng) if straight else 0.0
+        legs.append(
+            Leg(duration, climb_mps=climb) if straight else Leg(duration, turn, acceleration)
+        )
+        height += climb * duration
         flown, speed = flown + duration, speed + legs[-1].acceleration_mps2 * duration
     return tuple(legs)
+
+
+def _climb(
+    traffic: Traffic, height: float, duration_s: float, rng: np.random.Generator
+) -> float:
+    if traffic.climb_mps == (0.0, 0.0):
+        return 0.0
+    climb = _within(traffic.climb_mps, rng)
+    least, most = traffic.height_m
+    for rate in (climb, -climb):
+        if least <= height + rate * duration_s <= most:
+            return rate
+    return 0.0
 
 
 def _with_identity(aircraft: Aircraft) -> Aircraft:

@@ -10,9 +10,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from multiradar.estimation.filters._height_kernels import look_at_height
 from multiradar.estimation.filters._kernels import (
     ACCELERATION_DENSITY,
-    choose_height,
+    UPDATED,
     manoeuvre_factor,
 )
 from multiradar.estimation.filters._two_stage_kernels import spread_of_biases
@@ -112,7 +113,11 @@ def pair_score(
     kind, s, time = rows.kind[row], rows.sensor[row], rows.time[row]
     site, noise, bias = model.sites[s], model.noises[s], model.bias
     dt = max(time - aircraft.time[k], 0.0)
-    height, variance = choose_height(rows.height[row], aircraft.height[k], model.options)
+    # The position of an aircraft that told no height goes with the height that was guessed.
+    measured = rows.height[row] if not np.isnan(aircraft.height[k]) else np.nan
+    _, height, variance = look_at_height(
+        UPDATED, kind, measured, s, time, dt, k, aircraft.height, aircraft.vertical, model.options
+    )
     x0 = sky.state[k, 0] + ahead * sky.state[k, 2]
     x1 = sky.state[k, 1] + ahead * sky.state[k, 3]
     p0, p1, _, h, w = seen_from(kind, model.plane, site, noise, x0, x1, height, variance)

@@ -304,9 +304,7 @@ def give_birth(
     note_start(
         k, model.places[s], aircraft.surprise, aircraft.updates, aircraft.place, aircraft.velocity
     )
-    begin_by_height(
-        look, rows.kind[row], rows.z[row, 0], k, s, model.noises, H, aircraft.vertical
-    )
+    begin_by_height(look, rows.kind[row], rows.z[row, 0], k, s, model.noises, H, aircraft.vertical)
     return STARTED
 
 
