@@ -20,7 +20,7 @@ class ForecastPoint(Record):
     ]
     height_m: Annotated[
         float | None,
-        described("Height last heard", unit="m", source="aircraft", absent="never heard"),
+        described("Height of the track now", unit="m", source="filter", absent="as in tracks"),
     ]
     covariance_east_m2: Annotated[
         float,

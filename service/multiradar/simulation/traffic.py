@@ -98,9 +98,7 @@ def _legs(
     return tuple(legs)
 
 
-def _climb(
-    traffic: Traffic, height: float, duration_s: float, rng: np.random.Generator
-) -> float:
+def _climb(traffic: Traffic, height: float, duration_s: float, rng: np.random.Generator) -> float:
     if traffic.climb_mps == (0.0, 0.0):
         return 0.0
     climb = _within(traffic.climb_mps, rng)

@@ -21,6 +21,8 @@ filtering", IEEE TAC 14 (1969), 359-367, for v. Steps, doubts and kinds of heigh
 own.
 """
 
+from math import floor
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -93,8 +95,11 @@ MEMORY_S = 8.0
 # is flown through within the memory.
 COARSE_LOSS = COARSE_VARIANCE * MEMORY_S / COARSE_STEP_M
 FINE_LOSS = FINE_VARIANCE * MEMORY_S / FINE_STEP_M
-# A height farther off than five sigmas is doubted, m; so many that agree are believed.
+# A height farther off than five sigmas is doubted, and what a climb that begins or ends at 0.2 g
+# makes since the last plot, at most some 200 ft, m/s² and m; so many that agree are believed.
 DOUBT_SQUARED = 25.0
+HALF_PULL_MPS2 = 1.0
+PULL_MAX_M = 60.0
 CONFIRMED = 2.0
 BELIEVED = -3.0
 # Two doubted heights agree when no aircraft climbs faster than this between them, m/s.
@@ -125,7 +130,7 @@ INFORMING_RATIO = 0.01
 def on_coarse_step(measured: float) -> bool:
     """Return whether a height is a multiple of 100 ft."""
     steps = measured * (1.0 / COARSE_STEP_M)
-    return abs(steps - np.floor(steps + 0.5)) <= ROUNDING_M / COARSE_STEP_M
+    return abs(steps - floor(steps + 0.5)) <= ROUNDING_M / COARSE_STEP_M
 
 
 @in_loop
@@ -180,11 +185,10 @@ def look_at_height(
         if known and not begins:
             verdict = judge_height(kind, measured, variance, time, dt, k, heights, vertical)
         if verdict in (NOTHING, REFUSED_HEIGHT):
-            height, variance = moved_height(dt, k, heights, vertical)
+            height, variance = predicted_height(dt, k, heights, vertical)
     elif known:
         verdict = NOTHING
-        height, variance = moved_height(dt, k, heights, vertical)
-        variance = max(variance, lasting_variance(k, vertical))
+        height, variance = predicted_height(dt, k, heights, vertical)
     else:
         verdict = NOTHING
         height, variance = guess_height(begins, dt, k, vertical, options)
@@ -198,7 +202,7 @@ def judge_height(
 ) -> int:  # fmt: skip
     """Return what becomes of a height of a variance, aircraft k being under way."""
     height, spread = moved_height(dt, k, heights, vertical)
-    e = measured - height
+    e = max(0.0, abs(measured - height) - min(HALF_PULL_MPS2 * dt * dt, PULL_MAX_M))
     source = REPORTED if kind == KIND_POSITION else MODE_C
     verdict = TAKEN
     if source != vertical[k, SOURCE]:
@@ -219,7 +223,8 @@ def lasting_variance(k: int, vertical: Floats) -> float:
     fine = vertical[k, FINE] != 0.0
     whole = FINE_VARIANCE if fine else COARSE_VARIANCE
     loss = FINE_LOSS if fine else COARSE_LOSS
-    return whole - abs(vertical[k, RATE]) * loss
+    rate: float = vertical[k, RATE]
+    return whole - abs(rate) * loss
 
 
 @in_loop
@@ -242,6 +247,13 @@ def moved_height(dt: float, k: int, heights: Floats, vertical: Floats) -> tuple[
         heights[k] + dt * vertical[k, RATE],
         vertical[k, P00] + dt * (2.0 * vertical[k, P01] + dt * p11),
     )
+
+
+@in_loop
+def predicted_height(dt: float, k: int, heights: Floats, vertical: Floats) -> tuple[float, float]:
+    """Return the height dt after the state, and its variance with what lasts of the steps."""
+    height, variance = moved_height(dt, k, heights, vertical)
+    return height, max(variance, lasting_variance(k, vertical))
 
 
 @in_loop
