@@ -67,7 +67,6 @@ VERTICAL_COUNT = 16
 
 # In `SOURCE`: what the height is. Mode C is a pressure altitude, what is reported with a position
 # may be geometric, hundreds of metres off: the two are not mixed.
-UNHEARD = 0.0
 REPORTED = 1.0
 MODE_C = 2.0
 # So long, s, after the last Mode C a reported height takes its place.
