@@ -29,6 +29,7 @@ SCALARS = {
     "Density",
     "Course",
     "Mixture",
+    "Lanes",
 }
 
 

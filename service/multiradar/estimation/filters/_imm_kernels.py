@@ -25,6 +25,7 @@ from multiradar.estimation.filters._kernels import (
     REFUSE_NIS,
     SINGULAR,
     UPDATED,
+    Gain,
     correct_state,
     covariance_times_transposed,
     gain_of,
@@ -37,10 +38,16 @@ from multiradar.estimation.filters._kernels import (
 )
 from multiradar.estimation.filters._mode_kernels import PROBABILITY_MIN
 from multiradar.estimation.filters._two_stage_kernels import spread_of_biases
-from multiradar.estimation.measurement._kernels import bias_column, measures_azimuth, seen_from
+from multiradar.estimation.measurement._kernels import (
+    Slope,
+    bias_column,
+    measures_azimuth,
+    seen_from,
+)
 from multiradar.estimation.motion._kernels import load_covariance
 from multiradar.geodesy._kernels import wrap_angle
 from multiradar.kernels import in_loop
+from multiradar.lane_kernels import LANES, load_lanes, store_lanes
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -136,10 +143,11 @@ def look(
     d1 = x1 - mode_means[row, 1]
     seen[j, SEEN_NU] = e0 + h[0] * d0 + h[1] * d1
     seen[j, SEEN_NU + 1] = e1 + h[2] * d0 + h[3] * d1
-    for c in range(n):
-        U[j, 0, c] = h[0] * mode_V[row, 0, c] + h[1] * mode_V[row, 1, c]
-    for c in range(n):
-        U[j, 1, c] = h[2] * mode_V[row, 0, c] + h[3] * mode_V[row, 1, c]
+    whole = n - n % LANES
+    for c in range(0, whole, LANES):
+        look_at_columns(c, LANES, row, j, h, mode_V, U)
+    if whole < n:
+        look_at_columns(whole, n - whole, row, j, h, mode_V, U)
     for c in range(starts[s], starts[s + 1]):
         j0, j1 = bias_column(kind, parameters[c], sites[s], p0, p1, 0.0, 0.0)
         U[j, 0, c] += j0
@@ -161,6 +169,17 @@ def look(
     seen[j, SEEN_W + 1] = w[1]
     seen[j, SEEN_W + 2] = w[2]
     seen[j, SEEN_GROUND] = ground
+
+
+@in_loop
+def look_at_columns(
+    c: int, lanes: int, row: int, j: int, h: Slope, mode_V: Floats, U: Floats
+) -> None:
+    """Set row j of U, columns from c on, to H V."""
+    v0 = load_lanes(mode_V, row, 0, c, lanes)
+    v1 = load_lanes(mode_V, row, 1, c, lanes)
+    store_lanes(U, j, 0, c, lanes, h[0] * v0 + h[1] * v1)
+    store_lanes(U, j, 1, c, lanes, h[2] * v0 + h[3] * v1)
 
 
 @in_loop
@@ -269,11 +288,20 @@ def correct_mode(
     X[j, 1] += K[2] * r0 + K[3] * r1
     X[j, 2] += K[4] * r0 + K[5] * r1
     X[j, 3] += K[6] * r0 + K[7] * r1
-    for c in range(n):
-        mode_V[row, 0, c] -= K[0] * U[j, 0, c] + K[1] * U[j, 1, c]
-    for c in range(n):
-        mode_V[row, 1, c] -= K[2] * U[j, 0, c] + K[3] * U[j, 1, c]
-    for c in range(n):
-        mode_V[row, 2, c] -= K[4] * U[j, 0, c] + K[5] * U[j, 1, c]
-    for c in range(n):
-        mode_V[row, 3, c] -= K[6] * U[j, 0, c] + K[7] * U[j, 1, c]
+    whole = n - n % LANES
+    for c in range(0, whole, LANES):
+        correct_columns(c, LANES, row, j, K, mode_V, U)
+    if whole < n:
+        correct_columns(whole, n - whole, row, j, K, mode_V, U)
+
+
+@in_loop
+def correct_columns(
+    c: int, lanes: int, row: int, j: int, K: Gain, mode_V: Floats, U: Floats
+) -> None:
+    """Take K U from row of V, columns from c on."""
+    u0 = load_lanes(U, j, 0, c, lanes)
+    u1 = load_lanes(U, j, 1, c, lanes)
+    for r in range(4):
+        v = load_lanes(mode_V, row, r, c, lanes)
+        store_lanes(mode_V, row, r, c, lanes, v - (K[2 * r] * u0 + K[2 * r + 1] * u1))

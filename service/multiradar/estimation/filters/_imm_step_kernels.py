@@ -49,7 +49,7 @@ from multiradar.estimation.filters._row_kernels import (
     note_outcome,
     note_start,
 )
-from multiradar.estimation.filters._step_kernels import copy_sums
+from multiradar.estimation.filters._step_kernels import ROWS_AHEAD, copy_sums, fetch_row
 from multiradar.estimation.filters._unheard_height_kernels import (
     LEARNT_COUNT,
     begin_by_height,
@@ -59,13 +59,17 @@ from multiradar.estimation.filters._unheard_height_kernels import (
     shift_by_height,
 )
 from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows, Work
-from multiradar.kernels import loop
+from multiradar.kernels import fetch_ahead, in_loop, loop
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 # Number of this method, beside those of `_step_kernels`.
 IMM = 12
+
+# How many rows before its turn the aircraft of a row is fetched from memory: it fills half of the
+# cache next to the core by itself.
+AIRCRAFT_AHEAD = 1
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -137,6 +141,15 @@ def take_rows(
     for p in work.partitions:
         copy_sums(result.information[p], result.vector[p], Y, y)
         for i in range(work.bounds[p], work.bounds[p + 1]):
+            if i + ROWS_AHEAD < work.bounds[p + 1]:
+                fetch_row(
+                    work.order[i + ROWS_AHEAD], rows.slot, rows.time, rows.sensor, rows.z, outcomes
+                )
+            if i + AIRCRAFT_AHEAD < work.bounds[p + 1]:
+                ahead = rows.slot[work.order[i + AIRCRAFT_AHEAD]]
+                if ahead >= 0:
+                    fetch_modes(ahead, count, mode_means, mode_covariances, mode_V, probabilities)
+                    fetch_whole(ahead, means, covariances, sensitivities, times, heights, vertical)
             row = work.order[i]
             k = rows.slot[row]
             kind = rows.kind[row]
@@ -244,3 +257,34 @@ def take_rows(
                 finish_readout(row, k, heights, vertical, updates, options, readouts)
                 read_modes(row, k, count, modes, probabilities, readouts)
         copy_sums(Y, y, result.information[p], result.vector[p])
+
+
+@in_loop
+def fetch_modes(
+    k: int, count: int, mode_means: Floats, mode_covariances: Floats, mode_V: Floats,
+    probabilities: Floats,
+) -> None:  # fmt: skip
+    """Ask for the modes of an aircraft."""
+    fetch_ahead(probabilities, k, 0)
+    for line in range((count * 4 + 7) // 8):
+        fetch_ahead(mode_means, k * count, line)
+    for line in range((count * 10 + 7) // 8):
+        fetch_ahead(mode_covariances, k * count, line)
+    for line in range((count * 4 * mode_V.shape[2] + 7) // 8):
+        fetch_ahead(mode_V, k * count, line)
+
+
+@in_loop
+def fetch_whole(
+    k: int, means: Floats, covariances: Floats, V: Floats, times: Floats, heights: Floats,
+    vertical: Floats,
+) -> None:  # fmt: skip
+    """Ask for the state of an aircraft as a whole."""
+    fetch_ahead(means, k, 0)
+    fetch_ahead(covariances, k, 0)
+    fetch_ahead(covariances, k, 1)
+    fetch_ahead(times, k, 0)
+    fetch_ahead(heights, k, 0)
+    fetch_ahead(vertical, k, 0)
+    for line in range((4 * V.shape[2] + 7) // 8):
+        fetch_ahead(V, k, line)

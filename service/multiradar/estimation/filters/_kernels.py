@@ -26,6 +26,7 @@ from multiradar.estimation.measurement._kernels import (
 from multiradar.estimation.motion._kernels import Packed
 from multiradar.estimation.motion.velocity_frame_noise import SLOW_SPEED_MPS
 from multiradar.kernels import in_loop
+from multiradar.lane_kernels import LANES, lane_of, lanes_of
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -340,21 +341,22 @@ def read_out(a: Floats, P: Floats, V: Floats, bias: Floats, factor: Floats, out:
     v01 = P[1]
     v11 = P[4]
     vv = P[7] + P[9]
-    for j in range(n):
-        w0 = 0.0
-        w1 = 0.0
-        w2 = 0.0
-        w3 = 0.0
+    for j in range(0, n, LANES):
+        # Of four columns at once; what lies below the diagonal of the root is zero.
+        j1, j2, j3 = min(j + 1, n - 1), min(j + 2, n - 1), min(j + 3, n - 1)
+        w0 = lanes_of(0.0, 0.0, 0.0, 0.0)
+        w1, w2, w3 = w0, w0, w0
         for c in range(j, n):
-            f = factor[j, c]
-            w0 += V[0, c] * f
-            w1 += V[1, c] * f
-            w2 += V[2, c] * f
-            w3 += V[3, c] * f
-        v00 += w0 * w0
-        v01 += w0 * w1
-        v11 += w1 * w1
-        vv += w2 * w2 + w3 * w3
+            f = lanes_of(factor[j, c], factor[j1, c], factor[j2, c], factor[j3, c])
+            w0 = w0 + V[0, c] * f
+            w1 = w1 + V[1, c] * f
+            w2 = w2 + V[2, c] * f
+            w3 = w3 + V[3, c] * f
+        for i in range(min(LANES, n - j)):
+            v00 += lane_of(w0, i) * lane_of(w0, i)
+            v01 += lane_of(w0, i) * lane_of(w1, i)
+            v11 += lane_of(w1, i) * lane_of(w1, i)
+            vv += lane_of(w2, i) * lane_of(w2, i) + lane_of(w3, i) * lane_of(w3, i)
     out[4] = v00
     out[5] = v01
     out[6] = v11

@@ -20,9 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters._kernels import READOUT_MODES, SLOW_SPEED_SQUARED
-from multiradar.estimation.filters._two_stage_kernels import component
 from multiradar.estimation.motion._kernels import Density, Packed, load_covariance, store_covariance
 from multiradar.kernels import in_loop
+from multiradar.lane_kernels import LANES, lane_of, lanes_of, load_lanes, store_lanes
 
 Floats = NDArray[np.float64]
 
@@ -93,10 +93,26 @@ def pass_modes(
 def estimate_modes(
     k: int, count: int, bias: Floats, mode_means: Floats, mode_V: Floats, X: Floats
 ) -> None:
-    """Fill X with x of each mode, as it is at the published biases."""
+    """Fill X with x of each mode at the published biases: as `component`, two of them at once."""
+    n = bias.shape[0]
+    pairs = n & ~1
     for i in range(count):
-        for r in range(4):
-            X[i, r] = component(mode_means, mode_V, bias, k * count + i, r)
+        row = k * count + i
+        for r in range(0, 4, 2):
+            # The sums of even and of odd columns, of both components.
+            sums = lanes_of(mode_means[row, r], 0.0, mode_means[row, r + 1], 0.0)
+            for c in range(0, pairs, 2):
+                ways = lanes_of(
+                    mode_V[row, r, c], mode_V[row, r, c + 1],
+                    mode_V[row, r + 1, c], mode_V[row, r + 1, c + 1],
+                )  # fmt: skip
+                sums = sums + ways * lanes_of(bias[c], bias[c + 1], bias[c], bias[c + 1])
+            first, second = lane_of(sums, 0), lane_of(sums, 2)
+            if pairs < n:
+                first += mode_V[row, r, pairs] * bias[pairs]
+                second += mode_V[row, r + 1, pairs] * bias[pairs]
+            X[i, r] = first + lane_of(sums, 1)
+            X[i, r + 1] = second + lane_of(sums, 3)
 
 
 @in_loop
@@ -108,8 +124,8 @@ def mix_modes(
     """Fill A, B, T and Z with the mixed a, P, V and x of each mode; X holds x, S is room.
 
     a₀ = Σ w a and V₀ = Σ w V, affine in the biases; P₀ = Σ w (P + (x − x₀) (x − x₀)ᵀ), by second
-    moments about the mean of all modes, so that nothing large is subtracted. The last row of A, S,
-    T and X takes the sums over the arms.
+    moments about the mean of all modes, so that nothing large is subtracted. The last row of A, S
+    and X takes the sums over the arms.
     """
     first = k * count
     n = T.shape[2]
@@ -119,8 +135,6 @@ def mix_modes(
     for r in range(4):
         A[count, r] = 0.0
         X[count, r] = 0.0
-        for c in range(n):
-            T[count, r, c] = 0.0
     for m in range(10):
         S[count, m] = 0.0
     for i in range(1, count):
@@ -130,8 +144,6 @@ def mix_modes(
         for r in range(4):
             A[count, r] += p * mode_means[first + i, r]
             X[count, r] += p * X[i, r]
-            for c in range(n):
-                T[count, r, c] += p * mode_V[first + i, r, c]
     for j in range(count):
         u, v, w = shares[j, 0], shares[j, 1], shares[j, 2]
         for m in range(10):
@@ -142,10 +154,29 @@ def mix_modes(
         for r in range(4):
             Z[j, r] += Z[count, r]
             A[j, r] = u * mode_means[first, r] + v * A[count, r] + w * mode_means[first + j, r]
-            for c in range(n):
-                T[j, r, c] = (
-                    u * mode_V[first, r, c] + v * T[count, r, c] + w * mode_V[first + j, r, c]
-                )
+    whole = n - n % LANES
+    for c in range(0, whole, LANES):
+        mix_columns(c, LANES, k, count, probabilities, shares, mode_V, T)
+    if whole < n:
+        mix_columns(whole, n - whole, k, count, probabilities, shares, mode_V, T)
+
+
+@in_loop
+def mix_columns(
+    c: int, lanes: int, k: int, count: int, probabilities: Floats, shares: Floats, mode_V: Floats,
+    T: Floats,
+) -> None:  # fmt: skip
+    """Fill T with the mixed V of each mode, columns from c on."""
+    first = k * count
+    for r in range(4):
+        hub = load_lanes(mode_V, first, r, c, lanes)
+        arms = probabilities[k, 1] * load_lanes(mode_V, first + 1, r, c, lanes) + 0.0
+        for i in range(2, count):
+            arms = arms + probabilities[k, i] * load_lanes(mode_V, first + i, r, c, lanes)
+        for j in range(count):
+            own = load_lanes(mode_V, first + j, r, c, lanes)
+            mixed = shares[j, 0] * hub + shares[j, 1] * arms + shares[j, 2] * own
+            store_lanes(T, j, r, c, lanes, mixed)
 
 
 @in_loop
@@ -219,14 +250,28 @@ def move_mode(
     mode_means[row, 1] = A[j, 1] + s * A[j, 3] - c * A[j, 2]
     mode_means[row, 2] = cosine * A[j, 2] + sine * A[j, 3]
     mode_means[row, 3] = cosine * A[j, 3] - sine * A[j, 2]
-    for m in range(T.shape[2]):
-        mode_V[row, 0, m] = T[j, 0, m] + s * T[j, 2, m] + c * T[j, 3, m]
-    for m in range(T.shape[2]):
-        mode_V[row, 1, m] = T[j, 1, m] + s * T[j, 3, m] - c * T[j, 2, m]
-    for m in range(T.shape[2]):
-        mode_V[row, 2, m] = cosine * T[j, 2, m] + sine * T[j, 3, m]
-    for m in range(T.shape[2]):
-        mode_V[row, 3, m] = cosine * T[j, 3, m] - sine * T[j, 2, m]
+    n = T.shape[2]
+    whole = n - n % LANES
+    for m in range(0, whole, LANES):
+        move_columns(m, LANES, row, j, course, mode_V, T)
+    if whole < n:
+        move_columns(whole, n - whole, row, j, course, mode_V, T)
+
+
+@in_loop
+def move_columns(
+    m: int, lanes: int, row: int, j: int, course: Course, mode_V: Floats, T: Floats
+) -> None:
+    """Set row of V, columns from m on, to row j of T, moved on."""
+    s, c, cosine, sine = course
+    t0 = load_lanes(T, j, 0, m, lanes)
+    t1 = load_lanes(T, j, 1, m, lanes)
+    t2 = load_lanes(T, j, 2, m, lanes)
+    t3 = load_lanes(T, j, 3, m, lanes)
+    store_lanes(mode_V, row, 0, m, lanes, t0 + s * t2 + c * t3)
+    store_lanes(mode_V, row, 1, m, lanes, t1 + s * t3 - c * t2)
+    store_lanes(mode_V, row, 2, m, lanes, cosine * t2 + sine * t3)
+    store_lanes(mode_V, row, 3, m, lanes, cosine * t3 - sine * t2)
 
 
 @in_loop
@@ -315,13 +360,24 @@ def join_modes(
         for i in range(count):
             a += probabilities[k, i] * mode_means[first + i, r]
         means[k, r] = a
-        p = probabilities[k, 0]
-        for c in range(n):
-            V[k, r, c] = p * mode_V[first, r, c]
+    whole = n - n % LANES
+    for c in range(0, whole, LANES):
+        join_columns(c, LANES, k, count, probabilities, V, mode_V)
+    if whole < n:
+        join_columns(whole, n - whole, k, count, probabilities, V, mode_V)
+
+
+@in_loop
+def join_columns(
+    c: int, lanes: int, k: int, count: int, probabilities: Floats, V: Floats, mode_V: Floats
+) -> None:
+    """Set V of aircraft k, columns from c on, to the mean of its modes."""
+    first = k * count
+    for r in range(4):
+        mean = probabilities[k, 0] * load_lanes(mode_V, first, r, c, lanes)
         for i in range(1, count):
-            p = probabilities[k, i]
-            for c in range(n):
-                V[k, r, c] += p * mode_V[first + i, r, c]
+            mean = mean + probabilities[k, i] * load_lanes(mode_V, first + i, r, c, lanes)
+        store_lanes(V, k, r, c, lanes, mean)
 
 
 @in_loop
