@@ -28,9 +28,16 @@ from multiradar.estimation.measurement._kernels import (
 from multiradar.geodesy._kernels import (
     wrap_angle,
 )
-from multiradar.kernels import in_loop, loop
+from multiradar.kernels import fetch_ahead, in_loop, loop
+from multiradar.lane_kernels import LANES, lane_of, load_lanes
 from multiradar.tracking._clutter_kernels import log_density_of_clutter
-from multiradar.tracking._sky_kernels import CELL_M, locate_plot, place_in_table
+from multiradar.tracking._sky_kernels import (
+    CELL_M,
+    FAR_CELL_M,
+    FAR_M,
+    locate_plot,
+    place_in_table,
+)
 from multiradar.tracking.lifecycle import TENTATIVE, Lifecycle
 from multiradar.tracking.roster import MISSING, Roster, RowIdentities
 from multiradar.tracking.sky import (
@@ -145,11 +152,11 @@ def pair_score(
     for c in range(bias.shape[0]):
         U0[c] = 0.0
         U1[c] = 0.0
-    for c in range(n):
-        v0 = V[k, 0, c] + dt * V[k, 2, c]
-        v1 = V[k, 1, c] + dt * V[k, 3, c]
-        U0[c] = h[0] * v0 + h[1] * v1
-        U1[c] = h[2] * v0 + h[3] * v1
+    whole = n - n % LANES
+    for c in range(0, whole, LANES):
+        see_columns(c, LANES, k, dt, h, V, U0, U1)
+    if whole < n:
+        see_columns(whole, n - whole, k, dt, h, V, U0, U1)
     rate0 = h[0] * sky.state[k, 2] + h[1] * sky.state[k, 3]
     rate1 = h[2] * sky.state[k, 2] + h[3] * sky.state[k, 3]
     for c in range(model.starts[s], model.starts[s + 1]):
@@ -175,6 +182,20 @@ def pair_score(
     ):
         best = max(best, log_otherwise(s00, s01, s11, e0, e1, h, dt, turn, rules))
     return best + LOG_DETECTED - log_clutter
+
+
+@in_loop
+def see_columns(
+    c: int, lanes: int, k: int, dt: float, h: Slope, V: Floats, U0: Floats, U1: Floats
+) -> None:
+    """Set U, columns from c on, to H V of track k moved on by dt."""
+    v0 = load_lanes(V, k, 0, c, lanes) + dt * load_lanes(V, k, 2, c, lanes)
+    v1 = load_lanes(V, k, 1, c, lanes) + dt * load_lanes(V, k, 3, c, lanes)
+    u0 = h[0] * v0 + h[1] * v1
+    u1 = h[2] * v0 + h[3] * v1
+    for lane in range(lanes):
+        U0[c + lane] = lane_of(u0, lane)
+        U1[c + lane] = lane_of(u1, lane)
 
 
 @in_loop
@@ -230,7 +251,6 @@ def find_candidates(
     first: int,
     last: int,
     window_time: float,
-    longest: float,
     track_numbers: Integers,
     addresses: Integers,
     codes: Integers,
@@ -249,9 +269,10 @@ def find_candidates(
     """Fill the candidates of all rows first…last that have no aircraft yet."""
     n = model.bias.shape[0]
     search(
-        first, last, window_time, longest, track_numbers, addresses, codes, rows, model, aircraft,
+        first, last, window_time, track_numbers, addresses, codes, rows, model, aircraft,
         roster, life, periods, rules, log_clutters, sky, identities, candidates,
         np.sqrt(np.diag(model.bias_covariance)), np.empty(n), np.empty(n), np.empty(n), np.empty(n),
+        np.empty(sky.reach.shape[0], np.int64),
     )  # fmt: skip
 
 
@@ -260,7 +281,6 @@ def search(
     first: int,
     last: int,
     window_time: float,
-    longest: float,
     track_numbers: Integers,
     addresses: Integers,
     codes: Integers,
@@ -280,10 +300,12 @@ def search(
     U1: Floats,
     R0: Floats,
     R1: Floats,
+    found: Integers,
 ) -> None:
     """Do as `find_candidates`, in the room given.
 
-    ``sigmas`` are those of the biases.
+    ``sigmas`` are those of the biases. ``found`` takes the tracks near a plot: what is needed to
+    judge them is on its way from memory while others are still looked for.
     """
     mask = sky.heads.shape[0] - 1
     for row in range(first, last):
@@ -302,31 +324,60 @@ def search(
         candidates.place[i, 2] = reach
         log_clutter = log_density_of_clutter(kind, s, z0, log_clutters)
         ahead = time - window_time
-        wide = math.sqrt(reach * reach + longest * longest)
-        for ce in range(
-            int(np.floor((east - wide) / CELL_M)), int(np.floor((east + wide) / CELL_M)) + 1
-        ):
-            for cn in range(
-                int(np.floor((north - wide) / CELL_M)), int(np.floor((north + wide) / CELL_M)) + 1
+        near = 0
+        for far in range(2):
+            if sky.longest[far] < 0.0:
+                continue
+            cell = FAR_CELL_M if far else CELL_M
+            wide = math.sqrt(reach * reach + sky.longest[far] * sky.longest[far])
+            for ce in range(
+                int(np.floor((east - wide) / cell)), int(np.floor((east + wide) / cell)) + 1
             ):
-                k = sky.heads[place_in_table(ce, cn, mask)]
-                while k != MISSING:
-                    d0 = sky.state[k, 0] + ahead * sky.state[k, 2] - east
-                    d1 = sky.state[k, 1] + ahead * sky.state[k, 3] - north
-                    if (
-                        d0 * d0 + d1 * d1 <= reach * reach + sky.reach[k] * sky.reach[k]
-                        and sky.cell[k, 0] == ce
-                        and sky.cell[k, 1] == cn
-                        and not time - life.heard[k, s] < 0.5 * periods[s]
-                    ):
-                        score = judge(
-                            row, k, ahead, math.hypot(d0, d1), track_numbers[row], addresses[row],
-                            codes[row], rows, model, aircraft, roster, life, sky, rules,
-                            log_clutter, sigmas, U0, U1, R0, R1,
-                        )  # fmt: skip
-                        if score > 0.0:
-                            keep(i, k, score, candidates)
-                    k = sky.following[k]
+                for cn in range(
+                    int(np.floor((north - wide) / cell)), int(np.floor((north + wide) / cell)) + 1
+                ):
+                    place = place_in_table(ce, cn, mask)
+                    k = sky.far_heads[place] if far else sky.heads[place]
+                    while k != MISSING:
+                        following = sky.far_following[k] if far else sky.following[k]
+                        if following != MISSING:
+                            fetch_ahead(sky.state, following, 0)
+                        d0 = sky.state[k, 0] + ahead * sky.state[k, 2] - east
+                        d1 = sky.state[k, 1] + ahead * sky.state[k, 3] - north
+                        if (
+                            d0 * d0 + d1 * d1 <= reach * reach + sky.state[k, 4] * sky.state[k, 4]
+                            and (sky.state[k, 4] > FAR_M) == (far == 1)
+                            and int(np.floor(sky.state[k, 0] / cell)) == ce
+                            and int(np.floor(sky.state[k, 1] / cell)) == cn
+                            and not time - life.heard[k, s] < 0.5 * periods[s]
+                        ):
+                            found[near] = k
+                            near += 1
+                            fetch_track(k, aircraft)
+                        k = following
+        for place in range(near):
+            k = found[place]
+            d0 = sky.state[k, 0] + ahead * sky.state[k, 2] - east
+            d1 = sky.state[k, 1] + ahead * sky.state[k, 3] - north
+            score = judge(
+                row, k, ahead, math.hypot(d0, d1), track_numbers[row], addresses[row], codes[row],
+                rows, model, aircraft, roster, life, sky, rules, log_clutter, sigmas, U0, U1, R0,
+                R1,
+            )  # fmt: skip
+            if score > 0.0:
+                keep(i, k, score, candidates)
+
+
+@in_loop
+def fetch_track(k: int, aircraft: Aircraft) -> None:
+    """Ask for what is needed of a track to judge it."""
+    fetch_ahead(aircraft.covariance, k, 0)
+    fetch_ahead(aircraft.covariance, k, 1)
+    fetch_ahead(aircraft.time, k, 0)
+    fetch_ahead(aircraft.height, k, 0)
+    fetch_ahead(aircraft.surprise, k, 0)
+    for line in range((4 * aircraft.sensitivity.shape[2] + 7) // 8):
+        fetch_ahead(aircraft.sensitivity, k, line)
 
 
 @in_loop

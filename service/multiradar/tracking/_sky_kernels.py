@@ -32,11 +32,14 @@ from multiradar.tracking.sky import ASTRAY, SPEED_MAX, Sky
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-CELL_M = 8_000.0
+CELL_M = 4_000.0
 # So many sigmas off, a track is not looked at.
 COARSE_SIGMAS = 6.0
 # However little is known of a place, nothing farther off is looked at, m.
 REACH_MAX_M = 24_000.0
+# A reach above this is long, m, and the cells of the tracks that have one, m.
+FAR_M = 3_000.0
+FAR_CELL_M = 16_000.0
 # No place on the plane is farther off, m.
 PLACE_MAX_M = 1e8
 # An address is believed within this beside the reaches of plot and track, m.
@@ -64,6 +67,8 @@ def fill_sky(
     sigmas = np.sqrt(np.diag(model.bias_covariance))
     bias = model.bias
     sky.heads[:] = MISSING
+    sky.far_heads[:] = MISSING
+    sky.longest[:] = -1.0
     mask = sky.heads.shape[0] - 1
     longest = 0.0
     astray = 4.0 * rules[ASTRAY]
@@ -90,25 +95,36 @@ def fill_sky(
         )
         variance = P[0] + P[4] + 2.0 * dt * (P[2] + P[6]) + dt * dt * (P[7] + P[9])
         variance += 2.0 * density * dt * dt * dt / 3.0 + b0 * b0 + b1 * b1
-        far = astray * max(dt, life.period[k])
+        wide = astray * max(dt, life.period[k])
         # Whatever the covariance says, no aircraft flies faster than it can.
         speed = rules[SPEED_MAX] * (1.0 if aircraft.updates[k] == 1 else 0.4)
         near = COARSE_SIGMAS * math.sqrt(max(P[0] + P[4] + b0 * b0 + b1 * b1, 0.0))
         most = min(near + speed * max(dt, life.period[k]), REACH_MAX_M)
-        reach = min(math.sqrt(COARSE_SIGMAS**2 * max(variance, 0.0) + far * far), most)
+        reach = min(math.sqrt(COARSE_SIGMAS**2 * max(variance, 0.0) + wide * wide), most)
         if not (reach >= 0.0 and abs(x[0]) + abs(x[1]) < PLACE_MAX_M):  # NaN fails both.
             continue
         sky.state[k, 0] = x[0] + dt * x[2]
         sky.state[k, 1] = x[1] + dt * x[3]
         sky.state[k, 2] = x[2]
         sky.state[k, 3] = x[3]
+        sky.state[k, 4] = reach
         sky.reach[k] = reach
         longest = max(longest, reach)
+        far = int(reach > FAR_M)
+        sky.longest[far] = max(sky.longest[far], reach)
         sky.cell[k, 0] = int(np.floor(sky.state[k, 0] / CELL_M))
         sky.cell[k, 1] = int(np.floor(sky.state[k, 1] / CELL_M))
         place = place_in_table(sky.cell[k, 0], sky.cell[k, 1], mask)
         sky.following[k] = sky.heads[place]
         sky.heads[place] = k
+        if far:
+            place = place_in_table(
+                int(np.floor(sky.state[k, 0] / FAR_CELL_M)),
+                int(np.floor(sky.state[k, 1] / FAR_CELL_M)),
+                mask,
+            )
+            sky.far_following[k] = sky.far_heads[place]
+            sky.far_heads[place] = k
     return longest
 
 

@@ -225,7 +225,7 @@ class Association:
         if unknown == 0 and not addressed.any():
             return
         window_time = math.floor(rows.time[first] / WINDOW_S) * WINDOW_S
-        sky, longest = self._fill(window_time, model, pool)
+        sky, _ = self._fill(window_time, model, pool)
         doubted = np.zeros(n, np.int64)
         if unknown < n:
             unknown += doubt(
@@ -236,8 +236,8 @@ class Association:
             return
         candidates = Candidates.empty(last - first)
         find_candidates(
-            first, last, window_time, longest, batch.track_number, batch.mode_s_address, codes,
-            rows, model, pool.aircraft, pool.roster, pool.life, self._apart, self._rules,
+            first, last, window_time, batch.track_number, batch.mode_s_address, codes, rows, model,
+            pool.aircraft, pool.roster, pool.life, self._apart, self._rules,
             self._clutter.log_densities, sky, identities, candidates,
         )  # fmt: skip
         choose_tracks(

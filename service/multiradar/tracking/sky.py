@@ -31,8 +31,9 @@ class Sky(NamedTuple):
 
     Attributes
     ----------
-    state : (s, 4) float64
-        East, north (m) and their rates (m/s) at the time of the window.
+    state : (s, 8) float64
+        East, north (m) and their rates (m/s) at the time of the window, the reach, and room: one
+        cache line.
     reach : (s,) float64
         Distance, m, that the position may be wrong by.
     cell : (s, 2) int64
@@ -41,6 +42,12 @@ class Sky(NamedTuple):
         Next track in the same place of the table, −1 for none.
     heads : (t,) int64
         First track of each place of the table, −1 for none; ``t`` is a power of two.
+    far_following, far_heads : (s,) and (t,) int64
+        The same for the tracks whose reach is long, once more in cells of their own: with these
+        set aside, a plot need not look far around for all the others.
+    longest : (2,) float64
+        Longest reach of the tracks whose reach is not long, and of those whose it is; below zero
+        for none.
     owner, local : (s,) int64
         Room for an assignment, −1 outside of it.
     """
@@ -50,6 +57,9 @@ class Sky(NamedTuple):
     cell: Integers
     following: Integers
     heads: Integers
+    far_following: Integers
+    far_heads: Integers
+    longest: Floats
     owner: Integers
     local: Integers
 
@@ -57,11 +67,14 @@ class Sky(NamedTuple):
     def empty(cls, capacity: int) -> "Sky":
         """Return room for tracks; ``capacity`` is a power of two."""
         return cls(
-            state=np.zeros((capacity, 4)),
+            state=np.zeros((capacity, 8)),
             reach=np.zeros(capacity),
             cell=np.zeros((capacity, 2), np.int64),
             following=np.full(capacity, -1, np.int64),
             heads=np.full(_CELLS_PER_SLOT * capacity, -1, np.int64),
+            far_following=np.full(capacity, -1, np.int64),
+            far_heads=np.full(_CELLS_PER_SLOT * capacity, -1, np.int64),
+            longest=np.full(2, -1.0),
             owner=np.full(capacity, -1, np.int64),
             local=np.full(capacity, -1, np.int64),
         )
