@@ -37,7 +37,7 @@ TEXT = (
 )
 AIRCRAFT = (4_000, 15_000)
 FILTERS = ("two-stage", "imm")
-ROWS = 1_000_000
+ROWS = 2_000_000
 HIDDEN = ("track_number", "mode_3a", "mode_s_address")
 #: As the converter writes it.
 ROW_GROUP_ROWS = 65_536
