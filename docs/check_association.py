@@ -27,7 +27,8 @@ SAMPLE = ROOT / "examples" / "vid-sample"
 SAMPLE_SENSORS = ROOT / "examples" / "sensors-vid-sample.toml"
 SCENES = (
     "crossing", "formation", "shared-code", "code-change", "shared-address", "clutter",
-    "manoeuvring-traffic", "rotating-gaps", "range-gain",
+    "u-turn-edge", "primary-only", "garbled-codes", "manoeuvring-traffic",
+    "rotating-gaps", "range-gain",
 )  # fmt: skip
 HIDDEN = {
     "no identity": "track_number,mode_3a,mode_s_address",

@@ -45,6 +45,7 @@ TRACK_SCHEMA = pl.Schema(
         "speed_change_probability": pl.Float64(),
         "vertical_rate_mps": pl.Float64(),
         "height_sigma_m": pl.Float64(),
+        "adsb_implausible": pl.Boolean(),
     }
 )
 

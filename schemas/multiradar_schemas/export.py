@@ -58,7 +58,12 @@ _TABLES = {
         tuple(n for n, f in RadarHealth.model_fields.items() if "None" not in str(f.annotation)),
     ),
 }
-_ARROW_NAMES = {pl.Float64(): "float64", pl.Int64(): "int64", pl.String(): "utf8"}
+_ARROW_NAMES = {
+    pl.Float64(): "float64",
+    pl.Int64(): "int64",
+    pl.String(): "utf8",
+    pl.Boolean(): "bool",
+}
 
 
 def documents() -> dict[str, str]:

@@ -165,6 +165,15 @@ class TrackUpdate(Record):
             absent="`height_m` is absent",
         ),
     ]
+    adsb_implausible: Annotated[
+        bool,
+        described(
+            "Whether the positions that the aircraft reports of itself are contradicted by what "
+            "others measure of it, or no radar sees it where several should",
+            unit="true or false",
+            source="tracker",
+        ),
+    ]
 
 
 class Track(TrackUpdate):

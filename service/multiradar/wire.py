@@ -127,6 +127,7 @@ def sensor_table(sensors: SensorsFile) -> SensorTable:
                 for known in (one.known_biases() for one in ordered)
             ]
         ),
+        self_reported=np.array([one.kind == "adsb" for one in ordered], np.bool_),
     )
 
 
@@ -239,6 +240,7 @@ def tracks_frame(updates: TrackUpdates, table: SensorTable) -> pl.DataFrame:
             "sensor_id": _names(updates.sensor, table.ids),
             "velocity_sigma_mps": updates.velocity_sigma_mps,
             **{name: getattr(updates, name) for name in (*_CHANCES, *_VERTICAL)},
+            "adsb_implausible": updates.adsb_implausible,
         }
     )
     return raw.with_columns(

@@ -122,6 +122,7 @@ class FakeEngine:
             speed_change_probability=np.full(count, 0.5),
             vertical_rate_mps=np.full(count, -2.5),
             height_sigma_m=np.where(np.isnan(batch.height_m), np.nan, 3.0),
+            adsb_implausible=np.zeros(count, np.bool_),
         )
 
 

@@ -43,6 +43,7 @@ def live_tracks(count: int) -> pl.DataFrame:
         speed_change_probability=pl.when(number % 2 == 0).then(0.5),
         vertical_rate_mps=pl.when(number % 5 != 0).then(-2.5),
         height_sigma_m=pl.when(number % 5 != 0).then(3.0),
+        adsb_implausible=number % 3 == 0,
         age_s=count - number,
     )
     return frame.cast(LIVE_SCHEMA).select(LIVE_SCHEMA.names())

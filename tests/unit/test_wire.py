@@ -251,6 +251,7 @@ UPDATES = TrackUpdates(
     speed_change_probability=np.array([np.nan, 1.0]),
     vertical_rate_mps=np.array([np.nan, -7.5]),
     height_sigma_m=np.array([np.nan, 2.5]),
+    adsb_implausible=np.array([False, True]),
 )
 
 
@@ -266,6 +267,7 @@ def test_tracks_have_degrees_digits_and_null_for_what_is_missing() -> None:
     assert [second[name] for name in chances] == [0.25, 0.0, 1.0]
     assert (first["vertical_rate_mps"], first["height_sigma_m"]) == (None, None)
     assert (second["vertical_rate_mps"], second["height_sigma_m"]) == (-7.5, 2.5)
+    assert (first["adsb_implausible"], second["adsb_implausible"]) == (False, True)
     assert (second["mode_3a"], second["mode_s_address"]) == ("0052", None)
     assert second["heading_deg"] == pytest.approx(270.0)
     assert (second["state"], second["sensor_id"]) == ("coasting", "finder")

@@ -54,6 +54,7 @@ from multiradar.tracking.outputs import (
     TrackTransitions,
     TrackUpdates,
 )
+from multiradar.tracking.plausibility import Plausibility, Told
 from multiradar.tracking.pool import PARTITIONS, AircraftPool
 from multiradar.tracking.roster import RowIdentities
 from multiradar.tracking.sensor_health import SensorHealth
@@ -76,6 +77,7 @@ class _Run(NamedTuple):
     result: Result
     identities: RowIdentities
     confirmed: NDArray[np.int64]
+    flagged: NDArray[np.int64]
 
 
 class Engine:
@@ -109,7 +111,11 @@ class Engine:
         self._near = NearDuplicates(sensors, settings.hidden_fields)
         self._biases = SharedBiases(sensors, settings, self._filter, self._plane)
         modes = len(self._biases.model.modes)
-        self._pool = AircraftPool(self._filter, len(sensors.parameter_kind), len(sensors), modes)
+        self._plausibility = Plausibility(sensors)
+        self._pool = AircraftPool(
+            self._filter, len(sensors.parameter_kind), len(sensors), modes,
+            compared=len(sensors) if self._plausibility.active else 0,
+        )  # fmt: skip
         self._association = Association(sensors, settings)
         self._transitions = TransitionLog(settings.coast_after_s)
         self._health = SensorHealth(
@@ -234,7 +240,8 @@ class Engine:
         rows, result, codes = self._prepare(batch)
         identities = RowIdentities.empty(len(batch))
         rows = rows._replace(slot=identities.slot)
-        run = _Run(batch, codes, rows, result, identities, np.full(len(batch), -1, np.int64))
+        open_, none = np.full(len(batch), -1, np.int64), np.zeros(len(batch), np.int64)
+        run = _Run(batch, codes, rows, result, identities, confirmed=open_, flagged=none)
         epochs = np.floor(batch.time_s / self._settings.epoch_s).astype(np.int64)
         cuts = [0, *(np.flatnonzero(np.diff(epochs)) + 1).tolist(), len(batch)]
         closed: list[tuple[BiasRecords, HealthRecords]] = []
@@ -270,8 +277,12 @@ class Engine:
                 ends = self._association.end_tracks(start_s, self._biases.model, self._pool)
                 ended.append(self._end(begin, start_s, ends))
                 self._association.choose(window, self._biases.model, self._pool)
+                self._plausibility.claim(_told(run, begin, end), self._pool)
             self._pool.assign(run.batch, run.codes, begin, end, run.identities)
-            self._step(run.rows, run.result, begin, end)
+            for start, stop in self._plausibility.steps(
+                _told(run, begin, end), self._biases.model, self._biases.state, self._pool
+            ):
+                self._step(run.rows, run.result, start, stop)
             if needs_window:
                 self._association.settle(window, run.result, self._pool, run.confirmed)
             self._health.gather(
@@ -405,6 +416,7 @@ class Engine:
             height_sigma_m=np.where(
                 np.isnan(height_m), np.nan, np.sqrt(result.readout[taken, READOUT_HEIGHT_VARIANCE])
             ),
+            adsb_implausible=run.flagged[taken] != 0,
         )
         return updates, transitions
 
@@ -443,6 +455,10 @@ class Engine:
             reason=ends.reason.astype(np.int8),
             into_track_id=ends.into,
         )
+
+
+def _told(run: _Run, first: int, last: int) -> Told:
+    return Told(run.rows, run.identities, run.batch.mode_s_address, run.flagged, first, last)
 
 
 def _plane_for(sensors: SensorTable) -> SystemPlane:

@@ -36,6 +36,7 @@ UPDATE_DTYPE = np.dtype(
         ("speed_change_probability", np.float64),
         ("vertical_rate_mps", np.float64),
         ("height_sigma_m", np.float64),
+        ("adsb_implausible", np.bool_),
     ]
 )
 

@@ -40,14 +40,14 @@ def heard_heights(
     ICAO Annex 10, volume IV, 3.1.1.7.12.2 and its appendix: Mode C in steps of 100 ft, from
     -1000 ft. How garbled codes spread is the project's own.
     """
-    if "height" not in sensor.heard or not aircraft.reports_height:
+    if "height" not in sensor.heard or not (aircraft.reports_height and aircraft.transponder):
         return np.full(len(height_m), np.nan)
     step = aircraft.height_step_m
     heard = step * np.round(height_m / step) if step > 0.0 else height_m
-    if sensor.garbled_probability > 0.0:
+    if sensor.garbled_height_probability > 0.0:
         least, most = GARBLED_STEPS
         steps = rng.integers(least, most + 1, len(height_m)) * rng.choice([-1, 1], len(height_m))
-        garbled = rng.uniform(size=len(height_m)) < sensor.garbled_probability
+        garbled = rng.uniform(size=len(height_m)) < sensor.garbled_height_probability
         wrong = heard + _STEP_M * steps
         wrong = np.where(wrong < _LEAST_M, heard - _STEP_M * steps, wrong)
         heard = np.where(garbled, wrong, heard)

@@ -28,6 +28,8 @@ class Measurements:
         What ADS-B and multilateration report.
     height_m : (n,) float64
         Height heard.
+    garble : (n,) int32
+        Bits of the Mode 3/A code that were heard wrongly.
     outlier : (n,) bool
         Whether it is far from the truth on purpose.
     true_latitude_rad, true_longitude_rad, true_height_m, true_speed_mps, true_heading_rad : (n,)
@@ -43,6 +45,7 @@ class Measurements:
     latitude_rad: Floats
     longitude_rad: Floats
     height_m: Floats
+    garble: NDArray[np.int32]
     outlier: NDArray[np.bool_]
     true_latitude_rad: Floats
     true_longitude_rad: Floats
@@ -58,7 +61,7 @@ def none() -> Measurements:
     """Return no measurements."""
     nothing, integers = np.empty(0), np.empty(0, np.int32)
     return Measurements(
-        nothing, integers, integers, nothing, nothing, nothing, nothing, nothing,
+        nothing, integers, integers, nothing, nothing, nothing, nothing, nothing, integers,
         np.empty(0, np.bool_), nothing, nothing, nothing, nothing, nothing,
     )  # fmt: skip
 

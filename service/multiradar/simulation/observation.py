@@ -138,6 +138,8 @@ class _Sky:
         life = (path.start_s, path.end_s)
         if life[0] >= life[1]:
             return none(), 0
+        if sensor.kind != "adsb" and not flown[1].exists:
+            return none(), 0
         if sensor.kind == "radar":
             return self._plots(number, flown, life, rng)
         return self._reports(number, flown, life, rng)
@@ -155,7 +157,8 @@ class _Sky:
         times = look_times(sensor, float(self.phases[number]) if turning else 0.0, life, look)
         plots, looks = make_plots(sensor, times, look, partial(self.biases.at, number), rng)
         height = heard_heights(sensor, aircraft, path.height(plots.true_s), rng)
-        return _row(self, number, index, plots, path=path, height_m=height), looks
+        garble = _garble(sensor, len(plots.time_s), rng)
+        return _row(self, number, index, plots, path=path, height_m=height, garble=garble), looks
 
     def _reports(
         self,
@@ -165,20 +168,25 @@ class _Sky:
         rng: np.random.Generator,
     ) -> tuple[Measurements, int]:
         sensor, (index, aircraft, path) = self.scene.sensors[number], flown
-        if sensor.kind == "adsb" and not aircraft.reports_position:
+        if sensor.kind == "adsb" and not (aircraft.reports_position and aircraft.transponder):
             return none(), 0
         times = look_times(sensor, rng.uniform(), life)
         chance = rng.uniform(size=(2, len(times)))
         noise = sensor.position_sigma_m * rng.normal(size=(2, len(times)))
         outlier = chance[1] < sensor.outlier_probability
         noise += outlier * _far(rng, len(times))
+        if sensor.kind == "adsb":
+            wrong = _wrong_by(aircraft, times)
+            noise += wrong
+            outlier |= (wrong != 0.0).any(axis=0) | (not aircraft.exists)
         seen = (chance[0] < sensor.detection_probability) & outside_gaps(sensor, times)
         times, height = times[seen], path.height(times[seen])
         latitude, longitude = _displaced(self.plane, path.place(times), noise[:, seen].T)
         nothing = np.full(len(times), np.nan)
         plots = Plots(times, times, nothing, nothing, outlier[seen])
         return _row(
-            self, number, index, plots, path=path, position=(latitude, longitude),
+            self, number, index, plots, path=path if aircraft.exists else None,
+            position=(latitude, longitude),
             height_m=heard_heights(sensor, aircraft, height, rng),
         ), len(chance[0])  # fmt: skip
 
@@ -226,6 +234,7 @@ def _row(
     path: Path | None = None,
     position: tuple[Floats, Floats] | None = None,
     height_m: Floats | None = None,
+    garble: NDArray[np.int32] | None = None,
 ) -> Measurements:
     count = len(plots.time_s)
     nothing = np.full(count, np.nan)
@@ -234,7 +243,8 @@ def _row(
     return Measurements(
         plots.time_s, np.full(count, number, np.int32), np.full(count, index, np.int32),
         plots.range_m, plots.azimuth_rad, latitude, longitude,
-        nothing if height_m is None else height_m, plots.outlier, *truth,
+        nothing if height_m is None else height_m,
+        np.zeros(count, np.int32) if garble is None else garble, plots.outlier, *truth,
     )  # fmt: skip
 
 
@@ -253,6 +263,28 @@ def _displaced(plane: SystemPlane, place: Floats, by_m: Floats) -> tuple[Floats,
     foot = geodetic_to_ecef(latitude, longitude, 0.0) + np.einsum("ni,nij->nj", by_m, level)
     latitude, longitude, _ = ecef_to_geodetic(foot)
     return latitude, longitude
+
+
+# By what the reported positions are wrong, (2, n) true metres east and north.
+def _wrong_by(aircraft: Aircraft, time_s: Floats) -> Floats:
+    wrong = np.zeros((2, len(time_s)))
+    for error in aircraft.report_errors:
+        since = time_s - error.start_s
+        holds = (since >= 0.0) & (time_s < error.end_s)
+        wrong[0, holds] += error.east_m + error.east_mps * since[holds]
+        wrong[1, holds] += error.north_m + error.north_mps * since[holds]
+    return wrong
+
+
+# Bits of the codes that are heard wrongly: one to four of twelve. Drawn last, so that no other
+# number of a stream depends on it.
+def _garble(sensor: Sensor, count: int, rng: np.random.Generator) -> NDArray[np.int32]:
+    if sensor.garbled_probability == 0.0:
+        return np.zeros(count, np.int32)
+    chosen = rng.uniform(size=count) < sensor.garbled_probability
+    bits = rng.integers(0, 12, size=(4, count))
+    masks = np.bitwise_or.reduce(1 << bits, axis=0)
+    return np.where(chosen, masks, 0).astype(np.int32)
 
 
 def _far(rng: np.random.Generator, count: int) -> Floats:

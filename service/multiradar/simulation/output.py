@@ -11,7 +11,7 @@ from multiradar.estimation.measurement.sensors import (
 )
 from multiradar.simulation.measurements import NO_AIRCRAFT
 from multiradar.simulation.observation import Observation
-from multiradar.simulation.scene import Heard, Scene, Sensor
+from multiradar.simulation.scene import Aircraft, Heard, Scene, Sensor
 from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
 
 #: `truth.parquet`: row i is the truth of row i of `measurements.parquet`.
@@ -67,7 +67,9 @@ def measurements_frame(scene: Scene, observation: Observation) -> pl.DataFrame:
 def truth_frame(scene: Scene, observation: Observation) -> pl.DataFrame:
     """Return `truth.parquet`: `TRUTH_SCHEMA`, degrees, a row for each measurement."""
     rows = observation.measurements
-    numbers = pl.Series([one.track_number for one in observation.aircraft], dtype=pl.Int64)
+    numbers = pl.Series(
+        [one.track_number if one.exists else None for one in observation.aircraft], dtype=pl.Int64
+    )
     frame = pl.DataFrame(
         {
             "time_s": scene.start_time_s + rows.time_s,
@@ -121,7 +123,7 @@ def _identity(scene: Scene, observation: Observation, name: Heard) -> pl.Series:
     rows = observation.measurements
     aircraft = _aircraft(rows.aircraft)
     told = pl.Series(
-        [_written(getattr(one, name), name) for one in observation.aircraft], dtype=kind
+        [_written(_answer(one, name), name) for one in observation.aircraft], dtype=kind
     ).gather(aircraft)
     if name == "mode_3a":
         change_s = pl.Series([one.code_change_s for one in observation.aircraft], dtype=pl.Float64)
@@ -130,8 +132,26 @@ def _identity(scene: Scene, observation: Observation, name: Heard) -> pl.Series:
         )
         changed = pl.Series(rows.time_s) >= change_s.gather(aircraft)
         told = later.gather(aircraft).zip_with(changed.fill_null(value=False), told)
+        told = _garbled(told, rows.garble)
     heard = np.array([name in one.heard for one in scene.sensors])[rows.sensor]
     return told.to_frame("told").select(pl.when(pl.Series(heard)).then("told")).to_series()
+
+
+def _answer(aircraft: Aircraft, name: Heard) -> int | None:
+    answer: int | None = getattr(aircraft, name)
+    return answer if aircraft.transponder else None
+
+
+def _garbled(codes: pl.Series, garble: NDArray[np.int32]) -> pl.Series:
+    wrong = np.flatnonzero(garble)
+    if len(wrong) == 0:
+        return codes
+    heard = codes.gather(pl.Series(wrong)).to_list()
+    flipped = [
+        None if code is None else f"{int(code, 8) ^ mask:04o}"
+        for code, mask in zip(heard, garble[wrong].tolist(), strict=True)
+    ]
+    return codes.scatter(pl.Series(wrong), pl.Series(flipped, dtype=codes.dtype))
 
 
 def _written(value: int | None, name: Heard) -> int | str | None:

@@ -35,6 +35,28 @@ class Leg:
 
 
 @dataclass(frozen=True, slots=True)
+class ReportError:
+    """What the positions that an aircraft reports are wrong by for a while.
+
+    Attributes
+    ----------
+    start_s, end_s : float
+        From when until when.
+    east_m, north_m : float
+        Offset at the start, in true metres.
+    east_mps, north_mps : float
+        By how much it grows.
+    """
+
+    start_s: float = 0.0
+    end_s: float = float("inf")
+    east_m: float = 0.0
+    north_m: float = 0.0
+    east_mps: float = 0.0
+    north_mps: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
 class CoupledNoise:
     """Random changes of speed, course and climb angle: model (5) of Vasiliev and Mattis.
 
@@ -80,6 +102,12 @@ class Aircraft:
         What it reports of its height is a multiple of this; 0 for the height itself.
     reports_height, reports_position : bool
         Whether radars hear its height, and ADS-B its position.
+    report_errors : tuple of ReportError
+        Errors of the positions that ADS-B hears of it; they add up.
+    exists : bool
+        An aircraft that does not is a ghost: only ADS-B hears of it.
+    transponder : bool
+        Without one radars measure its place alone, and ADS-B nothing.
     """
 
     track_number: int
@@ -100,6 +128,9 @@ class Aircraft:
     height_step_m: float = 0.0
     reports_height: bool = True
     reports_position: bool = True
+    report_errors: tuple[ReportError, ...] = ()
+    exists: bool = True
+    transponder: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -230,9 +261,11 @@ class Sensor:
         Whether the Earth hides what is below the radio horizon (WGS 84 only).
     detection_probability, outlier_probability : float
         Part of the looks that give a plot, and part of the plots that show nothing.
-    height_probability, garbled_probability : float
+    height_probability, garbled_height_probability : float
         Part of the measurements that carry the height, and part of these heights that are garbled:
         off by some hundreds or thousands of feet.
+    garbled_probability : float
+        Part of the codes heard of which some digits are wrong.
     clutter_per_turn : float
         Mean number of plots without aircraft and identity a turn (or interval).
     storms : tuple of Storm
@@ -266,6 +299,7 @@ class Sensor:
     detection_probability: float = 1.0
     outlier_probability: float = 0.0
     height_probability: float = 1.0
+    garbled_height_probability: float = 0.0
     garbled_probability: float = 0.0
     clutter_per_turn: float = 0.0
     storms: tuple[Storm, ...] = ()

@@ -18,6 +18,7 @@ from multiradar.simulation.scene import (
     Bias,
     CoupledNoise,
     Leg,
+    ReportError,
     Scene,
     SecondFeed,
     Sensor,
@@ -27,6 +28,7 @@ from multiradar.simulation.scene import (
 from multiradar.simulation.scene_tables import (
     AircraftTable,
     CoupledTable,
+    ReportErrorTable,
     SceneTable,
     SecondFeedTable,
     SensorTable,
@@ -220,9 +222,19 @@ def _aircraft(tables: Sequence[AircraftTable], plane: SystemPlane) -> tuple[Airc
                 height_step_m=table.height_step_m,
                 reports_height=table.reports_height,
                 reports_position=table.reports_position,
+                report_errors=tuple(_report_error(one) for one in table.report_error),
+                exists=table.exists,
+                transponder=table.transponder,
             )
         )  # fmt: skip
     return tuple(found)
+
+
+def _report_error(table: ReportErrorTable) -> ReportError:
+    end_s = float("inf") if table.end_s is None else table.end_s
+    return ReportError(
+        table.start_s, end_s, table.east_m, table.north_m, table.east_mps, table.north_mps
+    )
 
 
 def _traffic(table: TrafficTable) -> Traffic:
@@ -269,6 +281,7 @@ def _sensor(table: SensorTable, on_earth: bool, plane: SystemPlane) -> Sensor:
         detection_probability=table.detection_probability,
         outlier_probability=table.outlier_probability,
         height_probability=table.height_probability,
+        garbled_height_probability=table.garbled_height_probability,
         garbled_probability=table.garbled_probability,
         clutter_per_turn=table.clutter_per_turn,
         storms=tuple(Storm(one.start_s, one.end_s, one.plots_per_turn) for one in table.storm),

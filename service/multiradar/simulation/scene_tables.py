@@ -56,6 +56,7 @@ _Moment = Annotated[float, Field(ge=0.0, le=DURATION_MAX_S)]
 _Length = Annotated[float, Field(gt=0.0, le=DURATION_MAX_S)]
 _TurnRate = Annotated[float, Field(ge=-30.0, le=30.0)]
 _Acceleration = Annotated[float, Field(ge=-50.0, le=50.0)]
+_Drift = Annotated[float, Field(ge=-1000.0, le=1000.0)]
 _Density = Annotated[float, Field(ge=0.0, le=1e4)]
 _Share = Annotated[float, Field(ge=0.0, le=1.0)]
 _Coordinates = Annotated[tuple[_Coordinate, _Coordinate], _PAIRED, _ASCENDING]
@@ -123,6 +124,17 @@ class CoupledTable(Table):
     step_s: Annotated[float, Field(ge=0.01, le=60.0)] = 1.0
 
 
+class ReportErrorTable(Table):
+    """What the positions that an aircraft reports are wrong by for a while."""
+
+    start_s: _Moment = 0.0
+    end_s: _Moment | None = None
+    east_m: _Coordinate = 0.0
+    north_m: _Coordinate = 0.0
+    east_mps: _Drift = 0.0
+    north_mps: _Drift = 0.0
+
+
 class AircraftTable(_Placed):
     """One aircraft."""
 
@@ -142,6 +154,9 @@ class AircraftTable(_Placed):
     height_step_m: _HeightStep = 0.0
     reports_height: bool = True
     reports_position: bool = True
+    report_error: Annotated[tuple[ReportErrorTable, ...], _LISTED] = ()
+    exists: bool = True
+    transponder: bool = True
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
@@ -151,6 +166,8 @@ class AircraftTable(_Placed):
             raise wrong(f"expected end_s after start_s = {self.start_s:g}, was {self.end_s:g}")
         if (self.later_mode_3a is None) != (self.code_change_s is None):
             raise wrong("expected later_mode_3a and code_change_s together, was one of them")
+        if not self.exists and not (self.transponder and self.reports_position):
+            raise wrong("expected a ghost, exists = false, to report its position, was silent")
         return self
 
 
@@ -216,7 +233,7 @@ class StormTable(Table):
 _OF_RADARS = (
     "east_m", "north_m", "latitude_deg", "longitude_deg", "height_m", "range_sigma_m",
     "azimuth_sigma_deg", "rotation_period_s", "range_min_m", "range_max_m", "elevation_max_deg",
-    "horizon", "clutter_per_turn", "storm", "second_feed", "bias",
+    "horizon", "garbled_probability", "clutter_per_turn", "storm", "second_feed", "bias",
 )  # fmt: skip
 
 
@@ -238,6 +255,7 @@ class SensorTable(_Placed):
     detection_probability: _Share = 1.0
     outlier_probability: _Share = 0.0
     height_probability: _Share = 1.0
+    garbled_height_probability: _Share = 0.0
     garbled_probability: _Share = 0.0
     clutter_per_turn: Annotated[float, Field(ge=0.0, le=10_000.0)] = 0.0
     storm: Annotated[tuple[StormTable, ...], _LISTED] = ()

@@ -37,11 +37,11 @@ from multiradar.tracking._sky_kernels import (
     FAR_M,
     locate_plot,
     place_in_table,
+    velocity_astray,
 )
 from multiradar.tracking.lifecycle import TENTATIVE, Lifecycle
 from multiradar.tracking.roster import MISSING, Roster, RowIdentities
 from multiradar.tracking.sky import (
-    ASTRAY,
     CANDIDATES_MAX,
     MANOEUVRE,
     SPEED_MAX,
@@ -180,7 +180,8 @@ def pair_score(
     if not s11 * e0 * e0 - 2.0 * s01 * e0 * e1 + s00 * e1 * e1 <= STRAIGHT_NIS * (
         s00 * s11 - s01 * s01
     ):
-        best = max(best, log_otherwise(s00, s01, s11, e0, e1, h, dt, turn, rules))
+        silent = max(time - aircraft.updated[k], turn)
+        best = max(best, log_otherwise(s00, s01, s11, e0, e1, h, dt, silent, turn, rules))
     return best + LOG_DETECTED - log_clutter
 
 
@@ -200,8 +201,8 @@ def see_columns(
 
 @in_loop
 def log_otherwise(
-    s00: float, s01: float, s11: float, e0: float, e1: float, h: Slope, dt: float, turn: float,
-    rules: Floats,
+    s00: float, s01: float, s11: float, e0: float, e1: float, h: Slope, dt: float, silent: float,
+    turn: float, rules: Floats,
 ) -> float:  # fmt: skip
     """Return the logarithm of the likelihood of an aircraft that does not fly straight on."""
     manoeuvre = rules[MANOEUVRE] * 0.5 * dt * dt
@@ -211,7 +212,7 @@ def log_otherwise(
     m = manoeuvre * manoeuvre
     turning = LOG_MANOEUVRING + log_density(s00 + m * m00, s01 + m * m01, s11 + m * m11, e0, e1)
     # A filter that lags behind a manoeuvre does so for some turn, however short ago its last plot.
-    astray = rules[ASTRAY] * max(dt, turn)
+    astray = velocity_astray(silent, turn, rules) * silent
     m = astray * astray
     lost = LOG_ASTRAY + log_density(s00 + m * m00, s01 + m * m01, s11 + m * m11, e0, e1)
     return max(turning, lost)

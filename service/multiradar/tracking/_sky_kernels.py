@@ -40,10 +40,28 @@ REACH_MAX_M = 24_000.0
 # A reach above this is long, m, and the cells of the tracks that have one, m.
 FAR_M = 3_000.0
 FAR_CELL_M = 16_000.0
+# From so many turns without a plot on, within so many more, a velocity may be wrong by so many
+# times as much.
+SEEN_TURNS = 2.0
+UNSEEN_TURNS = 3.0
+TURNED_ROUND = 2.5
 # No place on the plane is farther off, m.
 PLACE_MAX_M = 1e8
 # An address is believed within this beside the reaches of plot and track, m.
 DOUBT_M = 3_000.0
+
+
+@in_loop
+def velocity_astray(silent: float, turn: float, rules: Floats) -> float:
+    """Return the standard deviation of a velocity that was wrong or changed, m/s.
+
+    ``silent`` is the time since the last plot that was taken. An aircraft that nobody saw for
+    several turns may have turned round.
+    """
+    unseen = 0.0
+    if turn > 0.0:
+        unseen = min(max(silent / turn - SEEN_TURNS, 0.0) / UNSEEN_TURNS, 1.0)
+    return rules[ASTRAY] * (1.0 + unseen * (TURNED_ROUND - 1.0))
 
 
 @in_loop
@@ -71,7 +89,6 @@ def fill_sky(
     sky.longest[:] = -1.0
     mask = sky.heads.shape[0] - 1
     longest = 0.0
-    astray = 4.0 * rules[ASTRAY]
     x = np.empty(4)
     for k in range(roster.track_id.shape[0] - 1, -1, -1):
         if roster.track_id[k] == MISSING or np.isnan(aircraft.time[k]):
@@ -95,11 +112,13 @@ def fill_sky(
         )
         variance = P[0] + P[4] + 2.0 * dt * (P[2] + P[6]) + dt * dt * (P[7] + P[9])
         variance += 2.0 * density * dt * dt * dt / 3.0 + b0 * b0 + b1 * b1
-        wide = astray * max(dt, life.period[k])
+        # A plot that was refused moved the time of the state, and told nothing.
+        silent = max(time - aircraft.updated[k], life.period[k])
+        wide = 4.0 * velocity_astray(silent, life.period[k], rules) * silent
         # Whatever the covariance says, no aircraft flies faster than it can.
         speed = rules[SPEED_MAX] * (1.0 if aircraft.updates[k] == 1 else 0.4)
         near = COARSE_SIGMAS * math.sqrt(max(P[0] + P[4] + b0 * b0 + b1 * b1, 0.0))
-        most = min(near + speed * max(dt, life.period[k]), REACH_MAX_M)
+        most = min(near + speed * silent, REACH_MAX_M)
         reach = min(math.sqrt(COARSE_SIGMAS**2 * max(variance, 0.0) + wide * wide), most)
         if not (reach >= 0.0 and abs(x[0]) + abs(x[1]) < PLACE_MAX_M):  # NaN fails both.
             continue

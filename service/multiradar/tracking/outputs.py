@@ -27,6 +27,7 @@ _UPDATE_TYPES: dict[str, type] = {
     "mode_s_address": np.int64,
     "mode_3a": np.int32,
     "state": np.int8,
+    "adsb_implausible": np.bool_,
 }
 _ENDED_TYPES: dict[str, type] = {
     "track_id": np.int64,
@@ -84,6 +85,9 @@ class TrackUpdates:
         Rate of climb; NaN when no height was heard, or the rate is not known to 5 m/s.
     height_sigma_m : (n,) float64
         Standard deviation of the height, NaN where there is none.
+    adsb_implausible : (n,) bool
+        Whether what the aircraft reports of itself is contradicted by what others measure, or by
+        radars that should see it and do not.
     """
 
     sequence: NDArray[np.int64]
@@ -106,6 +110,7 @@ class TrackUpdates:
     speed_change_probability: NDArray[np.float64]
     vertical_rate_mps: NDArray[np.float64]
     height_sigma_m: NDArray[np.float64]
+    adsb_implausible: NDArray[np.bool_]
 
     def __len__(self) -> int:
         return len(self.sequence)

@@ -16,6 +16,7 @@ from multiradar.tracking.lifecycle import Lifecycle
 from multiradar.tracking.measurements import MeasurementBatch
 from multiradar.tracking.roster import MISSING, Roster, RowIdentities
 from multiradar.tracking.transitions import NO_TRACK, Ends
+from multiradar.tracking.trust import Trust
 
 #: Number of partitions; part of what the output depends on, so it is no setting.
 PARTITIONS = 16
@@ -37,16 +38,21 @@ class AircraftPool:
         Number of sensors.
     modes : int
         Number of modes of motion.
+    compared : int
+        Number of sensors whose plots are compared with what aircraft report, 0 for none.
     """
 
     def __init__(
-        self, definition: FilterDefinition, bias_columns: int, sensors: int, modes: int = 1
-    ) -> None:
+        self, definition: FilterDefinition, bias_columns: int, sensors: int, modes: int = 1,
+        compared: int = 0,
+    ) -> None:  # fmt: skip
         self._definition, self._sizes = definition, (bias_columns, sensors, modes)
         self._capacity_max = definition.aircraft_max or CAPACITY_MAX
         self.roster = Roster.empty(CAPACITY_FIRST)
         self.aircraft = definition.aircraft(CAPACITY_FIRST, bias_columns, sensors, modes)
         self.life = Lifecycle.empty(CAPACITY_FIRST, sensors)
+        self._compared = compared
+        self.trust = Trust.empty(CAPACITY_FIRST, compared)
 
     def assign(
         self, batch: MeasurementBatch, codes: NDArray[np.int64], first: int, last: int,
@@ -119,13 +125,13 @@ class AircraftPool:
 
     def quiet(self, slots: NDArray[np.int64]) -> NDArray[np.bool_]:
         """Return whether what these slots, negative for none, measure is kept from the biases."""
-        quiet: NDArray[np.bool_] = (slots >= 0) & (self.life.quiet[slots] != 0)
-        return quiet
+        quiet: NDArray[np.bool_] = (self.life.quiet[slots] != 0) | self.trust.quiet(slots)
+        return quiet & (slots >= 0)
 
     def heeded(self) -> NDArray[np.intp]:
         """Return the slots of aircraft that may speak about the biases, ascending."""
         used = self.used()
-        heeded: NDArray[np.intp] = used[self.life.quiet[used] == 0]
+        heeded: NDArray[np.intp] = used[~self.quiet(used)]
         return heeded
 
     def silent(self, before_s: float) -> NDArray[np.intp]:
@@ -175,7 +181,9 @@ class AircraftPool:
         roster = Roster.empty(2 * capacity)
         aircraft = self._definition.aircraft(2 * capacity, *self._sizes)
         life = Lifecycle.empty(2 * capacity, self._sizes[1])
-        for new, old in zip((*aircraft, *life), (*self.aircraft, *self.life), strict=True):
+        trust = Trust.empty(2 * capacity, self._compared)
+        grown, kept = (*aircraft, *life, *trust), (*self.aircraft, *self.life, *self.trust)
+        for new, old in zip(grown, kept, strict=True):
             new[tuple(slice(size) for size in old.shape)] = old
         for name in ("track_id", "track_number", "mode_s_address", "mode_3a"):
             getattr(roster, name)[:capacity] = getattr(self.roster, name)
@@ -183,11 +191,12 @@ class AircraftPool:
         roster.free[:capacity] = np.arange(2 * capacity - 1, capacity - 1, -1)
         roster.counters[:] = self.roster.counters[0], capacity
         rebuild(roster)
-        self.roster, self.aircraft, self.life = roster, aircraft, life
+        self.roster, self.aircraft, self.life, self.trust = roster, aircraft, life, trust
 
     def _free(self, old: NDArray[np.int64]) -> None:
         self.roster.track_id[old] = MISSING
         self.aircraft.time[old] = np.nan
+        self.trust.forget(old)
         count = self.roster.counters[1]
         self.roster.free[count : count + len(old)] = old[::-1]
         self.roster.counters[1] += len(old)

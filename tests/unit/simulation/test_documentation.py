@@ -15,6 +15,7 @@ from multiradar.simulation.scene_tables import (
     CoupledTable,
     LegTable,
     PlaneTable,
+    ReportErrorTable,
     SceneTable,
     SensorTable,
     TrafficTable,
@@ -24,8 +25,8 @@ from multiradar_schemas.tables import Table
 ROOT = Path(__file__).parents[3]
 EXAMPLES = sorted((ROOT / "examples" / "scenes").glob("*.toml"))
 TABLES = (
-    SceneTable, PlaneTable, AircraftTable, LegTable, CoupledTable, TrafficTable, SensorTable,
-    BiasesTable, BiasTable,
+    SceneTable, PlaneTable, AircraftTable, LegTable, ReportErrorTable, CoupledTable, TrafficTable,
+    SensorTable, BiasesTable, BiasTable,
 )  # fmt: skip
 
 
@@ -37,7 +38,8 @@ def page() -> str:
 @pytest.mark.parametrize("table", TABLES)
 def test_every_key_is_explained(table: type[Table], page: str) -> None:
     headings = {"plane": "[plane]", "aircraft": "[[aircraft]]", "traffic": "[[traffic]]",
-                "sensor": "[[sensor]]", "leg": "[[aircraft.leg]]", "bias": "`bias`"}  # fmt: skip
+                "sensor": "[[sensor]]", "leg": "[[aircraft.leg]]",
+                "report_error": "[[aircraft.report_error]]", "bias": "`bias`"}  # fmt: skip
     for key in table.model_fields:
         known = (f"`{key}`", f".{key}`", headings.get(key, f"`{key}`"))
         assert any(name in page for name in known), key

@@ -26,7 +26,7 @@ def test_heights_come_in_the_steps_of_the_aircraft() -> None:
 
 
 def test_garbled_heights_are_as_many_as_asked_and_far_off() -> None:
-    found = heard(replace(RADAR, garbled_probability=0.05))
+    found = heard(replace(RADAR, garbled_height_probability=0.05))
     off = np.rint((found - heard(RADAR)) / 30.48)
     wrong = off != 0.0
     assert wrong.mean() == pytest.approx(0.05, abs=0.006)

@@ -60,6 +60,7 @@ from multiradar.estimation.filters._row_kernels import (
     find_taker,
     find_turn,
     finish_readout,
+    is_patient,
     note_outcome,
     note_start,
 )
@@ -116,11 +117,16 @@ def joint_step(
             if k >= room:
                 outcome = NO_ROOM
             turn = REFUSED
+            patient = False
             if outcome == UPDATED:
+                patient = is_patient(
+                    rows.kind[row], model.places[rows.sensor[row]], rows.time[row], k,
+                    aircraft.place, aircraft.updated,
+                )  # fmt: skip
                 turn = find_turn(
                     rows.kind[row], rows.z[row, 0], rows.z[row, 1], rows.time[row],
-                    aircraft.time[k],
-                    aircraft.refusals[k], model.options,
+                    aircraft.time[k], aircraft.refusals[k],
+                    patient, model.options,
                 )  # fmt: skip
                 outcome = turn
             result.outcome[row] = outcome
@@ -137,7 +143,7 @@ def joint_step(
             )  # fmt: skip
             result.outcome[row] = outcome
             taken = note_outcome(
-                outcome, k, rows.time[row], model.places[rows.sensor[row]],
+                outcome, k, patient, rows.time[row], model.places[rows.sensor[row]],
                 aircraft.time, aircraft.refusals, aircraft.updates, aircraft.updated,
                 aircraft.place,
             )  # fmt: skip

@@ -53,10 +53,13 @@ UNLOCATABLE = 6
 SINGULAR = 7
 UNSUPPORTED = 8
 NO_ROOM = 9
+IMPLAUSIBLE = 10
 
-# In `Rows.slot`: no aircraft, for want of identity, or of a free slot.
+# In `Rows.slot`: no aircraft, for want of identity, of a free slot, or of trust in what an aircraft
+# reports of itself.
 NO_IDENTITY_SLOT = -1
 NO_ROOM_SLOT = -2
+IMPLAUSIBLE_SLOT = -4
 
 # Positions in the vector of options.
 ACCELERATION_DENSITY = 0

@@ -18,6 +18,8 @@ from multiradar.estimation.filters._height_kernels import (
     told_rate,
 )
 from multiradar.estimation.filters._kernels import (
+    IMPLAUSIBLE,
+    IMPLAUSIBLE_SLOT,
     INTERVAL_MAX_S,
     NO_ROOM,
     NO_ROOM_SLOT,
@@ -41,12 +43,18 @@ from multiradar.estimation.measurement._kernels import (
     KIND_BEARING,
     KIND_FLAT_PLACE,
     KIND_FLAT_POLAR,
+    KIND_POSITION,
     KIND_RADAR,
 )
 from multiradar.kernels import in_loop
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
+
+
+# A reported position begins no track anew that others measured within so long, s: two or three
+# turns of most radars. Reports come faster than plots, so that three in a row tell little.
+REPORT_PATIENCE_S = 12.0
 
 
 @in_loop
@@ -60,13 +68,29 @@ def find_taker(k: int, kind: int) -> int:
         outcome = UNSUPPORTED
     if k < 0:
         outcome = NO_ROOM if k == NO_ROOM_SLOT else UNASSOCIATED
+        if k == IMPLAUSIBLE_SLOT:
+            outcome = IMPLAUSIBLE
     return outcome
 
 
 @in_loop
+def is_patient(
+    kind: int, place: int, time: float, k: int, heard: Integers, updated: Floats
+) -> bool:  # fmt: skip
+    """Return whether a refused row tells nothing against an aircraft, since others bear it out.
+
+    That is so of reported positions while others measure the aircraft: what was taken last is at
+    most `REPORT_PATIENCE_S` old, and not all of it came from the place of the row.
+    """
+    others = kind == KIND_POSITION and heard[k] != place
+    return others and time - updated[k] < REPORT_PATIENCE_S
+
+
+@in_loop
 def find_turn(
-    kind: int, z0: float, z1: float, time: float, state_time: float, refusals: int, options: Floats
-) -> int:
+    kind: int, z0: float, z1: float, time: float, state_time: float, refusals: int, patient: bool,
+    options: Floats,
+) -> int:  # fmt: skip
     """Return what a row may do to its aircraft, whose state is of ``state_time`` (NaN: none yet).
 
     `UPDATED`: correct it. `STARTED` and `RESTARTED`: begin it. `UNLOCATABLE` and `SINGULAR`: not
@@ -78,7 +102,7 @@ def find_turn(
     fresh = np.isnan(state_time)
     interval = time - state_time if timely and not fresh else 0.0
     turn = UPDATED
-    if refusals >= options[REFUSALS_MAX] or interval > INTERVAL_MAX_S:
+    if (refusals >= options[REFUSALS_MAX] and not patient) or interval > INTERVAL_MAX_S:
         turn = RESTARTED
     if fresh:
         turn = STARTED
@@ -112,6 +136,7 @@ def note_start(
 def note_outcome(
     outcome: int,
     k: int,
+    patient: bool,
     time: float,
     place: int,
     times: Floats,
@@ -129,7 +154,7 @@ def note_outcome(
         updated[k] = time
         if heard[k] != place:
             heard[k] = SEVERAL
-    elif outcome in (REFUSED, SINGULAR):
+    elif outcome in (REFUSED, SINGULAR) and not patient:
         refusals[k] += 1
     return taken
 

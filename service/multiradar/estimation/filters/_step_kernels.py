@@ -32,6 +32,7 @@ from multiradar.estimation.filters._row_kernels import (
     find_taker,
     find_turn,
     finish_readout,
+    is_patient,
     note_outcome,
     note_start,
 )
@@ -150,7 +151,8 @@ def take_rows(
                 continue
             s = rows.sensor[row]
             z0, z1, time = rows.z[row, 0], rows.z[row, 1], rows.time[row]
-            outcome = find_turn(kind, z0, z1, time, times[k], refusals[k], options)
+            patient = is_patient(kind, places[s], time, k, heard, updated)
+            outcome = find_turn(kind, z0, z1, time, times[k], refusals[k], patient, options)
             if outcome == REFUSED:
                 outcomes[row] = outcome
                 continue
@@ -220,7 +222,7 @@ def take_rows(
                     )  # fmt: skip
             outcomes[row] = outcome
             taken = note_outcome(
-                outcome, k, time, places[s], times, refusals, updates, updated, heard
+                outcome, k, patient, time, places[s], times, refusals, updates, updated, heard
             )
             if taken:
                 unheard = np.isnan(heights[k])

@@ -44,6 +44,7 @@ class Outcome(IntEnum):
     SINGULAR = kernels.SINGULAR
     UNSUPPORTED = kernels.UNSUPPORTED
     NO_ROOM = kernels.NO_ROOM
+    IMPLAUSIBLE = kernels.IMPLAUSIBLE
 
 
 @dataclass(frozen=True, slots=True)

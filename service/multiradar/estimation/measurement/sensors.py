@@ -75,6 +75,8 @@ class SensorTable:
         Further names that measurements may use, with the index of the sensor.
     known_bias : (m, 4) float64
         Biases that are known, by kind of parameter; 0 where none is. Without it none is known.
+    self_reported : (m,) bool
+        Whether the sensor relays what aircraft say of themselves (ADS-B). Without it none does.
 
     Raises
     ------
@@ -110,6 +112,7 @@ class SensorTable:
     drift: NDArray[np.float64]
     aliases: tuple[tuple[str, int], ...] = ()
     known_bias: NDArray[np.float64] = field(default_factory=_nothing_known)
+    self_reported: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, np.bool_))
 
     def __len__(self) -> int:
         return len(self.ids)
@@ -117,6 +120,8 @@ class SensorTable:
     def __post_init__(self) -> None:
         if not self.known_bias.size:
             object.__setattr__(self, "known_bias", np.zeros((len(self), len(PARAMETER_NAMES))))
+        if not self.self_reported.size:
+            object.__setattr__(self, "self_reported", np.zeros(len(self), np.bool_))
         _require_shapes(self)
         _require_each_once(self)
         for row in range(len(self)):
@@ -145,7 +150,7 @@ def _require_shapes(table: SensorTable) -> None:
     count, parameters = len(table.ids), len(table.parameter_kind)
     for name in (
         "kinds", "latitude_rad", "longitude_rad", "height_m", "range_sigma_m", "azimuth_sigma_rad",
-        "position_sigma_m", "range_max_m", "rotation_period_s",
+        "position_sigma_m", "range_max_m", "rotation_period_s", "self_reported",
     ):  # fmt: skip
         _require_shape(name, getattr(table, name), (count,))
     _require_shape("known_bias", table.known_bias, (count, len(PARAMETER_NAMES)))
