@@ -3,7 +3,7 @@
 ::
 
     python docs/check_health.py                                # every built-in scene
-    python docs/check_health.py --filters imm radar-jump
+    python docs/check_health.py radar-jump --filters imm
     python docs/check_health.py --recording converted --sensors examples/sensors-vid-sample.toml
 
 The first two simulate scenes and list which alarms began, how far detection is from what the scene
