@@ -30,12 +30,12 @@ from multiradar.estimation.filters.bank import FILTERS
 Floats = NDArray[np.float64]
 
 SETTLED_S = 120.0
-# Those are judged by docs/check_association.py, docs/check_health.py and
-# docs/check_plausibility.py, and by tests.
+# Those are judged by docs/check_association.py, docs/check_probabilistic.py,
+# docs/check_health.py and docs/check_plausibility.py, and by tests.
 ASSOCIATION_SCENES = (
     "crossing", "formation", "shared-code", "code-change", "shared-address", "clutter",
     "duplicated-networks", "plot-storm", "radar-jump", "u-turn-edge", "primary-only",
-    "garbled-codes", "ghost-adsb",
+    "garbled-codes", "ghost-adsb", "formation-split", "unresolved",
 )  # fmt: skip
 HEADER = (
     "scene", "filter", "density", "range bias", "azimuth bias", "bias error² / sigma²",

@@ -154,6 +154,8 @@ _TRACKING_BOUNDS: dict[str, tuple[float, float]] = {
     "imm_manoeuvre_s": (0.1, 1e6),
     "imm_surprise_floor": (0.1, 1000.0),
     "imm_surprise_density": (0.0, 1e6),
+    "range_resolution_m": (0.0, 10_000.0),
+    "azimuth_resolution_deg": (0.0, 30.0),
     "clutter_density_per_km2": (1e-9, 1e3),
     "speed_max_mps": (10.0, 10_000.0),
     "manoeuvre_sigma_mps2": (0.0, 100.0),
@@ -167,7 +169,8 @@ _TRACKING_BOUNDS: dict[str, tuple[float, float]] = {
 # Types of the settings of the tracker that are chosen by name.
 _TRACKING_CHOICES: dict[str, Any] = {
     "motion": Literal["white-acceleration", "velocity-frame"],
-    "association": Literal["nearest", "identity"],
+    "association": Literal["nearest", "probabilistic", "identity"],
+    "joint_events": Literal["likeliest", "all"],
     "exact_heights": bool,
     "hidden_fields": tuple[Literal["track_number", "mode_3a", "mode_s_address", "callsign"], ...],
 }

@@ -12,7 +12,6 @@ from collections import Counter
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,10 +21,6 @@ from multiradar.estimation.bias.observability import Untold
 from multiradar.estimation.bias.store import BiasState
 from multiradar.estimation.filters._height_kernels import BY_HEIGHT, GUESS_VARIANCE
 from multiradar.estimation.filters._kernels import (
-    READOUT_HEIGHT,
-    READOUT_HEIGHT_VARIANCE,
-    READOUT_MODES,
-    READOUT_RATE,
     READOUT_UPDATES,
     RESTARTED,
 )
@@ -33,6 +28,7 @@ from multiradar.estimation.filters.arrays import Aircraft, Result, Rows, Work, r
 from multiradar.estimation.filters.bank import Outcome, find_filter_for
 from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET, SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
+from multiradar.runtime.run_updates import Described, Run, track_updates
 from multiradar.runtime.shared_biases import SharedBiases
 from multiradar.tracking._kernels import describe, observe
 from multiradar.tracking.association import WINDOW_S, Association, Window
@@ -45,8 +41,6 @@ from multiradar.tracking.mode_states import ModeStates, mode_states
 from multiradar.tracking.near_duplicates import NearDuplicates
 from multiradar.tracking.order import ReorderBuffer
 from multiradar.tracking.outputs import (
-    STATE_CONFIRMED,
-    STATE_TENTATIVE,
     BiasRecords,
     EndedTracks,
     EngineOutput,
@@ -59,6 +53,7 @@ from multiradar.tracking.pool import PARTITIONS, AircraftPool
 from multiradar.tracking.roster import RowIdentities
 from multiradar.tracking.sensor_health import SensorHealth
 from multiradar.tracking.settings import TrackingSettings
+from multiradar.tracking.shared_plots import Taken, shared_plots
 from multiradar.tracking.transition_log import TransitionLog, Updated
 from multiradar.tracking.transitions import SILENT, UNCONFIRMED, Ends
 
@@ -67,17 +62,6 @@ PARALLEL_ROWS_MIN = 512
 WORKERS_MAX = PARTITIONS
 
 Floats = NDArray[np.float64]
-
-
-class _Run(NamedTuple):
-    # The rows of one release, and what is found out about them.
-    batch: MeasurementBatch
-    codes: NDArray[np.int64]
-    rows: Rows
-    result: Result
-    identities: RowIdentities
-    confirmed: NDArray[np.int64]
-    flagged: NDArray[np.int64]
 
 
 class Engine:
@@ -117,6 +101,8 @@ class Engine:
             compared=len(sensors) if self._plausibility.active else 0,
         )  # fmt: skip
         self._association = Association(sensors, settings)
+        sizes = len(sensors.parameter_kind), len(sensors), modes
+        self._shared = shared_plots(settings, self._filter, sizes)
         self._transitions = TransitionLog(settings.coast_after_s)
         self._health = SensorHealth(
             sensors, settings, self._plane, trusts_biases=self._filter.bounds_bias_errors
@@ -241,7 +227,7 @@ class Engine:
         identities = RowIdentities.empty(len(batch))
         rows = rows._replace(slot=identities.slot)
         open_, none = np.full(len(batch), -1, np.int64), np.zeros(len(batch), np.int64)
-        run = _Run(batch, codes, rows, result, identities, confirmed=open_, flagged=none)
+        run = Run(batch, codes, rows, result, identities, confirmed=open_, flagged=none)
         epochs = np.floor(batch.time_s / self._settings.epoch_s).astype(np.int64)
         cuts = [0, *(np.flatnonzero(np.diff(epochs)) + 1).tolist(), len(batch)]
         closed: list[tuple[BiasRecords, HealthRecords]] = []
@@ -267,22 +253,32 @@ class Engine:
             health=HealthRecords.concatenate([health for _, health in closed]),
         )
 
-    def _take(self, run: "_Run", first: int, last: int) -> list[EndedTracks]:
+    def _take(self, run: Run, first: int, last: int) -> list[EndedTracks]:
         """Take the rows of a step, window by window where some must be associated."""
         ended = []
         for begin, end, needs_window in self._association.windows(run.batch, first, last):
             window = Window(run.batch, run.codes, run.rows, run.identities, begin, end)
+            shares = None
             if needs_window:
                 start_s = math.floor(run.batch.time_s[begin] / WINDOW_S) * WINDOW_S
                 ends = self._association.end_tracks(start_s, self._biases.model, self._pool)
                 ended.append(self._end(begin, start_s, ends))
-                self._association.choose(window, self._biases.model, self._pool)
+                shares = self._association.choose(window, self._biases.model, self._pool)
                 self._plausibility.claim(_told(run, begin, end), self._pool)
             self._pool.assign(run.batch, run.codes, begin, end, run.identities)
-            for start, stop in self._plausibility.steps(
+            steps = self._plausibility.steps(
                 _told(run, begin, end), self._biases.model, self._biases.state, self._pool
-            ):
-                self._step(run.rows, run.result, start, stop)
+            )
+            if shares is None or self._shared is None:
+                for start, stop in steps:
+                    self._step(run.rows, run.result, start, stop)
+            else:
+                # Clusters are of the whole window: all of it is judged first.
+                for _ in steps:
+                    continue
+                taken = Taken(np.arange(begin, end), run.rows, run.result)
+                left = self._shared.take(shares, taken, self._biases.model, self._pool)
+                self._step_some(run.rows, run.result, left, self._pool.quiet(run.rows.slot[left]))
             if needs_window:
                 self._association.settle(window, run.result, self._pool, run.confirmed)
             self._health.gather(
@@ -335,11 +331,16 @@ class Engine:
             self._step_rows(rows, result, every)
             self._biases.log(result.log[first:last], rows.sensor[first:last])
             return
-        loud = every[~quiet]
+        self._step_some(rows, result, every, quiet)
+
+    def _step_some(
+        self, rows: Rows, result: Result, which: NDArray[np.int64], quiet: NDArray[np.bool_]
+    ) -> None:
+        loud = which[~quiet]
         self._step_rows(rows, result, loud)
         if len(result.log):
             self._biases.log(result.log[loud], rows.sensor[loud])
-        self._step_rows(rows, self._biases.unheard(result), every[quiet])
+        self._step_rows(rows, self._biases.unheard(result), which[quiet])
 
     def _step_rows(self, rows: Rows, result: Result, which: NDArray[np.int64]) -> None:
         used, work = self._pool.work(rows.slot[which], which)
@@ -360,9 +361,7 @@ class Engine:
         for task in tasks:
             task.result()
 
-    def _describe(
-        self, shown: MeasurementBatch, run: "_Run"
-    ) -> tuple[TrackUpdates, TrackTransitions]:
+    def _describe(self, shown: MeasurementBatch, run: Run) -> tuple[TrackUpdates, TrackTransitions]:
         batch, result, identities = run.batch, run.result, run.identities
         taken = np.flatnonzero(result.outcome <= RESTARTED)
         described = np.empty((len(taken), 6))
@@ -376,10 +375,6 @@ class Engine:
             self._outcomes[Outcome(outcome).name] += count
         first = self._sequence + 1
         self._sequence += len(taken)
-        height_m = result.readout[taken, READOUT_HEIGHT]
-        chances = result.readout[taken, READOUT_MODES : READOUT_MODES + 3]
-        if not self._filter.keeps_modes:
-            chances = np.full_like(chances, np.nan)
         confirmed = result.readout[taken, READOUT_UPDATES] >= self._settings.confirm_updates
         judged = run.confirmed[taken]
         confirmed = np.where(judged < 0, confirmed, judged > 0)
@@ -389,35 +384,10 @@ class Engine:
         )  # fmt: skip
         slots = len(self._pool.roster.track_id)
         transitions = self._transitions.take(judged_updates, slots)
-        known = {
-            name: getattr(shown if name in self._settings.hidden_fields else identities, name)
-            for name in ("track_number", "mode_s_address", "mode_3a")
-        }
-        updates = TrackUpdates(
-            sequence=np.arange(first, self._sequence + 1, dtype=np.int64),
-            time_s=batch.time_s[taken],
-            track_id=identities.track_id[taken],
-            sensor=batch.sensor[taken],
-            track_number=known["track_number"][taken],
-            mode_s_address=known["mode_s_address"][taken],
-            mode_3a=known["mode_3a"][taken].astype(np.int32),
-            latitude_rad=described[:, 0],
-            longitude_rad=described[:, 1],
-            height_m=height_m,
-            speed_mps=described[:, 2],
-            heading_rad=described[:, 3],
-            position_sigma_m=described[:, 4],
-            velocity_sigma_mps=described[:, 5],
-            state=np.where(confirmed, STATE_CONFIRMED, STATE_TENTATIVE).astype(np.int8),
-            turn_right_probability=chances[:, 0],
-            turn_left_probability=chances[:, 1],
-            speed_change_probability=chances[:, 2],
-            vertical_rate_mps=result.readout[taken, READOUT_RATE],
-            height_sigma_m=np.where(
-                np.isnan(height_m), np.nan, np.sqrt(result.readout[taken, READOUT_HEIGHT_VARIANCE])
-            ),
-            adsb_implausible=run.flagged[taken] != 0,
-        )
+        updates = track_updates(
+            shown, run, Described(taken, described, confirmed, first), self._settings.hidden_fields,
+            keeps_modes=self._filter.keeps_modes,
+        )  # fmt: skip
         return updates, transitions
 
     def _close_epoch(self) -> tuple[BiasRecords, HealthRecords]:
@@ -457,7 +427,7 @@ class Engine:
         )
 
 
-def _told(run: _Run, first: int, last: int) -> Told:
+def _told(run: Run, first: int, last: int) -> Told:
     return Told(run.rows, run.identities, run.batch.mode_s_address, run.flagged, first, last)
 
 

@@ -23,6 +23,7 @@ from multiradar.simulation.heights import heard_heights
 from multiradar.simulation.looks import Line, Plots, look_times, make_plots, outside_gaps
 from multiradar.simulation.measurements import NO_AIRCRAFT, Measurements, merged, none
 from multiradar.simulation.paths import Path, fly
+from multiradar.simulation.resolution import unresolved
 from multiradar.simulation.scene import Aircraft, Scene, Sensor
 from multiradar.simulation.traffic import all_aircraft
 
@@ -119,7 +120,8 @@ def observe(
     for number, stream in enumerate(clutter_rng.spawn(len(scene.sensors))):
         plots = clutter_plots(scene.sensors[number], scene.duration_s, stream)
         rows.append(_row(sky, number, NO_AIRCRAFT, plots))
-    return Observation(plane, aircraft, merged(rows), biases, looks, copies)
+    made = unresolved(merged(rows), scene.sensors)
+    return Observation(plane, aircraft, made, biases, looks, copies)
 
 
 @dataclass(frozen=True, slots=True)

@@ -272,6 +272,8 @@ class Sensor:
         Times of many such plots.
     second_feed : SecondFeed, optional
         What carries the plots of aircraft a second time.
+    range_resolution_m, azimuth_resolution_rad : float
+        A radar makes one plot of aircraft that are closer in both, where both are positive.
     gaps_s : tuple of (from, until)
         Times without data.
     heard : frozenset of str
@@ -304,6 +306,8 @@ class Sensor:
     clutter_per_turn: float = 0.0
     storms: tuple[Storm, ...] = ()
     second_feed: SecondFeed | None = None
+    range_resolution_m: float = 0.0
+    azimuth_resolution_rad: float = 0.0
     gaps_s: tuple[Span, ...] = ()
     heard: frozenset[Heard] = frozenset(HEARD)
     biases: tuple[Bias, ...] = (Bias(),) * PARAMETERS

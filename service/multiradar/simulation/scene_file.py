@@ -286,6 +286,8 @@ def _sensor(table: SensorTable, on_earth: bool, plane: SystemPlane) -> Sensor:
         clutter_per_turn=table.clutter_per_turn,
         storms=tuple(Storm(one.start_s, one.end_s, one.plots_per_turn) for one in table.storm),
         second_feed=_second_feed(table.second_feed),
+        range_resolution_m=table.range_resolution_m,
+        azimuth_resolution_rad=_rad(table.azimuth_resolution_deg),
         gaps_s=tuple(_span(one) for one in table.gaps_s),
         heard=frozenset(table.reports),
         biases=_biases(table.bias),

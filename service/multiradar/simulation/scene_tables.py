@@ -233,7 +233,8 @@ class StormTable(Table):
 _OF_RADARS = (
     "east_m", "north_m", "latitude_deg", "longitude_deg", "height_m", "range_sigma_m",
     "azimuth_sigma_deg", "rotation_period_s", "range_min_m", "range_max_m", "elevation_max_deg",
-    "horizon", "garbled_probability", "clutter_per_turn", "storm", "second_feed", "bias",
+    "horizon", "garbled_probability", "clutter_per_turn", "storm", "second_feed",
+    "range_resolution_m", "azimuth_resolution_deg", "bias",
 )  # fmt: skip
 
 
@@ -260,6 +261,8 @@ class SensorTable(_Placed):
     clutter_per_turn: Annotated[float, Field(ge=0.0, le=10_000.0)] = 0.0
     storm: Annotated[tuple[StormTable, ...], _LISTED] = ()
     second_feed: SecondFeedTable | None = None
+    range_resolution_m: Annotated[float, Field(ge=0.0, le=10_000.0)] = 0.0
+    azimuth_resolution_deg: Annotated[float, Field(ge=0.0, le=10.0)] = 0.0
     gaps_s: Annotated[tuple[_Gap, ...], _LISTED] = ()
     reports: Annotated[tuple[Heard, ...], _LISTED] = HEARD
     bias: BiasesTable = BiasesTable()
@@ -274,6 +277,10 @@ class SensorTable(_Placed):
         for key in unused:
             if key in self.model_fields_set:
                 raise wrong(f"expected no {key} for the {self.kind} {self.id}, was given")
+        if (self.range_resolution_m > 0.0) != (self.azimuth_resolution_deg > 0.0):
+            raise wrong("expected range_resolution_m and azimuth_resolution_deg together, was one")
+        if self.range_resolution_m > 0.0 and self.second_feed is not None:
+            raise wrong("expected range_resolution_m or second_feed, was both")
         if self.rotation_period_s is not None and self.interval_s is not None:
             raise wrong("expected rotation_period_s or interval_s, was both")
         return self

@@ -148,6 +148,7 @@ def settle(
     rules: Floats,
     log_clutters: Floats,
     usual: float,
+    shadow_hits: int,
     counts: Floats,
     life: Lifecycle,
     identities: RowIdentities,
@@ -169,7 +170,7 @@ def settle(
         life.period[k] = max(life.period[k], periods[s])
         if life.hits[k] == 0:
             life.born[k] = rows.time[row]
-            life.hits_needed[k] = SHADOW_HITS if shadows[row - first] else int(rules[HITS_MIN])
+            life.hits_needed[k] = shadow_hits if shadows[row - first] else int(rules[HITS_MIN])
             # A new aircraft is as likely as a false plot where these are rare.
             ring = ring_of(rows.z[row, 0]) if rows.kind[row] == KIND_RADAR else 0
             life.score[k] = min(usual - log_clutters[s, ring], 0.0)

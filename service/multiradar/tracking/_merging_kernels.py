@@ -27,6 +27,8 @@ HEIGHTS_APART_M = 300.0
 MEETINGS_NEEDED = 4
 # Tests for which two tracks that one sensor saw apart in one turn are left alone.
 LEFT_ALONE = -8
+# A track with so many measurements was of an aircraft before it met another.
+ESTABLISHED_HITS = 20
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -39,6 +41,7 @@ def find_merges(
     life: Lifecycle,
     periods: Floats,
     sky: Sky,
+    patience: int,
     merged: Integers,
     into: Integers,
 ) -> int:
@@ -46,10 +49,11 @@ def find_merges(
 
     ``into`` gets the slots of the older ones.
 
-    ``sky`` is filled for ``time``.
+    ``sky`` is filled for ``time``. Two tracks that a sensor has seen apart at one place, or that
+    both were there long before they met, are left alone for ``patience`` more tests.
     """
     return search_merges(
-        time, longest, model, aircraft, roster, life, periods, sky, merged, into,
+        time, longest, model, aircraft, roster, life, periods, sky, patience, merged, into,
         np.empty(4), np.empty((4, 4)), np.empty((4, aircraft.sensitivity.shape[2])),
     )  # fmt: skip
 
@@ -64,6 +68,7 @@ def search_merges(
     life: Lifecycle,
     periods: Floats,
     sky: Sky,
+    patience: int,
     merged: Integers,
     into: Integers,
     difference: Floats,
@@ -82,6 +87,7 @@ def search_merges(
         ):
             continue
         found = MISSING
+        other = MISSING
         seen_apart = False
         wide = min(np.sqrt(sky.reach[k] ** 2 + longest**2), APART_MAX_M)
         east, north = sky.state[k, 0], sky.state[k, 1]
@@ -101,6 +107,14 @@ def search_merges(
                     ):
                         if seen_by_one(time, k, j, periods, life):
                             seen_apart = seen_apart or life.partner[k] == j
+                            if (
+                                patience > 0
+                                and distance_squared(
+                                    time, k, j, model, aircraft, sky, difference, C, D
+                                )
+                                < MEETING_SQUARED
+                            ):
+                                other = j
                         elif (
                             found == MISSING or roster.track_id[j] < roster.track_id[found]
                         ) and distance_squared(
@@ -108,7 +122,10 @@ def search_merges(
                         ) < MEETING_SQUARED:
                             found = j
                     j = sky.following[j]
-        if seen_apart:
+        if other != MISSING:
+            life.partner[k] = other
+            life.meetings[k] = -patience
+        elif seen_apart:
             life.meetings[k] = LEFT_ALONE
         elif found == MISSING:
             life.partner[k] = MISSING
@@ -116,6 +133,8 @@ def search_merges(
         elif life.partner[k] != found:
             life.partner[k] = found
             life.meetings[k] = 1
+            if min(life.hits[k], life.hits[found]) >= ESTABLISHED_HITS:
+                life.meetings[k] -= patience
         else:
             life.meetings[k] += 1
         if found != MISSING and life.meetings[k] >= MEETINGS_NEEDED:

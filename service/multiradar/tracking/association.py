@@ -21,19 +21,26 @@ from multiradar.tracking._association_kernels import find_candidates
 from multiradar.tracking._kernels import identify
 from multiradar.tracking._lifecycle_kernels import (
     MERGED,
+    SHADOW_HITS,
     TRANSITION_COUNT,
     choose_tracks,
     find_ended,
     settle,
 )
 from multiradar.tracking._merging_kernels import find_merges
+from multiradar.tracking._sharing_kernels import SHARE_COLUMNS, share_plots
 from multiradar.tracking._sky_kernels import doubt, fill_sky
 from multiradar.tracking.clutter import ClutterMap
 from multiradar.tracking.measurements import MeasurementBatch
 from multiradar.tracking.order import RELEASE_STEP_S
 from multiradar.tracking.pool import AircraftPool
 from multiradar.tracking.roster import RowIdentities
-from multiradar.tracking.settings import BY_NEAREST, TrackingSettings
+from multiradar.tracking.settings import (
+    BY_IDENTITY,
+    BY_PROBABILITY,
+    TrackingSettings,
+)
+from multiradar.tracking.shared_plots import Shares, sharing_rules
 from multiradar.tracking.sky import Candidates, Sky
 from multiradar.tracking.transitions import MERGED as REASON_MERGED
 from multiradar.tracking.transitions import Ends
@@ -45,6 +52,10 @@ WINDOW_S = RELEASE_STEP_S
 USUAL_TURN_S = 5.0
 #: Tracks are compared with each other once in so long, s of data time.
 MERGE_STEP_S = 2.0
+#: Where plots are shared, so many more such tests two tracks that are two aircraft are left alone.
+PATIENCE_TESTS = 26
+#: Where plots are shared, hits that a track needs whose first plot could have been of another.
+SHADOW_HITS_SHARED = 3
 #: Standard deviation of a velocity that was wrong, or jumped, m/s.
 ASTRAY_SIGMA_MPS = 60.0
 #: What a plot that an address names, not far from its track, adds to the score of the track.
@@ -94,7 +105,11 @@ class Association:
 
     def __init__(self, sensors: SensorTable, settings: TrackingSettings) -> None:
         self._sensors = len(sensors)
-        self._associates = settings.association == BY_NEAREST
+        self._associates = settings.association != BY_IDENTITY
+        self._shares = settings.association == BY_PROBABILITY
+        self._patience = PATIENCE_TESTS if self._shares else 0
+        self._shadow_hits = SHADOW_HITS_SHARED if self._shares else SHADOW_HITS
+        self._sharing = sharing_rules(sensors, settings)
         self._periods = np.nan_to_num(sensors.rotation_period_s, nan=USUAL_TURN_S)
         self._apart = np.nan_to_num(sensors.rotation_period_s, nan=0.0)
         rules = np.empty(skies.RULE_COUNT)
@@ -188,7 +203,7 @@ class Association:
         into = np.empty(len(ended), np.int64)
         count = find_merges(
             time_s, longest, model, pool.aircraft, pool.roster, pool.life, self._periods, sky,
-            ended, into,
+            self._patience, ended, into,
         )  # fmt: skip
         self._transitions[MERGED] += count
         why = np.full(count, REASON_MERGED)
@@ -203,7 +218,7 @@ class Association:
         )
         return self._sky, longest
 
-    def choose(self, window: Window, model: Model, pool: AircraftPool) -> None:
+    def choose(self, window: Window, model: Model, pool: AircraftPool) -> Shares | None:
         """Find the aircraft of the rows of a window, or mark that they begin one.
 
         Parameters
@@ -214,6 +229,11 @@ class Association:
             What all aircraft share.
         pool : AircraftPool
             The aircraft.
+
+        Returns
+        -------
+        Shares or None
+            Who else may have them, where that is asked for and in doubt.
         """
         batch, codes, rows, identities, first, last = window
         unknown = identify(
@@ -223,7 +243,7 @@ class Association:
         self._scores, self._shadows = np.full(n, KNOWN_SCORE), np.zeros(n, np.int64)
         addressed = batch.track_number[first:last] < 0
         if unknown == 0 and not addressed.any():
-            return
+            return None
         window_time = math.floor(rows.time[first] / WINDOW_S) * WINDOW_S
         sky, _ = self._fill(window_time, model, pool)
         doubted = np.zeros(n, np.int64)
@@ -233,7 +253,7 @@ class Association:
                 identities, doubted,
             )  # fmt: skip
         if unknown == 0:
-            return
+            return None
         candidates = Candidates.empty(last - first)
         find_candidates(
             first, last, window_time, batch.track_number, batch.mode_s_address, codes, rows, model,
@@ -244,6 +264,22 @@ class Association:
             first, last, self._sensors, batch.track_number, batch.mode_s_address, codes, rows,
             pool.life, candidates, sky, identities, doubted, self._scores, self._shadows,
         )  # fmt: skip
+        return self._share(window, model, candidates, pool) if self._shares else None
+
+    def _share(
+        self, window: Window, model: Model, candidates: Candidates, pool: AircraftPool
+    ) -> Shares | None:
+        sky, rows, first = self._sky, window.rows, window.first
+        assert sky is not None
+        window_time = math.floor(rows.time[first] / WINDOW_S) * WINDOW_S
+        pairs = int(np.maximum(candidates.number, 0).sum())
+        table = np.empty((3 * pairs, SHARE_COLUMNS))
+        count = share_plots(
+            first, self._sensors, window_time, self._sharing, self._rules,
+            self._clutter.log_densities, rows, model, candidates, sky, window.identities.slot,
+            pool.life, pool.aircraft, table,
+        )  # fmt: skip
+        return Shares.of(table[:count]) if count else None
 
     def settle(
         self, window: Window, result: Result, pool: AircraftPool, confirmed: Integers
@@ -264,7 +300,7 @@ class Association:
         _, _, rows, identities, first, last = window
         settle(
             first, last, rows, result, self._periods, self._rules, self._clutter.log_densities,
-            self._clutter.log_usual, self._clutter.counts, pool.life, identities, self._scores,
-            self._shadows, confirmed, self._transitions,
+            self._clutter.log_usual, self._shadow_hits, self._clutter.counts, pool.life,
+            identities, self._scores, self._shadows, confirmed, self._transitions,
         )  # fmt: skip
         self._anonymous = True

@@ -10,8 +10,12 @@ MOTIONS = (WHITE_ACCELERATION, VELOCITY_FRAME)
 HIDEABLE = ("track_number", "mode_3a", "mode_s_address", "callsign")
 #: How plots find their aircraft: `TrackingSettings.association`.
 BY_NEAREST = "nearest"
+BY_PROBABILITY = "probabilistic"
 BY_IDENTITY = "identity"
-ASSOCIATIONS = (BY_NEAREST, BY_IDENTITY)
+ASSOCIATIONS = (BY_NEAREST, BY_PROBABILITY, BY_IDENTITY)
+#: Which joint events count: `TrackingSettings.joint_events`.
+LIKELIEST_EVENTS = "likeliest"
+ALL_EVENTS = "all"
 #: The interval that the accelerations of the velocity frame go with. Printed for one fixed
 #: interval, they become densities by it, so that intervals may be cut anywhere.
 NOMINAL_INTERVAL_S = 1.0
@@ -82,7 +86,15 @@ class TrackingSettings:
         density, m²/s³, of which the raised noise of every mode is a multiple.
     association : str
         `nearest`: measurements without identity are assigned to tracks by place and by what they
-        tell of identity, and begin tracks; `identity`: they have no aircraft.
+        tell of identity, and begin tracks; `probabilistic`: so they are, and where tracks come
+        close each is corrected by all plots that it may have, as likely as they are; `identity`:
+        they have no aircraft.
+    joint_events : str
+        For `probabilistic`: `likeliest`, of all ways to give the same plots to the same tracks the
+        likeliest alone counts, so that tracks do not run together (JPDA*); `all` (JPDA).
+    range_resolution_m, azimuth_resolution_deg : float
+        For `probabilistic`: a radar makes one plot of two aircraft that are so far apart, in either
+        alone, half of the times; 0 where it always makes two.
     hidden_fields : tuple of str
         Of `HIDEABLE`: what is kept from the tracker; it goes to the output as it was measured.
     clutter_density_per_km2 : float
@@ -129,6 +141,9 @@ class TrackingSettings:
     imm_surprise_floor: float = 3.0
     imm_surprise_density: float = 256.0
     association: str = BY_NEAREST
+    joint_events: str = LIKELIEST_EVENTS
+    range_resolution_m: float = 200.0
+    azimuth_resolution_deg: float = 2.0
     hidden_fields: tuple[str, ...] = ()
     clutter_density_per_km2: float = 1e-5
     speed_max_mps: float = 700.0
