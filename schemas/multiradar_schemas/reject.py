@@ -29,6 +29,7 @@ class RejectCode(StrEnum):
     DUPLICATE = "DUPLICATE"
     MALFORMED_JSON = "MALFORMED_JSON"
     MALFORMED_ARROW = "MALFORMED_ARROW"
+    MALFORMED_BLOCK = "MALFORMED_BLOCK"
     TOO_LARGE = "TOO_LARGE"
 
 
@@ -53,6 +54,8 @@ CODE_MEANINGS: dict[RejectCode, str] = {
     RejectCode.DUPLICATE: "Taken before.",
     RejectCode.MALFORMED_JSON: "Not JSON, or not of the form asked for.",
     RejectCode.MALFORMED_ARROW: "Not an Arrow IPC stream, or columns of the wrong type.",
+    RejectCode.MALFORMED_BLOCK: "Bytes that are no ASTERIX block, or a block that does not fit its "
+    "category and edition.",
     RejectCode.TOO_LARGE: "Larger than a configured limit.",
 }
 

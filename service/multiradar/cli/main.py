@@ -12,6 +12,7 @@ from typing import Annotated
 import typer
 
 from multiradar.cli.convert import convert_app
+from multiradar.cli.convert_asterix import ASTERIX_HELP, convert_asterix
 from multiradar.cli.demo import demo
 from multiradar.cli.evaluate import evaluate
 from multiradar.cli.replay import replay
@@ -52,6 +53,7 @@ app = typer.Typer(
     rich_markup_mode="rich",
     context_settings={"help_option_names": ["-h", "--help"]},
 )
+convert_app.command(name="asterix", help=ASTERIX_HELP)(convert_asterix)
 app.add_typer(convert_app, name="convert")
 app.command(name="track")(track)
 app.command(name="serve")(serve)

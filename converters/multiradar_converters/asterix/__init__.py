@@ -1,0 +1,1 @@
+"""ASTERIX recordings become measurements: blocks, records, items, fields."""

@@ -1,0 +1,493 @@
+"""Compiled walk through blocks, records and items, and the reading of bits.
+
+A *program* describes a layout in arrays, a row for each *node*: an item, a sub-item or a further
+part of an extended item. Where a record's nodes begin is noted in a row of `starts`.
+"""
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Words = NDArray[np.int64]
+Places = NDArray[np.int32]
+Octets = NDArray[np.uint8]
+
+# Nothing here allocates.
+compiled = njit(cache=True, nogil=True, _nrt=False)  # type: ignore[call-overload]  # not in its stubs
+inlined = njit(cache=True, nogil=True, _nrt=False, forceinline=True)  # type: ignore[call-overload]  # as above
+
+# Kinds of nodes.
+FIXED, EXTENDED, LIST, REPETITIVE, EXPLICIT, COMPOUND, RFS, PART = 0, 1, 2, 3, 4, 5, 6, 7
+# Columns of a program: kind; octets; children or parts; the first of them; whether FX ends it.
+KIND, OCTETS, COUNT, FIRST, MORE = 0, 1, 2, 3, 4
+# Why a block cannot be decoded.
+FITS, TOO_SHORT, NO_ITEM, ZERO_LENGTH, EMPTY_RECORD, LONG_FIELD_SPECIFICATION = 0, 1, 2, 3, 4, 5
+# No profile has more places.
+PLACES_MAX = 64
+_FX, _SEVEN = 1, 7
+# Blocks in a row that are believed though their records do not fit.
+_HOPS_MAX = 3
+# Blocks of so many octets are found again after bytes that are none: bounds the search.
+_FOUND_MAX = 4096
+
+
+@inlined
+def _extended_end(
+    data: Octets, at: int, end: int, node: int, program: Words, starts: Places
+) -> tuple[int, int]:
+    """Pass an extended item; octets after the last part that the table knows are passed too."""
+    place = at + program[node, OCTETS]
+    if place > end:
+        return TOO_SHORT, at
+    more = program[node, MORE]
+    part = program[node, FIRST]
+    last = part + program[node, COUNT] - 1
+    while more and data[place - 1] & _FX:
+        octets = 1
+        if part <= last:
+            starts[part] = place
+            octets = program[part, OCTETS]
+            more = program[part, MORE]
+            part += 1
+        place += octets
+        if place > end:
+            return TOO_SHORT, at
+    return FITS, place
+
+
+@inlined
+def _list_end(data: Octets, at: int, end: int, octets: int) -> tuple[int, int]:
+    place = at + octets
+    while place <= end and data[place - 1] & _FX:
+        place += octets
+    return (FITS, place) if place <= end else (TOO_SHORT, at)
+
+
+@compiled
+def _simple_end(
+    data: Octets, at: int, end: int, node: int, program: Words, starts: Places
+) -> tuple[int, int]:
+    """Pass an item that is not compound; return the reason why not, and where it ends."""
+    starts[node] = at
+    kind = program[node, KIND]
+    octets = program[node, OCTETS]
+    if kind == FIXED:
+        place = at + octets
+    elif kind == EXTENDED:
+        return _extended_end(data, at, end, node, program, starts)
+    elif kind == LIST:
+        return _list_end(data, at, end, octets)
+    elif at >= end:
+        return TOO_SHORT, at
+    elif kind == REPETITIVE:
+        place = at + 1 + int(data[at]) * octets
+    else:
+        if data[at] == 0:
+            return ZERO_LENGTH, at
+        place = at + int(data[at])
+    if place > end:
+        return TOO_SHORT, at
+    return FITS, place
+
+
+@compiled
+def _compound_end(
+    data: Octets, at: int, end: int, node: int, program: Words, starts: Places
+) -> tuple[int, int, int]:
+    """Pass a compound item; return reason, end and the node that is wrong."""
+    starts[node] = at
+    place = at
+    count = program[node, COUNT]
+    more = 1
+    while more:
+        if place >= end:
+            return TOO_SHORT, at, node
+        more = data[place] & _FX
+        place += 1
+    octets = place - at
+    if octets * _SEVEN > PLACES_MAX:
+        return LONG_FIELD_SPECIFICATION, at, node
+    for k in range(octets * _SEVEN):
+        if int(data[at + k // _SEVEN]) >> (_SEVEN - k % _SEVEN) & 1 == 0:
+            continue
+        child = program[node, FIRST] + k
+        if k >= count or program[child, KIND] < 0:
+            return NO_ITEM, place, node
+        reason, place = _simple_end(data, place, end, child, program, starts)
+        if reason != FITS:
+            return reason, place, child
+    return FITS, place, node
+
+
+@compiled
+def _item_end(
+    data: Octets, at: int, end: int, node: int, program: Words, starts: Places
+) -> tuple[int, int, int]:
+    if program[node, KIND] == COMPOUND:
+        return _compound_end(data, at, end, node, program, starts)
+    reason, place = _simple_end(data, at, end, node, program, starts)
+    return reason, place, node
+
+
+@compiled
+def _random_end(
+    data: Octets, at: int, end: int, node: int, profile: Words, program: Words, starts: Places
+) -> tuple[int, int, int]:
+    """Pass items in random order, each after its number."""
+    starts[node] = at
+    if at >= end:
+        return TOO_SHORT, at, node
+    place = at + 1
+    for _ in range(data[at]):
+        if place >= end:
+            return TOO_SHORT, place, node
+        number = int(data[place]) - 1
+        if number < 0 or number >= len(profile) or profile[number] < 0:
+            return NO_ITEM, place, node
+        item = profile[number]
+        if program[item, KIND] == RFS:
+            return NO_ITEM, place, node
+        reason, place, wrong = _item_end(data, place + 1, end, item, program, starts)
+        if reason != FITS:
+            return reason, place, wrong
+    return FITS, place, node
+
+
+@compiled
+def _record_end(
+    data: Octets, at: int, end: int, profiles: Words, chooser: int, program: Words, starts: Places
+) -> tuple[int, int, int]:
+    """Pass a record; return reason, end (or where it is wrong) and node (-1: none)."""
+    starts[:] = -1
+    place = at
+    more = 1
+    while more:
+        if place >= end:
+            return TOO_SHORT, at, -1
+        more = data[place] & _FX
+        place += 1
+    octets = place - at
+    if octets * _SEVEN > PLACES_MAX:
+        return LONG_FIELD_SPECIFICATION, at, -1
+    profile = profiles[0]
+    empty = True
+    for k in range(octets * _SEVEN):
+        if int(data[at + k // _SEVEN]) >> (_SEVEN - k % _SEVEN) & 1 == 0:
+            continue
+        if k >= len(profile) or profile[k] < 0:
+            return NO_ITEM, place, -2 - k
+        node = profile[k]
+        empty = False
+        if program[node, KIND] == RFS:
+            reason, place, node = _random_end(data, place, end, node, profile, program, starts)
+        else:
+            reason, place, node = _item_end(data, place, end, node, program, starts)
+        if reason != FITS:
+            return reason, place, node
+        if node == chooser and data[starts[node]] & 0x80:
+            profile = profiles[1]
+    if empty:
+        return EMPTY_RECORD, at, -1
+    return FITS, place, -1
+
+
+@compiled
+def walk(
+    data: Octets,
+    begins: Words,
+    ends: Words,
+    profiles: Words,
+    chooser: int,
+    program: Words,
+    starts: Places,
+    records: Words,
+    faults: Words,
+) -> tuple[int, int]:
+    """Walk through blocks of one layout.
+
+    Parameters
+    ----------
+    data : uint8[b]
+        The bytes.
+    begins, ends : int64[n]
+        Where the records of each block begin and end.
+    profiles : int64[2, places]
+        Node of each place of the field specification, -1 where there is none.
+    chooser : int
+        The node whose first bit chooses the second profile; -1 for none.
+    program : int64[nodes, 5]
+        The layout.
+    starts : int32[m, nodes]
+        Filled: where each node of each record begins, -1 where it is absent.
+    records : int64[m, 3]
+        Filled: block, begin and end of each record.
+    faults : int64[n, 3]
+        Filled: reason, place and node (-1: none, -2 - k: place k of the profile) of each block.
+
+    Returns
+    -------
+    tuple of int
+        Blocks done (fewer than n when `starts` is full) and records.
+    """
+    count = 0
+    for block in range(len(begins)):
+        first = count
+        at = begins[block]
+        end = ends[block]
+        faults[block, 0] = FITS
+        while at < end:
+            if count == len(starts):
+                return block, first
+            reason, place, node = _record_end(
+                data, at, end, profiles, chooser, program, starts[count]
+            )
+            if reason != FITS:
+                faults[block, 0] = reason
+                faults[block, 1] = place
+                faults[block, 2] = node
+                count = first
+                break
+            records[count, 0] = block
+            records[count, 1] = at
+            records[count, 2] = place
+            count += 1
+            at = place
+    return len(begins), count
+
+
+@compiled
+def read_bits(
+    data: Octets, places: Places, begin: int, bits: int, signed: bool, absent: int, out: Words
+) -> None:
+    """Read a field of at most 62 bits of every record.
+
+    Parameters
+    ----------
+    data : uint8[b]
+        The bytes.
+    places : int32[n]
+        Where the part begins; negative where it is absent.
+    begin, bits : int
+        First bit in the part, and their number.
+    signed : bool
+        Whether they are two's complement.
+    absent : int
+        What to enter where there is none.
+    out : int64[n]
+        Filled.
+    """
+    for k in range(len(places)):
+        if places[k] < 0:
+            out[k] = absent
+            continue
+        value = 0
+        last = begin + bits
+        bit = begin
+        while bit < last:
+            offset = bit & 7
+            taken = min(8 - offset, last - bit)
+            octet = int(data[places[k] + (bit >> 3)])
+            value = value << taken | (octet >> (8 - offset - taken)) & ((1 << taken) - 1)
+            bit += taken
+        if signed and value >> (bits - 1):
+            value -= 1 << bits
+        out[k] = value
+
+
+@compiled
+def split_blocks(
+    data: Octets,
+    at: int,
+    trailer: int,
+    nodes: Words,
+    profiles: Words,
+    layouts: Words,
+    categories: Words,
+    starts: Places,
+    blocks: Words,
+    gaps: Words,
+) -> tuple[int, int, int]:
+    """Cut a stream into blocks; pass over bytes that are none.
+
+    A block is believed where its length fits into what is left and its records fit a layout of its
+    category. One whose records do not is believed, too, where blocks lead on from its end to one
+    whose records do, or to the end of the bytes, and no two blocks that fit stand within it; but
+    not after bytes that are no block.
+
+    Parameters
+    ----------
+    data : uint8[b]
+        The bytes.
+    at : int
+        Where to begin.
+    trailer : int
+        Octets that the recorder wrote after each block.
+    nodes, profiles, layouts, categories : int64 [n, 5], [l, 2, places], [l, 3], [256, 2]
+        All layouts: nodes one after another; profiles; first node, end of its nodes and chooser of
+        each layout; first layout of each category and their number.
+    starts : int32[n]
+        Room for the nodes of one layout.
+    blocks : int64[n, 2]
+        Filled: begin and end of each block.
+    gaps : int64[m, 2]
+        Filled: begin and end of bytes that are no block.
+
+    Returns
+    -------
+    tuple of int
+        Blocks, gaps, and where it stopped: the end, or an array is full.
+    """
+    count = 0
+    gap_count = 0
+    lost = -1
+    size = len(data)
+    while at < size and count < len(blocks) and gap_count < len(gaps):
+        end = _block_end(data, at, trailer)
+        if end == 0:
+            believed = False
+        elif lost < 0:
+            believed = _fits(
+                data, at, end, nodes, profiles, layouts, categories, starts
+            ) or _leads_on(data, at, end, trailer, nodes, profiles, layouts, categories, starts)
+        else:
+            believed = end - at <= _FOUND_MAX and _fits(
+                data, at, end, nodes, profiles, layouts, categories, starts
+            )
+        if not believed:
+            if lost < 0:
+                lost = at
+            at += 1
+            continue
+        if lost >= 0:
+            gaps[gap_count, 0] = lost
+            gaps[gap_count, 1] = at
+            gap_count += 1
+            lost = -1
+        blocks[count, 0] = at
+        blocks[count, 1] = end
+        count += 1
+        at = end + trailer
+    if lost >= 0:
+        if gap_count < len(gaps):
+            gaps[gap_count, 0] = lost
+            gaps[gap_count, 1] = at
+            gap_count += 1
+        else:
+            at = lost
+    return count, gap_count, min(at, size)
+
+
+@inlined
+def _block_end(data: Octets, at: int, trailer: int) -> int:
+    """Return where the block ends, 0 if none begins here."""
+    if at + 3 > len(data):
+        return 0
+    length = int(data[at + 1]) << 8 | int(data[at + 2])
+    if length < 4 or at + length + trailer > len(data):
+        return 0
+    return at + length
+
+
+@compiled
+def _fits(
+    data: Octets,
+    at: int,
+    end: int,
+    nodes: Words,
+    profiles: Words,
+    layouts: Words,
+    categories: Words,
+    starts: Places,
+) -> bool:
+    """Tell whether the records of a block fit a layout of its category."""
+    first, number = categories[data[at], 0], categories[data[at], 1]
+    for layout in range(first, first + number):
+        program = nodes[layouts[layout, 0] : layouts[layout, 1]]
+        place = at + 3
+        reason = FITS
+        while reason == FITS and place < end:
+            reason, place, _node = _record_end(
+                data,
+                place,
+                end,
+                profiles[layout],
+                layouts[layout, 2],
+                program,
+                starts[: len(program)],
+            )
+        if reason == FITS:
+            return True
+    return False
+
+
+@compiled
+def _leads_on(
+    data: Octets,
+    at: int,
+    end: int,
+    trailer: int,
+    nodes: Words,
+    profiles: Words,
+    layouts: Words,
+    categories: Words,
+    starts: Places,
+) -> bool:
+    """Tell whether a block whose records do not fit has a true length all the same."""
+    place = end + trailer
+    for _ in range(_HOPS_MAX):
+        if place == len(data):
+            break
+        next_end = _block_end(data, place, trailer)
+        if next_end == 0:
+            return False
+        if _fits(data, place, next_end, nodes, profiles, layouts, categories, starts):
+            break
+        place = next_end + trailer
+    # Two blocks one after the other within it: a length that is wrong took them along.
+    for place in range(at + 1, end):
+        for step in range(2):
+            next_end = _block_end(data, place, trailer)
+            if (
+                next_end == 0
+                or next_end - place > _FOUND_MAX
+                or not _fits(data, place, next_end, nodes, profiles, layouts, categories, starts)
+            ):
+                break
+            place = next_end + trailer
+            if step == 1 or place == len(data):
+                return False
+    return True
+
+
+@compiled
+def read_sources(data: Octets, begins: Words, ends: Words, out: Words) -> None:
+    """Read item 010 of the first record of each block: area code times 256 and system code.
+
+    Parameters
+    ----------
+    data : uint8[b]
+        The bytes.
+    begins, ends : int64[n]
+        Where the records of each block begin and end.
+    out : int64[n]
+        Filled; -1 where the first record does not begin with it.
+    """
+    for k in range(len(begins)):
+        at = begins[k]
+        out[k] = -1
+        if at >= ends[k] or data[at] & 0x80 == 0:
+            continue
+        while at < ends[k] and data[at] & _FX:
+            at += 1
+        if at + 3 <= ends[k]:
+            out[k] = int(data[at + 1]) << 8 | int(data[at + 2])
+
+
+@compiled
+def hash_records(data: Octets, begins: Words, ends: Words, out: Words) -> None:
+    """Fill `out` with a number made of the octets of each record (FNV-1a, 64 bits)."""
+    for k in range(len(begins)):
+        value = np.uint64(14695981039346656037)
+        for at in range(begins[k], ends[k]):
+            value = (value ^ np.uint64(data[at])) * np.uint64(1099511628211)
+        out[k] = np.int64(value >> np.uint64(1))

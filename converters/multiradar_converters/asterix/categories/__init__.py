@@ -1,0 +1,1 @@
+"""The items of each ASTERIX category and edition, one module a category, in `notation`."""

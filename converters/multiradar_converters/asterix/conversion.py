@@ -1,0 +1,230 @@
+"""The conversion of ASTERIX recordings: files in, one folder out."""
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+
+from multiradar_converters.asterix import clocks, table
+from multiradar_converters.asterix.columns import Flags, Integers, Numbers
+from multiradar_converters.asterix.containers import read_blocks
+from multiradar_converters.asterix.gathering import Broken, Gathered, gather
+from multiradar_converters.asterix.options import Options
+from multiradar_converters.asterix.report import FileAccount, Findings, report_json
+from multiradar_converters.asterix.sensors import SensorNames, sensors_toml
+from multiradar_converters.asterix.targets import FLAGS, NOT_AIRCRAFT, flag_bits
+from multiradar_converters.asterix.timing import KINDS, Timed, Turned, into_days, time_targets
+from multiradar_converters.output_folder import OutputFolder
+from multiradar_converters.vid.times import unix_start
+from multiradar_schemas.reject import Reject, RejectCode
+
+#: Octets of a broken block that are kept in the quarantine.
+RAW_OCTETS_MAX = 4096
+
+_RANGE_MAX_M = 1e6
+
+
+@dataclass
+class _Part:
+    """Measurements of one file on their way into the table."""
+
+    rows: dict[str, Numbers | Integers]
+    numbers: dict[str, Numbers] = field(default_factory=dict)
+
+
+def convert(
+    files: Sequence[Path], out: Path, options: Options, advance: Callable[[int], None]
+) -> dict[str, object]:
+    """Convert recordings.
+
+    Parameters
+    ----------
+    files : sequence of Path
+        Recordings, in the order of their times.
+    out : Path
+        The folder to make.
+    options : Options
+        The user's choices.
+    advance : callable
+        Told the octets that were read, from time to time.
+
+    Returns
+    -------
+    dict
+        What `report.json` says.
+
+    Raises
+    ------
+    OutputTakenError
+        `out` exists.
+    LayoutError
+        A file cannot be read.
+    AccountingError
+        An octet or record is unaccounted for.
+    """
+    findings = Findings()
+    parts: list[_Part] = []
+    with OutputFolder(out) as folder:
+        with (folder.path / "rejects.ndjson").open("w", encoding="utf-8", newline="\n") as rejects:
+            for path in files:
+                gathered = gather(read_blocks(path), options.editions)
+                account, part = _of_file(gathered, options, findings)
+                for broken in sorted(account.broken, key=lambda one: one.offset):
+                    rejects.write(_reject(gathered, broken).model_dump_json(exclude_none=True))
+                    rejects.write("\n")
+                account.check()
+                findings.files.append(account)
+                parts += [part] if part is not None else []
+                advance(gathered.blocks.size)
+        frames, names = _frames(parts, options, findings)
+        findings.rows = table.write(folder.path / "measurements.parquet", frames)
+        skeleton = sensors_toml(names, findings)
+        (folder.path / "sensors.toml").write_text(skeleton, encoding="utf-8")
+        report = report_json(folder.path / "report.json", findings, options)
+        folder.finish()
+    return report
+
+
+def _reject(gathered: Gathered, broken: Broken) -> Reject:
+    octets = gathered.blocks.data[broken.begin : broken.begin + broken.octets]
+    cut = len(octets) > RAW_OCTETS_MAX
+    return Reject(
+        file=gathered.blocks.file,
+        offset=broken.offset,
+        reason=broken.reason + (f"; the first {RAW_OCTETS_MAX} octets are kept" if cut else ""),
+        code=broken.code,
+        raw=octets[:RAW_OCTETS_MAX].tobytes().hex(),
+    )
+
+
+def _of_file(
+    gathered: Gathered, options: Options, findings: Findings
+) -> tuple[FileAccount, _Part | None]:
+    """Time the reports of a file, refuse what cannot be; count all of it."""
+    account = FileAccount(
+        file=gathered.blocks.file,
+        form=gathered.blocks.form,
+        size=gathered.blocks.size,
+        octets=gathered.octets,
+        records=sum(gathered.records.values()),
+        broken=list(gathered.broken),
+    )
+    account.blocks_broken = len(account.broken)
+    findings.records.update(gathered.records)
+    findings.items.update(gathered.items)
+    timed, turned = time_targets(gathered)
+    _remember(findings, turned)
+    if timed is None:
+        return account, None
+    return account, _measured(timed, account, options, findings)
+
+
+def _remember(findings: Findings, turned: dict[int, Turned]) -> None:
+    """Keep what the file with most north marks says of each antenna."""
+    for source, one in turned.items():
+        before = findings.turned.get(source)
+        if before is None or (one.north_marks, one.sectors) > (before.north_marks, before.sectors):
+            findings.turned[source] = one
+
+
+def _measured(
+    timed: Timed, account: FileAccount, options: Options, findings: Findings
+) -> _Part | None:
+    targets, rows = timed.targets, timed.rows
+    time_s = targets.time_s.copy()
+    known = ~np.isnan(time_s)
+    kept = np.zeros(len(time_s), dtype=np.bool_)
+    days = time_s[known]
+    kept[known] = into_days(days, rows.source[known])
+    time_s[known] = days
+    measured = _left_in(timed, options, findings)
+    for wrong, code, reason in (
+        (~known, RejectCode.MISSING_FIELD, "no time, and nothing that tells it"),
+        (known & ~kept, RejectCode.OUT_OF_RANGE, "a time more than an hour from those around it"),
+        (kept & measured & ~_possible(timed), RejectCode.OUT_OF_RANGE, "a position that cannot be"),
+    ):
+        _refuse(account, timed, wrong, code, reason)
+    own = np.flatnonzero(kept & measured & _possible(timed))
+    for origin, count in zip(*np.unique(timed.origin[own], return_counts=True), strict=True):
+        findings.time_origins[clocks.ORIGINS[origin]] += int(count)
+    numbers = ("range_m", "azimuth_deg", "latitude_deg", "longitude_deg", "height_m")
+    return _Part(
+        rows={
+            "same": timed.same[own],
+            "source": rows.source[own],
+            "kind": timed.kind[own],
+            "code": targets.code[own],
+            "address": targets.address[own],
+            "callsign": targets.callsign[own],
+            "flags": targets.flags[own],
+        },
+        numbers={"time_s": time_s[own] + unix_start(options.date)}
+        | {name: getattr(targets, name)[own] for name in numbers},
+    )
+
+
+def _left_in(timed: Timed, options: Options, findings: Findings) -> Flags:
+    """Tell which reports are measurements of aircraft; count those that are not."""
+    targets = timed.targets
+    radar = timed.kind == KINDS.index("radar")
+    first = np.where(radar, targets.range_m, targets.latitude_deg)
+    second = np.where(radar, targets.azimuth_deg, targets.longitude_deg)
+    left = ~np.isnan(first + second)
+    findings.left_out["no_position"] += int((~left).sum())
+    for name in () if options.all_targets else NOT_AIRCRAFT:
+        marked = left & (targets.flags & flag_bits(name) != 0)
+        findings.left_out[name] += int(marked.sum())
+        left &= ~marked
+    for name in FLAGS:
+        findings.flags[name] += int((left & (targets.flags & flag_bits(name) != 0)).sum())
+    return np.asarray(left, dtype=np.bool_)
+
+
+def _possible(timed: Timed) -> Flags:
+    targets = timed.targets
+    near = (targets.range_m > 0.0) & (targets.range_m <= _RANGE_MAX_M)
+    on_earth = (np.abs(targets.latitude_deg) <= 90.0) & (np.abs(targets.longitude_deg) <= 180.0)
+    possible: Flags = np.where(timed.kind == KINDS.index("radar"), near, on_earth)
+    return possible
+
+
+def _refuse(
+    account: FileAccount, timed: Timed, wrong: Flags, code: RejectCode, reason: str
+) -> None:
+    rows = timed.rows
+    for k in np.flatnonzero(wrong).tolist():
+        octets = int(rows.end[k] - rows.begin[k])
+        account.broken.append(Broken(int(rows.offset[k]), octets, code, reason, int(rows.begin[k])))
+
+
+def _frames(
+    parts: list[_Part], options: Options, findings: Findings
+) -> tuple[list[pl.DataFrame], SensorNames]:
+    """Drop what came before, name the sensors, make tables."""
+    if not parts:
+        return [], SensorNames(options.sensors, Counter())
+    rows = {name: np.concatenate([part.rows[name] for part in parts]) for name in parts[0].rows}
+    numbers = {
+        name: np.concatenate([part.numbers[name] for part in parts]) for name in parts[0].numbers
+    }
+    again = table.repeated(
+        rows["same"].astype(np.int64), rows["source"].astype(np.int64), numbers["time_s"]
+    )
+    findings.duplicates = int(again.sum())
+    whole = {name: values[~again].astype(np.int64) for name, values in rows.items()}
+    kept = {name: values[~again] for name, values in numbers.items()}
+    pairs, places = np.unique(
+        np.stack([whole["source"], whole["kind"]], axis=1), axis=0, return_inverse=True
+    )
+    counts = np.bincount(places.ravel(), minlength=len(pairs)).tolist()
+    names = SensorNames(
+        options.sensors,
+        Counter({(s, KINDS[k]): n for (s, k), n in zip(pairs.tolist(), counts, strict=True)}),
+    )
+    findings.measurements = {names.of(*pair): n for pair, n in names.counts.items()}
+    ids = [names.of(source, KINDS[kind]) for source, kind in pairs.tolist()]
+    frame = table.frame(kept, [ids[place] for place in places.ravel().tolist()], whole)
+    return [frame], names

@@ -1,0 +1,221 @@
+"""One file decoded: its blocks walked layout by layout, a part at a time, into columns."""
+
+from collections import Counter
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar_converters.asterix import _kernels
+from multiradar_converters.asterix.columns import Columns, Integers, Numbers
+from multiradar_converters.asterix.containers import Blocks
+from multiradar_converters.asterix.editions import Editions, source_name, sources_of
+from multiradar_converters.asterix.notation import Layout
+from multiradar_converters.asterix.program import REASONS, Walked, program_of, walk
+from multiradar_converters.asterix.services import Services, read_services
+from multiradar_converters.asterix.targets import Targets, read_targets
+from multiradar_schemas.reject import RejectCode
+
+#: Blocks walked through at once: bounds the memory.
+BLOCKS_AT_ONCE = 1 << 14
+
+# Records of one block are fewer; so a block's place times this, and the record's place in it, order
+# the records of a file.
+_RECORDS_OF_BLOCK = 1 << 16
+
+
+@dataclass(frozen=True)
+class Broken:
+    """A block, or octets that are none, on their way to `rejects.ndjson`."""
+
+    offset: int
+    octets: int
+    code: RejectCode
+    reason: str
+    begin: int
+    category: int = -1
+    source: int = -1
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Where records stand.
+
+    Attributes
+    ----------
+    order : int64[n]
+        Place among the records of the file.
+    source : int64[n]
+        Who wrote them.
+    begin, end : int64[n]
+        Their octets in the data of the file.
+    offset : int64[n]
+        Their place in the file.
+    received_s : float64[n]
+        Recorder's time, s; NaN for none.
+    """
+
+    order: Integers
+    source: Integers
+    begin: Integers
+    end: Integers
+    offset: Integers
+    received_s: Numbers
+
+
+@dataclass
+class Gathered:
+    """What a file holds.
+
+    Attributes
+    ----------
+    blocks : Blocks
+        Its blocks.
+    targets, services : list
+        Rows of records with what they say, by category.
+    records : Counter
+        Records by category and source.
+    items : Counter
+        Items by category, source and name.
+    octets : Counter
+        Octets by what became of them: framing, decoded, quarantined.
+    broken : list of Broken
+        What could not be decoded.
+    """
+
+    blocks: Blocks
+    targets: list[tuple[int, Rows, Targets]] = field(default_factory=list)
+    services: list[tuple[int, Rows, Services]] = field(default_factory=list)
+    records: Counter[tuple[int, int]] = field(default_factory=Counter)
+    items: Counter[tuple[int, int, str]] = field(default_factory=Counter)
+    octets: Counter[str] = field(default_factory=Counter)
+    broken: list[Broken] = field(default_factory=list)
+
+
+def gather(blocks: Blocks, editions: Editions, at_once: int = BLOCKS_AT_ONCE) -> Gathered:
+    """Decode the blocks of a file.
+
+    Parameters
+    ----------
+    blocks : Blocks
+        The blocks.
+    editions : Editions
+        Layouts; those of new sources are added.
+    at_once : int
+        So many blocks at a time; the result does not depend on it but for the lists' lengths.
+
+    Returns
+    -------
+    Gathered
+        Columns, counts, and what is broken.
+    """
+    gathered = Gathered(blocks)
+    gathered.octets["framing"] = blocks.framing
+    for offset, octets, reason in blocks.gaps:
+        gathered.broken.append(Broken(offset, octets, RejectCode.MALFORMED_BLOCK, reason, offset))
+    sources = sources_of(blocks)
+    editions.learn(blocks, sources)
+    categories = blocks.data[blocks.begins].astype(np.int64)
+    for first in range(0, len(blocks.begins), at_once):
+        part = np.arange(first, min(first + at_once, len(blocks.begins)))
+        keys = categories[part] << 16 | (sources[part] & 0xFFFF) | (sources[part] < 0) << 32
+        for key in np.unique(keys).tolist():
+            own = part[keys == key]
+            category, source = int(categories[own[0]]), int(sources[own[0]])
+            layout = editions.found.get((category, source))
+            if layout is None:
+                _unknown(gathered, own, category)
+            else:
+                _decode(gathered, own, source, layout)
+    gathered.broken.sort(key=lambda one: one.offset)
+    gathered.octets["quarantined"] = sum(one.octets for one in gathered.broken)
+    return gathered
+
+
+def _unknown(gathered: Gathered, own: NDArray[np.int64], category: int) -> None:
+    blocks = gathered.blocks
+    reason = f"category {category:03d} is not known"
+    for block in own.tolist():
+        begin, end = int(blocks.begins[block]), int(blocks.ends[block])
+        gathered.broken.append(
+            Broken(
+                int(blocks.offsets[block]),
+                end - begin,
+                RejectCode.UNKNOWN_KIND,
+                reason,
+                begin,
+                category,
+            )
+        )
+
+
+def _decode(gathered: Gathered, own: NDArray[np.int64], source: int, layout: Layout) -> None:
+    blocks = gathered.blocks
+    begins, ends = blocks.begins[own], blocks.ends[own]
+    walked = walk(program_of(layout), blocks.data, begins + 3, ends)
+    faulty = walked.faults[:, 0] != _kernels.FITS
+    for place in np.flatnonzero(faulty).tolist():
+        gathered.broken.append(_fault(blocks, int(own[place]), source, walked, place))
+    gathered.octets["decoded"] += int((ends - begins)[~faulty].sum())
+    if not len(walked.records):
+        return
+    columns = Columns(walked, blocks.data)
+    rows = _rows(blocks, own, source, walked, columns)
+    category = layout.category
+    _count(gathered, category, rows, walked)
+    targets = read_targets(category, columns)
+    if targets is not None:
+        gathered.targets.append((category, rows, targets))
+    services = read_services(category, columns)
+    if services is not None:
+        gathered.services.append((category, rows, services))
+
+
+def _fault(blocks: Blocks, block: int, source: int, walked: Walked, place: int) -> Broken:
+    fault, at, node = (int(value) for value in walked.faults[place])
+    layout = walked.program.layout
+    item = walked.program.wrong_item(node)
+    begin, end = int(blocks.begins[block]), int(blocks.ends[block])
+    where = f"item {item}: " if item else ""
+    return Broken(
+        offset=int(blocks.offsets[block]),
+        octets=end - begin,
+        code=RejectCode.MALFORMED_BLOCK,
+        reason=(
+            f"category {layout.category:03d} of {source_name(source)}, edition "
+            f"{layout.editions[0]}, {where}{REASONS[fault]}, at octet {at - begin} of the block"
+        ),
+        begin=begin,
+        category=layout.category,
+        source=source,
+    )
+
+
+def _rows(
+    blocks: Blocks, own: NDArray[np.int64], source: int, walked: Walked, columns: Columns
+) -> Rows:
+    block = own[walked.records[:, 0]]
+    first = np.searchsorted(walked.records[:, 0], walked.records[:, 0], side="left")
+    area, system = columns.integers("010", "SAC"), columns.integers("010", "SIC")
+    begin = walked.records[:, 1]
+    return Rows(
+        order=block * _RECORDS_OF_BLOCK + np.arange(len(block)) - first,
+        # In category 001 only the first record of a block names the source.
+        source=np.where(area < 0, source, area << 8 | system),
+        begin=begin,
+        end=walked.records[:, 2],
+        offset=begin - blocks.begins[block] + blocks.offsets[block],
+        received_s=blocks.received_s[block],
+    )
+
+
+def _count(gathered: Gathered, category: int, rows: Rows, walked: Walked) -> None:
+    names = walked.program.names
+    items = [k for k, name in enumerate(names) if "/" not in name and "+" not in name]
+    for source in np.unique(rows.source).tolist():
+        own = rows.source == source
+        gathered.records[category, source] += int(own.sum())
+        present = (walked.starts[own][:, items] >= 0).sum(axis=0)
+        for k, count in zip(items, present.tolist(), strict=True):
+            if count:
+                gathered.items[category, source, names[k]] += count

@@ -1,0 +1,45 @@
+"""What a user can choose about a conversion."""
+
+import datetime as dt
+from dataclasses import dataclass, field
+
+from multiradar_converters.asterix.editions import Editions
+from multiradar_schemas.sensor import SensorsFile
+
+
+@dataclass(frozen=True)
+class Options:
+    """Choices; the defaults find out what they can.
+
+    Attributes
+    ----------
+    sensors : SensorsFile or None
+        Sensors, which give their ids to the numbers in the recording.
+    date : date or None
+        The day on which the recording begins.
+    editions : Editions
+        Editions that the user chose; those found are added.
+    all_targets : bool
+        Whether test targets, simulated ones, fixed transponders and reports without a detection
+        become measurements too.
+    """
+
+    sensors: SensorsFile | None = None
+    date: dt.date | None = None
+    editions: Editions = field(default_factory=Editions)
+    all_targets: bool = False
+
+    def settings(self) -> dict[str, object]:
+        """Return the choices that shape the output, for `report.json`."""
+        chosen = {
+            f"{category:03d}"
+            if source is None
+            else f"{source >> 8}-{source & 255}/{category:03d}": (layout.editions[0])
+            for (category, source), layout in self.editions.chosen.items()
+        }
+        return {
+            "date": None if self.date is None else self.date.isoformat(),
+            "sensors": None if self.sensors is None else [one.id for one in self.sensors.sensor],
+            "editions": chosen,
+            "all_targets": self.all_targets,
+        }

@@ -1,0 +1,151 @@
+"""`report.json` of a conversion."""
+
+import json
+from collections import Counter
+from dataclasses import dataclass, field
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from multiradar_converters.asterix.editions import source_name
+from multiradar_converters.asterix.gathering import Broken
+from multiradar_converters.asterix.options import Options
+from multiradar_converters.asterix.timing import Turned
+from multiradar_converters.errors import AccountingError
+from multiradar_schemas.report import Report
+
+
+@dataclass
+class FileAccount:
+    """What became of the octets and records of a file."""
+
+    file: str
+    form: str
+    size: int
+    octets: Counter[str]
+    records: int
+    broken: list[Broken]
+    blocks_broken: int = 0
+
+    def check(self) -> None:
+        """Compare what was read with what became of it.
+
+        Raises
+        ------
+        AccountingError
+            An octet is unaccounted for.
+        """
+        became = sum(self.octets.values())
+        if became != self.size:
+            msg = f"{self.file}: read {self.size} octets, but accounted for {became}"
+            raise AccountingError(msg)
+
+    def counts(self) -> dict[str, int]:
+        """Return records: a broken block, of which nobody knows the records, counts as one."""
+        rejected = len(self.broken)
+        return {
+            "read": self.records + self.blocks_broken,
+            "accepted": self.records + self.blocks_broken - rejected,
+            "rejected": rejected,
+        }
+
+
+@dataclass
+class Findings:
+    """All that a conversion counted."""
+
+    files: list[FileAccount] = field(default_factory=list)
+    records: Counter[tuple[int, int]] = field(default_factory=Counter)
+    items: Counter[tuple[int, int, str]] = field(default_factory=Counter)
+    turned: dict[int, Turned] = field(default_factory=dict)
+    time_origins: Counter[str] = field(default_factory=Counter)
+    left_out: Counter[str] = field(default_factory=Counter)
+    flags: Counter[str] = field(default_factory=Counter)
+    measurements: dict[str, int] = field(default_factory=dict)
+    duplicates: int = 0
+    rows: int = 0
+
+
+def report_json(path: Path, findings: Findings, options: Options) -> dict[str, object]:
+    """Write the report and return what it says.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    findings : Findings
+        The counts.
+    options : Options
+        The user's choices.
+
+    Returns
+    -------
+    dict
+        The report, ready for JSON.
+    """
+    report = Report.model_validate(_report(findings, options))
+    text = report.model_dump_json(indent=1)
+    path.write_text(text + "\n", encoding="utf-8")
+    loaded: dict[str, object] = json.loads(text)
+    return loaded
+
+
+def _report(findings: Findings, options: Options) -> dict[str, Any]:
+    files = findings.files
+    counts = {
+        name: sum(account.counts()[name] for account in files)
+        for name in ("read", "accepted", "rejected")
+    }
+    counts["accepted"] -= findings.duplicates
+    counts["duplicate"] = findings.duplicates
+    by_code = Counter(broken.code for account in files for broken in account.broken)
+    return {
+        "command": "convert asterix",
+        "version": version("multiradar"),
+        "counts": counts,
+        "rejected_by_code": dict(sorted(by_code.items())),
+        "inputs": [
+            {"file": account.file, "bytes": account.size, "counts": account.counts()}
+            for account in files
+        ],
+        "outputs": [
+            {"file": "measurements.parquet", "rows": findings.rows},
+            {"file": "rejects.ndjson", "rows": counts["rejected"]},
+        ],
+        "settings": options.settings(),
+        "figures": _figures(findings, options),
+    }
+
+
+def _figures(findings: Findings, options: Options) -> dict[str, object]:
+    records: dict[str, dict[str, int]] = {}
+    for (category, source), count in sorted(findings.records.items()):
+        records.setdefault(f"{category:03d}", {})[source_name(source)] = count
+    items: dict[str, dict[str, dict[str, int]]] = {}
+    for (category, source, item), count in sorted(findings.items.items()):
+        of_category = items.setdefault(f"{category:03d}", {})
+        of_category.setdefault(source_name(source), {})[item] = count
+    return {
+        "bytes": {
+            account.file: {"form": account.form, **dict(sorted(account.octets.items()))}
+            for account in findings.files
+        },
+        "records": {category: sum(of.values()) for category, of in records.items()},
+        "records_by_sensor": records,
+        "items": items,
+        "editions": options.editions.names(),
+        "measurements": dict(sorted(findings.measurements.items())),
+        "left_out": dict(sorted(findings.left_out.items())),
+        "flags": dict(sorted(findings.flags.items())),
+        "time_from": dict(sorted(findings.time_origins.items())),
+        "antennas": {source_name(s): _antenna(t) for s, t in sorted(findings.turned.items())},
+    }
+
+
+def _antenna(turned: Turned) -> dict[str, object]:
+    known = turned.turn_s == turned.turn_s
+    return {
+        "north_marks": turned.north_marks,
+        "sectors": turned.sectors,
+        "turn_s": round(turned.turn_s, 4) if known else None,
+    }

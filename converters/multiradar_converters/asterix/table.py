@@ -1,0 +1,101 @@
+"""`measurements.parquet` of an ASTERIX recording: the usual columns, callsign and flags."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+
+from multiradar_converters.asterix.columns import Flags, Integers, Numbers
+from multiradar_converters.asterix.fields import letters
+from multiradar_converters.asterix.targets import flag_text
+from multiradar_converters.asterix.timing import KINDS
+from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
+
+#: Columns of this table; `track` and the others read the first ones.
+SCHEMA = pl.Schema({**MEASUREMENT_SCHEMA, "callsign": pl.String(), "flags": pl.String()})
+
+#: Records of equal octets and times no further apart are one record.
+SAME_S = 1.0
+
+_CALLSIGN_BITS = 48
+_HEIGHTS_M = (-1000.0, 40_000.0)
+
+
+def frame(
+    columns: dict[str, Numbers], sensor_ids: list[str], whole: dict[str, Integers]
+) -> pl.DataFrame:
+    """Make the table of a file.
+
+    Parameters
+    ----------
+    columns : dict of float64[n]
+        The numbers by name; NaN where there is none.
+    sensor_ids : list of str
+        Sensor of each row.
+    whole : dict of int64[n]
+        kind (see `timing.KINDS`), code, address, callsign and flags (as in `Targets`).
+
+    Returns
+    -------
+    DataFrame
+        Columns of `SCHEMA`.
+    """
+    height = columns["height_m"]
+    within = (height >= _HEIGHTS_M[0]) & (height <= _HEIGHTS_M[1])
+    numbers = columns | {"height_m": np.where(within, height, np.nan)}
+    texts = {
+        "sensor_id": pl.Series(sensor_ids, dtype=pl.String),
+        "kind": _named(whole["kind"], KINDS.__getitem__),
+        "mode_3a": _named(whole["code"], lambda value: None if value < 0 else f"{value:04o}"),
+        "mode_s_address": _named(
+            whole["address"], lambda value: None if value <= 0 else f"{value:06x}"
+        ),
+        "callsign": _named(whole["callsign"], _callsign),
+        "flags": _named(whole["flags"], flag_text),
+    }
+    made = {name: pl.Series(values, nan_to_null=True) for name, values in numbers.items()} | texts
+    empty = pl.Series([None] * len(sensor_ids), dtype=pl.Int64)
+    return pl.DataFrame({name: made.get(name, empty) for name in SCHEMA}, schema=SCHEMA)
+
+
+def repeated(same: Integers, source: Integers, time_s: Numbers) -> Flags:
+    """Find records that came before: equal octets, one source, times at most `SAME_S` apart.
+
+    Parameters
+    ----------
+    same : int64[n]
+        Equal for records of equal octets.
+    source : int64[n]
+        Who reports.
+    time_s : float64[n]
+        Times, s.
+
+    Returns
+    -------
+    bool[n]
+        Whether each repeats one; of equal records the first in time counts, then the first given.
+    """
+    order = np.lexsort((time_s, source, same))
+    again = np.zeros(len(order), dtype=np.bool_)
+    if len(order):
+        follows = (np.diff(same[order]) == 0) & (np.diff(source[order]) == 0)
+        again[order[1:]] = follows & (np.diff(time_s[order]) <= SAME_S)
+    return again
+
+
+def write(path: Path, frames: list[pl.DataFrame]) -> int:
+    """Write the table by time; return its rows."""
+    whole = pl.concat([pl.DataFrame(schema=SCHEMA), *frames]).sort("time_s", maintain_order=True)
+    whole.write_parquet(path, compression="snappy", statistics=True, row_group_size=1 << 16)
+    return whole.height
+
+
+def _named(values: Integers, name: Callable[[int], str | None]) -> pl.Series:
+    distinct, places = np.unique(values, return_inverse=True)
+    names = pl.Series([name(value) for value in distinct.tolist()], dtype=pl.String)
+    return names.gather(pl.Series(places.astype(np.uint32)))
+
+
+def _callsign(value: int) -> str | None:
+    return None if value < 0 else letters(value, _CALLSIGN_BITS).strip() or None

@@ -1,0 +1,135 @@
+"""`multiradar convert asterix`: ASTERIX recordings become measurements."""
+
+import datetime as dt
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from multiradar.cli.options import JsonOption, parse_date
+from multiradar.cli.progress import progress_bar
+from multiradar.errors import ConfigurationError, InputError, OutputExistsError
+
+if TYPE_CHECKING:
+    from multiradar_converters.asterix.options import Options
+
+#: What `--help` says.
+ASTERIX_HELP = (
+    "Convert ASTERIX recordings.\n\n"
+    "FILE is blocks back to back (.ast, .raw), a .gps recording, or a network capture (.pcap, "
+    ".pcapng); the content tells which. Several files are one recording, the earliest first.\n\n"
+    "DIR is made: measurements.parquet (plots of categories 001 and 048, multilateration of 020, "
+    "ADS-B of 021), rejects.ndjson (every block that cannot be decoded), report.json (records by "
+    "category, sensor and item) and sensors.toml (a skeleton)."
+)
+
+
+def convert_asterix(
+    files: Annotated[
+        list[Path], typer.Argument(metavar="FILE...", help="Recordings.", show_default=False)
+    ],
+    *,
+    out: Annotated[
+        Path,
+        typer.Option(
+            metavar="DIR", help="The folder to make; it must not exist.", show_default=False
+        ),
+    ],
+    sensors: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.toml",
+            help="sensors.toml: its sac and sic give sensors their ids.",
+            show_default="SAC-SIC",
+        ),
+    ] = None,
+    date: Annotated[
+        str | None,
+        typer.Option(
+            metavar="YYYY-MM-DD",
+            help="The day on which the recording begins. With it, times are Unix times; without "
+            "it they stay times of day, going on past midnight.",
+            parser=parse_date,
+            show_default=False,
+        ),
+    ] = None,
+    edition: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="[SAC-SIC/]CATEGORY=EDITION",
+            help="Edition of a category, such as 021=0.26 or 20-130/048=1.15. May be repeated.",
+            show_default="the newest that fits",
+        ),
+    ] = None,
+    all_targets: Annotated[
+        bool,
+        typer.Option(
+            "--all-targets",
+            help="Take test targets, simulated ones, fixed transponders and reports without a "
+            "detection too; the column flags tells them.",
+        ),
+    ] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Convert ASTERIX recordings."""
+    from multiradar_converters.asterix.editions import parse_editions
+    from multiradar_converters.asterix.options import Options
+    from multiradar_converters.errors import ProfileError
+    from multiradar_schemas.errors import SchemaError
+    from multiradar_schemas.sensor import load_sensors
+
+    try:
+        editions = parse_editions(edition or [])
+    except ProfileError as error:
+        raise typer.BadParameter(str(error), param_hint="--edition") from error
+    try:
+        options = Options(
+            sensors=None if sensors is None else load_sensors(sensors),
+            date=None if date is None else dt.date.fromisoformat(date),
+            editions=editions,
+            all_targets=all_targets,
+        )
+    except SchemaError as error:
+        raise ConfigurationError(str(error)) from error
+    report = _with_bar(files, out, options)
+    print(json.dumps(report, indent=1, ensure_ascii=False) if as_json else _summary(report, out))
+
+
+def _with_bar(files: list[Path], out: Path, options: "Options") -> dict[str, Any]:
+    from multiradar_converters.asterix.conversion import convert
+    from multiradar_converters.errors import ConversionError, OutputTakenError
+
+    total = sum(path.stat().st_size for path in files if path.is_file())
+    try:
+        with progress_bar("converting", total) as show:
+            done = 0
+
+            def advance(read: int) -> None:
+                nonlocal done
+                done += read
+                show(done)
+
+            return convert(files, out, options, advance)
+    except OutputTakenError as error:
+        raise OutputExistsError(str(error)) from error
+    except ConversionError as error:
+        raise InputError(str(error)) from error
+
+
+def _summary(report: dict[str, Any], out: Path) -> str:
+    counts, figures = report["counts"], report["figures"]
+    by_code = ", ".join(f"{code} {count}" for code, count in report["rejected_by_code"].items())
+    left = ", ".join(f"{name} {count}" for name, count in figures["left_out"].items() if count)
+    return "\n".join(
+        [
+            f"read {counts['read']} records: accepted {counts['accepted']}, rejected "
+            f"{counts['rejected']}{f' ({by_code})' if by_code else ''}, "
+            f"duplicate {counts['duplicate']}",
+            "records by category: "
+            + (", ".join(f"{name} {n}" for name, n in figures["records"].items()) or "none"),
+            f"measurements: {report['outputs'][0]['rows']} of {len(figures['measurements'])} "
+            f"sensors; left out: {left or 'none'}",
+            f"wrote {out}",
+        ]
+    )

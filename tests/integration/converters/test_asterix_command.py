@@ -1,0 +1,289 @@
+"""`multiradar convert asterix` from octets written by hand to tables, quarantine and report."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import polars as pl
+import pytest
+
+from multiradar.cli.main import EXIT_DONE, EXIT_FAILED, EXIT_USAGE, run
+from multiradar_schemas.reject import Reject
+from multiradar_schemas.report import Report
+from multiradar_schemas.sensor import load_sensors
+from support.asterix_octets import (
+    block,
+    datagram,
+    gps,
+    north_mark,
+    pcap,
+    plot_001,
+    plot_048,
+    record,
+)
+
+MILE_M = 1852.0
+DAY_S = 86_400.0
+
+
+def converted(tmp_path: Path, *contents: bytes, options: tuple[str, ...] = ()) -> Path:
+    paths = []
+    for number, content in enumerate(contents):
+        paths.append(tmp_path / f"recording-{number}")
+        paths[-1].write_bytes(content)
+    out = tmp_path / "out"
+    command = ["convert", "asterix", *map(str, paths), "--out", str(out), *options]
+    assert run(command) == EXIT_DONE
+    return out
+
+
+def rows(out: Path) -> list[dict[str, Any]]:
+    return pl.read_parquet(out / "measurements.parquet").to_dicts()
+
+
+def report(out: Path) -> Report:
+    return Report.model_validate_json((out / "report.json").read_bytes())
+
+
+def rejects(out: Path) -> list[Reject]:
+    lines = (out / "rejects.ndjson").read_text(encoding="utf-8").splitlines()
+    return [Reject.model_validate_json(line) for line in lines]
+
+
+def test_a_plot_becomes_a_measurement(tmp_path: Path) -> None:
+    out = converted(tmp_path, block(48, plot_048(28800.5)))
+    assert rows(out) == [
+        {
+            "time_s": 28800.5,
+            "sensor_id": "20-130",
+            "kind": "radar",
+            "range_m": 50 * MILE_M,
+            "azimuth_deg": 90.0,
+            "latitude_deg": None,
+            "longitude_deg": None,
+            "height_m": 35_000 * 0.3048,
+            "mode_3a": "7777",
+            "mode_s_address": "3c660c",
+            "track_number": None,
+            "callsign": None,
+            "flags": None,
+        }
+    ]
+    said = report(out)
+    assert (said.counts.read, said.counts.accepted) == (1, 1)
+    figures: dict[str, Any] = said.figures
+    assert figures["records_by_sensor"] == {"048": {"20-130": 1}}
+    assert figures["items"]["048"]["20-130"] == dict.fromkeys(
+        ("010", "020", "040", "070", "090", "140", "220"), 1
+    )
+
+
+def test_a_broken_block_is_quarantined_with_its_place_and_the_next_one_is_read(
+    tmp_path: Path,
+) -> None:
+    bad = block(48, record((1, "1482"), (2, "000001"), (7, "80")))
+    whole = block(48, plot_048(1.0)) + bad + block(30, b"\x80\x01") + block(48, plot_048(2.0))
+    out = converted(tmp_path, whole)
+    assert [row["time_s"] for row in rows(out)] == [1.0, 2.0]
+    first, second = rejects(out)
+    offset = len(block(48, plot_048(1.0)))
+    assert (first.offset, first.raw) == (offset, bad.hex())
+    assert "category 048 of 20-130" in first.reason
+    assert "item 130/SRL: goes on past the end of the block" in first.reason
+    assert (second.offset, second.reason) == (offset + len(bad), "category 030 is not known")
+    figures: dict[str, Any] = report(out).figures
+    octets = figures["bytes"]["recording-0"]
+    assert octets["decoded"] + octets["quarantined"] + octets["framing"] == len(whole)
+    assert octets["quarantined"] == len(bad) + 5
+
+
+def test_truncated_times_are_restored_from_north_marks(tmp_path: Path) -> None:
+    start = 512 * 100 - 6.0
+    parts = []
+    for turn in range(4):
+        parts.append(north_mark(start + 4.0 * turn))
+        parts.append(block(1, plot_001(start + 4.0 * turn + 1.0)))
+    out = converted(tmp_path, b"".join(parts))
+    assert [row["time_s"] for row in rows(out)] == [start + 1.0 + 4.0 * k for k in range(4)]
+    figures: dict[str, Any] = report(out).figures
+    assert figures["time_from"] == {"truncated": 4}
+    assert figures["antennas"]["20-130"] == {"north_marks": 4, "sectors": 0, "turn_s": 4.0}
+    assert "rotation_period_s = 4.000" in (out / "sensors.toml").read_text()
+
+
+def test_times_that_are_missing_follow_from_the_antenna(tmp_path: Path) -> None:
+    parts = []
+    for turn in range(4):
+        parts.append(north_mark(100.0 + 4.0 * turn))
+        parts.append(block(1, plot_001(None, azimuth_deg=45.0 + 45.0 * turn)))
+    out = converted(tmp_path, b"".join(parts))
+    assert [row["time_s"] for row in rows(out)] == pytest.approx([100.5, 105.0, 109.5, 114.0])
+
+
+def test_only_the_first_record_of_a_block_of_category_001_names_its_source(
+    tmp_path: Path,
+) -> None:
+    second = record((2, "20"), (3, "1900 4000"), (7, "3280"))
+    out = converted(tmp_path, north_mark(100.0) + block(1, plot_001(100.5), second))
+    assert [row["sensor_id"] for row in rows(out)] == ["20-130", "20-130"]
+
+
+def test_the_recorders_clock_restores_times_of_radars_without_service_messages(
+    tmp_path: Path,
+) -> None:
+    out = converted(tmp_path, gps([(40_000.0, block(1, plot_001(39_999.5)))]))
+    assert [row["time_s"] for row in rows(out)] == [39_999.5]
+
+
+def test_a_plot_whose_time_nothing_tells_is_refused(tmp_path: Path) -> None:
+    out = converted(tmp_path, block(1, plot_001(5.0)))
+    assert rows(out) == []
+    assert [one.code for one in rejects(out)] == ["MISSING_FIELD"]
+
+
+@pytest.mark.parametrize("date", [None, "2018-08-01"])
+def test_times_go_on_past_midnight(tmp_path: Path, date: str | None) -> None:
+    blocks = [block(48, plot_048((DAY_S - 2.0 + k) % DAY_S)) for k in range(5)]
+    out = converted(tmp_path, b"".join(blocks), options=("--date", date) if date else ())
+    start = 1_533_081_600.0 if date else 0.0
+    assert [row["time_s"] for row in rows(out)] == [start + DAY_S - 2.0 + k for k in range(5)]
+
+
+def test_a_sensor_that_begins_after_midnight_is_on_the_second_day(tmp_path: Path) -> None:
+    out = converted(
+        tmp_path,
+        block(48, plot_048(DAY_S - 1.0)) + block(48, plot_048(1.0, source="1401")),
+    )
+    assert [row["time_s"] for row in rows(out)] == [DAY_S - 1.0, DAY_S + 1.0]
+
+
+def test_a_packet_of_two_networks_counts_once(tmp_path: Path) -> None:
+    first, second = block(48, plot_048(1.0)), block(48, plot_048(1.5))
+    packets = [(0.0, first), (0.01, first), (0.5, second), (0.51, second)]
+    out = converted(tmp_path, pcap((at, datagram(one)) for at, one in packets))
+    assert [row["time_s"] for row in rows(out)] == [1.0, 1.5]
+    assert report(out).counts.duplicate == 2
+
+
+def test_recordings_of_two_networks_count_once(tmp_path: Path) -> None:
+    whole = block(48, plot_048(1.0)) + block(48, plot_048(2.0))
+    out = converted(tmp_path, whole, whole[: len(whole) // 2])
+    assert len(rows(out)) == 2
+
+
+def test_equal_plots_of_different_turns_are_two(tmp_path: Path) -> None:
+    parts = [north_mark(100.0 + 4.0 * k) + block(1, plot_001(None)) for k in range(5)]
+    out = converted(tmp_path, b"".join(parts))
+    assert len(rows(out)) == 5
+
+
+@pytest.mark.parametrize(
+    ("descriptor", "code", "level", "expected"),
+    [
+        ("44", "0fff", "0578", ("7777", 10_668.0, "spi")),
+        ("40", "4fff", "0578", (None, 10_668.0, "code_garbled")),
+        ("40", "8fff", "0578", (None, 10_668.0, "code_not_validated")),
+        ("40", "0fff", "4578", ("7777", None, "height_garbled")),
+        ("40", "0fff", "8578", ("7777", None, "height_not_validated")),
+        ("40", "0fff", "3ffc", ("7777", -30.48, None)),
+    ],
+)
+def test_doubtful_codes_and_heights_are_flags(
+    tmp_path: Path, descriptor: str, code: str, level: str, expected: tuple[object, ...]
+) -> None:
+    plot = plot_048(1.0, descriptor=descriptor, code=code, level=level)
+    (row,) = rows(converted(tmp_path, block(48, plot)))
+    assert (row["mode_3a"], row["height_m"], row["flags"]) == expected
+
+
+@pytest.mark.parametrize(
+    ("descriptor", "name"),
+    [("00", "no_detection"), ("50", "simulated"), ("42", "fixed_transponder"), ("41 80", "test")],
+)
+def test_what_is_no_aircraft_is_left_out_unless_asked_for(
+    tmp_path: Path, descriptor: str, name: str
+) -> None:
+    whole = block(48, plot_048(1.0, descriptor=descriptor))
+    out = converted(tmp_path, whole)
+    assert rows(out) == []
+    figures: dict[str, Any] = report(out).figures
+    assert figures["left_out"][name] == 1
+    (tmp_path / "again").mkdir()
+    (row,) = rows(converted(tmp_path / "again", whole, options=("--all-targets",)))
+    assert row["flags"] == name
+
+
+def test_multilateration_and_adsb_become_positions(tmp_path: Path) -> None:
+    multilateration = record(
+        (1, "14c9"), (2, "41 00"), (3, "00 3c 80"), (4, "00200000 fff00000"), (15, "0320")
+    )
+    report_2_1 = record(
+        (1, "0003"), (2, "01 00"), (6, "200000 f00000"), (11, "1a4b65"), (12, "003d00"),
+        (21, "0500"), (29, "10c1b1cb3220"),
+    )  # fmt: skip
+    first, second = rows(converted(tmp_path, block(20, multilateration) + block(21, report_2_1)))
+    assert (first["kind"], first["time_s"]) == ("mlat", 121.0)
+    assert (first["latitude_deg"], first["longitude_deg"]) == (11.25, -5.625)
+    assert (first["height_m"], first["flags"]) == (5000 * 0.3048, "height_geometric")
+    assert (second["kind"], second["time_s"]) == ("adsb", 122.0)
+    assert (second["latitude_deg"], second["longitude_deg"]) == (45.0, -22.5)
+    assert (second["mode_s_address"], second["height_m"]) == ("1a4b65", 32_000 * 0.3048)
+    assert second["callsign"] == "DLF123H"
+
+
+def test_an_edition_is_found_by_what_fits_or_taken_as_told(tmp_path: Path) -> None:
+    old = record((1, "0005"), (2, "40 54"), (3, "1c293e"), (4, "006e4cc9 ffe606d6"), (5, "496c2e"))
+    out = converted(tmp_path, block(21, old))
+    (row,) = rows(out)
+    assert (row["mode_s_address"], row["time_s"]) == ("496c2e", 0x1C293E / 128)
+    figures: dict[str, Any] = report(out).figures
+    assert figures["editions"] == {"021": {"0-5": "0.26"}}
+    (tmp_path / "told").mkdir()
+    told = converted(tmp_path / "told", block(21, old), options=("--edition", "0-5/021=0.25"))
+    assert rows(told) == [row]
+
+
+def test_sensors_give_their_ids(tmp_path: Path) -> None:
+    sensors = tmp_path / "known.toml"
+    sensors.write_text(
+        '[[sensor]]\nid = "valencia"\nkind = "radar"\nsac = 20\nsic = 130\n'
+        "latitude_deg = 39.0\nlongitude_deg = -0.5\nheight_m = 100.0\n"
+    )
+    whole = block(48, plot_048(1.0)) + block(48, plot_048(1.0, source="1401"))
+    out = converted(tmp_path, whole, options=("--sensors", str(sensors)))
+    assert [row["sensor_id"] for row in rows(out)] == ["valencia", "20-1"]
+
+
+def test_the_skeleton_can_be_read_once_the_site_is_filled_in(tmp_path: Path) -> None:
+    out = converted(tmp_path, block(48, plot_048(1.0)))
+    text = (out / "sensors.toml").read_text()
+    for name in ("latitude_deg", "longitude_deg", "height_m"):
+        text = text.replace(f"# {name} =", f"{name} = 1.0")
+    (out / "filled.toml").write_text(text)
+    (sensor,) = load_sensors(out / "filled.toml").sensor
+    assert (sensor.id, sensor.kind, sensor.sac, sensor.sic) == ("20-130", "radar", 20, 130)
+
+
+@pytest.mark.parametrize("choice", ["048", "48-1=1.15", "048=9.9", "077=1.0"])
+def test_an_edition_that_cannot_be_read_is_wrong_usage(
+    tmp_path: Path, choice: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "recording"
+    path.write_bytes(b"")
+    command = ["convert", "asterix", str(path), "--out", str(tmp_path / "out"), "--edition", choice]
+    assert run(command) == EXIT_USAGE
+    assert "expected" in capsys.readouterr().err
+
+
+def test_a_missing_file_is_told_and_leaves_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out"
+    assert run(["convert", "asterix", str(tmp_path / "no"), "--out", str(out)]) == EXIT_FAILED
+    assert "cannot be read" in capsys.readouterr().err
+    assert not out.exists()
+
+
+def test_figures_can_be_had_as_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = converted(tmp_path, block(48, plot_048(1.0)), options=("--json",))
+    assert json.loads(capsys.readouterr().out) == json.loads((out / "report.json").read_text())

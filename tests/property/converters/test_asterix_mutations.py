@@ -1,0 +1,103 @@
+"""No octets crash or stop the decoder, and each octet is accounted for.
+
+A million blocks: `MULTIRADAR_ASTERIX_MUTATIONS=1000000 pytest` with this file (some minutes).
+"""
+
+import os
+import random
+from pathlib import Path
+
+import pytest
+
+from multiradar_converters.asterix.catalogue import layouts
+from multiradar_converters.asterix.containers import read_blocks
+from multiradar_converters.asterix.editions import Editions
+from multiradar_converters.asterix.gathering import gather
+from multiradar_converters.asterix.timing import time_targets
+from support.asterix_octets import (
+    block,
+    datagram,
+    gps,
+    mutated,
+    north_mark,
+    pcap,
+    plot_001,
+    plot_048,
+    record,
+)
+
+BLOCKS = int(os.environ.get("MULTIRADAR_ASTERIX_MUTATIONS", "12000"))
+AT_ONCE = 2000
+
+SEEDS = (
+    block(48, plot_048(1.0), plot_048(2.0, source="14 01")),
+    block(1, plot_001(3.0), plot_001(None)),
+    block(1, record((1, "1482"), (2, "a1 80"), (3, "00bb"), (4, "1900 4000"), (13, "03 05 02"))),
+    north_mark(4.0),
+    block(34, record((1, "1482"), (2, "02"), (3, "000200"), (4, "40"), (6, "94 40 60 4400"))),
+    block(20, record((1, "14c9"), (2, "41 00"), (3, "00ff00"), (4, "00200000 00100000"))),
+    block(21, record((1, "0003"), (2, "01 08"), (6, "214fba 08bee1"), (11, "1a4b65"))),
+    block(21, record((1, "0005"), (2, "40 54"), (3, "1c293e"), (4, "006e4cc9 ffe606d6"))),
+    block(62, record((1, "0004"), (11, "c1 20 4b18f3 204271e311e0 00fd"), (26, "2101 03 200100"))),
+    block(8, record((1, "1482"), (2, "fe"), (4, "02 010203 040506"))),
+    block(10, record((1, "0000"), (2, "01"), (5, "123875f5 0fc4ed20"))),
+    block(63, record((1, "0005"), (5, "03 05 04"), (6, "ffcb"))),
+)
+
+
+def test_the_seeds_are_whole() -> None:
+    known = {layout.category for layout in layouts()}
+    assert {one[0] for one in SEEDS} <= known
+
+
+def mutations(count: int, seed: int, share: float) -> list[bytes]:
+    generator = random.Random(seed)
+    return [
+        mutated(generator.choice(SEEDS), generator) if generator.random() < share else one
+        for one in (generator.choice(SEEDS) for _ in range(count))
+    ]
+
+
+@pytest.mark.parametrize(
+    ("form", "share", "kept"),
+    # Back to back, a block with a wrong length takes those after it along.
+    [("blocks", 0.1, 0.8), ("gps", 0.1, 0.8), ("blocks", 0.8, 0.0), ("capture", 0.8, 0.3)],
+)
+def test_every_octet_of_mutated_blocks_is_accounted_for(
+    tmp_path: Path, form: str, share: float, kept: float
+) -> None:
+    broken = records = 0
+    for seed in range(-(-BLOCKS // AT_ONCE)):
+        parts = mutations(AT_ONCE, seed, share)
+        if form == "blocks":
+            whole = b"".join(parts)
+        elif form == "gps":
+            whole = gps((float(k), one) for k, one in enumerate(parts))
+        else:
+            whole = pcap((1.0 + k, datagram(one)) for k, one in enumerate(parts))
+        path = tmp_path / "mutated"
+        path.write_bytes(whole)
+        gathered = gather(read_blocks(path), Editions())
+        assert sum(gathered.octets.values()) == len(whole)
+        time_targets(gathered)
+        broken += len(gathered.broken)
+        records += sum(gathered.records.values())
+    assert broken > 0.02 * BLOCKS
+    assert records > kept * BLOCKS
+
+
+def test_mutated_files_as_a_whole_are_accounted_for(tmp_path: Path) -> None:
+    generator = random.Random(5)
+    whole = {
+        "gps": gps((float(k), one) for k, one in enumerate(SEEDS)),
+        "capture": pcap((1.0 + k, datagram(one)) for k, one in enumerate(SEEDS)),
+    }
+    path = tmp_path / "mutated"
+    for k in range(max(BLOCKS // 40, 1)):
+        content = mutated(whole["gps" if k % 2 else "capture"], generator)
+        if content[:4] == whole["capture"][:4] and content[20:24] != whole["capture"][20:24]:
+            # Another link type is refused as a whole.
+            continue
+        path.write_bytes(content)
+        gathered = gather(read_blocks(path), Editions())
+        assert sum(gathered.octets.values()) == len(content)
