@@ -111,7 +111,7 @@ def _value(field: Field, shifted: int) -> Value:
     if field.form == "icao":
         return letters(raw, field.bits).rstrip()
     if field.form == "ascii":
-        return raw.to_bytes(field.bits // 8, "big").decode("ascii", "backslashreplace").rstrip()
+        return raw.to_bytes(field.bits // 8, "big").decode("latin-1").rstrip()
     if field.form == "signed" and raw >> (field.bits - 1):
         raw -= 1 << field.bits
     if (field.numerator, field.denominator) == (1, 1):

@@ -17,7 +17,7 @@ Target Report Descriptor
 042 fixed X:16s*1m Y:16s*1m  # Position in Cartesian Co-ordinates
 200 fixed GSP:16*4/65536NM/s TRA:16*360/65536deg  # Calculated Track Velocity in Polar \
 Co-ordinates
-202 fixed VX:16s*1/16m/s VY:16s*1/16m/s  # Calculated Track Velocity in Cartesian Co-ordinates
+202 fixed VX:16s*1/4m/s VY:16s*1/4m/s  # Calculated Track Velocity in Cartesian Co-ordinates
 161 fixed -:4 TRK:12  # Track Number
 170 extended CNF:1 TRE:1 CST:2 MAH:1 TCC:1 STH:1 | TOM:2 DOU:3 MRS:2 | GHO:1 -:6  # Track Status
 060 fixed V:1 G:1 L:1 -:1 MODE3A:12o  # Mode-3/A Code in Octal Representation
@@ -33,7 +33,7 @@ Co-ordinates
 500 fixed DEVX:8*1/4m DEVY:8*1/4m COVXY:16s*1/4m  # Standard Deviation of Position
 280 repetitive DRHO:8s*1m DTHETA:8s*3/20deg  # Presence
 131 fixed VALUE:8  # Amplitude of Primary Plot
-210 fixed AX:8s*1/16m/s² AY:8s*1/16m/s²  # Calculated Acceleration
+210 fixed AX:8s*1/4m/s² AY:8s*1/4m/s²  # Calculated Acceleration
 -
 SP explicit  # Special Purpose Field
 RE explicit  # Reserved Expansion Field

@@ -3,7 +3,7 @@
 Editions 1.15 to 1.32: later ones only append octets to extended items.
 """
 
-EDITIONS = ("1.32", "1.31", "1.30", "1.29", "1.28", "1.27", "1.23", "1.15")
+EDITIONS = ("1.32", "1.31", "1.30", "1.29", "1.28", "1.27", "1.23", "1.21", "1.15")
 
 TABLE = """\
 010 fixed SAC:8 SIC:8  # Data Source Identifier

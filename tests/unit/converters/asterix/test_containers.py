@@ -1,4 +1,4 @@
-"""Files cut into blocks: each octet belongs to a block, to the framing, or to a gap that is told."""
+"""Files cut into blocks: each octet belongs to a block, the framing, or a gap that is told."""
 
 from pathlib import Path
 
