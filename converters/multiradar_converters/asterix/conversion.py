@@ -13,6 +13,7 @@ from multiradar_converters.asterix.columns import Flags, Integers, Numbers
 from multiradar_converters.asterix.containers import read_blocks
 from multiradar_converters.asterix.gathering import Broken, Gathered, gather
 from multiradar_converters.asterix.options import Options
+from multiradar_converters.asterix.records import ToldRecords
 from multiradar_converters.asterix.report import FileAccount, Findings, report_json
 from multiradar_converters.asterix.sensors import SensorNames, sensors_toml
 from multiradar_converters.asterix.targets import FLAGS, NOT_AIRCRAFT, flag_bits
@@ -70,7 +71,7 @@ def convert(
     with OutputFolder(out) as folder:
         with (folder.path / "rejects.ndjson").open("w", encoding="utf-8", newline="\n") as rejects:
             for path in files:
-                gathered = gather(read_blocks(path), options.editions)
+                gathered = _gathered(path, options, folder.path)
                 account, part = _of_file(gathered, options, findings)
                 for broken in sorted(account.broken, key=lambda one: one.offset):
                     rejects.write(_reject(gathered, broken).model_dump_json(exclude_none=True))
@@ -86,6 +87,16 @@ def convert(
         report = report_json(folder.path / "report.json", findings, options)
         folder.finish()
     return report
+
+
+def _gathered(path: Path, options: Options, folder: Path) -> Gathered:
+    blocks = read_blocks(path)
+    if not options.records:
+        return gather(blocks, options.editions)
+    told = ToldRecords(blocks)
+    gathered = gather(blocks, options.editions, watch=told.add)
+    told.append_to(folder / "records.ndjson")
+    return gathered
 
 
 def _reject(gathered: Gathered, broken: Broken) -> Reject:

@@ -1,6 +1,7 @@
 """One file decoded: its blocks walked layout by layout, a part at a time, into columns."""
 
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -92,7 +93,12 @@ class Gathered:
     broken: list[Broken] = field(default_factory=list)
 
 
-def gather(blocks: Blocks, editions: Editions, at_once: int = BLOCKS_AT_ONCE) -> Gathered:
+def gather(
+    blocks: Blocks,
+    editions: Editions,
+    at_once: int = BLOCKS_AT_ONCE,
+    watch: Callable[[Walked, Rows], None] | None = None,
+) -> Gathered:
     """Decode the blocks of a file.
 
     Parameters
@@ -103,6 +109,8 @@ def gather(blocks: Blocks, editions: Editions, at_once: int = BLOCKS_AT_ONCE) ->
         Layouts; those of new sources are added.
     at_once : int
         So many blocks at a time; the result does not depend on it but for the lists' lengths.
+    watch : callable or None
+        Told the records of each category and source in turn.
 
     Returns
     -------
@@ -126,7 +134,7 @@ def gather(blocks: Blocks, editions: Editions, at_once: int = BLOCKS_AT_ONCE) ->
             if layout is None:
                 _unknown(gathered, own, category)
             else:
-                _decode(gathered, own, source, layout)
+                _decode(gathered, own, source, layout, watch)
     gathered.broken.sort(key=lambda one: one.offset)
     gathered.octets["quarantined"] = sum(one.octets for one in gathered.broken)
     return gathered
@@ -149,7 +157,13 @@ def _unknown(gathered: Gathered, own: NDArray[np.int64], category: int) -> None:
         )
 
 
-def _decode(gathered: Gathered, own: NDArray[np.int64], source: int, layout: Layout) -> None:
+def _decode(
+    gathered: Gathered,
+    own: NDArray[np.int64],
+    source: int,
+    layout: Layout,
+    watch: Callable[[Walked, Rows], None] | None,
+) -> None:
     blocks = gathered.blocks
     begins, ends = blocks.begins[own], blocks.ends[own]
     walked = walk(program_of(layout), blocks.data, begins + 3, ends)
@@ -163,6 +177,8 @@ def _decode(gathered: Gathered, own: NDArray[np.int64], source: int, layout: Lay
     rows = _rows(blocks, own, source, walked, columns)
     category = layout.category
     _count(gathered, category, rows, walked)
+    if watch is not None:
+        watch(walked, rows)
     targets = read_targets(category, columns)
     if targets is not None:
         gathered.targets.append((category, rows, targets))

@@ -22,12 +22,15 @@ class Options:
     all_targets : bool
         Whether test targets, simulated ones, fixed transponders and reports without a detection
         become measurements too.
+    records : bool
+        Whether to write `records.ndjson`.
     """
 
     sensors: SensorsFile | None = None
     date: dt.date | None = None
     editions: Editions = field(default_factory=Editions)
     all_targets: bool = False
+    records: bool = False
 
     def settings(self) -> dict[str, object]:
         """Return the choices that shape the output, for `report.json`."""

@@ -70,6 +70,12 @@ def convert_asterix(
             "detection too; the column flags tells them.",
         ),
     ] = False,
+    records: Annotated[
+        bool,
+        typer.Option(
+            "--records", help="Write records.ndjson too: every field of every record, in its unit."
+        ),
+    ] = False,
     as_json: JsonOption = False,
 ) -> None:
     """Convert ASTERIX recordings."""
@@ -89,6 +95,7 @@ def convert_asterix(
             date=None if date is None else dt.date.fromisoformat(date),
             editions=editions,
             all_targets=all_targets,
+            records=records,
         )
     except SchemaError as error:
         raise ConfigurationError(str(error)) from error

@@ -243,6 +243,19 @@ def test_an_edition_is_found_by_what_fits_or_taken_as_told(tmp_path: Path) -> No
     assert rows(told) == [row]
 
 
+def test_records_can_be_read_field_by_field(tmp_path: Path) -> None:
+    north = north_mark(1.0)
+    out = converted(
+        tmp_path, north + block(48, plot_048(1.5), plot_048(2.0)), options=("--records",)
+    )
+    lines = [json.loads(line) for line in (out / "records.ndjson").read_text().splitlines()]
+    assert [line["offset"] for line in lines] == [3, len(north) + 3, len(north) + 3 + 19]
+    assert lines[0]["items"] == {"010": {"SAC": 20, "SIC": 130}, "000": 1, "030": 1.0}
+    assert (lines[2]["category"], lines[2]["sensor"]) == (48, "20-130")
+    assert lines[2]["items"]["040"] == {"RHO": 50.0, "THETA": 90.0}
+    assert lines[2]["items"]["220"] == 0x3C660C
+
+
 def test_sensors_give_their_ids(tmp_path: Path) -> None:
     sensors = tmp_path / "known.toml"
     sensors.write_text(
