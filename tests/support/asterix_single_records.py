@@ -53,7 +53,7 @@ SINGLE: dict[str, tuple[int, str, list[dict[str, object]]]] = {
                 "010": source("0001"),
                 "020": bits("TYP SIM SSRPSR2 ANT SPI RAB", 0x20 >> 1),
                 "040": {"RHO": n("3fb8", 1 / 128), "THETA": n("b67c", TURN_DEG)},
-                "070": {**CODE, "MODE3A": "5543"},
+                "070": CODE | {"MODE3A": "5543"},
                 "090": {"V": 0, "G": 0, "HGT": n("05f0", 1 / 4)},
                 "130": [0x60, 0x3C, 0x60],
                 "141": n("6eb7", TICK_S),
@@ -388,13 +388,7 @@ SINGLE["cat004ed1.4.bin"] = (
             "020": n("058680", TICK_S),
             "060": bits("MRVA RAMLD RAMHD MSAW APW CLAM STCA", 0x0E >> 1),
         },
-        {
-            "010": source("0001"),
-            "000": 6,
-            "020": n("8a0500", TICK_S),
-            "040": 0x3C88,
-            "030": 0x0BD3,
-        },
+        {"010": source("0001"), "000": 6, "020": n("8a0500", TICK_S), "040": 0x3C88, "030": 0x0BD3},
         {
             "010": source("0001"),
             "000": 7,
