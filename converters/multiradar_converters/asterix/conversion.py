@@ -8,13 +8,18 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
-from multiradar_converters.asterix import clocks, table
+from multiradar_converters.asterix import clocks, system_table, table
 from multiradar_converters.asterix.columns import Flags, Integers, Numbers
 from multiradar_converters.asterix.containers import read_blocks
 from multiradar_converters.asterix.gathering import Broken, Gathered, gather
 from multiradar_converters.asterix.options import Options
 from multiradar_converters.asterix.records import ToldRecords
-from multiradar_converters.asterix.report import FileAccount, Findings, report_json
+from multiradar_converters.asterix.report import (
+    SYSTEM_TRACKS_FILE,
+    FileAccount,
+    Findings,
+    report_json,
+)
 from multiradar_converters.asterix.sensors import SensorNames, sensors_toml
 from multiradar_converters.asterix.targets import FLAGS, NOT_AIRCRAFT, flag_bits
 from multiradar_converters.asterix.timing import KINDS, Timed, Turned, into_days, time_targets
@@ -68,6 +73,7 @@ def convert(
     """
     findings = Findings()
     parts: list[_Part] = []
+    tracks: list[pl.DataFrame] = []
     with OutputFolder(out) as folder:
         with (folder.path / "rejects.ndjson").open("w", encoding="utf-8", newline="\n") as rejects:
             for path in files:
@@ -79,14 +85,24 @@ def convert(
                 account.check()
                 findings.files.append(account)
                 parts += [part] if part is not None else []
+                tracks.append(_system_tracks(gathered, options, findings))
                 advance(gathered.blocks.size)
         frames, names = _frames(parts, options, findings)
         findings.rows = table.write(folder.path / "measurements.parquet", frames)
+        findings.system_tracks = system_table.write(folder.path / SYSTEM_TRACKS_FILE, tracks)
         skeleton = sensors_toml(names, findings)
         (folder.path / "sensors.toml").write_text(skeleton, encoding="utf-8")
         report = report_json(folder.path / "report.json", findings, options)
         folder.finish()
     return report
+
+
+def _system_tracks(gathered: Gathered, options: Options, findings: Findings) -> pl.DataFrame:
+    made = system_table.frame(gathered.tracks, unix_start(options.date))
+    told = sum(part.height for _, part in gathered.tracks)
+    if told > made.height:
+        findings.left_out["system_track_without_time"] += told - made.height
+    return made
 
 
 def _gathered(path: Path, options: Options, folder: Path) -> Gathered:

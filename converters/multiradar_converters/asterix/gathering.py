@@ -5,6 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
+import polars as pl
 from numpy.typing import NDArray
 
 from multiradar_converters.asterix import _kernels
@@ -14,8 +15,12 @@ from multiradar_converters.asterix.editions import Editions, source_name, source
 from multiradar_converters.asterix.notation import Layout
 from multiradar_converters.asterix.program import REASONS, Walked, program_of, walk
 from multiradar_converters.asterix.services import Services, read_services
+from multiradar_converters.asterix.system_tracks import read_system_tracks
 from multiradar_converters.asterix.targets import Targets, read_targets
 from multiradar_schemas.reject import RejectCode
+
+#: The category of system tracks.
+SYSTEM_TRACKS = 62
 
 #: Blocks walked through at once: bounds the memory.
 BLOCKS_AT_ONCE = 1 << 14
@@ -74,6 +79,8 @@ class Gathered:
         Its blocks.
     targets, services : list
         Rows of records with what they say, by category.
+    tracks : list
+        Rows of system tracks with what they say.
     records : Counter
         Records by category and source.
     items : Counter
@@ -87,6 +94,7 @@ class Gathered:
     blocks: Blocks
     targets: list[tuple[int, Rows, Targets]] = field(default_factory=list)
     services: list[tuple[int, Rows, Services]] = field(default_factory=list)
+    tracks: list[tuple[Rows, pl.DataFrame]] = field(default_factory=list)
     records: Counter[tuple[int, int]] = field(default_factory=Counter)
     items: Counter[tuple[int, int, str]] = field(default_factory=Counter)
     octets: Counter[str] = field(default_factory=Counter)
@@ -182,6 +190,8 @@ def _decode(
     targets = read_targets(category, columns)
     if targets is not None:
         gathered.targets.append((category, rows, targets))
+    if category == SYSTEM_TRACKS:
+        gathered.tracks.append((rows, read_system_tracks(columns)))
     services = read_services(category, columns)
     if services is not None:
         gathered.services.append((category, rows, services))

@@ -14,6 +14,9 @@ from multiradar_converters.asterix.timing import Turned
 from multiradar_converters.errors import AccountingError
 from multiradar_schemas.report import Report
 
+#: Tracks of another processor, where the recording has some.
+SYSTEM_TRACKS_FILE = "system_tracks.parquet"
+
 
 @dataclass
 class FileAccount:
@@ -64,6 +67,7 @@ class Findings:
     measurements: dict[str, int] = field(default_factory=dict)
     duplicates: int = 0
     rows: int = 0
+    system_tracks: int = 0
 
 
 def report_json(path: Path, findings: Findings, options: Options) -> dict[str, object]:
@@ -111,6 +115,7 @@ def _report(findings: Findings, options: Options) -> dict[str, Any]:
         "outputs": [
             {"file": "measurements.parquet", "rows": findings.rows},
             {"file": "rejects.ndjson", "rows": counts["rejected"]},
+            *_tracks(findings),
         ],
         "settings": options.settings(),
         "figures": _figures(findings, options),
@@ -140,6 +145,12 @@ def _figures(findings: Findings, options: Options) -> dict[str, object]:
         "time_from": dict(sorted(findings.time_origins.items())),
         "antennas": {source_name(s): _antenna(t) for s, t in sorted(findings.turned.items())},
     }
+
+
+def _tracks(findings: Findings) -> list[dict[str, object]]:
+    if not findings.system_tracks:
+        return []
+    return [{"file": SYSTEM_TRACKS_FILE, "rows": findings.system_tracks}]
 
 
 def _antenna(turned: Turned) -> dict[str, object]:

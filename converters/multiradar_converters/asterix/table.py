@@ -1,13 +1,17 @@
 """`measurements.parquet` of an ASTERIX recording: the usual columns, callsign and flags."""
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import polars as pl
 
 from multiradar_converters.asterix.columns import Flags, Integers, Numbers
-from multiradar_converters.asterix.fields import letters
+from multiradar_converters.asterix.naming import (
+    address_names,
+    callsign_names,
+    code_names,
+    named,
+)
 from multiradar_converters.asterix.targets import flag_text
 from multiradar_converters.asterix.timing import KINDS
 from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
@@ -18,7 +22,6 @@ SCHEMA = pl.Schema({**MEASUREMENT_SCHEMA, "callsign": pl.String(), "flags": pl.S
 #: Records of equal octets and times no further apart are one record.
 SAME_S = 1.0
 
-_CALLSIGN_BITS = 48
 _HEIGHTS_M = (-1000.0, 40_000.0)
 
 
@@ -46,13 +49,11 @@ def frame(
     numbers = columns | {"height_m": np.where(within, height, np.nan)}
     texts = {
         "sensor_id": pl.Series(sensor_ids, dtype=pl.String),
-        "kind": _named(whole["kind"], KINDS.__getitem__),
-        "mode_3a": _named(whole["code"], lambda value: None if value < 0 else f"{value:04o}"),
-        "mode_s_address": _named(
-            whole["address"], lambda value: None if value <= 0 else f"{value:06x}"
-        ),
-        "callsign": _named(whole["callsign"], _callsign),
-        "flags": _named(whole["flags"], flag_text),
+        "kind": named(whole["kind"], KINDS.__getitem__),
+        "mode_3a": code_names(whole["code"]),
+        "mode_s_address": address_names(whole["address"]),
+        "callsign": callsign_names(whole["callsign"]),
+        "flags": named(whole["flags"], flag_text),
     }
     made = {name: pl.Series(values, nan_to_null=True) for name, values in numbers.items()} | texts
     empty = pl.Series([None] * len(sensor_ids), dtype=pl.Int64)
@@ -89,13 +90,3 @@ def write(path: Path, frames: list[pl.DataFrame]) -> int:
     whole = pl.concat([pl.DataFrame(schema=SCHEMA), *frames]).sort("time_s", maintain_order=True)
     whole.write_parquet(path, compression="snappy", statistics=True, row_group_size=1 << 16)
     return whole.height
-
-
-def _named(values: Integers, name: Callable[[int], str | None]) -> pl.Series:
-    distinct, places = np.unique(values, return_inverse=True)
-    names = pl.Series([name(value) for value in distinct.tolist()], dtype=pl.String)
-    return names.gather(pl.Series(places.astype(np.uint32)))
-
-
-def _callsign(value: int) -> str | None:
-    return None if value < 0 else letters(value, _CALLSIGN_BITS).strip() or None

@@ -20,6 +20,7 @@ from support.asterix_octets import (
     plot_001,
     plot_048,
     record,
+    time_of_day,
 )
 
 MILE_M = 1852.0
@@ -241,6 +242,62 @@ def test_an_edition_is_found_by_what_fits_or_taken_as_told(tmp_path: Path) -> No
     (tmp_path / "told").mkdir()
     told = converted(tmp_path / "told", block(21, old), options=("--edition", "0-5/021=0.25"))
     assert rows(told) == [row]
+
+
+def system_track(seconds: float, *, number: str = "13de", status: str = "04") -> bytes:
+    return record(
+        (1, "0004"),
+        (4, time_of_day(seconds)),
+        (5, "00800000 ff800000"),
+        (7, "0190 0000"),
+        (9, "0f91"),
+        (10, "00 10c1b1cb3220"),
+        (11, "80 663ca6"),
+        (12, number),
+        (13, status),
+        (17, "0578"),
+    )
+
+
+def test_system_tracks_become_a_table_of_their_own(tmp_path: Path) -> None:
+    whole = block(62, system_track(DAY_S - 1.0), system_track(1.0, status="03 04"))
+    out = converted(tmp_path, whole, whole)
+    first, second = pl.read_parquet(out / "system_tracks.parquet").to_dicts()
+    assert first == {
+        "time_s": DAY_S - 1.0,
+        "sensor_id": "0-4",
+        "track_number": 0x13DE,
+        "mode_s_address": "663ca6",
+        "mode_3a": "7621",
+        "callsign": "DLF123H",
+        "latitude_deg": 45.0,
+        "longitude_deg": -45.0,
+        "height_m": 35_000 * 0.3048,
+        "speed_mps": 100.0,
+        "heading_deg": 90.0,
+        "state": "confirmed",
+    }
+    assert (second["time_s"], second["state"]) == (DAY_S + 1.0, "tentative")
+    assert rows(out) == []
+    assert [one.file for one in report(out).outputs][-1] == "system_tracks.parquet"
+
+
+def test_system_tracks_without_a_time_are_counted(tmp_path: Path) -> None:
+    whole = block(62, system_track(1.0), record((1, "0004"), (12, "0001")))
+    out = converted(tmp_path, whole)
+    assert pl.read_parquet(out / "system_tracks.parquet").height == 1
+    figures: dict[str, Any] = report(out).figures
+    assert figures["left_out"]["system_track_without_time"] == 1
+
+
+@pytest.mark.parametrize(
+    ("status", "state"),
+    [("00", "confirmed"), ("02", "tentative"), ("01 40", "ended"), ("01 80", "simulated"),
+     ("01 01 01 80", "coasting")],
+)  # fmt: skip
+def test_the_state_of_a_system_track_is_told(tmp_path: Path, status: str, state: str) -> None:
+    out = converted(tmp_path, block(62, system_track(5.0, status=status)))
+    assert pl.read_parquet(out / "system_tracks.parquet")["state"].to_list() == [state]
 
 
 def test_records_can_be_read_field_by_field(tmp_path: Path) -> None:

@@ -1,0 +1,54 @@
+"""`system_tracks.parquet`: tracks of another processor, by time."""
+
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+
+from multiradar_converters.asterix.editions import source_name
+from multiradar_converters.asterix.gathering import Rows
+from multiradar_converters.asterix.naming import named
+from multiradar_converters.asterix.system_tracks import SCHEMA
+from multiradar_converters.asterix.timing import into_days
+
+_DAY_S = 86_400.0
+
+
+def frame(parts: list[tuple[Rows, pl.DataFrame]], start_s: float) -> pl.DataFrame:
+    """Make the table of the system tracks of a file.
+
+    Parameters
+    ----------
+    parts : list of (Rows, DataFrame)
+        Where the records stand, and what `read_system_tracks` says of them.
+    start_s : float
+        Added to times, s.
+
+    Returns
+    -------
+    DataFrame
+        Columns of `SCHEMA`, in the order of the file; records without a time are left out.
+    """
+    if not parts:
+        return pl.DataFrame(schema=SCHEMA)
+    order = np.argsort(np.concatenate([rows.order for rows, _ in parts]), kind="stable")
+    source = np.concatenate([rows.source for rows, _ in parts])[order]
+    table = pl.concat([part for _, part in parts])[order.tolist()]
+    time_s = table["time_s"].fill_null(np.nan).to_numpy().copy()
+    known = time_s < _DAY_S
+    times = time_s[known]
+    kept = into_days(times, source[known])
+    ids: pl.Series = named(source[known], source_name)
+    made: pl.DataFrame = table.filter(pl.Series(known)).with_columns(
+        pl.Series("time_s", times + start_s), ids.alias("sensor_id")
+    )
+    return made.filter(pl.Series(kept)).select(SCHEMA.names())
+
+
+def write(path: Path, frames: list[pl.DataFrame]) -> int:
+    """Write the table by time, equal rows once; return its rows. No table where there are none."""
+    whole = pl.concat([pl.DataFrame(schema=SCHEMA), *frames])
+    whole = whole.unique(maintain_order=True).sort("time_s", maintain_order=True)
+    if whole.height:
+        whole.write_parquet(path, compression="snappy", statistics=True)
+    return whole.height
