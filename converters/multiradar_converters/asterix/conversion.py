@@ -11,6 +11,7 @@ import polars as pl
 from multiradar_converters.asterix import clocks, system_table, table
 from multiradar_converters.asterix.columns import Flags, Integers, Numbers
 from multiradar_converters.asterix.containers import read_blocks
+from multiradar_converters.asterix.editions import source_name
 from multiradar_converters.asterix.gathering import Broken, Gathered, gather
 from multiradar_converters.asterix.options import Options
 from multiradar_converters.asterix.records import ToldRecords
@@ -142,6 +143,8 @@ def _of_file(
     account.blocks_broken = len(account.broken)
     findings.records.update(gathered.records)
     findings.items.update(gathered.items)
+    for source, status in gathered.status.items():
+        findings.status.setdefault(source_name(source), {}).update(status)
     timed, turned = time_targets(gathered)
     _remember(findings, turned)
     if timed is None:

@@ -14,13 +14,14 @@ from multiradar_converters.asterix.containers import Blocks
 from multiradar_converters.asterix.editions import Editions, source_name, sources_of
 from multiradar_converters.asterix.notation import Layout
 from multiradar_converters.asterix.program import REASONS, Walked, program_of, walk
+from multiradar_converters.asterix.sensor_status import last_status
 from multiradar_converters.asterix.services import Services, read_services
 from multiradar_converters.asterix.system_tracks import read_system_tracks
 from multiradar_converters.asterix.targets import Targets, read_targets
 from multiradar_schemas.reject import RejectCode
 
-#: The category of system tracks.
-SYSTEM_TRACKS = 62
+#: Categories of another processor: its tracks, and what it says of its sensors.
+SYSTEM_TRACKS, SENSOR_STATUS = 62, 63
 
 #: Blocks walked through at once: bounds the memory.
 BLOCKS_AT_ONCE = 1 << 14
@@ -81,6 +82,8 @@ class Gathered:
         Rows of records with what they say, by category.
     tracks : list
         Rows of system tracks with what they say.
+    status : dict
+        What each source last said of its sensors.
     records : Counter
         Records by category and source.
     items : Counter
@@ -95,6 +98,7 @@ class Gathered:
     targets: list[tuple[int, Rows, Targets]] = field(default_factory=list)
     services: list[tuple[int, Rows, Services]] = field(default_factory=list)
     tracks: list[tuple[Rows, pl.DataFrame]] = field(default_factory=list)
+    status: dict[int, dict[str, dict[str, float]]] = field(default_factory=dict)
     records: Counter[tuple[int, int]] = field(default_factory=Counter)
     items: Counter[tuple[int, int, str]] = field(default_factory=Counter)
     octets: Counter[str] = field(default_factory=Counter)
@@ -192,6 +196,8 @@ def _decode(
         gathered.targets.append((category, rows, targets))
     if category == SYSTEM_TRACKS:
         gathered.tracks.append((rows, read_system_tracks(columns)))
+    if category == SENSOR_STATUS:
+        gathered.status.setdefault(source, {}).update(last_status(walked, blocks.data))
     services = read_services(category, columns)
     if services is not None:
         gathered.services.append((category, rows, services))

@@ -68,6 +68,7 @@ class Findings:
     duplicates: int = 0
     rows: int = 0
     system_tracks: int = 0
+    status: dict[str, dict[str, dict[str, float]]] = field(default_factory=dict)
 
 
 def report_json(path: Path, findings: Findings, options: Options) -> dict[str, object]:
@@ -143,6 +144,7 @@ def _figures(findings: Findings, options: Options) -> dict[str, object]:
         "left_out": dict(sorted(findings.left_out.items())),
         "flags": dict(sorted(findings.flags.items())),
         "time_from": dict(sorted(findings.time_origins.items())),
+        "sensor_status": findings.status,
         "antennas": {source_name(s): _antenna(t) for s, t in sorted(findings.turned.items())},
     }
 

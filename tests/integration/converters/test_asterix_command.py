@@ -290,6 +290,26 @@ def test_system_tracks_without_a_time_are_counted(tmp_path: Path) -> None:
     assert figures["left_out"]["system_track_without_time"] == 1
 
 
+def test_the_biases_of_another_processor_are_told(tmp_path: Path) -> None:
+    def status(azimuth: str) -> bytes:
+        return block(
+            63, record((1, "0005"), (4, "1482"), (6, "ffcb"), (7, "000b 0080"), (8, azimuth))
+        )
+
+    out = converted(tmp_path, status("0001") + status("ffff"))
+    figures: dict[str, Any] = report(out).figures
+    assert figures["sensor_status"] == {
+        "0-5": {
+            "20-130": {
+                "time_stamping_bias_ms": -53,
+                "ssr_range_gain": pytest.approx(11e-5),
+                "ssr_range_bias_nm": 1.0,
+                "ssr_azimuth_bias_deg": pytest.approx(-360 / 65536),
+            }
+        }
+    }
+
+
 @pytest.mark.parametrize(
     ("status", "state"),
     [("00", "confirmed"), ("02", "tentative"), ("01 40", "ended"), ("01 80", "simulated"),
