@@ -256,5 +256,11 @@ def _frames(
     )
     findings.measurements = {names.of(*pair): n for pair, n in names.counts.items()}
     ids = [names.of(source, KINDS[kind]) for source, kind in pairs.tolist()]
+    for place, name in enumerate(ids):
+        own = places.ravel() == place
+        findings.middles[name] = (
+            float(np.median(kept["latitude_deg"][own])),
+            float(np.median(kept["longitude_deg"][own])),
+        )
     frame = table.frame(kept, [ids[place] for place in places.ravel().tolist()], whole)
     return [frame], names

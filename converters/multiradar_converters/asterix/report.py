@@ -65,6 +65,7 @@ class Findings:
     left_out: Counter[str] = field(default_factory=Counter)
     flags: Counter[str] = field(default_factory=Counter)
     measurements: dict[str, int] = field(default_factory=dict)
+    middles: dict[str, tuple[float, float]] = field(default_factory=dict)
     duplicates: int = 0
     rows: int = 0
     system_tracks: int = 0

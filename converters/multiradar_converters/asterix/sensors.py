@@ -49,7 +49,8 @@ def sensors_toml(names: SensorNames, findings: Findings) -> str:
     Returns
     -------
     str
-        TOML; it can be loaded once the positions of the radars are filled in.
+        TOML; it can be loaded once the positions of the radars are filled in. Other sensors have
+        the middle of their reports, for a recording without radars needs a place to track at.
     """
     parts = [
         "# Sensors found in the recording. Fill in the position of each radar (WGS 84) and take\n"
@@ -64,6 +65,14 @@ def sensors_toml(names: SensorNames, findings: Findings) -> str:
         parts.append(f"# {count} measurement{'' if count == 1 else 's'}\n")
         if kind == "radar":
             parts.append(_antenna(findings, source))
+        else:
+            latitude, longitude = findings.middles[identifier]
+            parts.append(
+                "# the middle of its reports, for a plane to track in\n"
+                f"latitude_deg = {latitude:.2f}\n"
+                f"longitude_deg = {longitude:.2f}\n"
+                "height_m = 0.0\n"
+            )
     return "".join(parts)
 
 

@@ -354,6 +354,20 @@ def test_the_skeleton_can_be_read_once_the_site_is_filled_in(tmp_path: Path) -> 
     assert (sensor.id, sensor.kind, sensor.sac, sensor.sic) == ("20-130", "radar", 20, 130)
 
 
+def test_a_recording_without_radars_can_be_tracked_with_its_skeleton(tmp_path: Path) -> None:
+    parts = [
+        record((1, "14c9"), (2, "40"), (3, time_of_day(float(k))), (4, f"008{k:05x} 00100000"))
+        for k in range(30)
+    ]
+    out = converted(tmp_path, block(20, *parts))
+    (sensor,) = load_sensors(out / "sensors.toml").sensor
+    assert (sensor.kind, sensor.latitude_deg, sensor.longitude_deg) == ("mlat", 45.0, 5.62)
+    sensors, tracks = str(out / "sensors.toml"), str(tmp_path / "tracks")
+    assert run(["track", str(out), "--sensors", sensors, "--out", tracks]) == EXIT_DONE
+    table = pl.read_parquet(tmp_path / "tracks" / "tracks.parquet")
+    assert table["track_id"].n_unique() == 1
+
+
 @pytest.mark.parametrize("choice", ["048", "48-1=1.15", "048=9.9", "077=1.0"])
 def test_an_edition_that_cannot_be_read_is_wrong_usage(
     tmp_path: Path, choice: str, capsys: pytest.CaptureFixture[str]
