@@ -92,7 +92,7 @@ def read_blocks(path: Path) -> Blocks:
         raise LayoutError(msg) from error
     if capture.is_capture(data):
         return _from_capture(path, data)
-    if len(data) >= _HEADER and bool((data[:_HEADER] == _HEADER_OCTET).all()):
+    if _is_gps(path, data):
         begins, ends, gaps = split(data, _HEADER, _TRAILER)
         trailers = ends[:, None] + np.arange(_TRAILER)[_RECEPTION]
         received = data[trailers].astype(np.int64) @ np.array([1 << 16, 1 << 8, 1]) / _TICKS_PER_S
@@ -103,6 +103,18 @@ def read_blocks(path: Path) -> Blocks:
     begins, ends, gaps = split(data, 0, 0)
     received = np.full(len(begins), np.nan)
     return Blocks(path.name, len(data), "blocks", data, begins, ends, begins, received, gaps, 0)
+
+
+def _is_gps(path: Path, data: NDArray[np.uint8]) -> bool:
+    """Tell whether a file has the header; if only its name says so, whether that explains more."""
+    if len(data) < _HEADER:
+        return False
+    if bool((data[:_HEADER] == _HEADER_OCTET).all()):
+        return True
+    if path.suffix.lower() != ".gps":
+        return False
+    as_gps, as_blocks = (split(data, *form)[2] for form in ((_HEADER, _TRAILER), (0, 0)))
+    return sum(octets for _, octets, _ in as_gps) < sum(octets for _, octets, _ in as_blocks)
 
 
 def split(

@@ -83,6 +83,18 @@ def test_a_gps_recording_gives_the_time_of_reception(tmp_path: Path) -> None:
     assert blocks.framing == 2200 + 20
 
 
+@pytest.mark.parametrize("ending", [".gps", ".GPS"])
+def test_a_gps_recording_with_another_header_is_told_by_its_name(
+    tmp_path: Path, ending: str
+) -> None:
+    path = tmp_path / f"recording{ending}"
+    path.write_bytes(b"recorder 7".ljust(2200) + gps([(1.0, ONE), (2.0, TWO)])[2200:])
+    blocks = read_blocks(path)
+    assert (blocks.form, cut(blocks)) == ("gps", [ONE, TWO])
+    path.write_bytes((ONE + TWO) * 40)
+    assert read_blocks(path).form == "blocks"
+
+
 def test_a_gps_recording_goes_on_after_noise(tmp_path: Path) -> None:
     whole = gps([(1.0, ONE)]) + octets("ff 0000 11") + gps([(2.0, TWO), (3.0, NORTH)])[2200:]
     blocks = read(tmp_path, whole)
