@@ -27,8 +27,9 @@ PLACES_MAX = 64
 _FX, _SEVEN = 1, 7
 # Blocks in a row that are believed though their records do not fit.
 _HOPS_MAX = 3
-# Blocks of so many octets are found again after bytes that are none: bounds the search.
-_FOUND_MAX = 4096
+# After bytes that are none, blocks of at most so many octets are found again, by the first records:
+# bounds the search.
+_FOUND_MAX, _TRIED_MAX = 4096, 16
 
 
 @inlined
@@ -347,12 +348,10 @@ def split_blocks(
             believed = False
         elif lost < 0:
             believed = _fits(
-                data, at, end, nodes, profiles, layouts, categories, starts
+                data, at, end, nodes, profiles, layouts, categories, starts, False
             ) or _leads_on(data, at, end, trailer, nodes, profiles, layouts, categories, starts)
         else:
-            believed = end - at <= _FOUND_MAX and _fits(
-                data, at, end, nodes, profiles, layouts, categories, starts
-            )
+            believed = _fits(data, at, end, nodes, profiles, layouts, categories, starts, True)
         if not believed:
             if lost < 0:
                 lost = at
@@ -398,14 +397,23 @@ def _fits(
     layouts: Words,
     categories: Words,
     starts: Places,
+    bounded: bool,
 ) -> bool:
-    """Tell whether the records of a block fit a layout of its category."""
+    """Tell whether the records of a block fit a layout of its category.
+
+    Bounded, only the first ones are tried, and of blocks that are not too long.
+    """
+    if bounded and end - at > _FOUND_MAX:
+        return False
+    records_max = _TRIED_MAX if bounded else end
     first, number = categories[data[at], 0], categories[data[at], 1]
     for layout in range(first, first + number):
         program = nodes[layouts[layout, 0] : layouts[layout, 1]]
         place = at + 3
         reason = FITS
-        while reason == FITS and place < end:
+        count = 0
+        while reason == FITS and place < end and count < records_max:
+            count += 1
             reason, place, _node = _record_end(
                 data,
                 place,
@@ -440,17 +448,15 @@ def _leads_on(
         next_end = _block_end(data, place, trailer)
         if next_end == 0:
             return False
-        if _fits(data, place, next_end, nodes, profiles, layouts, categories, starts):
+        if _fits(data, place, next_end, nodes, profiles, layouts, categories, starts, False):
             break
         place = next_end + trailer
     # Two blocks one after the other within it: a length that is wrong took them along.
     for place in range(at + 1, end):
         for step in range(2):
             next_end = _block_end(data, place, trailer)
-            if (
-                next_end == 0
-                or next_end - place > _FOUND_MAX
-                or not _fits(data, place, next_end, nodes, profiles, layouts, categories, starts)
+            if next_end == 0 or not _fits(
+                data, place, next_end, nodes, profiles, layouts, categories, starts, True
             ):
                 break
             place = next_end + trailer

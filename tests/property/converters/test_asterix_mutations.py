@@ -101,3 +101,15 @@ def test_mutated_files_as_a_whole_are_accounted_for(tmp_path: Path) -> None:
         path.write_bytes(content)
         gathered = gather(read_blocks(path), Editions())
         assert sum(gathered.octets.values()) == len(content)
+
+
+def test_runs_of_one_octet_are_passed_over(tmp_path: Path) -> None:
+    """What a bad disk leaves: some octets look like blocks at every place."""
+    path = tmp_path / "run"
+    good = SEEDS[0] * 3
+    for octet in range(256):
+        content = good + bytes([octet]) * 30_000 + good
+        path.write_bytes(content)
+        gathered = gather(read_blocks(path), Editions())
+        assert sum(gathered.octets.values()) == len(content)
+        assert gathered.records[48, 20 << 8 | 130] >= 3
