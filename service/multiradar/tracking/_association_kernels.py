@@ -68,8 +68,8 @@ LOG_TURN = math.log(2.0 * math.pi)
 # left the cover than to have been missed by every look; more turns than these say no more, for
 # radars also fall silent together.
 LOG_DETECTED = math.log(0.9)
-LOG_UNSEEN = math.log(0.1)
-UNSEEN_TURNS_MAX = 4.0
+LOG_UNSEEN = math.log(0.4)
+UNSEEN_TURNS_MAX = 10.0
 
 # Identity as evidence: logarithms of likelihood ratios.
 ADDRESS_EQUAL = 12.0
@@ -77,8 +77,11 @@ ADDRESS_DIFFERENT = -10.0
 CODE_EQUAL = 4.5
 CODE_DIFFERENT = -4.0
 # Height: how fast it may change, m/s (1 sigma), how coarse it is told, m, how it is spread, m.
+# Most keep theirs: so many go on as they did, the others climb or descend.
 CLIMB_SIGMA = 12.0
 HEIGHT_SIGMA = 40.0
+LEVEL_SIGMA = 1.0
+LEVEL_PART = 0.7
 LOG_HEIGHT_SPAN = math.log(10_000.0)
 HEIGHT_DIFFERENT = -7.0
 # A second plot is looked for as far as the fastest aircraft flies, and this for the errors of both.
@@ -219,6 +222,15 @@ def log_otherwise(
 
 
 @in_loop
+def log_of_height(off: float, dt: float) -> float:
+    """Return the logarithm of the density, 1/m, of a height that is off by so much after dt."""
+    level, climbing = HEIGHT_SIGMA + LEVEL_SIGMA * dt, HEIGHT_SIGMA + CLIMB_SIGMA * dt
+    density = LEVEL_PART / level * math.exp(-0.5 * (off / level) ** 2)
+    density += (1.0 - LEVEL_PART) / climbing * math.exp(-0.5 * (off / climbing) ** 2)
+    return math.log(max(density, 1e-300)) - 0.5 * LOG_TURN
+
+
+@in_loop
 def identity_score(
     row: int, k: int, number: int, address: int, code: int, dt: float, rows: Rows,
     aircraft: Aircraft, roster: Roster, life: Lifecycle,
@@ -233,10 +245,8 @@ def identity_score(
     known = aircraft.height[k]
     measured = rows.height[row]
     if not (np.isnan(known) or np.isnan(measured)):
-        sigma = HEIGHT_SIGMA + CLIMB_SIGMA * dt
-        off = (measured - known) / sigma
-        value = LOG_HEIGHT_SPAN - 0.5 * (off * off + LOG_TURN) - math.log(sigma)
-        score += max(value, HEIGHT_DIFFERENT)
+        value = log_of_height(measured - known, dt)
+        score += max(LOG_HEIGHT_SPAN + value, HEIGHT_DIFFERENT)
     if life.stage[k] == TENTATIVE:
         score += LOG_NEW if life.hits[k] == 1 else (LOG_YOUNG if life.hits[k] == 2 else 0.0)
     if life.period[k] > 0.0:

@@ -141,9 +141,9 @@ def test_one_plot_of_two_aircraft_does_not_make_their_tracks_swap() -> None:
     table, batch, truth = made("unresolved", 4)
     settings = replace(SHARED, filter_name="imm")
     assert kept(confirmed(table, run(table, batch, settings)[0], truth)) == 12
-    # Where every aircraft is taken to have its own plot, the pair that crosses at 5° swaps.
-    sharp = replace(settings, range_resolution_m=0.0)
-    assert kept(confirmed(table, run(table, batch, sharp)[0], truth)) < 12
+    # Where each plot is of one aircraft alone, those that cross at 5° do not get theirs back.
+    nearest = replace(NEAREST, filter_name="imm")
+    assert kept(confirmed(table, run(table, batch, nearest)[0], truth)) < 12
 
 
 @pytest.mark.parametrize("name", ["blom", "blom-macro", "ci", "joint"])
