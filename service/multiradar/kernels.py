@@ -137,3 +137,38 @@ def _write_prefetch(typing: Any, array: Any, row: Any, line: Any) -> Any:
 
 
 _prefetch: Any = intrinsic(_write_prefetch)
+
+
+def fused(first: float, second: float, third: float) -> float:
+    """Return first · second + third, rounded once.
+
+    Parameters
+    ----------
+    first, second, third : float
+        The numbers. Uncompiled it is rounded twice.
+
+    Returns
+    -------
+    float
+        The same on every processor, whatever was compiled before: what is fused is said here, and
+        not left to the compiler.
+    """
+    return first * second + third
+
+
+@overload(fused, jit_options=_IN_LOOP)
+def _fused(first: Any, second: Any, third: Any) -> Any:
+    def compiled(first: Any, second: Any, third: Any) -> Any:
+        return _fuse(first, second, third)
+
+    return compiled
+
+
+def _write_fused(typing: Any, first: Any, second: Any, third: Any) -> Any:
+    def generate(context: Any, builder: Any, signature: Any, given: Any) -> Any:
+        return builder.fma(*given)
+
+    return types.float64(types.float64, types.float64, types.float64), generate
+
+
+_fuse: Any = intrinsic(_write_fused)

@@ -44,7 +44,8 @@ from multiradar.estimation.measurement._kernels import (
 )
 from multiradar.estimation.motion._kernels import load_covariance
 from multiradar.geodesy._kernels import wrap_angle
-from multiradar.kernels import in_loop
+from multiradar.kernels import fused, in_loop
+from multiradar.lane_kernels import LANES, lane_of, lanes_of, load_lanes, store_lanes
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -101,9 +102,15 @@ def correct_two_stage(
     d1 = x1 - means[k, 1]
     nu0 = e0 + h[0] * d0 + h[1] * d1
     nu1 = e1 + h[2] * d0 + h[3] * d1
-    for c in range(n):
+    whole = n - n % LANES
+    for c in range(0, whole, LANES):
+        v0, v1 = load_lanes(V, k, 0, c, LANES), load_lanes(V, k, 1, c, LANES)
+        u0, u1 = h[0] * v0 + h[1] * v1, h[2] * v0 + h[3] * v1
+        for lane in range(LANES):
+            U0[c + lane] = lane_of(u0, lane)
+            U1[c + lane] = lane_of(u1, lane)
+    for c in range(whole, n):
         U0[c] = h[0] * V[k, 0, c] + h[1] * V[k, 1, c]
-    for c in range(n):
         U1[c] = h[2] * V[k, 0, c] + h[3] * V[k, 1, c]
     for c in range(first, last):
         rate0, rate1 = 0.0, 0.0
@@ -145,27 +152,28 @@ def correct_two_stage(
         surprises[k] = surprise_after(surprises[k], nis, options)
         K = gain_of(G, i00, i01, i11)
         correct_state(means, covariances, k, P, G, K, nu0, nu1)
-        for c in range(n):
-            V[k, 0, c] -= K[0] * U0[c] + K[1] * U1[c]
-        for c in range(n):
-            V[k, 1, c] -= K[2] * U0[c] + K[3] * U1[c]
-        for c in range(n):
-            V[k, 2, c] -= K[4] * U0[c] + K[5] * U1[c]
-        for c in range(n):
-            V[k, 3, c] -= K[6] * U0[c] + K[7] * U1[c]
+        for c in range(0, whole, LANES):
+            u0 = lanes_of(U0[c], U0[c + 1], U0[c + 2], U0[c + 3])
+            u1 = lanes_of(U1[c], U1[c + 1], U1[c + 2], U1[c + 3])
+            for r in range(4):
+                v = load_lanes(V, k, r, c, LANES)
+                store_lanes(V, k, r, c, LANES, v - (K[2 * r] * u0 + K[2 * r + 1] * u1))
+        for c in range(whole, n):
+            for r in range(4):
+                V[k, r, c] -= K[2 * r] * U0[c] + K[2 * r + 1] * U1[c]
         if informs:
             for c in range(n):
                 R0[c] = i00 * U0[c] + i01 * U1[c]
             for c in range(n):
                 R1[c] = i01 * U0[c] + i11 * U1[c]
             for c in range(n):
-                y[c] += R0[c] * nu0 + R1[c] * nu1
+                y[c] = fused(R0[c], nu0, fused(R1[c], nu1, y[c]))
             # Y += Uᵀ S⁻¹ U, both triangles of it.
             for c in range(n):
                 r0 = R0[c]
                 r1 = R1[c]
                 for d in range(n):
-                    Y[c, d] += r0 * U0[d] + r1 * U1[d]
+                    Y[c, d] = fused(r0, U0[d], fused(r1, U1[d], Y[c, d]))
     return outcome
 
 
@@ -176,10 +184,10 @@ def component(means: Floats, V: Floats, bias: Floats, k: int, i: int) -> float:
     odd = 0.0
     pairs = bias.shape[0] & ~1
     for c in range(0, pairs, 2):
-        even += V[k, i, c] * bias[c]
-        odd += V[k, i, c + 1] * bias[c + 1]
+        even = fused(V[k, i, c], bias[c], even)
+        odd = fused(V[k, i, c + 1], bias[c + 1], odd)
     if pairs < bias.shape[0]:
-        even += V[k, i, pairs] * bias[pairs]
+        even = fused(V[k, i, pairs], bias[pairs], even)
     return even + odd
 
 

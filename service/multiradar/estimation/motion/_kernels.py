@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from multiradar.kernels import in_loop
+from multiradar.kernels import fused, in_loop
 
 Floats = NDArray[np.float64]
 Packed = tuple[float, float, float, float, float, float, float, float, float, float]
@@ -73,9 +73,9 @@ def move_aircraft(
     means[k, 0] += dt * means[k, 2]
     means[k, 1] += dt * means[k, 3]
     for c in range(sensitivities.shape[2]):
-        sensitivities[k, 0, c] += dt * sensitivities[k, 2, c]
+        sensitivities[k, 0, c] = fused(dt, sensitivities[k, 2, c], sensitivities[k, 0, c])
     for c in range(sensitivities.shape[2]):
-        sensitivities[k, 1, c] += dt * sensitivities[k, 3, c]
+        sensitivities[k, 1, c] = fused(dt, sensitivities[k, 3, c], sensitivities[k, 1, c])
     store_covariance(covariances, k, moved_covariance(load_covariance(covariances, k), dt, density))
 
 
