@@ -1,6 +1,5 @@
 """`report.json` of a conversion."""
 
-import json
 from collections import Counter
 from dataclasses import dataclass, field
 from importlib.metadata import version
@@ -12,7 +11,7 @@ from multiradar_converters.asterix.gathering import Broken
 from multiradar_converters.asterix.options import Options
 from multiradar_converters.asterix.timing import Turned
 from multiradar_converters.errors import AccountingError
-from multiradar_schemas.report import Report
+from multiradar_converters.report_file import write_report
 
 #: Tracks of another processor, where the recording has some.
 SYSTEM_TRACKS_FILE = "system_tracks.parquet"
@@ -89,11 +88,7 @@ def report_json(path: Path, findings: Findings, options: Options) -> dict[str, o
     dict
         The report, ready for JSON.
     """
-    report = Report.model_validate(_report(findings, options))
-    text = report.model_dump_json(indent=1)
-    path.write_text(text + "\n", encoding="utf-8")
-    loaded: dict[str, object] = json.loads(text)
-    return loaded
+    return write_report(path, _report(findings, options))
 
 
 def _report(findings: Findings, options: Options) -> dict[str, Any]:

@@ -1,17 +1,16 @@
 """`report.json` of a conversion."""
 
-import json
 from collections import Counter
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from multiradar_converters.report_file import write_report
 from multiradar_converters.vid.accounting import Account
 from multiradar_converters.vid.naming import NamingCounts
 from multiradar_converters.vid.options import Options
 from multiradar_converters.vid.track_files import Written
-from multiradar_schemas.report import Report
 
 
 @dataclass(frozen=True)
@@ -45,11 +44,7 @@ def report_json(path: Path, findings: Findings, options: Options) -> dict[str, o
     dict
         The report, ready for JSON.
     """
-    report = Report.model_validate(_report(findings, options))
-    text = report.model_dump_json(indent=1)
-    path.write_text(text + "\n", encoding="utf-8")
-    loaded: dict[str, object] = json.loads(text)
-    return loaded
+    return write_report(path, _report(findings, options))
 
 
 def _report(findings: Findings, options: Options) -> dict[str, Any]:

@@ -1,7 +1,8 @@
 """Routes of tracks: the list, one track, its history and its forecast."""
 
+from collections.abc import Callable
 from functools import partial
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import polars as pl
 from fastapi import APIRouter, Depends, Query, Request
@@ -136,16 +137,11 @@ async def get_history(
     format_: TableFormat = None,
 ) -> Response:
     """Return the updates of a track that are kept, oldest first, also when the track has ended."""
-    form = chosen_form(request, format_, ("json", "arrow"))
+    asked = _Asked(track_id, since, cursor, limit, chosen_form(request, format_, ("json", "arrow")))
     read = partial(access.view.history, track_id)
-
-    def answer() -> Response:
-        rows = min(limit, access.view.page_rows_max)
-        page, following = page_by_time(read, since, cursor, rows)
-        _check_known(access.view, track_id, page)
-        return table_response(request, page, "updates", form, following)
-
-    return await access.workers.run(answer)
+    return await access.workers.run(
+        partial(_table_of_track, request, access.view, "updates", read, asked)
+    )
 
 
 @router.get(
@@ -162,16 +158,11 @@ async def get_transitions(
     format_: TableFormat = None,
 ) -> Response:
     """Return the steps in the life of a track and their reasons, also when the track has ended."""
-    form = chosen_form(request, format_, ("json", "arrow"))
+    asked = _Asked(track_id, since, cursor, limit, chosen_form(request, format_, ("json", "arrow")))
     read = partial(access.view.transitions, track_id)
-
-    def answer() -> Response:
-        rows = min(limit, access.view.page_rows_max)
-        page, following = page_by_time(read, since, cursor, rows)
-        _check_known(access.view, track_id, page)
-        return table_response(request, page, "transitions", form, following)
-
-    return await access.workers.run(answer)
+    return await access.workers.run(
+        partial(_table_of_track, request, access.view, "transitions", read, asked)
+    )
 
 
 @router.get("/{track_id}/forecast", response_model=Forecast, responses=NOT_FOUND)
@@ -212,6 +203,28 @@ def _chosen(page: pl.DataFrame, names: list[str] | None, form: str) -> pl.DataFr
     # A feature has a position, whatever fields are asked for.
     always = {"latitude_deg", "longitude_deg"} if form == "geojson" else set()
     return page.select(name for name in page.columns if name in always or name in names)
+
+
+class _Asked(NamedTuple):
+    # What a request says of the rows and the form of a table by time of a track.
+    track_id: int
+    since: float | None
+    cursor: str | None
+    limit: int
+    form: str
+
+
+def _table_of_track(
+    request: Request,
+    view: View,
+    name: str,
+    read: Callable[[float, int], pl.DataFrame],
+    asked: _Asked,
+) -> Response:
+    rows = min(asked.limit, view.page_rows_max)
+    page, following = page_by_time(read, asked.since, asked.cursor, rows)
+    _check_known(view, asked.track_id, page)
+    return table_response(request, page, name, asked.form, following)
 
 
 def _check_known(view: View, track_id: int, page: pl.DataFrame) -> None:

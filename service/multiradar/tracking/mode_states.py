@@ -5,12 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.estimation.filters._mode_kernels import STRAIGHT_AT_FIRST
 from multiradar.estimation.filters.arrays import Aircraft
 
 Floats = NDArray[np.float64]
-
-#: Probability of straight flight before the second plot, as in `_mode_kernels.spread_over_modes`.
-_STRAIGHT_AT_FIRST = 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,8 +58,8 @@ def mode_states(
     mean, covariance = aircraft.mode_mean[rows], aircraft.mode_covariance[rows]
     sensitivity = aircraft.mode_sensitivity[rows]
     new = np.isnan(probability[:, 0])
-    probability[new] = (1.0 - _STRAIGHT_AT_FIRST) / (count - 1)
-    probability[new, 0] = _STRAIGHT_AT_FIRST
+    probability[new] = (1.0 - STRAIGHT_AT_FIRST) / (count - 1)
+    probability[new, 0] = STRAIGHT_AT_FIRST
     mean[new] = aircraft.mean[slots[new], None]
     covariance[new] = aircraft.covariance[slots[new], None]
     sensitivity[new] = aircraft.sensitivity[slots[new], None]

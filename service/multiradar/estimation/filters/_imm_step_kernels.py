@@ -200,10 +200,9 @@ def take_rows(
                     shift_by_height(met, k, k, vertical, means)
                     for j in range(count):
                         shift_by_height(met, k, k * count + j, vertical, mode_means)
-                interval = dt
                 estimate_modes(k, count, bias, mode_means, mode_V, X)
-                if interval > 0.0:
-                    pass_modes(k, count, interval, modes, probabilities, C, shares)
+                if dt > 0.0:
+                    pass_modes(k, count, dt, modes, probabilities, C, shares)
                     mix_modes(
                         k, count, probabilities, shares, mode_means, mode_covariances, mode_V, X,
                         A, S, B, T, Z,
@@ -218,7 +217,7 @@ def take_rows(
                     for j in range(count):
                         probabilities[k, j] = C[j]
                         move_mode(
-                            k * count + j, j, interval, modes, more, mode_means,
+                            k * count + j, j, dt, modes, more, mode_means,
                             mode_covariances, mode_V, X, A, B, T, Z,
                         )  # fmt: skip
                 else:
@@ -235,7 +234,7 @@ def take_rows(
                     mode_covariances, mode_V, probabilities, surprises, X, C, seen, U, Y, y, U0, U1,
                     R0, R1, innovations, row,
                 )  # fmt: skip
-                if outcome == UPDATED or interval > 0.0:
+                if outcome == UPDATED or dt > 0.0:
                     join_modes(
                         k, count, probabilities, means, covariances, sensitivities, mode_means,
                         mode_covariances, mode_V, X, S, Z,

@@ -39,6 +39,8 @@ MODE_COUNT = 4
 # Columns of the shares of `pass_modes`.
 SHARE_COUNT = 3
 
+# Probability of straight flight, the hub, before the second measurement.
+STRAIGHT_AT_FIRST = 0.5
 # Less than this no mode is held for, so that each can come back.
 PROBABILITY_MIN = 1e-9
 
@@ -51,7 +53,8 @@ def spread_over_modes(
     """Let aircraft k, of which one state is known, be in any mode: by halves hub and arms."""
     for j in range(count):
         row = k * count + j
-        probabilities[k, j] = 0.5 if j == 0 else 0.5 / (count - 1)
+        rest = (1.0 - STRAIGHT_AT_FIRST) / (count - 1)
+        probabilities[k, j] = STRAIGHT_AT_FIRST if j == 0 else rest
         store_covariance(mode_covariances, row, load_covariance(covariances, k))
         for i in range(4):
             mode_means[row, i] = means[k, i]
