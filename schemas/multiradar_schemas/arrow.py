@@ -61,6 +61,32 @@ TRANSITION_SCHEMA = pl.Schema(
     }
 )
 
+#: `manoeuvre_planes.parquet`: one row for each track and epoch in which it was updated.
+MANOEUVRE_PLANE_SCHEMA = pl.Schema(
+    {
+        "track_id": pl.Int64(),
+        "time_s": pl.Float64(),
+        "window_s": pl.Float64(),
+        "points": pl.Int64(),
+        "normal_east": pl.Float64(),
+        "normal_north": pl.Float64(),
+        "normal_up": pl.Float64(),
+        "distance_m": pl.Float64(),
+        "origin_latitude_deg": pl.Float64(),
+        "origin_longitude_deg": pl.Float64(),
+        "tilt_deg": pl.Float64(),
+        "normal_sigma_deg": pl.Float64(),
+        "statistic": pl.Float64(),
+        "degrees_of_freedom": pl.Int64(),
+        "p_value": pl.Float64(),
+        "is_planar": pl.Boolean(),
+        "printed_statistic": pl.Float64(),
+        "printed_threshold": pl.Float64(),
+        "refused_by_printed_criterion": pl.Boolean(),
+        "reason": pl.String(),
+    }
+)
+
 #: `biases.parquet`: one row for each sensor, parameter and epoch.
 BIAS_SCHEMA = pl.Schema(
     {

@@ -14,6 +14,7 @@ from pydantic import TypeAdapter
 from multiradar_schemas.arrow import (
     BIAS_SCHEMA,
     HEALTH_SCHEMA,
+    MANOEUVRE_PLANE_SCHEMA,
     MEASUREMENT_REQUIRED,
     MEASUREMENT_SCHEMA,
     TRACK_SCHEMA,
@@ -22,6 +23,7 @@ from multiradar_schemas.arrow import (
 from multiradar_schemas.bias import BiasEstimate
 from multiradar_schemas.forecast import Forecast
 from multiradar_schemas.health import RadarHealth
+from multiradar_schemas.manoeuvre_plane import ManoeuvrePlane
 from multiradar_schemas.measurement import MEASUREMENT, MEASUREMENTS
 from multiradar_schemas.reject import Reject
 from multiradar_schemas.report import Report
@@ -42,6 +44,7 @@ _MODELS: dict[str, TypeAdapter[Any]] = {
     "bias": TypeAdapter(BiasEstimate),
     "health": TypeAdapter(RadarHealth),
     "forecast": TypeAdapter(Forecast),
+    "manoeuvre-plane": TypeAdapter(ManoeuvrePlane),
     "reject": TypeAdapter(Reject),
     "report": TypeAdapter(Report),
 }
@@ -52,6 +55,7 @@ _TABLES = {
         tuple(n for n, f in TrackUpdate.model_fields.items() if "None" not in str(f.annotation)),
     ),
     "transitions": (TRANSITION_SCHEMA, ("time_s", "track_id", "transition", "reason")),
+    "manoeuvre-planes": (MANOEUVRE_PLANE_SCHEMA, ("track_id", "time_s", "window_s")),
     "biases": (BIAS_SCHEMA, tuple(BIAS_SCHEMA.names())),
     "health": (
         HEALTH_SCHEMA,

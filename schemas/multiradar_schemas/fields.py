@@ -10,6 +10,7 @@ from pydantic import BaseModel
 from multiradar_schemas.arrow import (
     BIAS_SCHEMA,
     HEALTH_SCHEMA,
+    MANOEUVRE_PLANE_SCHEMA,
     MEASUREMENT_SCHEMA,
     TRACK_SCHEMA,
     TRANSITION_SCHEMA,
@@ -17,6 +18,11 @@ from multiradar_schemas.arrow import (
 from multiradar_schemas.bias import BiasEstimate
 from multiradar_schemas.forecast import Forecast, ForecastPoint
 from multiradar_schemas.health import RadarHealth
+from multiradar_schemas.manoeuvre_plane import (
+    PLANE_REASON_MEANINGS,
+    PlaneFigures,
+    PlanePosition,
+)
 from multiradar_schemas.measurement import KIND_NEEDS, RadarMeasurement
 from multiradar_schemas.reject import CODE_MEANINGS, Reject
 from multiradar_schemas.report import Counts, InputFile, OutputFile, Report
@@ -49,6 +55,14 @@ _HEALTH = """
 ## Health: `health.parquet`, a row for each radar and epoch
 
 The last row of a radar is the member `health` of `GET /v1/sensors/{id}`.
+"""
+
+_PLANES = """
+## Manoeuvre planes: `manoeuvre_planes.parquet`, `GET /v1/tracks/{id}/manoeuvre-plane`
+
+The file has a row for each track and epoch in which it was updated. Where the plots determine no
+plane all but `track_id`, `time_s` and `window_s` is null and the column `reason` says why; over
+HTTP that is a problem document, 409, with the reason as its `code`.
 """
 
 
@@ -87,6 +101,7 @@ def _lines() -> Iterator[str]:
     yield from _table(Forecast)
     yield "\nEach point:\n"
     yield from _table(ForecastPoint)
+    yield from _plane_lines()
     yield "\n## Refusals: `rejects.ndjson`\n"
     yield "Exactly one of `line` and `offset` is there.\n"
     yield from _table(Reject)
@@ -110,6 +125,16 @@ def _track_lines() -> Iterator[str]:
     yield from _table(Transition, tuple(TRANSITION_SCHEMA), dict(TRANSITION_SCHEMA))
     yield "\n| reason | meaning |\n|---|---|"
     yield from (f"| `{name}` | {meaning} |" for name, meaning in REASON_MEANINGS.items())
+
+
+def _plane_lines() -> Iterator[str]:
+    yield _PLANES
+    names = tuple(name for name in MANOEUVRE_PLANE_SCHEMA if name in PlaneFigures.model_fields)
+    yield from _table(PlaneFigures, names, dict(MANOEUVRE_PLANE_SCHEMA))
+    yield "\nThe answer over HTTP has `positions` too, the plots projected on the plane; each:\n"
+    yield from _table(PlanePosition)
+    yield "\n| reason | meaning |\n|---|---|"
+    yield from (f"| `{name}` | {meaning} |" for name, meaning in PLANE_REASON_MEANINGS.items())
 
 
 def _table(

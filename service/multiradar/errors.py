@@ -26,6 +26,7 @@
     ├── AccountingError             measurements read are not those accounted for
     ├── QueueFullError              a bounded queue is full; try again later
     ├── ForecastError               a forecast is asked for farther or finer than is given
+    ├── PlaneError                  points that determine no plane
     ├── RequestError                a request over HTTP that is refused, with its status and code
     └── PeerError                   another process did not answer as agreed
         └── UnavailableError        it cannot take anything now; try again
@@ -227,6 +228,14 @@ class ForecastError(MultiradarError):
     def __init__(self, parameter: str, reason: str) -> None:
         self.parameter = parameter
         super().__init__(f"{parameter}: {reason}")
+
+
+class PlaneError(MultiradarError):
+    """Points determine no plane; `code` says why, for programs."""
+
+    def __init__(self, code: str, reason: str) -> None:
+        self.code = code
+        super().__init__(reason)
 
 
 class RequestError(MultiradarError):

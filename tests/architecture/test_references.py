@@ -1,8 +1,8 @@
 """Who reads a formula finds where it stands: paper and equation, textbook and section, or "own".
 
-Held for the public functions, methods and classes of the estimation, and for the modules of the
-simulation and of the studies that compute. What implements no formula is excepted by kind: the
-three kinds are named below, with their reasons.
+Held for the public functions, methods and classes of the estimation and the restoration, and for
+the modules of the simulation and of the studies that compute. What implements no formula is
+excepted by kind: the three kinds are named below, with their reasons.
 """
 
 import ast
@@ -14,6 +14,7 @@ import pytest
 
 SERVICE = Path(__file__).parents[2] / "service/multiradar"
 
+PURE = ("estimation", "restoration")
 #: Where the simulation and the studies compute; their other modules read, write, and draw.
 COMPUTING = (
     "simulation/biases",
@@ -30,6 +31,8 @@ COMPUTING = (
     "studies/coupled_motion_figures",
     "studies/coupled_motion_models",
     "studies/coupled_motion_tracking",
+    "studies/manoeuvre_plane",
+    "studies/manoeuvre_plane_runs",
     "studies/polynomial_forecast",
     "studies/polynomial_forecast_runs",
 )
@@ -47,6 +50,7 @@ BOOKKEEPING = {
     "estimation/filters/arrays": None,
     "estimation/filters/bank": {"find_filter", "find_filter_for"},
     "estimation/sequential/player": {"empty_record"},
+    "restoration/plot_positions": {"Plots", "Plots.take"},
     "simulation/looks": {"outside_gaps"},
     "studies/coupled_motion_tracking": {"Tracked", "Tracked.means", "settled", "batches"},
 }
@@ -55,8 +59,8 @@ CONTAINERS = {"NamedTuple", "IntEnum", "dataclass"}
 
 #: A paper of the five, and the place in it: an equation, the text or a section of its own name.
 PAPER = re.compile(
-    r"(IMM UrO RAN report \(2016\)|Vasiliev, Mattis|Koptev, Rozov, Romanovsky), [^.]*?"
-    r"(\(\d+(\.\d+)?\)|sections? (\d|on ))"
+    r"(IMM UrO RAN report \(2016\)|Vasiliev, Mattis|Koptev, Rozov, Romanovsky|Korobochkin"
+    r"|Nenartovich, Isakov), [^.]*?(\(\d+(\.\d+)?\)|sections? (\d|on )|figures? \d)"
 )
 #: A work of others: authors, year, and a place in it or its pages.
 WORK = re.compile(r"[A-Z][^.]*\..*?\b(19|20)\d\d\)?,?\s.*?(section|chapter|equation|\d+-\d+)")
@@ -107,7 +111,8 @@ def excepted(module: str, name: str) -> bool:
 def judged() -> list[tuple[str, Definition]]:
     found = []
     computing = [SERVICE / f"{name}.py" for name in COMPUTING]
-    for path in (*sorted((SERVICE / "estimation").rglob("*.py")), *computing):
+    pure = [path for one in PURE for path in sorted((SERVICE / one).rglob("*.py"))]
+    for path in (*pure, *computing):
         module = path.relative_to(SERVICE).with_suffix("").as_posix()
         if path.name.startswith("_"):
             continue
@@ -135,10 +140,8 @@ def test_what_computes_says_where_its_formula_stands(node: Definition) -> None:
     assert tells_its_source(ast.get_docstring(node) or ""), node.name
 
 
-def test_every_compiled_module_of_the_estimation_says_at_its_head_where_its_formulas_stand() -> (
-    None
-):
-    kernels = sorted((SERVICE / "estimation").rglob("_*kernels.py"))
+def test_every_compiled_module_says_at_its_head_where_its_formulas_stand() -> None:
+    kernels = [path for one in PURE for path in sorted((SERVICE / one).rglob("_*kernels.py"))]
     heads = {one: ast.get_docstring(ast.parse(one.read_text(encoding="utf-8"))) for one in kernels}
     assert kernels
     assert [one.name for one, head in heads.items() if not tells_its_source(head or "")] == []
@@ -166,6 +169,9 @@ def test_the_exceptions_are_there() -> None:
         ("IMM UrO RAN report (2016).", False),
         ("Vasiliev, Mattis, the text after equation (2).", True),
         ("Vasiliev, Mattis.", False),
+        ("Korobochkin, equation (1.8).", True),
+        ("Nenartovich, Isakov, the text after equation (10).", True),
+        ("Nenartovich, Isakov.", False),
         ('B. Friedland, "Treatment of bias", IEEE TAC 14 (1969), 359-367.', True),
         ("Friedland.", False),
         ("The project's own rule.", True),

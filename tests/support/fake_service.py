@@ -70,6 +70,7 @@ class FakeView:
     page_rows_max: int = 10_000
     forecast_steps_max: int = 1000
     failure: Exception | None = None
+    plane_failure: Exception | None = None
     entered: threading.Event = field(default_factory=threading.Event)
     gate: threading.Event | None = None
 
@@ -119,6 +120,13 @@ class FakeView:
             }
             for step_s in steps_s.tolist()
         ]
+
+    def manoeuvre_plane(self, track_id: int, window_s: float) -> dict[str, Any] | None:
+        if self.plane_failure is not None:
+            raise self.plane_failure
+        if self.track(track_id) is None:
+            return None
+        return {"track_id": track_id, "window_s": window_s, "is_planar": True}
 
     def sensors(self) -> list[dict[str, Any]]:
         return [{"id": "41-10", "kind": "radar", "updates": 7, "range_max_m": float("inf")}]

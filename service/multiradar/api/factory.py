@@ -6,7 +6,16 @@ from importlib.metadata import version
 
 from fastapi import APIRouter, FastAPI
 
-from multiradar.api import documentation, openapi, operations, problems, sensors, streams, tracks
+from multiradar.api import (
+    documentation,
+    manoeuvre_planes,
+    openapi,
+    operations,
+    problems,
+    sensors,
+    streams,
+    tracks,
+)
 from multiradar.api.access import Access
 from multiradar.api.batches import StreamHub
 from multiradar.api.guard import LimitLayer
@@ -65,7 +74,10 @@ def create_api(
     openapi.install(application)
     application.add_middleware(LimitLayer, limits=limits, allowed_hosts=allowed_hosts)
     application.state.access = Access(service, workers, hub, limits)
-    own = (tracks.router, sensors.router, streams.router, operations.router, documentation.router)
+    own = (
+        tracks.router, manoeuvre_planes.router, sensors.router, streams.router, operations.router,
+        documentation.router,
+    )  # fmt: skip
     for router in (*routers, *own):
         application.include_router(router)
     return application

@@ -119,7 +119,7 @@ async def get_track(track_id: TrackId, access: Granted) -> Response:
     """Return one live track."""
     track = await access.workers.run(access.view.track, track_id)
     if track is None:
-        raise _not_found(track_id)
+        raise track_not_found(track_id)
     return json_response(track)
 
 
@@ -178,7 +178,7 @@ async def get_forecast(
     except ForecastError as error:
         raise parameter_error({error.parameter: str(error)}) from error
     if points is None:
-        raise _not_found(track_id)
+        raise track_not_found(track_id)
     return json_response({"track_id": track_id, "points": points})
 
 
@@ -232,8 +232,9 @@ def _check_known(view: View, track_id: int, page: pl.DataFrame) -> None:
     if not page.is_empty() or view.track(track_id) is not None:
         return
     if all(read(track_id, None, 1).is_empty() for read in (view.history, view.transitions)):
-        raise _not_found(track_id)
+        raise track_not_found(track_id)
 
 
-def _not_found(track_id: int) -> RequestError:
+def track_not_found(track_id: int) -> RequestError:
+    """Return the refusal of a request for a track that nobody knows."""
     return RequestError(404, "TRACK_NOT_FOUND", f"no track with the number {track_id} is known")

@@ -133,6 +133,19 @@ AllowMissingOption = Annotated[
         help="Do without tracks.txt or plots_ads.txt where a dump lacks it.",
     ),
 ]
+PlanesOption = Annotated[
+    float | None,
+    typer.Option(
+        "--manoeuvre-planes",
+        metavar="SECONDS",
+        # The bounds are those of `runtime.manoeuvre_planes`, not imported: help must be fast.
+        min=5.0,
+        max=600.0,
+        help="Write manoeuvre_planes.parquet: the plane of each track's plots of so long, by "
+        "epochs.",
+        show_default="none",
+    ),
+]
 ConfigOption = Annotated[
     Path | None,
     typer.Option(

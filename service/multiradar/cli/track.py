@@ -29,6 +29,7 @@ from multiradar.cli.options import (
     KindsOption,
     MeasurementsArgument,
     MotionChoice,
+    PlanesOption,
     ProfileOption,
     SensorsOption,
     chosen_kinds,
@@ -92,6 +93,7 @@ def track(
     batch: Annotated[
         int, typer.Option(min=1, help="Measurements handed on at once; the output is the same.")
     ] = 8192,
+    manoeuvre_planes: PlanesOption = None,
     config: ConfigOption = None,
     json_wanted: JsonOption = False,
 ) -> None:
@@ -121,6 +123,7 @@ def track(
             kinds=chosen_kinds(kinds),
             workers=workers or min(os.cpu_count() or 1, _WORKERS_DEFAULT_MAX),
             batch_rows=batch,
+            plane_window_s=manoeuvre_planes,
         )
         with progress_bar("tracking", recording.rows) as on_progress:
             result = track_recording(job, folder, on_progress)

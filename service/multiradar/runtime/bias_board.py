@@ -69,6 +69,15 @@ class BiasBoard:
         ]
         return np.concatenate(rows) if rows else self._rows[:0].copy()
 
+    def at(self, time_s: float) -> NDArray[np.void]:
+        """Return the record of each parameter that was the latest at a data time; a copy."""
+        held = min(self._count, len(self._rows))
+        order = np.arange(self._count - held, self._count) % len(self._rows)
+        until = order[self._rows["time_s"][order] <= time_s][::-1]
+        named = np.stack([self._rows["sensor"][until], self._rows["parameter"][until]])
+        rows: NDArray[np.void] = self._rows[until[np.unique(named, axis=1, return_index=True)[1]]]
+        return rows
+
     def history(self, sensor_id: str, since_s: float | None, limit: int) -> NDArray[np.void]:
         """Return records of a sensor, oldest first: the first since a time, or the last; a copy."""
         held = min(self._count, len(self._rows))

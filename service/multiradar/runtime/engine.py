@@ -49,6 +49,7 @@ from multiradar.tracking.outputs import (
     TrackUpdates,
 )
 from multiradar.tracking.plausibility import Plausibility, Told
+from multiradar.tracking.plots import TrackPlots
 from multiradar.tracking.pool import PARTITIONS, AircraftPool
 from multiradar.tracking.roster import RowIdentities
 from multiradar.tracking.sensor_health import SensorHealth
@@ -243,7 +244,7 @@ class Engine:
             self._epoch_open = True
             for begin, end in self._enter_steps(batch.time_s, first, last):
                 ended += self._take(run, begin, end)
-        updates, transitions = self._describe(shown, run)
+        updates, transitions, plots = self._describe(shown, run)
         return EngineOutput(
             updates=updates,
             biases=BiasRecords.concatenate([biases for biases, _ in closed]),
@@ -251,6 +252,7 @@ class Engine:
             transitions=transitions,
             duplicates=duplicates,
             health=HealthRecords.concatenate([health for _, health in closed]),
+            plots=plots,
         )
 
     def _take(self, run: Run, first: int, last: int) -> list[EndedTracks]:
@@ -361,7 +363,9 @@ class Engine:
         for task in tasks:
             task.result()
 
-    def _describe(self, shown: MeasurementBatch, run: Run) -> tuple[TrackUpdates, TrackTransitions]:
+    def _describe(
+        self, shown: MeasurementBatch, run: Run
+    ) -> tuple[TrackUpdates, TrackTransitions, TrackPlots]:
         batch, result, identities = run.batch, run.result, run.identities
         taken = np.flatnonzero(result.outcome <= RESTARTED)
         described = np.empty((len(taken), 6))
@@ -388,7 +392,7 @@ class Engine:
             shown, run, Described(taken, described, confirmed, first), self._settings.hidden_fields,
             keeps_modes=self._filter.keeps_modes,
         )  # fmt: skip
-        return updates, transitions
+        return updates, transitions, TrackPlots(updates.track_id, shown.take(taken))
 
     def _close_epoch(self) -> tuple[BiasRecords, HealthRecords]:
         if self._epoch is None or not self._epoch_open:

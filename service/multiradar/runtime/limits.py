@@ -25,6 +25,8 @@ class RuntimeLimits:
         Rows of track history and bias history kept in memory.
     transition_rows_max : int
         Steps in the lives of tracks kept in memory.
+    plot_rows_max : int
+        Measurements behind the updates kept in memory.
     rejects_kept_max : int
         Refused measurements of each reason kept in memory.
     page_rows_max : int
@@ -48,6 +50,7 @@ class RuntimeLimits:
     history_rows_max: int = 2_000_000
     bias_history_rows_max: int = 200_000
     transition_rows_max: int = 500_000
+    plot_rows_max: int = 500_000
     rejects_kept_max: int = 1000
     page_rows_max: int = 10_000
     forecast_steps_max: int = 1000

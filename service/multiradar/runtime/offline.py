@@ -21,6 +21,7 @@ from multiradar.runtime.admission import ACCEPTED, Admission
 from multiradar.runtime.arrivals import ArrivalBoard
 from multiradar.runtime.digest import OutputDigest
 from multiradar.runtime.engine import Engine
+from multiradar.runtime.manoeuvre_planes import PlaneTable
 from multiradar.runtime.places import Places
 from multiradar.runtime.reject_file import RejectFile, TimeRefusals
 from multiradar.storage.recording import INDEX_COLUMN, Recording
@@ -34,13 +35,20 @@ from multiradar.tracking.outputs import (
     TrackUpdates,
 )
 from multiradar.tracking.settings import TrackingSettings
-from multiradar_schemas.arrow import BIAS_SCHEMA, HEALTH_SCHEMA, TRACK_SCHEMA, TRANSITION_SCHEMA
+from multiradar_schemas.arrow import (
+    BIAS_SCHEMA,
+    HEALTH_SCHEMA,
+    MANOEUVRE_PLANE_SCHEMA,
+    TRACK_SCHEMA,
+    TRANSITION_SCHEMA,
+)
 
 BATCH_ROWS = 8192
 TRACKS_FILE = "tracks.parquet"
 BIASES_FILE = "biases.parquet"
 TRANSITIONS_FILE = "transitions.parquet"
 HEALTH_FILE = "health.parquet"
+PLANES_FILE = "manoeuvre_planes.parquet"
 REJECTS_FILE = "rejects.ndjson"
 
 
@@ -62,6 +70,8 @@ class OfflineJob:
         Threads of the tracker.
     batch_rows : int
         Measurements handed on at once.
+    plane_window_s : float, optional
+        Window of the planes in which tracks manoeuvre, s; none are written when absent.
     """
 
     recording: Recording
@@ -70,6 +80,7 @@ class OfflineJob:
     kinds: Collection[str] | None = None
     workers: int = 1
     batch_rows: int = BATCH_ROWS
+    plane_window_s: float | None = None
 
 
 @dataclass(slots=True)
@@ -84,9 +95,9 @@ class OfflineResult:
         Those of them of each sensor that has some.
     rejected : Counter
         Those refused, by code.
-    updates, tracks, bias_rows, health_rows, steps : int
+    updates, tracks, bias_rows, health_rows, steps, plane_rows : int
         Rows of `tracks.parquet`, different tracks in it, rows of `biases.parquet`, of
-        `health.parquet` and of `transitions.parquet`.
+        `health.parquet`, of `transitions.parquet` and of `manoeuvre_planes.parquet`.
     final_biases : dict
         Last estimate of each sensor and parameter, with its sigma, and that over its prior sigma.
     final_health : dict
@@ -117,6 +128,7 @@ class OfflineResult:
     bias_rows: int = 0
     health_rows: int = 0
     steps: int = 0
+    plane_rows: int = 0
     final_biases: dict[str, dict[str, dict[str, float]]] = field(default_factory=dict)
     final_health: dict[str, dict[str, Any]] = field(default_factory=dict)
     alarms: list[dict[str, Any]] = field(default_factory=list)
@@ -190,6 +202,10 @@ class _Run:
         self._biases = TableWriter(folder / BIASES_FILE, BIAS_SCHEMA)
         self._health = TableWriter(folder / HEALTH_FILE, HEALTH_SCHEMA)
         self._transitions = TableWriter(folder / TRANSITIONS_FILE, TRANSITION_SCHEMA)
+        self._planes: tuple[PlaneTable, TableWriter] | None = None
+        if job.plane_window_s is not None:
+            table = PlaneTable(job.sensors, job.plane_window_s, job.settings.epoch_s)
+            self._planes = table, TableWriter(folder / PLANES_FILE, MANOEUVRE_PLANE_SCHEMA)
         self._rejects = RejectFile(folder / REJECTS_FILE, job.recording.path.name)
         self._places = Places()
         self._result = OfflineResult()
@@ -225,6 +241,9 @@ class _Run:
         self._biases.finish()
         self._health.finish()
         self._transitions.finish()
+        if self._planes is not None:
+            self._keep_planes(self._planes[1], self._planes[0].finish())
+            self._planes[1].finish()
         self.close()
         result = self._result
         outcomes = self._engine.counts
@@ -246,6 +265,8 @@ class _Run:
     def _write(self, outputs: Sequence[EngineOutput]) -> None:
         for output in outputs:
             self._digest.add(output)
+            if self._planes is not None:
+                self._keep_planes(self._planes[1], self._planes[0].take(output))
         updates = TrackUpdates.concatenate([output.updates for output in outputs])
         biases = BiasRecords.concatenate([output.biases for output in outputs])
         if len(updates):
@@ -265,6 +286,11 @@ class _Run:
         health = HealthRecords.concatenate([output.health for output in outputs])
         if len(health):
             self._keep_health(wire.health_frame(health, self._sensors))
+
+    def _keep_planes(self, writer: TableWriter, frame: pl.DataFrame) -> None:
+        if len(frame):
+            writer.append(frame)
+            self._result.plane_rows += len(frame)
 
     def _keep_health(self, frame: pl.DataFrame) -> None:
         self._health.append(frame)

@@ -10,6 +10,7 @@ from multiradar.estimation.measurement.sensors import PARAMETER_NAMES, SensorTab
 from multiradar.runtime.offline import (
     BIASES_FILE,
     HEALTH_FILE,
+    PLANES_FILE,
     REJECTS_FILE,
     TRACKS_FILE,
     TRANSITIONS_FILE,
@@ -51,6 +52,8 @@ def offline_report(job: OfflineJob, result: OfflineResult) -> Report:
         sensor: {name: {**value} for name, value in parameters.items()}
         for sensor, parameters in result.final_biases.items()
     }
+    wanted = job.plane_window_s is not None
+    planes = [OutputFile(file=PLANES_FILE, rows=result.plane_rows)] if wanted else []
     return Report(
         command="track",
         version=version("multiradar"),
@@ -64,6 +67,7 @@ def offline_report(job: OfflineJob, result: OfflineResult) -> Report:
             OutputFile(file=TRANSITIONS_FILE, rows=result.steps),
             OutputFile(file=BIASES_FILE, rows=result.bias_rows),
             OutputFile(file=HEALTH_FILE, rows=result.health_rows),
+            *planes,
             OutputFile(file=REJECTS_FILE, rows=result.rejected_total + result.duplicate),
         ],
         output_sha256=result.output_sha256,

@@ -90,6 +90,10 @@ class View(Protocol):
         """Return the states a track is expected to have; raises ForecastError beyond its bounds."""
         ...
 
+    def manoeuvre_plane(self, track_id: int, window_s: float) -> dict[str, Any] | None:
+        """Return the plane of the last plots; raises PlaneError where they determine none."""
+        ...
+
     def sensors(self) -> list[dict[str, Any]]:
         """Return the sensors."""
         ...

@@ -22,6 +22,12 @@ from multiradar.runtime.forecasts import forecast_points, forecast_steps
 from multiradar.runtime.history import TrackHistory, row_updates, update_rows
 from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.live_tracks import LiveTracks
+from multiradar.runtime.manoeuvre_planes import (
+    PLOT_DTYPE,
+    POINTS_MAX,
+    plane_of_track,
+    plot_rows,
+)
 from multiradar.runtime.reject_board import RejectBoard
 from multiradar.runtime.sensor_board import SensorBoard
 from multiradar.runtime.transition_rows import (
@@ -172,6 +178,36 @@ class Publication:
         states, plane = self._states()
         return forecast_points(states, track, steps, plane, self._tracking)
 
+    def manoeuvre_plane(self, track_id: int, window_s: float) -> dict[str, Any] | None:
+        """Return the plane through the last plots of a live track.
+
+        Parameters
+        ----------
+        track_id : int
+            The track.
+        window_s : float
+            Plots so long before its last one are used, s.
+
+        Returns
+        -------
+        dict or None
+            The fields of `multiradar_schemas.manoeuvre_plane.ManoeuvrePlane`; None when there is
+            no such live track.
+
+        Raises
+        ------
+        PlaneError
+            If the plots determine no plane.
+        """
+        with self._lock:
+            live = self._live.get(track_id)
+            if live is None:
+                return None
+            # What is learnt of the biases after the last plot changes nothing.
+            biases = self._biases.at(float(live["time_s"][0]))
+            rows = self._plots.read(track_id, None, POINTS_MAX)
+        return plane_of_track(rows, window_s, biases, self._sensors)
+
     def sensors(self) -> list[dict[str, Any]]:
         """Return the sensors by identifier, with their number of updates and the time of the last.
 
@@ -277,6 +313,8 @@ class Publication:
                 self._live.update(rows)
                 self._board.count(rows)
                 self._updates = int(rows["sequence"][-1])
+            if len(output.plots):
+                self._plots.append(plot_rows(output.plots))
             self._biases.append(output.biases)
             self._board.hear(output.health)
             if len(output.transitions):
@@ -307,6 +345,7 @@ class Publication:
     def _begin(self) -> None:
         self._history = TrackHistory(self._limits.history_rows_max)
         self._transitions = TrackHistory(self._limits.transition_rows_max, TRANSITION_DTYPE)
+        self._plots = TrackHistory(self._limits.plot_rows_max, PLOT_DTYPE)
         self._live = LiveTracks()
         self._biases = BiasBoard(self._sensors, self._limits.bias_history_rows_max)
         self._board = SensorBoard(self._sensors)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from multiradar.tracking.duplicates import NO_DUPLICATES, Duplicates
 from multiradar.tracking.health_records import HealthRecords
 from multiradar.tracking.mode_states import ModeStates
+from multiradar.tracking.plots import TrackPlots
 
 STATE_TENTATIVE = 0
 STATE_CONFIRMED = 1
@@ -280,6 +281,8 @@ class EngineOutput:
         Measurements that were left out because another one says the same.
     health : HealthRecords
         Health of the radars in the epochs that closed.
+    plots : TrackPlots
+        The measurements behind the updates.
     """
 
     updates: TrackUpdates
@@ -288,3 +291,4 @@ class EngineOutput:
     transitions: TrackTransitions = field(default_factory=lambda: TrackTransitions.concatenate([]))
     duplicates: Duplicates = field(default=NO_DUPLICATES)
     health: HealthRecords = field(default_factory=lambda: HealthRecords.concatenate([]))
+    plots: TrackPlots = field(default_factory=lambda: TrackPlots.concatenate([]))

@@ -1,0 +1,143 @@
+"""The plane in which a track manoeuvres, as JSON and as rows of `manoeuvre_planes.parquet`."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from multiradar_schemas.base import Record, described
+
+PlaneReason = Literal["TOO_FEW_POINTS", "POINTS_ON_A_LINE", "NO_CONVERGENCE"]
+
+#: Why no plane is told, one sentence each.
+PLANE_REASON_MEANINGS: dict[str, str] = {
+    "TOO_FEW_POINTS": "fewer than four plots of the window have a height and a place.",
+    "POINTS_ON_A_LINE": "a straight line explains the plots, so that any plane through it would.",
+    "NO_CONVERGENCE": "the search for the plane did not end.",
+}
+
+_FRAME = "in the frame of the last plot: east, north, height"
+
+
+class PlanePosition(Record):
+    """A plot, projected on the plane."""
+
+    time_s: Annotated[float, described("Data time of the plot", unit="s", source="measurement")]
+    latitude_deg: Annotated[
+        float, described("WGS 84 latitude", unit="degree", source="restoration")
+    ]
+    longitude_deg: Annotated[
+        float, described("WGS 84 longitude", unit="degree", source="restoration")
+    ]
+    height_m: Annotated[
+        float, described("Height, of the kind that was measured", unit="m", source="restoration")
+    ]
+
+
+class PlaneFigures(Record):
+    """A plane through the plots of a window, and how well it agrees with them."""
+
+    track_id: Annotated[int, Field(ge=1), described("The track", unit="1", source="tracker")]
+    time_s: Annotated[
+        float, described("Data time of the last update of the track", unit="s", source="tracker")
+    ]
+    window_s: Annotated[
+        float,
+        Field(gt=0.0),
+        described("Plots so long before `time_s` were used", unit="s", source="request"),
+    ]
+    points: Annotated[
+        int, Field(ge=4), described("How many plots were used", unit="1", source="restoration")
+    ]
+    normal_east: Annotated[
+        float, described(f"Unit normal, {_FRAME}", unit="1", source="restoration")
+    ]
+    normal_north: Annotated[float, described("Unit normal", unit="1", source="restoration")]
+    normal_up: Annotated[
+        float, Field(ge=0.0), described("Unit normal", unit="1", source="restoration")
+    ]
+    distance_m: Annotated[
+        float,
+        described(
+            "Distance of the plane from the origin of the frame, along the normal",
+            unit="m",
+            source="restoration",
+        ),
+    ]
+    origin_latitude_deg: Annotated[
+        float,
+        described(
+            "WGS 84 latitude of the origin, on the ellipsoid", unit="degree", source="restoration"
+        ),
+    ]
+    origin_longitude_deg: Annotated[
+        float, described("WGS 84 longitude of the origin", unit="degree", source="restoration")
+    ]
+    tilt_deg: Annotated[
+        float,
+        Field(ge=0.0, le=90.0),
+        described(
+            "Angle between the plane and the horizon: 0 a level turn, 90 a vertical manoeuvre",
+            unit="degree",
+            source="restoration",
+        ),
+    ]
+    normal_sigma_deg: Annotated[
+        float,
+        Field(ge=0.0, le=90.0),
+        described(
+            "Standard deviation of the normal in the direction in which it is known worst",
+            unit="degree",
+            source="restoration",
+        ),
+    ]
+    statistic: Annotated[
+        float,
+        Field(ge=0.0),
+        described("Λ, χ² distributed for a plane motion", unit="1", source="restoration"),
+    ]
+    degrees_of_freedom: Annotated[
+        int, Field(ge=1), described("`points` minus 3", unit="1", source="restoration")
+    ]
+    p_value: Annotated[
+        float,
+        Field(ge=0.0, le=1.0),
+        described(
+            "Probability of a plane motion to have a statistic as large",
+            unit="1",
+            source="restoration",
+        ),
+    ]
+    is_planar: Annotated[
+        bool,
+        described(
+            "Whether `p_value` is at least 0.003", unit="true or false", source="restoration"
+        ),
+    ]
+    printed_statistic: Annotated[
+        float,
+        Field(ge=0.0),
+        described("√(2 Λ), left side of the printed criterion", unit="1", source="restoration"),
+    ]
+    printed_threshold: Annotated[
+        float,
+        Field(ge=0.0),
+        described("√(2 N) + 2, right side of it", unit="1", source="restoration"),
+    ]
+    refused_by_printed_criterion: Annotated[
+        bool | None,
+        described(
+            "Whether the left side exceeds the right one",
+            unit="true or false",
+            source="restoration",
+            absent="30 points or fewer",
+        ),
+    ]
+
+
+class ManoeuvrePlane(PlaneFigures):
+    """The plane of one track, with its plots projected on it."""
+
+    positions: Annotated[
+        list[PlanePosition],
+        described("The plots, by ascending time", unit="list", source="restoration"),
+    ]

@@ -1,0 +1,44 @@
+"""The route of the plane in which a track manoeuvres."""
+
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Depends, Query
+from starlette.responses import Response
+
+from multiradar.api.access import Granted
+from multiradar.api.documents import NOT_FOUND
+from multiradar.api.query import Number, TrackId, strict_query
+from multiradar.api.tables import json_response
+from multiradar.api.tracks import track_not_found
+from multiradar.errors import PlaneError, RequestError
+from multiradar.runtime.manoeuvre_planes import WINDOW_DEFAULT_S, WINDOW_MAX_S, WINDOW_MIN_S
+from multiradar_schemas.manoeuvre_plane import ManoeuvrePlane
+
+router = APIRouter(prefix="/v1/tracks", tags=["tracks"], dependencies=[Depends(strict_query)])
+
+Window = Annotated[
+    Number,
+    Query(
+        ge=WINDOW_MIN_S,
+        le=WINDOW_MAX_S,
+        description="Plots so long before the last update are used, s",
+        examples=[60],
+    ),
+]
+_ANSWERS: dict[int | str, dict[str, Any]] = NOT_FOUND | {
+    409: {"description": "The plots of the window determine no plane; `code` says why"}
+}
+
+
+@router.get("/{track_id}/manoeuvre-plane", response_model=ManoeuvrePlane, responses=_ANSWERS)
+async def get_manoeuvre_plane(
+    track_id: TrackId, access: Granted, window_s: Window = WINDOW_DEFAULT_S
+) -> Response:
+    """Return the plane through the last plots of a live track, and whether they lie in one."""
+    try:
+        plane = await access.workers.run(access.view.manoeuvre_plane, track_id, window_s)
+    except PlaneError as error:
+        raise RequestError(409, error.code, str(error)) from error
+    if plane is None:
+        raise track_not_found(track_id)
+    return json_response(plane)

@@ -1,0 +1,1 @@
+"""How one aircraft flew: what can be told of its path from the plots of some time."""
