@@ -145,7 +145,19 @@ COUPLED_MOTION = StudyEntry(
     ),
 )
 
+MANOEUVRE_PLANE = StudyEntry(
+    name="manoeuvre-plane",
+    title="The plane of a manoeuvre",
+    purpose="Reproduce the example of Korobochkin: errors of the plane of a circle, how often a "
+    "plane motion is refused, and whether a helix is told from it.",
+    module="multiradar.studies.manoeuvre_plane",
+    runs=100,
+)
+
 #: All studies by name, in the order of help.
 STUDIES = MappingProxyType(
-    {entry.name: entry for entry in (BIAS_ESTIMATION, POLYNOMIAL_FORECAST, COUPLED_MOTION)}
+    {
+        entry.name: entry
+        for entry in (BIAS_ESTIMATION, POLYNOMIAL_FORECAST, COUPLED_MOTION, MANOEUVRE_PLANE)
+    }
 )
