@@ -10,8 +10,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, create_model
-from pydantic_core import PydanticCustomError
+from pydantic import BeforeValidator, Field, ValidationError, create_model
 from pydantic_settings import (
     BaseSettings,
     InitSettingsSource,
@@ -20,7 +19,9 @@ from pydantic_settings import (
     SettingsError,
 )
 
+from multiradar.asterix_settings import AsterixSettings
 from multiradar.errors import ConfigurationError
+from multiradar.setting_types import Count, Endpoint, Port, Seconds, Section, plain_number
 from multiradar.tracking.settings import IMM_MODES_MAX, IMM_MODES_MIN, TrackingSettings
 from multiradar_schemas.documents import read_toml
 from multiradar_schemas.errors import DocumentError
@@ -30,38 +31,13 @@ ENVIRONMENT_PREFIX = "MULTIRADAR_"
 ENVIRONMENT_DELIMITER = "__"
 
 _MIB = 1024 * 1024
-_PORT_MAX = 65_535
-
-
-def _plain_number(value: Any) -> Any:
-    # Python reads `true` as 1 and "1_0" as 10; nobody who writes them means that.
-    if isinstance(value, bool) or (isinstance(value, str) and "_" in value):
-        raise PydanticCustomError("float_parsing", "Input should be a number")
-    return value
-
-
-Count = Annotated[int, BeforeValidator(_plain_number), Field(ge=1)]
-Seconds = Annotated[float, BeforeValidator(_plain_number), Field(gt=0.0)]
-Positive = Annotated[float, BeforeValidator(_plain_number), Field(gt=0.0)]
-NotNegative = Annotated[float, BeforeValidator(_plain_number), Field(ge=0.0)]
-Endpoint = Annotated[str, Field(pattern=r"^[a-z]+/[^\s/]+$")]
-
-
-class Section(BaseModel):
-    """A section of the settings: no unknown keys, no NaN."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 class ServerSettings(Section):
     """Where HTTP is served."""
 
     host: Annotated[str, Field(min_length=1, description="Address to listen on")] = "127.0.0.1"
-    port: Annotated[
-        int,
-        BeforeValidator(_plain_number),
-        Field(ge=0, le=_PORT_MAX, description="TCP port; 0 picks a free one"),
-    ] = 8321
+    port: Annotated[Port, Field(description="TCP port; 0 picks a free one")] = 8321
 
 
 class HttpSettings(Section):
@@ -188,7 +164,7 @@ def _tracking_fields() -> dict[str, Any]:
         least, largest = _TRACKING_BOUNDS[name]
         kind: Any = Annotated[
             type(value),
-            BeforeValidator(_plain_number),
+            BeforeValidator(plain_number),
             Field(ge=least, le=largest, allow_inf_nan=False),
         ]
         fields[name] = (kind, value)
@@ -225,6 +201,7 @@ class Settings(BaseSettings):
     zenoh: ZenohSettings = ZenohSettings()
     journal: JournalSettings = JournalSettings()
     log: LogSettings = LogSettings()
+    asterix: AsterixSettings = AsterixSettings()
     tracking: TrackingSection = TrackingSection()
 
     def tracking_settings(self) -> TrackingSettings:

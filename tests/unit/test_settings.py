@@ -9,7 +9,8 @@ import pytest
 from multiradar.api.limits import HttpLimits
 from multiradar.errors import ConfigurationError
 from multiradar.runtime.limits import RuntimeLimits
-from multiradar.settings import HttpSettings, RuntimeSettings, Section, load_settings
+from multiradar.setting_types import Section
+from multiradar.settings import HttpSettings, RuntimeSettings, load_settings
 from multiradar.tracking.settings import TrackingSettings
 
 
@@ -104,3 +105,28 @@ def test_sections_have_the_bounds_and_defaults_of_the_parts_they_configure(
 ) -> None:
     assert section().model_dump() == asdict(limits())
     assert [field.name for field in fields(limits)] == list(section.model_fields)
+
+
+def test_asterix_listens_nowhere_unless_told_and_then_on_loopback(file: Path) -> None:
+    assert load_settings().asterix.listen == ()
+    file.write_text("[[asterix.listen]]\nport = 8600\n")
+    (listener,) = load_settings(file).asterix.listen
+    assert (listener.address, listener.interface) == ("127.0.0.1", "127.0.0.1")
+    assert listener.label == "127.0.0.1-8600"
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("address = 'radar.example'\nport = 1", "listen[0].address: expected an IPv4 address"),
+        ("port = 65536", "listen[0].port: expected a value less than or equal to 65535"),
+        ("address = '127.0.0.1'", "listen[0].port: expected a value, was absent"),
+        ("port = 1\nname = 'a b'", "listen[0].name: expected text of the form"),
+        ("port = 1\n[[asterix.listen]]\nport = 1", "each listener's name once, was twice"),
+    ],
+)
+def test_a_wrong_listener_is_told(text: str, sentence: str, file: Path) -> None:
+    file.write_text(f"[[asterix.listen]]\n{text}\n")
+    with pytest.raises(ConfigurationError) as fault:
+        load_settings(file)
+    assert sentence in str(fault.value)

@@ -67,6 +67,7 @@ class Publication:
         self._ring = EventRing(limits.events_max)
         self._states: Callable[[], tuple[TrackStates, SystemPlane]] | None = None
         self._status: Callable[[], dict[str, Any]] = dict
+        self._edges: dict[str, Callable[[], dict[str, Any]]] = {}
         self._data_time_s: float | None = None
         self._frame = pl.DataFrame()
         self._frame_version = -1
@@ -278,7 +279,15 @@ class Publication:
             **known,
             "rejected_by_code": self.refusals.counts,
             "duplicates_by_sensor": self.refusals.duplicates_by_sensor,
+            **{name: counts() for name, counts in self._edges.items()},
         }
+
+    def count_edge(self, name: str, counts: Callable[[], dict[str, Any]]) -> None:
+        """Have the status tell, under a name of its own, what an edge of the service counts.
+
+        Before the start: readers do not expect the parts of the status to change.
+        """
+        self._edges[name] = counts
 
     def subscribe(self, after: int | None, depth: int) -> Subscription:
         """Enter the stream of events.

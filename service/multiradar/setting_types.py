@@ -1,0 +1,42 @@
+"""What settings are made of: sections, and numbers with bounds."""
+
+from ipaddress import IPv4Address
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic_core import PydanticCustomError
+
+PORT_MAX = 65_535
+
+
+def plain_number(value: Any) -> Any:
+    """Refuse what Python reads as a number and nobody means as one: `true` and "1_0"."""
+    if isinstance(value, bool) or (isinstance(value, str) and "_" in value):
+        raise PydanticCustomError("float_parsing", "Input should be a number")
+    return value
+
+
+def _ipv4(text: str) -> str:
+    try:
+        return str(IPv4Address(text))
+    except ValueError as error:
+        raise PydanticCustomError(
+            "ipv4", "Input should be an IPv4 address such as 127.0.0.1"
+        ) from error
+
+
+Count = Annotated[int, BeforeValidator(plain_number), Field(ge=1)]
+Seconds = Annotated[float, BeforeValidator(plain_number), Field(gt=0.0)]
+NotNegative = Annotated[float, BeforeValidator(plain_number), Field(ge=0.0)]
+Port = Annotated[int, BeforeValidator(plain_number), Field(ge=0, le=PORT_MAX)]
+Endpoint = Annotated[str, Field(pattern=r"^[a-z]+/[^\s/]+$")]
+#: An IPv4 address in digits; names are not looked up.
+Ipv4 = Annotated[str, AfterValidator(_ipv4)]
+#: A name for counters, logs and the quarantine.
+Label = Annotated[str, Field(pattern=r"^[A-Za-z0-9._-]{1,32}$")]
+
+
+class Section(BaseModel):
+    """A section of the settings: no unknown keys, no NaN."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
