@@ -83,6 +83,11 @@ def gps(blocks: Iterable[tuple[float, bytes]]) -> bytes:
     return b"".join(parts)
 
 
+def rply(datagrams: Iterable[tuple[int, bytes]]) -> bytes:
+    """Write a `.rply` recording: datagrams with the milliseconds since the one before."""
+    return b"".join(struct.pack("<2i", len(one), pause) + one for pause, one in datagrams)
+
+
 def datagram(payload: bytes, *, vlan: bool = False) -> bytes:
     """Write an Ethernet frame with a UDP datagram."""
     udp = struct.pack(">4H", 8600, 8600, len(payload) + 8, 0) + payload

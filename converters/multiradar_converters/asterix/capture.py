@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar_converters.asterix.datagrams import Datagrams
 from multiradar_converters.errors import LayoutError
 
 _PCAP = {
@@ -99,6 +100,38 @@ def payloads(data: NDArray[np.uint8], name: str) -> tuple[list[Payload], list[Ga
     gaps += fragments.left()
     taken = sum(payload.octets for payload in found) + sum(octets for _, octets, _ in gaps)
     return found, gaps, len(raw) - taken
+
+
+def datagrams(
+    data: NDArray[np.uint8], name: str
+) -> tuple[Datagrams, NDArray[np.int64], list[Gap], int]:
+    """Find the UDP datagrams of a capture; gaps and framing as in `payloads`.
+
+    Parameters
+    ----------
+    data : uint8[b]
+        The file.
+    name : str
+        Its name.
+
+    Returns
+    -------
+    datagrams : Datagrams
+        Their payloads; those put together from fragments stand after the octets of the file.
+    offsets : int64[n]
+        Where each stands in the file.
+    gaps, framing
+        As `payloads` returns them.
+    """
+    found, gaps, framing = payloads(data, name)
+    extra = b"".join(payload.joined for payload in found)
+    whole = np.concatenate([data, np.frombuffer(extra, dtype=np.uint8)]) if extra else data
+    octets = np.array([payload.octets for payload in found], dtype=np.int64)
+    offsets = np.array([payload.offset for payload in found], dtype=np.int64)
+    joined = np.array([len(payload.joined) for payload in found], dtype=np.int64)
+    begins = np.where(joined > 0, len(data) + np.cumsum(joined) - joined, offsets)
+    received = np.array([payload.received_s for payload in found], dtype=np.float64)
+    return Datagrams(whole, begins, begins + octets, received), offsets, gaps, framing
 
 
 def _pcap(raw: bytes) -> tuple[list[_Packet], list[Gap]]:

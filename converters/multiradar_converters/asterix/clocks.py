@@ -4,7 +4,7 @@ A radar of category 001 gives the time of day modulo 512 s (item 141), or none. 
 the last time of day that the same source gave (service messages, mostly), moved on by the
 recorder's clock where the file has one; else the recorder's clock; else any other source's time.
 Without item 141 the time is when the antenna passed the plot's azimuth: the last north mark or
-sector, and the turn.
+sector, and the turn. At midnight the time of day, and with it the truncated time, begins anew.
 """
 
 from dataclasses import dataclass
@@ -39,6 +39,8 @@ class Marks:
         Recorder's time of day, NaN where the file has none.
     sector_deg : float64[n]
         Azimuth that the antenna crossed; NaN where it is none of these messages.
+    turn_s : float64[n]
+        Time of a turn of the antenna; NaN where it is not known.
     """
 
     order: Integers
@@ -46,11 +48,41 @@ class Marks:
     time_s: Numbers
     received_s: Numbers
     sector_deg: Numbers
+    turn_s: Numbers
 
 
 def nearest_day(time_s: Numbers, reference_s: Numbers | float, period_s: float = _DAY_S) -> Numbers:
     """Move times by whole periods to where they are nearest to a reference."""
     return time_s + period_s * np.round((reference_s - time_s) / period_s)
+
+
+def restored(truncated_s: Numbers, reference_s: Numbers) -> Numbers:
+    """Restore times of day that were written modulo 512 s.
+
+    Parameters
+    ----------
+    truncated_s : float64[n]
+        What was written, s; NaN for none.
+    reference_s : float64[n]
+        About when it was, time of day or any whole number of days from it, s; NaN for none.
+
+    Returns
+    -------
+    float64[n]
+        Of the times of day that are written so, the nearest to the reference, also over midnight
+        (a day is no multiple of 512 s); NaN where either is not known.
+    """
+    last = np.ceil((_DAY_S - truncated_s) / _TRUNCATED_S) - 1.0
+    nearest = np.full(len(truncated_s), np.nan)
+    away = np.full(len(truncated_s), np.inf)
+    for day in (0.0, -_DAY_S, _DAY_S):
+        reference = reference_s % _DAY_S + day
+        periods = np.clip(np.round((reference - truncated_s) / _TRUNCATED_S), 0.0, last)
+        times = truncated_s + periods * _TRUNCATED_S
+        nearer = np.abs(times - reference) < away
+        nearest = np.where(nearer, times, nearest)
+        away = np.where(nearer, np.abs(times - reference), away)
+    return nearest
 
 
 def times_of(
@@ -62,7 +94,6 @@ def times_of(
     azimuth_deg: Numbers,
     received_s: Numbers,
     marks: Marks,
-    turns: dict[int, float],
 ) -> tuple[Numbers, Integers]:
     """Give every record a time of day.
 
@@ -78,8 +109,6 @@ def times_of(
         Recorder's time of day, s; NaN for none.
     marks : Marks
         Times of day that sources gave.
-    turns : dict
-        Time of a turn by source, s.
 
     Returns
     -------
@@ -94,11 +123,10 @@ def times_of(
     if not len(open_rows):
         return result, origin
     reference = _references(order[open_rows], source[open_rows], received_s[open_rows], marks)
-    cut = truncated_s[open_rows]
-    restored = nearest_day(cut, reference, _TRUNCATED_S)
-    swept = _by_antenna(order[open_rows], source[open_rows], azimuth_deg[open_rows], marks, turns)
+    whole = restored(truncated_s[open_rows], reference)
+    swept = _by_antenna(order[open_rows], source[open_rows], azimuth_deg[open_rows], marks)
     result[open_rows], origin[open_rows] = _first_known(
-        ((restored, TRUNCATED), (swept, ANTENNA), (received_s[open_rows], RECORDER))
+        ((whole, TRUNCATED), (swept, ANTENNA), (received_s[open_rows], RECORDER))
     )
     return result % _DAY_S, origin
 
@@ -134,16 +162,14 @@ def _references(order: Integers, source: Integers, received_s: Numbers, marks: M
     return reference
 
 
-def _by_antenna(
-    order: Integers, source: Integers, azimuth_deg: Numbers, marks: Marks, turns: dict[int, float]
-) -> Numbers:
+def _by_antenna(order: Integers, source: Integers, azimuth_deg: Numbers, marks: Marks) -> Numbers:
     times = np.full(len(order), np.nan)
     for one in np.unique(source).tolist():
         own = np.flatnonzero((marks.source == one) & ~np.isnan(marks.sector_deg))
-        if not len(own) or np.isnan(turns.get(one, np.nan)):
+        if not len(own):
             continue
         rows = np.flatnonzero(source == one)
         last = own[_before(order[rows], marks.order[own])]
         angle = nearest_day(azimuth_deg[rows] - marks.sector_deg[last], 0.0, _TURN_DEG)
-        times[rows] = marks.time_s[last] + angle / _TURN_DEG * turns[one]
+        times[rows] = marks.time_s[last] + angle / _TURN_DEG * marks.turn_s[last]
     return times

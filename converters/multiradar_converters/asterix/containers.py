@@ -5,20 +5,28 @@
 `.gps`              a header of 2 200 octets (0xCD), then blocks, each followed by ten octets, of
                     which the 7th to the 9th are the time of day of its reception in 1/128 s
 `.pcap` `.pcapng`   packets; see `capture`
+`.rply`             datagrams with the time between them; see `replay_file`
 ==================  =============================================================================
 
 The first octets of a file tell which it is. A block is a category (one octet), its length with
 these three octets (two octets, high one first) and records.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from multiradar_converters.asterix import _kernels, capture
+from multiradar_converters.asterix.datagrams import (
+    NO_BLOCK,
+    CutDatagrams,
+    Datagrams,
+    split_datagrams,
+)
 from multiradar_converters.asterix.program import catalogue
+from multiradar_converters.asterix.replay_file import is_replay_file, read_replay_file
 from multiradar_converters.errors import LayoutError
 
 _HEADER = 2200
@@ -40,7 +48,7 @@ class Blocks:
     size : int
         Its size, octets.
     form : str
-        blocks, gps or capture.
+        blocks, gps, capture or rply.
     data : uint8[b]
         The octets; after those of the file, payloads put together from fragments.
     begins, ends : int64[n]
@@ -85,13 +93,11 @@ def read_blocks(path: Path) -> Blocks:
     LayoutError
         The file cannot be read, or is a capture of a kind that is not known.
     """
-    try:
-        data = np.fromfile(path, dtype=np.uint8)
-    except OSError as error:
-        msg = f"{path}: cannot be read: {error.strerror}"
-        raise LayoutError(msg) from error
+    data = _octets(path)
     if capture.is_capture(data):
         return _from_capture(path, data)
+    if is_replay_file(data):
+        return _from_replay_file(path, data)
     if _is_gps(path, data):
         begins, ends, gaps = split(data, _HEADER, _TRAILER)
         trailers = ends[:, None] + np.arange(_TRAILER)[_RECEPTION]
@@ -103,6 +109,14 @@ def read_blocks(path: Path) -> Blocks:
     begins, ends, gaps = split(data, 0, 0)
     received = np.full(len(begins), np.nan)
     return Blocks(path.name, len(data), "blocks", data, begins, ends, begins, received, gaps, 0)
+
+
+def _octets(path: Path) -> NDArray[np.uint8]:
+    try:
+        return np.fromfile(path, dtype=np.uint8)
+    except OSError as error:
+        msg = f"{path}: cannot be read: {error.strerror}"
+        raise LayoutError(msg) from error
 
 
 def _is_gps(path: Path, data: NDArray[np.uint8]) -> bool:
@@ -157,36 +171,95 @@ def split(
             holes,
         )
         found.append(blocks[:count].copy())
-        gaps += [(int(a), int(b - a), "no block begins here") for a, b in holes[:gap_count]]
+        gaps += [(int(a), int(b - a), NO_BLOCK) for a, b in holes[:gap_count]]
     cut = np.concatenate(found) if found else np.empty((0, 2), dtype=np.int64)
     return np.ascontiguousarray(cut[:, 0]), np.ascontiguousarray(cut[:, 1]), gaps
 
 
-def _from_capture(path: Path, data: NDArray[np.uint8]) -> Blocks:
-    payloads, gaps, framing = capture.payloads(data, path.name)
-    extra = b"".join(payload.joined for payload in payloads)
-    whole = np.concatenate([data, np.frombuffer(extra, dtype=np.uint8)]) if extra else data
-    begins, ends, offsets, received = [], [], [], []
-    appended = len(data)
-    for payload in payloads:
-        at = appended if payload.joined else payload.offset
-        appended += len(payload.joined)
-        part_begins, part_ends, part_gaps = split(whole[at : at + payload.octets], 0, 0)
-        begins.append(part_begins + at)
-        ends.append(part_ends + at)
-        offsets.append(part_begins + payload.offset)
-        received.append(np.full(len(part_begins), payload.received_s))
-        gaps += [(payload.offset + a, n, reason) for a, n, reason in part_gaps]
-    empty = [np.empty(0, dtype=np.int64)]
-    return Blocks(
-        file=path.name,
-        size=len(data),
-        form="capture",
-        data=whole,
-        begins=np.concatenate(begins or empty),
-        ends=np.concatenate(ends or empty),
-        offsets=np.concatenate(offsets or empty),
-        received_s=np.concatenate(received) if received else np.empty(0),
+def blocks_of_datagrams(
+    datagrams: Datagrams, offsets: NDArray[np.int64], file: str = "", form: str = "datagrams"
+) -> tuple[Blocks, CutDatagrams]:
+    """Cut datagrams into blocks.
+
+    Parameters
+    ----------
+    datagrams : Datagrams
+        The datagrams.
+    offsets : int64[n]
+        Where each stands in its file.
+    file, form : str
+        Name and form of that file.
+
+    Returns
+    -------
+    blocks : Blocks
+        Their blocks, as if the datagrams were all of the file.
+    cut : CutDatagrams
+        Which datagram each came in.
+    """
+    cut = split_datagrams(datagrams)
+    moved = offsets - datagrams.begins
+    gaps = [
+        (begin + int(moved[datagram]), end - begin, NO_BLOCK)
+        for begin, end, datagram in cut.gaps.tolist()
+    ]
+    blocks = Blocks(
+        file=file,
+        size=int((datagrams.ends - datagrams.begins).sum()),
+        form=form,
+        data=datagrams.data,
+        begins=cut.begins,
+        ends=cut.ends,
+        offsets=cut.begins + moved[cut.datagram],
+        received_s=datagrams.received_s[cut.datagram],
         gaps=gaps,
+        framing=0,
+    )
+    return blocks, cut
+
+
+def _from_capture(path: Path, data: NDArray[np.uint8]) -> Blocks:
+    datagrams, offsets, gaps, framing = capture.datagrams(data, path.name)
+    blocks, _cut = blocks_of_datagrams(datagrams, offsets, path.name, "capture")
+    return replace(blocks, size=len(data), gaps=gaps + blocks.gaps, framing=framing)
+
+
+def _from_replay_file(path: Path, data: NDArray[np.uint8]) -> Blocks:
+    datagrams, gaps, framing = read_replay_file(data)
+    blocks, _cut = blocks_of_datagrams(datagrams, datagrams.begins, path.name, "rply")
+    return replace(
+        blocks,
+        size=len(data),
+        # It tells how long after one another they came, not when.
+        received_s=np.full(len(blocks.begins), np.nan),
+        gaps=gaps + blocks.gaps,
         framing=framing,
     )
+
+
+def read_datagrams(path: Path) -> Datagrams:
+    """Read a recording as datagrams that can be sent again.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Returns
+    -------
+    Datagrams
+        The datagrams of a network; of other recordings each block is one. Times are those of the
+        recorder; NaN where it wrote none.
+
+    Raises
+    ------
+    LayoutError
+        The file cannot be read, or is a capture of a kind that is not known.
+    """
+    data = _octets(path)
+    if capture.is_capture(data):
+        return capture.datagrams(data, path.name)[0]
+    if is_replay_file(data):
+        return read_replay_file(data)[0]
+    blocks = read_blocks(path)
+    return Datagrams(blocks.data, blocks.begins, blocks.ends, blocks.received_s)

@@ -9,6 +9,7 @@ import numpy as np
 import polars as pl
 
 from multiradar_converters.asterix import clocks, system_table, table
+from multiradar_converters.asterix.checks import aircraft, misplaced, untimed
 from multiradar_converters.asterix.columns import Flags, Integers, Numbers
 from multiradar_converters.asterix.containers import read_blocks
 from multiradar_converters.asterix.editions import source_name
@@ -22,7 +23,6 @@ from multiradar_converters.asterix.report import (
     report_json,
 )
 from multiradar_converters.asterix.sensors import SensorNames, sensors_toml
-from multiradar_converters.asterix.targets import FLAGS, NOT_AIRCRAFT, flag_bits
 from multiradar_converters.asterix.timing import KINDS, Timed, Turned, into_days, time_targets
 from multiradar_converters.output_folder import OutputFolder
 from multiradar_converters.vid.times import unix_start
@@ -31,7 +31,7 @@ from multiradar_schemas.reject import Reject, RejectCode
 #: Octets of a broken block that are kept in the quarantine.
 RAW_OCTETS_MAX = 4096
 
-_RANGE_MAX_M = 1e6
+FAR_OFF = "a time more than an hour from those around it"
 
 
 @dataclass
@@ -145,7 +145,8 @@ def _of_file(
     findings.items.update(gathered.items)
     for source, status in gathered.status.items():
         findings.status.setdefault(source_name(source), {}).update(status)
-    timed, turned = time_targets(gathered)
+    findings.skipped.update(gathered.skipped)
+    timed, turned = time_targets(gathered, options.turns())
     _remember(findings, turned)
     if timed is None:
         return account, None
@@ -170,55 +171,35 @@ def _measured(
     days = time_s[known]
     kept[known] = into_days(days, rows.source[known])
     time_s[known] = days
-    measured = _left_in(timed, options, findings)
-    for wrong, code, reason in (
-        (~known, RejectCode.MISSING_FIELD, "no time, and nothing that tells it"),
-        (known & ~kept, RejectCode.OUT_OF_RANGE, "a time more than an hour from those around it"),
-        (kept & measured & ~_possible(timed), RejectCode.OUT_OF_RANGE, "a position that cannot be"),
-    ):
+    measured, left_out, flags = aircraft(timed, all_targets=options.all_targets)
+    findings.left_out.update(left_out)
+    findings.flags.update(flags)
+    far_off = (known & ~kept, RejectCode.OUT_OF_RANGE, FAR_OFF)
+    refusals = [*untimed(timed), far_off, misplaced(timed, kept & measured)]
+    own = kept & measured
+    for wrong, code, reason in refusals:
         _refuse(account, timed, wrong, code, reason)
-    own = np.flatnonzero(kept & measured & _possible(timed))
+        own &= ~wrong
+    return _part(timed, np.flatnonzero(own), time_s + unix_start(options.date), findings)
+
+
+def _part(timed: Timed, own: Integers, time_s: Numbers, findings: Findings) -> _Part:
+    targets = timed.targets
     for origin, count in zip(*np.unique(timed.origin[own], return_counts=True), strict=True):
         findings.time_origins[clocks.ORIGINS[origin]] += int(count)
     numbers = ("range_m", "azimuth_deg", "latitude_deg", "longitude_deg", "height_m")
     return _Part(
         rows={
             "same": timed.same[own],
-            "source": rows.source[own],
+            "source": timed.rows.source[own],
             "kind": timed.kind[own],
             "code": targets.code[own],
             "address": targets.address[own],
             "callsign": targets.callsign[own],
             "flags": targets.flags[own],
         },
-        numbers={"time_s": time_s[own] + unix_start(options.date)}
-        | {name: getattr(targets, name)[own] for name in numbers},
+        numbers={"time_s": time_s[own]} | {name: getattr(targets, name)[own] for name in numbers},
     )
-
-
-def _left_in(timed: Timed, options: Options, findings: Findings) -> Flags:
-    """Tell which reports are measurements of aircraft; count those that are not."""
-    targets = timed.targets
-    radar = timed.kind == KINDS.index("radar")
-    first = np.where(radar, targets.range_m, targets.latitude_deg)
-    second = np.where(radar, targets.azimuth_deg, targets.longitude_deg)
-    left = ~np.isnan(first + second)
-    findings.left_out["no_position"] += int((~left).sum())
-    for name in () if options.all_targets else NOT_AIRCRAFT:
-        marked = left & (targets.flags & flag_bits(name) != 0)
-        findings.left_out[name] += int(marked.sum())
-        left &= ~marked
-    for name in FLAGS:
-        findings.flags[name] += int((left & (targets.flags & flag_bits(name) != 0)).sum())
-    return np.asarray(left, dtype=np.bool_)
-
-
-def _possible(timed: Timed) -> Flags:
-    targets = timed.targets
-    near = (targets.range_m > 0.0) & (targets.range_m <= _RANGE_MAX_M)
-    on_earth = (np.abs(targets.latitude_deg) <= 90.0) & (np.abs(targets.longitude_deg) <= 180.0)
-    possible: Flags = np.where(timed.kind == KINDS.index("radar"), near, on_earth)
-    return possible
 
 
 def _refuse(

@@ -7,7 +7,7 @@ import numpy as np
 
 from multiradar_converters.asterix import _kernels
 from multiradar_converters.asterix.catalogue import layout_of, layouts_of
-from multiradar_converters.asterix.columns import Columns
+from multiradar_converters.asterix.columns import Columns, Integers
 from multiradar_converters.asterix.containers import Blocks
 from multiradar_converters.asterix.notation import Layout
 from multiradar_converters.asterix.program import program_of, walk
@@ -32,19 +32,44 @@ class Editions:
         Layouts that the user chose, by category, and by category and source.
     found : dict
         Layout of every category and source met.
+    misfits : dict
+        Blocks tried, and how badly each layout fitted them, by category and source.
     """
 
     chosen: dict[tuple[int, Source | None], Layout] = field(default_factory=dict)
     found: dict[tuple[int, Source], Layout] = field(default_factory=dict)
+    misfits: dict[tuple[int, Source], tuple[int, list[tuple[int, int]]]] = field(
+        default_factory=dict
+    )
 
-    def learn(self, blocks: Blocks, sources: np.ndarray[tuple[int], np.dtype[np.int64]]) -> None:
-        """Find the layout of every category and source that is new."""
-        categories = blocks.data[blocks.begins].astype(np.int64)
-        for category, source in np.unique(np.stack([categories, sources], axis=1), axis=0).tolist():
-            if (category, source) not in self.found and layouts_of(category):
-                own = (categories == category) & (sources == source)
-                some = np.flatnonzero(own)[:TRIED_MAX]
-                self.found[category, source] = self._layout(blocks, category, source, some)
+    def learn(self, blocks: Blocks, sources: Integers, *, go_on: bool = False) -> None:
+        """Find the layout of every category and source that is new.
+
+        Parameters
+        ----------
+        blocks : Blocks
+            The blocks.
+        sources : int64[n]
+            Who wrote each.
+        go_on : bool
+            Whether more blocks may correct what few said before, as they come one after another.
+        """
+        pairs, place = _pairs(blocks, sources)
+        for number, (category, source) in enumerate(pairs):
+            known = (category, source) in self.found
+            tried = self.misfits.get((category, source), (TRIED_MAX, []))[0]
+            if layouts_of(category) and (not known or (go_on and tried < TRIED_MAX)):
+                own = np.flatnonzero(place == number)
+                self.found[category, source] = self._layout(blocks, category, source, own)
+
+    def layouts(self, blocks: Blocks, sources: Integers) -> tuple[list[Layout], Integers]:
+        """Return layouts, and which of them each block has, int64[n]; -1 for none."""
+        pairs, place = _pairs(blocks, sources)
+        found = [self.found.get(pair) for pair in pairs]
+        # By name: a layout is deep, and its hash takes its time.
+        used = {one.name: one for one in found if one is not None}
+        numbers = [-1 if one is None else list(used).index(one.name) for one in found]
+        return list(used.values()), np.array(numbers, dtype=np.int64)[place]
 
     def names(self) -> dict[str, dict[str, str]]:
         """Return the newest edition of each layout found, by category and sensor."""
@@ -53,20 +78,23 @@ class Editions:
             names.setdefault(f"{category:03d}", {})[source_name(source)] = layout.editions[0]
         return names
 
-    def _layout(
-        self,
-        blocks: Blocks,
-        category: int,
-        source: Source,
-        some: np.ndarray[tuple[int], np.dtype[np.int64]],
-    ) -> Layout:
+    def _layout(self, blocks: Blocks, category: int, source: Source, own: Integers) -> Layout:
         for key in ((category, source), (category, None)):
             if key in self.chosen:
                 return self.chosen[key]
         layouts = layouts_of(category)
         if len(layouts) == 1:
             return layouts[0]
-        return min(layouts, key=lambda layout: _misfit(blocks, layout, some))
+        tried, sums = self.misfits.get((category, source), (0, [(0, 0)] * len(layouts)))
+        some = own[: TRIED_MAX - tried]
+        sums = [
+            (sum_of[0] + more[0], sum_of[1] + more[1])
+            for sum_of, more in zip(
+                sums, (_misfit(blocks, layout, some) for layout in layouts), strict=True
+            )
+        ]
+        self.misfits[category, source] = tried + len(some), sums
+        return layouts[min(range(len(layouts)), key=sums.__getitem__)]
 
 
 def parse_editions(texts: list[str]) -> Editions:
@@ -100,16 +128,21 @@ def source_name(source: Source) -> str:
     return f"{source >> 8}-{source & 255}" if source >= 0 else "unnamed"
 
 
-def sources_of(blocks: Blocks) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
+def sources_of(blocks: Blocks) -> Integers:
     """Return the source that the first record of each block names, -1 for none."""
     sources = np.empty(len(blocks.begins), dtype=np.int64)
     _kernels.read_sources(blocks.data, blocks.begins + 3, blocks.ends, sources)
     return sources
 
 
-def _misfit(
-    blocks: Blocks, layout: Layout, some: np.ndarray[tuple[int], np.dtype[np.int64]]
-) -> tuple[int, int]:
+def _pairs(blocks: Blocks, sources: Integers) -> tuple[list[tuple[int, Source]], Integers]:
+    """Return the categories and sources that there are, and which of them each block has."""
+    keys = blocks.data[blocks.begins].astype(np.int64) << 32 | (sources + 1)
+    distinct, place = np.unique(keys, return_inverse=True)
+    return [(key >> 32, (key & 0xFFFFFFFF) - 1) for key in distinct.tolist()], place
+
+
+def _misfit(blocks: Blocks, layout: Layout, some: Integers) -> tuple[int, int]:
     """Count blocks that do not fit a layout, then values that cannot be."""
     program = program_of(layout)
     walked = walk(program, blocks.data, blocks.begins[some] + 3, blocks.ends[some])

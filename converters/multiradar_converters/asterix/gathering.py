@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import polars as pl
-from numpy.typing import NDArray
 
 from multiradar_converters.asterix import _kernels
 from multiradar_converters.asterix.columns import Columns, Integers, Numbers
@@ -22,6 +21,10 @@ from multiradar_schemas.reject import RejectCode
 
 #: Categories of another processor: its tracks, and what it says of its sensors.
 SYSTEM_TRACKS, SENSOR_STATUS = 62, 63
+
+#: Categories in which ARTAS speaks to its users: no table describes them, and none of them is a
+#: measurement. Their blocks are counted and passed over.
+SKIPPED = (30, 252)
 
 #: Blocks walked through at once: bounds the memory.
 BLOCKS_AT_ONCE = 1 << 14
@@ -89,7 +92,9 @@ class Gathered:
     items : Counter
         Items by category, source and name.
     octets : Counter
-        Octets by what became of them: framing, decoded, quarantined.
+        Octets by what became of them: framing, decoded, skipped, quarantined.
+    skipped : Counter
+        Blocks passed over by category.
     broken : list of Broken
         What could not be decoded.
     """
@@ -102,6 +107,7 @@ class Gathered:
     records: Counter[tuple[int, int]] = field(default_factory=Counter)
     items: Counter[tuple[int, int, str]] = field(default_factory=Counter)
     octets: Counter[str] = field(default_factory=Counter)
+    skipped: Counter[int] = field(default_factory=Counter)
     broken: list[Broken] = field(default_factory=list)
 
 
@@ -129,34 +135,76 @@ def gather(
     Gathered
         Columns, counts, and what is broken.
     """
+    sources = sources_of(blocks)
+    editions.learn(blocks, sources)
+    return decode_blocks(blocks, sources, editions.layouts(blocks, sources), at_once, watch)
+
+
+def decode_blocks(
+    blocks: Blocks,
+    sources: Integers,
+    layouts: tuple[list[Layout], Integers],
+    at_once: int = BLOCKS_AT_ONCE,
+    watch: Callable[[Walked, Rows], None] | None = None,
+    *,
+    measurements_only: bool = False,
+) -> Gathered:
+    """Decode blocks whose layouts are known.
+
+    Parameters
+    ----------
+    blocks : Blocks
+        The blocks.
+    sources : int64[n]
+        Who wrote each block.
+    layouts : list of Layout, int64[n]
+        Layouts, and which of them each block has; -1 for none.
+    at_once, watch
+        As in `gather`.
+    measurements_only : bool
+        Leave out items, and what another processor says.
+
+    Returns
+    -------
+    Gathered
+        Columns, counts, and what is broken.
+    """
     gathered = Gathered(blocks)
     gathered.octets["framing"] = blocks.framing
     for offset, octets, reason in blocks.gaps:
         gathered.broken.append(Broken(offset, octets, RejectCode.MALFORMED_BLOCK, reason, offset))
-    sources = sources_of(blocks)
-    editions.learn(blocks, sources)
-    categories = blocks.data[blocks.begins].astype(np.int64)
-    for first in range(0, len(blocks.begins), at_once):
-        part = np.arange(first, min(first + at_once, len(blocks.begins)))
-        keys = categories[part] << 16 | (sources[part] & 0xFFFF) | (sources[part] < 0) << 32
-        for key in np.unique(keys).tolist():
-            own = part[keys == key]
-            category, source = int(categories[own[0]]), int(sources[own[0]])
-            layout = editions.found.get((category, source))
-            if layout is None:
-                _unknown(gathered, own, category)
-            else:
-                _decode(gathered, own, source, layout, watch)
+    known, numbers = layouts
+    _pass_over(gathered, np.flatnonzero(numbers < 0))
+    for first in range(0, len(numbers), at_once):
+        part = numbers[first : first + at_once]
+        for number in np.unique(part[part >= 0]).tolist():
+            own = first + np.flatnonzero(part == number)
+            walked, rows = _decode(gathered, own, sources[own], known[number])
+            if not len(rows.order):
+                continue
+            columns = Columns(walked, blocks.data)
+            _keep(gathered, rows, walked.program.layout.category, columns)
+            if not measurements_only:
+                _count_items(gathered, rows, walked)
+                _keep_other_processor(gathered, rows, columns)
+            if watch is not None:
+                watch(walked, rows)
     gathered.broken.sort(key=lambda one: one.offset)
     gathered.octets["quarantined"] = sum(one.octets for one in gathered.broken)
     return gathered
 
 
-def _unknown(gathered: Gathered, own: NDArray[np.int64], category: int) -> None:
+def _pass_over(gathered: Gathered, own: Integers) -> None:
+    """Count blocks of categories that are passed over, quarantine those that are not known."""
     blocks = gathered.blocks
-    reason = f"category {category:03d} is not known"
     for block in own.tolist():
         begin, end = int(blocks.begins[block]), int(blocks.ends[block])
+        category = int(blocks.data[begin])
+        if category in SKIPPED:
+            gathered.skipped[category] += 1
+            gathered.octets["skipped"] += end - begin
+            continue
+        reason = f"category {category:03d} is not known"
         gathered.broken.append(
             Broken(
                 int(blocks.offsets[block]),
@@ -170,37 +218,39 @@ def _unknown(gathered: Gathered, own: NDArray[np.int64], category: int) -> None:
 
 
 def _decode(
-    gathered: Gathered,
-    own: NDArray[np.int64],
-    source: int,
-    layout: Layout,
-    watch: Callable[[Walked, Rows], None] | None,
-) -> None:
+    gathered: Gathered, own: Integers, sources: Integers, layout: Layout
+) -> tuple[Walked, Rows]:
+    """Walk through blocks of one layout; those that do not fit are broken."""
     blocks = gathered.blocks
     begins, ends = blocks.begins[own], blocks.ends[own]
     walked = walk(program_of(layout), blocks.data, begins + 3, ends)
     faulty = walked.faults[:, 0] != _kernels.FITS
     for place in np.flatnonzero(faulty).tolist():
-        gathered.broken.append(_fault(blocks, int(own[place]), source, walked, place))
+        gathered.broken.append(_fault(blocks, int(own[place]), int(sources[place]), walked, place))
     gathered.octets["decoded"] += int((ends - begins)[~faulty].sum())
-    if not len(walked.records):
-        return
-    columns = Columns(walked, blocks.data)
-    rows = _rows(blocks, own, source, walked, columns)
-    category = layout.category
-    _count(gathered, category, rows, walked)
-    if watch is not None:
-        watch(walked, rows)
+    rows = _rows(blocks, own, sources, walked)
+    for source, count in zip(*np.unique(rows.source, return_counts=True), strict=True):
+        gathered.records[layout.category, int(source)] += int(count)
+    return walked, rows
+
+
+def _keep(gathered: Gathered, rows: Rows, category: int, columns: Columns) -> None:
     targets = read_targets(category, columns)
     if targets is not None:
         gathered.targets.append((category, rows, targets))
-    if category == SYSTEM_TRACKS:
-        gathered.tracks.append((rows, read_system_tracks(columns)))
-    if category == SENSOR_STATUS:
-        gathered.status.setdefault(source, {}).update(last_status(walked, blocks.data))
     services = read_services(category, columns)
     if services is not None:
         gathered.services.append((category, rows, services))
+
+
+def _keep_other_processor(gathered: Gathered, rows: Rows, columns: Columns) -> None:
+    category = columns.walked.program.layout.category
+    if category == SYSTEM_TRACKS:
+        gathered.tracks.append((rows, read_system_tracks(columns)))
+    if category == SENSOR_STATUS:
+        for source in np.unique(rows.source).tolist():
+            status = last_status(columns.walked, rows.source == source, columns.data)
+            gathered.status.setdefault(source, {}).update(status)
 
 
 def _fault(blocks: Blocks, block: int, source: int, walked: Walked, place: int) -> Broken:
@@ -223,17 +273,16 @@ def _fault(blocks: Blocks, block: int, source: int, walked: Walked, place: int) 
     )
 
 
-def _rows(
-    blocks: Blocks, own: NDArray[np.int64], source: int, walked: Walked, columns: Columns
-) -> Rows:
+def _rows(blocks: Blocks, own: Integers, sources: Integers, walked: Walked) -> Rows:
     block = own[walked.records[:, 0]]
+    columns = Columns(walked, blocks.data)
     first = np.searchsorted(walked.records[:, 0], walked.records[:, 0], side="left")
     area, system = columns.integers("010", "SAC"), columns.integers("010", "SIC")
     begin = walked.records[:, 1]
     return Rows(
         order=block * _RECORDS_OF_BLOCK + np.arange(len(block)) - first,
         # In category 001 only the first record of a block names the source.
-        source=np.where(area < 0, source, area << 8 | system),
+        source=np.where(area < 0, sources[walked.records[:, 0]], area << 8 | system),
         begin=begin,
         end=walked.records[:, 2],
         offset=begin - blocks.begins[block] + blocks.offsets[block],
@@ -241,13 +290,11 @@ def _rows(
     )
 
 
-def _count(gathered: Gathered, category: int, rows: Rows, walked: Walked) -> None:
-    names = walked.program.names
+def _count_items(gathered: Gathered, rows: Rows, walked: Walked) -> None:
+    category, names = walked.program.layout.category, walked.program.names
     items = [k for k, name in enumerate(names) if "/" not in name and "+" not in name]
     for source in np.unique(rows.source).tolist():
-        own = rows.source == source
-        gathered.records[category, source] += int(own.sum())
-        present = (walked.starts[own][:, items] >= 0).sum(axis=0)
+        present = (walked.starts[rows.source == source][:, items] >= 0).sum(axis=0)
         for k, count in zip(items, present.tolist(), strict=True):
             if count:
                 gathered.items[category, source, names[k]] += count

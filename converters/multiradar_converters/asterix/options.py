@@ -32,6 +32,14 @@ class Options:
     all_targets: bool = False
     records: bool = False
 
+    def turns(self) -> dict[int, float]:
+        """Return the times of a turn that `sensors` states, s, by source."""
+        return {
+            one.sac << 8 | one.sic: one.rotation_period_s
+            for one in (self.sensors.sensor if self.sensors else ())
+            if one.sac is not None and one.sic is not None and one.rotation_period_s is not None
+        }
+
     def settings(self) -> dict[str, object]:
         """Return the choices that shape the output, for `report.json`."""
         chosen = {

@@ -61,6 +61,7 @@ class Findings:
     items: Counter[tuple[int, int, str]] = field(default_factory=Counter)
     turned: dict[int, Turned] = field(default_factory=dict)
     time_origins: Counter[str] = field(default_factory=Counter)
+    skipped: Counter[int] = field(default_factory=Counter)
     left_out: Counter[str] = field(default_factory=Counter)
     flags: Counter[str] = field(default_factory=Counter)
     measurements: dict[str, int] = field(default_factory=dict)
@@ -135,6 +136,9 @@ def _figures(findings: Findings, options: Options) -> dict[str, object]:
         "records": {category: sum(of.values()) for category, of in records.items()},
         "records_by_sensor": records,
         "items": items,
+        "skipped_blocks": {
+            f"{category:03d}": count for category, count in sorted(findings.skipped.items())
+        },
         "editions": options.editions.names(),
         "measurements": dict(sorted(findings.measurements.items())),
         "left_out": dict(sorted(findings.left_out.items())),

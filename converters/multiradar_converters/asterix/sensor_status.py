@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar_converters.asterix.columns import Flags
 from multiradar_converters.asterix.fields import Value, record_fields
 from multiradar_converters.asterix.program import Walked
 
@@ -19,13 +20,15 @@ _SAID = {
 }
 
 
-def last_status(walked: Walked, data: NDArray[np.uint8]) -> dict[str, dict[str, float]]:
+def last_status(walked: Walked, own: Flags, data: NDArray[np.uint8]) -> dict[str, dict[str, float]]:
     """Return what the last record of each sensor says.
 
     Parameters
     ----------
     walked : Walked
         Records of category 063.
+    own : bool[n]
+        Which of them count.
     data : uint8[b]
         Their octets.
 
@@ -35,7 +38,7 @@ def last_status(walked: Walked, data: NDArray[np.uint8]) -> dict[str, dict[str, 
         Figures by sensor (`SAC-SIC` of item 050); only those that the record has.
     """
     status = {}
-    for starts in walked.starts:
+    for starts in walked.starts[own]:
         fields = record_fields(walked.program, data, starts)
         sensor = fields.get("050")
         if isinstance(sensor, dict):

@@ -1,6 +1,7 @@
 """The records of one file with their times: target reports and service messages in order."""
 
-from dataclasses import dataclass, fields
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +33,8 @@ class Timed:
         Kind of each, see `KINDS`.
     targets : Targets
         What they say; `time_s` is the restored time of day.
+    said_s : float64[n]
+        Time of day as the report says it; NaN where it does not.
     origin : int64[n]
         Where each time comes from, see `clocks.ORIGINS`.
     same : int64[n]
@@ -41,6 +44,7 @@ class Timed:
     rows: Rows
     kind: Integers
     targets: Targets
+    said_s: Numbers
     origin: Integers
     same: Integers
 
@@ -55,13 +59,17 @@ class Turned:
     site: tuple[float, float, float] | None
 
 
-def time_targets(gathered: Gathered) -> tuple[Timed | None, dict[int, Turned]]:
+def time_targets(
+    gathered: Gathered, turns: Mapping[int, float] | None = None
+) -> tuple[Timed | None, dict[int, Turned]]:
     """Give the target reports of a file their times of day.
 
     Parameters
     ----------
     gathered : Gathered
         The file.
+    turns : mapping, optional
+        Time of a turn by source, s, where the file does not tell it.
 
     Returns
     -------
@@ -70,12 +78,34 @@ def time_targets(gathered: Gathered) -> tuple[Timed | None, dict[int, Turned]]:
     turned : dict
         What the service messages say, by source.
     """
-    service_rows, services = _services(gathered)
+    service_rows, services = services_in_order(gathered)
     turned = _turned(service_rows, services)
     if not gathered.targets:
         return None, turned
-    rows, kind, targets = _targets(gathered)
-    turns = {source: one.turn_s for source, one in turned.items()}
+    rows, kind, targets = targets_in_order(gathered)
+    known = {source: one.turn_s for source, one in turned.items() if one.turn_s == one.turn_s}
+    marks = marks_of(rows, targets, service_rows, services)
+    turn_s = by_source(marks.source, dict(turns or {}) | known)
+    return timed(gathered, rows, kind, targets, replace(marks, turn_s=turn_s)), turned
+
+
+def timed(gathered: Gathered, rows: Rows, kind: Integers, targets: Targets, marks: Marks) -> Timed:
+    """Give target reports their times of day.
+
+    Parameters
+    ----------
+    gathered : Gathered
+        Where they come from.
+    rows, kind, targets
+        The reports, as `targets_in_order` returns them.
+    marks : Marks
+        Times of day that sources gave.
+
+    Returns
+    -------
+    Timed
+        The reports with their times.
+    """
     time_s, origin = times_of(
         order=rows.order,
         source=rows.source,
@@ -83,13 +113,17 @@ def time_targets(gathered: Gathered) -> tuple[Timed | None, dict[int, Turned]]:
         truncated_s=targets.truncated_s,
         azimuth_deg=targets.azimuth_deg,
         received_s=rows.received_s % _DAY_S,
-        marks=_marks(rows, targets, service_rows, services),
-        turns=turns,
+        marks=marks,
     )
     same = np.empty(len(kind), dtype=np.int64)
     _kernels.hash_records(gathered.blocks.data, rows.begin, rows.end, same)
-    values = {one.name: getattr(targets, one.name) for one in fields(targets)} | {"time_s": time_s}
-    return Timed(rows, kind, Targets(**values), origin, same), turned
+    return Timed(rows, kind, replace(targets, time_s=time_s), targets.time_s, origin, same)
+
+
+def by_source(source: Integers, values: Mapping[int, float]) -> Numbers:
+    """Return a value for each row by its source; NaN where there is none."""
+    distinct, place = np.unique(source, return_inverse=True)
+    return np.array([values.get(one, np.nan) for one in distinct.tolist()], np.float64)[place]
 
 
 def into_days(time_s: Numbers, source: Integers) -> Flags:
@@ -135,7 +169,8 @@ def _joined(rows: list[Rows]) -> tuple[Rows, NDArray[np.int64]]:
     return Rows(**values), order
 
 
-def _targets(gathered: Gathered) -> tuple[Rows, Integers, Targets]:
+def targets_in_order(gathered: Gathered) -> tuple[Rows, Integers, Targets]:
+    """Return all target reports in the order of the file: where they stand, kind, content."""
     parts = [targets for _, _, targets in gathered.targets]
     rows, order = _joined([rows for _, rows, _ in gathered.targets])
     kinds = [np.full(len(part.time_s), KINDS.index(part.kind)) for part in parts]
@@ -147,7 +182,8 @@ def _targets(gathered: Gathered) -> tuple[Rows, Integers, Targets]:
     return rows, np.concatenate(kinds)[order], Targets(kind="", **values)
 
 
-def _services(gathered: Gathered) -> tuple[Rows, Services]:
+def services_in_order(gathered: Gathered) -> tuple[Rows, Services]:
+    """Return all service messages in the order of the file: where they stand, and content."""
     if not gathered.services:
         whole, number = np.empty(0, dtype=np.int64), np.empty(0)
         return (
@@ -163,8 +199,8 @@ def _services(gathered: Gathered) -> tuple[Rows, Services]:
     return rows, Services(**values)
 
 
-def _marks(rows: Rows, targets: Targets, service_rows: Rows, services: Services) -> Marks:
-    """Collect the times of day that sources gave."""
+def marks_of(rows: Rows, targets: Targets, service_rows: Rows, services: Services) -> Marks:
+    """Collect the times of day that sources gave; turns are not known yet."""
     order = np.concatenate([service_rows.order, rows.order])
     time_s = np.concatenate([services.time_s, targets.time_s])
     sector = np.concatenate([services.sector_deg, np.full(len(rows.order), np.nan)])
@@ -176,6 +212,7 @@ def _marks(rows: Rows, targets: Targets, service_rows: Rows, services: Services)
         time_s=time_s[place],
         received_s=np.concatenate([service_rows.received_s, rows.received_s])[place] % _DAY_S,
         sector_deg=sector[place],
+        turn_s=np.full(len(place), np.nan),
     )
 
 

@@ -20,6 +20,7 @@ from support.asterix_octets import (
     plot_001,
     plot_048,
     record,
+    rply,
     time_of_day,
 )
 
@@ -83,7 +84,7 @@ def test_a_broken_block_is_quarantined_with_its_place_and_the_next_one_is_read(
     tmp_path: Path,
 ) -> None:
     bad = block(48, record((1, "1482"), (2, "000001"), (7, "80")))
-    whole = block(48, plot_048(1.0)) + bad + block(30, b"\x80\x01") + block(48, plot_048(2.0))
+    whole = block(48, plot_048(1.0)) + bad + block(31, b"\x80\x01") + block(48, plot_048(2.0))
     out = converted(tmp_path, whole)
     assert [row["time_s"] for row in rows(out)] == [1.0, 2.0]
     first, second = rejects(out)
@@ -91,11 +92,43 @@ def test_a_broken_block_is_quarantined_with_its_place_and_the_next_one_is_read(
     assert (first.offset, first.raw) == (offset, bad.hex())
     assert "category 048 of 20-130" in first.reason
     assert "item 130/SRL: goes on past the end of the block" in first.reason
-    assert (second.offset, second.reason) == (offset + len(bad), "category 030 is not known")
+    assert (second.offset, second.reason) == (offset + len(bad), "category 031 is not known")
     figures: dict[str, Any] = report(out).figures
     octets = figures["bytes"]["recording-0"]
     assert octets["decoded"] + octets["quarantined"] + octets["framing"] == len(whole)
     assert octets["quarantined"] == len(bad) + 5
+
+
+@pytest.mark.parametrize("category", [30, 252])
+def test_blocks_of_artas_are_counted_and_passed_over(tmp_path: Path, category: int) -> None:
+    other = block(category, b"\x80\x01\x02")
+    whole = other + block(48, plot_048(1.0)) + other
+    out = converted(tmp_path, whole)
+    assert len(rows(out)) == 1
+    assert rejects(out) == []
+    figures: dict[str, Any] = report(out).figures
+    assert figures["skipped_blocks"] == {f"{category:03d}": 2}
+    octets = figures["bytes"]["recording-0"]
+    assert octets["skipped"] == 2 * len(other)
+    assert octets["decoded"] + octets["skipped"] == len(whole)
+
+
+def test_datagrams_of_a_replay_file_are_read_with_all_their_blocks(tmp_path: Path) -> None:
+    both = block(48, plot_048(1.0)) + block(48, plot_048(2.0))
+    whole = rply([(0, both), (250, block(48, plot_048(3.0))), (40, b"\x00junk")]) + b"\x05\x00"
+    out = converted(tmp_path, whole)
+    assert [row["time_s"] for row in rows(out)] == [1.0, 2.0, 3.0]
+    figures: dict[str, Any] = report(out).figures
+    octets = figures["bytes"]["recording-0"]
+    assert (octets["form"], octets["framing"], octets["quarantined"]) == ("rply", 24, 7)
+    assert sum(octets[name] for name in ("decoded", "framing", "quarantined")) == len(whole)
+
+
+def test_a_replay_file_tells_no_time_of_day(tmp_path: Path) -> None:
+    """Its clock begins at 0 whatever the time was: nothing may be restored by it."""
+    out = converted(tmp_path, rply([(0, block(1, plot_001(5.0))), (9, block(1, plot_001(6.0)))]))
+    assert rows(out) == []
+    assert len(rejects(out)) == 2
 
 
 def test_truncated_times_are_restored_from_north_marks(tmp_path: Path) -> None:
@@ -139,7 +172,30 @@ def test_the_recorders_clock_restores_times_of_radars_without_service_messages(
 def test_a_plot_whose_time_nothing_tells_is_refused(tmp_path: Path) -> None:
     out = converted(tmp_path, block(1, plot_001(5.0)))
     assert rows(out) == []
-    assert [one.code for one in rejects(out)] == ["MISSING_FIELD"]
+    (one,) = rejects(out)
+    assert one.code == "MISSING_FIELD"
+    assert "the time modulo 512 s alone" in one.reason
+
+
+def test_a_plot_without_a_time_needs_the_turn_of_the_antenna(tmp_path: Path) -> None:
+    """One north mark tells no turn; the sensors file may."""
+    whole = north_mark(100.0) + block(1, plot_001(None, azimuth_deg=90.0))
+    out = converted(tmp_path, whole)
+    (one,) = rejects(out)
+    assert "when the antenna passed the azimuth" in one.reason
+    sensors = tmp_path / "sensors.toml"
+    sensors.write_text(
+        '[[sensor]]\nkind = "radar"\nsac = 20\nsic = 130\nlatitude_deg = 39.0\n'
+        "longitude_deg = 0.0\nheight_m = 100.0\nrotation_period_s = 4.0\n"
+    )
+    (tmp_path / "with").mkdir()
+    out = converted(tmp_path / "with", whole, options=("--sensors", str(sensors)))
+    assert [row["time_s"] for row in rows(out)] == [101.0]
+
+
+def test_a_time_of_day_beyond_a_day_is_told(tmp_path: Path) -> None:
+    out = converted(tmp_path, block(48, plot_048(90_000.0)))
+    assert [one.reason for one in rejects(out)] == ["a time of day of 24 h or more"]
 
 
 @pytest.mark.parametrize("date", [None, "2018-08-01"])

@@ -20,11 +20,11 @@ from multiradar_converters.asterix.timing import into_days
 NAN = float("nan")
 
 
-def marks(*rows: tuple[int, int, float, float, float]) -> Marks:
+def marks(*rows: tuple[int, int, float, float, float], turn: float = NAN) -> Marks:
     """Make marks of order, source, time, reception, sector."""
-    table = np.array(rows, dtype=np.float64).reshape(-1, 5)
+    table = np.array([(*row, turn) for row in rows], dtype=np.float64).reshape(-1, 6)
     whole = table[:, :2].astype(np.int64)
-    return Marks(whole[:, 0], whole[:, 1], table[:, 2], table[:, 3], table[:, 4])
+    return Marks(whole[:, 0], whole[:, 1], table[:, 2], table[:, 3], table[:, 4], table[:, 5])
 
 
 def timed(
@@ -35,7 +35,6 @@ def timed(
     truncated_s: float = NAN,
     azimuth_deg: float = NAN,
     received_s: float = NAN,
-    turn: float = NAN,
 ) -> tuple[float, int]:
     times, origin = times_of(
         order=np.array([order]),
@@ -45,7 +44,6 @@ def timed(
         azimuth_deg=np.array([azimuth_deg]),
         received_s=np.array([received_s]),
         marks=known,
-        turns={7: turn},
     )
     return float(times[0]), int(origin[0])
 
@@ -88,8 +86,8 @@ def test_another_radars_time_is_the_reference_where_there_is_no_other() -> None:
 
 @pytest.mark.parametrize(("azimuth", "time"), [(90.0, 101.0), (350.0, 100.0 - 1 / 9)])
 def test_without_any_time_the_antenna_tells_it(azimuth: float, time: float) -> None:
-    known = marks((1, 7, 100.0, NAN, 0.0))
-    found, origin = timed(known, azimuth_deg=azimuth, turn=4.0)
+    known = marks((1, 7, 100.0, NAN, 0.0), turn=4.0)
+    found, origin = timed(known, azimuth_deg=azimuth)
     assert found == pytest.approx(time)
     assert origin == ANTENNA
 
@@ -100,8 +98,16 @@ def test_without_a_turn_the_recorders_clock_tells_it() -> None:
 
 
 def test_truncated_times_pass_midnight() -> None:
-    known = marks((1, 7, 86_399.0, NAN, 0.0))
-    assert timed(known, truncated_s=(86_400.0 + 2.0) % 512)[0] == 2.0
+    """The standard lets the time of day begin at 0 then, and a day is no multiple of 512 s."""
+    before, after = marks((1, 7, 86_399.0, NAN, 0.0)), marks((1, 7, 1.0, NAN, 0.0))
+    assert timed(before, truncated_s=2.0)[0] == 2.0
+    assert timed(after, truncated_s=86_398.0 % 512)[0] == 86_398.0
+    assert timed(before, truncated_s=86_390.0 % 512)[0] == 86_390.0
+
+
+def test_the_recorders_clock_moves_the_reference_over_midnight() -> None:
+    known = marks((1, 7, 86_000.0, 86_003.0, NAN))
+    assert timed(known, truncated_s=100.0, received_s=103.0)[0] == 100.0
 
 
 def test_times_are_moved_to_the_nearest_period() -> None:
