@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 from numpy.typing import NDArray
-from polars.io.plugins import register_io_source
 
+from multiradar_converters.parquet_table import even_blocks, write_frames
 from multiradar_converters.vid.naming import NamedPlots
 from multiradar_converters.vid.records import (
     Records,
@@ -18,9 +18,6 @@ from multiradar_converters.vid.records import (
     times,
 )
 from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
-
-#: Rows of a frame and of a row group: the bytes of the file must not depend on anything else.
-FRAME_ROWS = 1 << 16
 
 #: Sensor of ADS-B rows.
 ADSB_ID = "adsb"
@@ -92,55 +89,8 @@ def write_table(
     int
         Number of rows.
     """
-    count = 0
-    failure: list[BaseException] = []
-
-    def frames(*_: object) -> Iterator[pl.DataFrame]:
-        nonlocal count
-        try:
-            empty = True
-            for chunk in _even(rows):
-                count += len(chunk)
-                empty = False
-                yield _frame(chunk, sensor_ids, unix_start_s)
-            if empty:
-                yield pl.DataFrame(schema=MEASUREMENT_SCHEMA)
-        except BaseException as error:
-            failure.append(error)
-            raise
-
-    source = register_io_source(frames, schema=MEASUREMENT_SCHEMA, is_pure=False)
-    try:
-        source.sink_parquet(
-            path,
-            compression="snappy",
-            row_group_size=FRAME_ROWS,
-            statistics=True,
-            engine="streaming",
-        )
-    except pl.exceptions.PolarsError:
-        # What failed is the generator; polars tells only the text of it.
-        if failure:
-            raise failure[0] from None
-        raise
-    return count
-
-
-def _even(rows: Iterator[Records]) -> Iterator[Records]:
-    """Cut rows into frames of one size, the last one shorter."""
-    parts: list[Records] = []
-    held = 0
-    for block in rows:
-        while len(block):
-            taken = block[: FRAME_ROWS - held]
-            parts.append(taken)
-            held += len(taken)
-            block = block[len(taken) :]
-            if held == FRAME_ROWS:
-                yield np.concatenate(parts)
-                parts, held = [], 0
-    if held:
-        yield np.concatenate(parts)
+    frames = (_frame(block, sensor_ids, unix_start_s) for block in even_blocks(rows))
+    return write_frames(path, frames, MEASUREMENT_SCHEMA)
 
 
 def _plot_rows(named: NamedPlots) -> Records:

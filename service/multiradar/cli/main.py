@@ -12,6 +12,7 @@ from typing import Annotated
 import typer
 
 from multiradar.cli.convert import convert_app
+from multiradar.cli.convert_adsb import ADSB_HELP, convert_adsb
 from multiradar.cli.convert_asterix import ASTERIX_HELP, convert_asterix
 from multiradar.cli.demo import demo
 from multiradar.cli.evaluate import evaluate
@@ -54,6 +55,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 convert_app.command(name="asterix", help=ASTERIX_HELP)(convert_asterix)
+convert_app.command(name="adsb", help=ADSB_HELP)(convert_adsb)
 app.add_typer(convert_app, name="convert")
 app.command(name="track")(track)
 app.command(name="serve")(serve)

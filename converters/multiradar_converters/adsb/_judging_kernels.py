@@ -1,0 +1,113 @@
+"""Compiled judgement of each aircraft's reports in the order of their file.
+
+References
+----------
+The project's own.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar_converters.vid.text._kernels import compiled, inlined
+
+Words = NDArray[np.int64]
+Numbers = NDArray[np.float64]
+
+#: What becomes of a report.
+GOOD, REPEATED, STALE = range(3)
+
+#: Places in the counts of `judge_reports`.
+BACKWARDS, JUMPS = range(2)
+
+#: Places in the state of an aircraft: time of its last report, its position, and the time at
+#: which this position was first told.
+LAST, LATITUDE, LONGITUDE, SINCE = range(4)
+STATE_NUMBERS = 4
+
+_EARTH_RADIUS_M = 6_371_000.0
+_HALF_DAY_S = 43_200.0
+_DAY_S = 86_400.0
+
+
+@inlined
+def _distance_m(latitude: float, longitude: float, other: float, other_longitude: float) -> float:
+    """Great-circle distance, degrees in; to half a percent."""
+    half_north = np.radians(latitude - other) / 2.0
+    half_east = np.radians(longitude - other_longitude) / 2.0
+    chord = (
+        np.sin(half_north) ** 2
+        + np.cos(np.radians(latitude)) * np.cos(np.radians(other)) * np.sin(half_east) ** 2
+    )
+    return 2.0 * _EARTH_RADIUS_M * np.arcsin(min(1.0, np.sqrt(chord)))
+
+
+@compiled
+def judge_reports(
+    time: Numbers, latitude: Numbers, longitude: Numbers, speed: Numbers, ground: Words,
+    aircraft: Words, stale_m: float, speed_max_mps: float, step_s: float, state: Numbers,
+    verdict: Words, counts: Words,
+) -> None:  # fmt: skip
+    """Judge reports (see `judging.Judge`).
+
+    Parameters
+    ----------
+    time, latitude, longitude, speed : float64[n]
+        s, degrees, m/s (NaN: none).
+    ground : int64[n]
+        1 on the ground.
+    aircraft : int64[n]
+        Row of each in `state`.
+    stale_m, speed_max_mps, step_s : float
+        Bounds.
+    state : float64[a, STATE_NUMBERS]
+        What is known of each aircraft (NaN: nothing); changed in place.
+    verdict : int64[n]
+        Filled.
+    counts : int64[2]
+        Reports before those before them, and jumps; added to.
+    """
+    for k in range(len(time)):
+        known = state[aircraft[k]]
+        passed = time[k] - known[LAST]
+        same = latitude[k] == known[LATITUDE] and longitude[k] == known[LONGITUDE]
+        verdict[k] = GOOD
+        if passed < 0.0:
+            counts[BACKWARDS] += 1
+        if same:
+            since = time[k] - known[SINCE]
+            if since == 0.0 or passed == 0.0:
+                verdict[k] = REPEATED
+                continue
+            # A comparison with NaN, no ground speed, is false.
+            if since > 0.0 and ground[k] != 1 and speed[k] * since > stale_m:
+                verdict[k] = STALE
+                continue
+            if since < 0.0:
+                known[SINCE] = time[k]
+        else:
+            moved = _distance_m(latitude[k], longitude[k], known[LATITUDE], known[LONGITUDE])
+            if moved > speed_max_mps * (abs(passed) + step_s):
+                counts[JUMPS] += 1
+            known[LATITUDE], known[LONGITUDE], known[SINCE] = latitude[k], longitude[k], time[k]
+        known[LAST] = time[k]
+
+
+@compiled
+def past_midnight(time: Numbers, state: Numbers) -> None:
+    """Let times of day go on past midnight, either way.
+
+    Parameters
+    ----------
+    time : float64[n]
+        Times, s; changed in place.
+    state : float64[2]
+        The last time as it stood (NaN: none), and the day; changed in place.
+    """
+    for k in range(len(time)):
+        raw = time[k]
+        if raw - state[0] < -_HALF_DAY_S:
+            state[1] += 1.0
+        elif raw - state[0] > _HALF_DAY_S:
+            state[1] -= 1.0
+        state[0] = raw
+        time[k] = raw + state[1] * _DAY_S

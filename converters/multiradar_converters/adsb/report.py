@@ -1,0 +1,137 @@
+"""`report.json` of a conversion."""
+
+from collections import Counter
+from dataclasses import dataclass, field
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from multiradar_converters.adsb.options import Options
+from multiradar_converters.adsb.table import Written
+from multiradar_converters.report_file import write_report
+from multiradar_schemas.reject import RejectCode
+
+
+@dataclass
+class FileAccount:
+    """What became of the records of a file.
+
+    Attributes
+    ----------
+    file, form : str
+        Its name, and how it is written.
+    size, text_bytes : int
+        Its size, and that of its text, bytes.
+    layout : dict
+        What was found out about its columns.
+    accepted, repeated, stale, backwards, jumps : int
+        Counts of reports; repeated and stale ones are among the rejected.
+    unreadable : dict
+        Values that were left out, by role.
+    blank : int
+        Blank lines.
+    rejected : Counter
+        Records by code.
+    examples : dict
+        The first reason of each code, with its place.
+    """
+
+    file: str
+    form: str
+    layout: dict[str, object]
+    size: int = 0
+    text_bytes: int = 0
+    accepted: int = 0
+    repeated: int = 0
+    stale: int = 0
+    backwards: int = 0
+    jumps: int = 0
+    unreadable: Counter[str] = field(default_factory=Counter)
+    blank: int = 0
+    rejected: Counter[RejectCode] = field(default_factory=Counter)
+    examples: dict[RejectCode, str] = field(default_factory=dict)
+
+    def counts(self) -> dict[str, int]:
+        """Return the counts of `report.json`."""
+        rejected = self.rejected.total()
+        return {
+            "read": self.accepted + rejected,
+            "accepted": self.accepted,
+            "rejected": rejected,
+            "blank": self.blank,
+        }
+
+    def figures(self) -> dict[str, object]:
+        """Return the account for `report.json`."""
+        return {
+            "form": self.form,
+            **self.layout,
+            "text_bytes": self.text_bytes,
+            "repeated": self.repeated,
+            "stale": self.stale,
+            "backwards": self.backwards,
+            "jumps": self.jumps,
+            "unreadable": dict(sorted(self.unreadable.items())),
+            "rejected_by_code": {str(code): n for code, n in sorted(self.rejected.items())},
+        }
+
+
+def report_json(
+    path: Path, accounts: list[FileAccount], written: Written, options: Options
+) -> dict[str, object]:
+    """Write the report and return what it says.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    accounts : list of FileAccount
+        What became of each file.
+    written : Written
+        What the table holds.
+    options : Options
+        The user's choices.
+
+    Returns
+    -------
+    dict
+        The report, ready for JSON.
+    """
+    counts = {
+        name: sum(account.counts()[name] for account in accounts)
+        for name in ("read", "accepted", "rejected", "blank")
+    }
+    counts["accepted"] -= written.repeated
+    counts["duplicate"] = written.repeated
+    by_code: Counter[RejectCode] = Counter()
+    for account in accounts:
+        by_code.update(account.rejected)
+    document: dict[str, Any] = {
+        "command": "convert adsb",
+        "version": version("multiradar"),
+        "counts": counts,
+        "rejected_by_code": dict(sorted(by_code.items())),
+        "inputs": [
+            {"file": account.file, "bytes": account.size, "counts": account.counts()}
+            for account in accounts
+        ],
+        "outputs": [
+            {"file": "measurements.parquet", "rows": written.rows},
+            {"file": "rejects.ndjson", "rows": counts["rejected"]},
+        ],
+        "settings": options.settings(),
+        "figures": {
+            "files": {account.file: account.figures() for account in accounts},
+            "aircraft": len(written.addresses),
+            "measurements": {kind: count for kind, count in written.kinds.items() if count},
+            "heights": written.heights,
+            "on_ground": written.on_ground,
+            **{
+                name: sum(getattr(account, name) for account in accounts)
+                for name in ("repeated", "stale", "backwards", "jumps")
+            },
+            "first_s": written.first_s if written.rows else None,
+            "last_s": written.last_s if written.rows else None,
+        },
+    }
+    return write_report(path, document)

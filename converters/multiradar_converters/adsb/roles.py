@@ -1,0 +1,158 @@
+"""What a column can be: its role, the names it goes by, and the factor to SI.
+
+Names are compared without regard to capitals. A name tells the unit of its column:
+
+========================= =====================================================================
+role, unit                names
+========================= =====================================================================
+time (see `time_forms`)   `timestamp`, `time`, `time_s`, `datetime`
+latitude, degree          `latitude`, `lat`, `latitude_deg`
+longitude, degree         `longitude`, `lon`, `lng`, `longitude_deg`
+address, 6 hexadecimal    `icao24`, `icao`, `hex`, `address`, `mode_s_address`
+digits
+barometric height, ft     `altitude`, `alt_baro`, `altitude_ft`
+barometric height, m      `baroaltitude`, `baro_altitude`, `altitude_m`, `height_m`
+geometric height, ft      `alt_geom`, `geoaltitude_ft`; `geoaltitude` beside a height in feet
+geometric height, m       `geo_altitude`, `geoaltitude_m`; `geoaltitude` beside one in metres
+ground speed, kt          `groundspeed`, `gs`
+ground speed, m/s         `velocity`, `groundspeed_mps`
+callsign                  `callsign`, `flight`
+code, octal digits        `squawk`, `mode_3a`
+on the ground, boolean    `onground`, `on_ground`
+time of the position      `last_position`, `lastposupdate`, `time_position`
+========================= =====================================================================
+
+`altitude`, `geoaltitude`, `groundspeed` in feet and knots are those of the Python library traffic;
+`baroaltitude`, `geoaltitude`, `velocity` in metres those of the OpenSky Network's tables; `lat`,
+`alt_baro`, `alt_geom`, `gs` those of readsb and tar1090.
+"""
+
+from dataclasses import dataclass
+
+from multiradar_converters.errors import LayoutError
+
+FOOT_M = 0.3048
+KNOT_MPS = 1852.0 / 3600.0
+
+TIME, LATITUDE, LONGITUDE, HEIGHT, GEOMETRIC, SPEED, POSITION_TIME = range(7)
+#: Roles from here on are whole numbers.
+FIRST_WORD = 7
+ADDRESS, CODE, CALLSIGN, GROUND, KIND = range(FIRST_WORD, FIRST_WORD + 5)
+NUMBERS, WORDS = 7, 5
+
+ROLE_NAMES = (
+    "time", "latitude", "longitude", "height", "geometric height", "ground speed",
+    "time of the position", "address", "code", "callsign", "on the ground",
+    "kind",
+)  # fmt: skip
+
+#: Values of whole numbers that are not there, and of those that cannot be read.
+ABSENT, UNREADABLE = -1, -2
+
+_BOTH = 0.0
+#: Role and factor to SI of each name.
+COLUMNS: dict[str, tuple[int, float]] = {
+    **dict.fromkeys(("timestamp", "time", "time_s", "datetime"), (TIME, 1.0)),
+    **dict.fromkeys(("latitude", "lat", "latitude_deg"), (LATITUDE, 1.0)),
+    **dict.fromkeys(("longitude", "lon", "lng", "longitude_deg"), (LONGITUDE, 1.0)),
+    **dict.fromkeys(("icao24", "icao", "hex", "address", "mode_s_address"), (ADDRESS, 1.0)),
+    **dict.fromkeys(("altitude", "alt_baro", "altitude_ft"), (HEIGHT, FOOT_M)),
+    **dict.fromkeys(("baroaltitude", "baro_altitude", "altitude_m", "height_m"), (HEIGHT, 1.0)),
+    **dict.fromkeys(("alt_geom", "geoaltitude_ft"), (GEOMETRIC, FOOT_M)),
+    **dict.fromkeys(("geo_altitude", "geoaltitude_m"), (GEOMETRIC, 1.0)),
+    "geoaltitude": (GEOMETRIC, _BOTH),
+    **dict.fromkeys(("groundspeed", "gs"), (SPEED, KNOT_MPS)),
+    **dict.fromkeys(("velocity", "groundspeed_mps"), (SPEED, 1.0)),
+    **dict.fromkeys(("callsign", "flight"), (CALLSIGN, 1.0)),
+    **dict.fromkeys(("squawk", "mode_3a"), (CODE, 1.0)),
+    **dict.fromkeys(("onground", "on_ground"), (GROUND, 1.0)),
+    **dict.fromkeys(("last_position", "lastposupdate", "time_position"), (POSITION_TIME, 1.0)),
+}
+
+#: Names of heights that do not tell their unit.
+_UNIT_UNKNOWN = ("alt", "height", "h", "elevation", "geo_alt", "baro_alt")
+
+_NEEDED = (TIME, LATITUDE, LONGITUDE, ADDRESS)
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """The columns of a file that are used.
+
+    Attributes
+    ----------
+    names : dict of int to str
+        Name of the column of each role.
+    scale : dict of int to float
+        Factor to SI of each role.
+    """
+
+    names: dict[int, str]
+    scale: dict[int, float]
+
+
+def choose_columns(file: str, found: list[str]) -> Chosen:
+    """Find out what the columns of a file are.
+
+    Parameters
+    ----------
+    file : str
+        Its name, for messages.
+    found : list of str
+        Names of its columns.
+
+    Returns
+    -------
+    Chosen
+        Those that are used.
+
+    Raises
+    ------
+    LayoutError
+        A column that is needed is missing, or two say the same, or a unit is unknown.
+    """
+    names: dict[int, str] = {}
+    scale: dict[int, float] = {}
+    for name in found:
+        role, factor = COLUMNS.get(name.strip().lower(), (-1, 0.0))
+        if role < 0:
+            continue
+        if role in names:
+            msg = (
+                f"{file}: expected one column for the {ROLE_NAMES[role]}, was {names[role]!r} "
+                f"and {name!r}"
+            )
+            raise LayoutError(msg)
+        names[role], scale[role] = name, factor
+    for role in _NEEDED:
+        if role not in names:
+            _refuse_missing(file, role, found)
+    _refuse_unknown_units(file, names, found)
+    if scale.get(GEOMETRIC) == _BOTH:
+        if HEIGHT not in scale:
+            msg = (
+                f"{file}: the unit of {names[GEOMETRIC]!r} is not known: expected altitude (ft) or "
+                "baroaltitude (m) beside it, found neither"
+            )
+            raise LayoutError(msg)
+        scale[GEOMETRIC] = scale[HEIGHT]
+    return Chosen(names, scale)
+
+
+def _refuse_missing(file: str, role: int, found: list[str]) -> None:
+    known = ", ".join(name for name, (other, _) in COLUMNS.items() if other == role)
+    shown = ", ".join(name[:40] for name in found[:20])
+    msg = f"{file}: expected a column for the {ROLE_NAMES[role]} ({known}), found {shown or 'none'}"
+    raise LayoutError(msg)
+
+
+def _refuse_unknown_units(file: str, names: dict[int, str], found: list[str]) -> None:
+    if HEIGHT in names:
+        return
+    for name in found:
+        if name.strip().lower() in _UNIT_UNKNOWN:
+            msg = (
+                f"{file}: the unit of {name!r} is not known: expected altitude or alt_baro (ft), "
+                "baroaltitude or height_m (m)"
+            )
+            raise LayoutError(msg)

@@ -1,0 +1,228 @@
+"""`measurements.parquet` of trajectories: the usual columns, geometric height, callsign, flags.
+
+Reports on their way are records of seven words (`records_of`), which `vid.spool` puts in order of
+time on disk:
+
+===== =========================================================================================
+word  what it holds (f: bits of a float64)
+===== =========================================================================================
+0     f time, s
+1, 2  f latitude and longitude, degrees
+3, 4  f barometric and geometric height, m; NaN for none
+5     address (24 bits), code + 1 (13), on the ground (1), kind (1), from the lowest bit on
+6     callsign, a byte a letter; -1 for none
+===== =========================================================================================
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+from numpy.typing import NDArray
+
+from multiradar_converters.adsb import roles
+from multiradar_converters.adsb.plain import KINDS
+from multiradar_converters.asterix.naming import address_names, code_names, named
+from multiradar_converters.parquet_table import even_blocks, write_frames
+from multiradar_converters.vid.records import Records, decimal, times
+from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
+
+RECORD_WORDS = 7
+
+#: Columns of this table; `track` and the others read the first ones.
+SCHEMA = pl.Schema(
+    {
+        **MEASUREMENT_SCHEMA,
+        "geometric_height_m": pl.Float64(),
+        "callsign": pl.String(),
+        "flags": pl.String(),
+    }
+)
+
+#: Reports of one time that are compared at once: bounds the memory.
+SAME_TIME_MAX = 1 << 18
+
+_CODE_AT, _CODE_BITS, _GROUND_AT, _KIND_AT = 24, 13, 37, 38
+_ADDRESS_MASK = (1 << _CODE_AT) - 1
+_FLAGS = (None, "on_ground", "height_geometric", "on_ground,height_geometric")
+
+
+@dataclass
+class Written:
+    """What the table holds.
+
+    Attributes
+    ----------
+    rows, repeated : int
+        Rows, and reports that were left out because one equals them.
+    kinds : dict of str to int
+        Rows by kind.
+    heights : dict of str to int
+        Rows by kind of height.
+    on_ground : int
+        Rows of aircraft on the ground.
+    addresses : set of int
+        The aircraft.
+    first_s, last_s : float
+        Times, s; NaN without rows.
+    middle : float64[3]
+        Sum of the unit vectors to the positions, for each kind.
+    """
+
+    rows: int = 0
+    repeated: int = 0
+    kinds: dict[str, int] = field(default_factory=lambda: dict.fromkeys(KINDS, 0))
+    heights: dict[str, int] = field(
+        default_factory=lambda: dict.fromkeys(("barometric", "geometric", "none"), 0)
+    )
+    on_ground: int = 0
+    addresses: set[int] = field(default_factory=set)
+    first_s: float = float("nan")
+    last_s: float = float("nan")
+    middle: dict[str, NDArray[np.float64]] = field(
+        default_factory=lambda: {kind: np.zeros(3) for kind in KINDS}
+    )
+
+
+def records_of(numbers: NDArray[np.float64], words: NDArray[np.int64]) -> Records:
+    """Pack reports into records.
+
+    Parameters
+    ----------
+    numbers, words : float64[7, n], int64[5, n]
+        Values by role.
+
+    Returns
+    -------
+    int64[n, 7]
+        The records.
+    """
+    out = np.empty((numbers.shape[1], RECORD_WORDS), dtype=np.int64)
+    bits = out.view(np.float64)
+    for word, role in enumerate(
+        (roles.TIME, roles.LATITUDE, roles.LONGITUDE, roles.HEIGHT, roles.GEOMETRIC)
+    ):
+        bits[:, word] = numbers[role]
+    address, code, callsign, ground, kind = words
+    out[:, 5] = (
+        address
+        | (np.maximum(code, -1) + 1) << _CODE_AT
+        | (ground == 1).astype(np.int64) << _GROUND_AT
+        | (kind == 1).astype(np.int64) << _KIND_AT
+    )
+    out[:, 6] = np.maximum(callsign, -1)
+    return out
+
+
+def write(path: Path, blocks: Iterator[Records], unix_start_s: float) -> Written:
+    """Write the table.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    blocks : iterator of int64[n, 7]
+        Reports by time.
+    unix_start_s : float
+        Added to the times, s.
+
+    Returns
+    -------
+    Written
+        What it holds.
+    """
+    written = Written()
+    frames = (_frame(block, unix_start_s, written) for block in even_blocks(_once(blocks, written)))
+    written.rows = write_frames(path, frames, SCHEMA)
+    return written
+
+
+def _once(blocks: Iterator[Records], written: Written) -> Iterator[Records]:
+    """Leave out reports that equal one of the same time, wherever they stood."""
+    held = np.empty((0, RECORD_WORDS), dtype=np.int64)
+    for block in blocks:
+        both = np.concatenate([held, block])
+        # Reports of the last time may go on in the next block.
+        cut = int(np.searchsorted(times(both), times(both)[-1], side="left"))
+        if len(both) - cut > SAME_TIME_MAX:
+            cut = len(both)
+        yield _first_of_each(both[:cut], written)
+        held = both[cut:]
+    yield _first_of_each(held, written)
+
+
+def _first_of_each(records: Records, written: Written) -> Records:
+    if not len(records):
+        return records
+    aircraft = records[:, 5] & _ADDRESS_MASK
+    order = np.lexsort((records[:, 2], records[:, 1], aircraft, times(records)))
+    ordered = records[order]
+    again = np.zeros(len(order), dtype=np.bool_)
+    same = (ordered[1:, :3] == ordered[:-1, :3]).all(axis=1)
+    again[order[1:]] = same & (aircraft[order[1:]] == aircraft[order[:-1]])
+    written.repeated += int(again.sum())
+    return records[~again]
+
+
+def _frame(records: Records, unix_start_s: float, written: Written) -> pl.DataFrame:
+    identity = records[:, 5]
+    address = identity & _ADDRESS_MASK
+    code = ((identity >> _CODE_AT) & ((1 << _CODE_BITS) - 1)) - 1
+    ground = (identity >> _GROUND_AT) & 1
+    kind = (identity >> _KIND_AT) & 1
+    time_s = times(records) + unix_start_s
+    barometric, geometric = decimal(records, 3), decimal(records, 4)
+    by_satellite = np.isnan(barometric) & ~np.isnan(geometric)
+    height = np.where(by_satellite, geometric, barometric)
+    _count(written, records, time_s)
+    none, geometric_only = int(np.isnan(height).sum()), int(by_satellite.sum())
+    written.heights["none"] += none
+    written.heights["geometric"] += geometric_only
+    written.heights["barometric"] += len(records) - none - geometric_only
+    written.on_ground += int(ground.sum())
+    numbers = {
+        "time_s": time_s,
+        "latitude_deg": decimal(records, 1),
+        "longitude_deg": decimal(records, 2),
+        "height_m": height,
+        "geometric_height_m": geometric,
+    }
+    kinds = named(kind, KINDS.__getitem__)
+    columns = {
+        name: pl.Series(np.ascontiguousarray(values), nan_to_null=True)
+        for name, values in numbers.items()
+    } | {
+        "sensor_id": kinds,
+        "kind": kinds,
+        "mode_3a": code_names(code),
+        "mode_s_address": address_names(address),
+        "callsign": named(records[:, 6], _callsign),
+        "flags": named(ground | by_satellite << 1, _FLAGS.__getitem__),
+    }
+    empty = pl.Series([None] * len(records), dtype=pl.Int64)
+    return pl.DataFrame({name: columns.get(name, empty) for name in SCHEMA}, schema=SCHEMA)
+
+
+def _count(written: Written, records: Records, time_s: NDArray[np.float64]) -> None:
+    if not written.addresses:
+        written.first_s = float(time_s[0])
+    written.last_s = float(time_s[-1])
+    written.addresses.update(np.unique(records[:, 5] & _ADDRESS_MASK).tolist())
+    kind = (records[:, 5] >> _KIND_AT) & 1
+    latitude, longitude = np.radians(decimal(records, 1)), np.radians(decimal(records, 2))
+    towards = np.stack(
+        [
+            np.cos(latitude) * np.cos(longitude),
+            np.cos(latitude) * np.sin(longitude),
+            np.sin(latitude),
+        ]
+    )
+    for number, name in enumerate(KINDS):
+        written.kinds[name] += int((kind == number).sum())
+        written.middle[name] += towards[:, kind == number].sum(axis=1)
+
+
+def _callsign(packed: int) -> str | None:
+    return None if packed < 0 else packed.to_bytes(8, "big").lstrip(b"\0").decode("ascii")

@@ -1,0 +1,94 @@
+"""`multiradar convert adsb`: trajectories that others heard become measurements."""
+
+import datetime as dt
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from multiradar.cli.options import JsonOption, parse_date
+from multiradar.cli.progress import progress_bar
+from multiradar.errors import InputError, OutputExistsError
+
+if TYPE_CHECKING:
+    from multiradar_converters.adsb.options import Options
+
+#: What `--help` says.
+ADSB_HELP = (
+    "Convert trajectories of aircraft heard by ADS-B.\n\n"
+    "FILE is JSON (a list of records, a record a line, or columns), CSV with the same columns, or "
+    "a trace of readsb or tar1090, plain or packed by gzip; the content tells which. Columns are "
+    "known by their names: timestamp, latitude, longitude, icao24 and altitude, or those of "
+    "OpenSky and readsb.\n\n"
+    "DIR is made: measurements.parquet, rejects.ndjson (every record that cannot be taken), "
+    "report.json and sensors.toml (a skeleton)."
+)
+
+
+def convert_adsb(
+    files: Annotated[
+        list[Path], typer.Argument(metavar="FILE...", help="Trajectories.", show_default=False)
+    ],
+    *,
+    out: Annotated[
+        Path,
+        typer.Option(
+            metavar="DIR", help="The folder to make; it must not exist.", show_default=False
+        ),
+    ],
+    date: Annotated[
+        str | None,
+        typer.Option(
+            metavar="YYYY-MM-DD",
+            help="The day on which times without a date begin. With it they become Unix times; "
+            "without it they stay times of day, going on past midnight.",
+            parser=parse_date,
+            show_default=False,
+        ),
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Convert trajectories of aircraft heard by ADS-B."""
+    from multiradar_converters.adsb.options import Options
+
+    options = Options(date=None if date is None else dt.date.fromisoformat(date))
+    report = _with_bar(files, out, options)
+    print(json.dumps(report, indent=1, ensure_ascii=False) if as_json else _summary(report, out))
+
+
+def _with_bar(files: list[Path], out: Path, options: "Options") -> dict[str, Any]:
+    from multiradar_converters.adsb.conversion import convert
+    from multiradar_converters.errors import ConversionError, OutputTakenError
+
+    total = sum(path.stat().st_size for path in files if path.is_file())
+    try:
+        with progress_bar("converting", total) as show:
+            done = 0
+
+            def advance(read: int) -> None:
+                nonlocal done
+                done += read
+                show(done)
+
+            return convert(files, out, options, advance)
+    except OutputTakenError as error:
+        raise OutputExistsError(str(error)) from error
+    except ConversionError as error:
+        raise InputError(str(error)) from error
+
+
+def _summary(report: dict[str, Any], out: Path) -> str:
+    counts, figures = report["counts"], report["figures"]
+    by_code = ", ".join(f"{code} {count}" for code, count in report["rejected_by_code"].items())
+    return "\n".join(
+        [
+            f"read {counts['read']} records: accepted {counts['accepted']}, rejected "
+            f"{counts['rejected']}{f' ({by_code})' if by_code else ''}, "
+            f"duplicate {counts['duplicate']}; blank {counts['blank']}",
+            f"{figures['aircraft']} aircraft; old positions under new times: {figures['stale']}, "
+            f"repeated: {figures['repeated']}, jumps: {figures['jumps']}, times going backwards: "
+            f"{figures['backwards']}",
+            f"wrote {out}",
+        ]
+    )
