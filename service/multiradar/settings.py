@@ -71,6 +71,7 @@ class RuntimeSettings(Section):
     history_rows_max: Count = 2_000_000
     bias_history_rows_max: Count = 200_000
     transition_rows_max: Count = 500_000
+    plot_rows_max: Count = 500_000
     rejects_kept_max: Count = 1000
     page_rows_max: Count = 10_000
     forecast_steps_max: Count = 1000
