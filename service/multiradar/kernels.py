@@ -21,7 +21,8 @@ _OPTIONS: dict[str, Any] = {
     "error_model": "numpy",
     "_nrt": False,
 }
-_IN_LOOP: Any = {"forceinline": True, "_nrt": False}
+#: Options of what becomes part of its caller.
+IN_LOOP: Any = {"forceinline": True, "_nrt": False}
 
 
 def in_loop(function: Kernel) -> Kernel:
@@ -84,7 +85,7 @@ def in_both(function: Kernel) -> Kernel:
     callable
         The function.
     """
-    same: Kernel = register_jitable(**_IN_LOOP)(function)
+    same: Kernel = register_jitable(**IN_LOOP)(function)
     return same
 
 
@@ -107,7 +108,7 @@ def fetch_ahead(array: NDArray[np.generic], row: int, line: int) -> None:
     """
 
 
-@overload(fetch_ahead, jit_options=_IN_LOOP)
+@overload(fetch_ahead, jit_options=IN_LOOP)
 def _fetch_ahead(array: Any, row: Any, line: Any) -> Any:
     def compiled(array: Any, row: Any, line: Any) -> None:
         _prefetch(array, row, line)
@@ -156,7 +157,7 @@ def fused(first: float, second: float, third: float) -> float:
     return first * second + third
 
 
-@overload(fused, jit_options=_IN_LOOP)
+@overload(fused, jit_options=IN_LOOP)
 def _fused(first: Any, second: Any, third: Any) -> Any:
     def compiled(first: Any, second: Any, third: Any) -> Any:
         return _fuse(first, second, third)

@@ -1,53 +1,60 @@
-"""Four numbers side by side in compiled functions, where the compiler does not do so by itself.
+"""Eight numbers side by side in compiled functions, where the compiler does not do so by itself.
 
 A loop over the columns of several arrays becomes vector instructions only when the compiler can
 show that the arrays do not overlap, and of loops that take many arrays it gives up. Here the
-columns are taken four at a time by name: `load_lanes`, the operators + − · and `store_lanes`. Each
-lane is computed as a number by itself would be, so that results are the same to the last bit.
-Uncompiled, lanes are arrays of NumPy.
+numbers are taken eight at a time by name: `load_lanes`, operators and `store_lanes`. Each lane is
+computed as a number by itself would be, so that results are the same to the last bit, on every
+processor: one whose registers hold four numbers takes two of them. Uncompiled, lanes are arrays of
+NumPy.
+
+`root`, `chosen`, `larger` and `alike` take numbers and lanes, and so do functions made of them.
+
+References
+----------
+The project's own.
 """
 
+import math
 import operator
 from collections.abc import Callable
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
-from llvmlite import ir
-from numba import types
-from numba.core import cgutils
-from numba.extending import (
-    intrinsic,
-    models,
-    overload,
-    register_model,
-)
+from numba.extending import overload
 from numpy.typing import NDArray
 
-LANES = 4
+from multiradar._lane_intrinsics import LANES as LANES
+from multiradar._lane_intrinsics import (
+    LanesType,
+    add,
+    broadcast,
+    divide,
+    evens,
+    first_halves,
+    first_pairs,
+    fuse,
+    greater_of,
+    last_halves,
+    last_pairs,
+    multiply,
+    negate,
+    odds,
+    power_of_two,
+    read_columns,
+    read_part,
+    round_off,
+    series,
+    square_root,
+    subtract,
+    take,
+    write_columns,
+    write_part,
+)
+from multiradar.kernels import IN_LOOP
+
 Lanes = NDArray[np.float64]
-
-_VECTOR = ir.VectorType(ir.DoubleType(), LANES)
-_INTEGERS = ir.VectorType(ir.IntType(64), LANES)
-_IN_LOOP: Any = {"forceinline": True, "_nrt": False}
-
-
-class LanesType(types.Type):
-    """The type of lanes in compiled functions."""
-
-    def __init__(self) -> None:
-        super().__init__("Lanes")
-
-
-_LANES = LanesType()
-# numba tells no types of these.
-_PrimitiveModel: Any = models.PrimitiveModel
-_declare: Any = cgutils.get_or_insert_function
-
-
-@register_model(LanesType)
-class _LanesModel(_PrimitiveModel):  # type: ignore[misc]  # numba tells no types.
-    def __init__(self, manager: Any, of: Any) -> None:
-        super().__init__(manager, of, _VECTOR)
+#: A number, or lanes of them.
+Numbers = TypeVar("Numbers", float, Lanes)
 
 
 def load_lanes(array: NDArray[np.float64], row: int, part: int, first: int, count: int) -> Lanes:
@@ -67,30 +74,29 @@ def load_lanes(array: NDArray[np.float64], row: int, part: int, first: int, coun
     lanes
         The numbers.
     """
-    return array[row, part, first : first + count].copy()
+    return _filled(array[row, part, first : first + count])
+
+
+def load_row(array: NDArray[np.float64], row: int, first: int, count: int) -> Lanes:
+    """Return columns of an array of two axes: as `load_lanes`."""
+    return _filled(array[row, first : first + count])
 
 
 def store_lanes(
     array: NDArray[np.float64], row: int, part: int, first: int, count: int, lanes: Lanes
 ) -> None:
     """Set columns of an array: arguments as in `load_lanes`."""
-    array[row, part, first : first + count] = lanes
+    array[row, part, first : first + count] = lanes[:count]
 
 
-def lanes_of(first: float, second: float, third: float, fourth: float) -> Lanes:
-    """Return four numbers side by side.
+def store_row(array: NDArray[np.float64], row: int, first: int, count: int, lanes: Lanes) -> None:
+    """Set columns of an array of two axes: as `store_lanes`."""
+    array[row, first : first + count] = lanes[:count]
 
-    Parameters
-    ----------
-    first, second, third, fourth : float
-        The numbers.
 
-    Returns
-    -------
-    lanes
-        The numbers.
-    """
-    return np.array([first, second, third, fourth])
+def every_lane(value: float) -> Lanes:
+    """Return a number in every lane."""
+    return np.full(LANES, value)
 
 
 def lane_of(lanes: Lanes, place: int) -> float:
@@ -101,7 +107,7 @@ def lane_of(lanes: Lanes, place: int) -> float:
     lanes : lanes
         The numbers.
     place : int
-        Which, 0 to 3.
+        Which, 0 to 7.
 
     Returns
     -------
@@ -111,134 +117,318 @@ def lane_of(lanes: Lanes, place: int) -> float:
     return float(lanes[place])
 
 
-@overload(load_lanes, jit_options=_IN_LOOP)
-def _load(array: Any, row: Any, part: Any, first: Any, count: Any) -> Any:
-    def compiled(array: Any, row: Any, part: Any, first: Any, count: Any) -> Any:
-        return _read(array, row, part, first, count)
-
-    return compiled
-
-
-@overload(store_lanes, jit_options=_IN_LOOP)
-def _store(array: Any, row: Any, part: Any, first: Any, count: Any, lanes: Any) -> Any:
-    def compiled(array: Any, row: Any, part: Any, first: Any, count: Any, lanes: Any) -> None:
-        _write(array, row, part, first, count, lanes)
-
-    return compiled
+def sum_of(lanes: Lanes) -> float:
+    """Return the sum of all lanes: of pairs first, of pairs of these, of the two halves."""
+    pairs = lanes[::2] + lanes[1::2]
+    fours = pairs[::2] + pairs[1::2]
+    return float(fours[0] + fours[1])
 
 
-@overload(lanes_of, jit_options=_IN_LOOP)
-def _of(first: Any, second: Any, third: Any, fourth: Any) -> Any:
-    def compiled(first: Any, second: Any, third: Any, fourth: Any) -> Any:
-        return _join(first, second, third, fourth)
-
-    return compiled
+def largest_of(lanes: Lanes) -> float:
+    """Return the largest of all lanes."""
+    return float(np.max(lanes))
 
 
-@overload(lane_of, jit_options=_IN_LOOP)
-def _at(lanes: Any, place: Any) -> Any:
-    def compiled(lanes: Any, place: Any) -> Any:
-        return _take(lanes, place)
-
-    return compiled
-
-
-def _typed_join(typing: Any, first: Any, second: Any, third: Any, fourth: Any) -> Any:
-    def generate(context: Any, builder: Any, signature: Any, given: Any) -> Any:
-        made = ir.Constant(_VECTOR, ir.Undefined)
-        for place, value in enumerate(given):
-            made = builder.insert_element(made, value, ir.IntType(32)(place))
-        return made
-
-    return _LANES(*[types.float64] * LANES), generate
+def sums_of(
+    a: Lanes, b: Lanes, c: Lanes, d: Lanes, e: Lanes, f: Lanes, g: Lanes, h: Lanes
+) -> Lanes:
+    """Return the sums of all lanes of eight, side by side: each as `sum_of`."""
+    return np.array([sum_of(lanes) for lanes in (a, b, c, d, e, f, g, h)])
 
 
-def _typed_take(typing: Any, lanes: Any, place: Any) -> Any:
-    def generate(context: Any, builder: Any, signature: Any, given: Any) -> Any:
-        return builder.extract_element(given[0], given[1])
-
-    return types.float64(_LANES, types.int64), generate
-
-
-def _typed_read(typing: Any, array: Any, row: Any, part: Any, first: Any, count: Any) -> Any:
-    def generate(context: Any, builder: Any, signature: Any, given: Any) -> Any:
-        place, mask = _place_and_mask(context, builder, signature, given)
-        name = f"llvm.masked.load.v{LANES}f64.p0"
-        of = ir.FunctionType(_VECTOR, [place.type, ir.IntType(32), mask.type, _VECTOR])
-        function = _declare(builder.module, of, name)
-        zero = ir.Constant(_VECTOR, [0.0] * LANES)
-        return builder.call(function, [place, ir.IntType(32)(8), mask, zero])
-
-    i = types.int64
-    return _LANES(array, i, i, i, i), generate
+def turned(
+    a: Lanes, b: Lanes, c: Lanes, d: Lanes, e: Lanes, f: Lanes, g: Lanes, h: Lanes
+) -> tuple[Lanes, Lanes, Lanes, Lanes, Lanes, Lanes, Lanes, Lanes]:
+    """Return eight lanes with rows and columns exchanged: first the first lanes of all."""
+    z = np.array([a, b, c, d, e, f, g, h])
+    return z[:, 0], z[:, 1], z[:, 2], z[:, 3], z[:, 4], z[:, 5], z[:, 6], z[:, 7]
 
 
-def _typed_write(
-    typing: Any, array: Any, row: Any, part: Any, first: Any, count: Any, lanes: Any
-) -> Any:
-    def generate(context: Any, builder: Any, signature: Any, given: Any) -> Any:
-        place, mask = _place_and_mask(context, builder, signature, given)
-        name = f"llvm.masked.store.v{LANES}f64.p0"
-        of = ir.FunctionType(ir.VoidType(), [_VECTOR, place.type, ir.IntType(32), mask.type])
-        function = _declare(builder.module, of, name)
-        builder.call(function, [given[5], place, ir.IntType(32)(8), mask])
-        return context.get_dummy_value()
+def fused_lanes(first: Any, second: Any, third: Any) -> Lanes:
+    """Return first · second + third, rounded once (uncompiled twice), as `kernels.fused`.
 
-    i = types.int64
-    return types.void(array, i, i, i, i, _LANES), generate
+    Parameters
+    ----------
+    first, second, third : lanes or float
+        The numbers; a number by itself stands in every lane.
 
-
-# Where the first of the columns stands, and which lanes are among them.
-def _place_and_mask(context: Any, builder: Any, signature: Any, given: Any) -> tuple[Any, Any]:
-    view = context.make_array(signature.args[0])(context, builder, given[0])
-    offset = builder.mul(given[3], ir.IntType(64)(8))
-    for axis in (0, 1):
-        stride = builder.extract_value(view.strides, axis)
-        offset = builder.add(offset, builder.mul(stride, given[1 + axis]))
-    byte = ir.IntType(8).as_pointer()
-    place = builder.gep(builder.bitcast(view.data, byte), [offset])
-    counted = _spread(builder, given[4], _INTEGERS)
-    numbers = ir.Constant(_INTEGERS, list(range(LANES)))
-    return builder.bitcast(place, _VECTOR.as_pointer()), builder.icmp_signed("<", numbers, counted)
+    Returns
+    -------
+    lanes
+        The sums.
+    """
+    return np.asarray(first * second + third)
 
 
-# One number in every lane.
-def _spread(builder: Any, value: Any, vector: Any) -> Any:
-    one = builder.insert_element(ir.Constant(vector, ir.Undefined), value, ir.IntType(32)(0))
-    places = ir.Constant(ir.VectorType(ir.IntType(32), LANES), [0] * LANES)
-    return builder.shuffle_vector(one, ir.Constant(vector, ir.Undefined), places)
+def chosen(one: Any, other: Any, more: Any, less: Any) -> Any:
+    """Return ``more`` where ``one`` exceeds ``other``, else ``less``, also where one is NaN.
+
+    Parameters
+    ----------
+    one, other, more, less : lanes or float
+        The numbers; one by itself stands in every lane.
+
+    Returns
+    -------
+    lanes or float
+        Lanes where any of the arguments is.
+    """
+    if all(isinstance(given, float | int) for given in (one, other, more, less)):
+        return more if one > other else less
+    return np.where(np.greater(one, other), more, less)
 
 
-def _operation(python: Callable[..., Any], instruction: str) -> None:
-    # Lanes with lanes, or with a number, which then stands in every lane.
-    def typed(typing: Any, one: Any, other: Any) -> Any:
-        def generate(context: Any, builder: Any, signature: Any, given: Any) -> Any:
-            lanes = [
-                value if kind is _LANES else _spread(builder, value, _VECTOR)
-                for kind, value in zip(signature.args, given, strict=True)
-            ]
-            return getattr(builder, instruction)(*lanes)
+def larger(one: Any, other: Any) -> Any:
+    """Return the larger of two numbers, or of lanes; the other one where one is NaN."""
+    return chosen(one, other, one, other)
 
-        kinds = [kind if kind is _LANES else types.float64 for kind in (one, other)]
-        return _LANES(*kinds), generate
 
-    made: Any = intrinsic(typed)
+def root(value: Any) -> Any:
+    """Return the square root of a number, or of lanes."""
+    return math.sqrt(value) if isinstance(value, float) else np.sqrt(value)
 
-    @overload(python, jit_options=_IN_LOOP)
-    def chosen(one: Any, other: Any) -> Any:
-        if not (isinstance(one, LanesType) or isinstance(other, LanesType)):
-            return None
 
-        def compiled(one: Any, other: Any) -> Any:
-            return made(one, other)
+def alike(value: float, pattern: Any) -> Any:
+    """Return a number as it is or in every lane, as the pattern is one or the other."""
+    return value if isinstance(pattern, float) else every_lane(value)
+
+
+def nearest_whole(lanes: Lanes) -> Lanes:
+    """Return whole numbers next to lanes below 2⁵¹; in the middle the even ones."""
+    return np.asarray(np.rint(lanes))
+
+
+def two_to_the(lanes: Lanes) -> Lanes:
+    """Return powers of two with exponents that are whole numbers from −1022 to 1023."""
+    return np.asarray(np.ldexp(1.0, lanes.astype(np.int64)))
+
+
+def polynomial(*coefficients: float) -> Callable[[Lanes], Lanes]:
+    """Make a function for compiled functions too.
+
+    Parameters
+    ----------
+    coefficients : float
+        Those of a polynomial, of the highest power first.
+
+    Returns
+    -------
+    callable
+        Takes lanes and returns its values, rounded as by `fused_lanes`.
+    """
+    made = series(coefficients)
+
+    def plain(lanes: Lanes) -> Lanes:
+        value = every_lane(coefficients[0])
+        for coefficient in coefficients[1:]:
+            value = fused_lanes(value, lanes, coefficient)
+        return value
+
+    @overload(plain, jit_options=IN_LOOP)
+    def form(lanes: Any) -> Any:
+        def compiled(lanes: Any) -> Any:
+            return made(lanes)
 
         return compiled
 
+    return plain
 
-_read: Any = intrinsic(_typed_read)
-_write: Any = intrinsic(_typed_write)
-_join: Any = intrinsic(_typed_join)
-_take: Any = intrinsic(_typed_take)
-_operation(operator.add, "fadd")
-_operation(operator.sub, "fsub")
-_operation(operator.mul, "fmul")
+
+def _filled(values: NDArray[np.float64]) -> Lanes:
+    lanes = np.zeros(LANES)
+    lanes[: len(values)] = values
+    return lanes
+
+
+@overload(load_lanes, jit_options=IN_LOOP)
+def _load_lanes(array: Any, row: Any, part: Any, first: Any, count: Any) -> Any:
+    def compiled(array: Any, row: Any, part: Any, first: Any, count: Any) -> Any:
+        return read_part(array, row, part, first, count)
+
+    return compiled
+
+
+@overload(load_row, jit_options=IN_LOOP)
+def _load_row(array: Any, row: Any, first: Any, count: Any) -> Any:
+    def compiled(array: Any, row: Any, first: Any, count: Any) -> Any:
+        return read_columns(array, row, first, count)
+
+    return compiled
+
+
+@overload(store_lanes, jit_options=IN_LOOP)
+def _store_lanes(array: Any, row: Any, part: Any, first: Any, count: Any, lanes: Any) -> Any:
+    def compiled(array: Any, row: Any, part: Any, first: Any, count: Any, lanes: Any) -> None:
+        write_part(array, row, part, first, count, lanes)
+
+    return compiled
+
+
+@overload(store_row, jit_options=IN_LOOP)
+def _store_row(array: Any, row: Any, first: Any, count: Any, lanes: Any) -> Any:
+    def compiled(array: Any, row: Any, first: Any, count: Any, lanes: Any) -> None:
+        write_columns(array, row, first, count, lanes)
+
+    return compiled
+
+
+@overload(every_lane, jit_options=IN_LOOP)
+def _every_lane(value: Any) -> Any:
+    def compiled(value: Any) -> Any:
+        return broadcast(value)
+
+    return compiled
+
+
+@overload(lane_of, jit_options=IN_LOOP)
+def _lane_of(lanes: Any, place: Any) -> Any:
+    def compiled(lanes: Any, place: Any) -> Any:
+        return take(lanes, place)
+
+    return compiled
+
+
+@overload(sum_of, jit_options=IN_LOOP)
+def _sum_of(lanes: Any) -> Any:
+    def compiled(lanes: Any) -> Any:
+        pairs = add(evens(lanes, lanes), odds(lanes, lanes))
+        fours = add(first_pairs(pairs, pairs), last_pairs(pairs, pairs))
+        return take(fours, 0) + take(fours, 4)
+
+    return compiled
+
+
+@overload(largest_of, jit_options=IN_LOOP)
+def _largest_of(lanes: Any) -> Any:
+    def compiled(lanes: Any) -> Any:
+        pairs = larger(evens(lanes, lanes), odds(lanes, lanes))
+        fours = larger(first_pairs(pairs, pairs), last_pairs(pairs, pairs))
+        return larger(take(fours, 0), take(fours, 4))
+
+    return compiled
+
+
+@overload(sums_of, jit_options=IN_LOOP)
+def _sums_of(a: Any, b: Any, c: Any, d: Any, e: Any, f: Any, g: Any, h: Any) -> Any:
+    def compiled(a: Any, b: Any, c: Any, d: Any, e: Any, f: Any, g: Any, h: Any) -> Any:
+        ab, cd = add(evens(a, b), odds(a, b)), add(evens(c, d), odds(c, d))
+        ef, gh = add(evens(e, f), odds(e, f)), add(evens(g, h), odds(g, h))
+        front = add(first_pairs(ab, cd), last_pairs(ab, cd))
+        back = add(first_pairs(ef, gh), last_pairs(ef, gh))
+        return add(first_halves(front, back), last_halves(front, back))
+
+    return compiled
+
+
+@overload(turned, jit_options=IN_LOOP)
+def _turned(a: Any, b: Any, c: Any, d: Any, e: Any, f: Any, g: Any, h: Any) -> Any:
+    def compiled(a: Any, b: Any, c: Any, d: Any, e: Any, f: Any, g: Any, h: Any) -> Any:
+        # The numbers say of which columns.
+        ab02, ab13, cd02, cd13 = evens(a, b), odds(a, b), evens(c, d), odds(c, d)
+        ef02, ef13, gh02, gh13 = evens(e, f), odds(e, f), evens(g, h), odds(g, h)
+        front04, front26 = first_pairs(ab02, cd02), last_pairs(ab02, cd02)
+        front15, front37 = first_pairs(ab13, cd13), last_pairs(ab13, cd13)
+        back04, back26 = first_pairs(ef02, gh02), last_pairs(ef02, gh02)
+        back15, back37 = first_pairs(ef13, gh13), last_pairs(ef13, gh13)
+        return (
+            first_halves(front04, back04),
+            first_halves(front15, back15),
+            first_halves(front26, back26),
+            first_halves(front37, back37),
+            last_halves(front04, back04),
+            last_halves(front15, back15),
+            last_halves(front26, back26),
+            last_halves(front37, back37),
+        )
+
+    return compiled
+
+
+@overload(fused_lanes, jit_options=IN_LOOP)
+def _fused_lanes(first: Any, second: Any, third: Any) -> Any:
+    def compiled(first: Any, second: Any, third: Any) -> Any:
+        return fuse(first, second, third)
+
+    return compiled
+
+
+@overload(chosen, jit_options=IN_LOOP)
+def _chosen(one: Any, other: Any, more: Any, less: Any) -> Any:
+    def of_lanes(one: Any, other: Any, more: Any, less: Any) -> Any:
+        return greater_of(one, other, more, less)
+
+    def of_numbers(one: Any, other: Any, more: Any, less: Any) -> Any:
+        return more if one > other else less
+
+    any_lanes = any(isinstance(given, LanesType) for given in (one, other, more, less))
+    return of_lanes if any_lanes else of_numbers
+
+
+@overload(larger, jit_options=IN_LOOP)
+def _larger(one: Any, other: Any) -> Any:
+    def compiled(one: Any, other: Any) -> Any:
+        return chosen(one, other, one, other)
+
+    return compiled
+
+
+@overload(root, jit_options=IN_LOOP)
+def _root(value: Any) -> Any:
+    def of_lanes(value: Any) -> Any:
+        return square_root(value)
+
+    def of_number(value: Any) -> Any:
+        return math.sqrt(value)
+
+    return of_lanes if isinstance(value, LanesType) else of_number
+
+
+@overload(alike, jit_options=IN_LOOP)
+def _alike(value: Any, pattern: Any) -> Any:
+    def of_lanes(value: Any, pattern: Any) -> Any:
+        return broadcast(value)
+
+    def of_number(value: Any, pattern: Any) -> Any:
+        return value
+
+    return of_lanes if isinstance(pattern, LanesType) else of_number
+
+
+@overload(nearest_whole, jit_options=IN_LOOP)
+def _nearest_whole(lanes: Any) -> Any:
+    def compiled(lanes: Any) -> Any:
+        return round_off(lanes)
+
+    return compiled
+
+
+@overload(two_to_the, jit_options=IN_LOOP)
+def _two_to_the(lanes: Any) -> Any:
+    def compiled(lanes: Any) -> Any:
+        return power_of_two(lanes)
+
+    return compiled
+
+
+def _operator_of(python: Any, made: Any) -> None:
+    # Lanes with lanes, or with a number, which then stands in every lane.
+    @overload(python, jit_options=IN_LOOP)
+    def form(one: Any, other: Any) -> Any:
+        def compiled(one: Any, other: Any) -> Any:
+            return made(one, other)
+
+        return compiled if isinstance(one, LanesType) or isinstance(other, LanesType) else None
+
+
+_operator_of(operator.add, add)
+_operator_of(operator.sub, subtract)
+_operator_of(operator.mul, multiply)
+_operator_of(operator.truediv, divide)
+
+
+@overload(operator.neg, jit_options=IN_LOOP)
+def _negative(lanes: Any) -> Any:
+    def compiled(lanes: Any) -> Any:
+        return negate(lanes)
+
+    return compiled if isinstance(lanes, LanesType) else None

@@ -27,9 +27,10 @@ SCALARS = {
     "Slope",
     "Noise",
     "Density",
-    "Course",
     "Mixture",
     "Lanes",
+    "State",
+    "Covariances",
 }
 
 

@@ -29,7 +29,8 @@ from multiradar.geodesy.wgs84 import (
     enu_rotation,
     geodetic_to_ecef,
 )
-from multiradar.kernels import in_loop
+from multiradar.kernels import in_both, in_loop
+from multiradar.lane_kernels import Numbers, chosen, root
 
 #: Cosine of the largest angle between the normals at the foot and at O (60°). Beyond it one metre
 #: on the plane is more than two metres on the ground; at 90° the plane ends.
@@ -108,19 +109,28 @@ def predict_polar(
     ground range is the length of the line of sight on the radar's horizon. Straight above the
     radar azimuth and its derivatives are zero.
     """
+    slant, x, y, r_e, r_n, a_e, a_n, ground = line_of_sight(plane, site, e, n, h)
+    return slant, math.atan2(x, y), r_e, r_n, a_e, a_n, ground
+
+
+@in_both
+def line_of_sight(
+    plane: NDArray[np.float64], site: NDArray[np.float64], e: Numbers, n: Numbers, h: float
+) -> tuple[Numbers, Numbers, Numbers, Numbers, Numbers, Numbers, Numbers, Numbers]:
+    """Return what `predict_polar` does, for one foot or lanes of them; instead of the azimuth x, y.
+
+    These are the line of sight on the radar's horizon, east and north.
+    """
     m_ee, m_nn, m_uu, m_nu = plane[M_EE], plane[M_NN], plane[M_UU], plane[M_NU]
     b = 1.0 + m_nu * n
     c = m_ee * e * e + m_nn * n * n
     discriminant = b * b - m_uu * c
-    if not discriminant > 0.0:
-        return math.nan, math.nan, math.nan, math.nan, math.nan, math.nan, math.nan
-    g_u = math.sqrt(discriminant)
+    g_u = root(chosen(discriminant, 0.0, discriminant, math.nan))
     u = -c / (b + g_u)
     g_e = m_ee * e
     g_n = m_nn * n + m_nu * u
-    g = math.sqrt(g_e * g_e + g_n * g_n + g_u * g_u)
-    if g_u < COSINE_MIN * g:
-        return math.nan, math.nan, math.nan, math.nan, math.nan, math.nan, math.nan
+    g = root(g_e * g_e + g_n * g_n + g_u * g_u)
+    g = chosen(COSINE_MIN * g, g_u, math.nan, g)
     u_e = -g_e / g_u
     u_n = -g_n / g_u
     f = h / g
@@ -140,24 +150,27 @@ def predict_polar(
     b_e = -f * t_n * g_e
     b_n = 1.0 + f * (k_nn - t_n * g_n)
     b_u = u_n + f * (k_un - t_n * g_u)
-    slant = math.sqrt(d_e * d_e + d_n * d_n + d_u * d_u)
+    slant = root(d_e * d_e + d_n * d_n + d_u * d_u)
     x = site[EE] * d_e + site[EN] * d_n + site[EU] * d_u
     y = site[NE] * d_e + site[NN] * d_n + site[NU] * d_u
-    ground_squared = x * x + y * y
-    if not ground_squared > 0.0:
-        return slant, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     x_e = site[EE] * a_e + site[EN] * a_n + site[EU] * a_u
     y_e = site[NE] * a_e + site[NN] * a_n + site[NU] * a_u
     x_n = site[EE] * b_e + site[EN] * b_n + site[EU] * b_u
     y_n = site[NE] * b_e + site[NN] * b_n + site[NU] * b_u
+    ground_squared = x * x + y * y
+    # Straight above the radar, and not where nothing is known (NaN).
+    nothing = 0.0 * ground_squared
+    squared = chosen(ground_squared, 0.0, ground_squared, 1.0)
+    length = chosen(ground_squared, 0.0, slant, 1.0)
     return (
         slant,
-        math.atan2(x, y),
-        (d_e * a_e + d_n * a_n + d_u * a_u) / slant,
-        (d_e * b_e + d_n * b_n + d_u * b_u) / slant,
-        (y * x_e - x * y_e) / ground_squared,
-        (y * x_n - x * y_n) / ground_squared,
-        math.sqrt(ground_squared),
+        x,
+        y,
+        chosen(ground_squared, 0.0, (d_e * a_e + d_n * a_n + d_u * a_u) / length, nothing),
+        chosen(ground_squared, 0.0, (d_e * b_e + d_n * b_n + d_u * b_u) / length, nothing),
+        chosen(ground_squared, 0.0, (y * x_e - x * y_e) / squared, nothing),
+        chosen(ground_squared, 0.0, (y * x_n - x * y_n) / squared, nothing),
+        root(ground_squared),
     )
 
 

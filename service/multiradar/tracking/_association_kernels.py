@@ -29,7 +29,7 @@ from multiradar.geodesy._kernels import (
     wrap_angle,
 )
 from multiradar.kernels import fetch_ahead, in_loop, loop
-from multiradar.lane_kernels import LANES, lane_of, load_lanes
+from multiradar.lane_kernels import LANES, load_lanes, store_row
 from multiradar.tracking._clutter_kernels import log_density_of_clutter
 from multiradar.tracking._sky_kernels import (
     CELL_M,
@@ -113,10 +113,8 @@ def pair_score(
     rules: Floats,
     log_clutter: float,
     sigmas: Floats,
-    U0: Floats,
-    U1: Floats,
-    R0: Floats,
-    R1: Floats,
+    U: Floats,
+    R: Floats,
 ) -> float:
     """Return the logarithm of the likelihood ratio that a plot is of a track, by place alone."""
     n = aircraft.sensitivity.shape[2]
@@ -152,30 +150,25 @@ def pair_score(
     s01 = w[1] + h[0] * g2 + h[1] * g3
     s11 = w[2] + h[2] * g2 + h[3] * g3
     # The uncertainty of the biases: those that the track depends on, and those of this sensor.
-    for c in range(bias.shape[0]):
-        U0[c] = 0.0
-        U1[c] = 0.0
-    whole = n - n % LANES
-    for c in range(0, whole, LANES):
-        see_columns(c, LANES, k, dt, h, V, U0, U1)
-    if whole < n:
-        see_columns(whole, n - whole, k, dt, h, V, U0, U1)
+    U[:] = 0.0
+    for c in range(0, n, LANES):
+        see_columns(c, min(LANES, n - c), k, dt, h, V, U)
     rate0 = h[0] * sky.state[k, 2] + h[1] * sky.state[k, 3]
     rate1 = h[2] * sky.state[k, 2] + h[3] * sky.state[k, 3]
     for c in range(model.starts[s], model.starts[s + 1]):
         j0, j1 = bias_column(kind, model.parameters[c], site, p0, p1, rate0, rate1)
-        U0[c] += j0
-        U1[c] += j1
+        U[0, c] += j0
+        U[1, c] += j1
         e0 -= j0 * bias[c]
         e1 -= j1 * bias[c]
     most0 = 0.0
     most1 = 0.0
     for c in range(bias.shape[0]):
-        most0 += abs(U0[c]) * sigmas[c]
-        most1 += abs(U1[c]) * sigmas[c]
+        most0 += abs(U[0, c]) * sigmas[c]
+        most1 += abs(U[1, c]) * sigmas[c]
     # Biases that are known well add nothing worth the time.
     if not (most0 * most0 < NEGLIGIBLE * s00 and most1 * most1 < NEGLIGIBLE * s11):
-        b00, b01, b11 = spread_of_biases(U0, U1, model.bias_covariance, R0, R1)
+        b00, b01, b11 = spread_of_biases(U, model.bias_covariance, R)
         s00 += b00
         s01 += b01
         s11 += b11
@@ -189,17 +182,12 @@ def pair_score(
 
 
 @in_loop
-def see_columns(
-    c: int, lanes: int, k: int, dt: float, h: Slope, V: Floats, U0: Floats, U1: Floats
-) -> None:
+def see_columns(c: int, lanes: int, k: int, dt: float, h: Slope, V: Floats, U: Floats) -> None:
     """Set U, columns from c on, to H V of track k moved on by dt."""
     v0 = load_lanes(V, k, 0, c, lanes) + dt * load_lanes(V, k, 2, c, lanes)
     v1 = load_lanes(V, k, 1, c, lanes) + dt * load_lanes(V, k, 3, c, lanes)
-    u0 = h[0] * v0 + h[1] * v1
-    u1 = h[2] * v0 + h[3] * v1
-    for lane in range(lanes):
-        U0[c + lane] = lane_of(u0, lane)
-        U1[c + lane] = lane_of(u1, lane)
+    store_row(U, 0, c, lanes, h[0] * v0 + h[1] * v1)
+    store_row(U, 1, c, lanes, h[2] * v0 + h[3] * v1)
 
 
 @in_loop
@@ -282,7 +270,7 @@ def find_candidates(
     search(
         first, last, window_time, track_numbers, addresses, codes, rows, model, aircraft,
         roster, life, periods, rules, log_clutters, sky, identities, candidates,
-        np.sqrt(np.diag(model.bias_covariance)), np.empty(n), np.empty(n), np.empty(n), np.empty(n),
+        np.sqrt(np.diag(model.bias_covariance)), np.empty((2, n)), np.empty((2, n)),
         np.empty(sky.reach.shape[0], np.int64),
     )  # fmt: skip
 
@@ -307,10 +295,8 @@ def search(
     identities: RowIdentities,
     candidates: Candidates,
     sigmas: Floats,
-    U0: Floats,
-    U1: Floats,
-    R0: Floats,
-    R1: Floats,
+    U: Floats,
+    R: Floats,
     found: Integers,
 ) -> None:
     """Do as `find_candidates`, in the room given.
@@ -372,8 +358,7 @@ def search(
             d1 = sky.state[k, 1] + ahead * sky.state[k, 3] - north
             score = judge(
                 row, k, ahead, math.hypot(d0, d1), track_numbers[row], addresses[row], codes[row],
-                rows, model, aircraft, roster, life, sky, rules, log_clutter, sigmas, U0, U1, R0,
-                R1,
+                rows, model, aircraft, roster, life, sky, rules, log_clutter, sigmas, U, R,
             )  # fmt: skip
             if score > 0.0:
                 keep(i, k, score, candidates)
@@ -395,8 +380,7 @@ def fetch_track(k: int, aircraft: Aircraft) -> None:
 def judge(
     row: int, k: int, ahead: float, distance: float, number: int, address: int, code: int,
     rows: Rows, model: Model, aircraft: Aircraft, roster: Roster, life: Lifecycle, sky: Sky,
-    rules: Floats, log_clutter: float, sigmas: Floats, U0: Floats, U1: Floats, R0: Floats,
-    R1: Floats,
+    rules: Floats, log_clutter: float, sigmas: Floats, U: Floats, R: Floats,
 ) -> float:  # fmt: skip
     """Return the score of a pair; −∞ for one that cannot be."""
     dt = rows.time[row] - aircraft.time[k]
@@ -418,10 +402,8 @@ def judge(
             rules,
             log_clutter,
             sigmas,
-            U0,
-            U1,
-            R0,
-            R1,
+            U,
+            R,
         )
     return score
 

@@ -9,41 +9,58 @@ any interval.
 """
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters._mode_kernels import (
-    estimate_modes,
     join_modes,
     mix_modes,
-    move_mode,
+    move_modes,
     pass_modes,
 )
+from multiradar.estimation.filters._mode_room_kernels import (
+    ROOM_ROWS,
+    load_modes,
+    prepare_room,
+    store_modes,
+)
 from multiradar.kernels import in_loop, loop
+from multiradar.lane_kernels import LANES, load_row, store_row
 
 Floats = NDArray[np.float64]
 
 
-@loop
+@njit(cache=True, nogil=True, error_model="numpy")
 def forecast_modes(
     ahead: Floats, step: float, modes: Floats, probabilities: Floats, means: Floats,
-    covariances: Floats, V: Floats, there_probabilities: Floats, there_means: Floats,
-    there_covariances: Floats, bias: Floats, X: Floats, A: Floats, S: Floats, B: Floats, T: Floats,
-    Z: Floats, C: Floats, shares: Floats, out_means: Floats, out_covariances: Floats, out_V: Floats,
+    covariances: Floats, out_means: Floats, out_covariances: Floats,
 ) -> None:  # fmt: skip
     """Fill the rows of ``out_means`` and ``out_covariances`` with the states at ascending times.
 
-    The modes go on from step to step, on a grid that does not depend on the times asked for, and
-    from the last step to each of these times aside, in ``there…``. V, T and ``bias`` have no
-    columns: the biases are part of the covariances. The others are room, as in `_imm_step_kernels`.
+    The biases are part of the covariances. The modes, whose state is changed, go on from step to
+    step, on a grid that does not depend on the times asked for, and from the last step to each of
+    these times aside.
     """
+    room = np.empty((ROOM_ROWS, LANES))
+    prepare_room(modes, room)
+    go_on(
+        ahead, step, modes, probabilities, means, covariances, probabilities.copy(), means.copy(),
+        covariances.copy(), room, out_means, out_covariances,
+    )  # fmt: skip
+
+
+@loop
+def go_on(
+    ahead: Floats, step: float, modes: Floats, probabilities: Floats, means: Floats,
+    covariances: Floats, there_probabilities: Floats, there_means: Floats,
+    there_covariances: Floats, room: Floats, out_means: Floats, out_covariances: Floats,
+) -> None:  # fmt: skip
+    """Do as `forecast_modes`; the way from the last step is in ``there…``."""
     count = modes.shape[0]
     now = 0.0
     for i in range(ahead.shape[0]):
         while now + step <= ahead[i]:
-            move_on(
-                step, count, modes, probabilities, means, covariances, V, bias, X, A, S, B, T, Z, C,
-                shares,
-            )  # fmt: skip
+            move_on(step, modes, probabilities, means, covariances, room)
             now += step
         for j in range(count):
             there_probabilities[0, j] = probabilities[0, j]
@@ -53,26 +70,23 @@ def forecast_modes(
                 there_covariances[j, m] = covariances[j, m]
         if ahead[i] > now:
             move_on(
-                ahead[i] - now, count, modes, there_probabilities, there_means, there_covariances,
-                V, bias, X, A, S, B, T, Z, C, shares,
-            )  # fmt: skip
-        estimate_modes(0, count, bias, there_means, V, X)
-        join_modes(
-            0, count, there_probabilities, out_means[i : i + 1], out_covariances[i : i + 1], out_V,
-            there_means, there_covariances, V, X, S, Z,
-        )  # fmt: skip
+                ahead[i] - now, modes, there_probabilities, there_means, there_covariances, room
+            )
+        chances = load_row(there_probabilities, 0, 0, count)
+        a, P = load_modes(0, count, there_means, there_covariances)
+        join_modes(i, chances, a, a, P, out_means, out_covariances)
 
 
 @in_loop
 def move_on(
-    dt: float, count: int, modes: Floats, probabilities: Floats, means: Floats, covariances: Floats,
-    V: Floats, bias: Floats, X: Floats, A: Floats, S: Floats, B: Floats, T: Floats, Z: Floats,
-    C: Floats, shares: Floats,
+    dt: float, modes: Floats, probabilities: Floats, means: Floats, covariances: Floats,
+    room: Floats,
 ) -> None:  # fmt: skip
     """Let the modes pass into each other, mix and move: the filter's way between two plots."""
-    estimate_modes(0, count, bias, means, V, X)
-    pass_modes(0, count, dt, modes, probabilities, C, shares)
-    mix_modes(0, count, probabilities, shares, means, covariances, V, X, A, S, B, T, Z)
-    for j in range(count):
-        probabilities[0, j] = C[j]
-        move_mode(j, j, dt, modes, 0.0, means, covariances, V, X, A, B, T, Z)
+    count = modes.shape[0]
+    a, P = load_modes(0, count, means, covariances)
+    before, passed = pass_modes(0, count, dt, modes, probabilities, room)
+    a, x, P = mix_modes(before, a, a, P, room)
+    a, x, P = move_modes(dt, 0.0, a, x, P, room)
+    store_row(probabilities, 0, 0, count, passed)
+    store_modes(0, count, a, P, means, covariances)

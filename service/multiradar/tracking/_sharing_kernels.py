@@ -169,7 +169,7 @@ def merged_scores(
     if sharing[RESOLVED_RANGE] <= 0.0 or sharing[RESOLVED_AZIMUTH] <= 0.0:
         return merged
     sigmas = np.sqrt(np.diag(model.bias_covariance))
-    room = np.empty((4, model.bias.shape[0]))
+    U, R = np.empty((2, model.bias.shape[0])), np.empty((2, model.bias.shape[0]))
     for a in range(len(plots)):
         row = first + plots[a]
         if rows.kind[row] != KIND_RADAR:
@@ -199,7 +199,7 @@ def merged_scores(
                     one.z[0, 1] = rows.z[row, 1] + half * d1
                     score += 0.5 * pair_score(
                         0, k, ahead, life.period[k], one, model, aircraft, sky, rules, log_clutter,
-                        sigmas, room[0], room[1], room[2], room[3],
+                        sigmas, U, R,
                     )  # fmt: skip
                 merged[a, b, c] = score + unresolved - 2.0 * LOG_MISSED
     return merged

@@ -3,7 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.estimation.filters._mode_kernels import LEAVING, SHARE_COUNT
+from multiradar.estimation.filters._mode_room_kernels import (
+    LEAVING,
+)
 from multiradar.estimation.motion.constant_velocity import process_noise, transition
 from multiradar.estimation.motion.velocity_frame_noise import acceleration_covariance
 from multiradar.tracking._forecast_kernels import forecast_modes
@@ -86,7 +88,7 @@ def forecast_of_modes(
         Upper triangles of their covariances, row by row.
     modes : (j, MODE_COUNT) ndarray
         How each mode moves and how fast it is left: columns as in
-        `estimation.filters._mode_kernels`.
+        `estimation.filters._mode_room_kernels`.
     ahead_s : (k,) ndarray
         Times after the state, s, not negative, ascending.
 
@@ -110,15 +112,11 @@ def forecast_of_modes(
     ahead = _checked(ahead_s)
     if np.any(np.diff(ahead) < 0.0):
         raise ValueError(f"expected ascending times, was {ahead.tolist()} s")
-    count, times = len(modes), len(ahead)
+    times = len(ahead)
     means, packed = np.zeros((times, 4)), np.zeros((times, 10))
-    no_bias = np.empty((count + 1, 4, 0))
     forecast_modes(
         ahead, MODE_STEP_S, modes, probability[None].copy(), mean.copy(), covariance.copy(),
-        no_bias, np.empty((1, count)), np.empty((count, 4)), np.empty((count, 10)), np.empty(0),
-        np.empty((count + 1, 4)), np.empty((count + 1, 4)), np.empty((count + 1, 10)),
-        np.empty((count, 10)), no_bias, np.empty((count + 1, 4)), np.empty(count),
-        np.empty((count, SHARE_COUNT)), means, packed, np.empty((1, 4, 0)),
+        means, packed,
     )  # fmt: skip
     upper = np.triu_indices(4)
     covariances = np.empty((times, 4, 4))

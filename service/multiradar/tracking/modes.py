@@ -4,7 +4,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.errors import ConfigurationError
-from multiradar.estimation.filters._mode_kernels import ACROSS, ALONG, LATERAL, LEAVING, MODE_COUNT
+from multiradar.estimation.filters._mode_room_kernels import (
+    ACROSS,
+    ALONG,
+    LATERAL,
+    LEAVING,
+    MODE_COUNT,
+)
 from multiradar.tracking.settings import IMM_MODES_MAX, IMM_MODES_MIN, TrackingSettings
 
 GRAVITY_MPS2 = 9.80665
@@ -25,7 +31,7 @@ def mode_table(settings: TrackingSettings) -> NDArray[np.float64]:
     -------
     (j, MODE_COUNT) float64
         Straight flight, turns right and left by rising bank, and with an even number of modes a
-        change of speed; columns as in `estimation.filters._mode_kernels`.
+        change of speed; columns as in `estimation.filters._mode_room_kernels`.
 
     Raises
     ------

@@ -178,13 +178,14 @@ def read_mixed(
 ) -> None:
     """Read aircraft ``slots[e]`` out as after row ``plots[e]``, where that was taken."""
     count = aircraft.mode_probability.shape[1]
+    factor = model.factor.T.copy()
     for e in range(len(slots)):
         k, row = slots[e], plots[e]
         if row == NONE or result.outcome[row] > RESTARTED:
             continue
         read_out(
             aircraft.mean[k], aircraft.covariance[k], aircraft.sensitivity[k], model.bias,
-            model.factor, result.readout[row],
+            factor, result.readout[row],
         )  # fmt: skip
         finish_readout(
             row, k, aircraft.height, aircraft.vertical, aircraft.updates, model.options,

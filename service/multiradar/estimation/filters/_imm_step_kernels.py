@@ -17,7 +17,7 @@ from multiradar.estimation.filters._height_kernels import (
     look_at_height,
     pass_height,
 )
-from multiradar.estimation.filters._imm_kernels import SEEN_COUNT, correct_modes
+from multiradar.estimation.filters._imm_kernels import correct_modes
 from multiradar.estimation.filters._kernels import (
     ACCELERATION_DENSITY,
     BIASES_KEPT,
@@ -32,15 +32,21 @@ from multiradar.estimation.filters._kernels import (
     read_out,
     start_aircraft,
 )
+from multiradar.estimation.filters._mode_column_kernels import join_columns, move_columns
 from multiradar.estimation.filters._mode_kernels import (
-    SHARE_COUNT,
-    estimate_modes,
     join_modes,
     mix_modes,
-    move_mode,
+    move_modes,
     pass_modes,
     read_modes,
     spread_over_modes,
+)
+from multiradar.estimation.filters._mode_room_kernels import (
+    ROOM_ROWS,
+    expect_modes,
+    load_modes,
+    prepare_room,
+    store_modes,
 )
 from multiradar.estimation.filters._row_kernels import (
     find_taker,
@@ -61,6 +67,7 @@ from multiradar.estimation.filters._unheard_height_kernels import (
 )
 from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows, Work
 from multiradar.kernels import fetch_ahead, in_loop, loop
+from multiradar.lane_kernels import LANES, load_row, store_row
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -84,14 +91,12 @@ def imm_step(
 ) -> None:
     """Take rows in the given order; same arguments as `_step_kernels.step`."""
     n, count = model.bias.shape[0], model.modes.shape[0]
+    room = np.empty((ROOM_ROWS, LANES))
+    prepare_room(model.modes, room)
     take_rows(
-        work, rows, model, aircraft, result, want_readout, np.empty((2, 2)), np.empty(3),
-        np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty((n, n)), np.empty(n),
-        np.empty((count + 1, 4)), np.empty((count + 1, 4)), np.empty((count + 1, 10)),
-        np.empty((count, 10)), np.empty((count + 1, 4, n)), np.empty((count + 1, 4)),
-        np.empty(count),
-        np.empty((count, SHARE_COUNT)), np.empty((count, SEEN_COUNT)), np.empty((count, 2, n)),
-        np.empty(LEARNT_COUNT),
+        work, rows, model, aircraft, result, want_readout, model.factor.T.copy(),
+        model.bias.reshape(1, n), np.empty((2, 2)), np.empty(3), np.empty((2, n)), np.empty((2, n)),
+        np.empty((n, n)), np.empty(n), np.empty((count, 2, n)), np.empty(LEARNT_COUNT), room,
     )  # fmt: skip
 
 
@@ -103,32 +108,21 @@ def take_rows(
     aircraft: Aircraft,
     result: Result,
     want_readout: bool,
+    factor: Floats,
+    bias_row: Floats,
     H: Floats,
     W: Floats,
-    U0: Floats,
-    U1: Floats,
-    R0: Floats,
-    R1: Floats,
+    U: Floats,
+    R: Floats,
     Y: Floats,
     y: Floats,
-    X: Floats,
-    A: Floats,
-    S: Floats,
-    B: Floats,
-    T: Floats,
-    Z: Floats,
-    C: Floats,
-    shares: Floats,
-    seen: Floats,
-    U: Floats,
+    mode_U: Floats,
     learnt: Floats,
+    room: Floats,
 ) -> None:
-    """Do as `imm_step`, in the room given: see `_imm_kernels` and `_mode_kernels`.
-
-    H and W are room for a start, Y and y for the sums of a partition.
-    """
+    """Do as `imm_step`, in the room given: see `_step_kernels.take_rows` and `_mode_kernels`."""
     plane, sites, noises, starts = model.plane, model.sites, model.noises, model.starts
-    parameters, bias, factor, options = model.parameters, model.bias, model.factor, model.options
+    parameters, bias, options = model.parameters, model.bias, model.options
     bias_covariance, modes = model.bias_covariance, model.modes
     means, covariances, sensitivities = aircraft.mean, aircraft.covariance, aircraft.sensitivity
     times, heights, surprises = aircraft.time, aircraft.height, aircraft.surprise
@@ -200,13 +194,11 @@ def take_rows(
                     shift_by_height(met, k, k, vertical, means)
                     for j in range(count):
                         shift_by_height(met, k, k * count + j, vertical, mode_means)
-                estimate_modes(k, count, bias, mode_means, mode_V, X)
+                a, P = load_modes(k, count, mode_means, mode_covariances)
+                x = expect_modes(k, count, a, bias_row, mode_V, room)
                 if dt > 0.0:
-                    pass_modes(k, count, dt, modes, probabilities, C, shares)
-                    mix_modes(
-                        k, count, probabilities, shares, mode_means, mode_covariances, mode_V, X,
-                        A, S, B, T, Z,
-                    )  # fmt: skip
+                    before, passed = pass_modes(k, count, dt, modes, probabilities, room)
+                    a, x, P = mix_modes(before, a, x, P, room)
                     # What no mode explains is a manoeuvre of a kind that none of them is.
                     more = options[MODES_SURPRISE_DENSITY] * (
                         raised(
@@ -214,31 +206,25 @@ def take_rows(
                             options[MANOEUVRE_FACTOR_MAX],
                         ) - 1.0
                     )  # fmt: skip
-                    for j in range(count):
-                        probabilities[k, j] = C[j]
-                        move_mode(
-                            k * count + j, j, dt, modes, more, mode_means,
-                            mode_covariances, mode_V, X, A, B, T, Z,
-                        )  # fmt: skip
+                    a, x, P = move_modes(dt, more, a, x, P, room)
+                    move_columns(k, count, probabilities, room, mode_V)
+                    store_row(probabilities, k, 0, count, passed)
                 else:
-                    for j in range(count):
-                        C[j] = probabilities[k, j]
+                    passed = load_row(probabilities, k, 0, count)
                 times[k] = time
                 # As in `_step_kernels.take_rows`.
                 informs = heard[k] != places[s] and height_informs(
                     look, kind, z0, k, s, heights, vertical, noises
                 )
-                outcome = correct_modes(
+                outcome, chances, a, x, P = correct_modes(
                     kind, z0, z1, height, variance, k, s, informs, count, plane, sites, noises,
-                    starts, parameters, bias, bias_covariance, options, mode_means,
-                    mode_covariances, mode_V, probabilities, surprises, X, C, seen, U, Y, y, U0, U1,
-                    R0, R1, innovations, row,
+                    starts, parameters, bias, bias_covariance, options, a, x, P, mode_V,
+                    probabilities, passed, surprises, room, mode_U, U, R, Y, y, innovations, row,
                 )  # fmt: skip
                 if outcome == UPDATED or dt > 0.0:
-                    join_modes(
-                        k, count, probabilities, means, covariances, sensitivities, mode_means,
-                        mode_covariances, mode_V, X, S, Z,
-                    )  # fmt: skip
+                    store_modes(k, count, a, P, mode_means, mode_covariances)
+                    join_modes(k, chances, a, x, P, means, covariances)
+                    join_columns(k, count, room, mode_V, sensitivities)
             outcomes[row] = outcome
             taken = note_outcome(
                 outcome, k, patient, time, places[s], times, refusals, updates, updated, heard

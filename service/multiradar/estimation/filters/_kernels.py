@@ -18,20 +18,22 @@ from numba import njit
 from numpy.typing import NDArray
 
 from multiradar.estimation.measurement._kernels import (
-    Slope,
+    NoiseOf,
+    SlopeOf,
     bias_column,
     locate_measurement,
     predict_measurement,
 )
-from multiradar.estimation.motion._kernels import Packed
+from multiradar.estimation.motion._kernels import Packed, PackedOf, store_covariance
 from multiradar.estimation.motion.velocity_frame_noise import SLOW_SPEED_MPS
-from multiradar.kernels import in_loop
-from multiradar.lane_kernels import LANES, lane_of, lanes_of
+from multiradar.kernels import in_both, in_loop
+from multiradar.lane_kernels import LANES, Numbers, every_lane, lane_of, larger, load_row
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-Gain = tuple[float, float, float, float, float, float, float, float]
+GainOf = tuple[Numbers, Numbers, Numbers, Numbers, Numbers, Numbers, Numbers, Numbers]
+Gain = GainOf[float]
 Triple = tuple[float, float, float]
 
 # Farther off than 1e15 sigmas nothing is a measurement, gate or not: its square would overflow.
@@ -180,8 +182,8 @@ def gated(nis: float, refuse: float) -> int:
     return outcome
 
 
-@in_loop
-def covariance_times_transposed(P: Packed, h: Slope) -> Gain:
+@in_both
+def covariance_times_transposed(P: PackedOf[Numbers], h: SlopeOf[Numbers]) -> GainOf[Numbers]:
     """Return P Hᵀ, (4, 2), row by row; H acts on the position alone."""
     return (
         P[0] * h[0] + P[1] * h[1],
@@ -195,14 +197,14 @@ def covariance_times_transposed(P: Packed, h: Slope) -> Gain:
     )
 
 
-@in_loop
-def position_part(h: Slope, G: Gain) -> Triple:
+@in_both
+def position_part(h: SlopeOf[Numbers], G: GainOf[Numbers]) -> NoiseOf[Numbers]:
     """Return H G = H P Hᵀ: 00, 01, 11."""
     return h[0] * G[0] + h[1] * G[2], h[0] * G[1] + h[1] * G[3], h[2] * G[1] + h[3] * G[3]
 
 
-@in_loop
-def gain_of(G: Gain, i00: float, i01: float, i11: float) -> Gain:
+@in_both
+def gain_of(G: GainOf[Numbers], i00: Numbers, i01: Numbers, i11: Numbers) -> GainOf[Numbers]:
     """Return K = G S⁻¹; the last three are S⁻¹."""
     return (
         G[0] * i00 + G[1] * i01,
@@ -220,24 +222,34 @@ def gain_of(G: Gain, i00: float, i01: float, i11: float) -> Gain:
 def correct_state(
     means: Floats, covariances: Floats, k: int, P: Packed, G: Gain, K: Gain, e0: float, e1: float
 ) -> None:
-    """Set a ← a + K e and P ← P − K Gᵀ with G = P Hᵀ, on one triangle, so that P stays symmetric.
-
-    Where nothing is left of a variance, rounding must not make it less.
-    """
+    """Set a ← a + K e and P ← P − K Gᵀ with G = P Hᵀ."""
     means[k, 0] += K[0] * e0 + K[1] * e1
     means[k, 1] += K[2] * e0 + K[3] * e1
     means[k, 2] += K[4] * e0 + K[5] * e1
     means[k, 3] += K[6] * e0 + K[7] * e1
-    covariances[k, 0] = max(0.0, P[0] - (K[0] * G[0] + K[1] * G[1]))
-    covariances[k, 1] = P[1] - (K[0] * G[2] + K[1] * G[3])
-    covariances[k, 2] = P[2] - (K[0] * G[4] + K[1] * G[5])
-    covariances[k, 3] = P[3] - (K[0] * G[6] + K[1] * G[7])
-    covariances[k, 4] = max(0.0, P[4] - (K[2] * G[2] + K[3] * G[3]))
-    covariances[k, 5] = P[5] - (K[2] * G[4] + K[3] * G[5])
-    covariances[k, 6] = P[6] - (K[2] * G[6] + K[3] * G[7])
-    covariances[k, 7] = max(0.0, P[7] - (K[4] * G[4] + K[5] * G[5]))
-    covariances[k, 8] = P[8] - (K[4] * G[6] + K[5] * G[7])
-    covariances[k, 9] = max(0.0, P[9] - (K[6] * G[6] + K[7] * G[7]))
+    store_covariance(covariances, k, corrected_covariance(P, G, K))
+
+
+@in_both
+def corrected_covariance(
+    P: PackedOf[Numbers], G: GainOf[Numbers], K: GainOf[Numbers]
+) -> PackedOf[Numbers]:
+    """Return P − K Gᵀ with G = P Hᵀ, on one triangle, so that P stays symmetric.
+
+    Where nothing is left of a variance, rounding must not make it less.
+    """
+    return (
+        larger(P[0] - (K[0] * G[0] + K[1] * G[1]), 0.0),
+        P[1] - (K[0] * G[2] + K[1] * G[3]),
+        P[2] - (K[0] * G[4] + K[1] * G[5]),
+        P[3] - (K[0] * G[6] + K[1] * G[7]),
+        larger(P[4] - (K[2] * G[2] + K[3] * G[3]), 0.0),
+        P[5] - (K[2] * G[4] + K[3] * G[5]),
+        P[6] - (K[2] * G[6] + K[3] * G[7]),
+        larger(P[7] - (K[4] * G[4] + K[5] * G[5]), 0.0),
+        P[8] - (K[4] * G[6] + K[5] * G[7]),
+        larger(P[9] - (K[6] * G[6] + K[7] * G[7]), 0.0),
+    )
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -329,7 +341,7 @@ def start_aircraft(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def read_out(a: Floats, P: Floats, V: Floats, bias: Floats, factor: Floats, out: Floats) -> None:
-    """Write χ = a + V ς and the covariance P + V P_ς Vᵀ; ``factor`` is the transposed root of P_ς.
+    """Write χ = a + V ς and the covariance P + V P_ς Vᵀ; ``factor`` is L with L Lᵀ = P_ς.
 
     Columns: east, north, their rates, variance east, covariance, variance north, sum of the
     variances of the rates; `finish_readout` adds the height and the number of updates.
@@ -345,17 +357,17 @@ def read_out(a: Floats, P: Floats, V: Floats, bias: Floats, factor: Floats, out:
     v11 = P[4]
     vv = P[7] + P[9]
     for j in range(0, n, LANES):
-        # Of four columns at once; what lies below the diagonal of the root is zero.
-        j1, j2, j3 = min(j + 1, n - 1), min(j + 2, n - 1), min(j + 3, n - 1)
-        w0 = lanes_of(0.0, 0.0, 0.0, 0.0)
+        # Of eight columns of V L at once; what lies above the diagonal of L is zero.
+        count = min(LANES, n - j)
+        w0 = every_lane(0.0)
         w1, w2, w3 = w0, w0, w0
         for c in range(j, n):
-            f = lanes_of(factor[j, c], factor[j1, c], factor[j2, c], factor[j3, c])
+            f = load_row(factor, c, j, count)
             w0 = w0 + V[0, c] * f
             w1 = w1 + V[1, c] * f
             w2 = w2 + V[2, c] * f
             w3 = w3 + V[3, c] * f
-        for i in range(min(LANES, n - j)):
+        for i in range(count):
             v00 += lane_of(w0, i) * lane_of(w0, i)
             v01 += lane_of(w0, i) * lane_of(w1, i)
             v11 += lane_of(w1, i) * lane_of(w1, i)

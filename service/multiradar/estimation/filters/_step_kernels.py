@@ -78,9 +78,9 @@ def step(
     """Take rows in the given order: move the aircraft on, correct it, note what became of it."""
     n = model.bias.shape[0]
     take_rows(
-        method, work, rows, model, aircraft, result, want_readout, np.empty((2, 2)), np.empty(3),
-        np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty((n, n)), np.empty(n),
-        np.empty(LEARNT_COUNT),
+        method, work, rows, model, aircraft, result, want_readout, model.factor.T.copy(),
+        np.empty((2, 2)), np.empty(3), np.empty((2, n)), np.empty((2, n)), np.empty((n, n)),
+        np.empty(n), np.empty(LEARNT_COUNT),
     )  # fmt: skip
 
 
@@ -93,26 +93,25 @@ def take_rows(
     aircraft: Aircraft,
     result: Result,
     want_readout: bool,
+    factor: Floats,
     H: Floats,
     W: Floats,
-    U0: Floats,
-    U1: Floats,
-    R0: Floats,
-    R1: Floats,
+    U: Floats,
+    R: Floats,
     Y: Floats,
     y: Floats,
     learnt: Floats,
 ) -> None:
     """Do as `step`, in the room given.
 
-    H and W are room for a start, Y and y for the sums of a partition, the others for a row of all
-    columns each.
+    ``factor`` is that of `read_out`. H and W are room for a start, Y and y for the sums of a
+    partition, U and R for two rows of all columns each.
 
     The arrays are taken out of their bundles here, once: handing a bundle to a function for each
     row would cost more than the row.
     """
     plane, sites, noises, starts = model.plane, model.sites, model.noises, model.starts
-    parameters, bias, factor, options = model.parameters, model.bias, model.factor, model.options
+    parameters, bias, options = model.parameters, model.bias, model.options
     bias_covariance = model.bias_covariance
     means, covariances, sensitivities = aircraft.mean, aircraft.covariance, aircraft.sensitivity
     times, heights, surprises = aircraft.time, aircraft.height, aircraft.surprise
@@ -204,8 +203,7 @@ def take_rows(
                     outcome = correct_two_stage(
                         kind, z0, z1, height, variance, k, s, informs, plane, sites, noises,
                         starts, parameters, bias, bias_covariance, options, means, covariances,
-                        sensitivities, velocities, surprises, Y, y, U0, U1, R0, R1, innovations,
-                        row,
+                        sensitivities, velocities, surprises, Y, y, U, R, innovations, row,
                     )  # fmt: skip
                     if timed and outcome == UPDATED:
                         settle_velocity(

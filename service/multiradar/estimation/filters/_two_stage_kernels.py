@@ -4,8 +4,7 @@ Symbols beside those of `_kernels`: J = how the biases of the measuring sensor e
 sensitivity of the predicted measurement to all biases, R = S⁻¹ U, ν = innovation at bias zero, N =
 H P Hᵀ, Y, y = information matrix and vector of the biases.
 
-Loops over the columns run over all of them and fill one array each: of one length, and from zero,
-they become vector instructions; over a triangle, or with many arrays, they do not, and take longer.
+Loops over the columns run over all of them, over a triangle they would take longer.
 
 References
 ----------
@@ -45,7 +44,15 @@ from multiradar.estimation.measurement._kernels import (
 from multiradar.estimation.motion._kernels import load_covariance
 from multiradar.geodesy._kernels import wrap_angle
 from multiradar.kernels import fused, in_loop
-from multiradar.lane_kernels import LANES, lane_of, lanes_of, load_lanes, store_lanes
+from multiradar.lane_kernels import (
+    LANES,
+    every_lane,
+    fused_lanes,
+    load_lanes,
+    load_row,
+    store_lanes,
+    store_row,
+)
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -76,10 +83,8 @@ def correct_two_stage(
     surprises: Floats,
     Y: Floats,
     y: Floats,
-    U0: Floats,
-    U1: Floats,
-    R0: Floats,
-    R1: Floats,
+    U: Floats,
+    R: Floats,
     innovations: Floats,
     row: int,
 ) -> int:
@@ -102,16 +107,11 @@ def correct_two_stage(
     d1 = x1 - means[k, 1]
     nu0 = e0 + h[0] * d0 + h[1] * d1
     nu1 = e1 + h[2] * d0 + h[3] * d1
-    whole = n - n % LANES
-    for c in range(0, whole, LANES):
-        v0, v1 = load_lanes(V, k, 0, c, LANES), load_lanes(V, k, 1, c, LANES)
-        u0, u1 = h[0] * v0 + h[1] * v1, h[2] * v0 + h[3] * v1
-        for lane in range(LANES):
-            U0[c + lane] = lane_of(u0, lane)
-            U1[c + lane] = lane_of(u1, lane)
-    for c in range(whole, n):
-        U0[c] = h[0] * V[k, 0, c] + h[1] * V[k, 1, c]
-        U1[c] = h[2] * V[k, 0, c] + h[3] * V[k, 1, c]
+    for c in range(0, n, LANES):
+        lanes = min(LANES, n - c)
+        v0, v1 = load_lanes(V, k, 0, c, lanes), load_lanes(V, k, 1, c, lanes)
+        store_row(U, 0, c, lanes, h[0] * v0 + h[1] * v1)
+        store_row(U, 1, c, lanes, h[2] * v0 + h[3] * v1)
     for c in range(first, last):
         rate0, rate1 = 0.0, 0.0
         # Not the velocity of the moment: see `_time_offset_kernels`. None while it is unknown.
@@ -119,8 +119,8 @@ def correct_two_stage(
             rate0 = h[0] * velocities[k, 0] + h[1] * velocities[k, 1]
             rate1 = h[2] * velocities[k, 0] + h[3] * velocities[k, 1]
         j0, j1 = bias_column(kind, parameters[c], site, p0, p1, rate0, rate1)
-        U0[c] += j0
-        U1[c] += j1
+        U[0, c] += j0
+        U[1, c] += j1
         e0 -= j0 * bias[c]
         e1 -= j1 * bias[c]
     P = load_covariance(covariances, k)
@@ -133,7 +133,7 @@ def correct_two_stage(
     harmless = min(EXPECTED_NIS, min(options[DOWNWEIGHT_NIS], options[REFUSE_NIS]))
     if not nis <= harmless and nis < np.inf:
         # Only now the uncertainty of the biases is worth its cost: it can but lower the figure.
-        b00, b01, b11 = spread_of_biases(U0, U1, bias_covariance, R0, R1)
+        b00, b01, b11 = spread_of_biases(U, bias_covariance, R)
         nis = squared_norm(n00 + w[0] + b00, n01 + w[1] + b01, n11 + w[2] + b11, e0, e1)
         if nis < np.inf:
             weight = max(1.0, nis / options[DOWNWEIGHT_NIS])
@@ -152,28 +152,14 @@ def correct_two_stage(
         surprises[k] = surprise_after(surprises[k], nis, options)
         K = gain_of(G, i00, i01, i11)
         correct_state(means, covariances, k, P, G, K, nu0, nu1)
-        for c in range(0, whole, LANES):
-            u0 = lanes_of(U0[c], U0[c + 1], U0[c + 2], U0[c + 3])
-            u1 = lanes_of(U1[c], U1[c + 1], U1[c + 2], U1[c + 3])
+        for c in range(0, n, LANES):
+            lanes = min(LANES, n - c)
+            u0, u1 = load_row(U, 0, c, lanes), load_row(U, 1, c, lanes)
             for r in range(4):
-                v = load_lanes(V, k, r, c, LANES)
-                store_lanes(V, k, r, c, LANES, v - (K[2 * r] * u0 + K[2 * r + 1] * u1))
-        for c in range(whole, n):
-            for r in range(4):
-                V[k, r, c] -= K[2 * r] * U0[c] + K[2 * r + 1] * U1[c]
+                v = load_lanes(V, k, r, c, lanes)
+                store_lanes(V, k, r, c, lanes, v - (K[2 * r] * u0 + K[2 * r + 1] * u1))
         if informs:
-            for c in range(n):
-                R0[c] = i00 * U0[c] + i01 * U1[c]
-            for c in range(n):
-                R1[c] = i01 * U0[c] + i11 * U1[c]
-            for c in range(n):
-                y[c] = fused(R0[c], nu0, fused(R1[c], nu1, y[c]))
-            # Y += Uᵀ S⁻¹ U, both triangles of it.
-            for c in range(n):
-                r0 = R0[c]
-                r1 = R1[c]
-                for d in range(n):
-                    Y[c, d] = fused(r0, U0[d], fused(r1, U1[d], Y[c, d]))
+            inform(i00, i01, i11, nu0, nu1, U, R, Y, y)
     return outcome
 
 
@@ -192,28 +178,47 @@ def component(means: Floats, V: Floats, bias: Floats, k: int, i: int) -> float:
 
 
 @in_loop
-def spread_of_biases(
-    U0: Floats, U1: Floats, bias_covariance: Floats, R0: Floats, R1: Floats
-) -> tuple[float, float, float]:
-    """Return U P_ς Uᵀ: 00, 01, 11; R0 and R1 are overwritten."""
-    n = U0.shape[0]
+def inform(
+    i00: float, i01: float, i11: float, nu0: float, nu1: float, U: Floats, R: Floats, Y: Floats,
+    y: Floats,
+) -> None:  # fmt: skip
+    """Add what a measurement says of the biases: y += Uᵀ S⁻¹ ν, Y += Uᵀ S⁻¹ U, all of it."""
+    n = y.shape[0]
     for c in range(n):
-        R0[c] = 0.0
-        R1[c] = 0.0
+        R[0, c] = i00 * U[0, c] + i01 * U[1, c]
     for c in range(n):
-        u0 = U0[c]
-        u1 = U1[c]
-        for d in range(n):
-            R0[d] += u0 * bias_covariance[c, d]
-        for d in range(n):
-            R1[d] += u1 * bias_covariance[c, d]
+        R[1, c] = i01 * U[0, c] + i11 * U[1, c]
+    for c in range(n):
+        y[c] = fused(R[0, c], nu0, fused(R[1, c], nu1, y[c]))
+    for d in range(0, n, LANES):
+        lanes = min(LANES, n - d)
+        u0, u1 = load_row(U, 0, d, lanes), load_row(U, 1, d, lanes)
+        for c in range(n):
+            more = fused_lanes(R[1, c], u1, load_row(Y, c, d, lanes))
+            store_row(Y, c, d, lanes, fused_lanes(R[0, c], u0, more))
+
+
+@in_loop
+def spread_of_biases(U: Floats, bias_covariance: Floats, R: Floats) -> tuple[float, float, float]:
+    """Return U P_ς Uᵀ: 00, 01, 11; R is overwritten."""
+    n = U.shape[1]
+    for d in range(0, n, LANES):
+        lanes = min(LANES, n - d)
+        r0 = every_lane(0.0)
+        r1 = r0
+        for c in range(n):
+            p = load_row(bias_covariance, c, d, lanes)
+            r0 = r0 + U[0, c] * p
+            r1 = r1 + U[1, c] * p
+        store_row(R, 0, d, lanes, r0)
+        store_row(R, 1, d, lanes, r1)
     b00 = 0.0
     b01 = 0.0
     b11 = 0.0
     for c in range(n):
-        b00 += R0[c] * U0[c]
-        b01 += R0[c] * U1[c]
-        b11 += R1[c] * U1[c]
+        b00 += R[0, c] * U[0, c]
+        b01 += R[0, c] * U[1, c]
+        b11 += R[1, c] * U[1, c]
     return b00, b01, b11
 
 

@@ -87,7 +87,7 @@ class Model(NamedTuple):
         The options, at the places named in `_kernels`.
     modes : (j, MODE_COUNT) float64
         How an aircraft may move, for the filter of interacting modes: columns as in
-        `_mode_kernels`. One row at least.
+        `_mode_room_kernels`. One row at least.
     """
 
     plane: Floats

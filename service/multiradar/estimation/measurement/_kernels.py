@@ -21,13 +21,16 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from multiradar.geodesy._kernels import locate_polar, predict_polar
-from multiradar.kernels import in_loop
+from multiradar.geodesy._kernels import line_of_sight, locate_polar
+from multiradar.kernels import in_both, in_loop
+from multiradar.lane_kernels import Numbers, alike, chosen, larger, root
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
-Slope = tuple[float, float, float, float]
-Noise = tuple[float, float, float]
+SlopeOf = tuple[Numbers, Numbers, Numbers, Numbers]
+NoiseOf = tuple[Numbers, Numbers, Numbers]
+Slope = SlopeOf[float]
+Noise = NoiseOf[float]
 
 KIND_RADAR = 0
 KIND_POSITION = 1
@@ -45,7 +48,7 @@ EARTH_DIAMETER_M = 12_742_000.0
 LINE_OF_SIGHT_MIN_M = 1e-3
 
 
-@in_loop
+@in_both
 def measures_azimuth(kind: int) -> bool:
     """Return whether the second component is an azimuth, whose differences are wrapped."""
     return kind in (KIND_RADAR, KIND_FLAT_POLAR)
@@ -83,28 +86,45 @@ def seen_from(
     height_variance: float,
 ) -> tuple[float, float, float, Slope, Noise]:
     """Return both predicted components, the ground range (NaN without a site), H and W."""
-    p0, p1, ground = east, north, np.nan
-    h = (1.0, 0.0, 0.0, 1.0)
-    w = (noise[2], 0.0, noise[2])
+    p0, x, y, ground, h, w = sight(kind, plane, site, noise, east, north, height, height_variance)
+    p1 = y
+    if measures_azimuth(kind):
+        p1 = math.atan2(x, y)
+    return p0, p1, ground, h, w
+
+
+@in_both
+def sight(
+    kind: int, plane: Floats, site: Floats, noise: Floats, east: Numbers, north: Numbers,
+    height: float, height_variance: float,
+) -> tuple[Numbers, Numbers, Numbers, Numbers, SlopeOf[Numbers], NoiseOf[Numbers]]:  # fmt: skip
+    """Return what `seen_from` does of one place or lanes of them; instead of an azimuth x, y.
+
+    These are the line of sight on the ground, east and north; y is the second component where that
+    is no azimuth.
+    """
+    none, one = alike(0.0, east), alike(1.0, east)
+    p0, x, y, ground = east, none, north, alike(np.nan, east)
+    h = (one, none, none, one)
+    w = (alike(noise[2], east), none, alike(noise[2], east))
     if kind == KIND_RADAR:
-        r, az, r_e, r_n, az_e, az_n, ground = predict_polar(plane, site, east, north, height)
-        p0, p1 = r, az
+        p0, x, y, r_e, r_n, az_e, az_n, ground = line_of_sight(plane, site, east, north, height)
         h = (r_e, r_n, az_e, az_n)
         # Slope of the slant range with the height: sine of the elevation seen from the aircraft.
-        slope = (height - noise[3]) / max(r, 1.0) + r / EARTH_DIAMETER_M
-        w = (noise[0] + slope * slope * height_variance, 0.0, noise[1])
+        slope = (height - noise[3]) / larger(p0, 1.0) + p0 / EARTH_DIAMETER_M
+        w = (noise[0] + slope * slope * height_variance, none, alike(noise[1], east))
     elif kind != KIND_POSITION:
         dx = east - site[0]
         dy = north - site[1]
-        ground = math.sqrt(dx * dx + dy * dy)
+        ground = root(dx * dx + dy * dy)
         # At the very place of the radar what needs a line of sight is none (NaN).
-        across = ground if ground > LINE_OF_SIGHT_MIN_M else np.nan
+        across = chosen(ground, LINE_OF_SIGHT_MIN_M, ground, np.nan)
         ue = dx / across
         un = dy / across
         if kind == KIND_FLAT_POLAR:
-            p0, p1 = ground, math.atan2(dx, dy)
+            p0, x, y = ground, dx, dy
             h = (ue, un, un / across, -ue / across)
-            w = (noise[0], 0.0, noise[1])
+            w = (alike(noise[0], east), none, alike(noise[1], east))
         else:
             # D W Dᵀ with D = [line / ground, across], (1.11), (1.13).
             w = (
@@ -112,7 +132,7 @@ def seen_from(
                 ue * un * noise[0] - dx * dy * noise[1],
                 un * un * noise[0] + dx * dx * noise[1],
             )
-    return p0, p1, ground, h, w
+    return p0, x, y, ground, h, w
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -129,26 +149,28 @@ def locate_measurement(
     return True, z0, z1
 
 
-@in_loop
+@in_both
 def bias_column(
-    kind: int, parameter: int, site: Floats, p0: float, p1: float, rate0: float, rate1: float
-) -> tuple[float, float]:
+    kind: int, parameter: int, site: Floats, p0: Numbers, p1: Numbers, rate0: float, rate1: float
+) -> tuple[Numbers, Numbers]:
     """Return one column of J: how a bias parameter enters the measurement.
 
     ``p0``, ``p1`` are the measurement as predicted, the rates its derivative by time.
     """
     # Time: the stamp is late by the offset, so the aircraft was measured where it was before.
-    j0, j1 = -rate0, -rate1
+    j0, j1 = alike(-rate0, p0), alike(-rate1, p0)
     if parameter != PARAMETER_TIME_OFFSET:
-        j0, j1 = 1.0, 0.0
-        dx, dy = p0, 0.0
+        j0, j1 = alike(1.0, p0), alike(0.0, p0)
+        dx, dy = p0, alike(0.0, p0)
         if kind == KIND_FLAT_PLACE:
             dx, dy = p0 - site[0], p1 - site[1]
-            r = math.sqrt(dx * dx + dy * dy)
-            across = r if r > LINE_OF_SIGHT_MIN_M else np.nan
+            r = root(dx * dx + dy * dy)
+            across = chosen(r, LINE_OF_SIGHT_MIN_M, r, np.nan)
             j0, j1 = dx / across, dy / across
         if parameter == PARAMETER_AZIMUTH_OFFSET:
-            j0, j1 = (dy, -dx) if kind == KIND_FLAT_PLACE else (0.0, 1.0)
+            j0, j1 = alike(0.0, p0), alike(1.0, p0)
+            if kind == KIND_FLAT_PLACE:
+                j0, j1 = dy, -dx
         elif parameter == PARAMETER_RANGE_GAIN:
             j0, j1 = dx, dy
     return j0, j1

@@ -14,10 +14,15 @@ from numba import njit
 from numpy.typing import NDArray
 
 from multiradar.kernels import fused, in_loop
+from multiradar.lane_kernels import Numbers
 
 Floats = NDArray[np.float64]
-Packed = tuple[float, float, float, float, float, float, float, float, float, float]
-Density = tuple[float, float, float]
+PackedOf = tuple[
+    Numbers, Numbers, Numbers, Numbers, Numbers, Numbers, Numbers, Numbers, Numbers, Numbers
+]
+DensityOf = tuple[Numbers, Numbers, Numbers]
+Packed = PackedOf[float]
+Density = DensityOf[float]
 
 
 @in_loop

@@ -11,7 +11,9 @@ from multiradar.estimation.array_checks import require_shape
 from multiradar.estimation.filters import _kernels as kernels
 from multiradar.estimation.filters._height_kernels import forget_height
 from multiradar.estimation.filters._joint_kernels import adopt_aircraft
-from multiradar.estimation.filters._mode_kernels import MODE_COUNT
+from multiradar.estimation.filters._mode_room_kernels import (
+    MODE_COUNT,
+)
 from multiradar.estimation.filters._time_offset_kernels import (
     VELOCITY_SIGMA_MAX,
     has_time_offset,

@@ -8,22 +8,20 @@ from types import ModuleType
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from multiradar.errors import ConfigurationError
-from multiradar.estimation.filters._mode_kernels import (
-    SHARE_COUNT,
-    join_modes,
-    mix_modes,
-    move_mode,
-    pass_modes,
-)
+from multiradar.estimation.filters._mode_column_kernels import move_columns
+from multiradar.estimation.filters._mode_room_kernels import ROOM_ROWS, SHARES, prepare_room
 from multiradar.estimation.gaussian import normalised_squared, require_covariance
+from multiradar.lane_kernels import LANES
 from multiradar.runtime.engine import Engine
 from multiradar.tracking import model as model_module
 from multiradar.tracking.modes import GRAVITY_MPS2, mode_table
 from multiradar.tracking.outputs import TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
+from support._mode_kernels import join, move_alone, pass_and_mix
 from support.compiled_filters import UPPER, CompiledFilter, plain_settings
 from support.kernels import plain
 from support.measurement_models import EllipsoidPolar
@@ -32,6 +30,7 @@ from support.reference_modes import Imm, Mode, mixture, motion, switching
 from support.reference_runs import START_SIGMA, bias_prior, play, start_guesses
 from support.scenes import Scene, make_scene, random_flights, three_radars
 
+Floats = NDArray[np.float64]
 Kernel = Callable[..., None]
 FORMS = ["compiled", "plain"]
 COLUMNS = 6
@@ -78,30 +77,36 @@ def random_modes(rng: np.random.Generator, count: int) -> list[Mode]:
 class Room:
     """The arrays that the kernels of modes take, for one aircraft."""
 
-    def __init__(self, modes: list[Mode], probabilities: np.ndarray) -> None:
-        count = len(modes)
-        self.count = count
-        self.probabilities = probabilities[None, :].copy()
+    def __init__(self, modes: list[Mode], table: np.ndarray) -> None:
         self.means = np.array([one.mean for one in modes])
         self.covariances = np.array([packed(one.covariance) for one in modes])
         self.sensitivities = np.array([one.sensitivity for one in modes])
-        self.X, self.A, self.Z = (np.empty((count + 1, 4)) for _ in range(3))
-        self.S, self.B = np.empty((count + 1, 10)), np.empty((count, 10))
-        self.T = np.empty((count + 1, 4, COLUMNS))
-        self.C, self.shares = np.empty(count), np.empty((count, SHARE_COUNT))
+        self.rows = np.zeros((ROOM_ROWS, LANES))
+        self.table = table
+        prepare_room(table, self.rows)
 
-    def pass_and_mix(self, form: str, interval: float, table: np.ndarray, bias: np.ndarray) -> None:
-        of_form(pass_modes, form)(
-            0, self.count, interval, table, self.probabilities, self.C, self.shares
-        )
-        self.X[:-1] = self.means + self.sensitivities @ bias
-        of_form(mix_modes, form)(
-            0, self.count, self.probabilities, self.shares, self.means, self.covariances,
-            self.sensitivities, self.X, self.A, self.S, self.B, self.T, self.Z,
+    def pass_and_mix(
+        self, form: str, interval: float, chances: np.ndarray, bias: np.ndarray
+    ) -> np.ndarray:
+        passed = np.empty((1, len(chances)))
+        of_form(pass_and_mix, form)(
+            interval, self.table, bias[None], chances[None].copy(), self.means, self.covariances,
+            self.sensitivities, self.rows, passed,
         )  # fmt: skip
+        after: np.ndarray = passed[0]
+        return after
 
-    def mixed(self) -> list[Mode]:
-        return [Mode(self.A[j], unpacked(self.B[j]), self.T[j]) for j in range(self.count)]
+    def move(self, form: str, interval: float, bias: np.ndarray) -> np.ndarray:
+        expected = np.empty((4, len(self.means)))
+        of_form(move_alone, form)(
+            interval, self.means, self.covariances, self.sensitivities, bias[None], self.rows,
+            len(self.means), expected,
+        )  # fmt: skip
+        return expected.T
+
+    def modes(self) -> list[Mode]:
+        states = zip(self.means, self.covariances, self.sensitivities, strict=True)
+        return [Mode(mean, unpacked(upper), V) for mean, upper, V in states]
 
 
 @pytest.mark.parametrize("form", FORMS)
@@ -114,11 +119,11 @@ def test_mixing_is_that_of_the_exponential_of_the_rates(
     table = mode_table(TrackingSettings(imm_modes=count))
     modes, chances = random_modes(rng, count), rng.dirichlet(np.ones(count))
     bias = rng.normal(size=COLUMNS)
-    room = Room(modes, chances)
-    room.pass_and_mix(form, interval, table, bias)
+    room = Room(modes, table)
+    passed = room.pass_and_mix(form, interval, chances, bias)
     joint = chances[:, None] * switching(table, interval)
-    np.testing.assert_allclose(room.C, joint.sum(axis=0), rtol=1e-9, atol=1e-15)
-    for j, found in enumerate(room.mixed()):
+    np.testing.assert_allclose(passed, joint.sum(axis=0), rtol=1e-9, atol=1e-15)
+    for j, found in enumerate(room.modes()):
         expected = mixture(modes, joint[:, j] / joint[:, j].sum(), bias)
         np.testing.assert_allclose(found.mean, expected.mean, rtol=1e-9)
         np.testing.assert_allclose(found.covariance, expected.covariance, rtol=1e-8, atol=1e-6)
@@ -131,9 +136,9 @@ def test_mixing_keeps_the_mean_at_any_bias_and_the_covariance_at_the_published(f
     table = mode_table(TrackingSettings())
     modes, chances = random_modes(rng, len(table)), rng.dirichlet(np.ones(len(table)))
     bias = rng.normal(size=COLUMNS)
-    room = Room(modes, chances)
-    room.pass_and_mix(form, 4.0, table, bias)
-    before, after = mixture(modes, chances, bias), mixture(room.mixed(), room.C, bias)
+    room = Room(modes, table)
+    passed = room.pass_and_mix(form, 4.0, chances, bias)
+    before, after = mixture(modes, chances, bias), mixture(room.modes(), passed, bias)
     for other in (bias, np.zeros(COLUMNS), 100.0 * rng.normal(size=COLUMNS)):
         np.testing.assert_allclose(after.at(other), before.at(other), rtol=1e-12)
     np.testing.assert_allclose(after.covariance, before.covariance, rtol=1e-9, atol=1e-6)
@@ -145,12 +150,11 @@ def test_joining_gives_the_moments_of_the_modes(form: str) -> None:
     rng = np.random.default_rng(4)
     modes, chances = random_modes(rng, 6), rng.dirichlet(np.ones(6))
     bias = rng.normal(size=COLUMNS)
-    room = Room(modes, chances)
-    room.X[:-1] = [one.at(bias) for one in modes]
+    room = Room(modes, mode_table(TrackingSettings(imm_modes=6)))
     mean, covariance, sensitivity = np.empty((1, 4)), np.empty((1, 10)), np.empty((1, 4, COLUMNS))
-    of_form(join_modes, form)(
-        0, 6, room.probabilities, mean, covariance, sensitivity, room.means, room.covariances,
-        room.sensitivities, room.X, room.S, room.Z,
+    of_form(join, form)(
+        bias[None], chances[None], room.means, room.covariances, room.sensitivities, room.rows,
+        mean, covariance, sensitivity,
     )  # fmt: skip
     expected = mixture(modes, chances, bias)
     np.testing.assert_allclose(mean[0], expected.mean, rtol=1e-12)
@@ -166,12 +170,9 @@ def test_a_turn_by_a_bank_is_the_exact_circle(form: str, bank_deg: float, interv
     speed, course = 180.0, 0.7
     lateral = GRAVITY_MPS2 * np.tan(np.radians(bank_deg))
     start = np.array([1e4, 2e4, speed * np.sin(course), speed * np.cos(course)])
-    room = Room([Mode(start, 1e-12 * np.eye(4), np.zeros((4, COLUMNS)))], np.ones(1))
-    room.A[0], room.B[0], room.T[0], room.Z[0] = start, room.covariances[0], 0.0, start
-    of_form(move_mode, form)(
-        0, 0, interval, np.array([[lateral, 0.0, 0.0, 1.0]]), 0.0, room.means, room.covariances,
-        room.sensitivities, room.X, room.A, room.B, room.T, room.Z,
-    )  # fmt: skip
+    table = np.array([[lateral, 0.0, 0.0, 1.0]])
+    room = Room([Mode(start, 1e-12 * np.eye(4), np.zeros((4, COLUMNS)))], table)
+    room.move(form, interval, np.zeros(COLUMNS))
     radius, later = speed**2 / lateral, course + lateral / speed * interval
     centre = start[:2] + radius * np.array([np.cos(course), -np.sin(course)])
     place = centre - radius * np.array([np.cos(later), -np.sin(later)])
@@ -187,21 +188,19 @@ def test_a_mode_moves_its_moments_and_its_sensitivity(form: str, number: int, st
     one, bias = random_modes(rng, 1)[0], rng.normal(size=COLUMNS)
     if state == "at rest":
         one.mean[2:], one.sensitivity[2:] = 0.0, 0.0
-    table = mode_table(TrackingSettings(imm_modes=3))
-    room = Room([one], np.ones(1))
-    room.A[0], room.B[0], room.T[0] = one.mean, packed(one.covariance), one.sensitivity
-    room.Z[0] = one.at(bias)
-    of_form(move_mode, form)(
-        0, 0, 3.7, table[number : number + 1], 0.0, room.means, room.covariances,
-        room.sensitivities, room.X, room.A, room.B, room.T, room.Z,
-    )  # fmt: skip
-    step, noise = motion(table[number], one, bias, 3.7)
+    table = mode_table(TrackingSettings(imm_modes=3))[number : number + 1]
+    room = Room([one], table)
+    expected = room.move(form, 3.7, bias)
+    step, noise = motion(table[0], one, bias, 3.7)
     np.testing.assert_allclose(room.means[0], step @ one.mean, rtol=1e-10)
     np.testing.assert_allclose(
         unpacked(room.covariances[0]), step @ one.covariance @ step.T + noise, rtol=1e-9, atol=1e-6
     )
+    np.testing.assert_allclose(expected[0], step @ one.at(bias), rtol=1e-10)
+    # All that there is of the only mode stays in it.
+    room.rows[SHARES : SHARES + 3] = [[1.0], [0.0], [0.0]]
+    of_form(move_columns, form)(0, 1, np.ones((1, 1)), room.rows, room.sensitivities)
     np.testing.assert_allclose(room.sensitivities[0], step @ one.sensitivity, atol=1e-9)
-    np.testing.assert_allclose(room.X[0], step @ one.at(bias), rtol=1e-10)
 
 
 def test_the_bank_holds_at_every_speed_and_a_gap_is_as_good_as_its_parts() -> None:

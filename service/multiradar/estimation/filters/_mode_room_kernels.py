@@ -1,0 +1,186 @@
+"""Compiled access to the modes of an aircraft, all at once: one a lane.
+
+Of a and x there are lanes of each component, of P of each element of its triangle. Lanes beyond the
+last mode hold the hub again, with no probability. What is needed of one mode by itself, for the
+columns of its V, stands in rows of a room.
+
+Symbols as in `_mode_kernels`.
+
+References
+----------
+The project's own.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar.estimation.motion._kernels import PackedOf
+from multiradar.kernels import in_both, in_loop
+from multiradar.lane_kernels import (
+    LANES,
+    Lanes,
+    Numbers,
+    every_lane,
+    fused_lanes,
+    load_lanes,
+    load_row,
+    store_row,
+    sums_of,
+    turned,
+)
+
+Floats = NDArray[np.float64]
+
+#: A component of the state after the other, of all modes.
+State = tuple[Lanes, Lanes, Lanes, Lanes]
+Covariances = PackedOf[Lanes]
+CourseOf = tuple[Numbers, Numbers, Numbers, Numbers]
+
+# Columns of `Model.modes`: acceleration across the velocity, m/s², right positive; densities of
+# white acceleration along the velocity and across it, m²/s³; rate of leaving the mode, 1/s.
+LATERAL = 0
+ALONG = 1
+ACROSS = 2
+LEAVING = 3
+MODE_COUNT = 4
+
+# Rows of the room: what the modes are, and 1 in the lanes of the hub and those beyond the last
+# mode, of the arms, of all modes; the shares of `pass_modes`; the course of each mode; H and K; c
+# and μ; then room for `expect_modes`.
+TABLE = 0
+HUB = 4
+ARMS = 5
+MODES = 6
+SHARES = 7
+COURSE = 10
+SLOPE = 14
+GAIN = 18
+PASSED = 26
+CHANCE = 27
+SUMS = 28
+ROOM_ROWS = SUMS + 4 * LANES
+
+
+@in_loop
+def prepare_room(modes: Floats, room: Floats) -> None:
+    """Write into the room what the modes are, once for all aircraft."""
+    count = modes.shape[0]
+    for j in range(LANES):
+        for column in range(MODE_COUNT):
+            room[TABLE + column, j] = modes[j if j < count else 0, column]
+        room[HUB, j] = 0.0 if 0 < j < count else 1.0
+        room[ARMS, j] = 1.0 if 0 < j < count else 0.0
+        room[MODES, j] = 1.0 if j < count else 0.0
+
+
+@in_both
+def kept(room: Floats, row: int) -> Lanes:
+    """Return a row of the room."""
+    return load_row(room, row, 0, LANES)
+
+
+@in_both
+def keep(room: Floats, row: int, lanes: Lanes) -> None:
+    """Set a row of the room."""
+    store_row(room, row, 0, LANES, lanes)
+
+
+@in_both
+def mode_row(k: int, count: int, j: int) -> int:
+    """Return the row of mode j of aircraft k; beyond the last mode that of the hub."""
+    return k * count + (j if j < count else 0)
+
+
+@in_both
+def load_columns(
+    k: int, count: int, first: int, columns: int, states: Floats
+) -> tuple[Lanes, Lanes, Lanes, Lanes, Lanes, Lanes, Lanes, Lanes]:
+    """Return columns of the rows of aircraft k, at most eight, each as lanes of its modes."""
+    return turned(
+        load_row(states, mode_row(k, count, 0), first, columns),
+        load_row(states, mode_row(k, count, 1), first, columns),
+        load_row(states, mode_row(k, count, 2), first, columns),
+        load_row(states, mode_row(k, count, 3), first, columns),
+        load_row(states, mode_row(k, count, 4), first, columns),
+        load_row(states, mode_row(k, count, 5), first, columns),
+        load_row(states, mode_row(k, count, 6), first, columns),
+        load_row(states, mode_row(k, count, 7), first, columns),
+    )
+
+
+@in_both
+def load_modes(
+    k: int, count: int, mode_means: Floats, mode_covariances: Floats
+) -> tuple[State, Covariances]:
+    """Return a and P of the modes of aircraft k."""
+    a0, a1, a2, a3, _, _, _, _ = load_columns(k, count, 0, 4, mode_means)
+    p0, p1, p2, p3, p4, p5, p6, p7 = load_columns(k, count, 0, 8, mode_covariances)
+    p8, p9, _, _, _, _, _, _ = load_columns(k, count, 8, 2, mode_covariances)
+    return (a0, a1, a2, a3), (p0, p1, p2, p3, p4, p5, p6, p7, p8, p9)
+
+
+@in_both
+def store_columns(
+    k: int, count: int, first: int, columns: int, states: Floats, a: Lanes, b: Lanes, c: Lanes,
+    d: Lanes, e: Lanes, f: Lanes, g: Lanes, h: Lanes,
+) -> None:  # fmt: skip
+    """Set columns of the rows of aircraft k: see `load_columns`."""
+    r0, r1, r2, r3, r4, r5, r6, r7 = turned(a, b, c, d, e, f, g, h)
+    row = k * count
+    # Beyond the last mode is the hub again.
+    store_row(states, mode_row(k, count, 7), first, columns, r7)
+    store_row(states, mode_row(k, count, 6), first, columns, r6)
+    store_row(states, mode_row(k, count, 5), first, columns, r5)
+    store_row(states, mode_row(k, count, 4), first, columns, r4)
+    store_row(states, mode_row(k, count, 3), first, columns, r3)
+    store_row(states, mode_row(k, count, 2), first, columns, r2)
+    store_row(states, mode_row(k, count, 1), first, columns, r1)
+    store_row(states, row, first, columns, r0)
+
+
+@in_both
+def store_modes(
+    k: int, count: int, a: State, P: Covariances, mode_means: Floats, mode_covariances: Floats
+) -> None:
+    """Set a and P of the modes of aircraft k."""
+    none = every_lane(0.0)
+    store_columns(
+        k, count, 0, 4, mode_means, a[0], a[1], a[2], a[3], none, none, none, none
+    )  # fmt: skip
+    store_columns(
+        k, count, 0, 8, mode_covariances, P[0], P[1], P[2], P[3], P[4], P[5], P[6], P[7]
+    )  # fmt: skip
+    store_columns(
+        k, count, 8, 2, mode_covariances, P[8], P[9], none, none, none, none, none, none
+    )  # fmt: skip
+
+
+@in_both
+def expect_modes(k: int, count: int, a: State, bias: Floats, mode_V: Floats, room: Floats) -> State:
+    """Return x of each mode at the published biases, (1, n)."""
+    n = mode_V.shape[2]
+    for j in range(LANES):
+        row = mode_row(k, count, j)
+        for r in range(4):
+            way = every_lane(0.0)
+            for c in range(0, n, LANES):
+                lanes = min(LANES, n - c)
+                way = fused_lanes(
+                    load_lanes(mode_V, row, r, c, lanes), load_row(bias, 0, c, lanes), way
+                )
+            keep(room, SUMS + r * LANES + j, way)
+    return (
+        a[0] + sums_of_rows(room, SUMS),
+        a[1] + sums_of_rows(room, SUMS + LANES),
+        a[2] + sums_of_rows(room, SUMS + 2 * LANES),
+        a[3] + sums_of_rows(room, SUMS + 3 * LANES),
+    )
+
+
+@in_both
+def sums_of_rows(room: Floats, first: int) -> Lanes:
+    """Return the sums over each of eight rows of the room."""
+    return sums_of(
+        kept(room, first), kept(room, first + 1), kept(room, first + 2), kept(room, first + 3),
+        kept(room, first + 4), kept(room, first + 5), kept(room, first + 6), kept(room, first + 7),
+    )  # fmt: skip

@@ -1,0 +1,71 @@
+"""Parts of the filter of interacting modes by themselves, on the arrays of one aircraft."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar.estimation.filters._mode_column_kernels import join_columns, move_columns
+from multiradar.estimation.filters._mode_kernels import (
+    join_modes,
+    mix_modes,
+    move_modes,
+    pass_modes,
+)
+from multiradar.estimation.filters._mode_room_kernels import (
+    CHANCE,
+    COURSE,
+    expect_modes,
+    keep,
+    load_modes,
+    store_modes,
+)
+from multiradar.kernels import loop
+from multiradar.lane_kernels import every_lane, load_row, store_row
+
+Floats = NDArray[np.float64]
+
+
+@loop
+def pass_and_mix(
+    interval: float, table: Floats, bias: Floats, probabilities: Floats, means: Floats,
+    covariances: Floats, sensitivities: Floats, room: Floats, passed: Floats,
+) -> None:  # fmt: skip
+    """Let the modes pass into each other and mix them, in place; they do not move."""
+    count = table.shape[0]
+    a, P = load_modes(0, count, means, covariances)
+    x = expect_modes(0, count, a, bias, sensitivities, room)
+    before, after = pass_modes(0, count, interval, table, probabilities, room)
+    a, x, P = mix_modes(before, a, x, P, room)
+    store_modes(0, count, a, P, means, covariances)
+    store_row(passed, 0, 0, count, after)
+    for row in range(4):
+        keep(room, COURSE + row, every_lane(1.0 if row == 2 else 0.0))
+    move_columns(0, count, probabilities, room, sensitivities)
+
+
+@loop
+def move_alone(
+    interval: float, means: Floats, covariances: Floats, sensitivities: Floats, bias: Floats,
+    room: Floats, count: int, expected: Floats,
+) -> None:  # fmt: skip
+    """Move modes on that do not pass into each other, in place; and x."""
+    a, P = load_modes(0, count, means, covariances)
+    x = expect_modes(0, count, a, bias, sensitivities, room)
+    a, x, P = move_modes(interval, 0.0, a, x, P, room)
+    store_modes(0, count, a, P, means, covariances)
+    for r in range(4):
+        store_row(expected, r, 0, count, x[r])
+
+
+@loop
+def join(
+    bias: Floats, probabilities: Floats, means: Floats, covariances: Floats, sensitivities: Floats,
+    room: Floats, mean: Floats, covariance: Floats, sensitivity: Floats,
+) -> None:  # fmt: skip
+    """Set mean, covariance and sensitivity to those of all modes together."""
+    count = means.shape[0]
+    a, P = load_modes(0, count, means, covariances)
+    x = expect_modes(0, count, a, bias, sensitivities, room)
+    chances = load_row(probabilities, 0, 0, count)
+    keep(room, CHANCE, chances)
+    join_modes(0, chances, a, x, P, mean, covariance)
+    join_columns(0, count, room, sensitivities, sensitivity)
