@@ -25,6 +25,16 @@ from multiradar.estimation.measurement._kernels import (
 from multiradar.geodesy._kernels import C_NORTH, EE, EN, M_EE, M_NN, NE, NN, PE, PN, UE, UN
 from multiradar.geodesy._kernels import HEIGHT as SITE_HEIGHT
 from multiradar.kernels import in_loop
+from multiradar.lane_kernels import (
+    LANES,
+    every_lane,
+    fused_lanes,
+    lane_of,
+    larger,
+    load_lanes,
+    load_row,
+    sums_of,
+)
 from multiradar.tracking.lifecycle import Lifecycle
 from multiradar.tracking.roster import MISSING, Roster, RowIdentities
 from multiradar.tracking.sky import ASTRAY, SPEED_MAX, Sky
@@ -82,31 +92,19 @@ def fill_sky(
 ) -> float:
     """Predict all tracks to a time and put them into cells; return the longest reach."""
     n = aircraft.sensitivity.shape[2]
-    sigmas = np.sqrt(np.diag(model.bias_covariance))
-    bias = model.bias
+    sigmas = np.sqrt(np.diag(model.bias_covariance)).reshape(1, n)
+    bias = model.bias.reshape(1, n)
     sky.heads[:] = MISSING
     sky.far_heads[:] = MISSING
     sky.longest[:] = -1.0
     mask = sky.heads.shape[0] - 1
     longest = 0.0
-    x = np.empty(4)
     for k in range(roster.track_id.shape[0] - 1, -1, -1):
         if roster.track_id[k] == MISSING or np.isnan(aircraft.time[k]):
             continue
         dt = time - aircraft.time[k]
-        V = aircraft.sensitivity[k]
         P = aircraft.covariance[k]
-        for i in range(4):
-            x[i] = aircraft.mean[k, i]
-        b0 = 0.0
-        b1 = 0.0
-        for c in range(n):
-            x[0] += V[0, c] * bias[c]
-            x[1] += V[1, c] * bias[c]
-            x[2] += V[2, c] * bias[c]
-            x[3] += V[3, c] * bias[c]
-            b0 += abs(V[0, c] + dt * V[2, c]) * sigmas[c]
-            b1 += abs(V[1, c] + dt * V[3, c]) * sigmas[c]
+        x0, x1, x2, x3, b0, b1 = predicted_parts(k, dt, aircraft, bias, sigmas)
         density = model.options[ACCELERATION_DENSITY] * manoeuvre_factor(
             aircraft.surprise[k], model.options
         )
@@ -120,12 +118,12 @@ def fill_sky(
         near = COARSE_SIGMAS * math.sqrt(max(P[0] + P[4] + b0 * b0 + b1 * b1, 0.0))
         most = min(near + speed * silent, REACH_MAX_M)
         reach = min(math.sqrt(COARSE_SIGMAS**2 * max(variance, 0.0) + wide * wide), most)
-        if not (reach >= 0.0 and abs(x[0]) + abs(x[1]) < PLACE_MAX_M):  # NaN fails both.
+        if not (reach >= 0.0 and abs(x0) + abs(x1) < PLACE_MAX_M):  # NaN fails both.
             continue
-        sky.state[k, 0] = x[0] + dt * x[2]
-        sky.state[k, 1] = x[1] + dt * x[3]
-        sky.state[k, 2] = x[2]
-        sky.state[k, 3] = x[3]
+        sky.state[k, 0] = x0 + dt * x2
+        sky.state[k, 1] = x1 + dt * x3
+        sky.state[k, 2] = x2
+        sky.state[k, 3] = x3
         sky.state[k, 4] = reach
         sky.reach[k] = reach
         longest = max(longest, reach)
@@ -145,6 +143,42 @@ def fill_sky(
             sky.far_following[k] = sky.far_heads[place]
             sky.far_heads[place] = k
     return longest
+
+
+@in_loop
+def predicted_parts(
+    k: int, dt: float, aircraft: Aircraft, bias: Floats, sigmas: Floats
+) -> tuple[float, float, float, float, float, float]:
+    """Return the state of a track, and what the biases may be wrong by east and north dt after it.
+
+    ``bias`` and ``sigmas`` are rows, (1, c).
+    """
+    V = aircraft.sensitivity
+    way0 = every_lane(0.0)
+    way1, way2, way3, spread0, spread1 = way0, way0, way0, way0, way0
+    for c in range(0, V.shape[2], LANES):
+        lanes = min(LANES, V.shape[2] - c)
+        v0, v1 = load_lanes(V, k, 0, c, lanes), load_lanes(V, k, 1, c, lanes)
+        v2, v3 = load_lanes(V, k, 2, c, lanes), load_lanes(V, k, 3, c, lanes)
+        of_bias, sigma = load_row(bias, 0, c, lanes), load_row(sigmas, 0, c, lanes)
+        way0 = fused_lanes(v0, of_bias, way0)
+        way1 = fused_lanes(v1, of_bias, way1)
+        way2 = fused_lanes(v2, of_bias, way2)
+        way3 = fused_lanes(v3, of_bias, way3)
+        u0, u1 = fused_lanes(dt, v2, v0), fused_lanes(dt, v3, v1)
+        spread0 = fused_lanes(larger(u0, -u0), sigma, spread0)
+        spread1 = fused_lanes(larger(u1, -u1), sigma, spread1)
+    none = every_lane(0.0)
+    sums = sums_of(way0, way1, way2, way3, spread0, spread1, none, none)
+    mean = aircraft.mean
+    return (
+        mean[k, 0] + lane_of(sums, 0),
+        mean[k, 1] + lane_of(sums, 1),
+        mean[k, 2] + lane_of(sums, 2),
+        mean[k, 3] + lane_of(sums, 3),
+        lane_of(sums, 4),
+        lane_of(sums, 5),
+    )
 
 
 @in_loop
