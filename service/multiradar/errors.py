@@ -27,6 +27,7 @@
     ├── QueueFullError              a bounded queue is full; try again later
     ├── ForecastError               a forecast is asked for farther or finer than is given
     ├── PlaneError                  points that determine no plane
+    ├── BearingsError               lines of sight that determine no place
     ├── RequestError                a request over HTTP that is refused, with its status and code
     └── PeerError                   another process did not answer as agreed
         └── UnavailableError        it cannot take anything now; try again
@@ -232,6 +233,14 @@ class ForecastError(MultiradarError):
 
 class PlaneError(MultiradarError):
     """Points determine no plane; `code` says why, for programs."""
+
+    def __init__(self, code: str, reason: str) -> None:
+        self.code = code
+        super().__init__(reason)
+
+
+class BearingsError(MultiradarError):
+    """Lines of sight determine no place; `code` says why, for programs."""
 
     def __init__(self, code: str, reason: str) -> None:
         self.code = code

@@ -23,6 +23,8 @@ COMPUTING = (
     "simulation/looks",
     "simulation/observation",
     "simulation/paths",
+    "studies/bearing_only",
+    "studies/bearing_only_runs",
     "studies/bias_estimation",
     "studies/bias_estimation_bands",
     "studies/bias_estimation_loss",

@@ -153,11 +153,25 @@ MANOEUVRE_PLANE = StudyEntry(
     module="multiradar.studies.manoeuvre_plane",
     runs=100,
 )
+BEARING_ONLY = StudyEntry(
+    name="bearing-only",
+    title="A trajectory from angles alone",
+    purpose="Compare the filter of Nenartovich and Isakov, which takes each angle as it comes, "
+    "with the usual scheme that makes a place of the angles first.",
+    module="multiradar.studies.bearing_only",
+    runs=200,
+)
 
 #: All studies by name, in the order of help.
 STUDIES = MappingProxyType(
     {
         entry.name: entry
-        for entry in (BIAS_ESTIMATION, POLYNOMIAL_FORECAST, COUPLED_MOTION, MANOEUVRE_PLANE)
+        for entry in (
+            BIAS_ESTIMATION,
+            POLYNOMIAL_FORECAST,
+            COUPLED_MOTION,
+            MANOEUVRE_PLANE,
+            BEARING_ONLY,
+        )
     }
 )

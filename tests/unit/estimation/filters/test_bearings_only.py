@@ -1,0 +1,216 @@
+"""Bearings only: rank-one information, the limit that the paper takes, what is not observable."""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+from multiradar.errors import BearingsError, MotionParameterError, ShapeError, TimeOrderError
+from multiradar.estimation.filters.bearings_only import (
+    BearingsState,
+    begin,
+    is_observable,
+    predict,
+    update,
+)
+from multiradar.estimation.measurement.sights import Sight
+from multiradar.estimation.motion.constant_velocity import process_noise, transition
+
+Floats = NDArray[np.float64]
+
+SIGMA = 0.003
+POSITION = np.array([10e3, 60e3])
+VELOCITY = np.array([150.0, -80.0])
+SOURCES = np.array([[0.0, 0.0], [40e3, 5e3], [-20e3, 10e3]])
+
+
+def seen(source: Floats, position: Floats, error: Floats | float = 0.0) -> Sight:
+    line = position - source
+    return Sight(source, np.arctan2(line[..., 0], line[..., 1]) + error, SIGMA)
+
+
+def straight(count: int, error: float = 0.0) -> tuple[list[Sight], list[float]]:
+    """Sights of the sources in turn, a second apart, of a straight flight; the last at its end."""
+    times = [float(t) for t in range(-count + 1, 1)]
+    sights = [
+        seen(SOURCES[place % 3], POSITION + t * VELOCITY, error) for place, t in enumerate(times)
+    ]
+    return sights, times
+
+
+def known(time_s: float = 0.0) -> BearingsState:
+    sights, times = straight(9)
+    return predict(begin(sights, times, 300.0), time_s, 0.5)
+
+
+def test_angles_without_errors_give_the_trajectory_back() -> None:
+    """The prior of the velocity, 10 km/s, draws it by some 1e-4 m/s."""
+    sights, times = straight(12)
+    mean, _ = begin(sights, times, 1e4).estimate()
+    assert mean[:2] == pytest.approx(POSITION, abs=1.0)
+    assert mean[2:] == pytest.approx(VELOCITY, abs=0.5)
+
+
+def test_an_update_is_the_limit_of_a_measurement_whose_range_means_ever_less() -> None:
+    """(6) with the variance of the range going to infinity; rank one of (11)."""
+    state = known()
+    mean, covariance = state.estimate()
+    sight = seen(SOURCES[1], POSITION, 0.004)
+    found, left = update(state, sight).estimate()
+    line = mean[:2] - SOURCES[1]
+    distance = np.linalg.norm(line)
+    angle = np.arctan2(line[0], line[1])
+    turn = np.array([[np.sin(angle), np.cos(angle)], [np.cos(angle), -np.sin(angle)]])
+    h = np.eye(4)[:2]
+    # Along the line nothing is known, across it the angle times the distance.
+    noise = turn.T @ np.diag([1e7**2, (distance * SIGMA) ** 2]) @ turn
+    gain = covariance @ h.T @ np.linalg.inv(h @ covariance @ h.T + noise)
+    (residual,), _, _ = sight.residuals(mean[:2])
+    across = turn.T @ np.array([12345.0, distance * residual])
+    assert found == pytest.approx(mean + gain @ across, rel=1e-6, abs=1e-4)
+    assert left == pytest.approx(covariance - gain @ h @ covariance, rel=1e-6, abs=1e-3)
+    added = update(state, sight).information - state.information
+    assert np.linalg.matrix_rank(added, tol=1e-6 * np.abs(added).max()) == 1
+
+
+def test_a_prediction_is_that_of_covariances() -> None:
+    state = known()
+    mean, covariance = state.estimate()
+    moved = predict(state, 7.0, 0.8)
+    found, told = moved.estimate()
+    move = transition(np.array([7.0]))[0]
+    assert found == pytest.approx(move @ mean, rel=1e-9)
+    expected = move @ covariance @ move.T + process_noise(np.array([7.0]), 0.8)[0]
+    assert told == pytest.approx(expected, rel=1e-8)
+
+
+def test_what_is_not_known_stays_unknown_in_time() -> None:
+    """A singular Y: one line of sight, carried on without an inverse of it."""
+    across = np.array([0.6, -0.8, 0.0, 0.0])
+    information = np.outer(across, across) / 100.0
+    state = BearingsState(0.0, information, np.zeros(4), np.zeros((2, 2)))
+    moved = predict(state, 3.0, 0.5)
+    assert np.linalg.matrix_rank(moved.information, tol=1e-12) == 1
+    with pytest.raises(BearingsError, match="determine a state") as error:
+        moved.estimate()
+    assert error.value.code == "NOT_OBSERVABLE"
+
+
+def test_ranges_and_angles_mix_in_one_track() -> None:
+    """A range takes the error along its line: the trace falls below its variance there."""
+    state = known()
+    line = POSITION - SOURCES[0]
+    distance = np.linalg.norm(line)
+    ranged = Sight(
+        SOURCES[0], np.arctan2(line[0], line[1]), SIGMA,
+        range_m=np.asarray(distance), range_sigma_m=20.0,
+    )  # fmt: skip
+    _, before = state.estimate()
+    _, after = update(state, ranged).estimate()
+    along = line / distance
+    assert along @ before[:2, :2] @ along > 100.0**2
+    assert along @ after[:2, :2] @ along < 20.0**2
+    alone = begin([ranged], [0.0], 300.0)
+    mean, _ = alone.estimate()
+    assert mean[:2] == pytest.approx(POSITION, abs=1e-3)
+    assert mean[2:] == pytest.approx([0.0, 0.0], abs=1e-6)
+    assert alone.lines_cross
+
+
+def test_parallel_lines_are_told_not_observable() -> None:
+    beside = [seen(np.array([0.0, y]), np.array([0.0, 90e3])) for y in (0.0, 10e3, 20e3)]
+    far = [seen(np.array([x, 0.0]), np.array([0.0, 90e6])) for x in (0.0, 10e3, 20e3)]
+    for sights in (beside, far, beside[:1]):
+        with pytest.raises(BearingsError) as error:
+            begin(sights, np.zeros(len(sights)), 300.0)
+        assert error.value.code == "NOT_OBSERVABLE"
+
+
+def test_lines_that_cross_behind_their_sources_are_refused() -> None:
+    apart = [
+        Sight(np.array([-10e3, 0.0]), np.array(-0.3), SIGMA),
+        Sight(np.array([10e3, 0.0]), np.array(0.3), SIGMA),
+    ]
+    with pytest.raises(BearingsError) as error:
+        begin(apart, [0.0, 0.0], 300.0)
+    assert error.value.code == "BEHIND_SOURCE"
+
+
+def test_a_single_source_begins_no_track() -> None:
+    """Its line turns, but any distance with a speed to match would do: nothing is made up."""
+    times = np.arange(0.0, 60.0, 5.0)
+    sights = [seen(SOURCES[0], POSITION + t * VELOCITY) for t in times]
+    with pytest.raises(BearingsError) as error:
+        begin(sights, times, 300.0)
+    assert error.value.code == "NOT_OBSERVABLE"
+
+
+def test_a_distance_that_was_lost_is_told() -> None:
+    """Ten minutes with one source: (10) still holds, the distance is not known any more."""
+    state = known()
+    assert is_observable(state, SOURCES[0])
+    path = POSITION.copy()
+    for t in np.arange(10.0, 601.0, 10.0):
+        path = POSITION + t * 0.05 * VELOCITY
+        state = update(predict(state, float(t), 5.0), seen(SOURCES[0], path))
+    assert state.lines_cross
+    assert not is_observable(state, SOURCES[0])
+
+
+def test_angles_in_space_locate_in_space() -> None:
+    position = np.array([10e3, 60e3, 8e3])
+    sights = []
+    for source in ([0.0, 0.0, 0.0], [40e3, 5e3, 200.0]):
+        east, north, up = position - np.array(source)
+        azimuth, elevation = np.arctan2(east, north), np.arctan2(up, np.hypot(east, north))
+        sights.append(Sight(np.array(source), azimuth, SIGMA, elevation, SIGMA))
+    mean, covariance = begin(sights, [0.0, 0.0], 300.0).estimate()
+    assert mean[:3] == pytest.approx(position, abs=1e-3)
+    assert (np.linalg.eigvalsh(covariance) > 0.0).all()
+    flat = [Sight(sight.source_m, sight.azimuth_rad, SIGMA) for sight in sights]
+    with pytest.raises(BearingsError):
+        begin(flat, [0.0, 0.0], 300.0)
+
+
+def test_errors_are_as_large_as_the_filter_says() -> None:
+    """NEES of 300 runs at the end of 40 s, three sources in turn: within its 99.9 % band."""
+    rng = np.random.default_rng(1)
+    runs, density = 300, 0.2
+    state = np.tile(np.r_[POSITION, VELOCITY], (runs, 1))
+    root = np.linalg.cholesky(process_noise(np.array([1.0]), density)[0])
+    move = transition(np.array([1.0]))[0]
+    sights = []
+    for t in range(40):
+        if t:
+            state = state @ move.T + rng.standard_normal((runs, 4)) @ root.T
+        error = SIGMA * rng.standard_normal(runs)
+        sights.append(seen(SOURCES[t % 3], state[:, :2], error))
+    found = begin(sights[:6], np.arange(6.0), 300.0)
+    for t in range(6, 40):
+        found = update(predict(found, float(t), density), sights[t])
+    mean, covariance = found.estimate()
+    miss = mean - state
+    nees = float((miss * np.linalg.solve(covariance, miss[..., None])[..., 0]).sum())
+    low, high = chi2.ppf([0.0005, 0.9995], 4 * runs)
+    assert low < nees < high
+
+
+def test_wrong_times_and_settings_are_refused() -> None:
+    sights, times = straight(6)
+    with pytest.raises(TimeOrderError):
+        begin(sights, times[::-1], 300.0)
+    with pytest.raises(TimeOrderError):
+        predict(known(), -1.0, 0.5)
+    with pytest.raises(MotionParameterError):
+        begin(sights, times, 0.0)
+    with pytest.raises(MotionParameterError):
+        predict(known(), 1.0, -0.5)
+    with pytest.raises(ShapeError):
+        begin(sights, times[:-1], 300.0)
+    with pytest.raises(ShapeError):
+        begin([], [], 300.0)
+    space = Sight(np.zeros(3), np.array(0.1), SIGMA)
+    with pytest.raises(ShapeError):
+        update(known(), space)
+    with pytest.raises(ShapeError):
+        begin([sights[0], space], [0.0, 0.0], 300.0)
