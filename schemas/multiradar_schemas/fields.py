@@ -49,7 +49,8 @@ epoch, or the time of day going on past midnight where a recording has no date.
 _MEASUREMENTS = """A measurement is a row of `measurements.parquet` or of an Arrow body, or a JSON
 object. JSON gives the time as exactly one of `time_s`, `time_ns` and `time`; Arrow bodies may have
 one of these columns; files have `time_s`. `kind` is radar, adsb, mlat or bearing and decides what
-must be there:"""
+must be there. Direction finders send bearings; so do radars whose plots have lost the range, such
+as by jamming:"""
 
 _HEALTH = """
 ## Health: `health.parquet`, a row for each radar and epoch

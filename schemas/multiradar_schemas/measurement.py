@@ -213,7 +213,7 @@ class MlatMeasurement(_PositionMeasurement):
 
 
 class BearingMeasurement(_Common):
-    """A direction without a range."""
+    """A direction without a range, of a direction finder or of a radar that has lost the range."""
 
     kind: Annotated[Literal["bearing"], _KIND]
     azimuth_deg: Azimuth

@@ -407,7 +407,9 @@ _GATES = (
         RejectCode.UNKNOWN_KIND,
         "kind",
         "a kind that its sensor measures",
-        pl.col(_KIND) != pl.col(_SENSOR_KIND),
+        # A radar that has lost the range, such as by jamming, still has bearings.
+        (pl.col(_KIND) != pl.col(_SENSOR_KIND))
+        & ~((pl.col(_KIND) == KIND_BEARING) & (pl.col(_SENSOR_KIND) == KIND_RADAR)),
     ),
     Gate(
         RejectCode.OUT_OF_RANGE,

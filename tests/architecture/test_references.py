@@ -20,6 +20,7 @@ COMPUTING = (
     "simulation/biases",
     "simulation/clutter",
     "simulation/flat",
+    "simulation/jamming",
     "simulation/looks",
     "simulation/observation",
     "simulation/paths",

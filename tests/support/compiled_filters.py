@@ -12,7 +12,7 @@ from multiradar.estimation.filters.arrays import Rows, Work, result_arrays
 from multiradar.estimation.filters.bank import Outcome, find_filter
 from multiradar.estimation.measurement._kernels import KIND_FLAT_PLACE, KIND_FLAT_POLAR
 from multiradar.estimation.measurement.linearised import cartesian_plot
-from multiradar.tracking.measurements import KIND_POSITION, KIND_RADAR
+from multiradar.tracking.measurements import KIND_BEARING, KIND_POSITION, KIND_RADAR
 from multiradar.tracking.model import filter_model
 from multiradar.tracking.settings import TrackingSettings
 from support.reference_filters import Observation
@@ -88,7 +88,7 @@ class CompiledFilter:
         rows = Rows(
             slot=np.array([observation.aircraft]),
             time=np.array([observation.time_s]),
-            kind=np.array([KIND_POSITION if observation.is_position else KINDS[self._form]]),
+            kind=np.array([self._kind(observation)]),
             sensor=np.array([observation.radar]),
             z=self._value(observation)[None, :].copy(),
             height=np.array([observation.height_m]),
@@ -136,7 +136,14 @@ class CompiledFilter:
     def biases(self) -> tuple[Floats, Floats]:
         return self._book.state.estimate, self._book.state.covariance
 
+    def _kind(self, observation: Observation) -> int:
+        if observation.is_bearing:
+            return KIND_BEARING
+        return KIND_POSITION if observation.is_position else KINDS[self._form]
+
     def _value(self, observation: Observation) -> Floats:
+        if observation.is_bearing:
+            return np.array([0.0, observation.value[1]])
         if self._form != "place" or observation.is_position:
             return observation.value
         return cartesian_plot(self._sites[observation.radar], *observation.value)

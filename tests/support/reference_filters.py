@@ -25,7 +25,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Observation:
-    """One plot (range and azimuth), or one report of a position (east and north)."""
+    """One plot (range and azimuth, or a bearing whose range is lost), or one reported position."""
 
     time_s: float
     aircraft: int
@@ -33,6 +33,7 @@ class Observation:
     value: Floats
     height_m: float = 0.0
     is_position: bool = False
+    is_bearing: bool = False
 
 
 @dataclass(frozen=True)

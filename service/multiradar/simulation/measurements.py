@@ -56,6 +56,11 @@ class Measurements:
     def __len__(self) -> int:
         return len(self.time_s)
 
+    @property
+    def bearings(self) -> NDArray[np.bool_]:
+        """Which of them have an azimuth and no range."""
+        return np.asarray(np.isnan(self.range_m) & ~np.isnan(self.azimuth_rad))
+
 
 def none() -> Measurements:
     """Return no measurements."""

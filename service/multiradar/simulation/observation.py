@@ -20,11 +20,12 @@ from multiradar.simulation.biases import TrueBiases, walk_biases
 from multiradar.simulation.clutter import clutter_plots
 from multiradar.simulation.copies import copied
 from multiradar.simulation.heights import heard_heights
+from multiradar.simulation.jamming import without_lost_ranges
 from multiradar.simulation.looks import Line, Plots, look_times, make_plots, outside_gaps
 from multiradar.simulation.measurements import NO_AIRCRAFT, Measurements, merged, none
 from multiradar.simulation.paths import Path, fly
 from multiradar.simulation.resolution import unresolved
-from multiradar.simulation.scene import Aircraft, Scene, Sensor
+from multiradar.simulation.scene import SITED, Aircraft, Scene, Sensor
 from multiradar.simulation.traffic import all_aircraft
 
 Floats = NDArray[np.float64]
@@ -120,7 +121,7 @@ def observe(
     for number, stream in enumerate(clutter_rng.spawn(len(scene.sensors))):
         plots = clutter_plots(scene.sensors[number], scene.duration_s, stream)
         rows.append(_row(sky, number, NO_AIRCRAFT, plots))
-    made = unresolved(merged(rows), scene.sensors)
+    made = without_lost_ranges(unresolved(merged(rows), scene.sensors), scene.sensors)
     return Observation(plane, aircraft, made, biases, looks, copies)
 
 
@@ -142,7 +143,7 @@ class _Sky:
             return none(), 0
         if sensor.kind != "adsb" and not flown[1].exists:
             return none(), 0
-        if sensor.kind == "radar":
+        if sensor.kind in SITED:
             return self._plots(number, flown, life, rng)
         return self._reports(number, flown, life, rng)
 

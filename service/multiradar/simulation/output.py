@@ -11,7 +11,7 @@ from multiradar.estimation.measurement.sensors import (
 )
 from multiradar.simulation.measurements import NO_AIRCRAFT
 from multiradar.simulation.observation import Observation
-from multiradar.simulation.scene import Aircraft, Heard, Scene, Sensor
+from multiradar.simulation.scene import SITED, Aircraft, Heard, Scene, Sensor
 from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
 
 #: `truth.parquet`: row i is the truth of row i of `measurements.parquet`.
@@ -45,12 +45,16 @@ _TURN_DEG = 360.0
 def measurements_frame(scene: Scene, observation: Observation) -> pl.DataFrame:
     """Return `measurements.parquet`: `MEASUREMENT_SCHEMA`, degrees, by ascending time stamp."""
     rows = observation.measurements
-    kinds = [one.kind for one in scene.sensors]
+    # A plot that has lost its range is a bearing, whatever made it.
+    kinds = ["radar" if one.kind in SITED else one.kind for one in scene.sensors]
+    lost = rows.bearings
     frame = pl.DataFrame(
         {
             "time_s": scene.start_time_s + rows.time_s,
             "sensor_id": _named(scene, rows.sensor),
-            "kind": pl.Series(kinds, dtype=pl.String).gather(pl.Series(rows.sensor)),
+            "kind": pl.Series(kinds, dtype=pl.String)
+            .gather(pl.Series(rows.sensor))
+            .zip_with(pl.Series(~lost), pl.repeat("bearing", len(lost), eager=True)),
             "range_m": rows.range_m,
             "azimuth_deg": _degrees(rows.azimuth_rad),
             "latitude_deg": np.degrees(rows.latitude_rad),
@@ -113,8 +117,10 @@ def true_biases_frame(scene: Scene, observation: Observation) -> pl.DataFrame:
 
 def true_parameters(sensor: Sensor) -> tuple[int, ...]:
     """Return the kinds of parameter of a sensor whose truth is told: its offsets, always."""
-    if sensor.kind != "radar":
+    if sensor.kind not in SITED:
         return ()
+    if sensor.kind != "radar":
+        return tuple(sorted({PARAMETER_AZIMUTH_OFFSET} | sensor.told))
     return tuple(sorted({PARAMETER_RANGE_OFFSET, PARAMETER_AZIMUTH_OFFSET} | sensor.told))
 
 

@@ -11,7 +11,9 @@ from typing import Literal
 
 from multiradar.estimation.measurement.sensors import PARAMETER_NAMES
 
-SensorKind = Literal["radar", "adsb", "mlat"]
+SensorKind = Literal["radar", "direction-finder", "adsb", "mlat"]
+#: Kinds that look from a site and measure an azimuth.
+SITED = ("radar", "direction-finder")
 PlaneKind = Literal["flat", "wgs84"]
 #: What a sensor may hear of an aircraft beside its place.
 Heard = Literal["height", "mode_3a", "mode_s_address", "track_number"]
@@ -238,16 +240,16 @@ class Storm:
 
 @dataclass(frozen=True, slots=True)
 class Sensor:
-    """A radar, or receivers that report positions.
+    """A radar, a direction finder, or receivers that report positions.
 
     Attributes
     ----------
     identifier : str
         Its name.
     kind : str
-        `radar`, `adsb` or `mlat`.
+        `radar`, `direction-finder`, `adsb` or `mlat`.
     east_m, north_m, height_m : float
-        Site; only radars have one.
+        Site; only radars and direction finders have one.
     range_sigma_m, azimuth_sigma_rad, position_sigma_m : float
         Standard deviations of the random errors (position: each horizontal axis).
     rotation_period_s : float, optional
@@ -276,6 +278,8 @@ class Sensor:
         A radar makes one plot of aircraft that are closer in both, where both are positive.
     gaps_s : tuple of (from, until)
         Times without data.
+    jammed_s : tuple of (from, until)
+        Times in which a radar loses the range of its plots.
     heard : frozenset of str
         What it hears of `HEARD`.
     biases : tuple of Bias
@@ -309,6 +313,7 @@ class Sensor:
     range_resolution_m: float = 0.0
     azimuth_resolution_rad: float = 0.0
     gaps_s: tuple[Span, ...] = ()
+    jammed_s: tuple[Span, ...] = ()
     heard: frozenset[Heard] = frozenset(HEARD)
     biases: tuple[Bias, ...] = (Bias(),) * PARAMETERS
     told: frozenset[int] = frozenset()

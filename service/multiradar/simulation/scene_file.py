@@ -289,6 +289,7 @@ def _sensor(table: SensorTable, on_earth: bool, plane: SystemPlane) -> Sensor:
         range_resolution_m=table.range_resolution_m,
         azimuth_resolution_rad=_rad(table.azimuth_resolution_deg),
         gaps_s=tuple(_span(one) for one in table.gaps_s),
+        jammed_s=tuple(_span(one) for one in table.jammed_s),
         heard=frozenset(table.reports),
         biases=_biases(table.bias),
         told=frozenset(

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Self
 from pydantic import AfterValidator, BeforeValidator, Field, StringConstraints, model_validator
 
 from multiradar.simulation.bias_tables import BiasesTable
-from multiradar.simulation.scene import HEARD, Heard, PlaneKind, SensorKind
+from multiradar.simulation.scene import HEARD, SITED, Heard, PlaneKind, SensorKind
 from multiradar_schemas import sensor_bounds as bounds
 from multiradar_schemas.explain import shown
 from multiradar_schemas.measurement import (
@@ -234,7 +234,12 @@ _OF_RADARS = (
     "east_m", "north_m", "latitude_deg", "longitude_deg", "height_m", "range_sigma_m",
     "azimuth_sigma_deg", "rotation_period_s", "range_min_m", "range_max_m", "elevation_max_deg",
     "horizon", "garbled_probability", "clutter_per_turn", "storm", "second_feed",
-    "range_resolution_m", "azimuth_resolution_deg", "bias",
+    "range_resolution_m", "azimuth_resolution_deg", "jammed_s", "bias",
+)  # fmt: skip
+# What a direction finder has none of: it measures no range.
+_OF_RANGES = (
+    "range_sigma_m", "position_sigma_m", "clutter_per_turn", "storm", "second_feed",
+    "range_resolution_m", "azimuth_resolution_deg", "jammed_s",
 )  # fmt: skip
 
 
@@ -264,14 +269,15 @@ class SensorTable(_Placed):
     range_resolution_m: Annotated[float, Field(ge=0.0, le=10_000.0)] = 0.0
     azimuth_resolution_deg: Annotated[float, Field(ge=0.0, le=10.0)] = 0.0
     gaps_s: Annotated[tuple[_Gap, ...], _LISTED] = ()
+    jammed_s: Annotated[tuple[_Gap, ...], _LISTED] = ()
     reports: Annotated[tuple[Heard, ...], _LISTED] = HEARD
     bias: BiasesTable = BiasesTable()
 
     @model_validator(mode="after")
     def _fits_its_kind(self) -> Self:
-        if self.kind == "radar":
-            check_place(self, f"the radar {self.id}")
-            unused = ["position_sigma_m"]
+        if self.kind in SITED:
+            check_place(self, f"the {self.kind} {self.id}")
+            unused = ["position_sigma_m"] if self.kind == "radar" else list(_OF_RANGES)
         else:
             unused = list(_OF_RADARS)
         for key in unused:
@@ -283,6 +289,9 @@ class SensorTable(_Placed):
             raise wrong("expected range_resolution_m or second_feed, was both")
         if self.rotation_period_s is not None and self.interval_s is not None:
             raise wrong("expected rotation_period_s or interval_s, was both")
+        ranges = (self.bias.range_offset_m, self.bias.range_gain)
+        if self.kind == "direction-finder" and any(one is not None for one in ranges):
+            raise wrong(f"expected no bias of a range for the {self.kind} {self.id}, was given")
         return self
 
 

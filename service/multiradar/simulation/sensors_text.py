@@ -9,7 +9,7 @@ from multiradar.estimation.measurement.sensors import (
     PARAMETER_NAMES,
 )
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.simulation.scene import Bias, Scene, Sensor
+from multiradar.simulation.scene import SITED, Bias, Scene, Sensor
 from multiradar.simulation.toml_text import toml_text
 
 # A picometre of angle: coordinates are written as they were given.
@@ -41,14 +41,14 @@ def sensors_text(scene: Scene) -> str:
 
 def _sensor(sensor: Sensor, plane: SystemPlane) -> dict[str, Any]:
     table: dict[str, Any] = {"id": sensor.identifier, "kind": sensor.kind}
-    if sensor.kind != "radar":
+    if sensor.kind not in SITED:
         return table | {"position_sigma_m": sensor.position_sigma_m}
     latitude, longitude = plane.to_geodetic(sensor.east_m, sensor.north_m)
     table |= {
         "latitude_deg": round(float(np.degrees(latitude)), _DIGITS),
         "longitude_deg": round(float(np.degrees(longitude)), _DIGITS),
         "height_m": sensor.height_m,
-        "range_sigma_m": sensor.range_sigma_m,
+        **({"range_sigma_m": sensor.range_sigma_m} if sensor.kind == "radar" else {}),
         "azimuth_sigma_deg": round(float(np.degrees(sensor.azimuth_sigma_rad)), _DIGITS),
         "rotation_period_s": sensor.rotation_period_s,
     }

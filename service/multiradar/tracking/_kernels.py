@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from multiradar.estimation.filters._height_kernels import forget_height
 from multiradar.estimation.filters._kernels import NO_ROOM_SLOT
 from multiradar.estimation.filters.arrays import Aircraft
-from multiradar.estimation.measurement._kernels import KIND_POSITION
+from multiradar.estimation.measurement._kernels import KIND_BEARING, KIND_POSITION
 from multiradar.geodesy._kernels import geodetic_to_plane, local_matrix, plane_to_geodetic
 from multiradar.kernels import in_loop, loop
 from multiradar.tracking.lifecycle import BY_IDENTITY, TENTATIVE, Lifecycle
@@ -105,6 +105,7 @@ def assign(
     track_numbers: Integers,
     addresses: Integers,
     codes: Integers,
+    kinds: NDArray[np.int8],
     roster: Roster,
     aircraft: Aircraft,
     life: Lifecycle,
@@ -113,8 +114,8 @@ def assign(
     """Find or make the aircraft of rows first…last; return the row that needs more room, or last.
 
     A row that has a slot keeps it, one that has `NEW_TRACK` gets a new aircraft in any case, and
-    one without identity gets none. When the pool is ``full``, no room is to be had: rows that need
-    it get `NO_ROOM_SLOT`.
+    one without identity gets none; a bearing, which tells no place, makes none. When the pool is
+    ``full``, no room is to be had: rows that need it get `NO_ROOM_SLOT`.
 
     ``roster.counters`` holds the last track identifier given and the number of free slots, which
     are taken from the end of ``roster.free``.
@@ -126,6 +127,9 @@ def assign(
         anonymous = slot == NEW_TRACK
         if slot < 0 and not anonymous:
             slot = find_by_identity(number, address, roster)
+        if slot < 0 and kinds[row] == KIND_BEARING:
+            identities.slot[row] = MISSING
+            continue
         if slot < 0 and (number >= 0 or address >= 0 or anonymous):
             if roster.counters[1] == 0:
                 if not full:
@@ -202,12 +206,15 @@ def observe(
     plane: Floats,
     z: Floats,
 ) -> None:
-    """Fill z: range and azimuth of a plot, east and north of a reported position."""
+    """Fill z: range and azimuth of a plot, east and north of a reported position.
+
+    A bearing has nothing where a plot has its range: see `measurement._kernels`.
+    """
     for row in range(kinds.shape[0]):
         if kinds[row] == KIND_POSITION:
             z[row, 0], z[row, 1] = geodetic_to_plane(plane, latitudes[row], longitudes[row])
         else:
-            z[row, 0] = ranges[row]
+            z[row, 0] = 0.0 if kinds[row] == KIND_BEARING else ranges[row]
             z[row, 1] = azimuths[row]
 
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from multiradar.estimation.filters._kernels import RESTARTED
 from multiradar.estimation.filters.arrays import Aircraft, Result, Rows
-from multiradar.estimation.measurement._kernels import KIND_RADAR
+from multiradar.estimation.measurement._kernels import KIND_BEARING, KIND_RADAR
 from multiradar.tracking._assignment_kernels import assign_scan
 from multiradar.tracking._clutter_kernels import ring_of
 from multiradar.tracking.lifecycle import BY_IDENTITY, CONFIRMED, TENTATIVE, Lifecycle
@@ -161,6 +161,11 @@ def settle(
     for row in range(first, last):
         k = identities.slot[row]
         if k < 0 or result.outcome[row] > RESTARTED:
+            continue
+        if rows.kind[row] == KIND_BEARING:
+            # It tells that something is there in that direction, which others are as well.
+            if life.stage[k] != BY_IDENTITY:
+                confirmed[row] = life.stage[k] == CONFIRMED
             continue
         s = rows.sensor[row]
         before = life.heard[k, s]

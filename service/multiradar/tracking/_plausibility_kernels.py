@@ -85,7 +85,7 @@ def judge(
     for row in range(first, last):
         k, s, time = rows.slot[row], rows.sensor[row], rows.time[row]
         z0, z1, height = rows.z[row, 0], rows.z[row, 1], rows.height[row]
-        if k < 0 or watch.kind[s] == KIND_BEARING:
+        if k < 0 or rows.kind[row] == KIND_BEARING:
             continue
         if not (abs(time) < VALUE_MAX and abs(z0) < VALUE_MAX and abs(z1) < VALUE_MAX):
             continue

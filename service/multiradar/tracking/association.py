@@ -18,6 +18,7 @@ from multiradar.estimation.filters.arrays import Model, Result, Rows
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.tracking import sky as skies
 from multiradar.tracking._association_kernels import find_candidates
+from multiradar.tracking._bearing_kernels import give_bearings
 from multiradar.tracking._kernels import identify
 from multiradar.tracking._lifecycle_kernels import (
     MERGED,
@@ -31,7 +32,7 @@ from multiradar.tracking._merging_kernels import find_merges
 from multiradar.tracking._sharing_kernels import SHARE_COLUMNS, share_plots
 from multiradar.tracking._sky_kernels import doubt, fill_sky
 from multiradar.tracking.clutter import ClutterMap
-from multiradar.tracking.measurements import MeasurementBatch
+from multiradar.tracking.measurements import KIND_BEARING, MeasurementBatch
 from multiradar.tracking.order import RELEASE_STEP_S
 from multiradar.tracking.pool import AircraftPool
 from multiradar.tracking.roster import RowIdentities
@@ -264,6 +265,11 @@ class Association:
             first, last, self._sensors, batch.track_number, batch.mode_s_address, codes, rows,
             pool.life, candidates, sky, identities, doubted, self._scores, self._shadows,
         )  # fmt: skip
+        if bool((batch.kind[first:last] == KIND_BEARING).any()):
+            give_bearings(
+                first, last, window_time, batch.track_number, batch.mode_s_address, codes, rows,
+                model, pool.aircraft, pool.roster, pool.life, self._rules, sky, identities,
+            )  # fmt: skip
         return self._share(window, model, candidates, pool) if self._shares else None
 
     def _share(

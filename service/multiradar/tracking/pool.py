@@ -74,7 +74,7 @@ class AircraftPool:
         while True:
             first = assign(
                 first, last, self._full, batch.track_number, batch.mode_s_address, codes,
-                self.roster, self.aircraft, self.life, identities,
+                batch.kind, self.roster, self.aircraft, self.life, identities,
             )  # fmt: skip
             if first == last:
                 return

@@ -149,7 +149,7 @@ def take_rows(
             k = rows.slot[row]
             kind = rows.kind[row]
             innovations[row, 0] = np.nan
-            outcome = find_taker(k, kind)
+            outcome = find_taker(k, kind, True)
             if outcome != UPDATED:
                 outcomes[row] = outcome
                 continue

@@ -113,7 +113,7 @@ def joint_step(
             row = work.order[i]
             k = rows.slot[row]
             result.innovation[row, 0] = np.nan
-            outcome = find_taker(k, rows.kind[row])
+            outcome = find_taker(k, rows.kind[row], False)
             if k >= room:
                 outcome = NO_ROOM
             turn = REFUSED

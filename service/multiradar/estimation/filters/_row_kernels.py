@@ -58,13 +58,15 @@ REPORT_PATIENCE_S = 12.0
 
 
 @in_loop
-def find_taker(k: int, kind: int) -> int:
+def find_taker(k: int, kind: int, takes_bearings: bool) -> int:
     """Return `UPDATED` where a row has an aircraft and a kind to be taken, else what becomes of it.
 
     Only then do its other columns mean anything.
     """
     outcome = UPDATED
-    if kind < KIND_RADAR or kind == KIND_BEARING or kind > KIND_FLAT_PLACE:
+    if kind < KIND_RADAR or kind > KIND_FLAT_PLACE:
+        outcome = UNSUPPORTED
+    if kind == KIND_BEARING and not takes_bearings:
         outcome = UNSUPPORTED
     if k < 0:
         outcome = NO_ROOM if k == NO_ROOM_SLOT else UNASSOCIATED

@@ -48,6 +48,7 @@ from multiradar.estimation.filters._unheard_height_kernels import (
     shift_by_height,
 )
 from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows, Work
+from multiradar.estimation.measurement._kernels import KIND_BEARING
 from multiradar.estimation.motion._kernels import move_aircraft
 from multiradar.kernels import fetch_ahead, in_loop, loop
 
@@ -144,7 +145,7 @@ def take_rows(
             k = rows.slot[row]
             kind = rows.kind[row]
             innovations[row, 0] = np.nan
-            outcome = find_taker(k, kind)
+            outcome = find_taker(k, kind, method == TWO_STAGE)
             if outcome != UPDATED:
                 outcomes[row] = outcome
                 continue
@@ -205,7 +206,7 @@ def take_rows(
                         starts, parameters, bias, bias_covariance, options, means, covariances,
                         sensitivities, velocities, surprises, Y, y, U, R, innovations, row,
                     )  # fmt: skip
-                    if timed and outcome == UPDATED:
+                    if timed and outcome == UPDATED and kind != KIND_BEARING:
                         settle_velocity(
                             kind, z0, z1, height, variance, k, s, places[s], plane, sites, noises,
                             starts, parameters, bias, bias_covariance, options, means, covariances,

@@ -32,6 +32,7 @@ from multiradar.estimation.filters._kernels import (
     position_part,
 )
 from multiradar.estimation.measurement._kernels import (
+    KIND_BEARING,
     KIND_POSITION,
     KIND_RADAR,
     bias_column,
@@ -79,7 +80,7 @@ def learn_height(
 
     ``density`` is that of the acceleration on each axis, m²/s³.
     """
-    if look[0] != NOTHING or kind not in (KIND_RADAR, KIND_POSITION):
+    if look[0] != NOTHING or kind not in (KIND_RADAR, KIND_POSITION, KIND_BEARING):
         learnt[:] = 0.0
         learnt[1] = look[2]
         return
@@ -99,6 +100,8 @@ def learn_height(
     rate0, rate1 = h[0] * x2 + h[1] * x3, h[2] * x2 + h[3] * x3
     e0, e1 = z0 - p0, z1 - p1
     slope = 0.0
+    if kind == KIND_BEARING:
+        e1 = wrap_angle(e1)
     if kind == KIND_RADAR:
         e1 = wrap_angle(e1)
         slope = range_slope(height, p0, noise[3])
@@ -125,6 +128,9 @@ def learn_height(
         # The error of a radar's bias is the same plot after plot.
         left = max(least, min(variance, b00 / max(u0 * u0, TINY_SQUARED)))
     # The filter takes the range at this height with its variance.
+    if kind == KIND_BEARING:
+        # The bias of an azimuth passes for a height.
+        change, left = 0.0, variance
     i00, i01, i11 = inverse(n00 + w[0] + slope * slope * variance, n01 + w[1], n11 + w[2])
     K = gain_of(G, i00, i01, i11)
     learnt[0] = change

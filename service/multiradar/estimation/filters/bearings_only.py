@@ -95,7 +95,14 @@ class BearingsState:
         return np.asarray(self.crossing_strength > CROSSING_MIN)
 
     def estimate(self) -> tuple[Floats, Floats]:
-        """Return mean, (..., 2 d), and covariance, (..., 2 d, 2 d).
+        """Return the state and what its errors are.
+
+        Returns
+        -------
+        mean : (..., 2 d) ndarray
+            Position, m, and velocity, m/s.
+        covariance : (..., 2 d, 2 d) ndarray
+            Its covariance.
 
         Raises
         ------

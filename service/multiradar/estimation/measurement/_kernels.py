@@ -9,10 +9,15 @@ axis (m²), and the height of the site (m). A row of ``sites`` is that of
 `multiradar.geodesy._kernels.site_parameters`; for the flat kinds its first two places are east and
 north of the radar (m), and the plane is not looked at.
 
+A bearing has an azimuth and no range. Its first component is empty: measured and expected as 0,
+with no derivative and a variance of 1, so that it takes part in nothing, whatever a kernel does
+with both: the information of a bearing is of rank one, and no large variance stands for a range.
+
 References
 ----------
 IMM UrO RAN report (2016), equations (1.5), with the gain of the range named in the text after it,
-(1.7), (1.11) and (1.13). The polar form on WGS 84 and time offsets are the project's own.
+(1.7), (1.11) and (1.13); Nenartovich, Isakov, equation (11), for bearings. The polar form on WGS 84
+and time offsets are the project's own.
 """
 
 import math
@@ -51,7 +56,7 @@ LINE_OF_SIGHT_MIN_M = 1e-3
 @in_both
 def measures_azimuth(kind: int) -> bool:
     """Return whether the second component is an azimuth, whose differences are wrapped."""
-    return kind in (KIND_RADAR, KIND_FLAT_POLAR)
+    return kind in (KIND_RADAR, KIND_BEARING, KIND_FLAT_POLAR)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -113,6 +118,12 @@ def sight(
         # Slope of the slant range with the height: sine of the elevation seen from the aircraft.
         slope = (height - noise[3]) / larger(p0, 1.0) + p0 / EARTH_DIAMETER_M
         w = (noise[0] + slope * slope * height_variance, none, alike(noise[1], east))
+    elif kind == KIND_BEARING:
+        _, x, y, _, _, az_e, az_n, ground = line_of_sight(plane, site, east, north, height)
+        # NaN where there is no line of sight, as in the azimuth.
+        p0 = 0.0 * ground
+        h = (none, none, az_e, az_n)
+        w = (one, none, alike(noise[1], east))
     elif kind != KIND_POSITION:
         dx = east - site[0]
         dy = north - site[1]
@@ -140,6 +151,8 @@ def locate_measurement(
     kind: int, plane: Floats, site: Floats, z0: float, z1: float, height: float
 ) -> tuple[bool, float, float]:
     """Return (ok, east, north): the place that a measurement without errors comes from."""
+    if kind == KIND_BEARING:
+        return False, np.nan, np.nan
     if kind in (KIND_RADAR, KIND_FLAT_POLAR) and not z0 > LINE_OF_SIGHT_MIN_M:
         return False, np.nan, np.nan
     if kind == KIND_RADAR:
@@ -173,6 +186,8 @@ def bias_column(
                 j0, j1 = dy, -dx
         elif parameter == PARAMETER_RANGE_GAIN:
             j0, j1 = dx, dy
+    if kind == KIND_BEARING:
+        j0 = alike(0.0, p0)
     return j0, j1
 
 

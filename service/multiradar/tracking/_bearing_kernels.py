@@ -1,0 +1,110 @@
+"""Compiled association of bearings that no identity names: by azimuth, where one track alone fits.
+
+A bearing points at every track behind each other in its direction. It is given to the one that is
+clearly likelier than all others and than a bearing of nothing, whose azimuth is anywhere; else to
+none, for a wrong bearing bends a track as a wrong plot does.
+
+References
+----------
+The project's own: likelihood ratios of `_association_kernels`, whose measurement has the empty
+first component of a bearing.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from multiradar.estimation.filters.arrays import Aircraft, Model, Rows
+from multiradar.estimation.measurement._kernels import KIND_BEARING
+from multiradar.kernels import loop
+from multiradar.tracking._association_kernels import LOG_TURN, judge
+from multiradar.tracking.lifecycle import TENTATIVE, Lifecycle
+from multiradar.tracking.roster import MISSING, Roster, RowIdentities
+from multiradar.tracking.sky import Sky
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+# Logarithm of the density of bearings of nothing: even over the circle, 1/rad; beside it that of
+# the empty component at its middle.
+LOG_ANYWHERE = -1.5 * LOG_TURN
+# By so much the likeliest track must be likelier than the next: twenty times.
+LOG_CLEARLY = math.log(20.0)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def give_bearings(
+    first: int,
+    last: int,
+    window_time: float,
+    track_numbers: Integers,
+    addresses: Integers,
+    codes: Integers,
+    rows: Rows,
+    model: Model,
+    aircraft: Aircraft,
+    roster: Roster,
+    life: Lifecycle,
+    rules: Floats,
+    sky: Sky,
+    identities: RowIdentities,
+) -> None:
+    """Fill the slots of bearings first…last without identity for which one track alone fits."""
+    n = model.bias.shape[0]
+    search(
+        first, last, window_time, track_numbers, addresses, codes, rows, model, aircraft, roster,
+        life, rules, sky, identities, np.sqrt(np.diag(model.bias_covariance)), np.empty(n),
+        np.empty(n), np.empty(n), np.empty(n),
+    )  # fmt: skip
+
+
+@loop
+def search(
+    first: int,
+    last: int,
+    window_time: float,
+    track_numbers: Integers,
+    addresses: Integers,
+    codes: Integers,
+    rows: Rows,
+    model: Model,
+    aircraft: Aircraft,
+    roster: Roster,
+    life: Lifecycle,
+    rules: Floats,
+    sky: Sky,
+    identities: RowIdentities,
+    sigmas: Floats,
+    U0: Floats,
+    U1: Floats,
+    R0: Floats,
+    R1: Floats,
+) -> None:
+    """Do as `give_bearings`, in the room given."""
+    for row in range(first, last):
+        named = track_numbers[row] >= 0 or addresses[row] >= 0
+        if rows.kind[row] != KIND_BEARING or identities.slot[row] >= 0 or named:
+            continue
+        ahead = rows.time[row] - window_time
+        best, second = 0.0, 0.0
+        chosen = MISSING
+        for k in range(roster.track_id.shape[0]):
+            if (
+                roster.track_id[k] == MISSING
+                or np.isnan(aircraft.time[k])
+                or life.stage[k] == TENTATIVE
+            ):
+                continue
+            score = judge(
+                row, k, ahead, 0.0, MISSING, MISSING, codes[row], rows, model, aircraft, roster,
+                life, sky, rules, LOG_ANYWHERE, sigmas, U0, U1, R0, R1,
+            )  # fmt: skip
+            if score > best:
+                best, second = score, best
+                chosen = k
+            elif score > second:
+                second = score
+        if chosen != MISSING and best - second >= LOG_CLEARLY:
+            identities.slot[row] = chosen

@@ -1,0 +1,97 @@
+"""Bearings in the service: tracks that live on without ranges, biases of direction finders."""
+
+import numpy as np
+import polars as pl
+import pytest
+
+from multiradar.runtime.engine import Engine
+from multiradar.runtime.offline import BATCH_ROWS
+from multiradar.tracking.outputs import EngineOutput, TrackUpdates
+from multiradar.tracking.settings import TrackingSettings
+from multiradar.wire import measurement_batch, tracks_frame
+from multiradar_schemas.reject import RejectCode
+from support import bearing_scene
+
+TABLE = bearing_scene.sensors()
+AZIMUTH = 1
+
+
+def _tracked(
+    scene: bearing_scene.Scene, *, batch_rows: int = BATCH_ROWS, **settings: str
+) -> tuple[Engine, pl.DataFrame]:
+    engine = Engine(TABLE, TrackingSettings(**settings))  # type: ignore[arg-type]
+    outputs: list[EngineOutput] = []
+    for part in scene.frame.iter_slices(batch_rows):
+        batch, refused = measurement_batch(part, TABLE)
+        assert not len(refused.index)
+        outputs.append(engine.push(batch))
+    outputs.append(engine.flush())
+    updates = TrackUpdates.concatenate([output.updates for output in outputs])
+    return engine, tracks_frame(updates, TABLE)
+
+
+def _after(tracks: pl.DataFrame, since_s: float) -> pl.DataFrame:
+    return tracks.filter(
+        pl.col("time_s") > bearing_scene.START_S + since_s, pl.col("track_number").is_not_null()
+    )
+
+
+@pytest.mark.parametrize("filter_name", ["two-stage", "imm"])
+@pytest.mark.parametrize("named", [True, False])
+def test_tracks_live_on_by_bearings(filter_name: str, named: bool) -> None:
+    """Three minutes without ranges: 300 m, and errors as large as told, on bearings of 0.2°."""
+    scene = bearing_scene.make(named=named)
+    engine, tracks = _tracked(scene, filter_name=filter_name)
+    late = _after(tracks, 130.0)
+    assert late["track_number"].n_unique() == 5
+    assert late["track_id"].n_unique() == 5
+    assert len(late) > 400
+    distance, sigma = scene.errors(late)
+    assert np.sqrt(np.mean(distance**2)) < 300.0
+    assert 0.2 < np.mean((distance / sigma) ** 2) < 1.5
+    # What cannot be told whose it is is of none: no more than one nameless bearing in ten.
+    bearings = scene.frame.filter(pl.col("kind") == "bearing")
+    unassociated = engine.counts["UNASSOCIATED"]
+    assert unassociated < (0.02 if named else 0.1) * len(bearings)
+
+
+def test_the_azimuth_bias_of_a_direction_finder_is_estimated() -> None:
+    engine, _ = _tracked(bearing_scene.make())
+    state = engine.biases
+    own = (TABLE.parameter_sensor == TABLE.ids.index("df-1")) & (TABLE.parameter_kind == AZIMUTH)
+    (place,) = np.flatnonzero(own)
+    sigma = float(np.sqrt(state.covariance[place, place]))
+    assert np.degrees(sigma) < 0.05
+    error = float(state.estimate[place]) - np.radians(bearing_scene.BIAS_DEG)
+    assert abs(error) < 4.0 * sigma
+
+
+@pytest.mark.parametrize("named", [True, False])
+def test_the_cut_into_batches_leaves_no_trace(named: bool) -> None:
+    scene = bearing_scene.make(named=named, seconds=60.0, jammed_s=30.0)
+    _, whole = _tracked(scene)
+    _, pieces = _tracked(scene, batch_rows=37)
+    assert whole.equals(pieces)
+
+
+def test_filters_that_take_no_bearings_count_them() -> None:
+    scene = bearing_scene.make(seconds=40.0)
+    engine, _ = _tracked(scene, filter_name="ci")
+    bearings = scene.frame.filter(pl.col("kind") == "bearing")
+    counts = engine.counts
+    assert counts["UNSUPPORTED"] + counts["UNASSOCIATED"] == len(bearings)
+    assert counts["UNSUPPORTED"] > 100
+
+
+def test_a_radar_may_lose_its_range_and_nobody_else_gets_bearings() -> None:
+    one = bearing_scene.make(seconds=20.0).frame.filter(pl.col("kind") == "bearing")[:1]
+    of_radar = one.with_columns(sensor_id=pl.lit("41-10"))
+    batch, refused = measurement_batch(of_radar, TABLE)
+    assert len(batch) == 1
+    assert not len(refused.index)
+    without = of_radar.with_columns(kind=pl.lit("radar"))
+    _, refused = measurement_batch(without, TABLE)
+    assert [RejectCode(code) for code in refused.code] == [RejectCode.MISSING_FIELD]
+    of_finder = one.with_columns(kind=pl.lit("radar"), range_m=pl.lit(50e3))
+    _, refused = measurement_batch(of_finder, TABLE)
+    assert [RejectCode(code) for code in refused.code] == [RejectCode.UNKNOWN_KIND]
