@@ -87,6 +87,21 @@ MANOEUVRE_PLANE_SCHEMA = pl.Schema(
     }
 )
 
+#: `observability.parquet`: one row for each track and epoch in which it was updated.
+OBSERVABILITY_SCHEMA = pl.Schema(
+    {
+        "track_id": pl.Int64(),
+        "time_s": pl.Float64(),
+        "window_s": pl.Float64(),
+        "ranges": pl.Int64(),
+        "bearings": pl.Int64(),
+        "places": pl.Int64(),
+        "crossing": pl.Float64(),
+        "lines_cross": pl.Boolean(),
+        "is_observable": pl.Boolean(),
+    }
+)
+
 #: `biases.parquet`: one row for each sensor, parameter and epoch.
 BIAS_SCHEMA = pl.Schema(
     {

@@ -17,6 +17,7 @@ from multiradar_schemas.arrow import (
     MANOEUVRE_PLANE_SCHEMA,
     MEASUREMENT_REQUIRED,
     MEASUREMENT_SCHEMA,
+    OBSERVABILITY_SCHEMA,
     TRACK_SCHEMA,
     TRANSITION_SCHEMA,
 )
@@ -25,6 +26,7 @@ from multiradar_schemas.forecast import Forecast
 from multiradar_schemas.health import RadarHealth
 from multiradar_schemas.manoeuvre_plane import ManoeuvrePlane
 from multiradar_schemas.measurement import MEASUREMENT, MEASUREMENTS
+from multiradar_schemas.observability import Observability
 from multiradar_schemas.reject import Reject
 from multiradar_schemas.report import Report
 from multiradar_schemas.sensor import SensorsFile
@@ -45,6 +47,7 @@ _MODELS: dict[str, TypeAdapter[Any]] = {
     "health": TypeAdapter(RadarHealth),
     "forecast": TypeAdapter(Forecast),
     "manoeuvre-plane": TypeAdapter(ManoeuvrePlane),
+    "observability": TypeAdapter(Observability),
     "reject": TypeAdapter(Reject),
     "report": TypeAdapter(Report),
 }
@@ -56,6 +59,7 @@ _TABLES = {
     ),
     "transitions": (TRANSITION_SCHEMA, ("time_s", "track_id", "transition", "reason")),
     "manoeuvre-planes": (MANOEUVRE_PLANE_SCHEMA, ("track_id", "time_s", "window_s")),
+    "observability": (OBSERVABILITY_SCHEMA, tuple(OBSERVABILITY_SCHEMA.names())),
     "biases": (BIAS_SCHEMA, tuple(BIAS_SCHEMA.names())),
     "health": (
         HEALTH_SCHEMA,

@@ -12,6 +12,7 @@ from multiradar_schemas.arrow import (
     HEALTH_SCHEMA,
     MANOEUVRE_PLANE_SCHEMA,
     MEASUREMENT_SCHEMA,
+    OBSERVABILITY_SCHEMA,
     TRACK_SCHEMA,
     TRANSITION_SCHEMA,
 )
@@ -24,6 +25,7 @@ from multiradar_schemas.manoeuvre_plane import (
     PlanePosition,
 )
 from multiradar_schemas.measurement import KIND_NEEDS, RadarMeasurement
+from multiradar_schemas.observability import Observability
 from multiradar_schemas.reject import CODE_MEANINGS, Reject
 from multiradar_schemas.report import Counts, InputFile, OutputFile, Report
 from multiradar_schemas.sensor import (
@@ -136,6 +138,9 @@ def _plane_lines() -> Iterator[str]:
     yield from _table(PlanePosition)
     yield "\n| reason | meaning |\n|---|---|"
     yield from (f"| `{name}` | {meaning} |" for name, meaning in PLANE_REASON_MEANINGS.items())
+    yield "\n## Observability: `observability.parquet`, `GET /v1/tracks/{id}/observability`\n"
+    yield "The file has a row for each track and epoch in which it was updated.\n"
+    yield from _table(Observability, tuple(OBSERVABILITY_SCHEMA), dict(OBSERVABILITY_SCHEMA))
 
 
 def _table(

@@ -128,6 +128,11 @@ class FakeView:
             return None
         return {"track_id": track_id, "window_s": window_s, "is_planar": True}
 
+    def observability(self, track_id: int, window_s: float) -> dict[str, Any] | None:
+        if self.track(track_id) is None:
+            return None
+        return {"track_id": track_id, "window_s": window_s, "is_observable": False}
+
     def sensors(self) -> list[dict[str, Any]]:
         return [{"id": "41-10", "kind": "radar", "updates": 7, "range_max_m": float("inf")}]
 

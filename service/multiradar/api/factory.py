@@ -8,12 +8,12 @@ from fastapi import APIRouter, FastAPI
 
 from multiradar.api import (
     documentation,
-    manoeuvre_planes,
     openapi,
     operations,
     problems,
     sensors,
     streams,
+    track_windows,
     tracks,
 )
 from multiradar.api.access import Access
@@ -75,7 +75,7 @@ def create_api(
     application.add_middleware(LimitLayer, limits=limits, allowed_hosts=allowed_hosts)
     application.state.access = Access(service, workers, hub, limits)
     own = (
-        tracks.router, manoeuvre_planes.router, sensors.router, streams.router, operations.router,
+        tracks.router, track_windows.router, sensors.router, streams.router, operations.router,
         documentation.router,
     )  # fmt: skip
     for router in (*routers, *own):

@@ -138,11 +138,23 @@ PlanesOption = Annotated[
     typer.Option(
         "--manoeuvre-planes",
         metavar="SECONDS",
-        # The bounds are those of `runtime.manoeuvre_planes`, not imported: help must be fast.
+        # The bounds are those of `runtime.track_windows`, not imported: help must be fast.
         min=5.0,
         max=600.0,
         help="Write manoeuvre_planes.parquet: the plane of each track's plots of so long, by "
         "epochs.",
+        show_default="none",
+    ),
+]
+ObservabilityOption = Annotated[
+    float | None,
+    typer.Option(
+        "--observability",
+        metavar="SECONDS",
+        min=5.0,
+        max=600.0,
+        help="Write observability.parquet: whether ranges or crossing bearings of so long tell "
+        "where each track is, by epochs.",
         show_default="none",
     ),
 ]

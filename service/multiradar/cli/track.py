@@ -29,6 +29,7 @@ from multiradar.cli.options import (
     KindsOption,
     MeasurementsArgument,
     MotionChoice,
+    ObservabilityOption,
     PlanesOption,
     ProfileOption,
     SensorsOption,
@@ -94,6 +95,7 @@ def track(
         int, typer.Option(min=1, help="Measurements handed on at once; the output is the same.")
     ] = 8192,
     manoeuvre_planes: PlanesOption = None,
+    observability: ObservabilityOption = None,
     config: ConfigOption = None,
     json_wanted: JsonOption = False,
 ) -> None:
@@ -124,6 +126,7 @@ def track(
             workers=workers or min(os.cpu_count() or 1, _WORKERS_DEFAULT_MAX),
             batch_rows=batch,
             plane_window_s=manoeuvre_planes,
+            observability_window_s=observability,
         )
         with progress_bar("tracking", recording.rows) as on_progress:
             result = track_recording(job, folder, on_progress)

@@ -21,9 +21,11 @@ from multiradar.runtime.admission import ACCEPTED, Admission
 from multiradar.runtime.arrivals import ArrivalBoard
 from multiradar.runtime.digest import OutputDigest
 from multiradar.runtime.engine import Engine
-from multiradar.runtime.manoeuvre_planes import PlaneTable
+from multiradar.runtime.manoeuvre_planes import plane_of_track
+from multiradar.runtime.observabilities import observability_of_track
 from multiradar.runtime.places import Places
 from multiradar.runtime.reject_file import RejectFile, TimeRefusals
+from multiradar.runtime.track_windows import Judge, WindowTable
 from multiradar.storage.recording import INDEX_COLUMN, Recording
 from multiradar.storage.table_writer import TableWriter
 from multiradar.tracking.duplicates import Duplicates
@@ -39,6 +41,7 @@ from multiradar_schemas.arrow import (
     BIAS_SCHEMA,
     HEALTH_SCHEMA,
     MANOEUVRE_PLANE_SCHEMA,
+    OBSERVABILITY_SCHEMA,
     TRACK_SCHEMA,
     TRANSITION_SCHEMA,
 )
@@ -49,6 +52,7 @@ BIASES_FILE = "biases.parquet"
 TRANSITIONS_FILE = "transitions.parquet"
 HEALTH_FILE = "health.parquet"
 PLANES_FILE = "manoeuvre_planes.parquet"
+OBSERVABILITY_FILE = "observability.parquet"
 REJECTS_FILE = "rejects.ndjson"
 
 
@@ -70,8 +74,9 @@ class OfflineJob:
         Threads of the tracker.
     batch_rows : int
         Measurements handed on at once.
-    plane_window_s : float, optional
-        Window of the planes in which tracks manoeuvre, s; none are written when absent.
+    plane_window_s, observability_window_s : float, optional
+        Windows of the planes in which tracks manoeuvre, and of whether they are observable, s;
+        none are written when absent.
     """
 
     recording: Recording
@@ -81,6 +86,7 @@ class OfflineJob:
     workers: int = 1
     batch_rows: int = BATCH_ROWS
     plane_window_s: float | None = None
+    observability_window_s: float | None = None
 
 
 @dataclass(slots=True)
@@ -95,9 +101,11 @@ class OfflineResult:
         Those of them of each sensor that has some.
     rejected : Counter
         Those refused, by code.
-    updates, tracks, bias_rows, health_rows, steps, plane_rows : int
+    updates, tracks, bias_rows, health_rows, steps : int
         Rows of `tracks.parquet`, different tracks in it, rows of `biases.parquet`, of
-        `health.parquet`, of `transitions.parquet` and of `manoeuvre_planes.parquet`.
+        `health.parquet` and of `transitions.parquet`.
+    window_rows : dict
+        Rows of the tables of windows that were asked for, by file.
     final_biases : dict
         Last estimate of each sensor and parameter, with its sigma, and that over its prior sigma.
     final_health : dict
@@ -128,7 +136,7 @@ class OfflineResult:
     bias_rows: int = 0
     health_rows: int = 0
     steps: int = 0
-    plane_rows: int = 0
+    window_rows: dict[str, int] = field(default_factory=dict)
     final_biases: dict[str, dict[str, dict[str, float]]] = field(default_factory=dict)
     final_health: dict[str, dict[str, Any]] = field(default_factory=dict)
     alarms: list[dict[str, Any]] = field(default_factory=list)
@@ -202,10 +210,7 @@ class _Run:
         self._biases = TableWriter(folder / BIASES_FILE, BIAS_SCHEMA)
         self._health = TableWriter(folder / HEALTH_FILE, HEALTH_SCHEMA)
         self._transitions = TableWriter(folder / TRANSITIONS_FILE, TRANSITION_SCHEMA)
-        self._planes: tuple[PlaneTable, TableWriter] | None = None
-        if job.plane_window_s is not None:
-            table = PlaneTable(job.sensors, job.plane_window_s, job.settings.epoch_s)
-            self._planes = table, TableWriter(folder / PLANES_FILE, MANOEUVRE_PLANE_SCHEMA)
+        self._windows = _window_tables(job, folder)
         self._rejects = RejectFile(folder / REJECTS_FILE, job.recording.path.name)
         self._places = Places()
         self._result = OfflineResult()
@@ -241,9 +246,9 @@ class _Run:
         self._biases.finish()
         self._health.finish()
         self._transitions.finish()
-        if self._planes is not None:
-            self._keep_planes(self._planes[1], self._planes[0].finish())
-            self._planes[1].finish()
+        for file, (table, writer) in self._windows.items():
+            self._keep_windows(file, writer, table.finish())
+            writer.finish()
         self.close()
         result = self._result
         outcomes = self._engine.counts
@@ -265,8 +270,8 @@ class _Run:
     def _write(self, outputs: Sequence[EngineOutput]) -> None:
         for output in outputs:
             self._digest.add(output)
-            if self._planes is not None:
-                self._keep_planes(self._planes[1], self._planes[0].take(output))
+            for file, (table, writer) in self._windows.items():
+                self._keep_windows(file, writer, table.take(output))
         updates = TrackUpdates.concatenate([output.updates for output in outputs])
         biases = BiasRecords.concatenate([output.biases for output in outputs])
         if len(updates):
@@ -287,10 +292,9 @@ class _Run:
         if len(health):
             self._keep_health(wire.health_frame(health, self._sensors))
 
-    def _keep_planes(self, writer: TableWriter, frame: pl.DataFrame) -> None:
-        if len(frame):
-            writer.append(frame)
-            self._result.plane_rows += len(frame)
+    def _keep_windows(self, file: str, writer: TableWriter, frame: pl.DataFrame) -> None:
+        writer.append(frame)
+        self._result.window_rows[file] = self._result.window_rows.get(file, 0) + len(frame)
 
     def _keep_health(self, frame: pl.DataFrame) -> None:
         self._health.append(frame)
@@ -320,6 +324,25 @@ class _Run:
             of_sensor[row["parameter"]] = {
                 name: row[name] for name in ("estimate", "sigma", "prior_ratio")
             }
+
+
+# What is judged of each track by epochs, with its file.
+def _window_tables(job: OfflineJob, folder: Path) -> dict[str, tuple[WindowTable, TableWriter]]:
+    kinds: tuple[tuple[str, float | None, Judge, pl.Schema], ...] = (
+        (PLANES_FILE, job.plane_window_s, plane_of_track, MANOEUVRE_PLANE_SCHEMA),
+        (
+            OBSERVABILITY_FILE, job.observability_window_s, observability_of_track,
+            OBSERVABILITY_SCHEMA,
+        ),
+    )  # fmt: skip
+    return {
+        file: (
+            WindowTable(judge, schema, job.sensors, window_s, job.settings.epoch_s),
+            TableWriter(folder / file, schema),
+        )
+        for file, window_s, judge, schema in kinds
+        if window_s is not None
+    }
 
 
 def _check(result: OfflineResult, late: int) -> None:

@@ -10,7 +10,6 @@ from multiradar.estimation.measurement.sensors import PARAMETER_NAMES, SensorTab
 from multiradar.runtime.offline import (
     BIASES_FILE,
     HEALTH_FILE,
-    PLANES_FILE,
     REJECTS_FILE,
     TRACKS_FILE,
     TRANSITIONS_FILE,
@@ -52,8 +51,7 @@ def offline_report(job: OfflineJob, result: OfflineResult) -> Report:
         sensor: {name: {**value} for name, value in parameters.items()}
         for sensor, parameters in result.final_biases.items()
     }
-    wanted = job.plane_window_s is not None
-    planes = [OutputFile(file=PLANES_FILE, rows=result.plane_rows)] if wanted else []
+    windows = [OutputFile(file=file, rows=rows) for file, rows in result.window_rows.items()]
     return Report(
         command="track",
         version=version("multiradar"),
@@ -67,7 +65,7 @@ def offline_report(job: OfflineJob, result: OfflineResult) -> Report:
             OutputFile(file=TRANSITIONS_FILE, rows=result.steps),
             OutputFile(file=BIASES_FILE, rows=result.bias_rows),
             OutputFile(file=HEALTH_FILE, rows=result.health_rows),
-            *planes,
+            *windows,
             OutputFile(file=REJECTS_FILE, rows=result.rejected_total + result.duplicate),
         ],
         output_sha256=result.output_sha256,

@@ -94,6 +94,10 @@ class View(Protocol):
         """Return the plane of the last plots; raises PlaneError where they determine none."""
         ...
 
+    def observability(self, track_id: int, window_s: float) -> dict[str, Any] | None:
+        """Return whether the last measurements of a track say where it is."""
+        ...
+
     def sensors(self) -> list[dict[str, Any]]:
         """Return the sensors."""
         ...

@@ -22,14 +22,11 @@ from multiradar.runtime.forecasts import forecast_points, forecast_steps
 from multiradar.runtime.history import TrackHistory, row_updates, update_rows
 from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.live_tracks import LiveTracks
-from multiradar.runtime.manoeuvre_planes import (
-    PLOT_DTYPE,
-    POINTS_MAX,
-    plane_of_track,
-    plot_rows,
-)
+from multiradar.runtime.manoeuvre_planes import plane_of_track
+from multiradar.runtime.observabilities import observability_of_track
 from multiradar.runtime.reject_board import RejectBoard
 from multiradar.runtime.sensor_board import SensorBoard
+from multiradar.runtime.track_windows import PLOT_DTYPE, POINTS_MAX, Judge, plot_rows
 from multiradar.runtime.transition_rows import (
     TRANSITION_DTYPE,
     row_transitions,
@@ -200,14 +197,25 @@ class Publication:
         PlaneError
             If the plots determine no plane.
         """
-        with self._lock:
-            live = self._live.get(track_id)
-            if live is None:
-                return None
-            # What is learnt of the biases after the last plot changes nothing.
-            biases = self._biases.at(float(live["time_s"][0]))
-            rows = self._plots.read(track_id, None, POINTS_MAX)
-        return plane_of_track(rows, window_s, biases, self._sensors)
+        return self._judged(plane_of_track, track_id, window_s)
+
+    def observability(self, track_id: int, window_s: float) -> dict[str, Any] | None:
+        """Return whether the last measurements of a live track say where it is.
+
+        Parameters
+        ----------
+        track_id : int
+            The track.
+        window_s : float
+            Measurements so long before its last one are looked at, s.
+
+        Returns
+        -------
+        dict or None
+            The fields of `multiradar_schemas.observability.Observability`; None when there is no
+            such live track, or its measurements are not kept any more.
+        """
+        return self._judged(observability_of_track, track_id, window_s)
 
     def sensors(self) -> list[dict[str, Any]]:
         """Return the sensors by identifier, with their number of updates and the time of the last.
@@ -323,7 +331,7 @@ class Publication:
                 self._board.count(rows)
                 self._updates = int(rows["sequence"][-1])
             if len(output.plots):
-                self._plots.append(plot_rows(output.plots))
+                self._plots.append(plot_rows(output))
             self._biases.append(output.biases)
             self._board.hear(output.health)
             if len(output.transitions):
@@ -350,6 +358,16 @@ class Publication:
         self._ring.clear()
 
     # ---------------------------------------------------------------- inside
+
+    def _judged(self, judge: Judge, track_id: int, window_s: float) -> dict[str, Any] | None:
+        with self._lock:
+            live = self._live.get(track_id)
+            if live is None:
+                return None
+            # What is learnt of the biases after the last measurement changes nothing.
+            biases = self._biases.at(float(live["time_s"][0]))
+            rows = self._plots.read(track_id, None, POINTS_MAX)
+        return judge(rows, window_s, biases, self._sensors) if len(rows) else None
 
     def _begin(self) -> None:
         self._history = TrackHistory(self._limits.history_rows_max)

@@ -5,15 +5,21 @@ import polars as pl
 import pytest
 
 from multiradar.runtime.engine import Engine
+from multiradar.runtime.limits import RuntimeLimits
+from multiradar.runtime.observabilities import observability_of_track
 from multiradar.runtime.offline import BATCH_ROWS
+from multiradar.runtime.publication import Publication
+from multiradar.runtime.track_windows import WindowTable
 from multiradar.tracking.outputs import EngineOutput, TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.wire import measurement_batch, tracks_frame
+from multiradar_schemas.arrow import OBSERVABILITY_SCHEMA
 from multiradar_schemas.reject import RejectCode
 from support import bearing_scene
 
 TABLE = bearing_scene.sensors()
 AZIMUTH = 1
+WINDOW_S = 20.0
 
 
 def _tracked(
@@ -95,3 +101,43 @@ def test_a_radar_may_lose_its_range_and_nobody_else_gets_bearings() -> None:
     of_finder = one.with_columns(kind=pl.lit("radar"), range_m=pl.lit(50e3))
     _, refused = measurement_batch(of_finder, TABLE)
     assert [RejectCode(code) for code in refused.code] == [RejectCode.UNKNOWN_KIND]
+
+
+def test_a_track_that_is_not_observable_says_so() -> None:
+    """Ranges, then lines from three places, then one direction finder alone: live and offline."""
+    scene = bearing_scene.make(seconds=300.0, jammed_s=100.0)
+    alone = bearing_scene.START_S + 200.0
+    frame = scene.frame.filter((pl.col("time_s") < alone) | (pl.col("sensor_id") == "df-1"))
+    engine, settings = Engine(TABLE, TrackingSettings()), TrackingSettings()
+    view = Publication(TABLE, settings, RuntimeLimits())
+    table = WindowTable(
+        observability_of_track, OBSERVABILITY_SCHEMA, TABLE, WINDOW_S, settings.epoch_s
+    )
+    rows, live = [], {}
+    for part in frame.iter_slices(50):
+        batch, _ = measurement_batch(part, TABLE)
+        output = engine.push(batch)
+        view.publish(output, float(batch.time_s.max()))
+        rows.append(table.take(output))
+        answer = view.observability(1, WINDOW_S)
+        if answer is not None:
+            live[answer["time_s"]] = answer
+    output = engine.flush()
+    rows += [table.take(output), table.finish()]
+    offline = pl.concat(rows).filter(pl.col("track_id") == 1)
+    both = [row for row in offline.iter_rows(named=True) if row["time_s"] in live]
+    assert len(both) > 10
+    for row in both:
+        assert row == live[row["time_s"]]
+    since = (offline["time_s"] - bearing_scene.START_S).to_numpy()
+    for begin, end, ranges, cross, observable in (
+        (10.0, 100.0, True, True, True),
+        (100.0 + WINDOW_S + 5.0, 200.0, False, True, True),
+        (200.0 + WINDOW_S + 5.0, 300.0, False, False, False),
+    ):
+        part = offline.filter(pl.Series((since > begin) & (since < end)))
+        assert len(part) > 3
+        assert (part["ranges"] > 0).unique().to_list() == [ranges]
+        assert part["lines_cross"].unique().to_list() == [cross]
+        assert part["is_observable"].unique().to_list() == [observable]
+    assert view.observability(99, WINDOW_S) is None

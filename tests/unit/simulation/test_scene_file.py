@@ -112,7 +112,7 @@ def test_units_are_si_and_radians_inside(tmp_path: Path) -> None:
             "aircraft[0]: expected one of legs, coupled and acceleration_density, was more than",
         ),
         ('id = "A"', 'id = "A B"', "sensor[0].id: expected text of the form"),
-        ('id = "A"', 'id = "A"\nkind = "sonar"', "sensor[0].kind: expected 'radar', 'direction-finder',"),
+        ('id = "A"', 'id = "A"\nkind = "sonar"', "sensor[0].kind: expected 'radar', 'direction"),
         ('id = "A"', 'id = "A"\nkind = "adsb"', "expected no latitude_deg for the adsb A"),
         ('id = "A"', 'id = "A"\ninterval_s = 2', "expected rotation_period_s or interval_s, was b"),
         ('id = "A"', 'id = "A"\nposition_sigma_m = 2', "expected no position_sigma_m for the rad"),

@@ -1,4 +1,4 @@
-"""The route of the plane in which a track manoeuvres."""
+"""Routes of what the last measurements of a track say: its plane, and whether it is seen."""
 
 from typing import Annotated, Any
 
@@ -11,8 +11,9 @@ from multiradar.api.query import Number, TrackId, strict_query
 from multiradar.api.tables import json_response
 from multiradar.api.tracks import track_not_found
 from multiradar.errors import PlaneError, RequestError
-from multiradar.runtime.manoeuvre_planes import WINDOW_DEFAULT_S, WINDOW_MAX_S, WINDOW_MIN_S
+from multiradar.runtime.track_windows import WINDOW_DEFAULT_S, WINDOW_MAX_S, WINDOW_MIN_S
 from multiradar_schemas.manoeuvre_plane import ManoeuvrePlane
+from multiradar_schemas.observability import Observability
 
 router = APIRouter(prefix="/v1/tracks", tags=["tracks"], dependencies=[Depends(strict_query)])
 
@@ -21,7 +22,7 @@ Window = Annotated[
     Query(
         ge=WINDOW_MIN_S,
         le=WINDOW_MAX_S,
-        description="Plots so long before the last update are used, s",
+        description="Measurements so long before the last update are used, s",
         examples=[60],
     ),
 ]
@@ -42,3 +43,14 @@ async def get_manoeuvre_plane(
     if plane is None:
         raise track_not_found(track_id)
     return json_response(plane)
+
+
+@router.get("/{track_id}/observability", response_model=Observability, responses=NOT_FOUND)
+async def get_observability(
+    track_id: TrackId, access: Granted, window_s: Window = WINDOW_DEFAULT_S
+) -> Response:
+    """Say whether ranges, or bearings that cross, tell where a live track is."""
+    found = await access.workers.run(access.view.observability, track_id, window_s)
+    if found is None:
+        raise track_not_found(track_id)
+    return json_response(found)

@@ -11,8 +11,9 @@ from multiradar.geodesy.polar import slant_range_azimuth
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.engine import Engine
 from multiradar.runtime.limits import RuntimeLimits
-from multiradar.runtime.manoeuvre_planes import WINDOW_DEFAULT_S, PlaneTable
+from multiradar.runtime.manoeuvre_planes import plane_of_track
 from multiradar.runtime.publication import Publication
+from multiradar.runtime.track_windows import WINDOW_DEFAULT_S, WindowTable
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.wire import measurement_batch
 from multiradar_schemas.arrow import MANOEUVRE_PLANE_SCHEMA, MEASUREMENT_SCHEMA
@@ -80,7 +81,9 @@ class _Told:
         self.engine = Engine(TABLE, SETTINGS)
         bounds = RuntimeLimits(**limits)
         self.view = Publication(TABLE, SETTINGS, bounds)
-        self.table = PlaneTable(TABLE, WINDOW_DEFAULT_S, SETTINGS.epoch_s)
+        self.table = WindowTable(
+            plane_of_track, MANOEUVRE_PLANE_SCHEMA, TABLE, WINDOW_DEFAULT_S, SETTINGS.epoch_s
+        )
         self.rows = pl.DataFrame(schema=MANOEUVRE_PLANE_SCHEMA)
 
     def push(self, frame: pl.DataFrame) -> None:

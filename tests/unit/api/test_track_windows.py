@@ -7,7 +7,7 @@ import pytest
 
 from multiradar.cli import options
 from multiradar.errors import PlaneError
-from multiradar.runtime.manoeuvre_planes import WINDOW_DEFAULT_S, WINDOW_MAX_S, WINDOW_MIN_S
+from multiradar.runtime.track_windows import WINDOW_DEFAULT_S, WINDOW_MAX_S, WINDOW_MIN_S
 from support.fake_service import FakeService
 
 
@@ -37,6 +37,14 @@ async def test_plots_without_a_plane_are_409_with_the_reason(
     assert answer.json()["detail"] == "expected points, was none"
 
 
+async def test_whether_a_track_is_observable(client: httpx.AsyncClient) -> None:
+    answer = await client.get("/v1/tracks/3/observability?window_s=30")
+    assert answer.json() == {"track_id": 3, "window_s": 30.0, "is_observable": False}
+    missing = await client.get("/v1/tracks/99/observability")
+    assert missing.status_code == 404
+    assert missing.json()["code"] == "TRACK_NOT_FOUND"
+
+
 @pytest.mark.parametrize("window", ["0", "-5", "4.9", "600.1", "nan", "ten"])
 async def test_a_window_out_of_bounds_is_422(client: httpx.AsyncClient, window: str) -> None:
     answer = await client.get(f"/v1/tracks/3/manoeuvre-plane?window_s={window}")
@@ -45,5 +53,6 @@ async def test_a_window_out_of_bounds_is_422(client: httpx.AsyncClient, window: 
 
 
 def test_the_command_has_the_bounds_of_the_service() -> None:
-    option = get_args(options.PlanesOption)[1]
-    assert (option.min, option.max) == (WINDOW_MIN_S, WINDOW_MAX_S)
+    for given in (options.PlanesOption, options.ObservabilityOption):
+        option = get_args(given)[1]
+        assert (option.min, option.max) == (WINDOW_MIN_S, WINDOW_MAX_S)

@@ -1,0 +1,61 @@
+"""Whether what was measured of a track says where it is, as JSON and as rows of a table."""
+
+from typing import Annotated
+
+from pydantic import Field
+
+from multiradar_schemas.base import Record, described
+
+
+class Observability(Record):
+    """What the measurements of a window determine of a track; a row of `observability.parquet`."""
+
+    track_id: Annotated[int, Field(ge=1), described("The track", unit="1", source="tracker")]
+    time_s: Annotated[
+        float, described("Data time of the last update of the track", unit="s", source="tracker")
+    ]
+    window_s: Annotated[
+        float,
+        Field(gt=0.0),
+        described(
+            "Measurements so long before `time_s` were looked at", unit="s", source="request"
+        ),
+    ]
+    ranges: Annotated[
+        int,
+        Field(ge=0),
+        described("Measurements with a range, or of a position", unit="1", source="measurement"),
+    ]
+    bearings: Annotated[
+        int,
+        Field(ge=0),
+        described("Measurements of an azimuth alone", unit="1", source="measurement"),
+    ]
+    places: Annotated[
+        int,
+        Field(ge=0),
+        described("Places from which the bearings were taken", unit="1", source="sensors"),
+    ]
+    crossing: Annotated[
+        float,
+        Field(ge=0.0),
+        described(
+            "By how many of their errors the lines of sight of the bearings cross, condition (10) "
+            "of Nenartovich and Isakov; 0 from one place",
+            unit="1",
+            source="restoration",
+        ),
+    ]
+    lines_cross: Annotated[
+        bool,
+        described("Whether `crossing` is above 3", unit="true or false", source="restoration"),
+    ]
+    is_observable: Annotated[
+        bool,
+        described(
+            "Whether a range was measured or lines cross; else the distance of the track is what "
+            "it was taken to be before",
+            unit="true or false",
+            source="restoration",
+        ),
+    ]

@@ -1,0 +1,124 @@
+"""Whether what was measured of a track in some time says where it is: ranges, or lines that cross.
+
+Sensors of the service stand still. One place that measures angles alone sees its line of sight turn
+with the aircraft and learns no distance by it; lines from two places cross where the aircraft is,
+as far as they cross by more than their errors.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from multiradar.estimation.filters.bearings_only import CROSSING_MIN
+from multiradar.estimation.measurement.sensors import PARAMETER_AZIMUTH_OFFSET, SensorTable
+from multiradar.geodesy import _kernels as geodesy
+from multiradar.geodesy.system_plane import SystemPlane
+from multiradar.restoration.plot_positions import Plots
+
+Floats = NDArray[np.float64]
+
+# Kind of measurement without a range, as in `SensorTable.kinds`.
+_BEARING = 2
+# Sites nearer to each other, m, are one place.
+_ONE_PLACE_M = 1.0
+
+
+class Observability(NamedTuple):
+    """What the measurements of a track determine.
+
+    Attributes
+    ----------
+    ranges : int
+        How many of them have a range, or are positions.
+    bearings : int
+        How many have an azimuth alone.
+    places : int
+        From how many places these were taken.
+    crossing : float
+        By how many of their errors the lines of sight of the bearings cross; 0 where all are
+        parallel, or come from one place.
+    """
+
+    ranges: int
+    bearings: int
+    places: int
+    crossing: float
+
+    @property
+    def lines_cross(self) -> bool:
+        """Whether lines of sight from two places cross beyond their errors."""
+        return self.crossing > CROSSING_MIN
+
+    @property
+    def is_observable(self) -> bool:
+        """Whether a range was measured, or lines cross."""
+        return self.ranges > 0 or self.lines_cross
+
+
+def observability(
+    plots: Plots, sensors: SensorTable, biases: ArrayLike, place: tuple[float, float, float]
+) -> Observability:
+    """Say what measurements determine of the place of a track.
+
+    Parameters
+    ----------
+    plots : Plots
+        What was measured of it.
+    sensors : SensorTable
+        By whom.
+    biases : (m, p) array_like
+        Estimates for each sensor and kind of parameter, 0 where there is none: measured minus true.
+    place : tuple of float
+        Latitude and longitude, rad, and height, m, where the track is taken to be.
+
+    Returns
+    -------
+    Observability
+        Counts, and by how much lines cross.
+
+    References
+    ----------
+    Nenartovich, Isakov, condition (10), weighted with the errors of the angles. That one fixed
+    place does not do is the project's own addition.
+    """
+    bearings = plots.take(plots.kind == _BEARING)
+    ranges = len(plots.time_s) - len(bearings.time_s)
+    own = np.unique(bearings.sensor).tolist()
+    places = _places(sensors, own)
+    if places < 2:
+        return Observability(ranges, len(bearings.time_s), places, 0.0)
+    offsets = np.asarray(biases, np.float64)[:, PARAMETER_AZIMUTH_OFFSET]
+    frame = SystemPlane(place[0], place[1])
+    crossing = np.zeros((2, 2))
+    for sensor in own:
+        site = geodesy.site_parameters(
+            frame.parameters, sensors.latitude_rad[sensor], sensors.longitude_rad[sensor],
+            sensors.height_m[sensor],
+        )  # fmt: skip
+        seen = geodesy.predict_polar(frame.parameters, site, 0.0, 0.0, place[2])
+        across = np.array([seen[4], seen[5]])
+        length = float(np.linalg.norm(across))
+        if not length > 0.0:
+            continue
+        # The line of a bearing is turned against the one to the place by the difference of both.
+        azimuth = bearings.azimuth_rad[bearings.sensor == sensor] - offsets[sensor] - seen[1]
+        sine, cosine = np.sin(azimuth), np.cos(azimuth)
+        n0, n1 = across / length
+        normals = np.stack([cosine * n0 + sine * n1, cosine * n1 - sine * n0])
+        crossing += normals @ normals.T / sensors.azimuth_sigma_rad[sensor] ** 2
+    least = float(np.linalg.eigvalsh(crossing)[0])
+    return Observability(ranges, len(bearings.time_s), places, float(np.sqrt(max(least, 0.0))))
+
+
+def _places(sensors: SensorTable, own: list[int]) -> int:
+    sites = [
+        SystemPlane(float(sensors.latitude_rad[one]), float(sensors.longitude_rad[one]))
+        for one in own
+    ]
+    found: list[SystemPlane] = []
+    for site in sites:
+        apart = [np.hypot(*site.to_plane(one.latitude_rad, one.longitude_rad)) for one in found]
+        if all(distance >= _ONE_PLACE_M for distance in apart):
+            found.append(site)
+    return len(found)

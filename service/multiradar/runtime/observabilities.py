@@ -1,0 +1,49 @@
+"""Whether the last measurements of a track say where it is."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.restoration.observability import observability
+from multiradar.runtime.track_windows import bias_estimates, window_plots
+
+
+def observability_of_track(
+    rows: NDArray[np.void], window_s: float, biases: NDArray[np.void], sensors: SensorTable
+) -> dict[str, Any]:
+    """Return what the measurements of a window determine.
+
+    Parameters
+    ----------
+    rows : (n,) ndarray of `PLOT_DTYPE`
+        The last measurements of a track, by ascending time, at least one.
+    window_s : float
+        Measurements so long before the last one are looked at, s.
+    biases : (k,) ndarray of `BIAS_DTYPE`
+        What was published of the biases when the last one came.
+    sensors : SensorTable
+        Who measured.
+
+    Returns
+    -------
+    dict
+        The fields of `multiradar_schemas.observability.Observability`.
+    """
+    last = rows[-1]
+    height_m = float(last["track_height_m"])
+    place = (
+        float(last["track_latitude_rad"]), float(last["track_longitude_rad"]),
+        0.0 if np.isnan(height_m) else height_m,
+    )  # fmt: skip
+    plots = window_plots(rows, window_s)
+    found = observability(plots, sensors, bias_estimates(biases, len(sensors)), place)
+    return {
+        "track_id": int(last["track_id"]),
+        "time_s": float(last["time_s"]),
+        "window_s": float(window_s),
+        **found._asdict(),
+        "lines_cross": found.lines_cross,
+        "is_observable": found.is_observable,
+    }

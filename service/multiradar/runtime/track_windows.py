@@ -1,0 +1,164 @@
+"""What the last measurements of a track say of it: windows that run with it, live and offline.
+
+A window ends with the last measurement of a track. It is judged with the biases that were published
+when that came, so that the answer is the same whenever one asks.
+"""
+
+from collections.abc import Callable
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+import polars as pl
+from numpy.typing import NDArray
+
+from multiradar.errors import PlaneError
+from multiradar.estimation.measurement.sensors import PARAMETER_NAMES, SensorTable
+from multiradar.restoration.plot_positions import Plots
+from multiradar.runtime.bias_board import BiasBoard
+from multiradar.runtime.history import TrackHistory
+from multiradar.runtime.limits import RuntimeLimits
+from multiradar.tracking.measurements import MeasurementBatch
+from multiradar.tracking.outputs import EngineOutput
+
+#: Length of a window, and its bounds, the same for everybody who asks, s.
+WINDOW_DEFAULT_S = 60.0
+WINDOW_MIN_S = 5.0
+WINDOW_MAX_S = 600.0
+#: Most measurements of a window; the last ones are used.
+POINTS_MAX = 1000
+
+# Identity is not kept.
+_MEASURED = (
+    "time_s", "sensor", "kind", "range_m", "azimuth_rad", "latitude_rad", "longitude_rad",
+    "height_m",
+)  # fmt: skip
+# Where the track was taken to be after the measurement: the columns of its update.
+_TRACK = {
+    "track_latitude_rad": "latitude_rad",
+    "track_longitude_rad": "longitude_rad",
+    "track_height_m": "height_m",
+}
+#: A measurement behind an update; field names are those of `MeasurementBatch`, and of the update
+#: with `track_` before them.
+PLOT_DTYPE = np.dtype(
+    [("track_id", np.int64)]
+    + [
+        (field.name, getattr(MeasurementBatch.empty(), field.name).dtype)
+        for field in fields(MeasurementBatch)
+        if field.name in _MEASURED
+    ]
+    + [(name, np.float64) for name in _TRACK]
+)
+
+#: Judges a window: measurements as `PLOT_DTYPE`, its length in s, the biases as `BIAS_DTYPE`, the
+#: sensors; raises PlaneError where there is no answer.
+Judge = Callable[[NDArray[np.void], float, NDArray[np.void], SensorTable], dict[str, Any]]
+
+
+def plot_rows(output: EngineOutput) -> NDArray[np.void]:
+    """Return the measurements behind the updates of an output as rows of `PLOT_DTYPE`."""
+    plots = output.plots
+    rows = np.empty(len(plots), PLOT_DTYPE)
+    rows["track_id"] = plots.track_id
+    for name in _MEASURED:
+        rows[name] = getattr(plots.measured, name)
+    for name, column in _TRACK.items():
+        rows[name] = getattr(output.updates, column)
+    return rows
+
+
+def window_plots(rows: NDArray[np.void], window_s: float) -> Plots:
+    """Return the measurements of a window.
+
+    Parameters
+    ----------
+    rows : (n,) ndarray of `PLOT_DTYPE`
+        The last measurements of a track, by ascending time, at least one.
+    window_s : float
+        Those so long before the last one are in it, s.
+
+    Returns
+    -------
+    Plots
+        Without what was made of them.
+    """
+    chosen = rows[rows["time_s"] >= rows["time_s"][-1] - window_s]
+    return Plots(*(chosen[name] for name in Plots._fields))
+
+
+def bias_estimates(records: NDArray[np.void], sensors: int) -> NDArray[np.float64]:
+    """Return records of biases as a table by sensor and kind of parameter, 0 where none is."""
+    estimates = np.zeros((sensors, len(PARAMETER_NAMES)))
+    estimates[records["sensor"], records["parameter"]] = records["estimate"]
+    return estimates
+
+
+class WindowTable:
+    """A table by track and epoch: each track as judged at its last update of each epoch.
+
+    Parameters
+    ----------
+    judge : callable
+        Judges a window.
+    schema : Schema
+        Columns of the table; where there is no answer `reason` says why, if there is that column.
+    sensors : SensorTable
+        The sensors.
+    window_s : float
+        Length of the windows, s.
+    epoch_s : float
+        Length of an epoch of the biases, s.
+    """
+
+    def __init__(
+        self,
+        judge: Judge,
+        schema: pl.Schema,
+        sensors: SensorTable,
+        window_s: float,
+        epoch_s: float,
+    ) -> None:
+        # The same bounds as live, or a window would be another.
+        limits = RuntimeLimits()
+        self._judge, self._schema = judge, schema
+        self._sensors, self._window_s, self._epoch_s = sensors, window_s, epoch_s
+        self._plots = TrackHistory(limits.plot_rows_max, PLOT_DTYPE)
+        self._biases = BiasBoard(sensors, limits.bias_history_rows_max)
+        self._epoch: int | None = None
+        self._updated: set[int] = set()
+
+    def take(self, output: EngineOutput) -> pl.DataFrame:
+        """Return the rows of the epochs that an output of the engine ends."""
+        found: list[dict[str, Any]] = []
+        rows = plot_rows(output)
+        epochs = np.floor(rows["time_s"] / self._epoch_s).astype(np.int64)
+        # What an epoch ends with is published before anything of the next one comes.
+        self._biases.append(output.biases)
+        for epoch in np.unique(epochs).tolist():
+            if epoch != self._epoch:
+                found += self._close()
+                self._epoch = epoch
+            mine = rows[epochs == epoch]
+            self._plots.append(mine)
+            self._updated.update(mine["track_id"].tolist())
+        return pl.DataFrame(found, schema=self._schema)
+
+    def finish(self) -> pl.DataFrame:
+        """Return the rows of the last epoch."""
+        return pl.DataFrame(self._close(), schema=self._schema)
+
+    def _close(self) -> list[dict[str, Any]]:
+        found = []
+        for track_id in sorted(self._updated):
+            rows = self._plots.read(track_id, None, POINTS_MAX)
+            last_s = float(rows["time_s"][-1])
+            biases = self._biases.at(last_s)
+            try:
+                row = self._judge(rows, self._window_s, biases, self._sensors)
+            except PlaneError as error:
+                row = {"track_id": track_id, "time_s": last_s, "window_s": self._window_s}
+                row["reason"] = error.code
+            found.append({name: row.get(name) for name in self._schema})
+        self._updated.clear()
+        return found
