@@ -98,7 +98,7 @@ def make(
                 pl.DataFrame(
                     {
                         "time_s": START_S + time_s,
-                        "sensor_id": [name] * len(time_s),
+                        "sensor_id": pl.Series([name] * len(time_s), dtype=pl.String),
                         "kind": np.where(ranged, "radar", "bearing"),
                         "range_m": pl.Series(np.where(ranged, measured, np.nan)).fill_nan(None),
                         "azimuth_deg": (np.degrees(azimuth) + noise + shift) % 360.0,

@@ -32,6 +32,7 @@ from multiradar.runtime.run_updates import Described, Run, track_updates
 from multiradar.runtime.shared_biases import SharedBiases
 from multiradar.tracking._kernels import describe, observe
 from multiradar.tracking.association import WINDOW_S, Association, Window
+from multiradar.tracking.bearing_starts import BearingStarts
 from multiradar.tracking.duplicates import Duplicates
 from multiradar.tracking.health_records import HealthRecords
 from multiradar.tracking.lifecycle import BY_IDENTITY
@@ -104,6 +105,9 @@ class Engine:
         self._association = Association(sensors, settings)
         sizes = len(sensors.parameter_kind), len(sensors), modes
         self._shared = shared_plots(settings, self._filter, sizes)
+        self._bearing_starts = BearingStarts(
+            sensors, settings.speed_sigma_mps, active=self._filter.takes_bearings
+        )
         self._transitions = TransitionLog(settings.coast_after_s)
         self._health = SensorHealth(
             sensors, settings, self._plane, trusts_biases=self._filter.bounds_bias_errors
@@ -267,7 +271,7 @@ class Engine:
                 ended.append(self._end(begin, start_s, ends))
                 shares = self._association.choose(window, self._biases.model, self._pool)
                 self._plausibility.claim(_told(run, begin, end), self._pool)
-            self._pool.assign(run.batch, run.codes, begin, end, run.identities)
+            self._bearing_starts.assign(window, self._biases.model, self._biases.state, self._pool)
             steps = self._plausibility.steps(
                 _told(run, begin, end), self._biases.model, self._biases.state, self._pool
             )

@@ -6,9 +6,13 @@ worker takes whole partitions, and sums over aircraft are formed partition by pa
 result depends on how many workers there are.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.estimation.filters._height_kernels import GUESS, GUESS_VARIANCE
+from multiradar.estimation.filters._kernels import SEVERAL
 from multiradar.estimation.filters.arrays import Work, partition_of
 from multiradar.estimation.filters.bank import FilterDefinition
 from multiradar.tracking._kernels import assign, rebuild
@@ -23,6 +27,33 @@ PARTITIONS = 16
 #: Slots made at first; doubled whenever they run out, up to the largest number.
 CAPACITY_FIRST = 256
 CAPACITY_MAX = 131_072
+
+
+class Start(NamedTuple):
+    """A track as it begins.
+
+    Attributes
+    ----------
+    time_s : float
+        Of the state.
+    mean : (4,) float64
+        East, north (m) and their rates (m/s), at bias zero.
+    covariance : (4, 4) float64
+        Its covariance where the biases are known.
+    sensitivity : (4, c) float64
+        Derivative of the mean by the biases.
+    height_m : float
+        The height that was assumed.
+    height_variance_m2 : float
+        Its variance, m².
+    """
+
+    time_s: float
+    mean: NDArray[np.float64]
+    covariance: NDArray[np.float64]
+    sensitivity: NDArray[np.float64]
+    height_m: float
+    height_variance_m2: float
 
 
 class AircraftPool:
@@ -79,6 +110,28 @@ class AircraftPool:
             if first == last:
                 return
             self.grow()
+
+    def begin(self, slot: int, start: Start) -> None:
+        """Begin an aircraft that has a slot and was not measured, at what its bearings say.
+
+        Parameters
+        ----------
+        slot : int
+            Its slot.
+        start : Start
+            Its state.
+        """
+        aircraft = self.aircraft
+        aircraft.mean[slot] = start.mean
+        aircraft.covariance[slot] = start.covariance[np.triu_indices(4)]
+        aircraft.sensitivity[slot] = start.sensitivity
+        aircraft.time[slot] = start.time_s
+        aircraft.surprise[slot] = 1.0
+        aircraft.place[slot] = SEVERAL
+        aircraft.vertical[slot, GUESS] = start.height_m
+        aircraft.vertical[slot, GUESS_VARIANCE] = start.height_variance_m2
+        if self._definition.keeps_modes:
+            aircraft.mode_probability[slot, 0] = np.nan
 
     def work(
         self, slots: NDArray[np.int64], rows: NDArray[np.int64]

@@ -1,5 +1,7 @@
 """Bearings in the service: tracks that live on without ranges, biases of direction finders."""
 
+from dataclasses import replace
+
 import numpy as np
 import polars as pl
 import pytest
@@ -141,3 +143,37 @@ def test_a_track_that_is_not_observable_says_so() -> None:
         assert part["lines_cross"].unique().to_list() == [cross]
         assert part["is_observable"].unique().to_list() == [observable]
     assert view.observability(99, WINDOW_S) is None
+
+
+@pytest.mark.parametrize("filter_name", ["two-stage", "imm"])
+def test_tracks_begin_by_bearings_of_two_places(filter_name: str) -> None:
+    """Two direction finders alone, azimuths of 0.2° and a bias of 0.5° that nobody knows."""
+    scene = bearing_scene.make(seconds=150.0, from_s=1000.0)
+    engine, tracks = _tracked(scene, filter_name=filter_name)
+    first = tracks.group_by("track_number").agg(pl.col("time_s").min(), pl.col("track_id"))
+    assert sorted(first["track_number"].to_list()) == [0, 1, 2, 3, 4]
+    assert tracks["track_id"].n_unique() == 5
+    # Five bearings of two finders that look every 2 s; the first crossing may wait for a geometry.
+    assert (first["time_s"] - bearing_scene.START_S).max() < 20.0  # type: ignore[operator]
+    distance, sigma = scene.errors(tracks)
+    assert 0.2 < np.mean((distance / sigma) ** 2) < 1.5
+    late = _after(tracks, 100.0)
+    assert np.sqrt(np.mean(scene.errors(late)[0] ** 2)) < 2000.0
+    assert engine.counts["STARTED"] == 0
+    assert engine.counts["UNASSOCIATED"] < 0.1 * len(scene.frame)
+
+
+def test_one_direction_finder_begins_no_track() -> None:
+    scene = bearing_scene.make(seconds=60.0, from_s=1000.0)
+    alone = replace(scene, frame=scene.frame.filter(pl.col("sensor_id") == "df-1"))
+    engine, tracks = _tracked(alone)
+    assert not len(tracks)
+    assert engine.counts["UNASSOCIATED"] == len(alone.frame)
+
+
+def test_the_cut_into_batches_leaves_no_trace_where_bearings_begin_tracks() -> None:
+    scene = bearing_scene.make(seconds=60.0, from_s=20.0)
+    _, whole = _tracked(scene)
+    for rows in (1, 41):
+        _, pieces = _tracked(scene, batch_rows=rows)
+        assert whole.equals(pieces)

@@ -70,6 +70,8 @@ class FilterDefinition:
         Whether a time offset may be among the bias parameters (see `_time_offset_kernels`).
     keeps_modes : bool
         Whether each aircraft is in one of several modes of motion (IMM).
+    takes_bearings : bool
+        Whether it takes bearings.
     bounds_bias_errors : bool
         Whether the sigma of a bias covers its error.
     aircraft_max : int or None
@@ -90,6 +92,7 @@ class FilterDefinition:
     stacks_plots: bool = False
     estimates_time_offsets: bool = False
     keeps_modes: bool = False
+    takes_bearings: bool = False
     bounds_bias_errors: bool = True
     aircraft_max: int | None = None
 
@@ -203,9 +206,13 @@ FILTERS = {
     definition.name: definition
     for definition in (
         FilterDefinition(
-            "two-stage", TWO_STAGE, keeps_sensitivity=True, estimates_time_offsets=True
+            "two-stage",
+            TWO_STAGE,
+            keeps_sensitivity=True,
+            estimates_time_offsets=True,
+            takes_bearings=True,
         ),
-        FilterDefinition("imm", IMM, keeps_sensitivity=True, keeps_modes=True),
+        FilterDefinition("imm", IMM, keeps_sensitivity=True, keeps_modes=True, takes_bearings=True),
         FilterDefinition("joint", JOINT, corrects_biases=True, aircraft_max=JOINT_AIRCRAFT_MAX),
         FilterDefinition("blom", BLOM, bounds_bias_errors=False),
         FilterDefinition("blom-macro", MACRO, stacks_plots=True),
