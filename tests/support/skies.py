@@ -59,6 +59,7 @@ def tracks_of(
         velocity_mps=table[:, 4:6],
         ground_mps=table[:, 4:6],
         height_m=np.full(count, 9000.0),
+        climb_mps=np.zeros(count),
         position_sigma_m=np.full(count, sigma_m),
         velocity_sigma_mps=np.full(count, sigma_mps),
         measured=np.ones(count, np.bool_),

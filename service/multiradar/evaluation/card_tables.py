@@ -15,6 +15,7 @@ _ERRORS = {
     "speed_mps": "speed, m/s",
     "heading_deg": "heading, °",
     "height_m": "height, m",
+    "climb_mps": "rate of climb, m/s",
 }
 _DEFINITIONS = (
     "Median, 95 % and largest are of the amounts. Errors are those of measured updates at their "

@@ -12,6 +12,7 @@ from multiradar.evaluation.trajectories import (
     Indices,
     Reference,
     Tracks,
+    climb_at,
     places_at,
 )
 
@@ -36,9 +37,9 @@ class UpdateErrors:
     along_m, across_m : (n,) float64
         Components of the position error along the course of the reference and to the right of it;
         NaN where the aircraft hardly moves.
-    speed_mps, heading_deg, height_m : (n,) float64
-        Errors; heading in (−180, 180], NaN where the aircraft hardly moves; height NaN where either
-        is unknown.
+    speed_mps, heading_deg, height_m, climb_mps : (n,) float64
+        Errors; heading in (−180, 180], NaN where the aircraft hardly moves; height and rate of
+        climb NaN where either is unknown.
     """
 
     update: Indices
@@ -51,6 +52,7 @@ class UpdateErrors:
     speed_mps: Floats
     heading_deg: Floats
     height_m: Floats
+    climb_mps: Floats
 
 
 def aircraft_of_updates(
@@ -151,4 +153,6 @@ def errors_of_updates(
         speed_mps=np.hypot(*told.T) - speed,
         heading_deg=np.degrees(turn),
         height_m=tracks.height_m[update] - height,
+        climb_mps=tracks.climb_mps[update]
+        - climb_at(reference, aircraft[update], tracks.time_s[update]),
     )

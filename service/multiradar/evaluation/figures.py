@@ -44,6 +44,7 @@ def figures_of(card: Scorecard) -> Figures:
             "speed_mps": summary(errors.speed_mps),
             "heading_deg": summary(errors.heading_deg),
             "height_m": summary(errors.height_m),
+            "climb_mps": summary(errors.climb_mps),
         },
         "siap": dataclasses.asdict(card.siap),
         "ospa": _ospa(card),

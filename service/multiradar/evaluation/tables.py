@@ -11,6 +11,10 @@ from multiradar.geodesy.system_plane import SystemPlane
 NUMBER_MAX = 1e12
 #: Nor does an aircraft fly higher, m: such a height is taken as unknown.
 HEIGHT_MAX_M = 1e6
+#: Nor does one climb faster, m/s: such a rate is taken as unknown.
+CLIMB_MAX_MPS = 1e3
+#: Column of `tracks.parquet` that is used where it is there.
+CLIMB_COLUMN = "vertical_rate_mps"
 #: Columns that are used of `tracks.parquet`.
 TRACK_COLUMNS = (
     "time_s", "track_id", "latitude_deg", "longitude_deg", "height_m", "speed_mps",
@@ -145,6 +149,7 @@ def tracks_of(frame: pl.DataFrame, source: str, plane: SystemPlane, *, tentative
         velocity_mps=velocity,
         ground_mps=ground,
         height_m=_heights(rows),
+        climb_mps=_climb(rows),
         position_sigma_m=rows["position_sigma_m"].cast(pl.Float64).to_numpy(),
         velocity_sigma_mps=rows["velocity_sigma_mps"].cast(pl.Float64).to_numpy(),
         measured=(rows["state"] != "coasting").to_numpy(),
@@ -199,6 +204,14 @@ def _radians(rows: pl.DataFrame, column: str) -> Floats:
 def _heights(rows: pl.DataFrame) -> Floats:
     heights = rows["height_m"].cast(pl.Float64).fill_null(np.nan).to_numpy()
     return np.where(np.abs(heights) <= HEIGHT_MAX_M, heights, np.nan)
+
+
+# Tables of other trackers may not have it.
+def _climb(rows: pl.DataFrame) -> Floats:
+    if CLIMB_COLUMN not in rows.columns or not rows[CLIMB_COLUMN].dtype.is_numeric():
+        return np.full(len(rows), np.nan)
+    rate = rows[CLIMB_COLUMN].cast(pl.Float64).fill_null(np.nan).to_numpy()
+    return np.where(np.abs(rate) <= CLIMB_MAX_MPS, rate, np.nan)
 
 
 def _require_columns(frame: pl.DataFrame, wanted: tuple[str, ...], source: str) -> None:

@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 
 from multiradar.geodesy.system_plane import SystemPlane
 
+#: Time over which heights of the reference tell a rate of climb, s.
+CLIMB_SPAN_S = 10.0
+
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 Flags = NDArray[np.bool_]
@@ -32,8 +35,8 @@ class Tracks:
         On the plane.
     ground_mps : (n, 2) float64
         Velocity in true metres, (east, north) at the aircraft.
-    height_m : (n,) float64
-        NaN where unknown.
+    height_m, climb_mps : (n,) float64
+        Height and its rate, NaN where unknown.
     position_sigma_m, velocity_sigma_mps : (n,) float64
         Square root of the trace of the claimed covariance.
     measured : (n,) bool
@@ -49,6 +52,7 @@ class Tracks:
     velocity_mps: Floats
     ground_mps: Floats
     height_m: Floats
+    climb_mps: Floats
     position_sigma_m: Floats
     velocity_sigma_mps: Floats
     measured: Flags
@@ -186,6 +190,31 @@ def _heights(reference: Reference, row: Indices, share: Floats) -> Floats:
     after = np.where(joined(reference)[row], row + 1, row)
     start: Floats = reference.height_m[row]
     return start + share * (reference.height_m[after] - start)
+
+
+def climb_at(reference: Reference, aircraft: Indices, time_s: Floats) -> Floats:
+    """Return how fast aircraft climb at times, m/s.
+
+    Parameters
+    ----------
+    reference : Reference
+        What is known; of heights alone.
+    aircraft : (q,) int64
+        Index of an aircraft; negative for none.
+    time_s : (q,) float64
+        Times.
+
+    Returns
+    -------
+    (q,) float64
+        Mean rate over `CLIMB_SPAN_S` around each time: steps of height of 25 ft make it 0.3 m/s
+        wrong, and a climb that begins there is rounded off. NaN where either end is unknown.
+    """
+    half = 0.5 * CLIMB_SPAN_S
+    before = places_at(reference, aircraft, time_s - half).height_m
+    after = places_at(reference, aircraft, time_s + half).height_m
+    rate: Floats = (after - before) / CLIMB_SPAN_S
+    return rate
 
 
 def places_at(reference: Reference, aircraft: Indices, time_s: Floats) -> Places:

@@ -59,6 +59,22 @@ def test_an_aircraft_that_stands_has_no_course() -> None:
     assert np.isfinite(found.position_m).all()
 
 
+def test_rates_of_climb_are_compared_with_the_slope_of_the_heights_around() -> None:
+    tracks, reference = tracks_of({1: NORTH}), reference_of({"a": NORTH})
+    time_s = reference.time_s
+    # Level until 20 s, then down by 5 m/s.
+    reference = dataclasses.replace(
+        reference, height_m=9000.0 - 5.0 * np.maximum(time_s - 20.0, 0.0)
+    )
+    told = np.full(16, -4.0)
+    told[12] = np.nan
+    found = errors(dataclasses.replace(tracks, climb_mps=told), reference)
+    # The slope is over 10 s: 5 s from either end it is unknown.
+    assert np.isnan(found.climb_mps[[0, 1, 12, 14, 15]]).all()
+    assert found.climb_mps[[2, 3]] == pytest.approx([-4.0, -4.0])
+    assert found.climb_mps[[7, 8, 9, 10, 11, 13]] == pytest.approx([1.0] * 6)
+
+
 def test_heights_are_compared_where_both_are_known() -> None:
     tracks = tracks_of({1: NORTH})
     heights = tracks.height_m + 30.0

@@ -61,6 +61,13 @@ BIASES = pl.DataFrame(
 )  # fmt: skip
 
 
+def test_a_rate_of_climb_is_used_where_it_is_told() -> None:
+    assert np.isnan(tracks_of(TRACKS, "tracks", PLANE, tentative=True).climb_mps).all()
+    told = TRACKS.with_columns(vertical_rate_mps=pl.Series([1.0, None, 1e9]))
+    found = tracks_of(told, "tracks", PLANE, tentative=True)
+    assert sorted(found.climb_mps[np.isfinite(found.climb_mps)].tolist()) == [1.0]
+
+
 def test_truth_is_sorted_by_aircraft_and_time_without_clutter() -> None:
     found = reference_of_truth(TRUTH, "truth", 15.0)
     assert found.names.tolist() == ["7"]
