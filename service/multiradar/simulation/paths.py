@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 
 from multiradar.estimation.motion.axes import frame_to_velocity
-from multiradar.simulation.scene import Aircraft, CoupledNoise, Leg
+from multiradar.simulation.scene import Aircraft, CoupledNoise, Leg, Way
 
 Floats = NDArray[np.float64]
 # Times, places, velocities and heights at the knots, from the birth on.
@@ -105,7 +105,9 @@ def fly(aircraft: Aircraft, duration_s: float, rng: np.random.Generator) -> Path
     end_s = min(aircraft.end_s, duration_s)
     # Whoever looks for the moment at which a beam meets the aircraft looks a little beyond.
     length_s = max(end_s - aircraft.start_s, 0.0) + 60.0
-    if aircraft.coupled is not None:
+    if aircraft.way is not None:
+        knots = _by_places(aircraft.way, aircraft.start_s, end_s)
+    elif aircraft.coupled is not None:
         knots = _coupled(aircraft, aircraft.coupled, length_s, rng)
     elif aircraft.acceleration_density > 0.0:
         knots = _white(aircraft, length_s, rng)
@@ -125,6 +127,20 @@ def start_velocity(aircraft: Aircraft) -> Floats:
     return aircraft.speed_mps * np.array(
         [np.sin(aircraft.heading_rad), np.cos(aircraft.heading_rad)]
     )
+
+
+# Straight from place to place, with corners of one second: a knot half of it before and after.
+def _by_places(way: Way, start_s: float, end_s: float) -> _Knots:
+    at = np.array(way.time_s)
+    point = np.stack([way.east_m, way.north_m, way.height_m], axis=-1)
+    rate = np.diff(point, axis=0) / np.diff(at)[:, None]
+    corners = np.stack([at[1:-1] - KNOT_S, at[1:-1] + KNOT_S], axis=-1).ravel()
+    # On each side it goes on as it came; whoever looks for a beam looks a little beyond.
+    time_s = np.concatenate([[min(at[0], start_s) - 60.0], corners, [max(at[-1], end_s) + 60.0]])
+    rates = np.repeat(rate, 2, axis=0)
+    begin = np.repeat(np.arange(len(rate)), 2)
+    flown = point[begin] + rates * (time_s - at[begin])[:, None]
+    return time_s - start_s, flown[:, :2], rates[:, :2], flown[:, 2]
 
 
 # Where speed and heading go on, so does the velocity: legs share their knots.

@@ -77,6 +77,22 @@ class CoupledNoise:
 
 
 @dataclass(frozen=True, slots=True)
+class Way:
+    """Places that an aircraft flies by one after the other, at least two.
+
+    Attributes
+    ----------
+    time_s, east_m, north_m, height_m : tuple of float
+        When, ascending and 2 s apart or more, and where on the plane of the scene.
+    """
+
+    time_s: tuple[float, ...]
+    east_m: tuple[float, ...]
+    north_m: tuple[float, ...]
+    height_m: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Aircraft:
     """One aircraft from its birth to its death.
 
@@ -94,6 +110,9 @@ class Aircraft:
         Random manoeuvres in place of legs.
     acceleration_density : float
         Spectral density of a white acceleration on each axis, m²/s³, in place of both.
+    way : Way, optional
+        Where it flew, in place of all of these: straight from place to place, as a recording of
+        reports leaves it.
     mode_3a, mode_s_address : int, optional
         Identities it answers with.
     later_mode_3a : int, optional
@@ -123,6 +142,7 @@ class Aircraft:
     legs: tuple[Leg, ...] = ()
     coupled: CoupledNoise | None = None
     acceleration_density: float = 0.0
+    way: Way | None = None
     mode_3a: int | None = None
     mode_s_address: int | None = None
     later_mode_3a: int | None = None

@@ -8,7 +8,7 @@ import pytest
 from multiradar.estimation.motion.axes import frame_to_velocity
 from multiradar.estimation.motion.velocity_frame import VelocityFrame
 from multiradar.simulation.paths import fly
-from multiradar.simulation.scene import Aircraft, CoupledNoise, Leg
+from multiradar.simulation.scene import Aircraft, CoupledNoise, Leg, Way
 
 # East and north differ everywhere: a swap of axes shows.
 AIRCRAFT = Aircraft(1, 5e3, -7e3, 8000.0, 200.0, np.radians(30.0), start_s=100.0)
@@ -57,6 +57,22 @@ def test_legs_follow_each_other_without_a_jump() -> None:
     assert np.arctan2(end[2], end[3]) == pytest.approx(course, abs=1e-9)
     heights = path.height(np.array([110.0, 120.0, 160.0, 399.0]))
     np.testing.assert_allclose(heights, [8100.0, 8200.0, 8080.0, 8080.0], atol=1e-9)
+
+
+def test_a_recorded_way_is_flown_straight_from_place_to_place() -> None:
+    way = Way((90.0, 110.0, 120.0), (0.0, 4e3, 4e3), (0.0, 0.0, 2e3), (8e3, 8e3, 7900.0))
+    path = fly(replace(AIRCRAFT, way=way, end_s=118.0), 500.0, np.random.default_rng(0))
+    assert (path.start_s, path.end_s) == (100.0, 118.0)
+    states = path.states(np.array([100.0, 109.0, 111.0, 118.0]))
+    expected = [
+        [2e3, 0.0, 200.0, 0.0], [3800.0, 0.0, 200.0, 0.0], [4e3, 200.0, 0.0, 200.0],
+        [4e3, 1600.0, 0.0, 200.0],
+    ]  # fmt: skip
+    np.testing.assert_allclose(states, np.array(expected), rtol=0, atol=1e-6)
+    np.testing.assert_allclose(path.height(np.array([105.0, 115.0])), [8e3, 7950.0], atol=0.3)
+    # The corner is cut within half a second of it, by some ten metres.
+    corner = path.place(np.array([110.0]))[0]
+    assert 10.0 < np.hypot(*(corner - [4e3, 0.0])) < 60.0
 
 
 def test_the_velocity_is_the_rate_of_the_place() -> None:
