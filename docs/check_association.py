@@ -28,7 +28,7 @@ SAMPLE_SENSORS = ROOT / "examples" / "sensors-vid-sample.toml"
 SCENES = (
     "crossing", "formation", "shared-code", "code-change", "shared-address", "clutter",
     "u-turn-edge", "primary-only", "garbled-codes", "manoeuvring-traffic",
-    "rotating-gaps", "range-gain",
+    "rotating-gaps", "range-gain", "newcomers",
 )  # fmt: skip
 HIDDEN = {
     "no identity": "track_number,mode_3a,mode_s_address",

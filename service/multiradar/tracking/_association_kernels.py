@@ -39,6 +39,7 @@ from multiradar.tracking._sky_kernels import (
     place_in_table,
     velocity_astray,
 )
+from multiradar.tracking._young_kernels import is_young, log_anew, log_of_speed, slack_of
 from multiradar.tracking.lifecycle import TENTATIVE, Lifecycle
 from multiradar.tracking.roster import MISSING, Roster, RowIdentities
 from multiradar.tracking.sky import (
@@ -84,7 +85,8 @@ LEVEL_SIGMA = 1.0
 LEVEL_PART = 0.7
 LOG_HEIGHT_SPAN = math.log(10_000.0)
 HEIGHT_DIFFERENT = -7.0
-# A second plot is looked for as far as the fastest aircraft flies, and this for the errors of both.
+# A second plot is looked for as far as the fastest aircraft flies, and this at most for the errors
+# of both.
 START_ERROR_M = 3_000.0
 # What a track counts less for having been measured once, twice.
 LOG_NEW = -3.0
@@ -356,12 +358,13 @@ def search(
             k = found[place]
             d0 = sky.state[k, 0] + ahead * sky.state[k, 2] - east
             d1 = sky.state[k, 1] + ahead * sky.state[k, 3] - north
-            score = judge(
+            score, anew = judge(
                 row, k, ahead, math.hypot(d0, d1), track_numbers[row], addresses[row], codes[row],
-                rows, model, aircraft, roster, life, sky, rules, log_clutter, sigmas, U, R,
+                east, north, reach, rows, model, aircraft, roster, life, sky, rules, log_clutter,
+                sigmas, U, R,
             )  # fmt: skip
             if score > 0.0:
-                keep(i, k, score, candidates)
+                keep(i, k, score, anew, candidates)
 
 
 @in_loop
@@ -379,16 +382,28 @@ def fetch_track(k: int, aircraft: Aircraft) -> None:
 @in_loop
 def judge(
     row: int, k: int, ahead: float, distance: float, number: int, address: int, code: int,
-    rows: Rows, model: Model, aircraft: Aircraft, roster: Roster, life: Lifecycle, sky: Sky,
-    rules: Floats, log_clutter: float, sigmas: Floats, U: Floats, R: Floats,
-) -> float:  # fmt: skip
-    """Return the score of a pair; −∞ for one that cannot be."""
+    east: float, north: float, reach: float, rows: Rows, model: Model, aircraft: Aircraft,
+    roster: Roster, life: Lifecycle, sky: Sky, rules: Floats, log_clutter: float, sigmas: Floats,
+    U: Floats, R: Floats,
+) -> tuple[float, bool]:  # fmt: skip
+    """Return the score of a pair, −∞ for one that cannot be, and whether it begins anew."""
     dt = rows.time[row] - aircraft.time[k]
     score = -np.inf
-    if aircraft.updates[k] > 1 or distance <= rules[SPEED_MAX] * dt + START_ERROR_M:
+    way = distance
+    if aircraft.updates[k] == 1:
+        way -= min(slack_of(k, reach, sky), START_ERROR_M)
+    if aircraft.updates[k] > 1 or way <= rules[SPEED_MAX] * dt:
         score = identity_score(
             row, k, number, address, code, max(dt, 0.0), rows, aircraft, roster, life
         )
+    anew = -np.inf
+    if score > -np.inf and is_young(k, life):
+        if aircraft.updates[k] > 1:
+            anew = score + LOG_DETECTED + log_anew(
+                row, k, ahead, east, north, reach, rows, aircraft, sky, log_clutter
+            )  # fmt: skip
+        else:
+            score += log_of_speed(way, dt)
     if score > -np.inf:
         score += pair_score(
             row,
@@ -405,11 +420,11 @@ def judge(
             U,
             R,
         )
-    return score
+    return max(score, anew), anew > score
 
 
 @in_loop
-def keep(i: int, k: int, score: float, candidates: Candidates) -> None:
+def keep(i: int, k: int, score: float, anew: bool, candidates: Candidates) -> None:
     """Put a candidate into its place; beyond `CANDIDATES_MAX` the least likely goes."""
     count = candidates.number[i]
     full = count == CANDIDATES_MAX
@@ -422,6 +437,8 @@ def keep(i: int, k: int, score: float, candidates: Candidates) -> None:
         ):
             candidates.score[i, at] = candidates.score[i, at - 1]
             candidates.slot[i, at] = candidates.slot[i, at - 1]
+            candidates.anew[i, at] = candidates.anew[i, at - 1]
             at -= 1
         candidates.score[i, at] = score
+        candidates.anew[i, at] = anew
         candidates.slot[i, at] = k

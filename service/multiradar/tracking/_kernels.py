@@ -17,7 +17,7 @@ from multiradar.estimation.measurement._kernels import KIND_BEARING, KIND_POSITI
 from multiradar.geodesy._kernels import geodetic_to_plane, local_matrix, plane_to_geodetic
 from multiradar.kernels import in_loop, loop
 from multiradar.tracking.lifecycle import BY_IDENTITY, TENTATIVE, Lifecycle
-from multiradar.tracking.roster import NEW_TRACK, Roster, RowIdentities
+from multiradar.tracking.roster import NEW_TRACK, TWIN, Roster, RowIdentities
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -113,8 +113,9 @@ def assign(
 ) -> int:
     """Find or make the aircraft of rows first…last; return the row that needs more room, or last.
 
-    A row that has a slot keeps it, one that has `NEW_TRACK` gets a new aircraft in any case, and
-    one without identity gets none; a bearing, which tells no place, makes none. When the pool is
+    A row that has a slot keeps it, one that has `NEW_TRACK` gets a new aircraft in any case, one
+    below `TWIN` that of a row before it, and one without identity gets none; a bearing, which tells
+    no place, makes none. When the pool is
     ``full``, no room is to be had: rows that need it get `NO_ROOM_SLOT`.
 
     ``roster.counters`` holds the last track identifier given and the number of free slots, which
@@ -124,6 +125,8 @@ def assign(
         number = track_numbers[row]
         address = addresses[row]
         slot = identities.slot[row]
+        if slot < TWIN:
+            slot = identities.slot[row - (TWIN - slot)]
         anonymous = slot == NEW_TRACK
         if slot < 0 and not anonymous:
             slot = find_by_identity(number, address, roster)

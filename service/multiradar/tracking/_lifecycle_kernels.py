@@ -11,8 +11,9 @@ from multiradar.estimation.filters.arrays import Aircraft, Result, Rows
 from multiradar.estimation.measurement._kernels import KIND_BEARING, KIND_RADAR
 from multiradar.tracking._assignment_kernels import assign_scan
 from multiradar.tracking._clutter_kernels import ring_of
+from multiradar.tracking._young_kernels import forget_velocity, score_of_twin
 from multiradar.tracking.lifecycle import BY_IDENTITY, CONFIRMED, TENTATIVE, Lifecycle
-from multiradar.tracking.roster import MISSING, NEW_TRACK, Roster, RowIdentities
+from multiradar.tracking.roster import MISSING, NEW_TRACK, TWIN, Roster, RowIdentities
 from multiradar.tracking.sky import DROP_AFTER, HITS_MIN, SCORE_MIN, Candidates, Sky
 from multiradar.tracking.transitions import SILENT, UNCONFIRMED, UNLIKELY
 
@@ -58,6 +59,9 @@ def choose_tracks(
     addresses: Integers,
     codes: Integers,
     rows: Rows,
+    log_clutters: Floats,
+    speed_variance: float,
+    aircraft: Aircraft,
     life: Lifecycle,
     candidates: Candidates,
     sky: Sky,
@@ -101,14 +105,23 @@ def choose_tracks(
             scores[i] = 0.0
             if not doubted[i] and (track_numbers[row] >= 0 or addresses[row] >= 0):
                 continue
-            if not has_begun(i, first, begun[:beginnings], codes, rows, candidates):
+            j = has_begun(i, first, begun[:beginnings], codes, rows, candidates)
+            if j == MISSING:
                 identities.slot[row] = NEW_TRACK
                 begun[beginnings] = i
                 beginnings += 1
+            elif identities.slot[first + j] == NEW_TRACK:
+                ring = ring_of(rows.z[row, 0]) if rows.kind[row] == KIND_RADAR else 0
+                score = score_of_twin(i, j, candidates, log_clutters[rows.sensor[row], ring])
+                if score > 0.0:
+                    identities.slot[row] = TWIN - (i - j)
+                    scores[i] = score
             continue
         k = candidates.slot[i, chosen[i]]
         identities.slot[row] = k
         scores[i] = candidates.score[i, chosen[i]]
+        if candidates.anew[i, chosen[i]]:
+            forget_velocity(k, speed_variance, aircraft, life)
         for c in range(count):
             if c != chosen[i] and candidates.score[i, c] > scores[i] - AMBIGUOUS:
                 life.quiet[k] = 1
@@ -118,8 +131,8 @@ def choose_tracks(
 @njit(cache=True, nogil=True, error_model="numpy")
 def has_begun(
     i: int, first: int, begun: Integers, codes: Integers, rows: Rows, candidates: Candidates
-) -> bool:
-    """Return whether another sensor's plot in this window may have begun the track already."""
+) -> int:
+    """Return which plot of another sensor in this window may have begun the track, −1 for none."""
     row = first + i
     for j in begun:
         other = first + j
@@ -134,8 +147,8 @@ def has_begun(
             continue
         if abs(rows.height[row] - rows.height[other]) > START_HEIGHTS_M:  # NaN is not.
             continue
-        return True
-    return False
+        return int(j)
+    return MISSING
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -192,8 +205,9 @@ def settle(
             and life.score[k] >= rules[SCORE_MIN]
         ):
             life.stage[k] = CONFIRMED
-            # Its first plot was none of the false ones.
-            counts[life.first_sensor[k], life.first_ring[k]] -= 1.0
+            if life.first_sensor[k] != MISSING:
+                # Its first plot was none of the false ones.
+                counts[life.first_sensor[k], life.first_ring[k]] -= 1.0
             transitions[CONFIRMATIONS] += 1
         confirmed[row] = life.stage[k] == CONFIRMED
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from multiradar.estimation.filters.arrays import Aircraft, Model
 from multiradar.kernels import in_loop, loop
 from multiradar.tracking._sky_kernels import CELL_M, place_in_table
-from multiradar.tracking.lifecycle import BY_IDENTITY, Lifecycle
+from multiradar.tracking.lifecycle import BY_IDENTITY, CONFIRMED, TENTATIVE, Lifecycle
 from multiradar.tracking.roster import MISSING, Roster
 from multiradar.tracking.sky import Sky
 
@@ -49,8 +49,10 @@ def find_merges(
 
     ``into`` gets the slots of the older ones.
 
-    ``sky`` is filled for ``time``. Two tracks that a sensor has seen apart at one place, or that
-    both were there long before they met, are left alone for ``patience`` more tests.
+    ``sky`` is filled for ``time``. What began with a false plot may be anywhere: a single plot
+    stands for no other track, and what is not confirmed for none that is. Two tracks that a sensor
+    has seen apart at one place, or that both were there long before they met, are left alone for
+    ``patience`` more tests.
     """
     return search_merges(
         time, longest, model, aircraft, roster, life, periods, sky, patience, merged, into,
@@ -103,6 +105,8 @@ def search_merges(
                         sky.cell[j, 0] == ce
                         and sky.cell[j, 1] == cn
                         and roster.track_id[j] < roster.track_id[k]
+                        and (life.hits[j] > 1 or life.stage[j] == BY_IDENTITY)
+                        and not (life.stage[k] == CONFIRMED and life.stage[j] == TENTATIVE)
                         and may_be_one(k, j, aircraft, roster, life, sky)
                     ):
                         if seen_by_one(time, k, j, periods, life):

@@ -35,7 +35,7 @@ from multiradar.lane_kernels import (
     load_row,
     sums_of,
 )
-from multiradar.tracking.lifecycle import Lifecycle
+from multiradar.tracking.lifecycle import TENTATIVE, USUAL_SPEED, YOUNG_HITS, Lifecycle
 from multiradar.tracking.roster import MISSING, Roster, RowIdentities
 from multiradar.tracking.sky import ASTRAY, SPEED_MAX, Sky
 
@@ -57,6 +57,8 @@ UNSEEN_TURNS = 3.0
 TURNED_ROUND = 2.5
 # No place on the plane is farther off, m.
 PLACE_MAX_M = 1e8
+# Column of `Sky.state`: how far off, m, the place of the last plot may be; see `Sky.state`.
+NEAR_COLUMN = 5
 # An address is believed within this beside the reaches of plot and track, m.
 DOUBT_M = 3_000.0
 
@@ -118,6 +120,10 @@ def fill_sky(
         near = COARSE_SIGMAS * math.sqrt(max(P[0] + P[4] + b0 * b0 + b1 * b1, 0.0))
         most = min(near + speed * silent, REACH_MAX_M)
         reach = min(math.sqrt(COARSE_SIGMAS**2 * max(variance, 0.0) + wide * wide), most)
+        if 1 < life.hits[k] <= YOUNG_HITS and life.stage[k] == TENTATIVE:
+            # It may not be where its velocity leads, but anywhere around its last plot.
+            astray = (math.hypot(x2, x3) + USUAL_SPEED) * silent
+            reach = min(max(reach, near + astray), REACH_MAX_M)
         if not (reach >= 0.0 and abs(x0) + abs(x1) < PLACE_MAX_M):  # NaN fails both.
             continue
         sky.state[k, 0] = x0 + dt * x2
@@ -125,6 +131,7 @@ def fill_sky(
         sky.state[k, 2] = x2
         sky.state[k, 3] = x3
         sky.state[k, 4] = reach
+        sky.state[k, NEAR_COLUMN] = near
         sky.reach[k] = reach
         longest = max(longest, reach)
         far = int(reach > FAR_M)

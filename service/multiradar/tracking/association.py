@@ -121,6 +121,7 @@ class Association:
         rules[skies.SCORE_MIN] = settings.confirm_score
         rules[skies.DROP_AFTER] = settings.drop_after_s
         self._rules = rules
+        self._speed_variance = settings.speed_sigma_mps**2
         self._clutter = ClutterMap(self._periods, settings.clutter_density_per_km2 * 1e-6)
         self._transitions = np.zeros(TRANSITION_COUNT, np.int64)
         self._sky: Sky | None = None
@@ -263,7 +264,8 @@ class Association:
         )  # fmt: skip
         choose_tracks(
             first, last, self._sensors, batch.track_number, batch.mode_s_address, codes, rows,
-            pool.life, candidates, sky, identities, doubted, self._scores, self._shadows,
+            self._clutter.log_densities, self._speed_variance, pool.aircraft, pool.life,
+            candidates, sky, identities, doubted, self._scores, self._shadows,
         )  # fmt: skip
         if bool((batch.kind[first:last] == KIND_BEARING).any()):
             give_bearings(

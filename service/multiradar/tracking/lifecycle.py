@@ -18,6 +18,11 @@ CONFIRMED = 2
 
 NONE = -1
 
+# With so many measurements at most, the velocity of a track may rest on a false one.
+YOUNG_HITS = 4
+# Nearly all aircraft are no faster than this over ground, m/s.
+USUAL_SPEED = 350.0
+
 
 class Lifecycle(NamedTuple):
     """The lives of the tracks of a pool.

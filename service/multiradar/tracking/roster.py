@@ -13,6 +13,8 @@ Integers = NDArray[np.int64]
 MISSING = -1
 #: In `RowIdentities.slot`: the row begins a track of its own, whatever its identity.
 NEW_TRACK = -3
+#: The row is of the track that a row before it begins: less by how many rows that is before.
+TWIN = -16
 
 
 class Roster(NamedTuple):

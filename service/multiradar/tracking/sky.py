@@ -32,8 +32,8 @@ class Sky(NamedTuple):
     Attributes
     ----------
     state : (s, 8) float64
-        East, north (m) and their rates (m/s) at the time of the window, the reach, and room: one
-        cache line.
+        East, north (m) and their rates (m/s) at the time of the window, the reach, how far off,
+        m, the place is without the way since, and room: one cache line.
     reach : (s,) float64
         Distance, m, that the position may be wrong by.
     cell : (s, 2) int64
@@ -91,6 +91,8 @@ class Candidates(NamedTuple):
         The tracks.
     score : (n, CANDIDATES_MAX) float64
         Logarithm of the likelihood ratio to a false plot, positive.
+    anew : (n, CANDIDATES_MAX) int64
+        Whether the score takes the velocity of the track for wrong.
     place : (n, 3) float64
         Where the plot points to at the published biases, east and north, and how far off, m, the
         aircraft may be.
@@ -99,6 +101,7 @@ class Candidates(NamedTuple):
     number: Integers
     slot: Integers
     score: Floats
+    anew: Integers
     place: Floats
 
     @classmethod
@@ -108,5 +111,6 @@ class Candidates(NamedTuple):
             number=np.zeros(rows, np.int64),
             slot=np.full((rows, CANDIDATES_MAX), -1, np.int64),
             score=np.zeros((rows, CANDIDATES_MAX)),
+            anew=np.zeros((rows, CANDIDATES_MAX), np.int64),
             place=np.zeros((rows, 3)),
         )
