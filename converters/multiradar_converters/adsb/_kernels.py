@@ -3,11 +3,16 @@
 A record that is anything but plainly right is noted in `odd` and left to the plain form, which
 says what is wrong with it, or that it is right after all. The text of a call ends in a byte that
 belongs to no value, so every scan stops there.
+
+References
+----------
+The project's own.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar_converters.adsb._splitting_kernels import is_blank
 from multiradar_converters.adsb.roles import (
     ABSENT,
     ADDRESS,
@@ -31,130 +36,9 @@ Words = NDArray[np.int64]
 Numbers = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
-_BACKSLASH, _QUOTE, _COMMA, _COLON, _BLANK, _MINUS, _LF = 92, 34, 44, 58, 32, 45, 10
+_BACKSLASH, _QUOTE, _COMMA, _COLON, _BLANK, _MINUS = 92, 34, 44, 58, 32, 45
 _OPEN, _CLOSE, _OPEN_LIST, _CLOSE_LIST = 123, 125, 91, 93
 _CALLSIGN_MAX = 8
-
-#: Places in the state of `split_elements`.
-DEPTH, IN_TEXT, ESCAPED, BEGIN, DONE, LOST = range(6)
-STATE_WORDS = 6
-_SCALAR = -1
-
-
-@inlined
-def _is_blank(c: int) -> bool:
-    return c in (32, 9, 10, 13)
-
-
-@compiled
-def split_elements(
-    text: Bytes, start: int, stop: int, state: Words, begins: Words, ends: Words
-) -> tuple[int, int]:
-    """Find the elements of a JSON list, or the values of JSON lines.
-
-    Parameters
-    ----------
-    text : uint8[n]
-        The text.
-    start, stop : int
-        Where to begin and end; the text before `start` was seen in the call before.
-    state : int64[STATE_WORDS]
-        Depth (-1: within a number or a word), whether within quotes, whether after a backslash,
-        where the element begins (-1: none), whether the list has ended, and whether an
-        element is lost: then the next one is what follows `}`, blanks or commas, and `{`.
-        Changed in place.
-    begins, ends : int64[r]
-        Filled.
-
-    Returns
-    -------
-    tuple of int
-        Where reading stopped, and the elements found.
-    """
-    depth, in_text, escaped = state[DEPTH], state[IN_TEXT], state[ESCAPED]
-    begin, lost = state[BEGIN], state[LOST]
-    done = False
-    room = len(begins)
-    count = 0
-    i = start
-    while i < stop and count < room and not done:
-        c = int(text[i])
-        if lost > 0:
-            if c == _CLOSE:
-                lost = 2
-            elif lost == 2 and c == _OPEN:
-                lost, begin, depth = 0, i, 1
-            elif not (_is_blank(c) or c == _COMMA):
-                lost = 1
-        elif in_text:
-            if escaped:
-                escaped = 0
-            elif c == _BACKSLASH:
-                escaped = 1
-            elif c == _QUOTE:
-                in_text = 0
-        elif depth > 0:
-            if c == _QUOTE:
-                in_text = 1
-            elif c in (_OPEN, _OPEN_LIST):
-                depth += 1
-            elif c in (_CLOSE, _CLOSE_LIST):
-                depth -= 1
-                if depth == 0:
-                    begins[count] = begin
-                    ends[count] = i + 1
-                    count += 1
-                    begin = -1
-        elif c in (_OPEN, _OPEN_LIST, _CLOSE_LIST, _COMMA) or _is_blank(c):
-            if depth == _SCALAR:
-                begins[count] = begin
-                ends[count] = i
-                count += 1
-                begin, depth = -1, 0
-                # Seen again as what it is.
-                i -= 1
-            elif c in (_OPEN, _OPEN_LIST):
-                begin, depth = i, 1
-            elif c == _CLOSE_LIST:
-                done = True
-        elif depth == 0:
-            begin, depth = i, _SCALAR
-        i += 1
-    state[DEPTH], state[IN_TEXT], state[ESCAPED] = depth, in_text, escaped
-    state[BEGIN], state[DONE], state[LOST] = begin, 1 if done else 0, lost
-    return i, count
-
-
-@compiled
-def split_lines(text: Bytes, start: int, stop: int, begins: Words, ends: Words) -> tuple[int, int]:
-    """Find lines that end in a line feed, without it and a carriage return before it.
-
-    Parameters
-    ----------
-    text : uint8[n]
-        The text.
-    start, stop : int
-        Where to begin and end.
-    begins, ends : int64[r]
-        Filled.
-
-    Returns
-    -------
-    tuple of int
-        Where the line after the last one begins, and the lines found.
-    """
-    room = len(begins)
-    count = 0
-    begin = start
-    for i in range(start, stop):
-        if text[i] == _LF:
-            begins[count] = begin
-            ends[count] = i - 1 if i > begin and text[i - 1] == 13 else i
-            count += 1
-            begin = i + 1
-            if count == room:
-                break
-    return begin, count
 
 
 @inlined
@@ -296,6 +180,35 @@ def _take(
 
 
 @inlined
+def _is_literal(text: Bytes, i: int, end: int) -> bool:
+    """Tell whether JSON may write this without quotes: a number without an exponent, or a word."""
+    c, size = int(text[i]), end - i
+    if c in (116, 102):
+        return _truth(text, i, end)[1]
+    if size >= 3 and c in (110, 78):
+        second, third = int(text[i + 1]), int(text[i + 2])
+        if size == 3:
+            # NaN is written by many, though it is no JSON.
+            return c == 78 and second == 97 and third == 78
+        return size == 4 and c == 110 and second == 117 and third == 108 and int(text[i + 3]) == 108
+    if c == _MINUS:
+        i += 1
+    begin = i
+    while i < end and 48 <= int(text[i]) <= 57:
+        i += 1
+    if i == begin or (int(text[begin]) == 48 and i - begin > 1):
+        return False
+    if i < end and int(text[i]) == 46:
+        i += 1
+        begin = i
+        while i < end and 48 <= int(text[i]) <= 57:
+            i += 1
+        if i == begin:
+            return False
+    return i == end
+
+
+@inlined
 def _object(
     text: Bytes, i: int, end: int, keys: Bytes, lengths: Words, roles: Words, hints: Words,
     worded: Flags, scale: Numbers, divisor: Numbers, numbers: Numbers, words: Words, row: int,
@@ -307,7 +220,7 @@ def _object(
     seen = 0
     place = 0
     while True:
-        while _is_blank(int(text[i])):
+        while is_blank(int(text[i])):
             i += 1
         if int(text[i]) != _QUOTE:
             return False
@@ -333,12 +246,12 @@ def _object(
                 found = key
                 break
         i += 1
-        while _is_blank(int(text[i])):
+        while is_blank(int(text[i])):
             i += 1
         if int(text[i]) != _COLON:
             return False
         i += 1
-        while _is_blank(int(text[i])):
+        while is_blank(int(text[i])):
             i += 1
         quoted = int(text[i]) == _QUOTE
         if quoted:
@@ -351,13 +264,15 @@ def _object(
                     break
                 if c == _BACKSLASH or c < _BLANK:
                     return False
-            elif c in (_COMMA, _CLOSE) or _is_blank(c):
+            elif c in (_COMMA, _CLOSE) or is_blank(c):
                 break
             elif c in (_OPEN, _OPEN_LIST, _QUOTE, _CLOSE_LIST):
                 return False
             i += 1
             if i >= end:
                 return False
+        if not quoted and not _is_literal(text, begin, i):
+            return False
         if found >= 0:
             if place < len(hints):
                 hints[place] = found
@@ -367,11 +282,9 @@ def _object(
             seen |= 1 << role
             if not _take(text, begin, i, role, worded, scale, divisor, numbers, words, row):
                 return False
-        if not quoted and i == begin:
-            return False
         if quoted:
             i += 1
-        while _is_blank(int(text[i])):
+        while is_blank(int(text[i])):
             i += 1
         if int(text[i]) == _CLOSE:
             return i + 1 == end

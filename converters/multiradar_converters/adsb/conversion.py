@@ -7,9 +7,10 @@ from typing import TextIO
 import numpy as np
 
 from multiradar_converters.adsb import roles, table
+from multiradar_converters.adsb.batches import Batch, Refused
 from multiradar_converters.adsb.judging import Judge
 from multiradar_converters.adsb.options import Options
-from multiradar_converters.adsb.reading import Batch, Refused, Source, open_source
+from multiradar_converters.adsb.reading import Source, open_source
 from multiradar_converters.adsb.report import FileAccount, report_json
 from multiradar_converters.adsb.sensors import sensors_toml
 from multiradar_converters.adsb.time_forms import of_day
@@ -88,7 +89,7 @@ def _read(source: Source, options: Options, sorter: TimeSorter, rejects: TextIO)
         if not (without_date or account.accepted):
             _check_date(source.file, batch, options)
         stands = judge.judge(batch)
-        for role, name in ((role, name) for name, role in _UNREADABLE.items()):
+        for name, role in _UNREADABLE.items():
             word = batch.words[role - roles.FIRST_WORD]
             account.unreadable[name] += int((word[stands] == roles.UNREADABLE).sum())
         sorter.add(table.records_of(batch.numbers[:, stands], batch.words[:, stands]))

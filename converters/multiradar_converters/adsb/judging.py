@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from multiradar_converters.adsb import _judging_kernels, roles
 from multiradar_converters.adsb._judging_kernels import GOOD, REPEATED
-from multiradar_converters.adsb.reading import Batch, Refused
+from multiradar_converters.adsb.batches import Batch, Refused
 from multiradar_converters.errors import LayoutError
 from multiradar_schemas.reject import RejectCode
 

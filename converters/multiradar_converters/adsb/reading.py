@@ -18,16 +18,16 @@ import itertools
 import json
 import re
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from multiradar_converters.adsb import _kernels, plain, roles, trace
+from multiradar_converters.adsb import cells, trace
+from multiradar_converters.adsb.batches import Batch, batch_of, read_columns, read_objects
 from multiradar_converters.adsb.layout import Layout, lay_out
-from multiradar_converters.adsb.splitting import Elements, Fault, Lines, Piece
+from multiradar_converters.adsb.splitting import RECORD_BYTES_MAX, Elements, Fault, Lines, Piece
 from multiradar_converters.adsb.unpacking import Unpacked, read_text
 from multiradar_converters.errors import LayoutError
 from multiradar_converters.vid.text.lines import RefusedError
@@ -40,42 +40,6 @@ COLUMNS_BYTES_MAX = 1 << 26
 _SAMPLES = 200
 _COLUMNS = re.compile(rb'\s*\{\s*"(?:[^"\\]|\\.)*"\s*:\s*\{')
 _SEPARATORS = (b",", b";", b"\t")
-
-Numbers = NDArray[np.float64]
-Words = NDArray[np.int64]
-
-
-@dataclass(frozen=True)
-class Refused:
-    """A record that cannot be taken; its place is a byte of JSON or a line of CSV."""
-
-    place: int
-    code: RejectCode
-    reason: str
-    raw: bytes
-
-
-@dataclass
-class Batch:
-    """Some records of a file.
-
-    Attributes
-    ----------
-    numbers, words : float64[7, n], int64[5, n]
-        Values by role (see `roles`), in SI.
-    places : int64[n]
-        Where each stands.
-    raw : callable
-        Returns what stands there.
-    refused : list of Refused
-        Records that are not among them.
-    """
-
-    numbers: Numbers
-    words: Words
-    places: Words
-    raw: Callable[[int], bytes]
-    refused: list[Refused] = field(default_factory=list)
 
 
 @dataclass
@@ -175,8 +139,8 @@ def _json(
 def _source(
     form: str, file: str, layout: Layout, unpacked: Unpacked, pieces: Iterator[Piece]
 ) -> Source:
-    cells_of = partial(plain.object_cells, layout=layout)
-    batches = (_batch(piece, layout, cells_of, _read_objects) for piece in pieces)
+    cells_of = partial(cells.object_cells, layout=layout)
+    batches = (batch_of(piece, layout, cells_of, read_objects) for piece in pieces)
     return Source(file, form, layout, unpacked, batches)
 
 
@@ -211,12 +175,12 @@ def _layout_of_objects(file: str, pieces: list[Piece]) -> Layout:
     raws = (piece.raw(k) for piece in pieces for k in range(len(piece.begins)))
     for raw in itertools.islice(raws, _SAMPLES):
         try:
-            pairs = plain.object_pairs(raw)
+            pairs = cells.object_pairs(raw)
         except RefusedError:
             # It will be told with its place when it is read.
             continue
         for name, value in pairs:
-            names.setdefault(name, []).append(plain.json_text(value))
+            names.setdefault(name, []).append(cells.json_text(value))
     if not names:
         msg = f"{file}: expected JSON objects, one a record, found none"
         raise LayoutError(msg)
@@ -227,9 +191,9 @@ def _trace(file: str, unpacked: Unpacked, head: bytes, blocks: Iterator[bytes]) 
     match = trace.TRACE.search(head)
     begin = match.end() if match else 0
     cells_of = trace.trace_reader(file, head[:begin])
-    elements = Elements(_before(unpacked, head) + begin)
+    elements = Elements(_before(unpacked, head) + begin, b"[")
     pieces = _element_pieces(elements, itertools.chain([head[begin:]], blocks), unpacked, "trace")
-    batches = (_batch(piece, trace.LAYOUT, cells_of, None) for piece in pieces)
+    batches = (batch_of(piece, trace.LAYOUT, cells_of, None) for piece in pieces)
     return Source(file, "trace", trace.LAYOUT, unpacked, batches)
 
 
@@ -243,12 +207,14 @@ def _of_columns(file: str, unpacked: Unpacked, head: bytes, blocks: Iterator[byt
                 "JSON columns, which cannot be read piece by piece, was more"
             )
             raise LayoutError(msg)
+    if unpacked.damage:
+        msg = f"{file}: expected whole JSON columns, but {unpacked.damage}"
+        raise LayoutError(msg)
     try:
         table = json.loads(text)
         columns = {str(name): dict(column) for name, column in table.items()}
     except (ValueError, TypeError, RecursionError) as error:
-        why = unpacked.damage or "broken"
-        msg = f"{file}: expected JSON columns, each an object by row, was {why}"
+        msg = f"{file}: expected JSON columns, each an object by row, was another form"
         raise LayoutError(msg) from error
     rows = list(dict.fromkeys(itertools.chain.from_iterable(columns.values())))
     lines = (
@@ -273,6 +239,9 @@ def _grouped(lines: Iterator[bytes]) -> Iterator[bytes]:
 
 
 def _csv(file: str, unpacked: Unpacked, head: bytes, blocks: Iterator[bytes]) -> Source:
+    if b"\0" in head or (len(head) > RECORD_BYTES_MAX and b"\n" not in head[:RECORD_BYTES_MAX]):
+        msg = f"{file}: expected JSON, or CSV with a line of names, found neither"
+        raise LayoutError(msg)
     lines = Lines()
     pieces = _line_pieces(lines, itertools.chain([head], blocks), unpacked)
     header = next((piece for piece in pieces if len(piece.begins)), None)
@@ -283,9 +252,9 @@ def _csv(file: str, unpacked: Unpacked, head: bytes, blocks: Iterator[bytes]) ->
     names, samples = _sampled(file, header, separator)
     layout = lay_out(file, names, samples, separator)
     rest = Piece(header.text, header.begins[1:], header.ends[1:], header.places[1:], header.faults)
-    cells_of = partial(plain.line_cells, layout=layout)
+    cells_of = partial(cells.line_cells, layout=layout)
     batches = (
-        _batch(piece, layout, cells_of, _read_columns) for piece in itertools.chain([rest], pieces)
+        batch_of(piece, layout, cells_of, read_columns) for piece in itertools.chain([rest], pieces)
     )
     return Source(file, "csv", layout, unpacked, batches, lines)
 
@@ -293,14 +262,14 @@ def _csv(file: str, unpacked: Unpacked, head: bytes, blocks: Iterator[bytes]) ->
 def _sampled(file: str, piece: Piece, separator: bytes) -> tuple[list[str], dict[str, list[str]]]:
     """Read the names of the columns, and their values in the first lines."""
     try:
-        names = plain.split_line(piece.raw(0), separator)
+        names = cells.split_line(piece.raw(0), separator)
     except RefusedError as error:
         msg = f"{file}: expected JSON, or CSV with a line of names, was neither: {error.reason}"
         raise LayoutError(msg) from error
     samples: dict[str, list[str]] = {name: [] for name in names}
     for k in range(1, min(len(piece.begins), _SAMPLES)):
         try:
-            fields = plain.split_line(piece.raw(k), separator)
+            fields = cells.split_line(piece.raw(k), separator)
         except RefusedError:
             # It will be told with its place when it is read.
             continue
@@ -318,61 +287,3 @@ def _line_pieces(lines: Lines, blocks: Iterator[bytes], unpacked: Unpacked) -> I
         )
     else:
         yield from lines.take(b"", at_end=True)
-
-
-def _read_objects(
-    piece: Piece, layout: Layout, numbers: Numbers, words: Words, odd: NDArray[np.bool_]
-) -> None:
-    _kernels.read_objects(
-        piece.text, piece.begins, piece.ends, layout.keys, layout.lengths, layout.key_roles,
-        layout.hints, layout.worded, layout.scale, layout.divisor, numbers, words, odd,
-    )  # fmt: skip
-
-
-def _read_columns(
-    piece: Piece, layout: Layout, numbers: Numbers, words: Words, odd: NDArray[np.bool_]
-) -> None:
-    _kernels.read_columns(
-        piece.text, piece.begins, piece.ends, layout.separator[0],
-        np.array(layout.columns, dtype=np.int64), layout.worded, layout.scale, layout.divisor,
-        numbers, words, odd,
-    )  # fmt: skip
-
-
-def _batch(
-    piece: Piece,
-    layout: Layout,
-    cells_of: Callable[[bytes], dict[int, str]],
-    fast: Callable[[Piece, Layout, Numbers, Words, NDArray[np.bool_]], None] | None,
-) -> Batch:
-    count = len(piece.begins)
-    numbers = np.full((roles.NUMBERS, count), np.nan)
-    words = np.full((roles.WORDS, count), roles.ABSENT, dtype=np.int64)
-    odd = np.ones(count, dtype=np.bool_)
-    if fast is not None:
-        fast(piece, layout, numbers, words, odd)
-    refused = [Refused(each.place, each.code, each.reason, each.raw) for each in piece.faults]
-    kept = np.ones(count, dtype=np.bool_)
-    for k in np.flatnonzero(odd).tolist():
-        try:
-            row = plain.read_cells(cells_of(piece.raw(k)), layout)
-        except RefusedError as error:
-            refused.append(_refused(piece, k, error))
-            kept[k] = False
-        else:
-            numbers[:, k], words[:, k] = row.numbers, row.words
-    for k in np.flatnonzero(kept & ~plain.possible(numbers, words, layout)).tolist():
-        row = plain.Row(tuple(numbers[:, k].tolist()), tuple(words[:, k].tolist()))
-        fault = plain.fault_of(row, layout)
-        if fault is not None:
-            refused.append(_refused(piece, k, fault))
-            kept[k] = False
-    numbers, words = numbers[:, kept], words[:, kept]
-    own = np.flatnonzero(kept)
-    position = numbers[roles.POSITION_TIME]
-    numbers[roles.TIME] = np.where(np.isnan(position), numbers[roles.TIME], position)
-    return Batch(numbers, words, piece.places[own], lambda k: piece.raw(int(own[k])), refused)
-
-
-def _refused(piece: Piece, record: int, error: RefusedError) -> Refused:
-    return Refused(int(piece.places[record]), error.code, error.reason, piece.raw(record))

@@ -1,7 +1,8 @@
 """Text in blocks cut into records, each with its place; what is no record is told, too.
 
-A record that is longer than `RECORD_BYTES_MAX`, because a quote or a brace is missing, is given up:
-reading goes on after the next `}` that `{` follows.
+A record that is longer than `RECORD_BYTES_MAX`, because a quote or a brace is missing, is given up
+with its first `KEPT_BYTES_MAX` bytes; behind these, reading goes on after the next `}` that `{`
+follows.
 """
 
 from dataclasses import dataclass
@@ -9,8 +10,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar_converters.adsb import _kernels
-from multiradar_converters.adsb._kernels import BEGIN, DEPTH, DONE, IN_TEXT, LOST, STATE_WORDS
+from multiradar_converters.adsb import _splitting_kernels
+from multiradar_converters.adsb._splitting_kernels import (
+    BEGIN,
+    DEPTH,
+    DONE,
+    ESCAPED,
+    IN_TEXT,
+    LONG,
+    LOST,
+    STATE_WORDS,
+)
 from multiradar_schemas.reject import RejectCode
 
 #: No record is longer, bytes; of what is longer so many are kept.
@@ -65,10 +75,13 @@ class Elements:
     ----------
     place : int
         Byte of the file at which the text given first begins, after the bracket of the list.
+    opening : bytes
+        The bracket with which the elements begin.
     """
 
-    def __init__(self, place: int) -> None:
+    def __init__(self, place: int, opening: bytes = b"{") -> None:
         self._place = place
+        self._opening = opening[0]
         self._carry = b""
         self._state = np.zeros(STATE_WORDS, dtype=np.int64)
         self._state[BEGIN] = -1
@@ -91,10 +104,15 @@ class Elements:
         pieces: list[Piece] = []
         while seen < size and not self.ended:
             begins, ends = _room()
-            seen, count = _kernels.split_elements(text, seen, size, self._state, begins, ends)
+            seen, count = _splitting_kernels.split_elements(
+                text, seen, size, self._opening, RECORD_BYTES_MAX, self._state, begins, ends
+            )
             begins, ends = begins[:count], ends[:count]
-            pieces.append(Piece(text, begins, ends, begins + self._place, []))
-        self._keep(text[:size], seen, pieces)
+            faults: list[Fault] = []
+            if self._state[LONG]:
+                seen = self._give_up(text, faults)
+            pieces.append(Piece(text, begins, ends, begins + self._place, faults))
+        self._keep(text[:size], seen)
         return pieces
 
     def finish(self, why: str) -> Fault | None:
@@ -111,26 +129,26 @@ class Elements:
         self.rest = (self.rest + text).strip()[:KEPT_BYTES_MAX]
         self._place += len(text)
 
-    def _keep(self, text: NDArray[np.uint8], seen: int, pieces: list[Piece]) -> None:
+    def _give_up(self, text: NDArray[np.uint8], faults: list[Fault]) -> int:
+        """Tell of an element that is too long; return where reading goes on."""
+        begin = int(self._state[BEGIN])
+        raw = text[begin : begin + KEPT_BYTES_MAX].tobytes()
+        faults.append(_overlong(self._place + begin, raw))
+        self._state[[DEPTH, IN_TEXT, ESCAPED, BEGIN, LOST]] = (0, 0, 0, -1, 1)
+        return begin + KEPT_BYTES_MAX
+
+    def _keep(self, text: NDArray[np.uint8], seen: int) -> None:
         begin = int(self._state[BEGIN])
         self._carry = b""
         if self.ended:
             self._place += seen
             self._rest(text[seen:].tobytes())
-            return
-        if begin < 0:
+        elif begin < 0:
             self._place += len(text)
-            return
-        self._carry = text[begin:].tobytes()
-        self._place += begin
-        self._state[BEGIN] = 0
-        if len(self._carry) > RECORD_BYTES_MAX:
-            fault = _overlong(self._place, self._carry)
-            none = np.empty(0, dtype=np.int64)
-            pieces.append(Piece(text, none, none, none, [fault]))
-            self._place += len(self._carry)
-            self._carry = b""
-            self._state[[DEPTH, IN_TEXT, BEGIN, LOST]] = (0, 0, -1, 1)
+        else:
+            self._carry = text[begin:].tobytes()
+            self._place += begin
+            self._state[BEGIN] = 0
 
 
 class Lines:
@@ -165,7 +183,7 @@ class Lines:
         pieces: list[Piece] = []
         while seen < size:
             begins, ends = _room()
-            after, count = _kernels.split_lines(text, seen, size, begins, ends)
+            after, count = _splitting_kernels.split_lines(text, seen, size, begins, ends)
             if not count:
                 break
             pieces.append(self._piece(text, begins[:count], ends[:count]))

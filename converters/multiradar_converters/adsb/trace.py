@@ -30,8 +30,8 @@ import re
 from collections.abc import Callable
 
 from multiradar_converters.adsb import roles
+from multiradar_converters.adsb.cells import Pairs, json_text, json_value
 from multiradar_converters.adsb.layout import Layout
-from multiradar_converters.adsb.plain import Pairs, json_text, json_value
 from multiradar_converters.adsb.roles import FOOT_M, KNOT_MPS, Chosen
 from multiradar_converters.errors import LayoutError
 from multiradar_converters.vid.text.lines import RefusedError

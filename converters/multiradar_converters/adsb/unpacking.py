@@ -75,11 +75,13 @@ def read_text(unpacked: Unpacked, progress: Callable[[int], None]) -> Iterator[b
         The file cannot be read, is packed otherwise, or grows beyond all bounds.
     """
     path = unpacked.path
+    if path.exists() and not path.is_file():
+        msg = f"{path}: expected a file, was something else"
+        raise LayoutError(msg)
     try:
         with path.open("rb") as file:
             first = file.read(_READ_BYTES)
             _refuse_others(path, first)
-            # A name cannot hide a pipe that never ends: what is read is bounded by its blocks.
             chunks = _chunks(first, file.read, unpacked, progress)
             blocks = _unzipped(chunks, unpacked) if first.startswith(_GZIP) else chunks
             for block in blocks:

@@ -1,0 +1,255 @@
+"""The compiled reading of trajectories equals the plain one, however the text is cut."""
+
+import json
+from functools import partial
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from multiradar_converters.adsb import cells
+from multiradar_converters.adsb.batches import Batch, batch_of, read_columns, read_objects
+from multiradar_converters.adsb.layout import Layout
+from multiradar_converters.adsb.roles import choose_columns
+from multiradar_converters.adsb.splitting import Elements, Lines, Piece
+from multiradar_converters.adsb.time_forms import TimeForm
+
+NAMES = ["timestamp", "icao24", "latitude", "longitude", "altitude", "track", "groundspeed",
+         "callsign", "squawk", "onground", "last_position"]  # fmt: skip
+FORMS: tuple[TimeForm, ...] = ("unix-ms", "unix-s", "iso8601", "clock", "seconds-of-day")
+
+numbers = st.one_of(
+    st.floats(-200.0, 200.0).map(repr),
+    st.floats(allow_nan=True, allow_infinity=True).map(repr),
+    st.integers(-(10**20), 10**20).map(str),
+    st.from_regex(r"[+-]?[0-9]{0,20}\.?[0-9]{0,12}", fullmatch=True),
+)
+words = st.one_of(
+    st.sampled_from(
+        [
+            "",
+            "null",
+            "None",
+            "NaN",
+            "Nan",
+            "none",
+            "nul",
+            "TRUE",
+            "true1",
+            "nan",
+            "NA",
+            "true",
+            "False",
+            "1",
+            "0",
+            "ground",
+            "3C64ab",
+            "3c6444 ",
+            "000000",
+            "ffffff",
+            "~3c644",
+            "0021",
+            "21",
+            "21.0",
+            "7800",
+            "4720.0",
+            " KLM1 ",
+            "DLH8JW12",
+            "DLH8JW123",
+            "a/b",
+            "2018-08-01T08:00:00Z",
+            "2018-08-01 08:00:00.125+00:00",
+            "2018-02-30 08:00:00",
+            "2018-12-31 23:59:59.999999",
+            "2018-08-01 08:00:00.1+02:00",
+            "08:00:00.5",
+            "25:00:00",
+            "08",
+            "1e5",
+            "1.5e-3",
+            "1533101250000",
+            "1533101250.125",
+            "-0.0",
+            ".5",
+            "5.",
+            "+7",
+        ]
+    ),
+    st.text(max_size=9),
+)
+values = st.one_of(numbers, words)
+
+PLAIN = {
+    "unix-ms": "1533101250125",
+    "unix-s": "1533101250.125",
+    "iso8601": "2018-08-01 05:27:30.125",
+    "clock": "05:27:30.125",
+    "seconds-of-day": "19650.125",
+}
+
+
+@st.composite
+def tables(draw: st.DrawFn, time: TimeForm) -> list[list[str]]:
+    """Draw records of which up to two values are anything."""
+    table = []
+    for _ in range(draw(st.integers(1, 5))):
+        latitude, longitude = draw(st.floats(-90.0, 90.0)), draw(st.floats(-180.0, 180.0))
+        row = [PLAIN[time], f"{draw(st.integers(1, 0xFFFFFE)):06x}", repr(latitude)]
+        row += [repr(longitude), "35000.0", "12.5", "450", "DLH8JW", "7421", "false", PLAIN[time]]
+        for place in draw(st.sets(st.integers(0, len(NAMES) - 1), max_size=2)):
+            row[place] = draw(values)
+        table.append(row)
+    return table
+
+
+plausible = st.fixed_dictionaries(
+    {
+        "timestamp": st.integers(10**12, 2 * 10**12),
+        "icao24": st.from_regex(r"[0-9a-fA-F]{6}", fullmatch=True),
+        "latitude": st.floats(-90.0, 90.0),
+        "longitude": st.floats(-180.0, 180.0),
+        "altitude": st.one_of(st.none(), st.floats(-2000.0, 50_000.0)),
+        "callsign": st.one_of(st.none(), st.text(max_size=9)),
+        "onground": st.booleans(),
+        "squawk": st.one_of(st.none(), st.integers(0, 0o7777).map(lambda n: int(f"{n:o}"))),
+    }
+)
+
+
+def layout(time: TimeForm, position: TimeForm, separator: bytes | None = None) -> Layout:
+    chosen = choose_columns("x", NAMES)
+    if separator is None:
+        return Layout(chosen, time, position)
+    places = {name: role for role, name in chosen.names.items()}
+    return Layout(chosen, time, position, tuple(places.get(n, -1) for n in NAMES), separator)
+
+
+def said(batch: Batch) -> list[Any]:
+    # Bits, so that NaN equals NaN and 0 is not -0.
+    return [
+        batch.numbers.view(np.int64).tolist(),
+        batch.words.tolist(),
+        batch.places.tolist(),
+        [(one.place, one.code, one.reason, one.raw) for one in batch.refused],
+    ]
+
+
+def assert_both_forms_agree(pieces: list[Piece], found: Layout, fast: Any, plain: Any) -> None:
+    for piece in pieces:
+        cells_of = partial(plain, layout=found)
+        compiled, by_hand = (batch_of(piece, found, cells_of, way) for way in (fast, None))
+        assert sorted(map(repr, said(compiled)[3])) == sorted(map(repr, said(by_hand)[3]))
+        assert said(compiled)[:3] == said(by_hand)[:3]
+
+
+def literal(text: str, quoted: bool) -> str:
+    return json.dumps(text) if quoted else text
+
+
+@given(st.lists(st.booleans(), min_size=11, max_size=11), st.sampled_from(FORMS), st.data())
+@settings(deadline=None, max_examples=150)
+def test_objects_read_the_same_both_ways(
+    quoted: list[bool], time: TimeForm, data: st.DataObject
+) -> None:
+    table = data.draw(tables(time))
+    order = data.draw(st.permutations(range(len(NAMES))))
+    left_out = data.draw(st.sets(st.integers(0, len(NAMES) - 1), max_size=2))
+    blank = data.draw(st.sampled_from(["", " ", "\n\t "]))
+    objects = []
+    for row in table:
+        pairs = [
+            f"{blank}{json.dumps(NAMES[k])}{blank}:{blank}{literal(row[k], quoted[k])}{blank}"
+            for k in order
+            if k not in left_out
+        ]
+        objects.append("{" + ",".join(pairs) + "}")
+    elements = Elements(0)
+    pieces = elements.take("\n".join(objects).encode("utf-8", "replace"))
+    assert_both_forms_agree(pieces, layout(time, time), read_objects, cells.object_cells)
+
+
+@given(st.sampled_from(FORMS), st.sampled_from([b",", b";", b"\t"]), st.data())
+@settings(deadline=None, max_examples=150)
+def test_lines_read_the_same_both_ways(
+    time: TimeForm, separator: bytes, data: st.DataObject
+) -> None:
+    table = data.draw(tables(time))
+    text = "\n".join(separator.decode().join(row) for row in table).encode("utf-8", "replace")
+    lines = Lines()
+    pieces = [*lines.take(text), *lines.take(b"", at_end=True)]
+    found = layout(time, time, separator)
+    assert_both_forms_agree(pieces, found, read_columns, cells.line_cells)
+
+
+@given(st.lists(plausible, min_size=1, max_size=20))
+@settings(deadline=None, max_examples=100)
+def test_plain_records_are_read_by_the_compiled_form_alone(records: list[dict[str, Any]]) -> None:
+    """What is plainly right is not left to the plain form: that is what makes it fast."""
+    for record in records:
+        record["latitude"] = round(record["latitude"], 9)
+        record["longitude"] = round(record["longitude"], 9)
+        record["altitude"] = record["altitude"] and round(record["altitude"], 2)
+        record["callsign"] = None
+    (piece,) = Elements(0).take("\n".join(map(json.dumps, records)).encode())
+
+    def refuse(_: bytes) -> dict[int, str]:
+        pytest.fail("left to the plain form")
+
+    exponents = [k for k in range(len(records)) if b"e-" in piece.raw(k)]
+    if not exponents and not any(r["icao24"].lower() in ("000000", "ffffff") for r in records):
+        batch = batch_of(piece, layout("unix-ms", "unix-ms"), refuse, read_objects)
+        assert batch.numbers[1].tolist() == [record["latitude"] for record in records]
+
+
+def cut(text: bytes, places: list[int]) -> list[bytes]:
+    ends = sorted({place % (len(text) + 1) for place in places})
+    return [text[a:b] for a, b in zip([0, *ends], [*ends, len(text)], strict=True) if b > a]
+
+
+@given(
+    st.lists(
+        st.one_of(plausible, st.lists(st.integers(), max_size=3), st.integers(0, 9)), max_size=9
+    ),
+    st.lists(st.integers(0, 10**6), max_size=8),
+)
+@settings(deadline=None, max_examples=100)
+def test_elements_are_those_of_the_list_however_it_is_cut(
+    records: list[Any], places: list[int]
+) -> None:
+    text = json.dumps(records).encode()
+    elements = Elements(1)
+    found = []
+    for block in cut(text[1:], places):
+        for piece in elements.take(block):
+            assert not piece.faults
+            for k in range(len(piece.begins)):
+                raw = piece.raw(k)
+                place = int(piece.places[k])
+                assert text[place : place + len(raw)] == raw
+                found.append(json.loads(raw))
+    assert found == records
+    assert elements.ended
+    assert elements.finish("") is None
+
+
+@given(st.binary(max_size=400), st.lists(st.integers(0, 10**6), max_size=8))
+@settings(deadline=None, max_examples=150)
+def test_any_bytes_are_cut_the_same_however_they_come(text: bytes, places: list[int]) -> None:
+    def told(blocks: list[bytes]) -> list[Any]:
+        elements, lines = Elements(0), Lines()
+        pieces = [piece for block in blocks for piece in elements.take(block)]
+        left = elements.finish("end")
+        rows = [piece for block in blocks for piece in lines.take(block)]
+        rows += lines.take(b"", at_end=True)
+        return [
+            [
+                (int(piece.places[k]), piece.raw(k))
+                for piece in each
+                for k in range(len(piece.begins))
+            ]
+            for each in (pieces, rows)
+        ] + [left, elements.rest, lines.lines, lines.blank]
+
+    assert told(cut(text, places)) == told([text] if text else [])
