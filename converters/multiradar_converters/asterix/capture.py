@@ -1,21 +1,28 @@
-"""Captures of network traffic: the payloads of UDP datagrams.
+"""Captures of network traffic: the payloads of UDP datagrams (see `internet`).
 
 =========  ======================================================================================
 pcap       header of 24 octets (magic number, link type in the last four), then packets: seconds,
            fraction (µs or ns), octets kept, octets sent; either byte order
-pcapng     blocks: type, length, body, length; type 1 is an interface, 6 an enhanced packet
-links      Ethernet (1) with VLAN tags (0x8100, 0x88A8), raw IP (101), Linux cooked (113)
-IPv4       fragments of a datagram are put together by source, destination and identification
+pcapng     blocks: type, length, body, length; type 1 is an interface, 6 an enhanced packet, 2 an
+           older one, 3 a simple one, which has no time
 =========  ======================================================================================
 """
 
+import math
 import struct
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from multiradar_converters.asterix.datagrams import Datagrams
+from multiradar_converters.asterix.internet import (
+    LINKS,
+    Fragments,
+    Gap,
+    Packet,
+    Payload,
+    datagram_of,
+)
 from multiradar_converters.errors import LayoutError
 
 _PCAP = {
@@ -25,35 +32,7 @@ _PCAP = {
     b"\xa1\xb2\x3c\x4d": (">", 1e-9),
 }
 _PCAPNG = b"\x0a\x0d\x0d\x0a"
-_INTERFACE, _PACKET = 1, 6
-_ETHERNET, _RAW_IP, _COOKED = 1, 101, 113
-_LINK_OCTETS = {_ETHERNET: 14, _RAW_IP: 0, _COOKED: 16}
-_VLAN = (0x8100, 0x88A8)
-_IPV4 = 0x0800
-_UDP = 17
-_UDP_OCTETS = 8
-#: Fragments of so many datagrams wait for the rest at once.
-_WAITING_MAX = 256
-
-Gap = tuple[int, int, str]
-
-
-@dataclass(frozen=True)
-class Payload:
-    """What a datagram carries: its place in the file, or what its fragments joined make."""
-
-    offset: int
-    octets: int
-    received_s: float
-    joined: bytes = b""
-
-
-@dataclass(frozen=True)
-class _Packet:
-    offset: int
-    octets: int
-    received_s: float
-    link: int
+_INTERFACE, _OLD_PACKET, _SIMPLE_PACKET, _PACKET = 1, 2, 3, 6
 
 
 def is_capture(data: NDArray[np.uint8]) -> bool:
@@ -89,12 +68,16 @@ def payloads(data: NDArray[np.uint8], name: str) -> tuple[list[Payload], list[Ga
     raw = data.tobytes()
     packets, gaps = _pcapng(raw) if raw[:4] == _PCAPNG else _pcap(raw)
     found: list[Payload] = []
-    fragments = _Fragments()
+    fragments = Fragments()
+    unknown = [packet for packet in packets if packet.link not in LINKS]
+    if unknown and len(unknown) == len(packets):
+        msg = f"{name}: expected packets of Ethernet, IP or Linux, was link type {unknown[0].link}"
+        raise LayoutError(msg)
     for packet in packets:
-        if packet.link not in _LINK_OCTETS:
-            msg = f"{name}: expected packets of Ethernet, IP or Linux, was link type {packet.link}"
-            raise LayoutError(msg)
-        payload = _datagram(raw, packet, fragments)
+        if packet.link not in LINKS:
+            gaps.append((packet.offset, packet.octets, f"link type {packet.link} is not known"))
+            continue
+        payload = datagram_of(raw, packet, fragments)
         if payload is not None:
             found.append(payload)
     gaps += fragments.left()
@@ -134,7 +117,7 @@ def datagrams(
     return Datagrams(whole, begins, begins + octets, received), offsets, gaps, framing
 
 
-def _pcap(raw: bytes) -> tuple[list[_Packet], list[Gap]]:
+def _pcap(raw: bytes) -> tuple[list[Packet], list[Gap]]:
     order, fraction = _PCAP[raw[:4]]
     if len(raw) < 24:
         return [], [(0, len(raw), "the header of the capture is cut off")]
@@ -145,14 +128,15 @@ def _pcap(raw: bytes) -> tuple[list[_Packet], list[Gap]]:
         seconds, parts, kept, _ = struct.unpack_from(f"{order}4I", raw, at)
         if at + 16 + kept > len(raw):
             break
-        packets.append(_Packet(at + 16, kept, seconds + parts * fraction, link & 0xFFFF))
+        packets.append(Packet(at + 16, kept, seconds + parts * fraction, link & 0xFFFF))
         at += 16 + kept
     return packets, [(at, len(raw) - at, "a packet is cut off")] if at < len(raw) else []
 
 
-def _pcapng(raw: bytes) -> tuple[list[_Packet], list[Gap]]:
-    packets: list[_Packet] = []
+def _pcapng(raw: bytes) -> tuple[list[Packet], list[Gap]]:
+    packets: list[Packet] = []
     links: list[tuple[int, float]] = []
+    gaps: list[Gap] = []
     order = "<"
     at = 0
     while at + 12 <= len(raw):
@@ -165,13 +149,36 @@ def _pcapng(raw: bytes) -> tuple[list[_Packet], list[Gap]]:
         body = raw[at + 8 : at + length - 4]
         if kind == _INTERFACE and len(body) >= 8:
             links.append((struct.unpack_from(f"{order}H", body)[0], _resolution(body[8:], order)))
-        elif kind == _PACKET and len(body) >= 20:
-            number, high, low, kept = struct.unpack_from(f"{order}4I", body)
-            if number < len(links) and kept <= len(body) - 20:
-                link, step = links[number]
-                packets.append(_Packet(at + 28, kept, (high << 32 | low) * step, link))
+        elif kind in (_PACKET, _OLD_PACKET, _SIMPLE_PACKET):
+            packet = _packet(body, kind, at + 8, order, links)
+            if packet is None:
+                gaps.append((at + 8, len(body), "a packet of no interface that is described"))
+            else:
+                packets.append(packet)
         at += length
-    return packets, [(at, len(raw) - at, "a packet is cut off")] if at < len(raw) else []
+    if at < len(raw):
+        gaps.append((at, len(raw) - at, "a packet is cut off"))
+    return packets, gaps
+
+
+def _packet(
+    body: bytes, kind: int, begin: int, order: str, links: list[tuple[int, float]]
+) -> Packet | None:
+    """Read the block of a packet; None where it is of no known interface, or too short."""
+    if kind == _SIMPLE_PACKET:
+        if len(body) < 4 or not links:
+            return None
+        (sent,) = struct.unpack_from(f"{order}I", body)
+        return Packet(begin + 4, min(sent, len(body) - 4), math.nan, links[0][0])
+    if len(body) < 20:
+        return None
+    number, high, low, kept = struct.unpack_from(f"{order}4I", body)
+    if kind == _OLD_PACKET:
+        (number,) = struct.unpack_from(f"{order}H", body)
+    if number >= len(links) or kept > len(body) - 20:
+        return None
+    link, step = links[number]
+    return Packet(begin + 20, kept, (high << 32 | low) * step, link)
 
 
 def _resolution(options: bytes, order: str) -> float:
@@ -184,87 +191,3 @@ def _resolution(options: bytes, order: str) -> float:
             return float(2.0 ** -(power & 0x7F) if power & 0x80 else 10.0**-power)
         at += 4 + -(-length // 4) * 4
     return 1e-6
-
-
-class _Fragments:
-    """Fragments of datagrams that wait for the rest."""
-
-    def __init__(self) -> None:
-        self._waiting: dict[bytes, dict[int, tuple[int, int, bool]]] = {}
-        self._lost: list[Gap] = []
-
-    def add(
-        self, key: bytes, place: int, piece: tuple[int, int, bool], raw: bytes
-    ) -> tuple[int, bytes] | None:
-        """Add a piece (offset, octets, whether more follow); return the whole once it is there."""
-        pieces = self._waiting.setdefault(key, {})
-        if place in pieces:
-            self._lost.append((piece[0], piece[1], "a fragment that came before"))
-            return None
-        pieces[place] = piece
-        if len(self._waiting) > _WAITING_MAX:
-            self._drop(next(iter(self._waiting)))
-        whole = b""
-        for at in sorted(pieces):
-            offset, octets, more = pieces[at]
-            if at != len(whole):
-                return None
-            whole += raw[offset : offset + octets]
-            if not more:
-                del self._waiting[key]
-                return pieces[0][0], whole
-        return None
-
-    def left(self) -> list[Gap]:
-        """Return the fragments whose datagrams never became whole."""
-        for key in list(self._waiting):
-            self._drop(key)
-        return self._lost
-
-    def _drop(self, key: bytes) -> None:
-        for offset, octets, _ in self._waiting.pop(key).values():
-            self._lost.append((offset, octets, "fragments of this datagram are missing"))
-
-
-def _datagram(raw: bytes, packet: _Packet, fragments: _Fragments) -> Payload | None:
-    """Return the payload of a packet, None if it is no UDP, or not yet whole."""
-    at, end = _network(raw, packet)
-    if end - at < 20 or raw[at] >> 4 != 4:
-        return None
-    header = (raw[at] & 15) * 4
-    total, identification, flags = struct.unpack_from(">3H", raw, at + 2)
-    end = min(end, at + total)
-    begin = at + header
-    if header < 20 or end <= begin or raw[at + 9] != _UDP:
-        return None
-    place, more = (flags & 0x1FFF) * 8, bool(flags & 0x2000)
-    if place == 0 and not more:
-        octets = min(end - begin, _udp_length(raw, begin, end)) - _UDP_OCTETS
-        if octets <= 0:
-            return None
-        return Payload(begin + _UDP_OCTETS, octets, packet.received_s)
-    key = raw[at + 12 : at + 20] + identification.to_bytes(2, "big")
-    whole = fragments.add(key, place, (begin, end - begin, more), raw)
-    if whole is None or len(whole[1]) <= _UDP_OCTETS:
-        return None
-    offset, joined = whole
-    return Payload(offset + _UDP_OCTETS, len(joined) - _UDP_OCTETS, packet.received_s, joined[8:])
-
-
-def _udp_length(raw: bytes, begin: int, end: int) -> int:
-    if end - begin < _UDP_OCTETS:
-        return 0
-    return int.from_bytes(raw[begin + 4 : begin + 6], "big")
-
-
-def _network(raw: bytes, packet: _Packet) -> tuple[int, int]:
-    """Return begin and end of what the link carries; nothing where it is not IPv4."""
-    at, end = packet.offset + _LINK_OCTETS[packet.link], packet.offset + packet.octets
-    if packet.link == _RAW_IP:
-        return at, end
-    while at <= end:
-        kind = int.from_bytes(raw[at - 2 : at], "big")
-        if kind not in _VLAN:
-            return (at, end) if kind == _IPV4 else (end, end)
-        at += 4
-    return end, end

@@ -29,6 +29,8 @@ from multiradar_converters.asterix.program import catalogue
 from multiradar_converters.asterix.replay_file import is_replay_file, read_replay_file
 from multiradar_converters.errors import LayoutError
 
+# No block: category 031 is not known, and none begins with such a length.
+_GZIP = b"\x1f\x8b\x08"
 _HEADER = 2200
 _HEADER_OCTET = 0xCD
 _TRAILER = 10
@@ -91,9 +93,12 @@ def read_blocks(path: Path) -> Blocks:
     Raises
     ------
     LayoutError
-        The file cannot be read, or is a capture of a kind that is not known.
+        The file cannot be read, is packed, or is a capture of a kind that is not known.
     """
     data = _octets(path)
+    if data[:3].tobytes() == _GZIP:
+        msg = f"{path}: expected a recording, was one packed by gzip; unpack it first"
+        raise LayoutError(msg)
     if capture.is_capture(data):
         return _from_capture(path, data)
     if is_replay_file(data):
@@ -254,9 +259,12 @@ def read_datagrams(path: Path) -> Datagrams:
     Raises
     ------
     LayoutError
-        The file cannot be read, or is a capture of a kind that is not known.
+        The file cannot be read, is packed, or is a capture of a kind that is not known.
     """
     data = _octets(path)
+    if data[:3].tobytes() == _GZIP:
+        msg = f"{path}: expected a recording, was one packed by gzip; unpack it first"
+        raise LayoutError(msg)
     if capture.is_capture(data):
         return capture.datagrams(data, path.name)[0]
     if is_replay_file(data):

@@ -24,6 +24,7 @@ from multiradar_converters.asterix.report import (
 )
 from multiradar_converters.asterix.sensors import SensorNames, sensors_toml
 from multiradar_converters.asterix.timing import KINDS, Timed, Turned, into_days, time_targets
+from multiradar_converters.errors import LayoutError
 from multiradar_converters.output_folder import OutputFolder
 from multiradar_converters.vid.times import unix_start
 from multiradar_schemas.reject import Reject, RejectCode
@@ -68,7 +69,7 @@ def convert(
     OutputTakenError
         `out` exists.
     LayoutError
-        A file cannot be read.
+        A file cannot be read, or none of them holds a block that can be.
     AccountingError
         An octet or record is unaccounted for.
     """
@@ -88,6 +89,7 @@ def convert(
                 parts += [part] if part is not None else []
                 tracks.append(_system_tracks(gathered, options, findings))
                 advance(gathered.blocks.size)
+        _check_some_known(findings)
         frames, names = _frames(parts, options, findings)
         findings.rows = table.write(folder.path / "measurements.parquet", frames)
         findings.system_tracks = system_table.write(folder.path / SYSTEM_TRACKS_FILE, tracks)
@@ -96,6 +98,20 @@ def convert(
         report = report_json(folder.path / "report.json", findings, options)
         folder.finish()
     return report
+
+
+def _check_some_known(findings: Findings) -> None:
+    """Refuse recordings of which no block can be read: they are of another kind."""
+    if any(account.octets["decoded"] + account.octets["skipped"] for account in findings.files):
+        return
+    for account in findings.files:
+        if account.broken:
+            first = min(account.broken, key=lambda one: one.offset)
+            msg = (
+                f"{account.file}: expected ASTERIX blocks, found none that can be read; at offset "
+                f"{first.offset}: {first.reason}"
+            )
+            raise LayoutError(msg)
 
 
 def _system_tracks(gathered: Gathered, options: Options, findings: Findings) -> pl.DataFrame:

@@ -1,5 +1,6 @@
 """`multiradar convert asterix` from octets written by hand to tables, quarantine and report."""
 
+import gzip
 import json
 from pathlib import Path
 from typing import Any
@@ -441,6 +442,24 @@ def test_a_missing_file_is_told_and_leaves_nothing(
     out = tmp_path / "out"
     assert run(["convert", "asterix", str(tmp_path / "no"), "--out", str(out)]) == EXIT_FAILED
     assert "cannot be read" in capsys.readouterr().err
+    assert not out.exists()
+
+
+@pytest.mark.parametrize(
+    ("content", "sentence"),
+    [
+        (gzip.compress(block(48, plot_048(1.0))), "was one packed by gzip; unpack it first"),
+        (b"These are no blocks. " * 99, "expected ASTERIX blocks, found none that can be read"),
+    ],
+)
+def test_what_is_no_recording_is_told_and_leaves_nothing(
+    tmp_path: Path, content: bytes, sentence: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "recording"
+    path.write_bytes(content)
+    out = tmp_path / "out"
+    assert run(["convert", "asterix", str(path), "--out", str(out)]) == EXIT_FAILED
+    assert sentence in capsys.readouterr().err
     assert not out.exists()
 
 

@@ -1,0 +1,190 @@
+"""Packets of a link, and the UDP datagrams that IP carries in them.
+
+=====  ==========================================================================================
+links  Ethernet (1) with VLAN tags (0x8100, 0x88A8), raw IP (12, 14, 101, 228, 229), Linux cooked
+       (113, 276), loopback of BSD (0, 108)
+IP     versions 4 and 6; fragments of a datagram are put together by source, destination and
+       identification; other extensions of version 6 are not read
+=====  ==========================================================================================
+"""
+
+import struct
+from dataclasses import dataclass
+
+#: Octets before the packet, and the place of its type from its beginning; None where it has none.
+LINKS = {
+    1: (14, -2),
+    113: (16, -2),
+    276: (20, -20),
+    **dict.fromkeys((0, 108), (4, None)),
+    **dict.fromkeys((12, 14, 101, 228, 229), (0, None)),
+}
+_VLAN = (0x8100, 0x88A8)
+_IP = (0x0800, 0x86DD)
+_IPV6_OCTETS, _IPV6_FRAGMENT, _FRAGMENT_OCTETS = 40, 44, 8
+_UDP = 17
+_UDP_OCTETS = 8
+#: Fragments of so many datagrams wait for the rest at once.
+_WAITING_MAX = 256
+
+Gap = tuple[int, int, str]
+
+
+@dataclass(frozen=True)
+class Payload:
+    """What a datagram carries: its place in the file, or what its fragments joined make."""
+
+    offset: int
+    octets: int
+    received_s: float
+    joined: bytes = b""
+
+
+@dataclass(frozen=True)
+class Packet:
+    """Where a packet stands in its file, when it came, and the type of its link."""
+
+    offset: int
+    octets: int
+    received_s: float
+    link: int
+
+
+class Fragments:
+    """Fragments of datagrams that wait for the rest."""
+
+    def __init__(self) -> None:
+        self._waiting: dict[bytes, dict[int, tuple[int, int, bool]]] = {}
+        self._lost: list[Gap] = []
+
+    def add(
+        self, key: bytes, place: int, piece: tuple[int, int, bool], raw: bytes
+    ) -> tuple[int, bytes] | None:
+        """Add a piece (offset, octets, whether more follow); return the whole once it is there."""
+        pieces = self._waiting.setdefault(key, {})
+        if place in pieces:
+            self._lost.append((piece[0], piece[1], "a fragment that came before"))
+            return None
+        pieces[place] = piece
+        if len(self._waiting) > _WAITING_MAX:
+            self._drop(next(iter(self._waiting)))
+        whole = b""
+        for at in sorted(pieces):
+            offset, octets, more = pieces[at]
+            if at != len(whole):
+                return None
+            whole += raw[offset : offset + octets]
+            if not more:
+                del self._waiting[key]
+                return pieces[0][0], whole
+        return None
+
+    def left(self) -> list[Gap]:
+        """Return the fragments whose datagrams never became whole."""
+        for key in list(self._waiting):
+            self._drop(key)
+        return self._lost
+
+    def _drop(self, key: bytes) -> None:
+        for offset, octets, _ in self._waiting.pop(key).values():
+            self._lost.append((offset, octets, "fragments of this datagram are missing"))
+
+
+@dataclass(frozen=True)
+class _Carried:
+    """What IP carries: where it stands, and of which datagram it is what part."""
+
+    begin: int
+    end: int
+    key: bytes = b""
+    place: int = 0
+    more: bool = False
+
+
+def datagram_of(raw: bytes, packet: Packet, fragments: Fragments) -> Payload | None:
+    """Find the payload of a packet.
+
+    Parameters
+    ----------
+    raw : bytes
+        The file.
+    packet : Packet
+        Its packet.
+    fragments : Fragments
+        Those of packets before.
+
+    Returns
+    -------
+    Payload or None
+        None if it is no UDP, or not yet whole.
+    """
+    at, end = _network(raw, packet)
+    carried = None
+    if end > at:
+        carried = {4: _of_version_4, 6: _of_version_6}.get(raw[at] >> 4, _of_none)(raw, at, end)
+    if carried is None:
+        return None
+    begin, end = carried.begin, carried.end
+    if carried.place == 0 and not carried.more:
+        octets = min(end - begin, _udp_length(raw, begin, end)) - _UDP_OCTETS
+        if octets <= 0:
+            return None
+        return Payload(begin + _UDP_OCTETS, octets, packet.received_s)
+    piece = (begin, end - begin, carried.more)
+    whole = fragments.add(carried.key, carried.place, piece, raw)
+    if whole is None or len(whole[1]) <= _UDP_OCTETS:
+        return None
+    offset, joined = whole
+    return Payload(offset + _UDP_OCTETS, len(joined) - _UDP_OCTETS, packet.received_s, joined[8:])
+
+
+def _of_none(_raw: bytes, _at: int, _end: int) -> None:
+    return None
+
+
+def _of_version_4(raw: bytes, at: int, end: int) -> _Carried | None:
+    if end - at < 20:
+        return None
+    header = (raw[at] & 15) * 4
+    total, identification, flags = struct.unpack_from(">3H", raw, at + 2)
+    # Cards that cut datagrams themselves leave the length 0 to them.
+    end = min(end, at + total) if total else end
+    begin = at + header
+    if header < 20 or end <= begin or raw[at + 9] != _UDP:
+        return None
+    key = raw[at + 12 : at + 20] + identification.to_bytes(2, "big")
+    return _Carried(begin, end, key, (flags & 0x1FFF) * 8, bool(flags & 0x2000))
+
+
+def _of_version_6(raw: bytes, at: int, end: int) -> _Carried | None:
+    begin = at + _IPV6_OCTETS
+    if end <= begin:
+        return None
+    octets, following = struct.unpack_from(">HB", raw, at + 4)
+    end = min(end, begin + octets)
+    if following == _UDP:
+        return _Carried(begin, end)
+    if following != _IPV6_FRAGMENT or end - begin <= _FRAGMENT_OCTETS or raw[begin] != _UDP:
+        return None
+    (flags,) = struct.unpack_from(">H", raw, begin + 2)
+    key = raw[at + 8 : at + _IPV6_OCTETS] + raw[begin + 4 : begin + _FRAGMENT_OCTETS]
+    return _Carried(begin + _FRAGMENT_OCTETS, end, key, flags & 0xFFF8, bool(flags & 1))
+
+
+def _udp_length(raw: bytes, begin: int, end: int) -> int:
+    if end - begin < _UDP_OCTETS:
+        return 0
+    return int.from_bytes(raw[begin + 4 : begin + 6], "big")
+
+
+def _network(raw: bytes, packet: Packet) -> tuple[int, int]:
+    """Return begin and end of what the link carries; nothing where it is not IP."""
+    octets, place = LINKS[packet.link]
+    at, end = packet.offset + octets, packet.offset + packet.octets
+    if place is None:
+        return min(at, end), end
+    kind = int.from_bytes(raw[at + place : at + place + 2], "big") if at <= end else 0
+    while kind in _VLAN and at + 4 <= end:
+        at += 4
+        kind = int.from_bytes(raw[at - 2 : at], "big")
+    return (at, end) if kind in _IP else (end, end)
