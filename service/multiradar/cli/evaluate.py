@@ -32,6 +32,7 @@ _REFERENCES = {
     "truth": "the truth of a simulation",
     "adsb": "ADS-B reports",
     "smoothed": "all measurements, smoothed",
+    "system-tracks": "the system tracks of another processor",
 }
 
 
@@ -86,6 +87,15 @@ def evaluate(
             metavar="MEASUREMENTS",
             help="Reference: all measurements of a measurements.parquet, smoothed, without the "
             "biases that TRACKS found; needs --sensors.",
+            show_default=False,
+        ),
+    ] = None,
+    system_tracks: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="TRACKS",
+            help="Reference: the system tracks of an ASTERIX recording, the folder that `convert "
+            "asterix` made, or its system_tracks.parquet.",
             show_default=False,
         ),
     ] = None,
@@ -167,7 +177,7 @@ def evaluate(
     json_wanted: JsonOption = False,
 ) -> None:
     """Judge tracks: errors, gaps, swaps, false tracks, OSPA, SIAP, NEES, and presets."""
-    chosen = _Reference(truth, adsb, smoothed, sensors, smoother)
+    chosen = _Reference(truth, adsb, smoothed, system_tracks, sensors, smoother)
     chosen.check()
     settings = _settings(
         {
@@ -213,14 +223,16 @@ class _Reference:
     truth: Path | None
     adsb: Path | None
     smoothed: Path | None
+    system_tracks: Path | None
     sensors: Path | None
     smoother: SmootherChoice | None
 
     def check(self) -> None:
-        if sum(one is not None for one in (self.truth, self.adsb, self.smoothed)) != 1:
+        given = (self.truth, self.adsb, self.smoothed, self.system_tracks)
+        if sum(one is not None for one in given) != 1:
             msg = (
-                "expected one reference of --truth DIR, --adsb MEASUREMENTS and "
-                "--smoothed MEASUREMENTS"
+                "expected one reference of --truth DIR, --adsb MEASUREMENTS, "
+                "--smoothed MEASUREMENTS and --system-tracks TRACKS"
             )
             raise typer.BadParameter(msg)
         if (self.smoothed is None) != (self.sensors is None):
@@ -231,12 +243,19 @@ class _Reference:
             raise typer.BadParameter(msg)
 
     def read(self, tracks: Path, settings: "EvaluationSettings") -> "Known":
-        from multiradar.cli.evaluate_inputs import read_reports, read_smoothed, read_truth
+        from multiradar.cli.evaluate_inputs import (
+            read_reports,
+            read_smoothed,
+            read_system_tracks,
+            read_truth,
+        )
 
         if self.truth is not None:
             return read_truth(self.truth, settings)
         if self.adsb is not None:
             return read_reports(self.adsb, settings)
+        if self.system_tracks is not None:
+            return read_system_tracks(self.system_tracks, settings)
         assert self.smoothed is not None
         assert self.sensors is not None
         smoother = self.smoother or SmootherChoice.CONSTANT_VELOCITY

@@ -23,6 +23,11 @@ TRACKS_FILE = "tracks.parquet"
 BIASES_FILE = "biases.parquet"
 TRUTH_FILE = "truth.parquet"
 TRUE_BIASES_FILE = "truth_biases.parquet"
+SYSTEM_TRACKS_FILE = "system_tracks.parquet"
+
+#: Updates of another processor's tracks that are no estimate of where an aircraft is.
+_NOT_SEEN = ("coasting", "ended", "simulated")
+_NO_PLOTS = {"time_s": pl.Float64, "sensor_id": pl.String, "name": pl.String}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -32,7 +37,7 @@ class Known:
     Attributes
     ----------
     kind : str
-        truth, adsb or smoothed.
+        truth, adsb, smoothed or system-tracks.
     path : Path
         As it was given.
     reference : Reference
@@ -76,7 +81,7 @@ def read_truth(given: Path, settings: EvaluationSettings) -> Known:
     path = given / TRUTH_FILE if given.is_dir() else given
     frame = read_table(path, "the truth of a simulation")
     reference = reference_of_truth(frame, str(path), settings.reference_gap_s)
-    plots = pl.DataFrame(schema={"time_s": pl.Float64, "sensor_id": pl.String, "name": pl.String})
+    plots = pl.DataFrame(schema=_NO_PLOTS)
     if "sensor_id" in frame.columns:
         name = pl.col("track_number").cast(pl.String).alias("name")
         plots = frame.select(
@@ -114,6 +119,43 @@ def read_reports(given: Path, settings: EvaluationSettings) -> Known:
     reference = reference_of_reports(heard, source, settings.reference_gap_s)
     others = frame.filter(pl.col("kind") != "adsb")
     return Known("adsb", given, reference, others.select("time_s", "sensor_id", aircraft_name()))
+
+
+def read_system_tracks(given: Path, settings: EvaluationSettings) -> Known:
+    """Read the system tracks of an ASTERIX recording.
+
+    Parameters
+    ----------
+    given : Path
+        The folder that `convert asterix` made, or its `system_tracks.parquet`.
+    settings : EvaluationSettings
+        Of which the gap of the reference is used.
+
+    Returns
+    -------
+    Known
+        Aircraft by track number, without plots. Updates that only carry a track on, end it or are
+        simulated are left out.
+
+    Raises
+    ------
+    InputError
+        It is not there, cannot be used, or is of several processors.
+    """
+    path = given / SYSTEM_TRACKS_FILE if given.is_dir() else given
+    frame = read_table(path, "system tracks of an ASTERIX recording")
+    missing = [name for name in ("state", "sensor_id") if name not in frame.columns]
+    if missing:
+        msg = f"{path}: expected a column {missing[0]}, was none"
+        raise InputError(msg)
+    told = frame.filter(~pl.col("state").is_in(_NOT_SEEN)).drop_nulls("latitude_deg")
+    processors = told["sensor_id"].unique().sort().to_list()
+    if len(processors) != 1:
+        named = ", ".join(map(str, processors)) or "none"
+        msg = f"{path}: expected system tracks of one processor, was of {named}"
+        raise InputError(msg)
+    reference = reference_of_reports(told, str(path), settings.reference_gap_s)
+    return Known("system-tracks", given, reference, pl.DataFrame(schema=_NO_PLOTS))
 
 
 def read_smoothed(

@@ -1,0 +1,116 @@
+"""`multiradar evaluate --system-tracks`: category 062 of another processor as the reference."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import polars as pl
+import pytest
+
+from multiradar.cli.main import EXIT_DONE, EXIT_FAILED, EXIT_USAGE, run
+from support.asterix_octets import block, plot_048, record, time_of_day
+
+BEGIN_S = 86_400.0 - 120.0
+TURN_S = 4.0
+TURNS = 60
+SENSORS = """
+[[sensor]]
+kind = "radar"
+sac = 20
+sic = 130
+latitude_deg = 47.0
+longitude_deg = 8.0
+height_m = 500.0
+rotation_period_s = 4.0
+"""
+# The last bit of item 105, degrees: 0.6 m.
+POSITION_BIT = 180 / 2**25
+
+
+def system_track(row: dict[str, Any], source: str = "0004", status: str = "00") -> bytes:
+    def place(name: str) -> str:
+        return f"{round(row[name] / POSITION_BIT) & 0xFFFF_FFFF:08x}"
+
+    return record(
+        (1, source),
+        (4, time_of_day(row["time_s"] % 86_400)),
+        (5, place("latitude_deg") + place("longitude_deg")),
+        (12, f"{row['track_id']:04x}"),
+        (13, status),
+    )
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Track two aircraft over midnight, and let another processor see them where we do."""
+    made = tmp_path_factory.mktemp("made")
+    plots = []
+    for turn in range(TURNS):
+        for number, azimuth in enumerate((30.0, 200.0)):
+            plots.append(
+                plot_048(
+                    (BEGIN_S + TURN_S * turn + 0.5 * number) % 86_400,
+                    range_nm=40.0 + 0.25 * turn,
+                    azimuth_deg=azimuth,
+                    address=f"3c000{number}",
+                    code=f"0fe{number}",
+                )
+            )
+    (made / "plots.ast").write_bytes(block(48, *plots[:90]) + block(48, *plots[90:]))
+    (made / "sensors.toml").write_text(SENSORS)
+    told = ["--sensors", str(made / "sensors.toml"), "--out"]
+    assert run(["convert", "asterix", str(made / "plots.ast"), *told, str(made / "p")]) == EXIT_DONE
+    assert run(["track", str(made / "p"), *told, str(made / "tracks")]) == EXIT_DONE
+    rows = pl.read_parquet(made / "tracks" / "tracks.parquet").sort("time_s").to_dicts()
+    away = {**rows[-1], "latitude_deg": 40.0}
+    others = [system_track(away, status="01 80"), system_track(away, status="01 01 01 80")]
+    blocks = [block(62, *(system_track(row) for row in rows)), block(62, *others)]
+    (made / "system.ast").write_bytes(b"".join(blocks))
+    out = ["--out", str(made / "system")]
+    assert run(["convert", "asterix", str(made / "system.ast"), *out]) == EXIT_DONE
+    return made
+
+
+def test_tracks_are_judged_by_the_system_tracks_of_a_recording(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    capsys.readouterr()
+    for reference in (folder / "system", folder / "system" / "system_tracks.parquet"):
+        command = ["evaluate", str(folder / "tracks"), "--system-tracks", str(reference), "--json"]
+        assert run(command) == EXIT_DONE
+        found = json.loads(capsys.readouterr().out)
+        assert found["reference"]["kind"] == "system-tracks"
+        compared = found["compared"]
+        assert compared["aircraft"] == 2
+        # What is simulated or only carried on is no reference: it lies elsewhere.
+        assert compared["reference_positions"] == 2 * TURNS
+        assert compared["updates_compared"] > 1.8 * TURNS
+        assert found["errors"]["position_m"]["rms"] < 1.0
+
+
+def test_the_scorecard_names_its_command(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    command = ["evaluate", str(folder / "tracks"), "--system-tracks", str(folder / "system")]
+    page = folder / "page.html"
+    assert run([*command, "--html", str(page)]) == EXIT_DONE
+    assert "the system tracks of another processor" in capsys.readouterr().out
+    assert "--system-tracks" in page.read_text(encoding="utf-8")
+
+
+def test_a_recording_without_system_tracks_or_with_those_of_two_is_refused(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    row = pl.read_parquet(folder / "tracks" / "tracks.parquet").to_dicts()[0]
+    both = block(62, system_track(row)) + block(62, system_track(row, source="0005"))
+    (tmp_path / "both.ast").write_bytes(both)
+    out = ["--out", str(tmp_path / "both")]
+    assert run(["convert", "asterix", str(tmp_path / "both.ast"), *out]) == EXIT_DONE
+    tracks = str(folder / "tracks")
+    for reference, sentence in (
+        (folder / "p", "expected system tracks of an ASTERIX recording, found no such file"),
+        (folder / "tracks" / "biases.parquet", "expected a column state, was none"),
+        (tmp_path / "both", "expected system tracks of one processor, was of 0-4, 0-5"),
+    ):
+        assert run(["evaluate", tracks, "--system-tracks", str(reference)]) == EXIT_FAILED
+        assert sentence in capsys.readouterr().err
+    assert run(["evaluate", tracks]) == EXIT_USAGE
+    assert "--system-tracks TRACKS" in capsys.readouterr().err
