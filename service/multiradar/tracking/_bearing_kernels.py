@@ -55,8 +55,8 @@ def give_bearings(
     n = model.bias.shape[0]
     search(
         first, last, window_time, track_numbers, addresses, codes, rows, model, aircraft, roster,
-        life, rules, sky, identities, np.sqrt(np.diag(model.bias_covariance)), np.empty(n),
-        np.empty(n), np.empty(n), np.empty(n),
+        life, rules, sky, identities, np.sqrt(np.diag(model.bias_covariance)),
+        np.empty((2, n)), np.empty((2, n)),
     )  # fmt: skip
 
 
@@ -77,10 +77,8 @@ def search(
     sky: Sky,
     identities: RowIdentities,
     sigmas: Floats,
-    U0: Floats,
-    U1: Floats,
-    R0: Floats,
-    R1: Floats,
+    U: Floats,
+    R: Floats,
 ) -> None:
     """Do as `give_bearings`, in the room given."""
     for row in range(first, last):
@@ -97,9 +95,10 @@ def search(
                 or life.stage[k] == TENTATIVE
             ):
                 continue
-            score = judge(
-                row, k, ahead, 0.0, MISSING, MISSING, codes[row], rows, model, aircraft, roster,
-                life, sky, rules, LOG_ANYWHERE, sigmas, U0, U1, R0, R1,
+            # The place of the bearing, which there is none of, is looked at of tentative ones only.
+            score, _ = judge(
+                row, k, ahead, 0.0, MISSING, MISSING, codes[row], 0.0, 0.0, 0.0, rows, model,
+                aircraft, roster, life, sky, rules, LOG_ANYWHERE, sigmas, U, R,
             )  # fmt: skip
             if score > best:
                 best, second = score, best

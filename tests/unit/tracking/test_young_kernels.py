@@ -88,7 +88,8 @@ def test_a_score_anew_is_that_of_any_flight_from_the_last_plot() -> None:
     last = np.array([2000.0 - 6.0 * 500.0, 1400.0 + 6.0 * 300.0])
     plot = last + np.array([900.0, 800.0])
     log_clutter = LOG_DENSITY + np.log(50e3)
-    found = log_anew(0, SLOT, 0.2, *plot, reach, rows, aircraft, sky, log_clutter)
+    east, north = plot.tolist()
+    found = log_anew(0, SLOT, 0.2, east, north, reach, rows, aircraft, sky, log_clutter)
     variance = (reach**2 + 900.0**2) / (2.0 * COARSE_SIGMAS**2) + (SPEED_SIGMA * 6.2) ** 2
     density = np.exp(-0.5 * (900.0**2 + 800.0**2) / variance) / (2.0 * np.pi * variance)
     assert found == pytest.approx(np.log(density) - LOG_DENSITY + LOG_ANEW, abs=1e-9)
@@ -110,8 +111,9 @@ def test_the_second_of_two_such_plots_gets_the_track_that_the_first_begins() -> 
     identities.slot[:] = [NEW_TRACK, NEW_TRACK, TWIN - 2]
     nothing = np.full(3, -1, np.int64)
     done = assign(
-        0, 3, False, nothing, nothing, nothing, pool.roster, pool.aircraft, pool.life, identities
-    )
+        0, 3, False, nothing, nothing, nothing, np.zeros(3, np.int8), pool.roster, pool.aircraft,
+        pool.life, identities,
+    )  # fmt: skip
     assert done == 3
     assert identities.slot[2] == identities.slot[0] != identities.slot[1]
     assert identities.track_id[2] == identities.track_id[0]
