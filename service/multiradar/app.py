@@ -3,6 +3,7 @@
 import socket
 import threading
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 import structlog
@@ -12,9 +13,15 @@ from multiradar.api.factory import create_api
 from multiradar.api.limits import HttpLimits
 from multiradar.errors import ConfigurationError
 from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.ingest.asterix_gateway import AsterixGateway
+from multiradar.ingest.asterix_inlet import InletBounds
+from multiradar.ingest.asterix_queue import DatagramQueue
+from multiradar.ingest.asterix_sensors import names_by_source, turns_by_source
+from multiradar.ingest.asterix_source import UdpSource
 from multiradar.ingest.http import IntakeBounds, measurement_routes
 from multiradar.ingest.zenoh.gateway import ZenohGateway
 from multiradar.ingest.zenoh.options import ZenohOptions
+from multiradar.observability.asterix_metrics import watch_asterix
 from multiradar.observability.metrics import REGISTRY
 from multiradar.observability.pipeline_metrics import watch_pipeline
 from multiradar.runtime.engine import Engine
@@ -25,6 +32,9 @@ from multiradar.runtime.service import Service
 from multiradar.settings import Settings
 from multiradar.storage.sqlite_journal import SqliteJournal
 from multiradar.tracking.measurements import MISSING_INTEGER, MeasurementBatch
+from multiradar_converters.asterix.editions import parse_editions
+from multiradar_converters.asterix.live import LiveDecoder, LiveOptions
+from multiradar_converters.errors import ProfileError
 
 _log = structlog.get_logger("multiradar.app")
 
@@ -57,8 +67,9 @@ class Application:
     ) -> None:
         self._settings = settings
         self._sensors = sensors
-        self._unwatch: Callable[[], None] = lambda: None
+        self._unwatch: Callable[[], object] = lambda: None
         self.service = build_service(settings, sensors)
+        self._asterix = asterix_gateway(settings, sensors, self.service)
         self._http = HttpServer(self.service, settings, on_failure)
         self._gateway: ZenohGateway | None = None
         self._started = False
@@ -73,6 +84,11 @@ class Application:
         """Where Zenoh listens; empty before the start, or without Zenoh."""
         return () if self._gateway is None else self._gateway.endpoints
 
+    @property
+    def asterix_endpoints(self) -> tuple[str, ...]:
+        """Where ASTERIX is listened to; empty before the start, or without listeners."""
+        return () if self._asterix is None else self._asterix.endpoints
+
     def start(self) -> None:
         """Serve HTTP, play the journal into the engine, then take measurements.
 
@@ -84,13 +100,20 @@ class Application:
         if self._settings.zenoh.enabled:
             self._gateway = ZenohGateway(self.service, zenoh_options(self._settings))
             self._gateway.start()
-        self._unwatch = watch_pipeline(REGISTRY, self.service.view.status)
+        if self._asterix is not None:
+            self._asterix.start()
+        unwatch = [watch_pipeline(REGISTRY, self.service.view.status)]
+        if self._asterix is not None:
+            unwatch.append(watch_asterix(REGISTRY, self._asterix.counts.document))
+        self._unwatch = lambda: [end() for end in unwatch]
         self._started = True
         _log.info("started", http=self.http_url)
 
     def stop(self) -> None:
         """Take nothing more, finish what was taken, close everything; in any state."""
         self._unwatch()
+        if self._asterix is not None:
+            self._asterix.stop()
         if self._gateway is not None:
             self._gateway.stop()
         self._http.stop()
@@ -119,6 +142,46 @@ def zenoh_options(settings: Settings) -> ZenohOptions:
         message_bytes_max=settings.http.body_bytes_max,
         message_rows_max=settings.rows_per_message_max,
     )
+
+
+def asterix_gateway(
+    settings: Settings, sensors: SensorTable, service: Service
+) -> AsterixGateway | None:
+    """Return what listens to ASTERIX, not started; None where nothing is to.
+
+    Raises
+    ------
+    ConfigurationError
+        If an edition is not known.
+    """
+    wanted = settings.asterix
+    if not wanted.listen:
+        return None
+    try:
+        editions = parse_editions(list(wanted.editions))
+    except ProfileError as error:
+        raise ConfigurationError(f"settings: asterix.editions: {error}") from error
+    options = LiveOptions(
+        names=names_by_source(sensors),
+        turns=turns_by_source(sensors),
+        editions=editions,
+        all_targets=wanted.all_targets,
+        duplicate_window_s=wanted.duplicate_window_s,
+        behind_max_s=wanted.behind_max_s,
+    )
+    gateway = AsterixGateway(
+        labels=[one.label for one in wanted.listen],
+        sources=[
+            partial(UdpSource, one.address, one.port, one.interface, one.receive_buffer_octets)
+            for one in wanted.listen
+        ],
+        sink=service,
+        decoder=LiveDecoder(options),
+        queue=DatagramQueue(wanted.queue_datagrams_max, wanted.queue_octets_max),
+        bounds=InletBounds(wanted.batch_interval_s, wanted.quarantine_rows_max),
+    )
+    service.view.count_edge("asterix", gateway.counts.document)
+    return gateway
 
 
 def warm_up(sensors: SensorTable, settings: Settings) -> None:

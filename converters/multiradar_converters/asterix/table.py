@@ -26,7 +26,7 @@ _HEIGHTS_M = (-1000.0, 40_000.0)
 
 
 def frame(
-    columns: dict[str, Numbers], sensor_ids: list[str], whole: dict[str, Integers]
+    columns: dict[str, Numbers], sensor_ids: list[str] | pl.Series, whole: dict[str, Integers]
 ) -> pl.DataFrame:
     """Make the table of a file.
 
@@ -34,7 +34,7 @@ def frame(
     ----------
     columns : dict of float64[n]
         The numbers by name; NaN where there is none.
-    sensor_ids : list of str
+    sensor_ids : list of str or Series
         Sensor of each row.
     whole : dict of int64[n]
         kind (see `timing.KINDS`), code, address, callsign and flags (as in `Targets`).
@@ -60,8 +60,8 @@ def frame(
     return pl.DataFrame({name: made.get(name, empty) for name in SCHEMA}, schema=SCHEMA)
 
 
-def repeated(same: Integers, source: Integers, time_s: Numbers) -> Flags:
-    """Find records that came before: equal octets, one source, times at most `SAME_S` apart.
+def repeated(same: Integers, source: Integers, time_s: Numbers, window_s: float = SAME_S) -> Flags:
+    """Find records that came before: equal octets, one source, times close together.
 
     Parameters
     ----------
@@ -71,6 +71,8 @@ def repeated(same: Integers, source: Integers, time_s: Numbers) -> Flags:
         Who reports.
     time_s : float64[n]
         Times, s.
+    window_s : float
+        Times of one record are at most so far apart, s.
 
     Returns
     -------
@@ -81,7 +83,7 @@ def repeated(same: Integers, source: Integers, time_s: Numbers) -> Flags:
     again = np.zeros(len(order), dtype=np.bool_)
     if len(order):
         follows = (np.diff(same[order]) == 0) & (np.diff(source[order]) == 0)
-        again[order[1:]] = follows & (np.diff(time_s[order]) <= SAME_S)
+        again[order[1:]] = follows & (np.diff(time_s[order]) <= window_s)
     return again
 
 

@@ -59,6 +59,16 @@ class Turned:
     site: tuple[float, float, float] | None
 
 
+_WHOLE, _NUMBER = np.empty(0, dtype=np.int64), np.empty(0)
+_NO_ROWS = Rows(_WHOLE, _WHOLE, _WHOLE, _WHOLE, _WHOLE, _NUMBER)
+_NO_SERVICES = Services(_WHOLE, _NUMBER, _NUMBER, _NUMBER, np.empty((0, 3)))
+_NO_TARGETS = Targets(
+    "",
+    *(_NUMBER, _NUMBER, _NUMBER, _NUMBER, _NUMBER, _NUMBER, _NUMBER),
+    *(_WHOLE, _WHOLE, _WHOLE, _WHOLE),
+)
+
+
 def time_targets(
     gathered: Gathered, turns: Mapping[int, float] | None = None
 ) -> tuple[Timed | None, dict[int, Turned]]:
@@ -172,6 +182,8 @@ def _joined(rows: list[Rows]) -> tuple[Rows, NDArray[np.int64]]:
 def targets_in_order(gathered: Gathered) -> tuple[Rows, Integers, Targets]:
     """Return all target reports in the order of the file: where they stand, kind, content."""
     parts = [targets for _, _, targets in gathered.targets]
+    if not parts:
+        return _NO_ROWS, np.empty(0, dtype=np.int64), _NO_TARGETS
     rows, order = _joined([rows for _, rows, _ in gathered.targets])
     kinds = [np.full(len(part.time_s), KINDS.index(part.kind)) for part in parts]
     values = {
@@ -185,11 +197,7 @@ def targets_in_order(gathered: Gathered) -> tuple[Rows, Integers, Targets]:
 def services_in_order(gathered: Gathered) -> tuple[Rows, Services]:
     """Return all service messages in the order of the file: where they stand, and content."""
     if not gathered.services:
-        whole, number = np.empty(0, dtype=np.int64), np.empty(0)
-        return (
-            Rows(whole, whole, whole, whole, whole, number),
-            Services(whole, number, number, number, np.empty((0, 3))),
-        )
+        return _NO_ROWS, _NO_SERVICES
     parts = [services for _, _, services in gathered.services]
     rows, order = _joined([rows for _, rows, _ in gathered.services])
     values = {

@@ -193,14 +193,18 @@ def _told_to_stop() -> Iterator[_Stop]:
 
 
 def _tell(application: "Application", json_wanted: bool) -> None:
-    endpoints = application.zenoh_endpoints
+    endpoints, asterix = application.zenoh_endpoints, application.asterix_endpoints
     if json_wanted:
         import json
 
-        line = json.dumps({"ready": True, "http": application.http_url, "zenoh": list(endpoints)})
+        told = {"ready": True, "http": application.http_url, "zenoh": list(endpoints)}
+        if asterix:
+            told["asterix"] = list(asterix)
+        line = json.dumps(told)
     else:
         line = f"multiradar serves {application.http_url}"
         line += f" and Zenoh at {', '.join(endpoints)}" if endpoints else " (no Zenoh)"
+        line += f", and listens to ASTERIX at {', '.join(asterix)}" if asterix else ""
     print(line, flush=True)
 
 

@@ -1,0 +1,104 @@
+"""What listeners count; `/v1/status` and `/metrics` show it.
+
+::
+
+    octets  = dropped + waiting + decoded + skipped + quarantined
+    records = measurement + duplicate + left_out + refused           target reports alone
+    measurement = accepted + rejected + lost + on their way to the journal
+"""
+
+import threading
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+#: Counters of a listener, in the order in which they are told.
+NAMES = (
+    "datagrams",
+    "octets",
+    "datagrams_dropped",
+    "octets_dropped",
+    "octets_decoded",
+    "octets_skipped",
+    "octets_quarantined",
+    "records_measurement",
+    "records_duplicate",
+    "records_left_out",
+    "records_refused",
+    "rows_accepted",
+    "rows_rejected",
+    "rows_lost",
+    "receive_faults",
+)
+
+
+class AsterixCounts:
+    """Counters by listener, that several threads add to.
+
+    Parameters
+    ----------
+    labels : iterable of str
+        The listeners.
+    """
+
+    def __init__(self, labels: Iterable[str]) -> None:
+        self._lock = threading.Lock()
+        self.labels = tuple(labels)
+        self._numbers = [dict.fromkeys(NAMES, 0) for _ in self.labels]
+        self._codes: list[Counter[str]] = [Counter() for _ in self.labels]
+        self._categories: Counter[int] = Counter()
+        self._batches_failed = 0
+        # Asked when somebody reads: what waits, and what the system dropped.
+        self.waiting: Callable[[], tuple[int, int]] = lambda: (0, 0)
+        self.lost_by_system: Callable[[int], int] = lambda _listener: 0
+        self.endpoint: Callable[[int], str] = lambda _listener: ""
+
+    def add(self, listener: int, **numbers: int) -> None:
+        """Add to counters of a listener by name."""
+        with self._lock:
+            own = self._numbers[listener]
+            for name, number in numbers.items():
+                own[name] += number
+
+    def refused(self, listener: int, codes: Mapping[str, int]) -> None:
+        """Add refusals of a listener by code."""
+        with self._lock:
+            self._codes[listener].update(codes)
+
+    def decoded(self, categories: Mapping[int, int]) -> None:
+        """Add records by category."""
+        with self._lock:
+            self._categories.update(categories)
+
+    def batch_failed(self) -> None:
+        """Count a batch that was decoded datagram by datagram, for a fault of ours."""
+        with self._lock:
+            self._batches_failed += 1
+
+    def number(self, listener: int, name: str) -> int:
+        """Return one counter."""
+        with self._lock:
+            return self._numbers[listener][name]
+
+    def document(self) -> dict[str, Any]:
+        """Return all counters."""
+        datagrams, octets = self.waiting()
+        with self._lock:
+            listeners = {
+                label: {
+                    "endpoint": self.endpoint(k),
+                    **self._numbers[k],
+                    "datagrams_lost_by_system": self.lost_by_system(k),
+                    "refused_by_code": dict(sorted(self._codes[k].items())),
+                }
+                for k, label in enumerate(self.labels)
+            }
+            return {
+                "listeners": listeners,
+                "records_by_category": {
+                    f"{category:03d}": count for category, count in sorted(self._categories.items())
+                },
+                "waiting_datagrams": datagrams,
+                "waiting_octets": octets,
+                "batches_failed": self._batches_failed,
+            }

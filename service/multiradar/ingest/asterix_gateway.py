@@ -1,0 +1,132 @@
+"""ASTERIX from the network, put together: ports, queue, decoder."""
+
+import threading
+from collections.abc import Callable, Sequence
+
+from multiradar.clock import Clock, SystemClock
+from multiradar.ingest.asterix_counts import AsterixCounts
+from multiradar.ingest.asterix_inlet import AsterixInlet, InletBounds
+from multiradar.ingest.asterix_queue import DatagramQueue, Received
+from multiradar.ingest.asterix_source import DatagramSource
+from multiradar.runtime.ports import MeasurementSink
+from multiradar_converters.asterix.live import LiveDecoder, warm_up
+
+#: After a fault of a port it is tried again, s.
+FAULT_PAUSE_S = 1.0
+
+
+class AsterixGateway:
+    """Listens, and hands in what it hears.
+
+    Parameters
+    ----------
+    labels : sequence of str
+        Names of the listeners.
+    sources : sequence of callable
+        Each opens the port of a listener.
+    sink : MeasurementSink
+        The running service.
+    decoder : LiveDecoder
+        For all listeners: two of them may bring the same.
+    queue : DatagramQueue
+        Where datagrams wait.
+    bounds : InletBounds
+        Bounds of decoding.
+    clock : Clock, optional
+        Tells when datagrams come.
+
+    Attributes
+    ----------
+    counts : AsterixCounts
+        What was heard, and what became of it.
+    """
+
+    def __init__(
+        self,
+        *,
+        labels: Sequence[str],
+        sources: Sequence[Callable[[], DatagramSource]],
+        sink: MeasurementSink,
+        decoder: LiveDecoder,
+        queue: DatagramQueue,
+        bounds: InletBounds | None = None,
+        clock: Clock | None = None,
+    ) -> None:
+        self._open_sources = tuple(sources)
+        self._sources: list[DatagramSource] = []
+        self._queue = queue
+        self._clock = clock or SystemClock()
+        self._stopping = threading.Event()
+        self._threads: list[threading.Thread] = []
+        self.counts = AsterixCounts(labels)
+        self.counts.waiting = lambda: (len(queue), queue.octets)
+        self.counts.lost_by_system = self._lost
+        self.counts.endpoint = self._endpoint
+        self._inlet = AsterixInlet(queue, decoder, sink, self.counts, bounds or InletBounds())
+
+    @property
+    def endpoints(self) -> tuple[str, ...]:
+        """Where it listens; empty before the start."""
+        return tuple(source.endpoint for source in self._sources)
+
+    def start(self) -> None:
+        """Open the ports and listen.
+
+        Raises
+        ------
+        ConfigurationError
+            If it cannot listen where it should.
+        """
+        warm_up()
+        for open_source in self._open_sources:
+            self._sources.append(open_source())
+        self._threads = [
+            threading.Thread(target=self._listen, args=(k,), name=f"asterix-{label}", daemon=True)
+            for k, label in enumerate(self.counts.labels)
+        ]
+        self._threads.append(
+            threading.Thread(target=self._inlet.run, name="asterix-decoder", daemon=True)
+        )
+        for thread in self._threads:
+            thread.start()
+
+    def stop(self) -> None:
+        """Listen no more, hand in what came, close the ports; may be called twice."""
+        self._stopping.set()
+        for thread in self._threads[:-1]:
+            thread.join()
+        self._inlet.stop()
+        for thread in self._threads[-1:]:
+            thread.join()
+        self._threads = []
+        for source in self._sources:
+            source.close()
+
+    # ---------------------------------------------------------------- inside
+
+    def _listen(self, listener: int) -> None:
+        source, number = self._sources[listener], 0
+        while not self._stopping.is_set():
+            try:
+                octets = source.receive()
+            except OSError:
+                # Counted, and tried again: the network may come back.
+                self.counts.add(listener, receive_faults=1)
+                self._stopping.wait(FAULT_PAUSE_S)
+                continue
+            if octets is None:
+                continue
+            number += 1
+            size = len(octets)
+            if self._queue.put(Received(listener, number, self._clock.now_s(), octets)):
+                self.counts.add(listener, datagrams=1, octets=size)
+            else:
+                self.counts.add(
+                    listener, datagrams=1, octets=size, datagrams_dropped=1, octets_dropped=size
+                )
+
+    def _lost(self, listener: int) -> int:
+        return self._sources[listener].lost if listener < len(self._sources) else 0
+
+    def _endpoint(self, listener: int) -> str:
+        return self._sources[listener].endpoint if listener < len(self._sources) else ""

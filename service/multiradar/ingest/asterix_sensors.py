@@ -1,0 +1,44 @@
+"""Sensors as ASTERIX names them: area code, system code and what they measure."""
+
+import re
+
+import numpy as np
+
+from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.tracking.measurements import KIND_POSITION, KIND_RADAR
+
+# `SAC-SIC`, and for a second kind of measurement of one source its kind.
+_NAME = re.compile(r"(\d{1,3})-(\d{1,3})(?:-(mlat|adsb))?")
+_KINDS = {KIND_RADAR: ("radar",), KIND_POSITION: ("mlat", "adsb")}
+
+
+def names_by_source(table: SensorTable) -> dict[tuple[int, str], str]:
+    """Return identifiers of sensors by source (area code times 256 and system code) and kind.
+
+    Parameters
+    ----------
+    table : SensorTable
+        The sensors; their names `SAC-SIC` count, whether they are ids or other names.
+    """
+    names: dict[tuple[int, str], str] = {}
+    rows = [*enumerate(table.ids), *((row, name) for name, row in table.aliases)]
+    # A name with a kind says more than one without.
+    for row, name in sorted(rows, key=lambda one: one[1].count("-")):
+        match = _NAME.fullmatch(name)
+        if match is None or max(int(match[1]), int(match[2])) > 255:
+            continue
+        source = int(match[1]) << 8 | int(match[2])
+        for kind in _KINDS.get(int(table.kinds[row]), ()):
+            if match[3] in (None, kind):
+                names[source, kind] = table.ids[row]
+    return names
+
+
+def turns_by_source(table: SensorTable) -> dict[int, float]:
+    """Return the times of a turn that the sensors file states, s, by source."""
+    periods = dict(zip(table.ids, table.rotation_period_s.tolist(), strict=True))
+    return {
+        source: periods[name]
+        for (source, _kind), name in names_by_source(table).items()
+        if not np.isnan(periods[name])
+    }

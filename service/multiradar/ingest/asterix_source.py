@@ -1,0 +1,149 @@
+"""Where datagrams come from: a UDP port, or memory in tests."""
+
+import socket
+import struct
+import threading
+from collections import deque
+from typing import Protocol
+
+from multiradar.errors import ConfigurationError
+
+#: No datagram over IPv4 has more octets.
+DATAGRAM_OCTETS_MAX = 65_535
+#: How long is waited for a datagram before somebody may ask to stop, s.
+WAIT_S = 0.2
+# Linux: count of datagrams that the system dropped for lack of room, told with the next one. Python
+# has no name for it.
+_DROPS = 40
+_ANCILLARY = socket.CMSG_SPACE(4)
+
+
+class DatagramSource(Protocol):
+    """Datagrams in the order of their arrival."""
+
+    @property
+    def endpoint(self) -> str:
+        """Where it listens, such as `udp/127.0.0.1:8600`."""
+        ...
+
+    @property
+    def lost(self) -> int:
+        """Datagrams that the system dropped before they could be read, as far as it tells."""
+        ...
+
+    def receive(self) -> bytes | None:
+        """Wait a moment for the next datagram; None if there was none. Raise OSError on a fault."""
+        ...
+
+    def close(self) -> None:
+        """Let go; may be called twice."""
+        ...
+
+
+class UdpSource:
+    """A UDP port, unicast or of a multicast group.
+
+    Parameters
+    ----------
+    address : str
+        IPv4 address of this machine, or of a group to join.
+    port : int
+        UDP port; 0 picks a free one.
+    interface : str
+        Address of the interface on which a group is joined.
+    buffer_octets : int
+        Room that the system is asked for; it may give less.
+
+    Raises
+    ------
+    ConfigurationError
+        If it cannot listen there.
+    """
+
+    def __init__(self, address: str, port: int, interface: str, buffer_octets: int) -> None:
+        self.lost = 0
+        self._room = bytearray(DATAGRAM_OCTETS_MAX)
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        try:
+            self._open(address, port, interface, buffer_octets)
+        except OSError as error:
+            self._socket.close()
+            msg = f"udp {address}:{port} on {interface}: cannot listen there, {error.strerror}"
+            raise ConfigurationError(msg) from error
+        host, port = self._socket.getsockname()
+        self.endpoint = f"udp/{host}:{port}"
+
+    def receive(self) -> bytes | None:
+        """Wait a moment for the next datagram."""
+        try:
+            octets, told, _flags, _sender = self._socket.recvmsg_into([self._room], _ANCILLARY)
+        except TimeoutError:
+            return None
+        for level, kind, value in told:
+            if level == socket.SOL_SOCKET and kind == _DROPS and len(value) >= 4:
+                (self.lost,) = struct.unpack("=I", value[:4])
+        return bytes(memoryview(self._room)[:octets])
+
+    def close(self) -> None:
+        """Leave the group and the port."""
+        self._socket.close()
+
+    def _open(self, address: str, port: int, interface: str, buffer_octets: int) -> None:
+        own = self._socket
+        own.settimeout(WAIT_S)
+        own.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, buffer_octets)
+        if is_group(address):
+            # Others on this machine may listen to the group, too.
+            own.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        # Bound to the group, nothing is heard that was sent to another address.
+        own.bind((address, port))
+        if is_group(address):
+            joined = socket.inet_aton(address) + socket.inet_aton(interface)
+            own.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, joined)
+        try:
+            own.setsockopt(socket.SOL_SOCKET, _DROPS, 1)
+        except OSError:
+            # Another system: what it drops is not told.
+            self.lost = 0
+
+
+def is_group(address: str) -> bool:
+    """Tell whether an IPv4 address is that of a multicast group."""
+    return socket.inet_aton(address)[0] >> 4 == 0xE
+
+
+class MemorySource:
+    """Datagrams from memory, the twin of `UdpSource` for tests.
+
+    Attributes
+    ----------
+    faults : deque of OSError
+        Raised one by one before anything is received.
+    """
+
+    def __init__(self, endpoint: str = "memory") -> None:
+        self.endpoint = endpoint
+        self.lost = 0
+        self.closed = False
+        self.faults: deque[OSError] = deque()
+        self._waiting: deque[bytes] = deque()
+        self._came = threading.Event()
+
+    def send(self, *datagrams: bytes) -> None:
+        """Have datagrams arrive."""
+        self._waiting.extend(datagrams)
+        self._came.set()
+
+    def receive(self) -> bytes | None:
+        """Wait a moment for the next datagram."""
+        if self.faults:
+            raise self.faults.popleft()
+        if not self._waiting:
+            self._came.clear()
+            if not self._waiting:
+                self._came.wait(WAIT_S)
+        return self._waiting.popleft() if self._waiting else None
+
+    def close(self) -> None:
+        """Note that nobody listens any more."""
+        self.closed = True
