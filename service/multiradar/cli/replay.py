@@ -19,6 +19,7 @@ from multiradar.cli.options import (
     chosen_kinds,
 )
 from multiradar.cli.progress import progress_bar
+from multiradar.cli.replay_datagrams import Times, is_udp, replay_datagrams
 from multiradar.errors import InputError
 
 if TYPE_CHECKING:
@@ -56,7 +57,8 @@ def replay(
         str,
         typer.Option(
             metavar="ADDRESS",
-            help="The service: http://127.0.0.1:8321 or zenoh:tcp/127.0.0.1:7447.",
+            help="The service: http://127.0.0.1:8321 or zenoh:tcp/127.0.0.1:7447; for an ASTERIX "
+            "recording udp:ADDRESS:PORT, unicast or a multicast group.",
         ),
     ] = "http://127.0.0.1:8321",
     speed: Annotated[
@@ -88,9 +90,33 @@ def replay(
     retries: Annotated[
         int, typer.Option(min=0, help="Attempts for one message after the first.")
     ] = 50,
+    interface: Annotated[
+        str,
+        typer.Option(metavar="ADDRESS", help="With udp: the interface to a multicast group."),
+    ] = "127.0.0.1",
+    times: Annotated[
+        Times,
+        typer.Option(help="With udp: send times of day as recorded, or moved to now."),
+    ] = Times.RECORDED,
     json_wanted: JsonOption = False,
 ) -> None:
-    """Play a recording to a service; what was acknowledged before is not taken twice."""
+    """Play a recording to a service; what was acknowledged before is not taken twice.
+
+    With udp: MEASUREMENTS is an ASTERIX recording, sent datagram by datagram as it came.
+    """
+    if is_udp(to):
+        if (kinds, date, profile, run_name) != (None, None, None, None):
+            msg = "expected none of --kinds, --date, --profile and --run-name with --to udp:"
+            raise typer.BadParameter(msg)
+        replay_datagrams(
+            measurements,
+            to,
+            interface=interface,
+            speed=speed,
+            times=times,
+            json_wanted=json_wanted,
+        )
+        return
     from multiradar.clock import SystemClock
     from multiradar.ingest.replay import Replay, ReplayPlan
 
@@ -145,7 +171,7 @@ def _destination(to: str, encoding: EncodingChoice) -> "Destination":
         from multiradar.ingest.replay_zenoh import ZenohDestination
 
         return ZenohDestination(to.removeprefix("zenoh:"), Encoding(encoding.value))
-    msg = f"expected http://… or zenoh:… for --to, was {to!r}"
+    msg = f"expected http://…, zenoh:… or udp:… for --to, was {to!r}"
     raise typer.BadParameter(msg)
 
 

@@ -1,5 +1,6 @@
 """ASTERIX over UDP on loopback: multicast in, tracks over REST, every octet in a count."""
 
+import json
 import socket
 import time
 from collections.abc import Callable, Iterator
@@ -10,8 +11,11 @@ import httpx
 import pytest
 
 from multiradar.app import Application
+from multiradar.cli.main import EXIT_DONE, EXIT_FAILED, EXIT_USAGE, run
+from multiradar.errors import ConfigurationError
 from multiradar.settings import load_settings
 from support import asterix_scene, live_scene
+from support.asterix_octets import block, datagram, pcap, plot_048
 
 GROUP = "239.192.77.1"
 TURNS = 12
@@ -107,3 +111,103 @@ def test_tracks_appear_from_multicast_and_every_octet_is_counted(
     metrics = httpx.get(f"{application.http_url}/metrics").text
     line = 'multiradar_asterix_octets_total{listener="group",result="quarantined"}'
     assert f"{line} {len(bad):.1f}" in metrics
+
+
+def test_a_recording_is_sent_as_if_it_came_now(
+    serving: Callable[..., Application], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It was recorded over midnight, long ago."""
+    recording = tmp_path / "recording.pcap"
+    whole = asterix_scene.datagrams(1_000_080_000.0 - 20.0, TURNS)
+    recording.write_bytes(pcap((when, datagram(octets)) for when, octets in whole))
+    application = serving({"address": "127.0.0.1", "port": 0})
+    host, port = address(application.asterix_endpoints[0])
+    command = ["replay", str(recording), "--to", f"udp:{host}:{port}", "--times", "now"]
+    capsys.readouterr()
+    assert run([*command, "--speed", "max", "--json"]) == EXIT_DONE
+    octets = sum(len(one) for _, one in whole)
+    assert json.loads(capsys.readouterr().out) == {
+        "datagrams": len(whole),
+        "octets": octets,
+        "octets_left_out": 0,
+    }
+    document = settled(application, octets)
+    assert document["accepted"] == asterix_scene.records(TURNS)
+    assert document["rejected"] == 0
+    assert 0.0 < time.time() - document["data_time_s"] < 60.0
+    assert document["tracks"] == asterix_scene.AIRCRAFT
+
+
+def test_a_recording_sent_as_it_is_is_refused_for_its_time(
+    serving: Callable[..., Application], tmp_path: Path
+) -> None:
+    recording = tmp_path / "recording.ast"
+    half_a_day_ago_s = (time.time() - 43_200.0) % 86_400.0
+    recording.write_bytes(block(48, plot_048(half_a_day_ago_s, source="290a")))
+    application = serving({"port": 0})
+    host, port = address(application.asterix_endpoints[0])
+    assert run(["replay", str(recording), "--to", f"udp:{host}:{port}"]) == EXIT_DONE
+    settled(application, len(recording.read_bytes()))
+    (refused,) = httpx.get(f"{application.http_url}/v1/rejects").json()["rejects"]
+    assert "a time of day more than 3600 s before its reception" in refused["reason"]
+
+
+@pytest.mark.parametrize(
+    "content",
+    [b"", b"\x30", bytes(65_507), b"\xff" * 65_507, b"\x30\x00\x20" + bytes(9)],
+    ids=("empty", "one octet", "64 KB of nothing", "64 KB of ones", "cut"),
+)
+def test_a_hostile_datagram_is_quarantined_and_the_next_one_is_read(
+    serving: Callable[..., Application], content: bytes
+) -> None:
+    application = serving({"name": "one", "port": 0})
+    good = block(48, plot_048((time.time() - 1.0) % 86_400.0, source="290a"))
+    with sender() as out:
+        for octets in (content, good):
+            out.sendto(octets, address(application.asterix_endpoints[0]))
+        document = settled(application, len(content) + len(good))
+    heard = document["asterix"]["listeners"]["one"]
+    assert (heard["datagrams"], heard["rows_accepted"]) == (2, 1)
+    assert heard["octets_quarantined"] == len(content)
+    (refused,) = httpx.get(f"{application.http_url}/v1/rejects").json()["rejects"]
+    assert refused["reason"].startswith("one, datagram 1, octet 0: ")
+    assert content.startswith(bytes.fromhex(refused["raw"]))
+
+
+def test_an_address_that_cannot_be_listened_to_is_told(serving: Callable[..., Application]) -> None:
+    with pytest.raises(ConfigurationError, match=r"udp 192\.0\.2\.1:8600 on .*: cannot"):
+        serving({"address": "192.0.2.1", "port": 8600})
+
+
+def test_an_edition_that_is_not_known_is_told(serving: Callable[..., Application]) -> None:
+    with pytest.raises(ConfigurationError, match=r"asterix\.editions: expected an edition"):
+        serving({"port": 0}, editions=["048=9.9"])
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (("--to", "udp:127.0.0.1"), "expected udp:ADDRESS:PORT for --to"),
+        (("--to", "udp:127.0.0.1:0"), "expected udp:ADDRESS:PORT for --to"),
+        (("--to", "udp:300.0.0.1:8600"), "expected an IPv4 address for --to"),
+        (
+            ("--to", "udp:239.0.0.1:86", "--interface", "lo"),
+            "expected an IPv4 address for",
+        ),
+        (("--to", "udp:127.0.0.1:86", "--kinds", "radar"), "expected none of --kinds"),
+    ],
+)
+def test_a_wrong_address_is_told(
+    options: tuple[str, ...], sentence: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    recording = tmp_path / "recording.ast"
+    recording.write_bytes(block(48, plot_048(1.0)))
+    assert run(["replay", str(recording), *options]) == EXIT_USAGE
+    assert sentence in " ".join(capsys.readouterr().err.split())
+
+
+def test_a_file_without_a_block_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    recording = tmp_path / "recording.ast"
+    recording.write_bytes(b"nothing")
+    assert run(["replay", str(recording), "--to", "udp:127.0.0.1:8600"]) == EXIT_FAILED
+    assert "expected an ASTERIX recording, found no block in it" in capsys.readouterr().err

@@ -1,0 +1,100 @@
+"""`multiradar replay … --to udp:…`: an ASTERIX recording sent as datagrams."""
+
+import json
+import re
+import time
+from enum import StrEnum
+from ipaddress import IPv4Address
+from pathlib import Path
+
+import typer
+
+from multiradar.cli.progress import progress_bar
+from multiradar.errors import InputError
+
+_PREFIX = "udp:"
+_DAY_S = 86_400.0
+_ADDRESS = re.compile(r"([0-9.]+):(\d{1,5})")
+
+
+class Times(StrEnum):
+    """Times of day in the records that are sent."""
+
+    RECORDED = "recorded"
+    NOW = "now"
+
+
+def is_udp(to: str) -> bool:
+    """Tell whether an address is one of UDP."""
+    return to.startswith(_PREFIX)
+
+
+def replay_datagrams(
+    recording: Path, to: str, *, interface: str, speed: float, times: Times, json_wanted: bool
+) -> None:
+    """Send a recording.
+
+    Parameters
+    ----------
+    recording : Path
+        The file.
+    to : str
+        `udp:ADDRESS:PORT`.
+    interface : str
+        Address of the interface by which a group is reached.
+    speed : float
+        Seconds of the recording in a second.
+    times : Times
+        Whether the times of day in its records are moved to now.
+    json_wanted : bool
+        Whether the counts are told as JSON.
+    """
+    from multiradar.clock import SystemClock
+    from multiradar.ingest.replay_datagrams import UdpSink, begin_s, send_all
+    from multiradar_converters.asterix.sending import read_sending
+    from multiradar_converters.errors import LayoutError
+
+    address, port = _target(to)
+    clock = SystemClock()
+    try:
+        sending = read_sending(recording)
+        if times is Times.NOW and sending.begin_s == sending.begin_s:
+            start_s = begin_s(sending.due_s, speed, clock.now_s())
+            sending = read_sending(recording, int((start_s - sending.begin_s) % _DAY_S))
+    except LayoutError as error:
+        raise InputError(str(error)) from error
+    if not len(sending.datagrams):
+        msg = f"{recording}: expected an ASTERIX recording, found no block in it"
+        raise InputError(msg)
+    sink = UdpSink(address, port, _ipv4(interface, "--interface"))
+    try:
+        with progress_bar("sending", len(sending.datagrams)) as show:
+            octets = send_all(sending, sink, speed, clock=clock, pause=time.sleep, on_sent=show)
+    finally:
+        sink.close()
+    counts = {
+        "datagrams": len(sending.datagrams),
+        "octets": octets,
+        "octets_left_out": sending.left_out,
+    }
+    if json_wanted:
+        print(json.dumps(counts))
+        return
+    left = f"; {sending.left_out} octets are no block" if sending.left_out else ""
+    print(f"{counts['datagrams']} datagrams of {octets} octets sent to {to}{left}")
+
+
+def _target(to: str) -> tuple[str, int]:
+    match = _ADDRESS.fullmatch(to.removeprefix(_PREFIX))
+    if match is None or not 0 < int(match[2]) <= 65_535:
+        msg = f"expected udp:ADDRESS:PORT for --to, was {to!r}"
+        raise typer.BadParameter(msg)
+    return _ipv4(match[1], "--to"), int(match[2])
+
+
+def _ipv4(text: str, option: str) -> str:
+    try:
+        return str(IPv4Address(text))
+    except ValueError as error:
+        msg = f"expected an IPv4 address for {option}, was {text!r}"
+        raise typer.BadParameter(msg) from error

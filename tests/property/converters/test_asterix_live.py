@@ -1,0 +1,99 @@
+"""What becomes of datagrams does not depend on how many are decoded at once."""
+
+import itertools
+import os
+import random
+
+import numpy as np
+import polars as pl
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from multiradar_converters.asterix.datagrams import Datagrams, split_datagrams
+from multiradar_converters.asterix.live import LiveDecoder, LiveOptions
+from multiradar_converters.asterix.live_batch import LiveBatch
+from support.asterix_octets import block, mutated, north_mark, plot_001, plot_048
+
+DAY_S = 86_400.0
+BEGIN_S = 19_675 * DAY_S - 20.0
+NAMES = {(0x1482, "radar"): "20-130", (0x1401, "radar"): "20-1"}
+#: Mutated datagrams that are tried.
+MUTATIONS = int(os.environ.get("MULTIRADAR_ASTERIX_MUTATIONS", "3000"))
+
+
+def traffic(generator: random.Random) -> list[tuple[float, bytes]]:
+    """Forty seconds about midnight: two radars over two networks, one with truncated times."""
+    sent = []
+    for turn in range(10):
+        north = BEGIN_S + 4.0 * turn
+        sent.append((north, north_mark(north % DAY_S)))
+        for _ in range(5):
+            time_s = north + generator.uniform(0.0, 4.0)
+            azimuth = generator.uniform(0.0, 359.0)
+            known = generator.random() < 0.7
+            old = plot_001(time_s % DAY_S % 512 if known else None, azimuth_deg=azimuth)
+            new = plot_048(time_s % DAY_S, source="1401", azimuth_deg=azimuth)
+            for octets in (block(1, old), block(48, new, new)):
+                heard = time_s + generator.uniform(0.05, 0.6)
+                sent += [(heard, octets), (heard + 0.01, octets)]
+    sent += [(BEGIN_S + 10.0, b"junk"), (BEGIN_S + 20.0, block(48, plot_048(1.0, source="0909")))]
+    return sorted(sent, key=lambda one: one[0])
+
+
+def joined(sent: list[tuple[float, bytes]]) -> Datagrams:
+    lengths = np.array([len(one) for _, one in sent], dtype=np.int64)
+    ends = np.cumsum(lengths)
+    data = np.frombuffer(b"".join(one for _, one in sent), dtype=np.uint8)
+    return Datagrams(data, ends - lengths, ends, np.array([when for when, _ in sent], np.float64))
+
+
+def decoded(sent: list[tuple[float, bytes]], cuts: list[int]) -> list[LiveBatch]:
+    one = LiveDecoder(LiveOptions(NAMES))
+    places = sorted({0, len(sent), *(cut for cut in cuts if cut <= len(sent))})
+    return [one.decode(joined(sent[first:last])) for first, last in itertools.pairwise(places)]
+
+
+@settings(max_examples=25, deadline=None)
+@given(seed=st.integers(0, 1000), cuts=st.lists(st.integers(0, 220), max_size=40))
+def test_batches_do_not_matter(seed: int, cuts: list[int]) -> None:
+    sent = traffic(random.Random(seed))
+    (whole,) = decoded(sent, [])
+    parts = decoded(sent, cuts)
+    assert pl.concat([part.frame for part in parts]).equals(whole.frame)
+    assert len(whole.frame) == 100
+    for name, counts in whole.records.items():
+        assert np.concatenate([part.records[name] for part in parts]).tolist() == counts.tolist()
+    refused = [(one.octets, one.code, one.reason) for part in parts for one in part.refused]
+    assert sorted(refused) == sorted((one.octets, one.code, one.reason) for one in whole.refused)
+
+
+def test_one_by_one_is_the_same_too() -> None:
+    sent = traffic(random.Random(5))
+    (whole,) = decoded(sent, [])
+    assert pl.concat([one.frame for one in decoded(sent, list(range(500)))]).equals(whole.frame)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_every_octet_of_damaged_datagrams_is_accounted_for(seed: int) -> None:
+    generator = random.Random(seed)
+    good = [octets for _, octets in traffic(generator)]
+    decoder = LiveDecoder(LiveOptions(NAMES))
+    for first in range(0, MUTATIONS // 3, 500):
+        sent = joined([
+            (BEGIN_S + 0.001 * (first + k), mutated(generator.choice(good), generator))
+            for k in range(500)
+        ])  # fmt: skip
+        batch = decoder.decode(sent)
+        became = batch.octets["decoded"] + batch.octets["skipped"] + batch.octets["quarantined"]
+        assert became.tolist() == (sent.ends - sent.begins).tolist()
+        assert len(batch.frame) == batch.records["measurement"].sum() == len(batch.datagram)
+        assert not batch.frame["time_s"].is_nan().any()
+
+
+def test_a_cut_datagram_does_not_reach_into_the_next() -> None:
+    """The length of its block would take octets of the datagram after it along."""
+    whole = block(48, plot_048(1.0), plot_048(2.0))
+    cut = split_datagrams(joined([(0.0, whole[:30]), (0.0, whole)]))
+    assert cut.datagram.tolist() == [1]
+    assert (cut.begins.tolist(), cut.gaps.tolist()) == ([30], [[0, 30, 0]])

@@ -1,0 +1,309 @@
+"""Listeners, their queue and their counts, with ports, service and clock from memory."""
+
+import time
+import tracemalloc
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future
+from dataclasses import dataclass, field
+
+import polars as pl
+import pytest
+
+from multiradar.clock import FixedClock
+from multiradar.errors import JournalError, MultiradarError, PipelineError, QueueFullError
+from multiradar.ingest import asterix_gateway
+from multiradar.ingest.asterix_gateway import AsterixGateway
+from multiradar.ingest.asterix_inlet import AsterixInlet, InletBounds
+from multiradar.ingest.asterix_queue import DatagramQueue, Received
+from multiradar.ingest.asterix_source import MemorySource
+from multiradar.observability.asterix_metrics import AsterixCollector
+from multiradar.runtime.receipt import Receipt, RejectedRow
+from multiradar_converters.asterix.datagrams import Datagrams
+from multiradar_converters.asterix.live import LiveDecoder, LiveOptions
+from multiradar_converters.asterix.live_batch import LiveBatch
+from support.asterix_octets import block, plot_048
+
+NOON_S = 19_675 * 86_400.0 + 43_200.0
+NAMES = {(0x1482, "radar"): "20-130"}
+
+
+@dataclass
+class Taken:
+    """A service that takes everything, or raises what it is told to."""
+
+    failures: list[MultiradarError] = field(default_factory=list)
+    later: list[MultiradarError] = field(default_factory=list)
+    frames: list[tuple[str, pl.DataFrame]] = field(default_factory=list)
+    rejected: list[tuple[str, RejectedRow]] = field(default_factory=list)
+
+    def submit(
+        self,
+        frame: pl.DataFrame,
+        *,
+        source: str,
+        idempotency_key: str | None = None,
+        rejected: Sequence[RejectedRow] = (),
+    ) -> Future[Receipt]:
+        if self.failures:
+            raise self.failures.pop(0)
+        future: Future[Receipt] = Future()
+        if self.later:
+            future.set_exception(self.later.pop(0))
+            return future
+        self.frames.append((source, frame))
+        self.rejected += [(source, row) for row in rejected]
+        future.set_result(Receipt(len(frame), (), False, 1))
+        return future
+
+    def flush(self, *, source: str, idempotency_key: str | None = None) -> Future[Receipt]:
+        raise NotImplementedError
+
+    @property
+    def rows(self) -> int:
+        return sum(len(frame) for _, frame in self.frames)
+
+
+class Poisoned(LiveDecoder):
+    """Fails on datagrams that hold a certain octet."""
+
+    def decode(self, datagrams: Datagrams) -> LiveBatch:
+        if (datagrams.data == 0xEE).any():
+            msg = "poison"
+            raise ValueError(msg)
+        return super().decode(datagrams)
+
+
+def plot(second: float) -> bytes:
+    return block(48, plot_048(43_200.0 + second))
+
+
+@dataclass
+class Listening:
+    """A gateway on memory."""
+
+    sources: list[MemorySource]
+    service: Taken
+    gateway: AsterixGateway
+
+    def number(self, name: str, listener: int = 0) -> int:
+        return self.gateway.counts.number(listener, name)
+
+    def until(self, name: str, number: int, listener: int = 0) -> None:
+        """Wait until a counter has come so far."""
+        for _ in range(500):
+            if self.number(name, listener) >= number:
+                return
+            time.sleep(0.01)
+        raise AssertionError(self.gateway.counts.document())
+
+
+@pytest.fixture
+def listening() -> Iterator[Callable[..., Listening]]:
+    """Start gateways; stop them at the end."""
+    started: list[AsterixGateway] = []
+
+    def start(
+        labels: Sequence[str] = ("north",),
+        decoder: LiveDecoder | None = None,
+        *,
+        datagrams_max: int = 1000,
+        octets_max: int = 1 << 20,
+        interval_s: float = 0.01,
+        rows_max: int = 100,
+    ) -> Listening:
+        sources = [MemorySource(label) for label in labels]
+        service = Taken()
+        gateway = AsterixGateway(
+            labels=labels,
+            sources=[lambda source=source: source for source in sources],  # type: ignore[misc]
+            sink=service,
+            decoder=decoder or LiveDecoder(LiveOptions(NAMES)),
+            queue=DatagramQueue(datagrams_max, octets_max),
+            bounds=InletBounds(interval_s, rows_max),
+            clock=FixedClock(NOON_S),
+        )
+        started.append(gateway)
+        gateway.start()
+        return Listening(sources, service, gateway)
+
+    yield start
+    for gateway in started:
+        gateway.stop()
+
+
+def inlet(service: Taken, queue: DatagramQueue) -> tuple[AsterixInlet, AsterixGateway]:
+    """Return what decodes, without threads."""
+    gateway = AsterixGateway(
+        labels=["north"],
+        sources=[],
+        sink=service,
+        decoder=LiveDecoder(LiveOptions(NAMES)),
+        queue=queue,
+        bounds=InletBounds(0.01, 5),
+    )
+    return gateway._inlet, gateway
+
+
+def test_what_listeners_hear_is_handed_in_under_their_names(
+    listening: Callable[..., Listening],
+) -> None:
+    one = listening(("north", "south"))
+    one.sources[0].send(plot(0.0), plot(1.0))
+    one.sources[1].send(plot(2.0))
+    one.until("rows_accepted", 2)
+    one.until("rows_accepted", 1, listener=1)
+    assert {source for source, _ in one.service.frames} == {"asterix:north", "asterix:south"}
+    assert one.service.rows == 3
+    assert one.number("octets") == one.number("octets_decoded") == 2 * len(plot(0.0))
+
+
+def test_what_two_listeners_hear_of_one_radar_counts_once(
+    listening: Callable[..., Listening],
+) -> None:
+    one = listening(("north", "south"))
+    for source in one.sources:
+        source.send(plot(0.0))
+    one.until("octets_decoded", 1)
+    one.until("octets_decoded", 1, listener=1)
+    counted = [one.number("records_measurement", k) for k in (0, 1)]
+    assert sorted(counted) == [0, 1]
+    assert one.service.rows == 1
+
+
+def test_a_refusal_keeps_listener_number_octet_and_content(
+    listening: Callable[..., Listening],
+) -> None:
+    one = listening()
+    bad = plot(0.0) + b"\x30\x00\x05\xff\xff"
+    one.sources[0].send(plot(0.5), bad, b"")
+    one.until("datagrams", 3)
+    one.until("octets_quarantined", 5)
+    one.until("rows_accepted", 2)
+    told = {row.reason.split(": ")[0]: row for _, row in one.service.rejected}
+    assert set(told) == {
+        f"north, datagram 2, octet {len(plot(0.0))}",
+        "north, datagram 3, octet 0",
+    }
+    assert told[f"north, datagram 2, octet {len(plot(0.0))}"].raw == "300005ffff"
+    assert one.gateway.counts.document()["listeners"]["north"]["refused_by_code"] == {
+        "MALFORMED_BLOCK": 1,
+        "TRUNCATED": 1,
+    }
+
+
+def test_a_fault_of_the_port_is_counted_and_does_not_stop_the_listener(
+    listening: Callable[..., Listening], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(asterix_gateway, "FAULT_PAUSE_S", 0.0)
+    one = listening()
+    one.sources[0].faults.extend([OSError("the network is down"), OSError("still")])
+    one.until("receive_faults", 2)
+    one.sources[0].send(plot(0.0))
+    one.until("rows_accepted", 1)
+
+
+def test_a_datagram_that_fails_to_decode_is_quarantined_alone(
+    listening: Callable[..., Listening],
+) -> None:
+    one = listening(decoder=Poisoned(LiveOptions(NAMES)), interval_s=0.3)
+    one.sources[0].send(plot(0.0), b"\xee\x00", plot(1.0))
+    one.until("rows_accepted", 2)
+    one.until("octets_quarantined", 2)
+    assert one.number("octets_decoded") == 2 * len(plot(0.0))
+    (row,) = [row for _, row in one.service.rejected]
+    assert (row.code, row.raw) == ("MALFORMED_BLOCK", "ee00")
+    assert one.gateway.counts.document()["batches_failed"] >= 1
+
+
+def test_a_million_small_datagrams_cannot_fill_the_memory() -> None:
+    """What does not fit into the queue is dropped, and counted by who asks."""
+    queue = DatagramQueue(datagrams_max=10_000, octets_max=1 << 30)
+    octets = bytes(8)
+    tracemalloc.start()
+    taken = sum(queue.put(Received(0, k, NOON_S, octets + bytes(1))) for k in range(1_000_000))
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert taken == len(queue) == 10_000
+    assert peak < 10_000 * 400
+
+
+def test_the_queue_is_bounded_by_octets_too() -> None:
+    queue = DatagramQueue(datagrams_max=1000, octets_max=100_000)
+    taken = [queue.put(Received(0, k, NOON_S, bytes(40_000))) for k in range(4)]
+    assert taken == [True, True, False, False]
+    assert queue.octets == 80_000
+    assert len(queue.take(1)) == 1
+    assert queue.octets == 40_000
+    assert queue.put(Received(0, 4, NOON_S, b""))
+
+
+def test_drops_are_counted_and_every_octet_is_in_a_count(
+    listening: Callable[..., Listening],
+) -> None:
+    one = listening(datagrams_max=3, interval_s=2.0)
+    one.sources[0].send(*[plot(0.01 * k) for k in range(10)])
+    one.until("datagrams", 10)
+    size = len(plot(0.0))
+    assert one.number("datagrams_dropped") == 7
+    assert one.number("octets_dropped") == 7 * size
+    assert one.gateway.counts.document()["waiting_octets"] == 3 * size
+    one.gateway.stop()
+    assert one.number("octets") == one.number("octets_dropped") + one.number("octets_decoded")
+
+
+def test_many_refusals_of_a_batch_share_a_row() -> None:
+    service, queue = Taken(), DatagramQueue(1000, 1 << 20)
+    work, gateway = inlet(service, queue)
+    for k in range(50):
+        queue.put(Received(0, k + 1, NOON_S, b"\x30\x00\x04\x01" if k % 2 else b"\x31\x00\x04\x80"))
+    work.drain()
+    rows = [row for _, row in service.rejected]
+    assert len(rows) == 6
+    assert rows[-1].reason == (
+        "north, datagrams 6 to 50: 45 more refusals of 180 octets that are not kept "
+        "(MALFORMED_BLOCK 23, UNKNOWN_KIND 22)"
+    )
+    codes = gateway.counts.document()["listeners"]["north"]["refused_by_code"]
+    assert codes == {"MALFORMED_BLOCK": 25, "UNKNOWN_KIND": 25}
+    assert sorted(row.index for row in rows) == list(range(6))
+
+
+def test_a_full_journal_is_waited_for() -> None:
+    service, queue = Taken(), DatagramQueue(1000, 1 << 20)
+    service.failures = [QueueFullError("intake", 1, 0.001)] * 3
+    work, gateway = inlet(service, queue)
+    queue.put(Received(0, 1, NOON_S, plot(0.0)))
+    work.drain()
+    assert gateway.counts.number(0, "rows_accepted") == 1
+
+
+@pytest.mark.parametrize("later", [False, True])
+def test_measurements_that_the_service_does_not_take_are_counted(later: bool) -> None:
+    failure = JournalError("the disk is gone") if later else PipelineError("it is stopping")
+    service, queue = Taken(), DatagramQueue(1000, 1 << 20)
+    (service.later if later else service.failures).append(failure)
+    work, gateway = inlet(service, queue)
+    queue.put(Received(0, 1, NOON_S, plot(0.0)))
+    work.drain()
+    queue.put(Received(0, 2, NOON_S, plot(1.0)))
+    work.drain()
+    assert gateway.counts.number(0, "rows_lost") == 1
+    assert gateway.counts.number(0, "rows_accepted") == 1
+
+
+def test_metrics_show_what_the_counts_say() -> None:
+    service, queue = Taken(), DatagramQueue(1000, 1 << 20)
+    work, gateway = inlet(service, queue)
+    gateway.counts.add(0, datagrams=1, octets=len(plot(0.0)))
+    queue.put(Received(0, 1, NOON_S, plot(0.0)))
+    work.drain()
+    samples = {
+        (sample.name, *sample.labels.values()): sample.value
+        for metric in AsterixCollector(gateway.counts.document).collect()
+        for sample in metric.samples
+    }
+    assert samples["multiradar_asterix_octets_total", "north", "decoded"] == len(plot(0.0))
+    assert samples["multiradar_asterix_records_total", "north", "measurement"] == 1
+    assert samples["multiradar_asterix_rows_total", "north", "accepted"] == 1
+    assert samples["multiradar_asterix_category_records_total", "048"] == 1
+    assert samples["multiradar_asterix_waiting_datagrams",] == 0
