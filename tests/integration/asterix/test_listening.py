@@ -1,7 +1,6 @@
 """ASTERIX over UDP on loopback: multicast in, tracks over REST, every octet in a count."""
 
 import json
-import socket
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -15,6 +14,7 @@ from multiradar.cli.main import EXIT_DONE, EXIT_FAILED, EXIT_USAGE, run
 from multiradar.errors import ConfigurationError
 from multiradar.settings import load_settings
 from support import asterix_scene, live_scene
+from support.asterix_listening import address, sender, settled
 from support.asterix_octets import block, datagram, pcap, plot_048
 
 GROUP = "239.192.77.1"
@@ -44,41 +44,6 @@ def serving(tmp_path: Path) -> Iterator[Callable[..., Application]]:
     yield serve
     for application in started:
         application.stop()
-
-
-def sender() -> socket.socket:
-    """Return a socket whose groups are those of loopback."""
-    made = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-    made.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton("127.0.0.1"))
-    return made
-
-
-def address(endpoint: str) -> tuple[str, int]:
-    host, _, port = endpoint.removeprefix("udp/").partition(":")
-    return host, int(port)
-
-
-def status(application: Application) -> dict[str, Any]:
-    found: dict[str, Any] = httpx.get(f"{application.http_url}/v1/status").raise_for_status().json()
-    return found
-
-
-def settled(application: Application, octets: int) -> dict[str, Any]:
-    """Wait until so many octets were heard and all of them have become something."""
-    for _ in range(300):
-        document = status(application)
-        heard = document["asterix"]["listeners"].values()
-        became = sum(
-            one[f"octets_{name}"]
-            for one in heard
-            for name in ("decoded", "skipped", "quarantined", "dropped")
-        )
-        rows = sum(one["rows_accepted"] + one["rows_rejected"] for one in heard)
-        if became == octets and rows == sum(one["records_measurement"] for one in heard):
-            application.service.settled().result(30)
-            return status(application)
-        time.sleep(0.05)
-    raise AssertionError(document)
 
 
 def test_tracks_appear_from_multicast_and_every_octet_is_counted(

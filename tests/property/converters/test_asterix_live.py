@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from multiradar_converters.asterix.containers import split
 from multiradar_converters.asterix.datagrams import Datagrams, split_datagrams
 from multiradar_converters.asterix.live import LiveDecoder, LiveOptions
 from multiradar_converters.asterix.live_batch import LiveBatch
@@ -97,3 +98,26 @@ def test_a_cut_datagram_does_not_reach_into_the_next() -> None:
     cut = split_datagrams(joined([(0.0, whole[:30]), (0.0, whole)]))
     assert cut.datagram.tolist() == [1]
     assert (cut.begins.tolist(), cut.gaps.tolist()) == ([30], [[0, 30, 0]])
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_datagrams_are_cut_as_each_of_them_alone(seed: int) -> None:
+    """The compiled loop against a call for each, for more than are noted at once."""
+    generator = random.Random(seed)
+    good = [octets for _, octets in traffic(generator)]
+    sent = joined([
+        (0.0, mutated(generator.choice(good), generator) if generator.random() < 0.5 else b"x")
+        for _ in range(40_000)
+    ])  # fmt: skip
+    cut = split_datagrams(sent)
+    blocks, gaps = [], []
+    for place, (begin, end) in enumerate(
+        zip(sent.begins.tolist(), sent.ends.tolist(), strict=True)
+    ):
+        begins, ends, holes = split(sent.data[begin:end], 0, 0)
+        pairs = zip(begins.tolist(), ends.tolist(), strict=True)
+        blocks += [(first + begin, last + begin, place) for first, last in pairs]
+        gaps += [(at + begin, at + begin + octets, place) for at, octets, _ in holes]
+    found = zip(cut.begins.tolist(), cut.ends.tolist(), cut.datagram.tolist(), strict=True)
+    assert list(found) == blocks
+    assert [tuple(gap) for gap in cut.gaps.tolist()] == gaps

@@ -1,0 +1,44 @@
+"""The example of `deploy/`: two networks by multicast on loopback bring the same."""
+
+import time
+from pathlib import Path
+
+import httpx
+
+from multiradar.app import Application
+from multiradar.settings import load_settings
+from support import asterix_scene, live_scene
+from support.asterix_listening import address, sender, settled
+
+EXAMPLE = Path(__file__).parents[3] / "deploy/asterix.toml"
+TURNS = 8
+
+
+def test_two_networks_are_heard_and_what_both_bring_counts_once(tmp_path: Path) -> None:
+    told = {
+        "server": {"port": 0},
+        "journal": {"path": tmp_path / "journal.sqlite"},
+        "zenoh": {"enabled": False},
+    }
+    application = Application(load_settings(EXAMPLE, told), live_scene.sensors(), lambda: None)
+    application.start()
+    try:
+        first, second = map(address, application.asterix_endpoints)
+        assert (first[0], second[0]) == ("239.192.48.1", "239.192.48.2")
+        whole = asterix_scene.datagrams(time.time() - 4.0 * (TURNS + 1), TURNS)
+        with sender() as out:
+            for _, octets in whole:
+                out.sendto(octets, first)
+                out.sendto(octets, second)
+        document = settled(application, 2 * sum(len(octets) for _, octets in whole))
+        heard = document["asterix"]["listeners"]
+        assert set(heard) == {"network-a", "network-b"}
+        measured, repeated = (
+            sum(one[f"records_{name}"] for one in heard.values())
+            for name in ("measurement", "duplicate")
+        )
+        assert measured == repeated == asterix_scene.records(TURNS) == document["accepted"]
+        tracks = httpx.get(f"{application.http_url}/v1/tracks").raise_for_status().json()["tracks"]
+        assert {one["mode_s_address"] for one in tracks} == asterix_scene.addresses()
+    finally:
+        application.stop()

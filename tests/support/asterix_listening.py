@@ -1,0 +1,46 @@
+"""A running service that listens to ASTERIX, as its senders and readers see it."""
+
+import socket
+import time
+from typing import Any
+
+import httpx
+
+from multiradar.app import Application
+
+
+def sender() -> socket.socket:
+    """Return a socket whose groups are those of loopback."""
+    made = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    made.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton("127.0.0.1"))
+    return made
+
+
+def address(endpoint: str) -> tuple[str, int]:
+    """Return host and port of an endpoint."""
+    host, _, port = endpoint.removeprefix("udp/").partition(":")
+    return host, int(port)
+
+
+def status(application: Application) -> dict[str, Any]:
+    """Return `GET /v1/status`."""
+    found: dict[str, Any] = httpx.get(f"{application.http_url}/v1/status").raise_for_status().json()
+    return found
+
+
+def settled(application: Application, octets: int) -> dict[str, Any]:
+    """Wait until so many octets were heard and all of them have become something."""
+    for _ in range(300):
+        document = status(application)
+        heard = document["asterix"]["listeners"].values()
+        became = sum(
+            one[f"octets_{name}"]
+            for one in heard
+            for name in ("decoded", "skipped", "quarantined", "dropped")
+        )
+        rows = sum(one["rows_accepted"] + one["rows_rejected"] for one in heard)
+        if became == octets and rows == sum(one["records_measurement"] for one in heard):
+            application.service.settled().result(30)
+            return status(application)
+        time.sleep(0.05)
+    raise AssertionError(document)
