@@ -67,7 +67,8 @@ class AsterixSettings(Section):
     batch_interval_s : float
         How long datagrams are gathered before they are decoded together, s.
     duplicate_window_s : float
-        Equal records of one source at most so far apart are one record, s.
+        Equal records of one source at most so far apart are one record, s; where they tell no
+        time, at most a second apart.
     behind_max_s : float
         A time of day may lie so far behind the reception, s; what is older is refused.
     quarantine_rows_max : int
@@ -79,8 +80,8 @@ class AsterixSettings(Section):
     all_targets: bool = False
     queue_datagrams_max: Count = 65_536
     queue_octets_max: Count = 32 * 1024 * 1024
-    batch_interval_s: Annotated[Seconds, Field(le=10.0)] = 0.1
-    duplicate_window_s: Annotated[NotNegative, Field(le=60.0)] = 1.0
+    batch_interval_s: Annotated[Seconds, Field(le=10.0)] = 0.25
+    duplicate_window_s: Annotated[NotNegative, Field(le=300.0)] = 10.0
     behind_max_s: Annotated[Seconds, Field(le=82_800.0)] = 3600.0
     quarantine_rows_max: Count = 100
 

@@ -22,6 +22,7 @@ from multiradar_converters.asterix.editions import Editions, source_name, source
 from multiradar_converters.asterix.gathering import Gathered, Rows, decode_blocks
 from multiradar_converters.asterix.live_batch import LiveBatch, Tally, new_batch
 from multiradar_converters.asterix.live_clocks import LiveClocks
+from multiradar_converters.asterix.live_copies import RecentRecords
 from multiradar_converters.asterix.targets import Targets
 from multiradar_converters.asterix.timing import (
     KINDS,
@@ -36,15 +37,10 @@ from multiradar_schemas.reject import RejectCode
 _DAY_S = 86_400.0
 #: A time of day may lie so far ahead of its reception, s; beyond, it is of the day before.
 AHEAD_MAX_S = 3600.0
-#: Records that are remembered to find copies, at most.
-REMEMBERED_MAX = 1 << 18
 
 
 # Category 048, item 010 alone, of the source 0-0.
 _ANY_BLOCK = bytes.fromhex("300006800000")
-
-# Octets (as a number), source and reception of records.
-_Recent = tuple[Integers, Integers, Numbers]
 
 
 @dataclass(frozen=True)
@@ -62,7 +58,8 @@ class LiveOptions:
     all_targets : bool
         Whether test targets and the like are measurements.
     duplicate_window_s : float
-        Equal records of one source received at most so far apart are one, s.
+        Equal records of one source received at most so far apart are one, s; where they tell no
+        time, at most a second apart.
     behind_max_s : float
         Times that lie farther behind their reception are refused, s.
     """
@@ -71,7 +68,7 @@ class LiveOptions:
     turns: Mapping[int, float] = field(default_factory=dict)
     editions: Editions = field(default_factory=Editions)
     all_targets: bool = False
-    duplicate_window_s: float = table.SAME_S
+    duplicate_window_s: float = 10.0
     behind_max_s: float = 3600.0
 
 
@@ -89,9 +86,7 @@ class LiveDecoder:
         sources = sorted({source for source, _ in options.names})
         self._known = np.array(sources, dtype=np.int64)
         self._clocks = LiveClocks(self._known, options.turns)
-        self._recent: _Recent = (
-            np.empty(0, np.int64), np.empty(0, np.int64), np.empty(0)
-        )  # fmt: skip
+        self._recent = RecentRecords(options.duplicate_window_s)
 
     def decode(self, datagrams: Datagrams) -> LiveBatch:
         """Decode the next datagrams.
@@ -116,7 +111,12 @@ class LiveDecoder:
             blocks, sources, editions.layouts(blocks, named), measurements_only=True
         )
         batch = new_batch(gathered, datagrams, cut)
-        self._reports(gathered, datagrams, batch)
+        try:
+            self._reports(gathered, datagrams, batch)
+        except Exception:
+            # What failed may be decoded again, and must not be its own copy.
+            self._recent.forget()
+            raise
         return batch
 
     def _reports(self, gathered: Gathered, datagrams: Datagrams, batch: LiveBatch) -> None:
@@ -130,7 +130,7 @@ class LiveDecoder:
         targets = _targets_taken(targets, known)
         marks = self._clocks.marks(rows, targets, service_rows, services)
         reports = timed(gathered, rows, kind, targets, marks)
-        copies, recent = self._copies(reports)
+        copies = self._recent.copies(reports)
         measured, _left_out, _flags = aircraft(reports, all_targets=self._options.all_targets)
         tally.count(rows, copies, "duplicate")
         tally.count(rows, ~copies & ~measured, "left_out")
@@ -145,23 +145,6 @@ class LiveDecoder:
         tally.count(rows, own, "measurement")
         batch.datagram = tally.datagram(rows)[own]
         batch.frame = _frame(reports, np.flatnonzero(own), time_s, ids)
-        # Last: datagrams that fail together are decoded again, and must not be their own copies.
-        self._recent = recent
-
-    def _copies(self, reports: Timed) -> tuple[Flags, _Recent]:
-        """Tell which reports came before; return all of the last moments too."""
-        same, source, received_s = (
-            np.concatenate(pair)
-            for pair in zip(
-                self._recent,
-                (reports.same, reports.rows.source, reports.rows.received_s),
-                strict=True,
-            )
-        )
-        window_s = self._options.duplicate_window_s
-        again = table.repeated(same, source, received_s, window_s)[len(self._recent[0]) :]
-        late = np.flatnonzero(np.abs(received_s[-1:] - received_s) <= window_s)[-REMEMBERED_MAX:]
-        return again, (same[late], source[late], received_s[late])
 
     def _dated(self, reports: Timed) -> tuple[Numbers, Refusal]:
         """Return Unix times, s: the day follows from the reception; and what is too old."""

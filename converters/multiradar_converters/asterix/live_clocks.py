@@ -21,8 +21,6 @@ from multiradar_converters.asterix.timing import marks_of
 _DAY_S = 86_400.0
 #: Service messages of an antenna that its turn is found from: eight turns of 32 sectors.
 MESSAGES_KEPT = 256
-#: Two networks bring a message twice, within so many messages.
-_REPEATED_WITHIN = 16
 # Sectors between two searches for the turn where there are no north marks.
 _SECTORS_BETWEEN = 8
 
@@ -46,11 +44,8 @@ class _Antenna:
             return self.turn_s
         if self.messages:
             time_s += _DAY_S * round((self.messages[-1][1] - time_s) / _DAY_S)
-        taken = (kind, time_s, sector, stated)
-        recent = list(self.messages)[-_REPEATED_WITHIN:]
-        if any(taken[:2] == one[:2] for one in recent):
-            return self.turn_s
-        self.messages.append(taken)
+        # Two networks bring a message twice: no turn takes as little as lies between the two.
+        self.messages.append((kind, time_s, sector, stated))
         self.sectors += 1
         if kind == NORTH or self.sectors >= _SECTORS_BETWEEN:
             self.sectors = 0

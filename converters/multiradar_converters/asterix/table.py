@@ -71,8 +71,6 @@ def repeated(same: Integers, source: Integers, time_s: Numbers, window_s: float 
         Who reports.
     time_s : float64[n]
         Times, s.
-    window_s : float
-        Times of one record are at most so far apart, s.
 
     Returns
     -------
@@ -83,7 +81,7 @@ def repeated(same: Integers, source: Integers, time_s: Numbers, window_s: float 
     again = np.zeros(len(order), dtype=np.bool_)
     if len(order):
         follows = (np.diff(same[order]) == 0) & (np.diff(source[order]) == 0)
-        again[order[1:]] = follows & (np.diff(time_s[order]) <= window_s)
+        again[order[1:]] = follows & (np.diff(time_s[order]) <= SAME_S)
     return again
 
 

@@ -6,13 +6,13 @@ records cost little; what becomes of each is the same as if it had come alone.
 
 import threading
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass
 
 import numpy as np
-import polars as pl
 import structlog
+from numpy.typing import NDArray
 
 from multiradar.errors import MultiradarError, QueueFullError
 from multiradar.ingest.asterix_counts import AsterixCounts
@@ -25,10 +25,13 @@ from multiradar_converters.asterix.live_batch import LiveBatch, RefusedOctets, u
 
 _log = structlog.get_logger("multiradar.asterix")
 
+SOURCE = "asterix"
 #: Datagrams decoded together at most: bounds the memory and the wait of others.
 BATCH_DATAGRAMS_MAX = 8192
 #: Attempts for a batch after the first while the journal has no room; then its rows are lost.
 SUBMIT_RETRIES_MAX = 60
+#: Faults of ours that are logged.
+FAILURES_LOGGED_MAX = 100
 #: Octets of one refusal that are kept.
 RAW_OCTETS_MAX = 4096
 
@@ -42,10 +45,10 @@ class InletBounds:
     batch_interval_s : float
         How long datagrams are gathered, s.
     quarantine_rows_max : int
-        Refusals of a listener and batch that are kept one by one.
+        Refusals of a batch that are kept one by one.
     """
 
-    batch_interval_s: float = 0.1
+    batch_interval_s: float = 0.25
     quarantine_rows_max: int = 100
 
 
@@ -80,6 +83,8 @@ class AsterixInlet:
         self._counts = counts
         self._bounds = bounds
         self._stopping = threading.Event()
+        self._failures = 0
+        self._losing = False
 
     def run(self) -> None:
         """Decode until told to stop, then what still waits."""
@@ -96,8 +101,7 @@ class AsterixInlet:
         while received := self._queue.take(BATCH_DATAGRAMS_MAX):
             for part, batch in self._decoded(received):
                 self._account(part, batch)
-                for listener in sorted({one.listener for one in part}):
-                    self._hand_in(part, batch, listener)
+                self._hand_in(part, batch)
 
     # ---------------------------------------------------------------- inside
 
@@ -106,8 +110,10 @@ class AsterixInlet:
             yield received, self._decoder.decode(_joined(received))
         except Exception as error:
             # A fault of ours: each for itself, so that the others do not suffer.
-            _log.error("asterix_batch_failed", datagrams=len(received), exc_info=error)
             self._counts.batch_failed()
+            if self._failures < FAILURES_LOGGED_MAX:
+                self._failures += 1
+                _log.error("asterix_batch_failed", datagrams=len(received), exc_info=error)
             if len(received) == 1:
                 reason = f"could not be decoded: {type(error).__name__}"
                 yield received, unreadable(_joined(received), reason)
@@ -119,74 +125,84 @@ class AsterixInlet:
         listener = np.array([one.listener for one in part])
         for number in np.unique(listener).tolist():
             own = listener == number
-            sums = {f"octets_{name}": int(each[own].sum()) for name, each in batch.octets.items()}
+            sums = {
+                f"octets_{name}": int(sum_of[own].sum()) for name, sum_of in batch.octets.items()
+            }
             sums |= {
-                f"records_{name}": int(each[own].sum()) for name, each in batch.records.items()
+                f"records_{name}": int(sum_of[own].sum()) for name, sum_of in batch.records.items()
             }
             self._counts.add(number, **sums)
+            codes = Counter(str(one.code) for one in batch.refused if own[one.datagram])
+            self._counts.refused(number, codes)
         self._counts.decoded(batch.categories)
 
-    def _hand_in(self, part: list[Received], batch: LiveBatch, listener: int) -> None:
-        """Hand in what one listener brought."""
-        own = np.array([one.listener == listener for one in part])
-        frame = batch.frame.filter(pl.Series(own[batch.datagram], dtype=pl.Boolean))
-        refused = [one for one in batch.refused if own[one.datagram]]
-        codes = Counter(str(one.code) for one in refused)
-        self._counts.refused(listener, codes)
-        label = self._counts.labels[listener]
-        rejected = self._rows(part, refused, label, len(frame))
-        if len(frame) or rejected:
-            self._submit(frame, rejected, listener)
+    def _hand_in(self, part: list[Received], batch: LiveBatch) -> None:
+        """Hand in what listeners brought, in the order in which it came."""
+        rejected = self._rows(part, batch.refused, len(batch.frame))
+        if not len(batch.frame) and not rejected:
+            return
+        listener = np.array([one.listener for one in part])[batch.datagram]
+        full: QueueFullError | None = None
+        for _ in range(SUBMIT_RETRIES_MAX + 1):
+            try:
+                future = self._sink.submit(batch.frame, source=SOURCE, rejected=rejected)
+            except QueueFullError as error:
+                # Meanwhile datagrams wait in the queue; what does not fit there is counted.
+                full = error
+                if self._stopping.wait(error.retry_after_s):
+                    break
+            except MultiradarError as error:
+                self._lost(listener, error)
+                return
+            else:
+                future.add_done_callback(lambda done: self._settled(done, listener))
+                return
+        self._lost(listener, full)
 
     def _rows(
-        self, part: list[Received], refused: list[RefusedOctets], label: str, first: int
+        self, part: list[Received], refused: list[RefusedOctets], first: int
     ) -> list[RejectedRow]:
-        kept, rest = (
-            refused[: self._bounds.quarantine_rows_max],
-            refused[self._bounds.quarantine_rows_max :],
-        )
+        rows_max, labels = self._bounds.quarantine_rows_max, self._counts.labels
+        kept, rest = refused[:rows_max], refused[rows_max:]
         rows = [
-            RejectedRow(first + k, str(one.code), _told(part, one, label), _raw(one))
+            RejectedRow(first + k, str(one.code), _told(part[one.datagram], one, labels), _raw(one))
             for k, one in enumerate(kept)
         ]
         if rest:
             codes = Counter(str(one.code) for one in rest)
-            numbers = sorted(part[one.datagram].number for one in rest)
+            told = ", ".join(f"{code} {count}" for code, count in sorted(codes.items()))
             octets = sum(len(one.octets) for one in rest)
             reason = (
-                f"{label}, datagrams {numbers[0]} to {numbers[-1]}: {len(rest)} more refusals of "
-                f"{octets} octets that are not kept ("
-                + ", ".join(f"{code} {count}" for code, count in sorted(codes.items()))
-                + ")"
+                f"{_place(part[rest[0].datagram], labels)} to "
+                f"{_place(part[rest[-1].datagram], labels)}: {len(rest)} more refusals of {octets} "
+                f"octets that are not kept ({told})"
             )
             rows.append(RejectedRow(first + len(kept), codes.most_common(1)[0][0], reason))
         return rows
 
-    def _submit(self, frame: pl.DataFrame, rejected: list[RejectedRow], listener: int) -> None:
-        source = f"asterix:{self._counts.labels[listener]}"
-        for _ in range(SUBMIT_RETRIES_MAX + 1):
-            try:
-                future = self._sink.submit(frame, source=source, rejected=rejected)
-            except QueueFullError as error:
-                # Meanwhile datagrams wait in the queue; what does not fit there is counted.
-                if self._stopping.wait(error.retry_after_s):
-                    break
-            except MultiradarError as error:
-                _log.error("asterix_rows_lost", rows=len(frame), reason=str(error))
-                break
-            else:
-                future.add_done_callback(lambda done: self._settled(done, len(frame), listener))
-                return
-        self._counts.add(listener, rows_lost=len(frame))
-
-    def _settled(self, done: Future[Receipt], rows: int, listener: int) -> None:
+    def _settled(self, done: Future[Receipt], listener: NDArray[np.int64]) -> None:
         error = done.exception()
         if error is not None:
-            _log.error("asterix_rows_lost", rows=rows, reason=str(error))
-            self._counts.add(listener, rows_lost=rows)
+            self._lost(listener, error)
             return
-        accepted = done.result().accepted
-        self._counts.add(listener, rows_accepted=accepted, rows_rejected=rows - accepted)
+        self._losing = False
+        accepted = np.ones(len(listener), dtype=np.bool_)
+        # What was refused before stands behind the measurements.
+        refused = [row.index for row in done.result().rejected if row.index < len(listener)]
+        accepted[refused] = False
+        for name, own in (("rows_accepted", accepted), ("rows_rejected", ~accepted)):
+            self._add(name, listener[own])
+
+    def _lost(self, listener: NDArray[np.int64], error: BaseException | None) -> None:
+        self._add("rows_lost", listener)
+        # Told when it begins: a service that has failed takes none of the batches that follow.
+        if not self._losing:
+            self._losing = True
+            _log.error("asterix_rows_lost", rows=len(listener), reason=str(error))
+
+    def _add(self, name: str, listener: NDArray[np.int64]) -> None:
+        for number, count in enumerate(np.bincount(listener).tolist()):
+            self._counts.add(number, **{name: count})
 
 
 def _joined(received: list[Received]) -> Datagrams:
@@ -200,9 +216,13 @@ def _joined(received: list[Received]) -> Datagrams:
     )
 
 
-def _told(part: list[Received], one: RefusedOctets, label: str) -> str:
+def _place(received: Received, labels: Sequence[str]) -> str:
+    return f"{labels[received.listener]}, datagram {received.number}"
+
+
+def _told(received: Received, one: RefusedOctets, labels: Sequence[str]) -> str:
     cut = len(one.octets) > RAW_OCTETS_MAX
-    return f"{label}, datagram {part[one.datagram].number}, octet {one.offset}: {one.reason}" + (
+    return f"{_place(received, labels)}, octet {one.offset}: {one.reason}" + (
         f"; the first {RAW_OCTETS_MAX} of {len(one.octets)} octets are kept" if cut else ""
     )
 

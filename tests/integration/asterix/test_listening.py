@@ -70,7 +70,7 @@ def test_tracks_appear_from_multicast_and_every_octet_is_counted(
     assert {one["mode_s_address"] for one in confirmed} == asterix_scene.addresses()
     assert len(answer["tracks"]) == asterix_scene.AIRCRAFT
     (refused,) = httpx.get(f"{application.http_url}/v1/rejects").json()["rejects"]
-    assert (refused["source"], refused["code"]) == ("asterix:group", "MALFORMED_BLOCK")
+    assert (refused["source"], refused["code"]) == ("asterix", "MALFORMED_BLOCK")
     assert refused["raw"] == bad.hex()
     assert refused["reason"].startswith(f"group, datagram {len(whole) + 1}, octet 0: ")
     metrics = httpx.get(f"{application.http_url}/metrics").text

@@ -3,11 +3,13 @@
 import numpy as np
 import pytest
 
+from multiradar_converters.asterix import live
 from multiradar_converters.asterix.containers import blocks_of_datagrams
 from multiradar_converters.asterix.datagrams import Datagrams
 from multiradar_converters.asterix.editions import Editions, parse_editions
 from multiradar_converters.asterix.live import LiveDecoder, LiveOptions
 from multiradar_converters.asterix.live_batch import LiveBatch
+from multiradar_converters.asterix.live_copies import RecentRecords
 from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
 from support.asterix_octets import block, north_mark, plot_001, plot_048, record, time_of_day
 
@@ -102,6 +104,24 @@ def test_the_sensors_file_tells_the_turn_until_north_marks_do() -> None:
     assert times(one.decode(datagrams((NOON_S + 2.5, plot)))) == [NOON_S + 2.0]
 
 
+def test_a_message_that_tells_no_azimuth_does_not_hide_the_last_north_mark() -> None:
+    one = decoder(turns={RADAR: 8.0})
+    one.decode(datagrams((NOON_S, north_mark(43_200.0))))
+    stopped = block(2, record((1, "1482"), (2, "08"), (4, time_of_day(43_201.0))))
+    one.decode(datagrams((NOON_S + 1.0, stopped)))
+    plot = block(1, plot_001(None, azimuth_deg=90.0))
+    assert times(one.decode(datagrams((NOON_S + 2.5, plot)))) == [NOON_S + 2.0]
+
+
+def test_north_marks_of_two_networks_tell_one_turn() -> None:
+    one = decoder()
+    for turn in range(4):
+        mark = north_mark(43_200.0 + 4.0 * turn)
+        one.decode(datagrams((NOON_S + 4.0 * turn, mark), (NOON_S + 4.0 * turn + 0.1, mark)))
+    plot = block(1, plot_001(None, azimuth_deg=90.0))
+    assert times(one.decode(datagrams((NOON_S + 13.5, plot)))) == [NOON_S + 13.0]
+
+
 def test_without_time_and_turn_the_reception_is_the_time() -> None:
     plot = block(1, plot_001(None))
     assert times(decoder().decode(datagrams((NOON_S + 0.25, plot)))) == [NOON_S + 0.25]
@@ -112,9 +132,60 @@ def test_the_same_record_of_two_networks_counts_once_within_the_window() -> None
     first = one.decode(datagrams((NOON_S + 0.1, plot), (NOON_S + 0.11, plot)))
     assert len(first.frame) == 1
     assert first.records["duplicate"].tolist() == [0, 1]
-    second = one.decode(datagrams((NOON_S + 1.0, plot), (NOON_S + 2.5, plot)))
+    second = one.decode(datagrams((NOON_S + 10.0, plot), (NOON_S + 20.5, plot)))
     assert second.records["duplicate"].tolist() == [1, 0]
     assert second.records["measurement"].tolist() == [0, 1]
+
+
+def test_of_two_sources_equal_octets_are_two_records() -> None:
+    """In category 001 the second record of a block does not name its source."""
+    nameless = record((2, "20"), (3, "1900 4000"), (7, "3280"))
+    sent = datagrams(
+        (NOON_S, block(1, plot_001(100.0), nameless)),
+        (NOON_S, block(1, plot_001(100.0, source="1401"), nameless)),
+    )
+    both = NAMES | {(0x1401, "radar"): "20-1"}
+    batch = decoder(names=both, behind_max_s=80_000.0).decode(sent)
+    assert batch.frame["sensor_id"].to_list() == ["20-130", "20-130", "20-1", "20-1"]
+
+
+def test_a_failure_forgets_what_it_remembered(monkeypatch: pytest.MonkeyPatch) -> None:
+    one, sent = decoder(), datagrams((NOON_S, block(48, plot_048(43_200.0))))
+    with monkeypatch.context() as patch:
+        patch.setattr(live, "_frame", lambda *_: 1 / 0)
+        with pytest.raises(ZeroDivisionError):
+            one.decode(sent)
+    assert len(one.decode(sent).frame) == 1
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_copies_are_found_as_a_plain_search_finds_them(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    same, source = random.integers(0, 40, 3000), random.integers(0, 3, 3000)
+    received_s = np.sort(random.uniform(0.0, 500.0, 3000))
+    window_s = random.choice([0.5, 5.0], 3000)
+    last: dict[tuple[int, int], float] = {}
+    expected = []
+    for key, now_s, window in zip(
+        zip(same.tolist(), source.tolist(), strict=True),
+        received_s.tolist(),
+        window_s.tolist(),
+        strict=True,
+    ):
+        expected.append(now_s - last.get(key, -np.inf) <= window)
+        last[key] = now_s
+    recent, found = RecentRecords(1.0, remembered=4096), []
+    for cut in np.array_split(np.arange(3000), 17):
+        found += recent.repeated(same[cut], source[cut], received_s[cut], window_s[cut]).tolist()
+    assert found == expected
+
+
+def test_where_there_are_too_many_the_oldest_is_forgotten() -> None:
+    recent = RecentRecords(1.0, remembered=8)
+    keys, none = np.arange(12), np.zeros(12, np.int64)
+    assert not recent.repeated(keys, none, np.arange(12.0), np.full(12, 100.0)).any()
+    again = recent.repeated(keys[::-1].copy(), none, np.full(12, 12.0), np.full(12, 100.0))
+    assert again.tolist() == [True] * 8 + [False] * 4
 
 
 def test_a_fixed_code_without_a_time_comes_again_every_turn() -> None:
@@ -213,6 +284,10 @@ def test_what_few_blocks_said_of_an_edition_is_corrected_by_more() -> None:
     assert editions.found[21, RADAR].editions[0] == "2.7"
     editions.learn(more, source, go_on=True)
     assert editions.found[21, RADAR].editions[0] == "0.26"
+    one = decoder(names={(RADAR, "adsb"): "20-130"}, editions=Editions())
+    one.decode(datagrams((NOON_S, both)))
+    batch = one.decode(datagrams((NOON_S, old_report(0))))
+    assert batch.frame["latitude_deg"].to_list() == pytest.approx([39.0])
 
 
 def test_of_unknown_sources_nothing_is_remembered() -> None:

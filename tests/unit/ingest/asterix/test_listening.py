@@ -35,6 +35,7 @@ class Taken:
     later: list[MultiradarError] = field(default_factory=list)
     frames: list[tuple[str, pl.DataFrame]] = field(default_factory=list)
     rejected: list[tuple[str, RejectedRow]] = field(default_factory=list)
+    rejecting: tuple[int, ...] = ()
 
     def submit(
         self,
@@ -52,7 +53,9 @@ class Taken:
             return future
         self.frames.append((source, frame))
         self.rejected += [(source, row) for row in rejected]
-        future.set_result(Receipt(len(frame), (), False, 1))
+        late = [RejectedRow(index, "TIME_LATE", "late") for index in self.rejecting]
+        refused = sorted([*late, *rejected], key=lambda row: row.index)
+        future.set_result(Receipt(len(frame) - len(late), tuple(refused), False, 1))
         return future
 
     def flush(self, *, source: str, idempotency_key: str | None = None) -> Future[Receipt]:
@@ -134,7 +137,7 @@ def listening() -> Iterator[Callable[..., Listening]]:
 def inlet(service: Taken, queue: DatagramQueue) -> tuple[AsterixInlet, AsterixGateway]:
     """Return what decodes, without threads."""
     gateway = AsterixGateway(
-        labels=["north"],
+        labels=["north", "south"],
         sources=[],
         sink=service,
         decoder=LiveDecoder(LiveOptions(NAMES)),
@@ -144,7 +147,7 @@ def inlet(service: Taken, queue: DatagramQueue) -> tuple[AsterixInlet, AsterixGa
     return gateway._inlet, gateway
 
 
-def test_what_listeners_hear_is_handed_in_under_their_names(
+def test_what_listeners_hear_is_handed_in_and_counted_by_listener(
     listening: Callable[..., Listening],
 ) -> None:
     one = listening(("north", "south"))
@@ -152,7 +155,7 @@ def test_what_listeners_hear_is_handed_in_under_their_names(
     one.sources[1].send(plot(2.0))
     one.until("rows_accepted", 2)
     one.until("rows_accepted", 1, listener=1)
-    assert {source for source, _ in one.service.frames} == {"asterix:north", "asterix:south"}
+    assert {source for source, _ in one.service.frames} == {"asterix"}
     assert one.service.rows == 3
     assert one.number("octets") == one.number("octets_decoded") == 2 * len(plot(0.0))
 
@@ -168,6 +171,29 @@ def test_what_two_listeners_hear_of_one_radar_counts_once(
     counted = [one.number("records_measurement", k) for k in (0, 1)]
     assert sorted(counted) == [0, 1]
     assert one.service.rows == 1
+
+
+def test_a_batch_is_handed_in_as_it_came_whoever_heard_it() -> None:
+    """Listener by listener, what one heard late in the batch would make the other's late."""
+    service, queue = Taken(), DatagramQueue(1000, 1 << 20)
+    work, _gateway = inlet(service, queue)
+    for k in range(10):
+        queue.put(Received(k % 2, k + 1, NOON_S + k, plot(float(k))))
+    work.drain()
+    ((_, frame),) = service.frames
+    assert frame["time_s"].to_list() == [NOON_S + k for k in range(10)]
+
+
+def test_what_the_service_rejects_is_counted_by_listener() -> None:
+    service, queue = Taken(rejecting=(0, 2)), DatagramQueue(1000, 1 << 20)
+    work, gateway = inlet(service, queue)
+    for k in range(4):
+        queue.put(Received(k // 2, k + 1, NOON_S + k, plot(float(k))))
+    queue.put(Received(0, 5, NOON_S, b"\x31\x00\x04\x80"))
+    work.drain()
+    for listener in (0, 1):
+        assert gateway.counts.number(listener, "rows_accepted") == 1
+        assert gateway.counts.number(listener, "rows_rejected") == 1
 
 
 def test_a_refusal_keeps_listener_number_octet_and_content(
@@ -260,7 +286,7 @@ def test_many_refusals_of_a_batch_share_a_row() -> None:
     rows = [row for _, row in service.rejected]
     assert len(rows) == 6
     assert rows[-1].reason == (
-        "north, datagrams 6 to 50: 45 more refusals of 180 octets that are not kept "
+        "north, datagram 6 to north, datagram 50: 45 more refusals of 180 octets that are not kept "
         "(MALFORMED_BLOCK 23, UNKNOWN_KIND 22)"
     )
     codes = gateway.counts.document()["listeners"]["north"]["refused_by_code"]
