@@ -19,6 +19,9 @@ from pydantic_core import PydanticCustomError
 
 from multiradar.setting_types import Count, Ipv4, Label, NotNegative, Port, Seconds, Section
 
+#: Each listener has a thread of its own.
+LISTENERS_MAX = 64
+
 
 class AsterixListenSettings(Section):
     """A UDP port on which ASTERIX comes in.
@@ -75,7 +78,7 @@ class AsterixSettings(Section):
         Rows of one batch that are quarantined one by one; the rest of it shares a row.
     """
 
-    listen: tuple[AsterixListenSettings, ...] = ()
+    listen: Annotated[tuple[AsterixListenSettings, ...], Field(max_length=LISTENERS_MAX)] = ()
     editions: tuple[str, ...] = ()
     all_targets: bool = False
     queue_datagrams_max: Count = 65_536

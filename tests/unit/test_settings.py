@@ -115,6 +115,12 @@ def test_asterix_listens_nowhere_unless_told_and_then_on_loopback(file: Path) ->
     assert listener.label == "127.0.0.1-8600"
 
 
+def test_listeners_are_bounded(file: Path) -> None:
+    file.write_text("".join(f"[[asterix.listen]]\nport = {8600 + k}\n" for k in range(65)))
+    with pytest.raises(ConfigurationError, match=r"asterix\.listen: .*at most 64 items"):
+        load_settings(file)
+
+
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
