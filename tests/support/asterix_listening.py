@@ -30,7 +30,7 @@ def status(application: Application) -> dict[str, Any]:
 
 def settled(application: Application, octets: int) -> dict[str, Any]:
     """Wait until so many octets were heard and all of them have become something."""
-    for _ in range(300):
+    for _ in range(1200):
         document = status(application)
         heard = document["asterix"]["listeners"].values()
         became = sum(

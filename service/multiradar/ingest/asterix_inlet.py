@@ -89,8 +89,8 @@ class AsterixInlet:
     def run(self) -> None:
         """Decode until told to stop, then what still waits."""
         while not self._stopping.wait(self._bounds.batch_interval_s):
-            self.drain()
-        self.drain()
+            self._drain_whatever_comes()
+        self._drain_whatever_comes()
 
     def stop(self) -> None:
         """Have `run` end."""
@@ -107,19 +107,31 @@ class AsterixInlet:
 
     def _decoded(self, received: list[Received]) -> Iterator[tuple[list[Received], LiveBatch]]:
         try:
-            yield received, self._decoder.decode(_joined(received))
+            batch = self._decoder.decode(_joined(received))
         except Exception as error:
             # A fault of ours: each for itself, so that the others do not suffer.
-            self._counts.batch_failed()
-            if self._failures < FAILURES_LOGGED_MAX:
-                self._failures += 1
-                _log.error("asterix_batch_failed", datagrams=len(received), exc_info=error)
+            self._failed(error, len(received))
             if len(received) == 1:
                 reason = f"could not be decoded: {type(error).__name__}"
                 yield received, unreadable(_joined(received), reason)
                 return
             for one in received:
                 yield from self._decoded([one])
+        else:
+            yield received, batch
+
+    def _drain_whatever_comes(self) -> None:
+        try:
+            self.drain()
+        except Exception as error:
+            # The next batch is decoded all the same.
+            self._failed(error, 0)
+
+    def _failed(self, error: Exception, datagrams: int) -> None:
+        self._counts.batch_failed()
+        if self._failures < FAILURES_LOGGED_MAX:
+            self._failures += 1
+            _log.error("asterix_batch_failed", datagrams=datagrams, exc_info=error)
 
     def _account(self, part: list[Received], batch: LiveBatch) -> None:
         listener = np.array([one.listener for one in part])

@@ -31,7 +31,7 @@ NAMES = {(0x1482, "radar"): "20-130"}
 class Taken:
     """A service that takes everything, or raises what it is told to."""
 
-    failures: list[MultiradarError] = field(default_factory=list)
+    failures: list[Exception] = field(default_factory=list)
     later: list[MultiradarError] = field(default_factory=list)
     frames: list[tuple[str, pl.DataFrame]] = field(default_factory=list)
     rejected: list[tuple[str, RejectedRow]] = field(default_factory=list)
@@ -93,7 +93,7 @@ class Listening:
 
     def until(self, name: str, number: int, listener: int = 0) -> None:
         """Wait until a counter has come so far."""
-        for _ in range(500):
+        for _ in range(3000):
             if self.number(name, listener) >= number:
                 return
             time.sleep(0.01)
@@ -266,7 +266,7 @@ def test_the_queue_is_bounded_by_octets_too() -> None:
 def test_drops_are_counted_and_every_octet_is_in_a_count(
     listening: Callable[..., Listening],
 ) -> None:
-    one = listening(datagrams_max=3, interval_s=2.0)
+    one = listening(datagrams_max=3, interval_s=60.0)
     one.sources[0].send(*[plot(0.01 * k) for k in range(10)])
     one.until("datagrams", 10)
     size = len(plot(0.0))
@@ -315,6 +315,18 @@ def test_measurements_that_the_service_does_not_take_are_counted(later: bool) ->
     work.drain()
     assert gateway.counts.number(0, "rows_lost") == 1
     assert gateway.counts.number(0, "rows_accepted") == 1
+
+
+def test_a_fault_of_the_service_does_not_stop_the_decoder(
+    listening: Callable[..., Listening],
+) -> None:
+    one = listening()
+    one.service.failures.append(RuntimeError("a mistake"))
+    one.sources[0].send(plot(0.0))
+    one.until("records_measurement", 1)
+    one.sources[0].send(plot(1.0))
+    one.until("rows_accepted", 1)
+    assert one.gateway.counts.document()["batches_failed"] == 1
 
 
 def test_metrics_show_what_the_counts_say() -> None:
