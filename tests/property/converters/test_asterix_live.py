@@ -1,8 +1,10 @@
 """What becomes of datagrams does not depend on how many are decoded at once."""
 
+import datetime as dt
 import itertools
 import os
 import random
+from pathlib import Path
 
 import numpy as np
 import polars as pl
@@ -11,10 +13,20 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from multiradar_converters.asterix.containers import split
+from multiradar_converters.asterix.conversion import convert
 from multiradar_converters.asterix.datagrams import Datagrams, split_datagrams
 from multiradar_converters.asterix.live import LiveDecoder, LiveOptions
 from multiradar_converters.asterix.live_batch import LiveBatch
-from support.asterix_octets import block, mutated, north_mark, plot_001, plot_048
+from multiradar_converters.asterix.options import Options
+from support.asterix_octets import (
+    block,
+    datagram,
+    mutated,
+    north_mark,
+    pcap,
+    plot_001,
+    plot_048,
+)
 
 DAY_S = 86_400.0
 BEGIN_S = 19_675 * DAY_S - 20.0
@@ -23,8 +35,11 @@ NAMES = {(0x1482, "radar"): "20-130", (0x1401, "radar"): "20-1"}
 MUTATIONS = int(os.environ.get("MULTIRADAR_ASTERIX_MUTATIONS", "3000"))
 
 
-def traffic(generator: random.Random) -> list[tuple[float, bytes]]:
-    """Forty seconds about midnight: two radars over two networks, one with truncated times."""
+def traffic(generator: random.Random, timed: float = 0.7) -> list[tuple[float, bytes]]:
+    """Forty seconds about midnight: two radars over two networks, one with truncated times.
+
+    Of its plots a share of `timed` has one.
+    """
     sent = []
     for turn in range(10):
         north = BEGIN_S + 4.0 * turn
@@ -32,7 +47,7 @@ def traffic(generator: random.Random) -> list[tuple[float, bytes]]:
         for _ in range(5):
             time_s = north + generator.uniform(0.0, 4.0)
             azimuth = generator.uniform(0.0, 359.0)
-            known = generator.random() < 0.7
+            known = generator.random() < timed
             old = plot_001(time_s % DAY_S % 512 if known else None, azimuth_deg=azimuth)
             new = plot_048(time_s % DAY_S, source="1401", azimuth_deg=azimuth)
             for octets in (block(1, old), block(48, new, new)):
@@ -73,6 +88,21 @@ def test_one_by_one_is_the_same_too() -> None:
     sent = traffic(random.Random(5))
     (whole,) = decoded(sent, [])
     assert pl.concat([one.frame for one in decoded(sent, list(range(500)))]).equals(whole.frame)
+
+
+def test_what_comes_live_is_what_the_recording_gives(tmp_path: Path) -> None:
+    """Where times are told nothing needs to be looked ahead for: the same measurements."""
+    sent = traffic(random.Random(7), timed=1.0)
+    (live,) = decoded(sent, [])
+    recording = tmp_path / "recording.pcap"
+    recording.write_bytes(pcap((when, datagram(octets)) for when, octets in sent))
+    date = dt.datetime.fromtimestamp(BEGIN_S, dt.UTC).date()
+    convert([recording], tmp_path / "out", Options(date=date), lambda _octets: None)
+    table = pl.read_parquet(tmp_path / "out/measurements.parquet")
+    known = table.filter(pl.col("sensor_id") != "9-9").select(live.frame.columns)
+    order = ["time_s", "sensor_id", "azimuth_deg"]
+    assert len(live.frame) == 100
+    assert known.sort(order).equals(live.frame.sort(order))
 
 
 @pytest.mark.parametrize("seed", range(3))
