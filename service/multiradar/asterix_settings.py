@@ -17,6 +17,7 @@ from typing import Annotated, Self
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
+from multiradar.asterix_output_settings import AsterixOutputSettings
 from multiradar.setting_types import Count, Ipv4, Label, NotNegative, Port, Seconds, Section
 
 #: Each listener has a thread of its own.
@@ -59,6 +60,8 @@ class AsterixSettings(Section):
     ----------
     listen : tuple of AsterixListenSettings
         Where it comes in; none by default.
+    output : tuple of AsterixOutputSettings
+        Who gets system tracks; nobody by default.
     editions : tuple of str
         Editions of categories, such as `021=0.26` or `20-130/048=1.15`; of others the newest that
         fits.
@@ -79,6 +82,7 @@ class AsterixSettings(Section):
     """
 
     listen: Annotated[tuple[AsterixListenSettings, ...], Field(max_length=LISTENERS_MAX)] = ()
+    output: tuple[AsterixOutputSettings, ...] = ()
     editions: tuple[str, ...] = ()
     all_targets: bool = False
     queue_datagrams_max: Count = 65_536
@@ -90,11 +94,12 @@ class AsterixSettings(Section):
 
     @model_validator(mode="after")
     def _names_are_unique(self) -> Self:
-        labels = [one.label for one in self.listen]
-        for label in labels:
-            if labels.count(label) > 1:
-                raise PydanticCustomError(
-                    "unique", "Input should have each listener's name once, was twice {name}",
-                    {"name": label},
-                )  # fmt: skip
+        for kind, named in (("listener", self.listen), ("output", self.output)):
+            labels = [one.label for one in named]
+            for label in labels:
+                if labels.count(label) > 1:
+                    raise PydanticCustomError(
+                        "unique", "Input should have each {kind}'s name once, was twice {name}",
+                        {"kind": kind, "name": label},
+                    )  # fmt: skip
         return self

@@ -1,5 +1,6 @@
 """The only translation between the forms on the wire and the arrays of the core."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -37,7 +38,7 @@ from multiradar_schemas.arrow import (
 from multiradar_schemas.gates import PHYSICAL_GATES, Gate, refusals
 from multiradar_schemas.measurement import KINDS
 from multiradar_schemas.reject import RejectCode
-from multiradar_schemas.sensor import SensorsFile
+from multiradar_schemas.sensor import Sensor, SensorsFile
 
 #: A range may exceed the instrumented range of its sensor by this factor.
 RANGE_MAX_FACTOR = 1.05
@@ -128,6 +129,7 @@ def sensor_table(sensors: SensorsFile) -> SensorTable:
             ]
         ),
         self_reported=np.array([one.kind == "adsb" for one in ordered], np.bool_),
+        asterix_codes=tuple(_asterix_code(one) for one in ordered),
     )
 
 
@@ -458,6 +460,17 @@ def _names(numbers: NDArray[np.integer], names: tuple[str, ...]) -> pl.Series:
 
 def _numbers(values: Sequence[float | None], missing: float = np.nan) -> NDArray[np.float64]:
     return np.array([missing if value is None else value for value in values], np.float64)
+
+
+def _asterix_code(sensor: Sensor) -> int:
+    """Return area code times 256 and identification code; of a dump's numbers where these fit."""
+    pairs = [(sensor.sac, sensor.sic), (sensor.source, sensor.sensor)]
+    if match := re.fullmatch(r"(\d{1,3})-(\d{1,3})", sensor.id):
+        pairs.append((int(match[1]), int(match[2])))
+    for area, own in pairs:
+        if area is not None and own is not None and max(area, own) <= 255:
+            return area << 8 | own
+    return -1
 
 
 def _parameter_unit(parameter: str) -> float:

@@ -136,3 +136,35 @@ def test_a_wrong_listener_is_told(text: str, sentence: str, file: Path) -> None:
     with pytest.raises(ConfigurationError) as fault:
         load_settings(file)
     assert sentence in str(fault.value)
+
+
+def test_system_tracks_go_nowhere_unless_told_and_then_to_loopback(file: Path) -> None:
+    assert load_settings().asterix.output == ()
+    file.write_text("[[asterix.output]]\nport = 8662\n[[asterix.output]]\nfile = 'a/b.ast'\n")
+    display, recorder = load_settings(file).asterix.output
+    assert (display.address, display.interface, display.ttl) == ("127.0.0.1", "127.0.0.1", 1)
+    assert (display.label, recorder.label) == ("127.0.0.1-8662", "b.ast")
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("sac = 1", "output[0]: expected a table with a port or a file, and not both"),
+        ("port = 1\nfile = 'x'", "output[0]: expected a table with a port or a file, and not both"),
+        ("port = 0", "output[0].port: expected a value greater than or equal to 1"),
+        ("port = 1\nsac = 256", "output[0].sac: expected a value less than or equal to 255"),
+        ("port = 1\nperiod_s = 0.7", "output[0].period_s: expected a multiple of 0.5"),
+        (
+            "port = 1\narea_deg = [0, 50, 5, 40]",
+            "output[0]: expected an area whose south lies south of its north",
+        ),
+        ("port = 1\narea_deg = [0, 50, 5]", "output[0].area_deg"),
+        ("port = 1\nplane_centre_deg = [90, 5]", "output[0].plane_centre_deg"),
+        ("port = 1\n[[asterix.output]]\nport = 1", "each output's name once, was twice"),
+    ],
+)
+def test_a_wrong_output_is_told(text: str, sentence: str, file: Path) -> None:
+    file.write_text(f"[[asterix.output]]\n{text}\n")
+    with pytest.raises(ConfigurationError) as fault:
+        load_settings(file)
+    assert sentence in str(fault.value)

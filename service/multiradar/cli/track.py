@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from multiradar.cli.asterix_file import new_recorder, print_asterix
 from multiradar.cli.health_table import print_health
 from multiradar.cli.inputs import (
     DumpChoice,
@@ -40,7 +41,7 @@ from multiradar.cli.progress import progress_bar
 from multiradar.errors import InputError
 
 if TYPE_CHECKING:
-    from multiradar.tracking.settings import TrackingSettings
+    from multiradar.settings import Settings
     from multiradar_schemas.report import Report
 
 _WORKERS_DEFAULT_MAX = 8
@@ -96,6 +97,15 @@ def track(
     ] = 8192,
     manoeuvre_planes: PlanesOption = None,
     observability: ObservabilityOption = None,
+    asterix: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Write system tracks and biases in ASTERIX (062, 063, 065), too, as the first "
+            "`[[asterix.output]]` of the settings says.",
+            show_default=False,
+        ),
+    ] = None,
     config: ConfigOption = None,
     json_wanted: JsonOption = False,
 ) -> None:
@@ -114,10 +124,12 @@ def track(
         "motion": None if motion is None else motion.value,
         "hidden_fields": None if hide is None else hidden_fields(hide),
     }
-    settings = _settings(config, given)
+    whole = _settings(config, given)
+    settings = whole.tracking_settings()
     dump = DumpChoice(date, profile, allow_missing)
     opened = open_measurements(measurements, dump, settings.reorder_horizon_s)
-    with opened as recording, new_folder(out) as folder, _naming(out):
+    recording_file = new_recorder(asterix, whole, table)
+    with opened as recording, recording_file as recorder, new_folder(out) as folder, _naming(out):
         job = OfflineJob(
             recording=recording,
             sensors=table,
@@ -129,8 +141,12 @@ def track(
             observability_window_s=observability,
         )
         with progress_bar("tracking", recording.rows) as on_progress:
-            result = track_recording(job, folder, on_progress)
+            result = track_recording(
+                job, folder, on_progress, None if recorder is None else recorder.take
+            )
         check_found(result.read, kinds, measurements)
+        if recorder is not None:
+            result.asterix = recorder.finish()
         report = offline_report(job, result)
         text = report.model_dump_json(indent=2)
         (folder / REPORT_FILE).write_text(text + "\n", encoding="utf-8")
@@ -141,6 +157,8 @@ def track(
         print(text)
     else:
         _print_report(report, out)
+        if asterix is not None:
+            print_asterix(result.asterix, asterix)
     if report.counts.accepted == 0:
         codes = codes_told({str(code): n for code, n in report.rejected_by_code.items()})
         msg = f"none of {report.counts.read} measurements accepted: {codes}; {out} says why"
@@ -172,7 +190,7 @@ def _warn_of_room(untracked: int, filter_name: str) -> None:
         )
 
 
-def _settings(config: Path | None, given: dict[str, Any]) -> "TrackingSettings":
+def _settings(config: Path | None, given: dict[str, Any]) -> "Settings":
     # What the command line itself says wrong is wrong usage; the rest is the configuration.
     from pydantic import ValidationError
 
@@ -185,7 +203,7 @@ def _settings(config: Path | None, given: dict[str, Any]) -> "TrackingSettings":
     except ValidationError as error:
         name, _, reason = explain(error.errors(include_url=False)[0])[1].partition(": ")
         raise typer.BadParameter(f"--{name.replace('_', '-')}: {reason}") from error
-    return load_settings(config, {"tracking": chosen}).tracking_settings()
+    return load_settings(config, {"tracking": chosen})
 
 
 def _decimals(sigma: object) -> int:

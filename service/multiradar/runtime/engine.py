@@ -248,7 +248,7 @@ class Engine:
             self._epoch_open = True
             for begin, end in self._enter_steps(batch.time_s, first, last):
                 ended += self._take(run, begin, end)
-        updates, transitions, plots = self._describe(shown, run)
+        updates, transitions, plots, spread = self._describe(shown, run)
         return EngineOutput(
             updates=updates,
             biases=BiasRecords.concatenate([biases for biases, _ in closed]),
@@ -257,6 +257,7 @@ class Engine:
             duplicates=duplicates,
             health=HealthRecords.concatenate([health for _, health in closed]),
             plots=plots,
+            spread=spread,
         )
 
     def _take(self, run: Run, first: int, last: int) -> list[EndedTracks]:
@@ -369,7 +370,7 @@ class Engine:
 
     def _describe(
         self, shown: MeasurementBatch, run: Run
-    ) -> tuple[TrackUpdates, TrackTransitions, TrackPlots]:
+    ) -> tuple[TrackUpdates, TrackTransitions, TrackPlots, Floats]:
         batch, result, identities = run.batch, run.result, run.identities
         taken = np.flatnonzero(result.outcome <= RESTARTED)
         described = np.empty((len(taken), 6))
@@ -396,7 +397,8 @@ class Engine:
             shown, run, Described(taken, described, confirmed, first), self._settings.hidden_fields,
             keeps_modes=self._filter.keeps_modes,
         )  # fmt: skip
-        return updates, transitions, TrackPlots(updates.track_id, shown.take(taken))
+        plots = TrackPlots(updates.track_id, shown.take(taken))
+        return updates, transitions, plots, result.readout[taken][:, _SPREAD]
 
     def _close_epoch(self) -> tuple[BiasRecords, HealthRecords]:
         if self._epoch is None or not self._epoch_open:
@@ -464,6 +466,9 @@ def _require_clocks_within(sensors: SensorTable, horizon_s: float) -> None:
             f"offsets of the sensors differ, was {horizon_s:g}"
         )
 
+
+# Columns of a readout that tell where a track lies in the plane, and how well.
+_SPREAD = np.array([0, 1, 4, 5, 6])
 
 _EMPTY = EngineOutput(
     updates=TrackUpdates.concatenate([]),

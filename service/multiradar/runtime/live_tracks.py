@@ -21,6 +21,18 @@ class LiveTracks:
     def __len__(self) -> int:
         return self._count
 
+    @property
+    def capacity(self) -> int:
+        """Places that there are now; more when they are needed."""
+        return len(self._rows)
+
+    def places(self, tracks: NDArray[np.int64]) -> NDArray[np.int32]:
+        """Return the place of each track, a number below the capacity, -1 for those not live."""
+        known = (tracks > 0) & (tracks < len(self._place))
+        found = np.full(len(tracks), _NONE, np.int32)
+        found[known] = self._place[tracks[known]]
+        return found
+
     def update(self, rows: NDArray[np.void]) -> None:
         """Keep the last of the rows of each track."""
         if not len(rows):

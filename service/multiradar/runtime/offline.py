@@ -124,6 +124,8 @@ class OfflineResult:
         What the reader should know.
     output_sha256 : str
         Digest of all updates and biases.
+    asterix : dict
+        Records of ASTERIX that were written, by category, and what was left out of them.
     """
 
     read: int = 0
@@ -146,6 +148,7 @@ class OfflineResult:
     arrivals: dict[str, dict[str, Any]] = field(default_factory=dict)
     warnings: list[str] = field(default_factory=list)
     output_sha256: str = ""
+    asterix: dict[str, int] = field(default_factory=dict)
 
     @property
     def rejected_total(self) -> int:
@@ -154,7 +157,10 @@ class OfflineResult:
 
 
 def track_recording(
-    job: OfflineJob, folder: Path, on_progress: Callable[[int], None] = lambda _rows: None
+    job: OfflineJob,
+    folder: Path,
+    on_progress: Callable[[int], None] = lambda _rows: None,
+    on_output: Callable[[EngineOutput], None] | None = None,
 ) -> OfflineResult:
     """Track a recording and write tracks, biases and rejects.
 
@@ -167,6 +173,8 @@ def track_recording(
         `health.parquet` and `rejects.ndjson`.
     on_progress : callable
         Told the number of measurements that are done, after every batch.
+    on_output : callable, optional
+        Given all that the engine puts out.
 
     Returns
     -------
@@ -183,7 +191,7 @@ def track_recording(
     engine = Engine(job.sensors, job.settings, job.workers)
     run: _Run | None = None
     try:
-        run = _Run(job, folder, engine)
+        run = _Run(job, folder, engine, on_output)
         done = 0
         for block in job.recording.blocks(job.kinds):
             for rows in run.take(block):
@@ -198,7 +206,14 @@ def track_recording(
 
 class _Run:
     # The state of one run: writers, counts, the digest.
-    def __init__(self, job: OfflineJob, folder: Path, engine: Engine) -> None:
+    def __init__(
+        self,
+        job: OfflineJob,
+        folder: Path,
+        engine: Engine,
+        on_output: Callable[[EngineOutput], None] | None,
+    ) -> None:
+        self._on_output = on_output
         self._sensors = job.sensors
         self._batch_rows = job.batch_rows
         self._engine = engine
@@ -272,6 +287,8 @@ class _Run:
             self._digest.add(output)
             for file, (table, writer) in self._windows.items():
                 self._keep_windows(file, writer, table.take(output))
+            if self._on_output is not None:
+                self._on_output(output)
         updates = TrackUpdates.concatenate([output.updates for output in outputs])
         biases = BiasRecords.concatenate([output.biases for output in outputs])
         if len(updates):

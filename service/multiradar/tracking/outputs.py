@@ -19,6 +19,9 @@ STATE_COASTING = 2
 #: Names of the states on the wire, by number.
 STATE_NAMES = ("tentative", "confirmed", "coasting")
 
+#: Columns of `EngineOutput.spread`.
+SPREAD_COUNT = 5
+
 
 _UPDATE_TYPES: dict[str, type] = {
     "sequence": np.int64,
@@ -283,6 +286,10 @@ class EngineOutput:
         Health of the radars in the epochs that closed.
     plots : TrackPlots
         The measurements behind the updates.
+    spread : (n, 5) float64
+        Of each update: where the track lies in the system plane, east and north, m, and the
+        covariance of that (east, east and north, north), m², the uncertainty of the biases
+        included.
     """
 
     updates: TrackUpdates
@@ -292,3 +299,4 @@ class EngineOutput:
     duplicates: Duplicates = field(default=NO_DUPLICATES)
     health: HealthRecords = field(default_factory=lambda: HealthRecords.concatenate([]))
     plots: TrackPlots = field(default_factory=lambda: TrackPlots.concatenate([]))
+    spread: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, SPREAD_COUNT)))

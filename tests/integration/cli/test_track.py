@@ -360,3 +360,40 @@ def test_a_dump_is_tracked_without_being_converted_by_hand(tmp_path: Path) -> No
     shas = {json.loads((one / "report.json").read_text())["output_sha256"] for one in (out, again)}
     assert len(shas) == 1
     assert pl.read_parquet(out / "tracks.parquet")["time_s"].min() >= 1533110400.0  # type: ignore[operator]
+
+
+def test_system_tracks_are_written_in_asterix_as_the_settings_say(
+    scene: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    measurements, sensors = scene
+    config, written = tmp_path / "multiradar.toml", tmp_path / "tracks.ast"
+    config.write_text("[[asterix.output]]\nport = 8662\nsac = 20\nsic = 250\nperiod_s = 8.0\n")
+    given = measurements, "--sensors", sensors, "--config", config, "--asterix", written
+    assert _track(*given, "--out", tmp_path / "out") == 0
+    assert "062" in capsys.readouterr().out
+    converted = tmp_path / "converted"
+    assert run(["convert", "asterix", str(written), "--out", str(converted)]) == 0
+    tracks = pl.read_parquet(converted / "system_tracks.parquet")
+    assert set(tracks["sensor_id"]) == {"20-250"}
+    assert set((tracks["time_s"] % 8.0).to_list()[:-20]) == {0.0}
+    report = Report.model_validate_json((tmp_path / "out" / "report.json").read_bytes())
+    records = report.figures["asterix_records"]
+    assert isinstance(records, dict)
+    assert records["062"] == len(tracks)
+    assert set(records) == {"062", "063", "065"}
+    # A second run finds the file, says so and leaves it alone.
+    octets = written.read_bytes()
+    assert _track(*given, "--out", tmp_path / "other") == 1
+    assert written.read_bytes() == octets
+    assert not (tmp_path / "other").exists()
+
+
+def test_asterix_changes_nothing_of_the_tracks(scene: tuple[Path, Path], tmp_path: Path) -> None:
+    measurements, sensors = scene
+    for name, more in (("plain", ()), ("both", ("--asterix", tmp_path / "tracks.ast"))):
+        given = measurements, "--sensors", sensors, "--out", tmp_path / name
+        assert _track(*given, *more) == 0
+    for name in FILES:
+        if name != "report.json":
+            plain = (tmp_path / "plain" / name).read_bytes()
+            assert (tmp_path / "both" / name).read_bytes() == plain

@@ -77,6 +77,9 @@ class SensorTable:
         Biases that are known, by kind of parameter; 0 where none is. Without it none is known.
     self_reported : (m,) bool
         Whether the sensor relays what aircraft say of themselves (ADS-B). Without it none does.
+    asterix_codes : tuple of int
+        Area code times 256 and identification code under which ASTERIX names each sensor, −1 for
+        none. Without it none has any.
 
     Raises
     ------
@@ -113,6 +116,7 @@ class SensorTable:
     aliases: tuple[tuple[str, int], ...] = ()
     known_bias: NDArray[np.float64] = field(default_factory=_nothing_known)
     self_reported: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, np.bool_))
+    asterix_codes: tuple[int, ...] = ()
 
     def __len__(self) -> int:
         return len(self.ids)
@@ -122,6 +126,8 @@ class SensorTable:
             object.__setattr__(self, "known_bias", np.zeros((len(self), len(PARAMETER_NAMES))))
         if not self.self_reported.size:
             object.__setattr__(self, "self_reported", np.zeros(len(self), np.bool_))
+        if not self.asterix_codes:
+            object.__setattr__(self, "asterix_codes", (-1,) * len(self))
         _require_shapes(self)
         _require_each_once(self)
         for row in range(len(self)):

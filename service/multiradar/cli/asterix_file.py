@@ -1,0 +1,50 @@
+"""System tracks of a recording in a file of ASTERIX, as `multiradar track --asterix` writes it."""
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from multiradar.estimation.measurement.sensors import SensorTable
+    from multiradar.runtime.asterix.recording import AsterixRecorder
+    from multiradar.settings import Settings
+
+
+@contextmanager
+def new_recorder(
+    path: Path | None, settings: "Settings", sensors: "SensorTable"
+) -> "Iterator[AsterixRecorder | None]":
+    """Give what writes system tracks to a new file; None without a path.
+
+    The file takes its name when everything went well.
+
+    Raises
+    ------
+    OutputExistsError
+        There is something of that name already; it is left alone.
+    InputError
+        There is no folder to make it in, or it cannot be written to.
+    """
+    if path is None:
+        yield None
+        return
+    from multiradar.asterix_output_settings import AsterixOutputSettings
+    from multiradar.runtime.asterix.options import channel_options
+    from multiradar.runtime.asterix.recording import AsterixRecorder
+    from multiradar.storage.output_file import new_file
+
+    users = settings.asterix.output or (AsterixOutputSettings(file=path),)
+    options = channel_options(users[0])
+    with new_file(path) as partial:
+        recorder = AsterixRecorder(partial, sensors, settings.tracking_settings(), options)
+        try:
+            yield recorder
+        finally:
+            recorder.close()
+
+
+def print_asterix(records: Mapping[str, int], path: Path) -> None:
+    """Print how many records of each category were written, and what was left out."""
+    told = ", ".join(f"{count} {name}" for name, count in sorted(records.items()))
+    print(f"ASTERIX records: {told}; written to {path}")

@@ -1,0 +1,1 @@
+"""System tracks, sensor status and service status in ASTERIX, made of what the engine puts out."""

@@ -1,0 +1,287 @@
+"""All live tracks as a display sees them at one time: moved on to it, with what updated them."""
+
+from typing import NamedTuple, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.geodesy.system_plane import SystemPlane
+from multiradar.geodesy.ways import Way, straight_on
+from multiradar.runtime.asterix.numbers import NO_NUMBER, TrackNumbers
+from multiradar.runtime.asterix.sensor_picture import NO_CODES, SensorPicture
+from multiradar.runtime.asterix.track_items import (
+    MEASURED_DTYPE,
+    NO_SOURCE,
+    PRIMARY,
+    ages,
+    climbing,
+    measured_rows,
+    movement,
+    plot_types,
+    sources,
+)
+from multiradar.runtime.history import update_rows
+from multiradar.runtime.live_tracks import LiveTracks
+from multiradar.tracking.measurements import KIND_RADAR, MeasurementBatch
+from multiradar.tracking.outputs import (
+    SPREAD_COUNT,
+    STATE_CONFIRMED,
+    STATE_TENTATIVE,
+    TrackUpdates,
+)
+from multiradar.tracking.settings import TrackingSettings
+from multiradar_converters.asterix.track_reports import SOURCES, TrackReports
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Rows = NDArray[np.void]
+Array = TypeVar("Array", Rows, Floats)
+
+#: What is kept of a track beside its last update.
+_LIFE_DTYPE = np.dtype(
+    [
+        ("number", np.int64),
+        ("first_s", np.float64),
+        ("heard_m", np.float64),
+        ("heard_s", np.float64),
+        ("code_s", np.float64),
+        ("ended", np.bool_),
+    ]
+)
+
+
+class _Plots(NamedTuple):
+    # The last plots of tracks: the radar's codes, and the plot without its biases.
+    sensor: Integers
+    range_m: Floats
+    azimuth_deg: Floats
+    kind: Integers
+
+
+class _Shown(NamedTuple):
+    # The last updates of tracks, their places, and which of them ended.
+    rows: Rows
+    places: NDArray[np.int32]
+    ended: NDArray[np.bool_]
+
+
+class TrackPicture:
+    """The tracks, changed in place by one owner.
+
+    Parameters
+    ----------
+    sensors : SensorTable
+        The sensors.
+    sensor_picture : SensorPicture
+        Their codes and biases.
+    tracking : TrackingSettings
+        How long tracks coast and live without measurements, and how aircraft move.
+    """
+
+    def __init__(
+        self, sensors: SensorTable, sensor_picture: SensorPicture, tracking: TrackingSettings
+    ) -> None:
+        self._sensors = sensors
+        self._sensor_picture = sensor_picture
+        self._tracking = tracking
+        # Later than the tracker ends them, so that a track that ended does not come back.
+        self._silent_after_s = tracking.drop_after_s + tracking.epoch_s
+        self._plane = SystemPlane.for_sensors(sensors.latitude_rad, sensors.longitude_rad)
+        #: Numbers of the tracks, the same for all users.
+        self.numbers = TrackNumbers()
+        self._live = LiveTracks()
+        self._life = np.zeros(0, _LIFE_DTYPE)
+        self._measured = np.zeros(0, MEASURED_DTYPE)
+        self._spread = np.zeros((0, SPREAD_COUNT))
+        self._source_s = np.zeros((0, len(SOURCES)))
+        self._sensor_s = np.zeros((0, len(sensors)))
+
+    def __len__(self) -> int:
+        return len(self._live)
+
+    def take(self, updates: TrackUpdates, measured: MeasurementBatch, spread: Floats) -> None:
+        """Take updates in order, with their measurements and `EngineOutput.spread`."""
+        if not len(updates):
+            return
+        rows, plots = update_rows(updates), measured_rows(measured)
+        tracks, first = np.unique(rows["track_id"], return_index=True)
+        new = self._live.places(tracks) < 0
+        self._live.update(rows)
+        self._make_room()
+        begun = self._live.places(tracks[new])
+        self._life[begun] = (NO_NUMBER, 0.0, np.nan, -np.inf, -np.inf, False)
+        self._life["first_s"][begun] = rows["time_s"][first[new]]
+        self._source_s[begun] = -np.inf
+        self._sensor_s[begun] = -np.inf
+        self._note(rows, plots)
+        # Of rows of one track the last one stays, as numpy promises of such assignments.
+        self._spread[self._live.places(rows["track_id"])] = spread
+
+    def end(self, track_ids: Integers) -> None:
+        """Note that tracks ended: they are told of once more."""
+        places = self._live.places(track_ids)
+        self._life["ended"][places[places >= 0]] = True
+
+    def reports(self, time_s: float) -> TrackReports:
+        """Return all tracks that have a number, by identifier, and forget those that ended.
+
+        Parameters
+        ----------
+        time_s : float
+            Data time, not before that of any update taken.
+
+        Returns
+        -------
+        TrackReports
+            Positions moved on to the time; `first` and `code_changed` are for each user to fill,
+            and so is the Cartesian plane.
+        """
+        shown = self._numbered(time_s)
+        reports = self._told(time_s, shown)
+        self._forget(shown, time_s)
+        return reports
+
+    def tidy(self, time_s: float) -> None:
+        """Give numbers to the tracks and forget those that ended, without telling of them."""
+        self._forget(self._numbered(time_s), time_s)
+
+    def keep(self, track_ids: Integers) -> None:
+        """Note that all tracks but these ended."""
+        held = self._live.all()["track_id"]
+        self.end(held[~np.isin(held, track_ids)])
+
+    # ---------------------------------------------------------------- inside
+
+    def _make_room(self) -> None:
+        size, held = self._live.capacity, len(self._life)
+        if size > held:
+            self._life = _grown(self._life, size)
+            self._measured = _grown(self._measured, size)
+            self._spread = _grown(self._spread, size)
+            self._source_s = _grown(self._source_s, size)
+            self._sensor_s = _grown(self._sensor_s, size)
+
+    def _note(self, rows: Rows, plots: Rows) -> None:
+        places = self._live.places(rows["track_id"])
+        time_s, sensor = rows["time_s"], rows["sensor"]
+        source = sources(plots, self._sensors.self_reported[sensor])
+        known = source != NO_SOURCE
+        np.maximum.at(self._source_s, (places[known], source[known]), time_s[known])
+        np.maximum.at(self._sensor_s, (places, sensor), time_s)
+        self._measured[places] = plots
+        heard = ~np.isnan(plots["height_m"])
+        self._life["heard_m"][places[heard]] = plots["height_m"][heard]
+        self._life["heard_s"][places[heard]] = time_s[heard]
+        coded = plots["mode_3a"] >= 0
+        self._life["code_s"][places[coded]] = time_s[coded]
+        radar = plots["kind"] == KIND_RADAR
+        self._sensor_picture.hear(sensor, time_s, plot=radar, primary=source == PRIMARY)
+
+    def _numbered(self, time_s: float) -> "_Shown":
+        rows = self._live.all()
+        places = self._live.places(rows["track_id"])
+        silent = time_s - rows["time_s"] > self._silent_after_s
+        ended = self._life["ended"][places] | silent
+        new = (self._life["number"][places] == NO_NUMBER) & ~ended
+        self._life["number"][places[new]] = self.numbers.give(rows["track_id"][new], time_s)
+        return _Shown(rows, places, ended)
+
+    def _forget(self, shown: "_Shown", time_s: float) -> None:
+        gone = shown.places[shown.ended]
+        self.numbers.free(self._life["number"][gone], time_s)
+        self._live.end(shown.rows["track_id"][shown.ended])
+
+    def _told(self, time_s: float, shown: "_Shown") -> TrackReports:
+        told = self._life["number"][shown.places] != NO_NUMBER
+        rows, places, ended = (column[told] for column in shown)
+        life, measured = self._life[places], self._measured[places]
+        age_s = np.maximum(time_s - rows["time_s"], 0.0)
+        here = _moved(rows, age_s)
+        heard = ~np.isnan(life["heard_m"])
+        climb = rows["vertical_rate_mps"]
+        height_m = rows["height_m"] + np.nan_to_num(climb) * age_s
+        none = np.full(len(rows), np.nan)
+        variances = self._variances(rows, self._spread[places], age_s)
+        recent = rows["time_s"] - self._tracking.coast_after_s
+        turning, speeding = movement(rows)
+        plots = self._plots(rows, measured)
+        return TrackReports(
+            time_s=time_s,
+            number=life["number"],
+            latitude_deg=np.degrees(here.latitude_rad),
+            longitude_deg=np.degrees(here.longitude_rad),
+            x_m=none,
+            y_m=none,
+            velocity_east_mps=rows["speed_mps"] * np.sin(here.heading_rad),
+            velocity_north_mps=rows["speed_mps"] * np.cos(here.heading_rad),
+            mode_3a=rows["mode_3a"].astype(np.int64),
+            mode_s_address=rows["mode_s_address"],
+            code_changed=np.zeros(len(rows), np.bool_),
+            measured_height_m=life["heard_m"],
+            barometric_m=np.where(heard, height_m, np.nan),
+            geometric_m=np.where(heard, np.nan, height_m),
+            climb_mps=climb,
+            turning=turning,
+            speeding=speeding,
+            climbing=climbing(climb),
+            monosensor=(self._sensor_s[places] >= recent[:, None]).sum(axis=1) <= 1,
+            tentative=rows["state"] == STATE_TENTATIVE,
+            first=np.zeros(len(rows), np.bool_),
+            last=ended,
+            implausible=rows["adsb_implausible"],
+            coasting=(age_s > self._tracking.coast_after_s) & (rows["state"] == STATE_CONFIRMED),
+            track_age_s=time_s - life["first_s"],
+            age_s=ages(time_s, self._source_s[places]),
+            height_age_s=ages(time_s, life["heard_s"]),
+            code_age_s=ages(time_s, life["code_s"]),
+            old_s=self._tracking.coast_after_s,
+            sensor=plots.sensor,
+            range_m=plots.range_m,
+            azimuth_deg=plots.azimuth_deg,
+            plot_height_m=measured["height_m"],
+            plot_mode_3a=measured["mode_3a"].astype(np.int64),
+            plot_type=plots.kind,
+            variance_east_m2=variances[:, 0],
+            variance_north_m2=variances[:, 1],
+            covariance_m2=variances[:, 2],
+            variance_x_m2=none,
+            variance_y_m2=none,
+            covariance_xy_m2=none,
+            velocity_sigma_mps=rows["velocity_sigma_mps"] / np.sqrt(2.0),
+            height_sigma_m=rows["height_sigma_m"],
+        )
+
+    def _plots(self, rows: Rows, measured: Rows) -> "_Plots":
+        codes = self._sensor_picture.codes[rows["sensor"]]
+        range_m, azimuth_rad = self._sensor_picture.without_biases(
+            rows["sensor"], measured["range_m"], measured["azimuth_rad"]
+        )
+        sensor = np.where(measured["kind"] == KIND_RADAR, codes, NO_CODES)
+        return _Plots(sensor, range_m, np.degrees(azimuth_rad), plot_types(measured))
+
+    def _variances(self, rows: Rows, spread: Floats, age_s: Floats) -> Floats:
+        """Return variances of east and north, and their covariance, at the age, (n, 3)."""
+        height_m = np.nan_to_num(rows["height_m"])
+        matrix = self._plane.local_matrix(spread[:, 0], spread[:, 1], height_m)
+        plane = spread[:, [2, 3, 3, 4]].reshape(-1, 2, 2)
+        true = matrix @ plane @ matrix.swapaxes(-1, -2)
+        # How errors of place and velocity go together is not told: at worst their sigmas add up.
+        sigma = np.sqrt(np.stack([true[:, 0, 0], true[:, 1, 1]], axis=1))
+        moved = (rows["velocity_sigma_mps"] / np.sqrt(2.0) * age_s)[:, None]
+        noise = (self._tracking.acceleration_density * age_s**3 / 3.0)[:, None]
+        grown = (sigma + moved) ** 2 + noise
+        # The correlation stays as it was.
+        ratio = np.sqrt(grown[:, 0] * grown[:, 1]) / (sigma[:, 0] * sigma[:, 1])
+        return np.concatenate([grown, (true[:, 0, 1] * ratio)[:, None]], axis=1)
+
+
+def _moved(rows: Rows, age_s: Floats) -> Way:
+    distance_m = rows["speed_mps"] * age_s
+    return straight_on(rows["latitude_rad"], rows["longitude_rad"], rows["heading_rad"], distance_m)
+
+
+def _grown(array: Array, size: int) -> Array:
+    more = np.zeros((size - len(array), *array.shape[1:]), array.dtype)
+    whole: Array = np.concatenate([array, more])
+    return whole

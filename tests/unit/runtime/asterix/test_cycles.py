@@ -1,0 +1,170 @@
+"""System tracks in data time: the same however the output comes, honest about what is old."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+
+import numpy as np
+import polars as pl
+import pytest
+
+from multiradar.errors import ConfigurationError
+from multiradar.runtime.asterix.channel import Channel, ChannelOptions
+from multiradar.runtime.asterix.cycles import Cycles
+from multiradar.runtime.engine import Engine
+from multiradar.tracking.outputs import EngineOutput
+from multiradar.tracking.settings import TrackingSettings
+from multiradar.wire import measurement_batch
+from multiradar_converters.asterix.track_reports import TrackReports
+from support.asterix_reports import SENDER
+from support.live_scene import START_S, cut, recording, sensors
+
+TABLE = sensors()
+TRACKING = TrackingSettings(filter_name="imm")
+
+
+class Kept(Channel):
+    """A user of whom is kept what it is told."""
+
+    def __init__(self, **said: float) -> None:
+        super().__init__(ChannelOptions(SENDER, **said))  # type: ignore[arg-type]
+        self.told: list[TrackReports] = []
+
+    def choose(self, reports: TrackReports) -> TrackReports:
+        self.told.append(super().choose(reports))
+        return self.told[-1]
+
+
+def outputs(pieces: Iterable[pl.DataFrame]) -> list[EngineOutput]:
+    engine = Engine(TABLE, TRACKING)
+    made = [engine.push(measurement_batch(piece, TABLE)[0]) for piece in pieces]
+    return [*made, engine.flush()]
+
+
+def octets(pieces: Sequence[pl.DataFrame]) -> bytes:
+    user = Channel(ChannelOptions(SENDER, period_s=1.5))
+    cycles = Cycles(TABLE, TRACKING, [user])
+    told = [one for output in outputs(pieces) for one in cycles.take(output)]
+    told += list(cycles.finish())
+    return b"".join(block for one in told for block in one.blocks)
+
+
+def followed(frame: pl.DataFrame, **said: float) -> list[TrackReports]:
+    user = Kept(**said)
+    cycles = Cycles(TABLE, TRACKING, [user])
+    for output in outputs([frame]):
+        list(cycles.take(output))
+    return user.told
+
+
+def test_the_same_octets_whatever_the_batches() -> None:
+    frame = recording(1200)
+    whole = octets([frame])
+    assert len(whole) > 10_000
+    assert octets(cut(frame, [1, 2, 300, 17, 1, 500])) == whole
+    assert octets(cut(frame, [7] * 170)) == whole
+
+
+def test_moments_are_whole_periods_and_each_user_has_its_own() -> None:
+    slow, fast = Kept(period_s=8.0), Kept(period_s=2.5, status_period_s=5.0)
+    cycles = Cycles(TABLE, TRACKING, [slow, fast])
+    times: dict[int, set[float]] = {0: set(), 1: set()}
+    for output in outputs([recording(1000)]):
+        for one in cycles.take(output):
+            times[one.channel].add(one.time_s - START_S)
+    assert [one.time_s - START_S for one in slow.told] == [8.0, 16.0, 24.0, 32.0, 40.0, 48.0]
+    assert [one.time_s - START_S for one in fast.told] == [2.5 * k for k in range(1, 20)]
+    assert times[0] <= {8.0 * k for k in range(1, 7)}
+    # Told is what was measured before the moment, not at it.
+    assert min(np.nanmin(one.age_s) for one in fast.told) > 0.0
+
+
+def test_a_track_lies_where_it_was_last_seen_and_moved_on() -> None:
+    frame = recording(1500)
+    reports = followed(frame, period_s=4.0)[-1]
+    assert len(reports) == 12
+    # The scene: 12 aircraft on straight lines, known at any time.
+    number = reports.mode_s_address - 0x4B0000
+    time_s = reports.time_s - START_S
+    latitude = 49.5 + 0.05 * number + 0.001 * (number % 3 - 1) * time_s / 10.0
+    longitude = 15.0 + 0.07 * number + 0.0002 * time_s
+    north_m = (reports.latitude_deg - latitude) * 111_200.0
+    east_m = (reports.longitude_deg - longitude) * 72_000.0
+    # Radars with 50 m and 0.06° at 100 km: a hundred metres, four sigma.
+    assert np.hypot(north_m, east_m).max() < 150.0
+    # The sigma that is told goes with it.
+    ratio = np.sqrt(north_m**2 / reports.variance_north_m2 + east_m**2 / reports.variance_east_m2)
+    assert ratio.max() < 4.0
+    assert reports.velocity_east_mps == pytest.approx(0.0002 * 72_000.0, abs=6.0)
+    assert reports.barometric_m == pytest.approx(9000.0 + 100.0 * number, abs=30.0)
+    assert np.isnan(reports.geometric_m).all()
+
+
+def test_silent_tracks_coast_and_are_told_once_more_when_they_are_given_up() -> None:
+    frame = recording(3000)
+    time_s = frame["time_s"] - START_S
+    rounds = followed(frame.filter((frame["track_number"] != 3) | (time_s < 30.0)), period_s=4.0)
+    silent = [one.take(one.mode_s_address == 0x4B0003) for one in rounds]
+    silent = [one for one in silent if len(one)]
+    assert [one.first[0] for one in silent] == [True] + [False] * (len(silent) - 1)
+    assert [one.last[0] for one in silent] == [False] * (len(silent) - 1) + [True]
+    age_s = np.array([np.nanmin(one.age_s) for one in silent])
+    coasting = np.array([one.coasting[0] for one in silent])
+    # Ages are those since the last update; with them the accuracy grows and the bit is set.
+    assert (coasting == (age_s > TRACKING.coast_after_s)).all()
+    assert coasting.any()
+    assert age_s[-1] == pytest.approx(TRACKING.drop_after_s, abs=8.0)
+    sigma_m = np.sqrt([one.variance_north_m2[0] for one in silent])
+    assert (np.diff(sigma_m[coasting]) > 0.0).all()
+    others = [one.take(one.mode_s_address != 0x4B0003) for one in rounds]
+    assert not any(one.last.any() for one in others)
+
+
+def test_a_gap_in_the_data_is_passed_over() -> None:
+    frame = recording(2000)
+    later = pl.when(pl.col("time_s") > START_S + 50.0).then(36_000.0).otherwise(0.0)
+    rounds = followed(frame.with_columns(pl.col("time_s") + later))
+    # 25 rounds of measurements, 17 until the last track is given up, none for the ten hours.
+    assert len(rounds) < 50
+    assert rounds[-1].time_s > START_S + 36_000.0
+    resumed = [one for one in rounds if one.time_s > START_S + 20_000.0]
+    assert resumed[0].first.any()
+
+
+def test_what_was_measured_last_is_told_without_its_biases() -> None:
+    reports = followed(recording(1500))[-1]
+    plot = reports.sensor >= 0
+    assert plot.any()
+    assert set(reports.sensor[plot].tolist()) <= {41 << 8 | 10, 41 << 8 | 20}
+    assert set(reports.plot_type[plot].tolist()) == {5}
+    assert reports.plot_mode_3a[plot].tolist() == reports.mode_3a[plot].tolist()
+
+
+def test_a_user_is_told_once_that_something_was_lost() -> None:
+    user = Kept(status_period_s=1.0)
+    cycles = Cycles(TABLE, TRACKING, [user])
+    made = outputs([recording(400)])
+    cycles.overloaded.add(0)
+    blocks = [block for output in made for one in cycles.take(output) for block in one.blocks]
+    states = [block for block in blocks if block[0] == 65 and block[3] == 0xF4]
+    assert [block[-1] for block in states] == [0x60] + [0] * (len(states) - 1)
+    assert len(states) > 5
+
+
+def test_output_without_plots_or_spread_is_a_mistake() -> None:
+    cycles = Cycles(TABLE, TRACKING, [Kept()])
+    told, _ = outputs([recording(200)])
+    with pytest.raises(ValueError, match="a plot and a spread of each of"):
+        list(cycles.take(replace(told, spread=told.spread[:3])))
+
+
+def test_nothing_in_and_nothing_out() -> None:
+    cycles = Cycles(TABLE, TRACKING, [Kept()])
+    assert [list(cycles.take(output)) for output in outputs([])] == [[]]
+    assert list(cycles.finish()) == []
+
+
+@pytest.mark.parametrize("period_s", [0.0, 0.3, -4.0, float("nan")])
+def test_periods_are_whole_steps_of_release(period_s: float) -> None:
+    user = Channel(replace(ChannelOptions(SENDER), period_s=period_s))
+    with pytest.raises(ConfigurationError, match=r"multiple of 0\.5 s"):
+        Cycles(TABLE, TRACKING, [user])
