@@ -18,16 +18,21 @@ from multiradar.ingest.asterix_inlet import InletBounds
 from multiradar.ingest.asterix_queue import DatagramQueue
 from multiradar.ingest.asterix_sensors import names_by_source, turns_by_source
 from multiradar.ingest.asterix_source import UdpSource
+from multiradar.ingest.asterix_output.sender import AsterixSender, Outlet
+from multiradar.ingest.asterix_output.sinks import open_sink
 from multiradar.ingest.http import IntakeBounds, measurement_routes
 from multiradar.ingest.zenoh.gateway import ZenohGateway
 from multiradar.ingest.zenoh.options import ZenohOptions
 from multiradar.observability.asterix_metrics import watch_asterix
 from multiradar.observability.metrics import REGISTRY
 from multiradar.observability.pipeline_metrics import watch_pipeline
+from multiradar.runtime.asterix.channel import Channel
+from multiradar.runtime.asterix.options import channel_options
 from multiradar.runtime.engine import Engine
 from multiradar.runtime.fingerprint import configuration_fingerprint
 from multiradar.runtime.forecasts import propagated
 from multiradar.runtime.limits import RuntimeLimits
+from multiradar.runtime.output_feed import OutputFeed
 from multiradar.runtime.service import Service
 from multiradar.settings import Settings
 from multiradar.storage.sqlite_journal import SqliteJournal
@@ -72,6 +77,7 @@ class Application:
         self._asterix = asterix_gateway(settings, sensors, self.service)
         self._http = HttpServer(self.service, settings, on_failure)
         self._gateway: ZenohGateway | None = None
+        self._sender = asterix_sender(self.service, settings, sensors)
         self._started = False
 
     @property
@@ -96,7 +102,11 @@ class Application:
         """
         self._http.start()
         warm_up(sensors=self._sensors, settings=self._settings)
+        if self._sender is not None:
+            self._sender.start()
         self.service.start()
+        if self._sender is not None:
+            self._sender.begin()
         if self._settings.zenoh.enabled:
             self._gateway = ZenohGateway(self.service, zenoh_options(self._settings))
             self._gateway.start()
@@ -118,6 +128,8 @@ class Application:
             self._gateway.stop()
         self._http.stop()
         self.service.stop()
+        if self._sender is not None:
+            self._sender.stop()
         if self._started:
             _log.info("stopped")
 
@@ -133,6 +145,31 @@ def build_service(settings: Settings, sensors: SensorTable) -> Service:
         tracking=tracking,
         limits=RuntimeLimits(**settings.runtime.model_dump()),
     )
+
+
+def asterix_sender(
+    service: Service, settings: Settings, sensors: SensorTable
+) -> AsterixSender | None:
+    """Return who sends system tracks, None when nobody is to get them; not started.
+
+    Raises
+    ------
+    ConfigurationError
+        If one of the users cannot be sent to.
+    """
+    if not settings.asterix.output:
+        return None
+    outlets = [
+        Outlet(one.label, Channel(channel_options(one)), open_sink(one))
+        for one in settings.asterix.output
+    ]
+    feed = OutputFeed()
+    service.view.feed(feed)
+    sender = AsterixSender(
+        feed, service.view.live_ids, sensors, settings.tracking_settings(), outlets
+    )
+    service.view.count_edge("asterix_output", sender.counts)
+    return sender
 
 
 def zenoh_options(settings: Settings) -> ZenohOptions:

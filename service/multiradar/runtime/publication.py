@@ -24,6 +24,7 @@ from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.live_tracks import LiveTracks
 from multiradar.runtime.manoeuvre_planes import plane_of_track
 from multiradar.runtime.observabilities import observability_of_track
+from multiradar.runtime.output_feed import OutputFeed
 from multiradar.runtime.reject_board import RejectBoard
 from multiradar.runtime.sensor_board import SensorBoard
 from multiradar.runtime.track_windows import PLOT_DTYPE, POINTS_MAX, Judge, plot_rows
@@ -65,6 +66,7 @@ class Publication:
         self._states: Callable[[], tuple[TrackStates, SystemPlane]] | None = None
         self._status: Callable[[], dict[str, Any]] = dict
         self._edges: dict[str, Callable[[], dict[str, Any]]] = {}
+        self._feeds: list[OutputFeed] = []
         self._data_time_s: float | None = None
         self._frame = pl.DataFrame()
         self._frame_version = -1
@@ -297,6 +299,16 @@ class Publication:
         """
         self._edges[name] = counts
 
+    def feed(self, feed: OutputFeed) -> None:
+        """Have all output of the engine handed to a reader, too. Before the start."""
+        self._feeds.append(feed)
+
+    def live_ids(self) -> NDArray[np.int64]:
+        """Return the identifiers of the live tracks, ascending."""
+        with self._lock:
+            rows = self._live.all()
+        return np.ascontiguousarray(rows["track_id"])
+
     def subscribe(self, after: int | None, depth: int) -> Subscription:
         """Enter the stream of events.
 
@@ -340,6 +352,8 @@ class Publication:
             self._ended += len(output.ended)
             self._version += 1
         self._tell(output)
+        for feed in self._feeds:
+            feed.put(output)
 
     def attach(
         self,
@@ -356,6 +370,8 @@ class Publication:
             self._begin()
         self.refusals.clear()
         self._ring.clear()
+        for feed in self._feeds:
+            feed.restart()
 
     # ---------------------------------------------------------------- inside
 

@@ -1,0 +1,168 @@
+"""Sends users their system tracks, in data time, in a thread of its own."""
+
+import logging
+import math
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.ingest.asterix_output.sinks import Sink
+from multiradar.runtime.asterix.channel import Channel
+from multiradar.runtime.asterix.cycles import Cycles, Told
+from multiradar.runtime.output_feed import Fed, OutputFeed
+from multiradar.tracking.outputs import EngineOutput
+from multiradar.tracking.settings import TrackingSettings
+
+_log = logging.getLogger(__name__)
+
+
+class Outlet:
+    """A user: what it gets, where that goes, and what became of it; one owner.
+
+    Parameters
+    ----------
+    name : str
+        Its name in counters.
+    channel : Channel
+        What it gets.
+    sink : Sink
+        Where that goes.
+    """
+
+    def __init__(self, name: str, channel: Channel, sink: Sink) -> None:
+        self.name = name
+        self.channel = channel
+        self.sink = sink
+        self.sent = 0
+        self.dropped = 0
+        self.octets = 0
+
+    def send(self, blocks: Sequence[bytes]) -> bool:
+        """Send blocks; False when some of them were dropped."""
+        sent = self.sink.send(blocks)
+        self.sent += sent
+        self.dropped += len(blocks) - sent
+        self.octets += sum(map(len, blocks)) if sent == len(blocks) else 0
+        return sent == len(blocks)
+
+    def counts(self) -> dict[str, Any]:
+        """Return blocks sent and dropped, octets, and records by category and item left out."""
+        return {
+            "blocks_sent": self.sent,
+            "blocks_dropped": self.dropped,
+            "octets": self.octets,
+            # A copy first: the sender goes on counting.
+            "records": dict(sorted(dict(self.channel.counts).items())),
+        }
+
+
+class AsterixSender:
+    """Follows the engine's output and sends.
+
+    Parameters
+    ----------
+    feed : OutputFeed
+        The engine's output, with details.
+    live_ids : callable
+        Returns the identifiers of the tracks that live now.
+    sensors : SensorTable
+        The sensors.
+    tracking : TrackingSettings
+        Settings of the tracker.
+    outlets : sequence of Outlet
+        The users.
+    """
+
+    def __init__(
+        self,
+        feed: OutputFeed,
+        live_ids: Callable[[], NDArray[np.int64]],
+        sensors: SensorTable,
+        tracking: TrackingSettings,
+        outlets: Sequence[Outlet],
+    ) -> None:
+        self._feed = feed
+        self._live_ids = live_ids
+        self._sensors = sensors
+        self._tracking = tracking
+        self._outlets = outlets
+        self._cycles = self._begin()
+        # What was told before is not told again: no user hears of data times up to this.
+        self._quiet_until_s = math.inf
+        self._failure: str | None = None
+        self._thread = threading.Thread(target=self._run, name="asterix-output", daemon=True)
+
+    def start(self) -> None:
+        """Follow the output; nothing is sent before `begin`."""
+        self._thread.start()
+
+    def begin(self) -> None:
+        """Send from now on: the journal was played."""
+        self._feed.catch_up()
+
+    def stop(self) -> None:
+        """Send what is there and that the service ends, then let go."""
+        self._feed.close()
+        if self._thread.ident is not None:
+            self._thread.join()
+        for outlet in self._outlets:
+            outlet.sink.close()
+
+    def counts(self) -> dict[str, Any]:
+        """Return what became of the output, by user."""
+        return {
+            "updates_dropped": self._feed.dropped,
+            "failure": self._failure,
+            "unnumbered_tracks": self._cycles.tracks.numbers.refused,
+            "outputs": {outlet.name: outlet.counts() for outlet in self._outlets},
+        }
+
+    def step(self, fed: Fed) -> None:
+        """Take what is next, and send what is due."""
+        if fed.restarted:
+            # Before the first catching up nothing was told, and all is quiet anyway.
+            self._quiet_until_s = max(self._quiet_until_s, self._cycles.reached_s)
+            self._cycles = self._begin()
+        elif fed.caught_up:
+            self._quiet_until_s = self._cycles.reached_s
+            # What was lost of the journal is lost to nobody.
+            self._cycles.overloaded.clear()
+        elif fed.lost:
+            self._cycles.overloaded = set(range(len(self._outlets)))
+            self._cycles.tracks.keep(self._live_ids())
+        elif fed.output is not None:
+            self._follow(fed.output)
+
+    # ---------------------------------------------------------------- inside
+
+    def _begin(self) -> Cycles:
+        return Cycles(self._sensors, self._tracking, [one.channel for one in self._outlets])
+
+    def _run(self) -> None:
+        try:
+            while (fed := self._feed.take()) is not None:
+                self.step(fed)
+            self._send(self._cycles.finish())
+        except Exception as error:
+            # Nobody waits for this thread: the service goes on without it.
+            self._failure = repr(error)
+            _log.exception("ASTERIX output has stopped")
+
+    def _follow(self, output: EngineOutput) -> None:
+        latest_s = output.updates.time_s.max(initial=-math.inf)
+        quiet = self._quiet_until_s == math.inf
+        if quiet or -math.inf < latest_s <= self._quiet_until_s:
+            self._cycles.learn(output)
+        else:
+            self._send(self._cycles.take(output))
+
+    def _send(self, told: Iterator[Told]) -> None:
+        for one in told:
+            if one.time_s <= self._quiet_until_s:
+                continue
+            if not self._outlets[one.channel].send(one.blocks):
+                self._cycles.overloaded.add(one.channel)

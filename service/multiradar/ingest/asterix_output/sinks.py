@@ -1,0 +1,139 @@
+"""Where blocks go: datagrams to a machine or a group, or a file."""
+
+import contextlib
+import socket
+from collections.abc import Sequence
+from ipaddress import IPv4Address
+from typing import BinaryIO, Protocol
+
+from multiradar.asterix_output_settings import AsterixOutputSettings
+from multiradar.errors import ConfigurationError
+
+
+class Sink(Protocol):
+    """Takes blocks and never waits for who reads them."""
+
+    def send(self, blocks: Sequence[bytes]) -> int:
+        """Send blocks; return how many of them went out."""
+        ...
+
+    def close(self) -> None:
+        """Let go of what is open."""
+        ...
+
+
+class MemorySink:
+    """Keeps blocks in memory: for tests."""
+
+    def __init__(self) -> None:
+        self.blocks: list[bytes] = []
+
+    def send(self, blocks: Sequence[bytes]) -> int:
+        """Keep blocks."""
+        self.blocks += blocks
+        return len(blocks)
+
+    def close(self) -> None:
+        """Keep what there is."""
+
+
+class DatagramSink:
+    """Sends each block as a datagram.
+
+    Parameters
+    ----------
+    settings : AsterixOutputSettings
+        Address, port, interface and reach.
+
+    Raises
+    ------
+    ConfigurationError
+        If there is no such interface.
+    """
+
+    def __init__(self, settings: AsterixOutputSettings) -> None:
+        assert settings.port is not None
+        self._place = settings.address, settings.port
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._socket.setblocking(False)
+        try:
+            self._socket.setsockopt(
+                socket.SOL_SOCKET, socket.SO_SNDBUF, settings.send_buffer_octets
+            )
+            if IPv4Address(settings.address).is_multicast:
+                interface = socket.inet_aton(settings.interface)
+                self._socket.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, interface)
+                self._socket.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, settings.ttl)
+                self._socket.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_LOOP, 1)
+        except OSError as error:
+            self._socket.close()
+            msg = (
+                f"ASTERIX output {settings.label}: cannot send by {settings.interface}, "
+                f"{error.strerror or error}"
+            )
+            raise ConfigurationError(msg) from error
+
+    def send(self, blocks: Sequence[bytes]) -> int:
+        """Send blocks; those for which there is no room, or no way, are dropped."""
+        sent = 0
+        for block in blocks:
+            with contextlib.suppress(OSError):
+                self._socket.sendto(block, self._place)
+                sent += 1
+        return sent
+
+    def close(self) -> None:
+        """Close the socket."""
+        self._socket.close()
+
+
+class FileSink:
+    """Adds blocks to a file, one after another.
+
+    Parameters
+    ----------
+    settings : AsterixOutputSettings
+        The file; what is in it stays.
+
+    Raises
+    ------
+    ConfigurationError
+        If it cannot be written to.
+    """
+
+    def __init__(self, settings: AsterixOutputSettings) -> None:
+        assert settings.file is not None
+        try:
+            # Unbuffered: what one call cannot write is counted where it is lost.
+            self._file: BinaryIO = settings.file.open("ab", buffering=0)
+        except OSError as error:
+            msg = f"{settings.file}: cannot write there, {error.strerror or error}"
+            raise ConfigurationError(msg) from error
+
+    def send(self, blocks: Sequence[bytes]) -> int:
+        """Write blocks; with a full disk they are dropped, and none is left in part."""
+        if not blocks:
+            return 0
+        end = self._file.seek(0, 2)
+        whole = b"".join(blocks)
+        with contextlib.suppress(OSError):
+            if self._file.write(whole) == len(whole):
+                return len(blocks)
+        with contextlib.suppress(OSError):
+            self._file.truncate(end)
+        return 0
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+
+def open_sink(settings: AsterixOutputSettings) -> Sink:
+    """Return where a user's blocks go.
+
+    Raises
+    ------
+    ConfigurationError
+        If that cannot be opened.
+    """
+    return FileSink(settings) if settings.port is None else DatagramSink(settings)

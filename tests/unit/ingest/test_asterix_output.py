@@ -1,0 +1,226 @@
+"""Who sends system tracks: what goes out, when, and what becomes of what cannot."""
+
+import os
+import socket
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from multiradar.asterix_output_settings import AsterixOutputSettings
+from multiradar.errors import ConfigurationError
+from multiradar.ingest.asterix_output.sender import AsterixSender, Outlet
+from multiradar.ingest.asterix_output.sinks import MemorySink, Sink, open_sink
+from multiradar.runtime.asterix.channel import Channel, ChannelOptions
+from multiradar.runtime.engine import Engine
+from multiradar.runtime.output_feed import Fed, OutputFeed
+from multiradar.tracking.outputs import EndedTracks, EngineOutput
+from multiradar.tracking.settings import TrackingSettings
+from multiradar.wire import measurement_batch
+from multiradar_converters.asterix.catalogue import layout_of
+from multiradar_converters.asterix.fields import record_fields
+from multiradar_converters.asterix.program import program_of, walk
+from support.asterix_reports import SENDER
+from support.live_scene import cut, recording, sensors
+
+TABLE = sensors()
+TRACKING = TrackingSettings()
+BLOCKS = [bytes([62, 0, 4, 1]), bytes([63, 0, 5, 1, 2])]
+
+
+class Refusing:
+    """A sink that takes nothing."""
+
+    def send(self, blocks: Sequence[bytes]) -> int:
+        return 0
+
+    def close(self) -> None:
+        """Nothing is open."""
+
+
+def outputs(rows: int, pieces: int) -> list[EngineOutput]:
+    engine = Engine(TABLE, TRACKING)
+    frames = cut(recording(rows), [rows // pieces] * pieces)
+    made = [engine.push(measurement_batch(frame, TABLE)[0]) for frame in frames]
+    return [output for output in [*made, engine.flush()] if len(output.updates)]
+
+
+def tracks(blocks: Sequence[bytes]) -> list[dict[str, Any]]:
+    """Read the records of category 062 in blocks."""
+    data = np.frombuffer(b"".join(one[3:] for one in blocks if one[0] == 62), np.uint8)
+    program = program_of(layout_of(62, "1.21"))
+    walked = walk(program, data, np.array([0]), np.array([len(data)]))
+    assert not walked.faults[0, 0]
+    return [record_fields(program, data, starts) for starts in walked.starts]
+
+
+def sender(sink: Sink, live: Sequence[int] = ()) -> tuple[AsterixSender, OutputFeed]:
+    feed = OutputFeed()
+    outlet = Outlet("display", Channel(ChannelOptions(SENDER, status_period_s=4.0)), sink)
+    ids = np.array(live, np.int64)
+    return AsterixSender(feed, lambda: ids, TABLE, TRACKING, [outlet]), feed
+
+
+def test_nothing_is_sent_of_what_the_journal_says_again() -> None:
+    made = outputs(1200, 6)
+    played, new = made[:3], made[3:]
+    sink = MemorySink()
+    sending, _ = sender(sink)
+    for output in played:
+        sending.step(Fed(output))
+    sending.step(Fed(caught_up=True))
+    assert sink.blocks == []
+    for output in new:
+        sending.step(Fed(output))
+    assert {block[0] for block in sink.blocks} == {62, 63, 65}
+    # It is what one is told who was there all the time, but for the marks of first messages.
+    whole = MemorySink()
+    other, _ = sender(whole)
+    other.step(Fed(caught_up=True))
+    for output in made:
+        other.step(Fed(output))
+    assert whole.blocks[-2:] == sink.blocks[-2:]
+    assert len(sink.blocks) < len(whole.blocks)
+
+
+def test_after_a_failure_of_the_engine_nothing_is_told_twice() -> None:
+    made = outputs(1200, 6)
+    once, again = MemorySink(), MemorySink()
+    for sink in (once, again):
+        sending, _ = sender(sink)
+        sending.step(Fed(caught_up=True))
+        for output in made[:4]:
+            sending.step(Fed(output))
+        if sink is again:
+            sending.step(Fed(restarted=True))
+            for output in made[:4]:
+                sending.step(Fed(output))
+        for output in made[4:]:
+            sending.step(Fed(output))
+    # What was in the air when it happened may differ; the number of messages does not.
+    assert len(once.blocks) == len(again.blocks)
+    assert once.blocks[-1] == again.blocks[-1]
+
+
+def test_tracks_that_ended_while_output_was_lost_are_given_up() -> None:
+    made = outputs(1200, 6)
+    sink = MemorySink()
+    sending, _ = sender(sink, live=[1, 2, 3])
+    sending.step(Fed(caught_up=True))
+    for output in made[:3]:
+        sending.step(Fed(output))
+    sending.step(Fed(lost=True))
+    sink.blocks.clear()
+    # Nothing of what follows says that they ended.
+    sending.step(Fed(replace(made[3], ended=EndedTracks.concatenate([]))))
+    ended = [track["040"] for track in tracks(sink.blocks) if track["080"]["TSE"]]
+    assert sorted(ended) == [4, 5, 6, 7, 8, 9, 10, 11, 12]
+    # The next state of the service tells of it.
+    states = [block for block in sink.blocks if block[0] == 65 and block[3] == 0xF4]
+    assert [block[-1] for block in states] == [0x60] + [0] * (len(states) - 1)
+
+
+def test_what_a_sink_does_not_take_is_counted() -> None:
+    sending, _ = sender(Refusing())
+    sending.step(Fed(caught_up=True))
+    for output in outputs(800, 2):
+        sending.step(Fed(output))
+    counts = sending.counts()["outputs"]["display"]
+    assert counts["blocks_sent"] == 0
+    assert counts["octets"] == 0
+    assert counts["blocks_dropped"] > 10
+    assert counts["records"]["062"] > 50
+
+
+def test_the_thread_sends_all_and_that_the_service_ends() -> None:
+    sink = MemorySink()
+    sending, feed = sender(sink)
+    sending.start()
+    sending.begin()
+    for output in outputs(800, 2):
+        feed.put(output)
+    sending.stop()
+    assert sink.blocks[-1][0] == 65
+    assert sink.blocks[-1][3] == 0xF2
+    assert sink.blocks[-1][-1] == 7
+    counts = sending.counts()
+    assert (counts["failure"], counts["updates_dropped"]) == (None, 0)
+    assert counts["outputs"]["display"]["blocks_sent"] == len(sink.blocks)
+    assert counts["outputs"]["display"]["octets"] == sum(map(len, sink.blocks))
+
+
+def test_a_mistake_in_the_thread_is_told_and_stops_nobody(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    sending, feed = sender(MemorySink())
+    sending.start()
+    sending.begin()
+    engine = Engine(TABLE, TRACKING)
+    output = engine.push(measurement_batch(recording(400), TABLE)[0])
+    feed.put(replace(output, spread=output.spread[:0]))
+    sending.stop()
+    assert "expected a plot and a spread" in str(sending.counts()["failure"])
+    assert "ASTERIX output has stopped" in caplog.text
+
+
+def receiver(group: str | None = None) -> socket.socket:
+    found = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    found.bind(("127.0.0.1" if group is None else group, 0))
+    if group is not None:
+        member = socket.inet_aton(group) + socket.inet_aton("127.0.0.1")
+        found.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, member)
+    found.settimeout(10.0)
+    return found
+
+
+@pytest.mark.parametrize("group", [None, "239.192.77.62"])
+def test_blocks_go_out_as_datagrams(group: str | None) -> None:
+    with receiver(group) as heard:
+        port = heard.getsockname()[1]
+        sink = open_sink(AsterixOutputSettings(address=group or "127.0.0.1", port=port))
+        try:
+            assert sink.send(BLOCKS) == 2
+            assert [heard.recv(2000) for _ in BLOCKS] == BLOCKS
+        finally:
+            sink.close()
+
+
+def test_a_datagram_that_is_too_large_is_dropped() -> None:
+    sink = open_sink(AsterixOutputSettings(port=9))
+    try:
+        assert sink.send([bytes(70_000), BLOCKS[0]]) == 1
+    finally:
+        sink.close()
+
+
+def test_an_interface_that_there_is_not_is_told() -> None:
+    wrong = AsterixOutputSettings(address="239.192.77.62", port=9, interface="192.0.2.1")
+    with pytest.raises(ConfigurationError, match=r"cannot send by 192\.0\.2\.1"):
+        open_sink(wrong)
+
+
+def test_blocks_are_added_to_a_file(tmp_path: Path) -> None:
+    path = tmp_path / "tracks.ast"
+    path.write_bytes(b"before")
+    sink = open_sink(AsterixOutputSettings(file=path))
+    assert sink.send(BLOCKS) == 2
+    assert sink.send([]) == 0
+    sink.close()
+    assert path.read_bytes() == b"before" + b"".join(BLOCKS)
+
+
+def test_a_file_that_cannot_be_written_to_is_told(tmp_path: Path) -> None:
+    with pytest.raises(ConfigurationError, match="cannot write there"):
+        open_sink(AsterixOutputSettings(file=tmp_path / "nowhere" / "tracks.ast"))
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs /dev/full")
+def test_a_full_disk_drops_blocks() -> None:
+    sink = open_sink(AsterixOutputSettings(file=Path("/dev/full")))
+    try:
+        assert sink.send(BLOCKS) == 0
+    finally:
+        sink.close()
