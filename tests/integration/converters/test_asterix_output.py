@@ -1,0 +1,64 @@
+"""Every track of a recording, read back to the resolution of each item (docs/asterix.md)."""
+
+import importlib.util
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from multiradar.tracking.settings import TrackingSettings
+from support.live_scene import recording, sensors
+
+#: Six minutes: tracks begin, become confirmed, coast and end, and biases settle.
+ROWS = 4000
+
+
+@pytest.fixture(scope="module")
+def check() -> ModuleType:
+    path = Path(__file__).parents[3] / "docs" / "check_asterix_output.py"
+    described = importlib.util.spec_from_file_location("check_asterix_output", path)
+    assert described is not None
+    assert described.loader is not None
+    module = importlib.util.module_from_spec(described)
+    sys.modules[described.name] = module
+    described.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture(scope="module")
+def told(check: ModuleType, tmp_path_factory: pytest.TempPathFactory) -> tuple[object, Path]:
+    """What a user was told of a recording, and the file in which it stands."""
+    folder = tmp_path_factory.mktemp("output")
+    frame = recording(ROWS, step_s=0.09)
+    # An aircraft that nobody hears after three minutes, and one that is seen by one radar alone.
+    time_s = frame["time_s"] - frame["time_s"].min()
+    gone = (frame["track_number"] == 3) & (time_s > 180.0)
+    alone = (frame["track_number"] == 4) & (frame["sensor_id"] != "41-10")
+    frame.filter(~(gone | alone)).write_parquet(folder / "measurements.parquet")
+    path = folder / "tracks.ast"
+    settings = TrackingSettings(filter_name="imm")
+    return check.written(folder, sensors(), settings, path), path
+
+
+def test_our_reader_reads_every_field_to_its_resolution(
+    check: ModuleType, told: tuple[object, Path]
+) -> None:
+    user, path = told
+    found = check.compared(user, check.own_records(path))
+    assert {name: worst for name, (_, worst) in found.items() if worst > check.ROUNDING} == {}
+    said = set(found)
+    assert {"062/105/LAT", "062/185/VX", "062/136", "062/340/POS/RHO", "062/500/APW/LAT",
+            "062/290/ES", "062/100/X", "063/080/SRB", "063/081"} <= said  # fmt: skip
+    # Tracks that began, ended, and were seen by one radar alone are among them.
+    assert any(one.last.any() for one in user.tracks_told)  # type: ignore[attr-defined]
+    assert any(one.monosensor.any() for one in user.tracks_told)  # type: ignore[attr-defined]
+
+
+def test_libasterix_reads_every_field_to_its_resolution(
+    check: ModuleType, told: tuple[object, Path]
+) -> None:
+    pytest.importorskip("asterix.base", reason="libasterix is not installed")
+    user, path = told
+    found = check.compared(user, check.peer_records(path, sys.executable))
+    assert {name: worst for name, (_, worst) in found.items() if worst > check.ROUNDING} == {}
