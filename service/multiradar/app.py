@@ -15,11 +15,11 @@ from multiradar.errors import ConfigurationError
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.ingest.asterix_gateway import AsterixGateway
 from multiradar.ingest.asterix_inlet import InletBounds
+from multiradar.ingest.asterix_output.sender import AsterixSender, Outlet
+from multiradar.ingest.asterix_output.sinks import open_sink
 from multiradar.ingest.asterix_queue import DatagramQueue
 from multiradar.ingest.asterix_sensors import names_by_source, turns_by_source
 from multiradar.ingest.asterix_source import UdpSource
-from multiradar.ingest.asterix_output.sender import AsterixSender, Outlet
-from multiradar.ingest.asterix_output.sinks import open_sink
 from multiradar.ingest.http import IntakeBounds, measurement_routes
 from multiradar.ingest.zenoh.gateway import ZenohGateway
 from multiradar.ingest.zenoh.options import ZenohOptions
