@@ -152,7 +152,9 @@ def pair_score(
     s01 = w[1] + h[0] * g2 + h[1] * g3
     s11 = w[2] + h[2] * g2 + h[3] * g3
     # The uncertainty of the biases: those that the track depends on, and those of this sensor.
-    U[:] = 0.0
+    for c in range(n, bias.shape[0]):
+        U[0, c] = 0.0
+        U[1, c] = 0.0
     for c in range(0, n, LANES):
         see_columns(c, min(LANES, n - c), k, dt, h, V, U)
     rate0 = h[0] * sky.state[k, 2] + h[1] * sky.state[k, 3]
@@ -273,7 +275,7 @@ def find_candidates(
         first, last, window_time, track_numbers, addresses, codes, rows, model, aircraft,
         roster, life, periods, rules, log_clutters, sky, identities, candidates,
         np.sqrt(np.diag(model.bias_covariance)), np.empty((2, n)), np.empty((2, n)),
-        np.empty(sky.reach.shape[0], np.int64),
+        np.empty((2, sky.reach.shape[0]), np.int64),
     )  # fmt: skip
 
 
@@ -303,27 +305,48 @@ def search(
 ) -> None:
     """Do as `find_candidates`, in the room given.
 
-    ``sigmas`` are those of the biases. ``found`` takes the tracks near a plot: what is needed to
-    judge them is on its way from memory while others are still looked for.
+    ``sigmas`` are those of the biases. ``found`` takes the tracks near two plots: while those near
+    one are judged, what is needed to judge those near the next is on its way from memory.
     """
-    mask = sky.heads.shape[0] - 1
-    for row in range(first, last):
-        i = row - first
-        candidates.number[i] = MISSING
-        kind = rows.kind[row]
-        if identities.slot[row] >= 0 or kind == KIND_BEARING:
-            continue
-        s, z0, z1, time = rows.sensor[row], rows.z[row, 0], rows.z[row, 1], rows.time[row]
-        ok, east, north, reach = locate_plot(kind, s, z0, z1, rows.height[row], model, sigmas)
-        if not ok:
-            continue
+    near, side = MISSING, 0
+    for row in range(first, last + 1):
+        coming = MISSING
+        if row < last:
+            candidates.number[row - first] = MISSING
+            if identities.slot[row] < 0 and rows.kind[row] != KIND_BEARING:
+                coming = find_near(
+                    row, row - first, window_time, 1 - side, rows, model, aircraft, life, sky,
+                    sigmas, candidates, found,
+                )  # fmt: skip
+        for place in range(near):
+            consider(
+                row - 1, row - 1 - first, found[side, place], window_time, track_numbers, addresses,
+                codes, rows, model, aircraft, roster, life, periods, rules, log_clutters, sky,
+                sigmas, U, R, candidates,
+            )  # fmt: skip
+        near, side = coming, 1 - side
+
+
+@in_loop
+def find_near(
+    row: int, i: int, window_time: float, side: int, rows: Rows, model: Model, aircraft: Aircraft,
+    life: Lifecycle, sky: Sky, sigmas: Floats, candidates: Candidates, found: Integers,
+) -> int:  # fmt: skip
+    """Put the tracks near a plot into a row of ``found``; return how many, `MISSING` off the plane.
+
+    The place of the plot is kept with its candidates, of which there are none yet.
+    """
+    near = MISSING
+    kind, s, z0, z1 = rows.kind[row], rows.sensor[row], rows.z[row, 0], rows.z[row, 1]
+    ok, east, north, reach = locate_plot(kind, s, z0, z1, rows.height[row], model, sigmas)
+    if ok:
+        near = 0
         candidates.number[i] = 0
         candidates.place[i, 0] = east
         candidates.place[i, 1] = north
         candidates.place[i, 2] = reach
-        log_clutter = log_density_of_clutter(kind, s, z0, log_clutters)
-        ahead = time - window_time
-        near = 0
+        mask = sky.heads.shape[0] - 1
+        ahead = rows.time[row] - window_time
         for far in range(2):
             if sky.longest[far] < 0.0:
                 continue
@@ -348,28 +371,46 @@ def search(
                             and (sky.state[k, 4] > FAR_M) == (far == 1)
                             and int(np.floor(sky.state[k, 0] / cell)) == ce
                             and int(np.floor(sky.state[k, 1] / cell)) == cn
-                            and not time - life.heard[k, s] < 0.5 * periods[s]
                         ):
-                            found[near] = k
+                            found[side, near] = k
                             near += 1
-                            fetch_track(k, aircraft)
+                            fetch_track(k, aircraft, life)
                         k = following
-        for place in range(near):
-            k = found[place]
-            d0 = sky.state[k, 0] + ahead * sky.state[k, 2] - east
-            d1 = sky.state[k, 1] + ahead * sky.state[k, 3] - north
-            score, anew = judge(
-                row, k, ahead, math.hypot(d0, d1), track_numbers[row], addresses[row], codes[row],
-                east, north, reach, rows, model, aircraft, roster, life, sky, rules, log_clutter,
-                sigmas, U, R,
-            )  # fmt: skip
-            if score > 0.0:
-                keep(i, k, score, anew, candidates)
+    return near
 
 
 @in_loop
-def fetch_track(k: int, aircraft: Aircraft) -> None:
+def consider(
+    row: int, i: int, k: int, window_time: float, numbers: Integers, addresses: Integers,
+    codes: Integers, rows: Rows, model: Model, aircraft: Aircraft, roster: Roster, life: Lifecycle,
+    periods: Floats, rules: Floats, log_clutters: Floats, sky: Sky, sigmas: Floats, U: Floats,
+    R: Floats, candidates: Candidates,
+) -> None:  # fmt: skip
+    """Make a track near a plot one of its candidates, if it may be of it.
+
+    A radar that has heard the track half a turn ago or less does not see it again.
+    """
+    s, time = rows.sensor[row], rows.time[row]
+    if not time - life.heard[k, s] < 0.5 * periods[s]:
+        ahead = time - window_time
+        east, north = candidates.place[i, 0], candidates.place[i, 1]
+        d0 = sky.state[k, 0] + ahead * sky.state[k, 2] - east
+        d1 = sky.state[k, 1] + ahead * sky.state[k, 3] - north
+        log_clutter = log_density_of_clutter(rows.kind[row], s, rows.z[row, 0], log_clutters)
+        score, anew = judge(
+            row, k, ahead, math.sqrt(d0 * d0 + d1 * d1), numbers[row], addresses[row], codes[row],
+            east, north, candidates.place[i, 2], rows, model, aircraft, roster, life, sky, rules,
+            log_clutter, sigmas, U, R,
+        )  # fmt: skip
+        if score > 0.0:
+            keep(i, k, score, anew, candidates)
+
+
+@in_loop
+def fetch_track(k: int, aircraft: Aircraft, life: Lifecycle) -> None:
     """Ask for what is needed of a track to judge it."""
+    fetch_ahead(life.heard, k, 0)
+    fetch_ahead(aircraft.vertical, k, 0)
     fetch_ahead(aircraft.covariance, k, 0)
     fetch_ahead(aircraft.covariance, k, 1)
     fetch_ahead(aircraft.time, k, 0)

@@ -222,7 +222,7 @@ def locate_plot(
         j0, j1 = bias_column(kind, model.parameters[c], site, z0, z1, 0.0, 0.0)
         b0 += j0 * model.bias[c]
         b1 += j1 * model.bias[c]
-        along = sigmas[c] * math.hypot(j0, j1)
+        along = sigmas[c] * math.sqrt(j0 * j0 + j1 * j1)
         if model.parameters[c] == PARAMETER_AZIMUTH_OFFSET and kind == KIND_RADAR:
             along *= z0
         spread += along * along
