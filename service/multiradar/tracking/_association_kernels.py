@@ -88,6 +88,11 @@ HEIGHT_DIFFERENT = -7.0
 # A second plot is looked for as far as the fastest aircraft flies, and this at most for the errors
 # of both.
 START_ERROR_M = 3_000.0
+# An antenna that turns meets an aircraft once a turn: a plot at another part of it, within so many
+# turns, is hardly of the aircraft.
+PHASE_OFF = 0.2
+PHASE_TURNS_MAX = 3.5
+LOG_OFF_PHASE = -4.0
 # What a track counts less for having been measured once, twice.
 LOG_NEW = -3.0
 LOG_YOUNG = -1.5
@@ -220,6 +225,18 @@ def log_of_height(off: float, dt: float) -> float:
     density = LEVEL_PART / level * math.exp(-0.5 * (off / level) ** 2)
     density += (1.0 - LEVEL_PART) / climbing * math.exp(-0.5 * (off / climbing) ** 2)
     return math.log(max(density, 1e-300)) - 0.5 * LOG_TURN
+
+
+@in_loop
+def log_of_phase(since: float, turn: float) -> float:
+    """Return what the time since its last plot of a track says against another by one sensor."""
+    score = 0.0
+    # Turns are not known to the last digit, and 0 is a turn that is not known at all.
+    if since < PHASE_TURNS_MAX * turn:
+        turns = since / turn
+        if abs(turns - math.floor(turns + 0.5)) > PHASE_OFF:
+            score = LOG_OFF_PHASE
+    return score
 
 
 @in_loop
@@ -399,8 +416,8 @@ def consider(
         log_clutter = log_density_of_clutter(rows.kind[row], s, rows.z[row, 0], log_clutters)
         score, anew = judge(
             row, k, ahead, math.sqrt(d0 * d0 + d1 * d1), numbers[row], addresses[row], codes[row],
-            east, north, candidates.place[i, 2], rows, model, aircraft, roster, life, sky, rules,
-            log_clutter, sigmas, U, R,
+            east, north, candidates.place[i, 2], periods[s], rows, model, aircraft, roster, life,
+            sky, rules, log_clutter, sigmas, U, R,
         )  # fmt: skip
         if score > 0.0:
             keep(i, k, score, anew, candidates)
@@ -423,9 +440,9 @@ def fetch_track(k: int, aircraft: Aircraft, life: Lifecycle) -> None:
 @in_loop
 def judge(
     row: int, k: int, ahead: float, distance: float, number: int, address: int, code: int,
-    east: float, north: float, reach: float, rows: Rows, model: Model, aircraft: Aircraft,
-    roster: Roster, life: Lifecycle, sky: Sky, rules: Floats, log_clutter: float, sigmas: Floats,
-    U: Floats, R: Floats,
+    east: float, north: float, reach: float, turn: float, rows: Rows, model: Model,
+    aircraft: Aircraft, roster: Roster, life: Lifecycle, sky: Sky, rules: Floats,
+    log_clutter: float, sigmas: Floats, U: Floats, R: Floats,
 ) -> tuple[float, bool]:  # fmt: skip
     """Return the score of a pair, −∞ for one that cannot be, and whether it begins anew."""
     dt = rows.time[row] - aircraft.time[k]
@@ -437,6 +454,7 @@ def judge(
         score = identity_score(
             row, k, number, address, code, max(dt, 0.0), rows, aircraft, roster, life
         )
+        score += log_of_phase(rows.time[row] - life.heard[k, rows.sensor[row]], turn)
     anew = -np.inf
     if score > -np.inf and is_young(k, life):
         if aircraft.updates[k] > 1:

@@ -95,9 +95,10 @@ def search(
                 or life.stage[k] == TENTATIVE
             ):
                 continue
-            # The place of the bearing, which there is none of, is looked at of tentative ones only.
+            # The place of the bearing, which there is none of, is looked at of tentative ones only;
+            # direction finders do not turn.
             score, _ = judge(
-                row, k, ahead, 0.0, MISSING, MISSING, codes[row], 0.0, 0.0, 0.0, rows, model,
+                row, k, ahead, 0.0, MISSING, MISSING, codes[row], 0.0, 0.0, 0.0, 0.0, rows, model,
                 aircraft, roster, life, sky, rules, LOG_ANYWHERE, sigmas, U, R,
             )  # fmt: skip
             if score > best:

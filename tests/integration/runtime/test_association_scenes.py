@@ -38,7 +38,7 @@ def checks() -> ModuleType:
     [
         ("crossing", NAMELESS), ("formation", NAMELESS), ("shared-code", CODES),
         ("code-change", CODES), ("shared-address", ADDRESSES), ("clutter", NAMELESS),
-        ("primary-only", NAMELESS), ("garbled-codes", CODES),
+        ("primary-only", NAMELESS), ("garbled-codes", CODES), ("newcomers", NAMELESS),
     ],
 )  # fmt: skip
 def test_every_aircraft_has_one_track_and_every_track_one_aircraft(

@@ -5,6 +5,7 @@ import pytest
 
 from multiradar.estimation.filters.arrays import Aircraft, Rows
 from multiradar.estimation.filters.bank import FILTERS
+from multiradar.tracking._association_kernels import LOG_OFF_PHASE, log_of_phase
 from multiradar.tracking._kernels import assign
 from multiradar.tracking._sky_kernels import COARSE_SIGMAS, NEAR_COLUMN
 from multiradar.tracking._young_kernels import (
@@ -117,3 +118,14 @@ def test_the_second_of_two_such_plots_gets_the_track_that_the_first_begins() -> 
     assert done == 3
     assert identities.slot[2] == identities.slot[0] != identities.slot[1]
     assert identities.track_id[2] == identities.track_id[0]
+
+
+def test_a_plot_at_another_part_of_the_turn_counts_less_where_the_turn_is_known() -> None:
+    for turns in (1.0, 1.98, 3.1):
+        assert log_of_phase(turns * 11.4, 11.4) == 0.0
+    for turns in (0.6, 1.5, 2.3):
+        assert log_of_phase(turns * 11.4, 11.4) == LOG_OFF_PHASE
+    # After many turns their length is not known well enough, and some radars tell none.
+    assert log_of_phase(7.5 * 11.4, 11.4) == 0.0
+    assert log_of_phase(5.0, 0.0) == 0.0
+    assert log_of_phase(np.inf, 11.4) == 0.0
