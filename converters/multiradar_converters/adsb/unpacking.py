@@ -1,7 +1,8 @@
 """Text of a file in blocks, whether it is packed by gzip or plain; what it may grow to is bounded.
 
 Gzip is found by its first two octets, 1F 8B, not by the name: readsb packs its traces under the
-name `.json`. Several packed parts one after another are one text.
+name `.json`. Several packed parts one after another are one text. A packed file that is cut short
+gives what came before; a damaged one is refused, for what came before may be wrong, too.
 """
 
 import zlib
@@ -72,7 +73,7 @@ def read_text(unpacked: Unpacked, progress: Callable[[int], None]) -> Iterator[b
     Raises
     ------
     LayoutError
-        The file cannot be read, is packed otherwise, or grows beyond all bounds.
+        The file cannot be read, is packed otherwise or damaged, or grows beyond all bounds.
     """
     path = unpacked.path
     if path.exists() and not path.is_file():
@@ -126,8 +127,8 @@ def _unzipped(chunks: Iterator[bytes], unpacked: Unpacked) -> Iterator[bytes]:
             try:
                 block = part.decompress(waiting, BLOCK_BYTES)
             except zlib.error as error:
-                unpacked.damage = f"the packed file is damaged: {error}"
-                return
+                msg = f"{unpacked.path}: expected a whole packed file, was a damaged one: {error}"
+                raise LayoutError(msg) from error
             waiting = part.unused_data if part.eof else part.unconsumed_tail
             more = len(block) == BLOCK_BYTES
             if block:
