@@ -115,8 +115,10 @@ def lay_out(
     time = time_form(file, name, samples.get(name, ()))
     position_name = chosen.names.get(POSITION_TIME)
     position_time = time
-    if position_name is not None and any(samples.get(position_name, ())):
-        position_time = time_form(file, position_name, samples[position_name])
+    told = [text for text in samples.get(position_name or "", ()) if text]
+    # Of a column that is empty but for a row or two, these are refused, not the file.
+    if position_name is not None and 2 * len(told) >= len(samples[name]):
+        position_time = time_form(file, position_name, told)
         if of_day(position_time) != of_day(time):
             msg = (
                 f"{file}: expected dates in both or none of {name!r} and {position_name!r}, was "

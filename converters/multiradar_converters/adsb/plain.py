@@ -48,6 +48,8 @@ _EPOCH = dt.datetime(1970, 1, 1, tzinfo=dt.UTC)
 #: Kinds of report, by number; only traces tell them.
 KINDS = ("adsb", "mlat")
 
+# Feeds tell a position for some minutes after it was heard, and clocks differ by some seconds.
+_AGE_MAX_S, _AHEAD_MAX_S = 3600.0, 60.0
 _NEEDED = (roles.TIME, roles.LATITUDE, roles.LONGITUDE)
 # It and 0 are the address of nobody.
 _BROADCAST = 0xFFFFFF
@@ -119,6 +121,9 @@ def possible(numbers: NDArray[np.float64], words: NDArray[np.int64], layout: Lay
         value = numbers[role]
         within = (value >= low) & (value <= high)
         good &= within if role in _NEEDED else within | np.isnan(value)
+    if not of_day(layout.time):
+        age_s = numbers[roles.TIME] - numbers[roles.POSITION_TIME]
+        good &= np.isnan(age_s) | ((age_s >= -_AHEAD_MAX_S) & (age_s <= _AGE_MAX_S))
     return good
 
 
@@ -152,6 +157,13 @@ def fault_of(row: Row, layout: Layout) -> RefusedError | None:
             name = layout.name_of(role)
             reason = f"{name}: expected {low:.10g} to {high:.10g} {unit}, was {value:.10g}"
             return RefusedError(RejectCode.OUT_OF_RANGE, reason)
+    age_s = row.numbers[roles.TIME] - row.numbers[roles.POSITION_TIME]
+    if not of_day(layout.time) and (age_s < -_AHEAD_MAX_S or age_s > _AGE_MAX_S):
+        reason = (
+            f"{layout.name_of(roles.POSITION_TIME)}: expected at most {_AGE_MAX_S:.0f} s before "
+            f"and {_AHEAD_MAX_S:.0f} s after the time, was {age_s:.3f} s before"
+        )
+        return RefusedError(RejectCode.OUT_OF_RANGE, reason)
     return None
 
 

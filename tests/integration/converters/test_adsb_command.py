@@ -204,6 +204,19 @@ def test_the_position_counts_at_the_time_it_was_heard(tmp_path: Path) -> None:
     assert "once more" in again.reason
 
 
+def test_a_time_of_the_position_that_is_odd_costs_its_row_and_one_of_another_kind_the_run(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    reports = [report(k, last_position=None) for k in range(9)]
+    reports[3]["last_position"] = "5"
+    out = converted(tmp_path, json_list(reports))
+    assert [one.code for one in rejects(out)] == [RejectCode.OUT_OF_RANGE]
+    other = tmp_path / "other"
+    other.mkdir()
+    content = json_list([report(k, last_position=k) for k in range(9)])
+    assert "expected dates in both or none of 'timestamp'" in failure(other, capsys, content)
+
+
 def test_an_old_position_under_a_new_time_is_refused(tmp_path: Path) -> None:
     reports = [report(0), report(1, latitude=47.0), report(2, latitude=47.0), report(3)]
     # Who stands, or does not tell how fast it flies, may well be where it was.
@@ -252,6 +265,11 @@ BROKEN: list[tuple[dict[str, Any], RejectCode, str]] = [
     ({"latitude": "north"}, RejectCode.NOT_A_NUMBER, "expected a number, was 'north'"),
     ({"latitude": [47.0]}, RejectCode.NOT_A_NUMBER, "was 'a list or an object'"),
     ({"timestamp": 5e15}, RejectCode.OUT_OF_RANGE, "timestamp: expected 631152000 to 4102444800"),
+    (
+        {"last_position": (BEGIN_S - 4000) * 1000},
+        RejectCode.OUT_OF_RANGE,
+        "last_position: expected at most 3600 s before and 60 s after the time, was 4001.000 s",
+    ),
     ({"altitude": 200_000}, RejectCode.OUT_OF_RANGE, "altitude: expected -1000 to 40000 m"),
     ({"icao24": "3c64"}, RejectCode.NOT_A_NUMBER, "expected six hexadecimal digits, was '3c64'"),
     ({"icao24": "~3c6444"}, RejectCode.NOT_A_NUMBER, "expected six hexadecimal digits"),
@@ -265,8 +283,8 @@ BROKEN: list[tuple[dict[str, Any], RejectCode, str]] = [
 def test_a_broken_record_is_kept_with_its_place_and_the_next_one_is_read(
     wrong: dict[str, Any], code: RejectCode, reason: str, tmp_path: Path
 ) -> None:
-    good = [report(k, onground=False) for k in range(3)]
-    bad = report(1, **({"onground": False} | wrong))
+    good = [report(k, onground=False, last_position=(BEGIN_S + k) * 1000) for k in range(3)]
+    bad = report(1, **({"onground": False, "last_position": (BEGIN_S + 1) * 1000} | wrong))
     content = json_list([good[0], bad, good[2]])
     out = converted(tmp_path, content)
     assert [row["time_s"] - BEGIN_S for row in rows(out)] == [0.0, 2.0]

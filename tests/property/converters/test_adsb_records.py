@@ -149,7 +149,7 @@ def literal(text: str, quoted: bool) -> str:
 
 
 @given(st.lists(st.booleans(), min_size=11, max_size=11), st.sampled_from(FORMS), st.data())
-@settings(deadline=None, max_examples=150)
+@settings(deadline=None, max_examples=80)
 def test_objects_read_the_same_both_ways(
     quoted: list[bool], time: TimeForm, data: st.DataObject
 ) -> None:
@@ -171,7 +171,7 @@ def test_objects_read_the_same_both_ways(
 
 
 @given(st.sampled_from(FORMS), st.sampled_from([b",", b";", b"\t"]), st.data())
-@settings(deadline=None, max_examples=150)
+@settings(deadline=None, max_examples=80)
 def test_lines_read_the_same_both_ways(
     time: TimeForm, separator: bytes, data: st.DataObject
 ) -> None:
@@ -184,7 +184,7 @@ def test_lines_read_the_same_both_ways(
 
 
 @given(st.lists(plausible, min_size=1, max_size=20))
-@settings(deadline=None, max_examples=100)
+@settings(deadline=None, max_examples=60)
 def test_plain_records_are_read_by_the_compiled_form_alone(records: list[dict[str, Any]]) -> None:
     """What is plainly right is not left to the plain form: that is what makes it fast."""
     for record in records:
@@ -214,7 +214,7 @@ def cut(text: bytes, places: list[int]) -> list[bytes]:
     ),
     st.lists(st.integers(0, 10**6), max_size=8),
 )
-@settings(deadline=None, max_examples=100)
+@settings(deadline=None, max_examples=60)
 def test_elements_are_those_of_the_list_however_it_is_cut(
     records: list[Any], places: list[int]
 ) -> None:
@@ -235,7 +235,7 @@ def test_elements_are_those_of_the_list_however_it_is_cut(
 
 
 @given(st.binary(max_size=400), st.lists(st.integers(0, 10**6), max_size=8))
-@settings(deadline=None, max_examples=150)
+@settings(deadline=None, max_examples=80)
 def test_any_bytes_are_cut_the_same_however_they_come(text: bytes, places: list[int]) -> None:
     def told(blocks: list[bytes]) -> list[Any]:
         elements, lines = Elements(0), Lines()
