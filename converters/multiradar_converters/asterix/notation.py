@@ -155,8 +155,8 @@ def read_layout(category: int, editions: tuple[str, ...], text: str) -> Layout:
 
 
 def replaced(text: str, line: str) -> str:
-    """Return a table with another line for the item that the line names."""
-    name = line.split(" ", 1)[0]
+    """Return a table with another line for the item, or indented sub-item, that the line names."""
+    name = line[: line.index(" ", len(line) - len(line.lstrip()))]
     lines = [line if old.startswith(f"{name} ") else old for old in text.splitlines()]
     if lines == text.splitlines():
         msg = f"expected an item {name} to replace, found none"

@@ -339,6 +339,19 @@ def test_system_tracks_become_a_table_of_their_own(tmp_path: Path) -> None:
     assert [one.file for one in report(out).outputs][-1] == "system_tracks.parquet"
 
 
+@pytest.mark.parametrize(("letters", "edition"), [(7, "1.21"), (8, "1.17-cs8")])
+def test_callsigns_of_eight_letters_in_flight_plans_are_read(
+    tmp_path: Path, letters: int, edition: str
+) -> None:
+    callsign = b"HDI181G "[:letters].hex()
+    items = [(1, "0004"), (4, time_of_day(5.0)), (12, "0001"), (13, "00"), (21, f"40 {callsign}")]
+    whole = block(62, record(*items), record(*items))
+    out = converted(tmp_path, whole, options=("--records",))
+    first = json.loads((out / "records.ndjson").read_text().splitlines()[0])
+    assert (first["edition"], first["items"]["390"]) == (edition, {"CS": "HDI181G"})
+    assert rejects(out) == []
+
+
 def test_system_tracks_without_a_time_are_counted(tmp_path: Path) -> None:
     whole = block(62, system_track(1.0), record((1, "0004"), (12, "0001")))
     out = converted(tmp_path, whole)

@@ -34,8 +34,8 @@ COUNTS = {
     "gran-canaria-cat048-10s.gps": ({"034": 3, "048": 15}, 0, 11),
     # Categories 030, 032 and 255; no category 001 record has a time.
     "mixed-categories.ast": ({"001": 5, "002": 1, "034": 1, "048": 11}, 34, 9),
-    # The callsign of the system track has eight letters where the standard has seven.
-    "cat021-cat062-special-purpose.ast": ({"021": 2}, 228, 1),
+    # The flight plan of the system track has eight letters where the standard has seven.
+    "cat021-cat062-special-purpose.ast": ({"021": 2, "062": 1}, 0, 1),
 }
 
 

@@ -1,7 +1,10 @@
 """ASTERIX category 062, system tracks: EUROCONTROL-SPEC-0149-9.
 
-Editions 1.12 to 1.21: later ones only append octets to extended items.
+Editions 1.12 to 1.21: later ones only append octets to extended items. Some processors write eight
+letters in item 390/CS, where the standard has seven; their layout is named after edition 1.17.
 """
+
+from multiradar_converters.asterix.notation import replaced
 
 EDITIONS = ("1.21", "1.20", "1.19", "1.18", "1.17", "1.16", "1.12")
 
@@ -154,3 +157,7 @@ DUPT:1 DUPF:1 DUPM:1 SFC:1 IDD:1 IEC:1 MLAT:1 | M5I:1 -:6  # Track Status
 RE explicit  # Reserved Expansion Field
 SP explicit  # Special Purpose Field
 """
+
+EDITIONS_EIGHT_LETTERS = ("1.17-cs8",)
+
+TABLE_EIGHT_LETTERS = replaced(TABLE, "    CS fixed VALUE:64a")

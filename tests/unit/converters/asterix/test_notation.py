@@ -42,6 +42,8 @@ def test_a_line_is_replaced_only_where_there_is_one() -> None:
     assert replaced("010 fixed A:8\n020 fixed B:8", "020 fixed C:16") == (
         "010 fixed A:8\n020 fixed C:16"
     )
+    whole = "010 compound\n    CS fixed A:8\n020 fixed B:8"
+    assert replaced(whole, "    CS fixed A:16") == whole.replace("A:8", "A:16")
     with pytest.raises(ValueError, match="030"):
         replaced("010 fixed A:8", "030 fixed C:16")
 
@@ -66,7 +68,16 @@ def test_no_edition_of_a_category_is_described_twice() -> None:
 
 @pytest.mark.parametrize(
     ("category", "edition"),
-    [(1, "1.1"), (48, "1.15"), (48, "1.32"), (21, "0.26"), (21, "2.1"), (10, "0.24"), (62, "1.12")],
+    [
+        (1, "1.1"),
+        (48, "1.15"),
+        (48, "1.32"),
+        (21, "0.26"),
+        (21, "2.1"),
+        (10, "0.24"),
+        (62, "1.12"),
+        (62, "1.17-cs8"),
+    ],
 )
 def test_editions_are_found(category: int, edition: str) -> None:
     assert edition in layout_of(category, edition).editions
