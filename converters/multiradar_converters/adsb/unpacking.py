@@ -117,9 +117,8 @@ def _chunks(
 def _unzipped(chunks: Iterator[bytes], unpacked: Unpacked) -> Iterator[bytes]:
     part = zlib.decompressobj(_WINDOW_OF_GZIP)
     for chunk in chunks:
-        waiting, more = chunk, True
-        # A full block says that more may come out without anything going in.
-        while waiting or more:
+        waiting = chunk
+        while waiting:
             if part.eof:
                 if not waiting.strip(b"\0"):
                     break
@@ -130,7 +129,6 @@ def _unzipped(chunks: Iterator[bytes], unpacked: Unpacked) -> Iterator[bytes]:
                 msg = f"{unpacked.path}: expected a whole packed file, was a damaged one: {error}"
                 raise LayoutError(msg) from error
             waiting = part.unused_data if part.eof else part.unconsumed_tail
-            more = len(block) == BLOCK_BYTES
             if block:
                 _check_growth(unpacked, len(block))
                 yield block

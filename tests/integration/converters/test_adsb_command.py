@@ -350,6 +350,30 @@ def test_a_quote_too_few_does_not_swallow_the_rest_of_the_file(tmp_path: Path) -
     assert [one.code for one in rejects(out)] == [RejectCode.TOO_LARGE]
 
 
+def test_a_record_that_is_too_long_may_be_the_last(tmp_path: Path) -> None:
+    out = converted(tmp_path, json_list([report(0), report(1, remark="x" * 70_000)]))
+    assert [one.code for one in rejects(out)] == [RejectCode.TOO_LARGE]
+    assert len(rejects(out)[0].raw) == 4096
+    table = csv_table([report(0, remark=""), report(1, remark="x" * 70_000), report(2, remark="")])
+    lines = tmp_path / "lines"
+    lines.mkdir()
+    out = converted(lines, table)
+    assert [(one.code, one.line) for one in rejects(out)] == [(RejectCode.TOO_LARGE, 3)]
+
+
+def test_what_follows_a_list_is_told(tmp_path: Path) -> None:
+    content = json_list([report(0)])
+    out = converted(tmp_path, content + b"\n" + content)
+    (refused,) = rejects(out)
+    assert (refused.code, refused.offset) == (RejectCode.MALFORMED_JSON, len(content) + 1)
+
+
+def test_text_that_packs_very_well_is_read_to_its_end(tmp_path: Path) -> None:
+    content = json_list([report(0), report(1)])
+    blank = content.replace(b"}, {", b"}, " + b" " * (5 << 20) + b" {")
+    assert len(rows(converted(tmp_path, packed(blank)))) == 2
+
+
 POINT = [0.5, 47.0, 8.5, 35_000, 450.0, 0.0, 0, 0, None, "adsb_icao", 35_500, None, None, None]
 
 
