@@ -12,9 +12,10 @@ from multiradar.runtime.observabilities import observability_of_track
 from multiradar.runtime.offline import BATCH_ROWS
 from multiradar.runtime.publication import Publication
 from multiradar.runtime.track_windows import WindowTable
+from multiradar.tracking.health_records import HealthRecords
 from multiradar.tracking.outputs import EngineOutput, TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
-from multiradar.wire import measurement_batch, tracks_frame
+from multiradar.wire import health_frame, measurement_batch, tracks_frame
 from multiradar_schemas.arrow import OBSERVABILITY_SCHEMA
 from multiradar_schemas.reject import RejectCode
 from support import bearing_scene
@@ -177,3 +178,18 @@ def test_the_cut_into_batches_leaves_no_trace_where_bearings_begin_tracks() -> N
     for rows in (1, 41):
         _, pieces = _tracked(scene, batch_rows=rows)
         assert whole.equals(pieces)
+
+
+def test_a_radar_that_lost_its_ranges_is_not_silent() -> None:
+    """Both radars give no range any more; one still has bearings, the other nothing."""
+    scene = bearing_scene.make(seconds=300.0, jammed_s=120.0)
+    engine = Engine(TABLE, TrackingSettings())
+    batch, _ = measurement_batch(scene.frame, TABLE)
+    health = HealthRecords.concatenate([engine.push(batch).health, engine.flush().health])
+    frame = health_frame(health, TABLE)
+    alarms = {
+        name: set(",".join(frame.filter(pl.col("sensor_id") == name)["alarms"]).split(","))
+        for name in ("41-10", "41-20")
+    }
+    assert "silent" in alarms["41-20"]
+    assert "silent" not in alarms["41-10"]
