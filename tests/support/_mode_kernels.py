@@ -44,13 +44,13 @@ def pass_and_mix(
 
 @loop
 def move_alone(
-    interval: float, means: Floats, covariances: Floats, sensitivities: Floats, bias: Floats,
-    room: Floats, count: int, expected: Floats,
+    interval: float, more: float, means: Floats, covariances: Floats, sensitivities: Floats,
+    bias: Floats, room: Floats, count: int, expected: Floats,
 ) -> None:  # fmt: skip
     """Move modes on that do not pass into each other, in place; and x."""
     a, P = load_modes(0, count, means, covariances)
     x = expect_modes(0, count, a, bias, sensitivities, room)
-    a, x, P = move_modes(interval, 0.0, a, x, P, room)
+    a, x, P = move_modes(interval, more, a, x, P, room)
     store_modes(0, count, a, P, means, covariances)
     for r in range(4):
         store_row(expected, r, 0, count, x[r])

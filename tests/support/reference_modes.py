@@ -77,7 +77,7 @@ def halves(count: int) -> Floats:
 
 def motion(mode: Floats, one: Mode, bias: Floats, interval: float) -> tuple[Floats, Floats]:
     """Transition and noise of a mode over an interval, at its own velocity."""
-    lateral, along, across, _ = mode
+    lateral, along, across = mode[:3]
     velocity = one.at(bias)[2:]
     squared = float(velocity @ velocity)
     spread = float(np.trace(one.covariance[2:, 2:]))

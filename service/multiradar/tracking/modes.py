@@ -10,13 +10,14 @@ from multiradar.estimation.filters._mode_room_kernels import (
     LATERAL,
     LEAVING,
     MODE_COUNT,
+    SURPRISED,
 )
 from multiradar.tracking.settings import IMM_MODES_MAX, IMM_MODES_MIN, TrackingSettings
 
 GRAVITY_MPS2 = 9.80665
 #: Only the steepest bank has to cover what is steeper still: the others have this part of its noise
 #: across the velocity.
-GENTLER_NOISE = 0.25
+GENTLER_NOISE = 0.5
 
 
 def mode_table(settings: TrackingSettings) -> NDArray[np.float64]:
@@ -54,6 +55,9 @@ def mode_table(settings: TrackingSettings) -> NDArray[np.float64]:
     table[turns, LATERAL] = (steepest * parts[:, None] * np.array([1.0, -1.0])).ravel()
     table[turns, ACROSS] = settings.imm_turn_density * GENTLER_NOISE
     table[2 * banks - 1 : 1 + 2 * banks, ACROSS] = settings.imm_turn_density
-    if count % 2 == 0:
+    speeding = count % 2 == 0
+    if speeding:
         table[-1, ALONG] = settings.imm_speeding_density
+    # Where a mode of wide noise can take what no mode explains, the others stay narrow.
+    table[-1 if speeding else slice(None), SURPRISED] = 1.0
     return table

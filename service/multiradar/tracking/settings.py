@@ -77,13 +77,14 @@ class TrackingSettings:
         three quarters. One bank serves all speeds.
     imm_straight_density, imm_turn_density, imm_speeding_density : float
         Spectral densities, m²/s³, of the acceleration: of straight flight, on each axis; across
-        the velocity in a turn with the steepest bank, a quarter of it with gentler ones; along the
+        the velocity in a turn with the steepest bank, half of it with gentler ones; along the
         velocity while speeding up or slowing down.
     imm_straight_s, imm_manoeuvre_s : float
         Mean time for which an aircraft flies straight, and for which it keeps on manoeuvring.
     imm_surprise_floor, imm_surprise_density : float
         As `surprise_floor` and `acceleration_density` where no mode explains the measurements: the
-        density, m²/s³, of which the raised noise of every mode is a multiple.
+        density, m²/s³, of which the raised noise is a multiple. It comes to the mode of changes of
+        speed, or to all modes where there is none.
     association : str
         `nearest`: measurements without identity are assigned to tracks by place and by what they
         tell of identity, and begin tracks; `probabilistic`: so they are, and where tracks come
@@ -120,7 +121,7 @@ class TrackingSettings:
     longitudinal_acceleration_mps2: float = 1.0
     turn_rate_rad_per_s: float = 0.01
     speed_sigma_mps: float = 300.0
-    downweight_nis: float = 16.0
+    downweight_nis: float = 30.0
     refuse_nis: float = 100.0
     refusals_max: int = 3
     cone_ratio: float = 1.0
@@ -133,11 +134,11 @@ class TrackingSettings:
     manoeuvre_factor_max: float = 300.0
     imm_modes: int = 8
     imm_bank_deg: float = 25.0
-    imm_straight_density: float = 0.01
+    imm_straight_density: float = 0.003
     imm_turn_density: float = 8.0
-    imm_speeding_density: float = 20.0
+    imm_speeding_density: float = 120.0
     imm_straight_s: float = 45.0
-    imm_manoeuvre_s: float = 600.0
+    imm_manoeuvre_s: float = 3000.0
     imm_surprise_floor: float = 3.0
     imm_surprise_density: float = 256.0
     association: str = BY_NEAREST

@@ -32,6 +32,7 @@ from multiradar.estimation.filters._mode_room_kernels import (
     LEAVING,
     MODES,
     SHARES,
+    SURPRISED,
     TABLE,
     CourseOf,
     Covariances,
@@ -194,7 +195,8 @@ def move_modes(
 ) -> tuple[State, State, Covariances]:
     """Return a, x and P of each mode moved on as it moves, and keep the courses in the room.
 
-    ``more`` is a density that comes to those of the modes, m²/s³, in every direction.
+    ``more`` is a density that comes to those of modes that take surprises, m²/s³, in every
+    direction.
     """
     course = courses(kept(room, TABLE + LATERAL), x[2], x[3], P[7] + P[9], dt)
     keep(room, COURSE, course[0])
@@ -202,12 +204,13 @@ def move_modes(
     keep(room, COURSE + 2, course[2])
     keep(room, COURSE + 3, course[3])
     there = moved_state(x, course)
+    surprise = more * kept(room, TABLE + SURPRISED)
     # The noise belongs to the middle of the way.
     density = frame_density(
         0.5 * (x[2] + there[2]),
         0.5 * (x[3] + there[3]),
-        kept(room, TABLE + ALONG) + more,
-        kept(room, TABLE + ACROSS) + more,
+        kept(room, TABLE + ALONG) + surprise,
+        kept(room, TABLE + ACROSS) + surprise,
     )
     return moved_state(a, course), there, turned_covariance(P, course, dt, density)
 

@@ -37,27 +37,29 @@ Covariances = PackedOf[Lanes]
 CourseOf = tuple[Numbers, Numbers, Numbers, Numbers]
 
 # Columns of `Model.modes`: acceleration across the velocity, m/s², right positive; densities of
-# white acceleration along the velocity and across it, m²/s³; rate of leaving the mode, 1/s.
+# white acceleration along the velocity and across it, m²/s³; rate of leaving the mode, 1/s; whether
+# the noise of what no mode explains comes to it, 1 or 0.
 LATERAL = 0
 ALONG = 1
 ACROSS = 2
 LEAVING = 3
-MODE_COUNT = 4
+SURPRISED = 4
+MODE_COUNT = 5
 
 # Rows of the room: what the modes are, and 1 in the lanes of the hub and those beyond the last
 # mode, of the arms, of all modes; the shares of `pass_modes`; the course of each mode; H and K; c
 # and μ; then room for `expect_modes`.
 TABLE = 0
-HUB = 4
-ARMS = 5
-MODES = 6
-SHARES = 7
-COURSE = 10
-SLOPE = 14
-GAIN = 18
-PASSED = 26
-CHANCE = 27
-SUMS = 28
+HUB = 5
+ARMS = 6
+MODES = 7
+SHARES = 8
+COURSE = 11
+SLOPE = 15
+GAIN = 19
+PASSED = 27
+CHANCE = 28
+SUMS = 29
 ROOM_ROWS = SUMS + 4 * LANES
 
 

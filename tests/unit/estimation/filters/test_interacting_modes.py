@@ -96,11 +96,11 @@ class Room:
         after: np.ndarray = passed[0]
         return after
 
-    def move(self, form: str, interval: float, bias: np.ndarray) -> np.ndarray:
+    def move(self, form: str, interval: float, bias: np.ndarray, more: float = 0.0) -> np.ndarray:
         expected = np.empty((4, len(self.means)))
         of_form(move_alone, form)(
-            interval, self.means, self.covariances, self.sensitivities, bias[None], self.rows,
-            len(self.means), expected,
+            interval, more, self.means, self.covariances, self.sensitivities, bias[None],
+            self.rows, len(self.means), expected,
         )  # fmt: skip
         return expected.T
 
@@ -170,7 +170,7 @@ def test_a_turn_by_a_bank_is_the_exact_circle(form: str, bank_deg: float, interv
     speed, course = 180.0, 0.7
     lateral = GRAVITY_MPS2 * np.tan(np.radians(bank_deg))
     start = np.array([1e4, 2e4, speed * np.sin(course), speed * np.cos(course)])
-    table = np.array([[lateral, 0.0, 0.0, 1.0]])
+    table = np.array([[lateral, 0.0, 0.0, 1.0, 1.0]])
     room = Room([Mode(start, 1e-12 * np.eye(4), np.zeros((4, COLUMNS)))], table)
     room.move(form, interval, np.zeros(COLUMNS))
     radius, later = speed**2 / lateral, course + lateral / speed * interval
@@ -214,6 +214,25 @@ def test_the_bank_holds_at_every_speed_and_a_gap_is_as_good_as_its_parts() -> No
     assert (np.diff(turns[::2]) > 0.0).all()
 
 
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("count", [3, 5, 6, 8])
+def test_what_no_mode_explains_comes_to_changes_of_speed_or_else_to_all(
+    form: str, count: int
+) -> None:
+    rng = np.random.default_rng(count)
+    modes, table = random_modes(rng, count), mode_table(TrackingSettings(imm_modes=count))
+    widened = []
+    for more in (0.0, 50.0):
+        room = Room(modes, table)
+        room.move(form, 2.0, np.zeros(COLUMNS), more)
+        widened.append(room.covariances)
+    expected = np.zeros((count, 10))
+    for row in range(count) if count % 2 else [count - 1]:
+        expected[row, [0, 4]], expected[row, [2, 6]] = 50.0 * 8.0 / 3.0, 50.0 * 2.0
+        expected[row, [7, 9]] = 50.0 * 2.0
+    np.testing.assert_allclose(widened[1] - widened[0], expected, rtol=1e-9, atol=1e-6)
+
+
 @pytest.mark.parametrize("count", [2, 9, -1])
 def test_a_number_of_modes_out_of_its_bounds_is_refused(count: int) -> None:
     with pytest.raises(ConfigurationError, match=f"imm_modes from 3 to 8, was {count}"):
@@ -247,7 +266,7 @@ def test_modes_that_are_all_alike_are_the_two_stage_filter(
     monkeypatch: pytest.MonkeyPatch, by_epochs: bool
 ) -> None:
     density = 0.7
-    alike = np.tile([0.0, density, density, 0.01], (5, 1))
+    alike = np.tile([0.0, density, density, 0.01, 1.0], (5, 1))
     monkeypatch.setattr(model_module, "mode_table", lambda _settings: alike)
     scene = busy_scene(6, drift=1.0)
     one = CompiledFilter(scene, plain_settings("imm", density), by_epochs=by_epochs)
