@@ -42,15 +42,26 @@ class UdpSink:
         UDP port.
     interface : str
         Address of the interface by which a group is reached.
+
+    Raises
+    ------
+    PeerError
+        If this machine has no such interface.
     """
 
     def __init__(self, address: str, port: int, interface: str) -> None:
         self._target = (address, port)
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        if is_group(address):
+        if not is_group(address):
+            return
+        try:
             self._socket.setsockopt(
                 socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton(interface)
             )
+        except OSError as error:
+            self._socket.close()
+            msg = f"udp:{address}:{port}: cannot send by {interface}, {error.strerror}"
+            raise PeerError(msg) from error
 
     def send(self, octets: bytes) -> None:
         """Send a datagram; nobody says whether it arrives."""

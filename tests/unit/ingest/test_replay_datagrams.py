@@ -79,3 +79,8 @@ def test_what_cannot_be_sent_is_told() -> None:
             sink.send(bytes(70_000))
     finally:
         sink.close()
+
+
+def test_an_interface_that_there_is_not_is_told() -> None:
+    with pytest.raises(PeerError, match=r"cannot send by 192\.0\.2\.1"):
+        UdpSink("239.192.0.1", 8600, "192.0.2.1")
