@@ -1,52 +1,25 @@
-"""The example of `deploy/`: measurements in, system tracks out to a display by multicast."""
+"""A display as in the example of `deploy/`, over a restart of the service."""
 
-import socket
 from pathlib import Path
-from typing import Any
-
-import numpy as np
 
 from multiradar.app import Application
 from multiradar.settings import load_settings
-from multiradar_converters.asterix.catalogue import layout_of
-from multiradar_converters.asterix.fields import record_fields
-from multiradar_converters.asterix.program import program_of, walk
+from support.asterix_display import display, heard
 from support.live_scene import cut, recording, sensors
 
-EXAMPLE = Path(__file__).parents[3] / "deploy" / "asterix-display.toml"
-GROUP, PORT = "239.192.62.1", 8662
-EDITIONS = {62: "1.21", 63: "1.7", 65: "1.6"}
-
-
-def listener() -> socket.socket:
-    found = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-    found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-    found.bind((GROUP, PORT))
-    member = socket.inet_aton(GROUP) + socket.inet_aton("127.0.0.1")
-    found.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, member)
-    found.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 20)
-    found.settimeout(20.0)
-    return found
-
-
-def heard(display: socket.socket) -> dict[int, list[dict[str, Any]]]:
-    """Read datagrams until the service says that it ended."""
-    records: dict[int, list[dict[str, Any]]] = {62: [], 63: [], 65: []}
-    while not any("050" in one for one in records[65]):
-        data = np.frombuffer(display.recv(2000), np.uint8)
-        category = int(data[0])
-        program = program_of(layout_of(category, EDITIONS[category]))
-        walked = walk(program, data, np.array([3]), np.array([len(data)]))
-        assert not walked.faults[0, 0]
-        records[category] += [record_fields(program, data, one) for one in walked.starts]
-    return records
+EXAMPLE = Path(__file__).parents[3] / "deploy" / "asterix.toml"
+#: Another group than that of the example, which another test may hear at the same time.
+GROUP = "239.192.77.63"
 
 
 def test_a_display_gets_system_tracks(tmp_path: Path) -> None:
-    with listener() as display:
+    with display(GROUP, 0) as screen:
+        (output,) = load_settings(EXAMPLE).asterix.output
+        moved = {"address": GROUP, "port": screen.getsockname()[1]}
         settings = load_settings(
             EXAMPLE,
             {
+                "asterix": {"listen": (), "output": (output.model_dump() | moved,)},
                 "server": {"port": 0},
                 "zenoh": {"enabled": False},
                 "journal": {"path": tmp_path / "journal.sqlite"},
@@ -64,7 +37,7 @@ def test_a_display_gets_system_tracks(tmp_path: Path) -> None:
                 status = application.service.view.status()
             finally:
                 application.stop()
-            records = heard(display)
+            records = heard(screen)
             assert {one["010"]["SIC"] for one in records[62]} == {250}
             assert len({one["040"] for one in records[62]}) == 12
             assert {one["380"]["ADR"] >> 8 for one in records[62]} == {0x4B00}

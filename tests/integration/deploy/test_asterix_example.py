@@ -1,4 +1,4 @@
-"""The example of `deploy/`: two networks by multicast on loopback bring the same."""
+"""The example of `deploy/`: two networks by multicast on loopback in, system tracks out."""
 
 import time
 from pathlib import Path
@@ -7,11 +7,13 @@ import httpx
 
 from multiradar.app import Application
 from multiradar.settings import load_settings
-from support import asterix_scene, live_scene
+from support import asterix_display, asterix_scene, live_scene
 from support.asterix_listening import address, sender, settled
 
 EXAMPLE = Path(__file__).parents[3] / "deploy/asterix.toml"
 TURNS = 8
+#: The display of the example.
+DISPLAY = ("239.192.62.1", 8662)
 
 
 def test_two_networks_are_heard_and_what_both_bring_counts_once(tmp_path: Path) -> None:
@@ -21,24 +23,35 @@ def test_two_networks_are_heard_and_what_both_bring_counts_once(tmp_path: Path) 
         "zenoh": {"enabled": False},
     }
     application = Application(load_settings(EXAMPLE, told), live_scene.sensors(), lambda: None)
-    application.start()
-    try:
-        first, second = map(address, application.asterix_endpoints)
-        assert (first[0], second[0]) == ("239.192.48.1", "239.192.48.2")
-        whole = asterix_scene.datagrams(time.time() - 4.0 * (TURNS + 1), TURNS)
-        with sender() as out:
-            for _, octets in whole:
-                out.sendto(octets, first)
-                out.sendto(octets, second)
-        document = settled(application, 2 * sum(len(octets) for _, octets in whole))
-        heard = document["asterix"]["listeners"]
-        assert set(heard) == {"network-a", "network-b"}
-        measured, repeated = (
-            sum(one[f"records_{name}"] for one in heard.values())
-            for name in ("measurement", "duplicate")
+    with asterix_display.display(*DISPLAY) as screen:
+        try:
+            application.start()
+            first, second = map(address, application.asterix_endpoints)
+            assert (first[0], second[0]) == ("239.192.48.1", "239.192.48.2")
+            whole = asterix_scene.datagrams(time.time() - 4.0 * (TURNS + 1), TURNS)
+            with sender() as out:
+                for _, octets in whole:
+                    out.sendto(octets, first)
+                    out.sendto(octets, second)
+            document = settled(application, 2 * sum(len(octets) for _, octets in whole))
+            heard = document["asterix"]["listeners"]
+            assert set(heard) == {"network-a", "network-b"}
+            measured, repeated = (
+                sum(one[f"records_{name}"] for one in heard.values())
+                for name in ("measurement", "duplicate")
+            )
+            assert measured == repeated == asterix_scene.records(TURNS) == document["accepted"]
+            tracks = (
+                httpx.get(f"{application.http_url}/v1/tracks").raise_for_status().json()["tracks"]
+            )
+            assert {one["mode_s_address"] for one in tracks} == asterix_scene.addresses()
+        finally:
+            application.stop()
+        out_of_it = asterix_display.heard(screen)
+        # Aircraft that tell no address to the radar at hand are known by the other one's.
+        assert {f"{one['380']['ADR']:06x}" for one in out_of_it[62] if "380" in one} == (
+            asterix_scene.addresses()
         )
-        assert measured == repeated == asterix_scene.records(TURNS) == document["accepted"]
-        tracks = httpx.get(f"{application.http_url}/v1/tracks").raise_for_status().json()["tracks"]
-        assert {one["mode_s_address"] for one in tracks} == asterix_scene.addresses()
-    finally:
-        application.stop()
+        assert {(one["050"]["SAC"], one["050"]["SIC"]) for one in out_of_it[63]} == set(
+            asterix_scene.SITES
+        )
