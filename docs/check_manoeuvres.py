@@ -162,15 +162,18 @@ def flights(
     known: bool,
     extent_m: float = 150e3,
     straight_s: float = 120.0,
+    first_seed: int = 0,
+    bank_max_deg: float = 30.0,
 ) -> list[Flown]:
     """Fly and observe scenes; where the biases are known the radars have none."""
     found = []
-    for seed in range(runs):
+    for seed in range(first_seed, first_seed + runs):
         rng = np.random.Generator(np.random.PCG64([2016, seed]))
         sensors = table(known=known)
         plane = SystemPlane.for_sensors(sensors.latitude_rad, sensors.longitude_rad)
         fliers = tuple(
-            flier(number + 1, duration_s, extent_m, straight_s, rng) for number in range(aircraft)
+            flier(number + 1, duration_s, extent_m, straight_s, rng, bank_max_deg=bank_max_deg)
+            for number in range(aircraft)
         )
         scene = Scene(
             "", seed, duration_s, "wgs84", (plane.latitude_rad, plane.longitude_rad), fliers, (),
@@ -205,7 +208,13 @@ def radars(plane: SystemPlane, sensors: SensorTable, *, known: bool) -> tuple[Se
 
 
 def flier(
-    number: int, duration_s: float, extent_m: float, straight_s: float, rng: np.random.Generator
+    number: int,
+    duration_s: float,
+    extent_m: float,
+    straight_s: float,
+    rng: np.random.Generator,
+    *,
+    bank_max_deg: float = 30.0,
 ) -> Aircraft:
     """Return an aircraft with random legs."""
     east, north = rng.uniform(-extent_m, extent_m, 2)
@@ -222,7 +231,7 @@ def flier(
             legs.append(Leg(time_s, acceleration_mps2=change, climb_mps=climb))
             speed += change * time_s
         else:
-            rate = GRAVITY_MPS2 * np.tan(np.radians(rng.uniform(10.0, 30.0))) / speed
+            rate = GRAVITY_MPS2 * np.tan(np.radians(rng.uniform(10.0, bank_max_deg))) / speed
             angle = np.radians(rng.uniform(20.0, 150.0))
             legs.append(Leg(angle / rate, rate * rng.choice([-1.0, 1.0])))
     return Aircraft(

@@ -20,6 +20,7 @@
     ├── CovarianceError             a matrix that is no covariance
     ├── ShapeError                  an array of another shape than expected, or not of numbers
     ├── TimeOrderError              a time before one that was there already
+    ├── RestorationError            plots of which no trajectory can be made
     ├── JournalError                the journal cannot be written or does not verify
     │   └── JournalFullError        there is no room on the disk; nothing was taken
     ├── PipelineError               the live pipeline has stopped and takes nothing more
@@ -193,6 +194,10 @@ class TimeOrderError(MultiradarError):
         self.time_s = time_s
         self.after_s = after_s
         super().__init__(f"{what}: expected a time of {after_s} s or later, was {time_s} s")
+
+
+class RestorationError(MultiradarError):
+    """There are no plots of which a trajectory can be made, or not enough of them."""
 
 
 class JournalError(MultiradarError):

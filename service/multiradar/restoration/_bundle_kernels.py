@@ -1,0 +1,166 @@
+"""Compiled step of a bundle: slide the window, take a plot, settle, branch, thin.
+
+References
+----------
+IMM UrO RAN report (2016), section 2.2: the order of the steps. The project's own: branches are
+begun in cells of time, one for each kind of control, and not through the plot.
+"""
+
+from math import ceil, exp, floor
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar.kernels import in_loop, loop
+from multiradar.restoration._arc_kernels import branch_by_arc, surprises
+from multiradar.restoration._layout import (
+    APART_M,
+    BEGIN,
+    BRANCH_WEIGHT,
+    BROUGHT,
+    CELL_S,
+    COUNT,
+    EXPECTED,
+    KIND,
+    KINDS,
+    LATERAL,
+    LATERAL_MEAN,
+    LONGITUDINAL,
+    LONGITUDINAL_MEAN,
+    SEGMENT_COUNT,
+    SEGMENT_MIN_S,
+    SEGMENTS,
+    SEGMENTS_MAX,
+    TIME,
+    WEIGHT,
+    WINDOW_PLOTS_MAX,
+    WINDOW_S,
+)
+from multiradar.restoration._settling_kernels import copy_track, settle
+from multiradar.restoration._thinning_kernels import thin, trace
+from multiradar.restoration._window_kernels import leave
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+# Where so many of the last plots are outliers of the best track, arcs lead to the newest one, and
+# the tracks settle in more rounds.
+RECENT, SURPRISES_MIN, RESCUE_ROUNDS = 6, 3, 6
+# Cells that a gap between plots may leave to be begun at once.
+CELLS_MAX = 4
+
+
+@loop
+def take_plot(
+    tracks: Floats, live: int, room: int, anchor_s: float, plots: Floats, first: int, last: int,
+    kinds: Floats, rules: Floats, rounds: int, spare: Floats, H: Floats, g: Floats, H2: Floats,
+    g2: Floats, S: Floats, T: Floats, M: Floats, r: Floats, A: Floats, B: Floats, grid: Floats,
+    traces: Floats, order: Integers, kept: Integers,
+) -> tuple[int, int, float]:  # fmt: skip
+    """Take the plot in row last − 1; return the number of tracks, the first row, the anchor."""
+    now_s = plots[last - 1, TIME]
+    before_s = plots[last - 2, TIME]
+    while first < last - 2 and (
+        plots[first, TIME] < now_s - rules[WINDOW_S] or last - first > WINDOW_PLOTS_MAX
+    ):
+        for i in range(live):
+            weight = tracks[i, WEIGHT]
+            leave(tracks[i], anchor_s, plots, first, kinds, rules, A, B)
+            settle(
+                tracks[i], spare, plots[first, TIME], plots, first + 1, last - 1, before_s, kinds,
+                rules, 0, H, g, H2, g2, S, T, M, r,
+            )  # fmt: skip
+            tracks[i, BROUGHT] += weight - tracks[i, WEIGHT]
+            tracks[i, WEIGHT] = weight
+        anchor_s = plots[first, TIME]
+        first += 1
+    live = branch(tracks, live, before_s, now_s, kinds, rules)
+    recent = max(first, last - RECENT)
+    if surprises(tracks[0], anchor_s, plots, recent, last) >= SURPRISES_MIN:
+        live = rescue(tracks, live, spare, anchor_s, plots, first, last, rules, g, g2)
+        rounds += RESCUE_ROUNDS
+    for i in range(live):
+        settle(
+            tracks[i], spare, anchor_s, plots, first, last, now_s, kinds, rules, rounds,
+            H, g, H2, g2, S, T, M, r,
+        )  # fmt: skip
+    # Whole seconds: tracks are compared at the same times whatever their switches.
+    begin_s = ceil(now_s - rules[WINDOW_S])
+    for k in range(len(grid)):
+        grid[k] = begin_s + k
+    for i in range(live):
+        trace(tracks[i], anchor_s, grid, traces[i])
+    chosen = thin(tracks, live, room, traces, len(grid), rules[APART_M], order, kept)
+    compact(tracks, kept, order, chosen)
+    return chosen, first, anchor_s
+
+
+@in_loop
+def branch(
+    tracks: Floats, live: int, before_s: float, now_s: float, kinds: Floats, rules: Floats
+) -> int:
+    """Begin a branch of each other kind in each cell of time that opens, and return the number."""
+    cell_s = rules[CELL_S]
+    # A cell lies around its middle, and opens half a cell before it.
+    cell = floor(now_s / cell_s + 0.5)
+    opened = max(floor(before_s / cell_s + 0.5) + 1.0, cell - CELLS_MAX + 1.0)
+    best = tracks[0, WEIGHT]
+    parents = live
+    while opened <= cell:
+        for i in range(parents):
+            count = int(tracks[i, COUNT])
+            at = SEGMENTS + SEGMENT_COUNT * (count - 1)
+            kind = int(tracks[i, at + KIND])
+            young = count > 1 and opened * cell_s - tracks[i, at + BEGIN] < rules[SEGMENT_MIN_S]
+            heavy = exp(tracks[i, WEIGHT] - best) >= rules[BRANCH_WEIGHT]
+            if count < SEGMENTS_MAX and heavy and not young:
+                for other in range(KINDS):
+                    if other != kind and live < len(tracks):
+                        copy_track(tracks[i], tracks[live])
+                        tracks[live, COUNT] = count + 1.0
+                        new = at + SEGMENT_COUNT
+                        tracks[live, new + BEGIN] = opened * cell_s
+                        tracks[live, new + EXPECTED] = opened * cell_s
+                        tracks[live, new + KIND] = other
+                        tracks[live, new + LATERAL] = kinds[other, LATERAL_MEAN]
+                        tracks[live, new + LONGITUDINAL] = kinds[other, LONGITUDINAL_MEAN]
+                        live += 1
+        opened += 1.0
+    return live
+
+
+@in_loop
+def rescue(
+    tracks: Floats, live: int, spare: Floats, anchor_s: float, plots: Floats, first: int,
+    last: int, rules: Floats, a: Floats, b: Floats,
+) -> int:  # fmt: skip
+    """Add the best arc from each track to the last plot, and return the number of tracks."""
+    parents = live
+    for i in range(parents):
+        if live < len(tracks):
+            found = branch_by_arc(
+                tracks[i], tracks[live], spare, anchor_s, plots, first, last, rules, a, b
+            )
+            if found < np.inf:
+                live += 1
+    return live
+
+
+@in_loop
+def compact(tracks: Floats, kept: Integers, order: Integers, chosen: int) -> None:
+    """Bring the tracks that stay to the front, the best first, by swapping rows."""
+    # order[i]: where the track that stood in row i is now; row by row the right one is swapped in.
+    for i in range(len(order)):
+        order[i] = i
+    for i in range(chosen):
+        place = order[kept[i]]
+        if place != i:
+            for column in range(tracks.shape[1]):
+                value = tracks[i, column]
+                tracks[i, column] = tracks[place, column]
+                tracks[place, column] = value
+            for j in range(len(order)):
+                if order[j] == i:
+                    order[j] = place
+                    break
+            order[kept[i]] = i

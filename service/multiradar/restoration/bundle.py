@@ -1,0 +1,389 @@
+"""A bundle of trajectories of one aircraft, plot by plot.
+
+Each track is a motion of piecewise constant accelerations whose parameters, switches included, are
+those that fit plots and priors best; its weight is the probability of the plots with it. See
+docs/restoration.md.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from multiradar.errors import CovarianceError, RestorationError, TimeOrderError
+from multiradar.estimation.array_checks import finite_array
+from multiradar.restoration import _layout as layout
+from multiradar.restoration._arc_kernels import state_at, surprises
+from multiradar.restoration._bundle_kernels import RECENT, take_plot
+from multiradar.restoration._memory import bundle_memory, settling_memory
+from multiradar.restoration._settling_kernels import settle
+from multiradar.restoration._thinning_kernels import trace
+from multiradar.restoration.estimate import (
+    BEST,
+    WEIGHTED,
+    Estimate,
+    Trajectory,
+    velocity_states,
+)
+from multiradar.restoration.initial import TRIPLE_APART_M, TRIPLE_APART_S
+from multiradar.restoration.settings import KIND_NAMES, BundleSettings
+from multiradar.restoration.starting import first_tracks
+from multiradar.restoration.tracks import ControlTrack, GeometricTrack, MeasurementTrack
+
+Floats = NDArray[np.float64]
+
+#: After so many outliers of the best track among the last six plots the bundle begins anew.
+SURPRISES_MAX = 5
+#: Steps by which parameters are moved to see how the state depends on them: m, m/s, rad, then of a
+#: segment its beginning (s) and accelerations (m/s²).
+_STATE_STEPS = (0.1, 0.1, 0.01, 1e-5)
+_BEGIN_STEP_S, _CONTROL_STEP_MPS2 = 1e-3, 1e-4
+
+
+class Bundle:
+    """Trajectories of one aircraft with weights; takes its plots one at a time, in order.
+
+    Parameters
+    ----------
+    settings : BundleSettings
+        Rules of the bundle.
+
+    References
+    ----------
+    IMM UrO RAN report (2016), section 2.2. The project's own: priors, the weight by Laplace's
+    method, least squares in place of the search of section 2.5.
+    """
+
+    def __init__(self, settings: BundleSettings) -> None:
+        self._settings = settings
+        self._kinds, self._rules = settings.kinds(), settings.rules()
+        self._tracks = np.zeros((layout.CANDIDATES_MAX, layout.TRACK_COUNT))
+        self._plots = np.zeros((2 * layout.WINDOW_PLOTS_MAX, layout.PLOT_COUNT))
+        self._settling = settling_memory()
+        self._memory = bundle_memory(settings.window_s + settings.ahead_s)
+        # Rows of the window are first … last − 1; the anchor of the tracks is the time of the last
+        # plot that left it, or of the first there was.
+        self._first = self._last = self._live = 0
+        self._anchor_s = np.nan
+        self._restarts = 0
+
+    def __len__(self) -> int:
+        """Return the number of tracks: 0 before the first triple of plots that makes an arc."""
+        return self._live
+
+    @property
+    def restarts(self) -> int:
+        """How often no track could follow the plots, and all began anew.
+
+        References
+        ----------
+        The project's own.
+        """
+        return self._restarts
+
+    @property
+    def window_s(self) -> tuple[float, float]:
+        """Times from which the tracks tell how the aircraft flew, and of the last plot.
+
+        Raises
+        ------
+        RestorationError
+            If there are no tracks yet.
+
+        References
+        ----------
+        IMM UrO RAN report (2016), section 2.1: a running window.
+        """
+        self._require_tracks()
+        now_s = self._now_s()
+        return max(self._anchor_s, now_s - self._settings.window_s), now_s
+
+    def take(self, time_s: float, position_m: ArrayLike, covariance_m2: ArrayLike) -> None:
+        """Take a plot.
+
+        Parameters
+        ----------
+        time_s : float
+            When, not before the last one.
+        position_m : (2,) array_like
+            East and north, less the biases of the radar.
+        covariance_m2 : (2, 2) array_like
+            Of the errors: noise of the radar, and what is not known of its biases.
+
+        Raises
+        ------
+        TimeOrderError
+            If it is earlier than the last one.
+        ShapeError
+            If a number is not finite.
+        CovarianceError
+            If the covariance is none.
+
+        References
+        ----------
+        IMM UrO RAN report (2016), section 2.2.
+        """
+        self._append(time_s, position_m, covariance_m2)
+        if self._live:
+            self._live, self._first, self._anchor_s = take_plot(
+                self._tracks, self._live, self._settings.tracks_max, self._anchor_s, self._plots,
+                self._first, self._last, self._kinds, self._rules, self._settings.rounds,
+                *self._settling, *self._memory,
+            )  # fmt: skip
+            if self._lost():
+                self._begin(self._strange())
+        else:
+            times = self._plots[self._first : self._last, layout.TIME]
+            begin_s = times[-1] - self._settings.initial_s
+            self._first += int(np.searchsorted(times, begin_s))
+            self._begin(self._first)
+
+    def take_all(self, plots: MeasurementTrack) -> None:
+        """Take plots one after the other.
+
+        Parameters
+        ----------
+        plots : MeasurementTrack
+            Not before those that were taken.
+
+        References
+        ----------
+        IMM UrO RAN report (2016), section 2.2.
+        """
+        for row in range(len(plots)):
+            self.take(float(plots.time_s[row]), plots.position_m[row], plots.covariance_m2[row])
+
+    def weights(self) -> Floats:
+        """Return the probabilities of the tracks, the best first, of sum one.
+
+        Raises
+        ------
+        RestorationError
+            If there are no tracks yet.
+
+        References
+        ----------
+        IMM UrO RAN report (2016), section 2.2.4.
+        """
+        self._require_tracks()
+        logarithm = self._tracks[: self._live, layout.WEIGHT]
+        weight: Floats = np.exp(logarithm - logarithm.max())
+        return np.asarray(weight / weight.sum())
+
+    def trajectories(self) -> tuple[Trajectory, ...]:
+        """Return all tracks, the best first.
+
+        Raises
+        ------
+        RestorationError
+            If there are no tracks yet.
+
+        References
+        ----------
+        IMM UrO RAN report (2016), section 2.4: control tracks.
+        """
+        found = []
+        for weight, track in zip(self.weights(), self._tracks, strict=False):
+            segments = _segments(track)
+            begins = segments[:, layout.BEGIN].copy()
+            begins[0] = self._anchor_s
+            controls = ControlTrack(
+                track[layout.EAST : layout.HEADING + 1].copy(), begins,
+                segments[:, layout.LATERAL].copy(), segments[:, layout.LONGITUDINAL].copy(),
+            )  # fmt: skip
+            kinds = tuple(KIND_NAMES[int(kind)] for kind in segments[:, layout.KIND])
+            found.append(Trajectory(float(weight), controls, kinds))
+        return tuple(found)
+
+    def restored(self, time_s: ArrayLike, by: str = WEIGHTED) -> GeometricTrack:
+        """Return how the aircraft flew.
+
+        Parameters
+        ----------
+        time_s : (k,) array_like
+            Ascending times, within `window_s` to be estimates of their own; after it, a forecast.
+        by : str
+            `best`: the best track. `weighted`: the mean of all by their weights.
+
+        Returns
+        -------
+        GeometricTrack
+            At these times.
+
+        Raises
+        ------
+        RestorationError
+            If there are no tracks yet.
+        ValueError
+            If `by` is neither.
+
+        References
+        ----------
+        IMM UrO RAN report (2016), section 2.2.5.
+        """
+        times = finite_array(time_s, "times of a geometric track", (None,))
+        weights = self._weights_by(by)
+        states = np.zeros((len(weights), len(times), 4))
+        for track, state in zip(self._tracks, states, strict=False):
+            trace(track, self._anchor_s, times, state)
+        mean = np.einsum("i,ikc->kc", weights, velocity_states(states))
+        return GeometricTrack(
+            times, mean[:, :2], np.hypot(mean[:, 2], mean[:, 3]), np.arctan2(mean[:, 2], mean[:, 3])
+        )
+
+    def estimate(self, by: str = WEIGHTED, time_s: float | None = None) -> Estimate:
+        """Return the motion at the last plot, or at another time.
+
+        Parameters
+        ----------
+        by : str
+            `best`: that of the best track. `weighted`: the mean over all tracks by their weights.
+        time_s : float, optional
+            When; the time of the last plot if not given.
+
+        Returns
+        -------
+        Estimate
+            With accelerations.
+
+        Raises
+        ------
+        RestorationError
+            If there are no tracks yet.
+        ValueError
+            If `by` is neither.
+
+        References
+        ----------
+        IMM UrO RAN report (2016), section 2.2.5.
+        """
+        weights = self._weights_by(by)
+        when = self._now_s() if time_s is None else float(time_s)
+        states, spreads = np.empty((len(weights), 4)), np.empty((len(weights), 4, 4))
+        controls, kinds = np.empty((len(weights), 2)), np.zeros(len(KIND_NAMES))
+        for i, weight in enumerate(weights):
+            track = self._tracks[i]
+            states[i], place = self._state(track, when)
+            spreads[i] = self._spread(track, when)
+            segment = _segments(track)[place]
+            controls[i] = segment[[layout.LATERAL, layout.LONGITUDINAL]]
+            kinds[int(segment[layout.KIND])] += weight
+        mean = weights @ states
+        off = states - mean
+        covariance = np.einsum("i,ijk->jk", weights, spreads)
+        covariance += np.einsum("i,ij,ik->jk", weights, off, off)
+        lateral, longitudinal = weights @ controls
+        return Estimate(when, mean, covariance, float(lateral), float(longitudinal), kinds)
+
+    def _now_s(self) -> float:
+        return float(self._plots[self._last - 1, layout.TIME])
+
+    def _weights_by(self, by: str) -> Floats:
+        if by not in (BEST, WEIGHTED):
+            raise ValueError(f"expected {BEST!r} or {WEIGHTED!r}, was {by!r}")
+        weights = self.weights()
+        return np.ones(1) if by == BEST else weights
+
+    def _require_tracks(self) -> None:
+        if not self._live:
+            raise RestorationError(
+                f"expected three plots {TRIPLE_APART_S:g} s and {TRIPLE_APART_M:g} m apart within "
+                f"{self._settings.initial_s:g} s, was {self._last - self._first} plots without such"
+            )
+
+    def _append(self, time_s: float, position_m: ArrayLike, covariance_m2: ArrayLike) -> None:
+        place = finite_array(position_m, "place of a plot", (2,))
+        noise = finite_array(covariance_m2, "covariance of a plot", (2, 2))
+        time = float(finite_array(time_s, "time of a plot", ()))
+        if self._last > self._first and time < self._now_s():
+            raise TimeOrderError("time of a plot", time, self._now_s())
+        if self._last == len(self._plots):
+            kept = self._last - self._first
+            self._plots[:kept] = self._plots[self._first : self._last]
+            self._first, self._last = 0, kept
+        self._plots[self._last] = _plot_row(time, place, noise, self._settings)
+        self._last += 1
+
+    def _lost(self) -> bool:
+        first = max(self._first, self._last - RECENT)
+        count = surprises(self._tracks[0], self._anchor_s, self._plots, first, self._last)
+        return bool(count >= SURPRISES_MAX)
+
+    # The first of the last plots that the best track does not know: before it two in a row fit.
+    def _strange(self) -> int:
+        row, fitting = self._last, 0
+        while row > self._first and fitting < 2:
+            row -= 1
+            strange = surprises(self._tracks[0], self._anchor_s, self._plots, row, row + 1)
+            fitting = 0 if strange else fitting + 1
+        return row + fitting
+
+    # Begin with the plots from a row on; where they make no arc, leave all as it is.
+    def _begin(self, first: int) -> None:
+        plots = self._plots[first : self._last]
+        if plots[-1, layout.TIME] - plots[0, layout.TIME] < 2.0 * TRIPLE_APART_S:
+            return
+        tracks = first_tracks(plots, self._settings, self._settling)
+        if len(tracks):
+            self._restarts += self._live > 0
+            self._tracks[: len(tracks)] = tracks
+            self._live, self._first = len(tracks), first
+            self._anchor_s = float(plots[0, layout.TIME])
+
+    def _state(self, track: Floats, time_s: float) -> tuple[Floats, int]:
+        flown = np.empty(4)
+        segment = state_at(track, self._anchor_s, time_s, flown)
+        return velocity_states(flown), int(segment)
+
+    # Covariance of the state by that of the parameters: J H⁻¹ Jᵀ.
+    def _spread(self, track: Floats, time_s: float) -> Floats:
+        moved = track.copy()
+        settle(
+            moved, self._settling.spare, self._anchor_s, self._plots, self._first, self._last,
+            self._now_s(), self._kinds, self._rules, 0, *self._settling[1:],
+        )  # fmt: skip
+        columns, steps = _parameters(int(track[layout.COUNT]))
+        slopes = np.empty((4, len(columns)))
+        for j, (column, step) in enumerate(zip(columns, steps, strict=True)):
+            ends = []
+            for way in (step, -step):
+                moved[column] = track[column] + way
+                ends.append(self._state(moved, time_s)[0])
+            moved[column] = track[column]
+            slopes[:, j] = (ends[0] - ends[1]) / (2.0 * step)
+        factor = np.tril(self._settling.H[: len(columns), : len(columns)])
+        root = np.linalg.solve(factor, slopes.T)
+        return np.asarray(root.T @ root)
+
+
+def _segments(track: Floats) -> Floats:
+    count = int(track[layout.COUNT])
+    end = layout.SEGMENTS + layout.SEGMENT_COUNT * count
+    return track[layout.SEGMENTS : end].reshape(count, layout.SEGMENT_COUNT)
+
+
+# Columns of the parameters in the order of H, and by how much each is moved.
+def _parameters(count: int) -> tuple[list[int], list[float]]:
+    columns = [layout.EAST, layout.NORTH, layout.SPEED, layout.HEADING]
+    steps = list(_STATE_STEPS)
+    for i in range(count):
+        at = layout.SEGMENTS + layout.SEGMENT_COUNT * i
+        if i:
+            columns.append(at + layout.BEGIN)
+            steps.append(_BEGIN_STEP_S)
+        columns += [at + layout.LATERAL, at + layout.LONGITUDINAL]
+        steps += [_CONTROL_STEP_MPS2] * 2
+    return columns, steps
+
+
+def _plot_row(time_s: float, place: Floats, noise: Floats, settings: BundleSettings) -> Floats:
+    determinant = noise[0, 0] * noise[1, 1] - noise[0, 1] ** 2
+    if not (determinant > 0.0 and noise[0, 0] > 0.0):
+        raise CovarianceError(
+            f"covariance of a plot: expected a positive definite matrix, was {noise.tolist()}"
+        )
+    row = np.zeros(layout.PLOT_COUNT)
+    row[layout.TIME], row[layout.PLOT_EAST], row[layout.PLOT_NORTH] = time_s, *place
+    row[layout.EAST_EAST] = noise[1, 1] / determinant
+    row[layout.EAST_NORTH] = -noise[0, 1] / determinant
+    row[layout.NORTH_NORTH] = noise[0, 0] / determinant
+    row[layout.FLOOR] = settings.floor(determinant)
+    return row
