@@ -14,6 +14,7 @@ the place: at the newest plot, and at the plots of the last 90 s, told now (by t
 """
 
 import argparse
+import copy
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from time import process_time
@@ -28,7 +29,9 @@ from multiradar.evaluation.motion_modes import usual_modes
 from multiradar.evaluation.smoothing import Sightings
 from multiradar.restoration.bundle import Bundle
 from multiradar.restoration.estimate import BEST, WEIGHTED
+from multiradar.restoration.printed import PrintedBundle
 from multiradar.restoration.settings import BundleSettings
+from multiradar.restoration.tracks import measurement_track
 from multiradar.runtime.engine import Engine
 from multiradar.tracking.outputs import TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
@@ -114,8 +117,50 @@ def main() -> None:
                 first_seed=seed, bank_max_deg=bank_deg,
             )  # fmt: skip
             found.append(compare(moved(flown, share, seed), settings))
-        print(f"**{title}**\n")
+        print(f"**{title}**\n", flush=True)
         report(found)
+    print_searches(usual, options.first_seed)
+
+
+def print_searches(settings: BundleSettings, seed: int, aircraft: int = 6) -> None:
+    """Print how long a track of a window takes to be optimised by either method, and how well."""
+    (flown,) = flights(
+        1, aircraft=aircraft, duration_s=240.0, known=True, first_seed=seed, bank_max_deg=22.0
+    )
+    seen = in_place(flown).sightings
+    spent: dict[str, list[float]] = {"search of Hooke and Jeeves": [], "least squares": []}
+    left: dict[str, list[float]] = {name: [] for name in spent}
+    for number in np.unique(seen.aircraft):
+        taken = seen.take(
+            np.flatnonzero(
+                (seen.aircraft == number) & (seen.time_s > 100.0) & (seen.time_s < 190.0)
+            )
+        )
+        radar = np.zeros(len(taken))
+        plots = measurement_track(taken.time_s, taken.position_m, taken.covariance_m2, radar)
+        known = int(np.searchsorted(plots.time_s, plots.time_s[0] + 30.0))
+        begun = PrintedBundle(plots, replace(settings, apart_m=20.0))
+        begun.start(known)
+        for count in range(known, len(plots) + 1):
+            begun.branch(count)
+            begun.thin(count)
+        for name in spent:
+            bundle = copy.deepcopy(begun)
+            improve = bundle.settle if name == "least squares" else bundle.optimise
+            if number == seen.aircraft[0]:
+                improve(len(plots))
+                bundle = copy.deepcopy(begun)
+                improve = bundle.settle if name == "least squares" else bundle.optimise
+            began = process_time()
+            improve(len(plots))
+            spent[name].append(1e3 * (process_time() - began) / len(bundle))
+            left[name].append(bundle.misfits(len(plots)).min())
+    print("**optimisation of a track over 90 s of plots, the report's functional**\n")
+    for name in spent:
+        print(
+            f"- {name}: {np.mean(spent[name]):.2f} ms a track, at most {max(spent[name]):.2f} ms; "
+            f"misfit of the best {np.mean(left[name]):.1f}"
+        )
 
 
 def moved(one: Flown, share: float, seed: int) -> Flown:

@@ -23,7 +23,10 @@ from multiradar.studies.result import StudyOptions, StudyResult
 
 DOCS = Path(__file__).parent
 #: Names of the plots that studies.md shows, where it is not the first of the study.
-PICTURES = {"coupled-motion": ("figure-1", "figure-3")}
+PICTURES = {
+    "coupled-motion": ("figure-1", "figure-3"),
+    "trajectory-bundle": ("bundle", "figure-2-2", "figure-2-3", "figure-2-4"),
+}
 
 
 def main() -> None:

@@ -38,6 +38,8 @@ COMPUTING = (
     "studies/manoeuvre_plane_runs",
     "studies/polynomial_forecast",
     "studies/polynomial_forecast_runs",
+    "studies/trajectory_bundle",
+    "studies/trajectory_bundle_runs",
 )
 
 #: They look at shape, sign and order of what comes from outside, and compute nothing.

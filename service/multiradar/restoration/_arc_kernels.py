@@ -36,6 +36,7 @@ from multiradar.restoration._layout import (
     PLOT_NORTH,
     RIGHT,
     SEGMENT_COUNT,
+    SEGMENT_MIN_S,
     SEGMENTS,
     SEGMENTS_MAX,
     SPEED,
@@ -47,9 +48,9 @@ from multiradar.restoration._settling_kernels import copy_track
 
 Floats = NDArray[np.float64]
 
-# An arc leaves the track so long before the plot, s, and its second point lies at these parts of
+# An arc leaves the track so long before the plot, s, where no segment gets too short; its second
 # the time from there to the plot.
-LEAVES_S = (4.0, 8.0, 12.0, 16.0, 24.0, 32.0)
+LEAVES_S = (4.0, 8.0, 10.0, 12.0, 16.0, 20.0, 26.0, 32.0, 40.0)
 PARTS = (0.0, 0.3, 0.6)
 # Below it an arc is taken for straight flight, m/s².
 STRAIGHT_BELOW = 0.5
@@ -140,12 +141,16 @@ def branch_by_arc(
     found = np.inf
     for leaves in LEAVES_S:
         begin = now_s - leaves
-        if begin > anchor_s:
+        if begin > anchor_s and leaves >= rules[SEGMENT_MIN_S]:
             segment = state_at(track, anchor_s, begin, a)
+            since = anchor_s
+            if segment > 0:
+                since = track[SEGMENTS + SEGMENT_COUNT * segment + BEGIN]
             for part in PARTS:
                 state_at(track, anchor_s, begin + max(part * leaves, 0.01), b)
                 u = curvature(a, b, east, north) * a[2] * a[2]
-                if segment + 1 < SEGMENTS_MAX and abs(u) <= rules[LATERAL_MAX]:
+                short = begin - since < rules[SEGMENT_MIN_S]
+                if segment + 1 < SEGMENTS_MAX and abs(u) <= rules[LATERAL_MAX] and not short:
                     copy_track(track, trial)
                     append(trial, segment + 1, begin, u)
                     total = misfit(trial, anchor_s, plots, first, last)

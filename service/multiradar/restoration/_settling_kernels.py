@@ -1,9 +1,10 @@
 """Compiled search for the best parameters of a control track, and its weight by Laplace.
 
 Symbols: H, g = derivatives of the functional J by the parameters θ (see `_functional_kernels`).
-A round is one step of Gauss and Newton, cut back where it does not lower J and at the limits of the
-accelerations. The weight of a track is the probability of its plots over all θ near the best:
-ln P = −J + ½ ln det (prior) − ½ ln det H, with a rate for each change of control.
+A round is one step of Gauss and Newton within the limits of the accelerations, damped as Levenberg
+and Marquardt do where it does not lower J. The weight of a track is the probability of its plots
+over all θ near the best: ln P = −J + ½ ln det (prior) − ½ ln det H, with a rate for each change of
+control.
 
 References
 ----------
@@ -44,9 +45,12 @@ from multiradar.restoration._motion_kernels import SPEED_MIN
 
 Floats = NDArray[np.float64]
 
-# A step is halved so often before the round is given up, and no beginning moves farther at once, s.
-HALVINGS_MAX = 3
+# The diagonal of H is raised by a share that grows so, in so many attempts, until J falls; and no
+# beginning moves farther at once, s.
+ATTEMPTS_MAX, DAMPING_FIRST, DAMPING_STEP = 4, 0.03, 10.0
 BEGIN_STEP_MAX_S = 6.0
+# What rounding may add to J, and the change of it that is not worth another round.
+ROUNDING, DECREASE_MIN = 1e-9, 1e-4
 
 
 @loop
@@ -62,36 +66,40 @@ def settle(
     sigma = rules[CELL_SIGMA_S]
     size = 6 + 3 * (int(track[COUNT]) - 1)
     value = assess(track, anchor_s, plots, first, last, kinds, sigma, H, g, S, T, M, r)
+    damping = 0.0
     for _ in range(rounds):
-        for i in range(size):
-            g2[i] = -g[i]
-            for j in range(i + 1):
-                H2[i, j] = H[i, j]
-        hold(track, H2, g2, size, rules)
-        if np.isnan(factorise(H2, size)):
-            break
-        solve(H2, g2, size)
-        decrease = 0.0
-        for i in range(size):
-            decrease -= g[i] * g2[i]
-            T[4, i] = g2[i]
-        scale, better, found = 1.0, False, value
-        for _ in range(HALVINGS_MAX):
-            shift(track, trial, T, scale, anchor_s, rules)
-            found = assess(trial, anchor_s, plots, first, last, kinds, sigma, H2, g2, S, T, M, r)
-            if found <= value + 1e-9:
-                better = True
+        better, decrease, found = False, 0.0, value
+        for _ in range(ATTEMPTS_MAX):
+            for i in range(size):
+                g2[i] = -g[i]
+                for j in range(i + 1):
+                    H2[i, j] = H[i, j]
+                H2[i, i] *= 1.0 + damping
+            hold(track, H2, g2, size, rules)
+            if not np.isnan(factorise(H2, size)):
+                solve(H2, g2, size)
+                decrease = 0.0
+                for i in range(size):
+                    decrease -= g[i] * g2[i]
+                    T[4, i] = g2[i]
+                shift(track, trial, T, anchor_s, rules)
+                found = assess(
+                    trial, anchor_s, plots, first, last, kinds, sigma, H2, g2, S, T, M, r
+                )
+                better = found <= value + ROUNDING
+            if better:
                 break
-            scale *= 0.3
+            damping = max(DAMPING_STEP * damping, DAMPING_FIRST)
         if not better:
             break
+        damping = damping / DAMPING_STEP if damping > DAMPING_FIRST else 0.0
         value = found
         copy_track(trial, track)
         for i in range(size):
             g[i] = g2[i]
             for j in range(i + 1):
                 H[i, j] = H2[i, j]
-        if decrease < 1e-4:
+        if decrease < DECREASE_MIN:
             break
     track[WEIGHT] = (
         track[BROUGHT]
@@ -129,27 +137,23 @@ def copy_track(track: Floats, to: Floats) -> None:
 
 
 @in_loop
-def shift(
-    track: Floats, trial: Floats, step: Floats, scale: float, anchor_s: float, rules: Floats
-) -> None:
+def shift(track: Floats, trial: Floats, step: Floats, anchor_s: float, rules: Floats) -> None:
     """Write the track moved along a step, row 4 of `step`, within the limits."""
     copy_track(track, trial)
     for i in range(4):
-        trial[EAST + i] += scale * step[4, i]
+        trial[EAST + i] += step[4, i]
     trial[SPEED] = max(trial[SPEED], SPEED_MIN)
     before = anchor_s
     for i in range(int(track[COUNT])):
         at = SEGMENTS + SEGMENT_COUNT * i
         own = 4 if i == 0 else 7 + 3 * (i - 1)
         if i > 0:
-            by = min(max(scale * step[4, own - 1], -BEGIN_STEP_MAX_S), BEGIN_STEP_MAX_S)
+            by = min(max(step[4, own - 1], -BEGIN_STEP_MAX_S), BEGIN_STEP_MAX_S)
             trial[at + BEGIN] = max(track[at + BEGIN] + by, before + rules[SEGMENT_MIN_S])
             before = trial[at + BEGIN]
         u, w = rules[LATERAL_MAX], rules[LONGITUDINAL_MAX]
-        trial[at + LATERAL] = min(max(track[at + LATERAL] + scale * step[4, own], -u), u)
-        trial[at + LONGITUDINAL] = min(
-            max(track[at + LONGITUDINAL] + scale * step[4, own + 1], -w), w
-        )
+        trial[at + LATERAL] = min(max(track[at + LATERAL] + step[4, own], -u), u)
+        trial[at + LONGITUDINAL] = min(max(track[at + LONGITUDINAL] + step[4, own + 1], -w), w)
 
 
 @in_loop

@@ -8,7 +8,7 @@ docs/restoration.md.
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from multiradar.errors import CovarianceError, RestorationError, TimeOrderError
+from multiradar.errors import RestorationError, TimeOrderError
 from multiradar.estimation.array_checks import finite_array
 from multiradar.restoration import _layout as layout
 from multiradar.restoration._arc_kernels import state_at, surprises
@@ -24,9 +24,15 @@ from multiradar.restoration.estimate import (
     velocity_states,
 )
 from multiradar.restoration.initial import TRIPLE_APART_M, TRIPLE_APART_S
+from multiradar.restoration.plot_rows import plot_rows
 from multiradar.restoration.settings import KIND_NAMES, BundleSettings
 from multiradar.restoration.starting import first_tracks
-from multiradar.restoration.tracks import ControlTrack, GeometricTrack, MeasurementTrack
+from multiradar.restoration.tracks import (
+    ControlTrack,
+    GeometricTrack,
+    MeasurementTrack,
+    measurement_track,
+)
 
 Floats = NDArray[np.float64]
 
@@ -290,16 +296,15 @@ class Bundle:
             )
 
     def _append(self, time_s: float, position_m: ArrayLike, covariance_m2: ArrayLike) -> None:
-        place = finite_array(position_m, "place of a plot", (2,))
-        noise = finite_array(covariance_m2, "covariance of a plot", (2, 2))
-        time = float(finite_array(time_s, "time of a plot", ()))
-        if self._last > self._first and time < self._now_s():
-            raise TimeOrderError("time of a plot", time, self._now_s())
+        plot = measurement_track([time_s], [position_m], [covariance_m2], [0])
+        row = plot_rows(plot, self._settings)[0]
+        if self._last > self._first and row[layout.TIME] < self._now_s():
+            raise TimeOrderError("time of a plot", float(row[layout.TIME]), self._now_s())
         if self._last == len(self._plots):
             kept = self._last - self._first
             self._plots[:kept] = self._plots[self._first : self._last]
             self._first, self._last = 0, kept
-        self._plots[self._last] = _plot_row(time, place, noise, self._settings)
+        self._plots[self._last] = row
         self._last += 1
 
     def _lost(self) -> bool:
@@ -372,18 +377,3 @@ def _parameters(count: int) -> tuple[list[int], list[float]]:
         columns += [at + layout.LATERAL, at + layout.LONGITUDINAL]
         steps += [_CONTROL_STEP_MPS2] * 2
     return columns, steps
-
-
-def _plot_row(time_s: float, place: Floats, noise: Floats, settings: BundleSettings) -> Floats:
-    determinant = noise[0, 0] * noise[1, 1] - noise[0, 1] ** 2
-    if not (determinant > 0.0 and noise[0, 0] > 0.0):
-        raise CovarianceError(
-            f"covariance of a plot: expected a positive definite matrix, was {noise.tolist()}"
-        )
-    row = np.zeros(layout.PLOT_COUNT)
-    row[layout.TIME], row[layout.PLOT_EAST], row[layout.PLOT_NORTH] = time_s, *place
-    row[layout.EAST_EAST] = noise[1, 1] / determinant
-    row[layout.EAST_NORTH] = -noise[0, 1] / determinant
-    row[layout.NORTH_NORTH] = noise[0, 0] / determinant
-    row[layout.FLOOR] = settings.floor(determinant)
-    return row

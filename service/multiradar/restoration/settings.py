@@ -14,7 +14,7 @@ Floats = NDArray[np.float64]
 KIND_NAMES = ("straight", "right", "left", "faster", "slower")
 #: Shares of the kinds that follow straight flight, and those that follow any other kind: straight
 #: flight and the three others.
-_AFTER_STRAIGHT = (0.3, 0.3, 0.2, 0.2)
+_AFTER_STRAIGHT = (0.35, 0.35, 0.15, 0.15)
 _BACK_TO_STRAIGHT, _TO_ANOTHER = 0.7, 0.1
 
 
@@ -80,7 +80,7 @@ class BundleSettings:
     turn_sigma_mps2: float = 1.4
     speeding_mps2: float = 0.45
     speeding_sigma_mps2: float = 0.25
-    straight_s: float = 50.0
+    straight_s: float = 30.0
     manoeuvre_s: float = 40.0
     cell_s: float = 8.0
     segment_min_s: float = 3.0

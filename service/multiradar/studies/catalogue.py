@@ -161,6 +161,14 @@ BEARING_ONLY = StudyEntry(
     module="multiradar.studies.bearing_only",
     runs=200,
 )
+TRAJECTORY_BUNDLE = StudyEntry(
+    name="trajectory-bundle",
+    title="A bundle of trajectories, step by step",
+    purpose="Draw figures 2.2 to 2.4 of the report on an S-shaped flight, the bundle before and "
+    "after each step, and show how its tracks are kept from ending at the last plot.",
+    module="multiradar.studies.trajectory_bundle",
+    runs=20,
+)
 
 #: All studies by name, in the order of help.
 STUDIES = MappingProxyType(
@@ -172,6 +180,7 @@ STUDIES = MappingProxyType(
             COUPLED_MOTION,
             MANOEUVRE_PLANE,
             BEARING_ONLY,
+            TRAJECTORY_BUNDLE,
         )
     }
 )

@@ -141,9 +141,9 @@ def test_what_is_no_plot_is_told() -> None:
     bundle.take(5.0, [0.0, 0.0], NOISE)
     with pytest.raises(TimeOrderError, match=r"expected a time of 5.0 s or later, was 4.0 s"):
         bundle.take(4.0, [0.0, 0.0], NOISE)
-    with pytest.raises(ShapeError, match="place of a plot: expected finite numbers"):
+    with pytest.raises(ShapeError, match="places of plots: expected finite numbers"):
         bundle.take(6.0, [np.nan, 0.0], NOISE)
-    with pytest.raises(CovarianceError, match="expected a positive definite matrix"):
+    with pytest.raises(CovarianceError, match="covariances of plots"):
         bundle.take(6.0, [0.0, 0.0], np.array([[1.0, 2.0], [2.0, 1.0]]))
     with pytest.raises(ValueError, match="expected 'best' or 'weighted', was 'worst'"):
         followed(plots_of(flight(S_SHAPE), 60.0, np.random.default_rng(1))).estimate("worst")

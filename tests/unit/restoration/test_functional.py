@@ -10,7 +10,8 @@ from multiradar.restoration._functional_kernels import assess
 from multiradar.restoration._memory import SettlingMemory, settling_memory
 from multiradar.restoration._settling_kernels import settle
 from multiradar.restoration._window_kernels import inform
-from multiradar.restoration.bundle import _parameters, _plot_row
+from multiradar.restoration.bundle import _parameters
+from multiradar.restoration.plot_rows import plot_rows
 from multiradar.restoration.settings import BundleSettings
 from support.flown import S_SHAPE, flight, plots_of
 from support.kernels import plain
@@ -23,14 +24,7 @@ UNTIL_S = 150.0
 
 def rows(seed: int = 1, wrong: float = 0.0) -> Floats:
     plots = plots_of(flight(S_SHAPE), UNTIL_S, np.random.default_rng(seed), wrong=wrong)
-    return np.array(
-        [
-            _plot_row(float(time), place, noise, SETTINGS)
-            for time, place, noise in zip(
-                plots.time_s, plots.position_m, plots.covariance_m2, strict=True
-            )
-        ]
-    )
+    return plot_rows(plots, SETTINGS)
 
 
 def track(memory: SettlingMemory, *, off: float = 0.0) -> Floats:
