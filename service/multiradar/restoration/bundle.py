@@ -25,23 +25,15 @@ from multiradar.restoration.estimate import (
 )
 from multiradar.restoration.initial import TRIPLE_APART_M, TRIPLE_APART_S
 from multiradar.restoration.plot_rows import plot_rows
+from multiradar.restoration.reading import control_track_of, parameters_of, segments_of
 from multiradar.restoration.settings import KIND_NAMES, BundleSettings
 from multiradar.restoration.starting import first_tracks
-from multiradar.restoration.tracks import (
-    ControlTrack,
-    GeometricTrack,
-    MeasurementTrack,
-    measurement_track,
-)
+from multiradar.restoration.tracks import GeometricTrack, MeasurementTrack, measurement_track
 
 Floats = NDArray[np.float64]
 
 #: After so many outliers of the best track among the last six plots the bundle begins anew.
 SURPRISES_MAX = 5
-#: Steps by which parameters are moved to see how the state depends on them: m, m/s, rad, then of a
-#: segment its beginning (s) and accelerations (m/s²).
-_STATE_STEPS = (0.1, 0.1, 0.01, 1e-5)
-_BEGIN_STEP_S, _CONTROL_STEP_MPS2 = 1e-3, 1e-4
 
 
 class Bundle:
@@ -188,14 +180,8 @@ class Bundle:
         """
         found = []
         for weight, track in zip(self.weights(), self._tracks, strict=False):
-            segments = _segments(track)
-            begins = segments[:, layout.BEGIN].copy()
-            begins[0] = self._anchor_s
-            controls = ControlTrack(
-                track[layout.EAST : layout.HEADING + 1].copy(), begins,
-                segments[:, layout.LATERAL].copy(), segments[:, layout.LONGITUDINAL].copy(),
-            )  # fmt: skip
-            kinds = tuple(KIND_NAMES[int(kind)] for kind in segments[:, layout.KIND])
+            kinds = tuple(KIND_NAMES[int(kind)] for kind in segments_of(track)[:, layout.KIND])
+            controls = control_track_of(track, self._anchor_s)
             found.append(Trajectory(float(weight), controls, kinds))
         return tuple(found)
 
@@ -269,7 +255,7 @@ class Bundle:
             track = self._tracks[i]
             states[i], place = self._state(track, when)
             spreads[i] = self._spread(track, when)
-            segment = _segments(track)[place]
+            segment = segments_of(track)[place]
             controls[i] = segment[[layout.LATERAL, layout.LONGITUDINAL]]
             kinds[int(segment[layout.KIND])] += weight
         mean = weights @ states
@@ -296,7 +282,9 @@ class Bundle:
             )
 
     def _append(self, time_s: float, position_m: ArrayLike, covariance_m2: ArrayLike) -> None:
-        plot = measurement_track([time_s], [position_m], [covariance_m2], [0])
+        plot = measurement_track(
+            [time_s], np.asarray(position_m)[None], np.asarray(covariance_m2)[None], [0]
+        )
         row = plot_rows(plot, self._settings)[0]
         if self._last > self._first and row[layout.TIME] < self._now_s():
             raise TimeOrderError("time of a plot", float(row[layout.TIME]), self._now_s())
@@ -345,7 +333,7 @@ class Bundle:
             moved, self._settling.spare, self._anchor_s, self._plots, self._first, self._last,
             self._now_s(), self._kinds, self._rules, 0, *self._settling[1:],
         )  # fmt: skip
-        columns, steps = _parameters(int(track[layout.COUNT]))
+        columns, steps = parameters_of(int(track[layout.COUNT]))
         slopes = np.empty((4, len(columns)))
         for j, (column, step) in enumerate(zip(columns, steps, strict=True)):
             ends = []
@@ -357,23 +345,3 @@ class Bundle:
         factor = np.tril(self._settling.H[: len(columns), : len(columns)])
         root = np.linalg.solve(factor, slopes.T)
         return np.asarray(root.T @ root)
-
-
-def _segments(track: Floats) -> Floats:
-    count = int(track[layout.COUNT])
-    end = layout.SEGMENTS + layout.SEGMENT_COUNT * count
-    return track[layout.SEGMENTS : end].reshape(count, layout.SEGMENT_COUNT)
-
-
-# Columns of the parameters in the order of H, and by how much each is moved.
-def _parameters(count: int) -> tuple[list[int], list[float]]:
-    columns = [layout.EAST, layout.NORTH, layout.SPEED, layout.HEADING]
-    steps = list(_STATE_STEPS)
-    for i in range(count):
-        at = layout.SEGMENTS + layout.SEGMENT_COUNT * i
-        if i:
-            columns.append(at + layout.BEGIN)
-            steps.append(_BEGIN_STEP_S)
-        columns += [at + layout.LATERAL, at + layout.LONGITUDINAL]
-        steps += [_CONTROL_STEP_MPS2] * 2
-    return columns, steps

@@ -20,6 +20,7 @@ from multiradar.restoration._thinning_kernels import thin, trace
 from multiradar.restoration._window_kernels import inform
 from multiradar.restoration.initial import arcs_through_triples
 from multiradar.restoration.plot_rows import plot_rows
+from multiradar.restoration.reading import control_track_of
 from multiradar.restoration.settings import BundleSettings
 from multiradar.restoration.tracks import ControlTrack, MeasurementTrack
 
@@ -270,20 +271,7 @@ class PrintedBundle:
         ----------
         IMM UrO RAN report (2016), section 2.4.
         """
-        found = []
-        for track in self._tracks:
-            count = int(track[layout.COUNT])
-            end = layout.SEGMENTS + layout.SEGMENT_COUNT * count
-            segments = track[layout.SEGMENTS : end].reshape(count, layout.SEGMENT_COUNT)
-            begins = segments[:, layout.BEGIN].copy()
-            begins[0] = self._anchor_s
-            found.append(
-                ControlTrack(
-                    track[layout.EAST : layout.HEADING + 1].copy(), begins,
-                    segments[:, layout.LATERAL].copy(), segments[:, layout.LONGITUDINAL].copy(),
-                )
-            )  # fmt: skip
-        return tuple(found)
+        return tuple(control_track_of(track, self._anchor_s) for track in self._tracks)
 
     def ends(self, count: int) -> Floats:
         """Return where the tracks are at the newest plot.

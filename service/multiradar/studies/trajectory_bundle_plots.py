@@ -1,6 +1,9 @@
 """Plots of the study of bundles: maps of the flight, and the tracks before and after each step."""
 
-from multiradar.report.content import Plot, Series
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar.report.content import Plot, Series, Style
 from multiradar.studies.trajectory_bundle_runs import Picture, Run
 
 #: What is drawn, by the number of the step: name of the file, and what the report calls it.
@@ -34,23 +37,22 @@ def plots(run: Run) -> list[Plot]:
 
 def _map(run: Run, picture: Picture, name: str, title: str) -> Plot:
     known = run.plots.time_s <= picture.time_s[-1] + 1.0
-    truth = run.path.place(picture.time_s)
-    tracks = [
-        Series("tracks", *(1e-3 * track.T), "thin", key="tracks")
-        for track in picture.places_m[::-1]
-    ]
-    best = picture.places_m[0]
+    tracks = [_line("tracks", track, "thin", "tracks") for track in picture.places_m[::-1]]
     return Plot(
         title=title,
         x_label="east, km",
         y_label="north, km",
         series=(
             *tracks,
-            Series("best track", *(1e-3 * best.T), key="best"),
-            Series("true path", *(1e-3 * truth.T), "dashed", key="ink"),
-            Series("plots", *(1e-3 * run.plots.position_m[known].T), "rings", key="plots"),
+            _line("best track", picture.places_m[0], "line", "best"),
+            _line("true path", run.path.place(picture.time_s), "dashed", "ink"),
+            _line("plots", run.plots.position_m[known], "rings", "plots"),
         ),
         equal_axes=True,
         caption=f"{len(picture.places_m)} tracks, {picture.name}.",
         name=name,
     )
+
+
+def _line(label: str, places_m: NDArray[np.float64], style: Style, key: str) -> Series:
+    return Series(label, 1e-3 * places_m[:, 0], 1e-3 * places_m[:, 1], style, key=key)

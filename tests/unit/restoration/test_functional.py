@@ -10,8 +10,8 @@ from multiradar.restoration._functional_kernels import assess
 from multiradar.restoration._memory import SettlingMemory, settling_memory
 from multiradar.restoration._settling_kernels import settle
 from multiradar.restoration._window_kernels import inform
-from multiradar.restoration.bundle import _parameters
 from multiradar.restoration.plot_rows import plot_rows
+from multiradar.restoration.reading import parameters_of
 from multiradar.restoration.settings import BundleSettings
 from support.flown import S_SHAPE, flight, plots_of
 from support.kernels import plain
@@ -57,7 +57,7 @@ def test_the_gradient_is_that_of_the_functional() -> None:
     memory, plots = settling_memory(), rows(wrong=0.05)
     made = track(memory, off=0.3)
     value(made, plots, memory)
-    columns, steps = _parameters(len(S_SHAPE))
+    columns, steps = parameters_of(len(S_SHAPE))
     gradient = memory.g[: len(columns)].copy()
     for slope, column, step in zip(gradient, columns, steps, strict=True):
         ends = []
@@ -76,7 +76,7 @@ def test_the_curvature_is_that_of_least_squares() -> None:
     made = track(memory)
     settle(made, memory.spare, 0.0, plots, 1, len(plots), UNTIL_S, KINDS, RULES, 20, *memory[1:])
     value(made, plots, memory)
-    columns, steps = _parameters(len(S_SHAPE))
+    columns, steps = parameters_of(len(S_SHAPE))
     size = len(columns)
     lower = np.tril(memory.H[:size, :size])
     curvature = lower + np.tril(lower, -1).T
