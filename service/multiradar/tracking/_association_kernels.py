@@ -39,6 +39,7 @@ from multiradar.tracking._sky_kernels import (
     place_in_table,
     velocity_astray,
 )
+from multiradar.tracking._turn_kernels import log_of_phase
 from multiradar.tracking._young_kernels import is_young, log_anew, log_of_speed, slack_of
 from multiradar.tracking.lifecycle import TENTATIVE, Lifecycle
 from multiradar.tracking.roster import MISSING, Roster, RowIdentities
@@ -88,11 +89,6 @@ HEIGHT_DIFFERENT = -7.0
 # A second plot is looked for as far as the fastest aircraft flies, and this at most for the errors
 # of both.
 START_ERROR_M = 3_000.0
-# An antenna that turns meets an aircraft once a turn: a plot at another part of it, within so many
-# turns, is hardly of the aircraft.
-PHASE_OFF = 0.2
-PHASE_TURNS_MAX = 3.5
-LOG_OFF_PHASE = -4.0
 # What a track counts less for having been measured once, twice.
 LOG_NEW = -3.0
 LOG_YOUNG = -1.5
@@ -225,18 +221,6 @@ def log_of_height(off: float, dt: float) -> float:
     density = LEVEL_PART / level * math.exp(-0.5 * (off / level) ** 2)
     density += (1.0 - LEVEL_PART) / climbing * math.exp(-0.5 * (off / climbing) ** 2)
     return math.log(max(density, 1e-300)) - 0.5 * LOG_TURN
-
-
-@in_loop
-def log_of_phase(since: float, turn: float) -> float:
-    """Return what the time since its last plot of a track says against another by one sensor."""
-    score = 0.0
-    # Turns are not known to the last digit, and 0 is a turn that is not known at all.
-    if since < PHASE_TURNS_MAX * turn:
-        turns = since / turn
-        if abs(turns - math.floor(turns + 0.5)) > PHASE_OFF:
-            score = LOG_OFF_PHASE
-    return score
 
 
 @in_loop

@@ -5,9 +5,9 @@ import pytest
 
 from multiradar.estimation.filters.arrays import Aircraft, Rows
 from multiradar.estimation.filters.bank import FILTERS
-from multiradar.tracking._association_kernels import LOG_OFF_PHASE, log_of_phase
 from multiradar.tracking._kernels import assign
 from multiradar.tracking._sky_kernels import COARSE_SIGMAS, NEAR_COLUMN
+from multiradar.tracking._turn_kernels import LOG_OFF_PHASE, log_of_phase
 from multiradar.tracking._young_kernels import (
     LOG_ANEW,
     LOG_FAST_MIN,
