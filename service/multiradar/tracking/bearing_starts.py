@@ -109,7 +109,7 @@ class BearingStarts:
             key = int(batch.track_number[row]), int(batch.mode_s_address[row])
             if batch.kind[row] != KIND_BEARING:
                 # Whatever else is measured of it begins its track.
-                self._waiting[key] = []
+                self._waiting.pop(key, None)
                 continue
             start = self._take(key, batch, row, model, biases)
             if start is not None:
@@ -132,7 +132,11 @@ class BearingStarts:
             self._waiting.popitem(last=False)
         if len(before) < BEARINGS_MIN:
             return None
-        start = self._located(before, model, biases)
+        try:
+            start = self._located(before, model, biases)
+        except (BearingsError, np.linalg.LinAlgError):
+            # They do not cross, or the search runs away from where they nearly do.
+            start = None
         if start is not None:
             self._waiting.pop(key, None)
         return start
@@ -150,10 +154,7 @@ class BearingStarts:
             _flat(model.sites[one.sensor], angle, float(self._sigmas[one.sensor]))
             for one, angle in zip(seen, corrected.tolist(), strict=True)
         ]
-        try:
-            mean, _ = begin(sights, times, self._speed_sigma_mps).estimate()
-        except BearingsError:
-            return None
+        mean, _ = begin(sights, times, self._speed_sigma_mps).estimate()
         sigmas = self._sigmas[[one.sensor for one in seen]]
         prior = np.diag([0.0, 0.0, *2 * [self._speed_sigma_mps**-2]])
         height_m = float(model.options[ASSUMED_HEIGHT])
