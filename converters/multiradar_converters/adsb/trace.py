@@ -33,6 +33,7 @@ from multiradar_converters.adsb import roles
 from multiradar_converters.adsb.cells import Pairs, json_text, json_value
 from multiradar_converters.adsb.layout import Layout
 from multiradar_converters.adsb.roles import FOOT_M, KNOT_MPS, Chosen
+from multiradar_converters.adsb.time_forms import DECIMAL
 from multiradar_converters.errors import LayoutError
 from multiradar_converters.vid.text.lines import RefusedError
 from multiradar_schemas.reject import RejectCode
@@ -118,7 +119,8 @@ def _point(raw: bytes, begin_s: float, address: str) -> dict[int, str]:
     }
     altitude = json_text(point[3])
     flags = json_text(_at(point, _FLAGS))
-    if flags.isdecimal() and int(flags[:6]) & _ALTITUDE_IS_GEOMETRIC and altitude != "ground":
+    told = flags.isascii() and flags.isdecimal()
+    if told and int(flags[:6]) & _ALTITUDE_IS_GEOMETRIC and altitude != "ground":
         cells[roles.GEOMETRIC] = altitude
     else:
         cells[roles.HEIGHT] = altitude
@@ -126,18 +128,15 @@ def _point(raw: bytes, begin_s: float, address: str) -> dict[int, str]:
     cells[roles.SPEED] = json_text(_at(point, 4))
     details = _at(point, _DETAILS)
     if isinstance(details, Pairs):
-        told = dict(details.pairs)
-        cells[roles.CALLSIGN] = json_text(told.get("flight"))
-        cells[roles.CODE] = json_text(told.get("squawk"))
+        named = dict(details.pairs)
+        cells[roles.CALLSIGN] = json_text(named.get("flight"))
+        cells[roles.CODE] = json_text(named.get("squawk"))
     return cells
 
 
 def _moment(text: str, begin_s: float) -> str:
-    try:
-        return repr(begin_s + float(text))
-    except ValueError:
-        # What is no number is told as it stands.
-        return text
+    # What is no number is told as it stands.
+    return repr(begin_s + float(text)) if DECIMAL.fullmatch(text) else text
 
 
 def _kind(point: list[object]) -> str:

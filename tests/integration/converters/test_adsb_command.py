@@ -387,6 +387,8 @@ def test_a_trace_becomes_measurements(tmp_path: Path) -> None:
         [5.0, 47.04, 8.5, 1200, None, None, 0, 0, None, "tisb_icao", None],
         [6.0, 47.05],
         "point",
+        # Python reads it as 10, nobody else does.
+        ["1_0", 47.06, 8.5, None],
     ]
     out = converted(tmp_path, packed(trace(points)))
     found = pl.read_parquet(out / "measurements.parquet")
@@ -402,6 +404,7 @@ def test_a_trace_becomes_measurements(tmp_path: Path) -> None:
         RejectCode.UNKNOWN_KIND,
         RejectCode.WRONG_FIELD_COUNT,
         RejectCode.WRONG_TYPE,
+        RejectCode.NOT_A_NUMBER,
     ]
 
 
