@@ -1,5 +1,6 @@
 """The engine's output for one reader in a thread of its own, who is never waited for."""
 
+import math
 import threading
 from collections import deque
 from dataclasses import dataclass
@@ -24,12 +25,15 @@ class Fed:
         Whether the engine begins again: what it put out before comes once more.
     caught_up : bool
         Whether what follows is new: the journal was played.
+    reached_s : float
+        With `caught_up`, the greatest data time of what was put before it, s.
     """
 
     output: EngineOutput | None = None
     lost: bool = False
     restarted: bool = False
     caught_up: bool = False
+    reached_s: float = -math.inf
 
 
 class OutputFeed:
@@ -47,6 +51,7 @@ class OutputFeed:
         self._rows = 0
         self._changed = threading.Condition()
         self._closed = False
+        self._reached_s = -math.inf
         #: Updates that were dropped.
         self.dropped = 0
 
@@ -56,8 +61,11 @@ class OutputFeed:
         return self._rows
 
     def put(self, output: EngineOutput) -> None:
-        """Add output; never waits."""
+        """Add output; never waits. Of a closed feed nothing more is read, so nothing is kept."""
         with self._changed:
+            if self._closed:
+                return
+            self._reached_s = float(output.updates.time_s.max(initial=self._reached_s))
             lost = self._rows + len(output.updates) > self._rows_max
             if lost:
                 self._drop(output)
@@ -69,15 +77,17 @@ class OutputFeed:
     def restart(self) -> None:
         """Say that the engine begins again."""
         with self._changed:
-            self._waiting.clear()
+            # Nobody says twice that the journal was played: a reader that did not hear it would
+            # wait for it for ever.
+            kept = [fed for fed in self._waiting if fed.caught_up]
+            self._waiting = deque([*kept, Fed(restarted=True)])
             self._rows = 0
-            self._waiting.append(Fed(restarted=True))
             self._changed.notify()
 
     def catch_up(self) -> None:
         """Say that what follows is new."""
         with self._changed:
-            self._waiting.append(Fed(caught_up=True))
+            self._waiting.append(Fed(caught_up=True, reached_s=self._reached_s))
             self._changed.notify()
 
     def take(self) -> Fed | None:
@@ -99,7 +109,7 @@ class OutputFeed:
 
     def _drop(self, output: EngineOutput) -> None:
         self.dropped += self._rows + len(output.updates)
-        # Notices stay: each of them ends what came before it.
-        kept = [fed for fed in self._waiting if fed.output is None]
+        # Notices stay: each of them ends what came before it. One of a loss is enough.
+        kept = [fed for fed in self._waiting if fed.output is None and not fed.lost]
         self._waiting = deque([*kept, Fed(lost=True)])
         self._rows = 0

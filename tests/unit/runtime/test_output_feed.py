@@ -65,6 +65,28 @@ def test_a_restart_takes_the_place_of_what_waits() -> None:
     assert (feed.rows, feed.dropped) == (0, 0)
 
 
+def test_that_the_journal_was_played_is_heard_across_a_restart() -> None:
+    """Nobody says it again, and before it is heard nothing is told to anybody."""
+    feed, outputs = OutputFeed(), made(3)
+    feed.put(outputs[0])
+    feed.catch_up()
+    feed.restart()
+    first, second = feed.take(), feed.take()
+    assert first is not None
+    assert (first.caught_up, first.restarted) == (True, False)
+    assert first.reached_s == outputs[0].updates.time_s.max()
+    assert second is not None
+    assert (second.caught_up, second.restarted) == (False, True)
+
+
+def test_a_closed_feed_keeps_nothing_more() -> None:
+    feed, outputs = OutputFeed(), made(3)
+    feed.close()
+    feed.put(outputs[0])
+    assert feed.rows == 0
+    assert feed.take() is None
+
+
 def test_who_waits_is_woken() -> None:
     feed, outputs = OutputFeed(), made(3)
     taken = []

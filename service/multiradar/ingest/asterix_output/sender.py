@@ -128,7 +128,7 @@ class AsterixSender:
             self._quiet_until_s = max(self._quiet_until_s, self._cycles.reached_s)
             self._cycles = self._begin()
         elif fed.caught_up:
-            self._quiet_until_s = self._cycles.reached_s
+            self._quiet_until_s = max(fed.reached_s, self._cycles.reached_s)
             # What was lost of the journal is lost to nobody.
             self._cycles.overloaded.clear()
         elif fed.lost:
@@ -150,6 +150,7 @@ class AsterixSender:
         except Exception as error:
             # Nobody waits for this thread: the service goes on without it.
             self._failure = repr(error)
+            self._feed.close()
             _log.exception("ASTERIX output has stopped")
 
     def _follow(self, output: EngineOutput) -> None:
