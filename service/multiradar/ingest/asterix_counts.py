@@ -71,7 +71,7 @@ class AsterixCounts:
             self._categories.update(categories)
 
     def batch_failed(self) -> None:
-        """Count a batch that was decoded datagram by datagram, for a fault of ours."""
+        """Count a batch, or a part of one, that was decoded again in parts, for a fault of ours."""
         with self._lock:
             self._batches_failed += 1
 

@@ -109,14 +109,16 @@ class AsterixInlet:
         try:
             batch = self._decoder.decode(_joined(received))
         except Exception as error:
-            # A fault of ours: each for itself, so that the others do not suffer.
+            # A fault of ours: by halves down to the one that fails, so that the others do not
+            # suffer, nor wait until each was decoded for itself.
             self._failed(error, len(received))
             if len(received) == 1:
                 reason = f"could not be decoded: {type(error).__name__}"
                 yield received, unreadable(_joined(received), reason)
                 return
-            for one in received:
-                yield from self._decoded([one])
+            middle = len(received) // 2
+            for half in (received[:middle], received[middle:]):
+                yield from self._decoded(half)
         else:
             yield received, batch
 
@@ -166,6 +168,10 @@ class AsterixInlet:
             except MultiradarError as error:
                 self._lost(listener, error)
                 return
+            except Exception as error:
+                # A fault of the service: counted here, told by who drains.
+                self._lost(listener, error)
+                raise
             else:
                 future.add_done_callback(lambda done: self._settled(done, listener))
                 return

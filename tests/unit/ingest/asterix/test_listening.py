@@ -323,7 +323,7 @@ def test_a_fault_of_the_service_does_not_stop_the_decoder(
     one = listening()
     one.service.failures.append(RuntimeError("a mistake"))
     one.sources[0].send(plot(0.0))
-    one.until("records_measurement", 1)
+    one.until("rows_lost", 1)
     one.sources[0].send(plot(1.0))
     one.until("rows_accepted", 1)
     assert one.gateway.counts.document()["batches_failed"] == 1
