@@ -18,7 +18,16 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from multiradar.asterix_output_settings import AsterixOutputSettings
-from multiradar.setting_types import Count, Ipv4, Label, NotNegative, Port, Seconds, Section
+from multiradar.setting_types import (
+    Count,
+    Ipv4,
+    Label,
+    NotNegative,
+    Port,
+    Seconds,
+    Section,
+    SocketOctets,
+)
 
 #: Each listener has a thread of its own.
 LISTENERS_MAX = 64
@@ -45,7 +54,7 @@ class AsterixListenSettings(Section):
     address: Ipv4 = "127.0.0.1"
     port: Port
     interface: Ipv4 = "127.0.0.1"
-    receive_buffer_octets: Count = 4 * 1024 * 1024
+    receive_buffer_octets: SocketOctets = 4 * 1024 * 1024
 
     @property
     def label(self) -> str:

@@ -28,6 +28,8 @@ def _ipv4(text: str) -> str:
 Count = Annotated[int, BeforeValidator(plain_number), Field(ge=1)]
 Seconds = Annotated[float, BeforeValidator(plain_number), Field(gt=0.0)]
 NotNegative = Annotated[float, BeforeValidator(plain_number), Field(ge=0.0)]
+#: Room asked of the system for a socket, octets: a C integer.
+SocketOctets = Annotated[int, BeforeValidator(plain_number), Field(ge=1, le=2**31 - 1)]
 Port = Annotated[int, BeforeValidator(plain_number), Field(ge=0, le=PORT_MAX)]
 Endpoint = Annotated[str, Field(pattern=r"^[a-z]+/[^\s/]+$")]
 #: An IPv4 address in digits; names are not looked up.

@@ -128,6 +128,10 @@ def test_listeners_are_bounded(file: Path) -> None:
         ("port = 65536", "listen[0].port: expected a value less than or equal to 65535"),
         ("address = '127.0.0.1'", "listen[0].port: expected a value, was absent"),
         ("port = 1\nname = 'a b'", "listen[0].name: expected text of the form"),
+        (
+            "port = 1\nreceive_buffer_octets = 2147483648",
+            "listen[0].receive_buffer_octets: expected a value less than or equal to 2147483647",
+        ),
         ("port = 1\n[[asterix.listen]]\nport = 1", "each listener's name once, was twice"),
     ],
 )

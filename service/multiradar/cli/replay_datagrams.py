@@ -1,6 +1,7 @@
 """`multiradar replay … --to udp:…`: an ASTERIX recording sent as datagrams."""
 
 import json
+import math
 import re
 import time
 from enum import StrEnum
@@ -58,7 +59,7 @@ def replay_datagrams(
     clock = SystemClock()
     try:
         sending = read_sending(recording)
-        if times is Times.NOW and sending.begin_s == sending.begin_s:
+        if times is Times.NOW and not math.isnan(sending.begin_s):
             start_s = begin_s(sending.due_s, speed, clock.now_s())
             sending = read_sending(recording, int((start_s - sending.begin_s) % _DAY_S))
     except LayoutError as error:
