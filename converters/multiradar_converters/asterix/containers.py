@@ -96,9 +96,6 @@ def read_blocks(path: Path) -> Blocks:
         The file cannot be read, is packed, or is a capture of a kind that is not known.
     """
     data = _octets(path)
-    if data[:3].tobytes() == _GZIP:
-        msg = f"{path}: expected a recording, was one packed by gzip; unpack it first"
-        raise LayoutError(msg)
     if capture.is_capture(data):
         return _from_capture(path, data)
     if is_replay_file(data):
@@ -118,10 +115,14 @@ def read_blocks(path: Path) -> Blocks:
 
 def _octets(path: Path) -> NDArray[np.uint8]:
     try:
-        return np.fromfile(path, dtype=np.uint8)
+        data = np.fromfile(path, dtype=np.uint8)
     except OSError as error:
         msg = f"{path}: cannot be read: {error.strerror}"
         raise LayoutError(msg) from error
+    if data[:3].tobytes() == _GZIP:
+        msg = f"{path}: expected a recording, was one packed by gzip; unpack it first"
+        raise LayoutError(msg)
+    return data
 
 
 def _is_gps(path: Path, data: NDArray[np.uint8]) -> bool:
@@ -262,9 +263,6 @@ def read_datagrams(path: Path) -> Datagrams:
         The file cannot be read, is packed, or is a capture of a kind that is not known.
     """
     data = _octets(path)
-    if data[:3].tobytes() == _GZIP:
-        msg = f"{path}: expected a recording, was one packed by gzip; unpack it first"
-        raise LayoutError(msg)
     if capture.is_capture(data):
         return capture.datagrams(data, path.name)[0]
     if is_replay_file(data):

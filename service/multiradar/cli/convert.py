@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from multiradar.cli.converting import bytes_bar, conversion_faults
 from multiradar.cli.options import JsonOption
-from multiradar.cli.progress import progress_bar
-from multiradar.errors import ConfigurationError, InputError, OutputExistsError
+from multiradar.errors import ConfigurationError
 
 if TYPE_CHECKING:
     from multiradar_converters.vid.options import Options
@@ -193,24 +193,11 @@ def convert_with_bar(dump: Path, out: Path, options: "Options") -> dict[str, Any
         The dump cannot be read; `out` does not exist.
     """
     _share_heap()
-    from multiradar_converters.errors import ConversionError, OutputTakenError
     from multiradar_converters.vid.conversion import PASSES, convert
     from multiradar_converters.vid.survey import dump_bytes
 
-    try:
-        with progress_bar("converting", PASSES * dump_bytes(dump, options)) as show:
-            done = 0
-
-            def advance(read: int) -> None:
-                nonlocal done
-                done += read
-                show(done)
-
-            return convert(dump, out, options, advance)
-    except OutputTakenError as error:
-        raise OutputExistsError(str(error)) from error
-    except ConversionError as error:
-        raise InputError(str(error)) from error
+    with conversion_faults(), bytes_bar(PASSES * dump_bytes(dump, options)) as advance:
+        return convert(dump, out, options, advance)
 
 
 def _share_heap() -> None:

@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from multiradar.cli.converting import bytes_bar, conversion_faults
 from multiradar.cli.options import JsonOption, parse_date
-from multiradar.cli.progress import progress_bar
-from multiradar.errors import InputError, OutputExistsError
 
 if TYPE_CHECKING:
     from multiradar_converters.adsb.options import Options
@@ -59,23 +58,10 @@ def convert_adsb(
 
 def _with_bar(files: list[Path], out: Path, options: "Options") -> dict[str, Any]:
     from multiradar_converters.adsb.conversion import convert
-    from multiradar_converters.errors import ConversionError, OutputTakenError
 
     total = sum(path.stat().st_size for path in files if path.is_file())
-    try:
-        with progress_bar("converting", total) as show:
-            done = 0
-
-            def advance(read: int) -> None:
-                nonlocal done
-                done += read
-                show(done)
-
-            return convert(files, out, options, advance)
-    except OutputTakenError as error:
-        raise OutputExistsError(str(error)) from error
-    except ConversionError as error:
-        raise InputError(str(error)) from error
+    with conversion_faults(), bytes_bar(total) as advance:
+        return convert(files, out, options, advance)
 
 
 def _summary(report: dict[str, Any], out: Path) -> str:

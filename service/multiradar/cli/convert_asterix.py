@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from multiradar.cli.converting import bytes_bar, conversion_faults
 from multiradar.cli.options import JsonOption, parse_date
-from multiradar.cli.progress import progress_bar
-from multiradar.errors import ConfigurationError, InputError, OutputExistsError
+from multiradar.errors import ConfigurationError
 
 if TYPE_CHECKING:
     from multiradar_converters.asterix.options import Options
@@ -17,8 +17,9 @@ if TYPE_CHECKING:
 #: What `--help` says.
 ASTERIX_HELP = (
     "Convert ASTERIX recordings.\n\n"
-    "FILE is blocks back to back (.ast, .raw), a .gps recording, or a network capture (.pcap, "
-    ".pcapng); the content tells which. Several files are one recording, the earliest first.\n\n"
+    "FILE is blocks back to back (.ast, .raw), a .gps or .rply recording, or a network capture "
+    "(.pcap, .pcapng); the content tells which. Several files are one recording, the earliest "
+    "first.\n\n"
     "DIR is made: measurements.parquet (plots of categories 001 and 048, multilateration of 020, "
     "ADS-B of 021), rejects.ndjson (every block that cannot be decoded), report.json (records by "
     "category, sensor and item) and sensors.toml (a skeleton)."
@@ -105,23 +106,10 @@ def convert_asterix(
 
 def _with_bar(files: list[Path], out: Path, options: "Options") -> dict[str, Any]:
     from multiradar_converters.asterix.conversion import convert
-    from multiradar_converters.errors import ConversionError, OutputTakenError
 
     total = sum(path.stat().st_size for path in files if path.is_file())
-    try:
-        with progress_bar("converting", total) as show:
-            done = 0
-
-            def advance(read: int) -> None:
-                nonlocal done
-                done += read
-                show(done)
-
-            return convert(files, out, options, advance)
-    except OutputTakenError as error:
-        raise OutputExistsError(str(error)) from error
-    except ConversionError as error:
-        raise InputError(str(error)) from error
+    with conversion_faults(), bytes_bar(total) as advance:
+        return convert(files, out, options, advance)
 
 
 def _summary(report: dict[str, Any], out: Path) -> str:
