@@ -72,6 +72,8 @@ class Cycles:
         self.overloaded: set[int] = set()
         self._next_tracks_s = [math.inf] * len(channels)
         self._next_status_s = [math.inf] * len(channels)
+        # When each user was last told of the tracks.
+        self._told_s = [-math.inf] * len(channels)
         #: Greatest data time so far.
         self.reached_s = -math.inf
 
@@ -138,7 +140,10 @@ class Cycles:
     def _tell(self, moment_s: float, next_s: float) -> Iterator[Told]:
         due = [k for k, one in enumerate(self._next_tracks_s) if one <= moment_s]
         if due:
-            tracks = self.tracks.reports(moment_s)
+            for number in due:
+                self._told_s[number] = moment_s
+            # Who has a longer period hears later of the tracks that ended.
+            tracks = self.tracks.reports(moment_s, min(self._told_s))
             for number in due:
                 channel = self._channels[number]
                 self._next_tracks_s[number] = moment_s + channel.options.period_s

@@ -47,6 +47,8 @@ _LIFE_DTYPE = np.dtype(
         ("heard_s", np.float64),
         ("code_s", np.float64),
         ("ended", np.bool_),
+        # When it was first told of that it ended; infinite while it lives.
+        ("last_s", np.float64),
     ]
 )
 
@@ -110,7 +112,7 @@ class TrackPicture:
         self._live.update(rows)
         self._make_room()
         begun = self._live.places(tracks[new])
-        self._life[begun] = (NO_NUMBER, 0.0, np.nan, -np.inf, -np.inf, False)
+        self._life[begun] = (NO_NUMBER, 0.0, np.nan, -np.inf, -np.inf, False, np.inf)
         self._life["first_s"][begun] = rows["time_s"][first[new]]
         self._source_s[begun] = -np.inf
         self._sensor_s[begun] = -np.inf
@@ -123,13 +125,16 @@ class TrackPicture:
         places = self._live.places(track_ids)
         self._life["ended"][places[places >= 0]] = True
 
-    def reports(self, time_s: float) -> TrackReports:
+    def reports(self, time_s: float, heard_s: float | None = None) -> TrackReports:
         """Return all tracks that have a number, by identifier, and forget those that ended.
 
         Parameters
         ----------
         time_s : float
             Data time, not before that of any update taken.
+        heard_s : float, optional
+            Data time up to which all users were told, s: of tracks that ended later not all have
+            heard, and they stay. `time_s` without it.
 
         Returns
         -------
@@ -139,12 +144,12 @@ class TrackPicture:
         """
         shown = self._numbered(time_s)
         reports = self._told(time_s, shown)
-        self._forget(shown, time_s)
+        self._forget(shown, time_s, time_s if heard_s is None else heard_s)
         return reports
 
     def tidy(self, time_s: float) -> None:
         """Give numbers to the tracks and forget those that ended, without telling of them."""
-        self._forget(self._numbered(time_s), time_s)
+        self._forget(self._numbered(time_s), time_s, time_s)
 
     def keep(self, track_ids: Integers) -> None:
         """Note that all tracks but these ended."""
@@ -183,14 +188,16 @@ class TrackPicture:
         places = self._live.places(rows["track_id"])
         silent = time_s - rows["time_s"] > self._silent_after_s
         ended = self._life["ended"][places] | silent
+        last_s = np.minimum(self._life["last_s"][places], time_s)
+        self._life["last_s"][places] = np.where(ended, last_s, np.inf)
         new = (self._life["number"][places] == NO_NUMBER) & ~ended
         self._life["number"][places[new]] = self.numbers.give(rows["track_id"][new], time_s)
         return _Shown(rows, places, ended)
 
-    def _forget(self, shown: "_Shown", time_s: float) -> None:
-        gone = shown.places[shown.ended]
-        self.numbers.free(self._life["number"][gone], time_s)
-        self._live.end(shown.rows["track_id"][shown.ended])
+    def _forget(self, shown: "_Shown", time_s: float, heard_s: float) -> None:
+        gone = shown.ended & (self._life["last_s"][shown.places] <= heard_s)
+        self.numbers.free(self._life["number"][shown.places[gone]], time_s)
+        self._live.end(shown.rows["track_id"][gone])
 
     def _told(self, time_s: float, shown: "_Shown") -> TrackReports:
         told = self._life["number"][shown.places] != NO_NUMBER

@@ -119,6 +119,18 @@ def test_silent_tracks_coast_and_are_told_once_more_when_they_are_given_up() -> 
     assert not any(one.last.any() for one in others)
 
 
+def test_every_user_hears_once_that_a_track_ended_whatever_its_period() -> None:
+    frame = recording(3000)
+    time_s = frame["time_s"] - START_S
+    users = [Kept(period_s=2.5), Kept(period_s=8.0)]
+    cycles = Cycles(TABLE, TRACKING, users)
+    for output in outputs([frame.filter((frame["track_number"] != 3) | (time_s < 30.0))]):
+        list(cycles.take(output))
+    for user in users:
+        ended = [one.mode_s_address[one.last].tolist() for one in user.told if one.last.any()]
+        assert ended == [[0x4B0003]]
+
+
 def test_a_gap_in_the_data_is_passed_over() -> None:
     frame = recording(2000)
     later = pl.when(pl.col("time_s") > START_S + 50.0).then(36_000.0).otherwise(0.0)

@@ -194,3 +194,13 @@ def test_a_track_that_ended_is_told_once_more_and_then_forgotten() -> None:
     assert tracks.reports(103.0).number.tolist() == [1]
     tracks.tidy(100.0 + TRACKING.drop_after_s + TRACKING.epoch_s + 1.0)
     assert len(tracks) == 0
+
+
+def test_a_track_that_ended_stays_until_all_users_have_heard() -> None:
+    tracks = picture()
+    tracks.take(*updates([100.0, 100.0], track_id=[1, 2]))
+    assert tracks.reports(101.0, 101.0).last.tolist() == [False, False]
+    tracks.end(np.array([2]))
+    assert tracks.reports(102.0, 101.0).last.tolist() == [False, True]
+    assert tracks.reports(103.0, 103.0).last.tolist() == [False, True]
+    assert tracks.reports(104.0, 104.0).number.tolist() == [1]
