@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from multiradar_converters.asterix import _datagram_kernels
 from multiradar_converters.asterix.program import catalogue
 
-#: Blocks and gaps noted at once; the largest datagram (65 507 octets over IPv4) has fewer.
+#: Blocks and gaps noted at once; the largest datagram (65 507 octets over IPv4) has fewer. What the
+#: fragments of a damaged capture make may be larger: it gets more room.
 _NOTED = 1 << 15
 
 NO_BLOCK = "no block begins here"
@@ -70,8 +71,11 @@ def split_datagrams(datagrams: Datagrams) -> CutDatagrams:
     """
     known = catalogue()
     starts = np.empty(known.nodes_max, dtype=np.int32)
-    blocks = np.empty((_NOTED, 3), dtype=np.int64)
-    holes = np.empty((_NOTED, 3), dtype=np.int64)
+    largest = int((datagrams.ends - datagrams.begins).max(initial=0))
+    # A block has four octets at least, and between gaps there are blocks.
+    noted = max(_NOTED, largest)
+    blocks = np.empty((noted, 3), dtype=np.int64)
+    holes = np.empty((noted, 3), dtype=np.int64)
     found, gaps = [np.empty((0, 3), np.int64)], [np.empty((0, 3), np.int64)]
     done = 0
     while done < len(datagrams):

@@ -5,9 +5,11 @@ import struct
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from multiradar_converters.asterix.containers import Blocks, read_blocks
+from multiradar_converters.asterix.datagrams import Datagrams, split_datagrams
 from support.asterix_octets import block, datagram, frame, north_mark, octets, pcap
 
 ONE = north_mark(1.0)
@@ -134,3 +136,15 @@ def test_packets_of_all_kinds_of_the_next_generation_are_read(tmp_path: Path) ->
         "a packet of no interface that is described",
         "link type 147 is not known",
     ]
+
+
+def test_what_fragments_make_is_cut_however_large_it_is() -> None:
+    """The search for blocks waited for room that was never there."""
+    size = 200_000
+    whole = Datagrams(
+        np.zeros(size, np.uint8),
+        np.zeros(1, np.int64),
+        np.array([size]),
+        np.zeros(1),
+    )
+    assert split_datagrams(whole).gaps.tolist() == [[0, size, 0]]
