@@ -258,7 +258,10 @@ def _compare(
     category: int, expected: Expected, read: Iterator[Leaves], found: dict[str, tuple[int, float]]
 ) -> None:
     count = len(next(iter(expected.values()))[1])
-    for k, leaves in zip(range(count), read, strict=False):
+    for k in range(count):
+        leaves = next(read, None)
+        if leaves is None:
+            raise ValueError(f"{category:03d}: expected {count - k} further records, was none")
         wanted = {
             name: (unit, float(column[k]))
             for name, (unit, column) in expected.items()
