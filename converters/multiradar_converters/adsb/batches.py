@@ -40,6 +40,8 @@ class Batch:
         Returns what stands there.
     refused : list of Refused
         Records that are not among them.
+    found : int
+        Records that there were, and pieces of text that are none.
     """
 
     numbers: Numbers
@@ -47,6 +49,7 @@ class Batch:
     places: Words
     raw: Callable[[int], bytes]
     refused: list[Refused] = field(default_factory=list)
+    found: int = 0
 
 
 def read_objects(
@@ -121,7 +124,10 @@ def batch_of(
     own = np.flatnonzero(kept)
     position = numbers[roles.POSITION_TIME]
     numbers[roles.TIME] = np.where(np.isnan(position), numbers[roles.TIME], position)
-    return Batch(numbers, words, piece.places[own], lambda k: piece.raw(int(own[k])), refused)
+    found = count + len(piece.faults)
+    return Batch(
+        numbers, words, piece.places[own], lambda k: piece.raw(int(own[k])), refused, found
+    )
 
 
 def _refused(piece: Piece, record: int, error: RefusedError) -> Refused:

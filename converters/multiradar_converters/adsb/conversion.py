@@ -50,6 +50,8 @@ def convert(
         `out` exists.
     LayoutError
         A file cannot be read, or none of its records can be taken.
+    AccountingError
+        A record is unaccounted for.
     """
     accounts: list[FileAccount] = []
     with OutputFolder(out) as folder:
@@ -93,9 +95,11 @@ def _read(source: Source, options: Options, sorter: TimeSorter, rejects: TextIO)
             word = batch.words[role - roles.FIRST_WORD]
             account.unreadable[name] += int((word[stands] == roles.UNREADABLE).sum())
         sorter.add(table.records_of(batch.numbers[:, stands], batch.words[:, stands]))
+        account.read += batch.found
         account.accepted += int(stands.sum())
         for refused in sorted(batch.refused, key=lambda each: each.place):
             _reject(refused, source, account, rejects)
+    account.check()
     account.size, account.text_bytes = source.unpacked.packed_bytes, source.unpacked.text_bytes
     account.blank = source.lines.blank if source.lines is not None else 0
     account.repeated, account.stale = judge.repeated, judge.stale

@@ -8,6 +8,7 @@ from typing import Any
 
 from multiradar_converters.adsb.options import Options
 from multiradar_converters.adsb.table import Written
+from multiradar_converters.errors import AccountingError
 from multiradar_converters.report_file import write_report
 from multiradar_schemas.reject import RejectCode
 
@@ -24,6 +25,8 @@ class FileAccount:
         Its size, and that of its text, bytes.
     layout : dict
         What was found out about its columns.
+    read : int
+        Records that were found, and pieces of text that are none.
     accepted, repeated, stale, backwards, jumps : int
         Counts of reports; repeated and stale ones are among the rejected.
     unreadable : dict
@@ -41,6 +44,7 @@ class FileAccount:
     layout: dict[str, object]
     size: int = 0
     text_bytes: int = 0
+    read: int = 0
     accepted: int = 0
     repeated: int = 0
     stale: int = 0
@@ -51,13 +55,25 @@ class FileAccount:
     rejected: Counter[RejectCode] = field(default_factory=Counter)
     examples: dict[RejectCode, str] = field(default_factory=dict)
 
+    def check(self) -> None:
+        """Compare what was read with what became of it.
+
+        Raises
+        ------
+        AccountingError
+            A record is unaccounted for.
+        """
+        became = self.accepted + self.rejected.total()
+        if became != self.read:
+            msg = f"{self.file}: read {self.read} records, but accounted for {became}"
+            raise AccountingError(msg)
+
     def counts(self) -> dict[str, int]:
         """Return the counts of `report.json`."""
-        rejected = self.rejected.total()
         return {
-            "read": self.accepted + rejected,
+            "read": self.read,
             "accepted": self.accepted,
-            "rejected": rejected,
+            "rejected": self.rejected.total(),
             "blank": self.blank,
         }
 
