@@ -244,14 +244,21 @@ def _csv(file: str, unpacked: Unpacked, head: bytes, blocks: Iterator[bytes]) ->
         raise LayoutError(msg)
     lines = Lines()
     pieces = _line_pieces(lines, itertools.chain([head], blocks), unpacked)
-    header = next((piece for piece in pieces if len(piece.begins)), None)
+    # Lines that are too long may stand before the names.
+    before: list[Fault] = []
+    header = None
+    for piece in pieces:
+        before += piece.faults
+        if len(piece.begins):
+            header = piece
+            break
     if header is None:
         msg = f"{file}: expected JSON, or CSV with a line of names, found neither"
         raise LayoutError(msg)
     separator = max(_SEPARATORS, key=header.raw(0).count)
     names, samples = _sampled(file, header, separator)
     layout = lay_out(file, names, samples, separator)
-    rest = Piece(header.text, header.begins[1:], header.ends[1:], header.places[1:], header.faults)
+    rest = Piece(header.text, header.begins[1:], header.ends[1:], header.places[1:], before)
     cells_of = partial(cells.line_cells, layout=layout)
     batches = (
         batch_of(piece, layout, cells_of, read_columns) for piece in itertools.chain([rest], pieces)
