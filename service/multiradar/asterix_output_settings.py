@@ -19,7 +19,7 @@ from typing import Annotated, Self
 from pydantic import BeforeValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from multiradar.setting_types import Count, Ipv4, Label, Port, Section, plain_number
+from multiradar.setting_types import Count, Ipv4, Label, Port, Section, SocketOctets, plain_number
 
 _HALF_SECONDS = Field(ge=0.5, le=3600.0, multiple_of=0.5)
 Octet = Annotated[int, BeforeValidator(plain_number), Field(ge=0, le=255)]
@@ -72,7 +72,7 @@ class AsterixOutputSettings(Section):
     port: Annotated[Port, Field(ge=1)] | None = None
     interface: Ipv4 = "127.0.0.1"
     ttl: Octet = 1
-    send_buffer_octets: Count = 4 * 1024 * 1024
+    send_buffer_octets: SocketOctets = 4 * 1024 * 1024
     file: Path | None = None
     sac: Octet = 0
     sic: Octet = 0

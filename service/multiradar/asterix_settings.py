@@ -31,6 +31,8 @@ from multiradar.setting_types import (
 
 #: Each listener has a thread of its own.
 LISTENERS_MAX = 64
+#: They share a thread, which has to tell all of them in time.
+OUTPUTS_MAX = 64
 
 
 class AsterixListenSettings(Section):
@@ -91,7 +93,7 @@ class AsterixSettings(Section):
     """
 
     listen: Annotated[tuple[AsterixListenSettings, ...], Field(max_length=LISTENERS_MAX)] = ()
-    output: tuple[AsterixOutputSettings, ...] = ()
+    output: Annotated[tuple[AsterixOutputSettings, ...], Field(max_length=OUTPUTS_MAX)] = ()
     editions: tuple[str, ...] = ()
     all_targets: bool = False
     queue_datagrams_max: Count = 65_536

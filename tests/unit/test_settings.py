@@ -115,9 +115,12 @@ def test_asterix_listens_nowhere_unless_told_and_then_on_loopback(file: Path) ->
     assert listener.label == "127.0.0.1-8600"
 
 
-def test_listeners_are_bounded(file: Path) -> None:
+def test_listeners_and_outputs_are_bounded(file: Path) -> None:
     file.write_text("".join(f"[[asterix.listen]]\nport = {8600 + k}\n" for k in range(65)))
     with pytest.raises(ConfigurationError, match=r"asterix\.listen: .*at most 64 items"):
+        load_settings(file)
+    file.write_text("".join(f"[[asterix.output]]\nport = {8600 + k}\n" for k in range(65)))
+    with pytest.raises(ConfigurationError, match=r"asterix\.output: .*at most 64 items"):
         load_settings(file)
 
 
@@ -156,6 +159,10 @@ def test_system_tracks_go_nowhere_unless_told_and_then_to_loopback(file: Path) -
         ("sac = 1", "output[0]: expected a table with a port or a file, and not both"),
         ("port = 1\nfile = 'x'", "output[0]: expected a table with a port or a file, and not both"),
         ("port = 0", "output[0].port: expected a value greater than or equal to 1"),
+        (
+            "port = 1\nsend_buffer_octets = 2147483648",
+            "output[0].send_buffer_octets: expected a value less than or equal to 2147483647",
+        ),
         ("port = 1\nsac = 256", "output[0].sac: expected a value less than or equal to 255"),
         ("port = 1\nperiod_s = 0.7", "output[0].period_s: expected a multiple of 0.5"),
         (
