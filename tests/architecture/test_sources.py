@@ -16,6 +16,7 @@ LINES_MAX = 500
 CLOCK = "service/multiradar/clock.py"
 CORE = (
     "service/multiradar/tracking",
+    "service/multiradar/restoration",
     "service/multiradar/estimation",
     "service/multiradar/geodesy",
 )

@@ -150,7 +150,12 @@ class Bundle:
             self.take(float(plots.time_s[row]), plots.position_m[row], plots.covariance_m2[row])
 
     def weights(self) -> Floats:
-        """Return the probabilities of the tracks, the best first, of sum one.
+        """Return the probabilities of the tracks.
+
+        Returns
+        -------
+        (m,) float64
+            Of sum one, the best first.
 
         Raises
         ------
@@ -167,7 +172,12 @@ class Bundle:
         return np.asarray(weight / weight.sum())
 
     def trajectories(self) -> tuple[Trajectory, ...]:
-        """Return all tracks, the best first.
+        """Return all tracks.
+
+        Returns
+        -------
+        tuple of Trajectory
+            The best first.
 
         Raises
         ------

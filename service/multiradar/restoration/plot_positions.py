@@ -61,7 +61,18 @@ class Plots(NamedTuple):
     height_m: Floats
 
     def take(self, rows: NDArray[np.intp] | NDArray[np.bool_]) -> "Plots":
-        """Return the chosen plots."""
+        """Return the chosen plots.
+
+        Parameters
+        ----------
+        rows : (k,) integers or (n,) bool
+            Which of them.
+
+        Returns
+        -------
+        Plots
+            In the order asked for.
+        """
         return Plots(**{name: column[rows] for name, column in self._asdict().items()})
 
 

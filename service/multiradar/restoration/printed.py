@@ -267,6 +267,11 @@ class PrintedBundle:
     def controls(self) -> tuple[ControlTrack, ...]:
         """Return the tracks.
 
+        Returns
+        -------
+        tuple of ControlTrack
+            One a track.
+
         References
         ----------
         IMM UrO RAN report (2016), section 2.4.
