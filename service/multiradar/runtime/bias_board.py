@@ -20,6 +20,9 @@ BIAS_DTYPE = np.dtype(
     ]
 )
 
+#: So many epochs of rows are looked at before older ones.
+EPOCHS_FIRST = 16
+
 
 class BiasBoard:
     """Bias estimates in a ring of fixed size; one owner.
@@ -72,11 +75,14 @@ class BiasBoard:
     def at(self, time_s: float) -> NDArray[np.void]:
         """Return the record of each parameter that was the latest at a data time; a copy."""
         held = min(self._count, len(self._rows))
-        order = np.arange(self._count - held, self._count) % len(self._rows)
-        until = order[self._rows["time_s"][order] <= time_s][::-1]
-        named = np.stack([self._rows["sensor"][until], self._rows["parameter"][until]])
-        rows: NDArray[np.void] = self._rows[until[np.unique(named, axis=1, return_index=True)[1]]]
-        return rows
+        parameters = sum(map(len, self._latest.values()))
+        taken = min(held, EPOCHS_FIRST * parameters)
+        found = self._at(time_s, taken)
+        # Asked about now, the newest rows tell all; whoever publishes waits meanwhile.
+        while len(found) < parameters and taken < held:
+            taken = min(held, 4 * taken)
+            found = self._at(time_s, taken)
+        return found
 
     def history(self, sensor_id: str, since_s: float | None, limit: int) -> NDArray[np.void]:
         """Return records of a sensor, oldest first: the first since a time, or the last; a copy."""
@@ -88,6 +94,14 @@ class BiasBoard:
         else:
             chosen = chosen[self._rows["time_s"][chosen] >= since_s][:limit]
         rows: NDArray[np.void] = self._rows[chosen]
+        return rows
+
+    def _at(self, time_s: float, taken: int) -> NDArray[np.void]:
+        """Return what `at` does, of the newest rows alone."""
+        order = np.arange(self._count - taken, self._count) % len(self._rows)
+        until = order[self._rows["time_s"][order] <= time_s][::-1]
+        named = np.stack([self._rows["sensor"][until], self._rows["parameter"][until]])
+        rows: NDArray[np.void] = self._rows[until[np.unique(named, axis=1, return_index=True)[1]]]
         return rows
 
 

@@ -217,6 +217,13 @@ def test_a_file_that_cannot_be_written_to_is_told(tmp_path: Path) -> None:
         open_sink(AsterixOutputSettings(file=tmp_path / "nowhere" / "tracks.ast"))
 
 
+def test_a_pipe_is_refused_instead_of_waited_for(tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    with pytest.raises(ConfigurationError, match="was a pipe"):
+        open_sink(AsterixOutputSettings(file=pipe))
+
+
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs /dev/full")
 def test_a_full_disk_drops_blocks() -> None:
     sink = open_sink(AsterixOutputSettings(file=Path("/dev/full")))

@@ -103,6 +103,10 @@ class FileSink:
 
     def __init__(self, settings: AsterixOutputSettings) -> None:
         assert settings.file is not None
+        if settings.file.is_fifo():
+            # To open it would wait for a reader, and who stops reading would be waited for.
+            msg = f"{settings.file}: expected a file or nothing there, was a pipe"
+            raise ConfigurationError(msg)
         try:
             # Unbuffered: what one call cannot write is counted where it is lost.
             self._file: BinaryIO = settings.file.open("ab", buffering=0)
@@ -114,12 +118,12 @@ class FileSink:
         """Write blocks; with a full disk they are dropped, and none is left in part."""
         if not blocks:
             return 0
-        end = self._file.seek(0, 2)
         whole = b"".join(blocks)
         with contextlib.suppress(OSError):
-            if self._file.write(whole) == len(whole):
-                return len(blocks)
-        with contextlib.suppress(OSError):
+            end = self._file.seek(0, 2)
+            with contextlib.suppress(OSError):
+                if self._file.write(whole) == len(whole):
+                    return len(blocks)
             self._file.truncate(end)
         return 0
 
