@@ -93,9 +93,9 @@ def fill_sky(
     sky: Sky,
 ) -> float:
     """Predict all tracks to a time and put them into cells; return the longest reach."""
-    n = aircraft.sensitivity.shape[2]
-    sigmas = np.sqrt(np.diag(model.bias_covariance)).reshape(1, n)
-    bias = model.bias.reshape(1, n)
+    # Filters without sensitivities have biases all the same.
+    sigmas = np.sqrt(np.diag(model.bias_covariance)).reshape(1, model.bias.shape[0])
+    bias = model.bias.reshape(1, model.bias.shape[0])
     sky.heads[:] = MISSING
     sky.far_heads[:] = MISSING
     sky.longest[:] = -1.0

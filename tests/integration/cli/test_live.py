@@ -126,7 +126,7 @@ def test_a_journal_of_other_sensors_is_refused_in_a_sentence(
 def test_an_address_of_no_known_kind_is_wrong_usage(scene: tuple[Path, Path]) -> None:
     done = command("replay", scene[0], "--to", "ftp://127.0.0.1")
     assert done.returncode == 2
-    assert "expected http://… or zenoh:…" in done.stderr
+    assert "expected http://…, zenoh:… or udp:…" in done.stderr
 
 
 def test_a_recording_out_of_order_or_of_strangers_is_replayed_or_refused_in_words(

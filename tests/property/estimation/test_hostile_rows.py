@@ -136,7 +136,6 @@ BEGUN = Outcome.STARTED
 EXPECTED: dict[str, tuple[list[Row], list[Outcome]]] = {
     "no aircraft": ([(-1, 1.0, 0, 0, 5e4, 1.0, 3e3)], [Outcome.UNASSOCIATED]),
     "no free slot": ([(-2, 1.0, 0, 0, 5e4, 1.0, 3e3)], [Outcome.NO_ROOM]),
-    "a bearing": ([(0, 1.0, 2, 0, 5e4, 1.0, 3e3)], [Outcome.UNSUPPORTED]),
     "a first time without end": ([(0, np.inf, 0, 0, 5e4, 1.0, 3e3)], [Outcome.REFUSED]),
     "a time that is none": ([START, (0, np.nan, 0, 0, 5e4, 1.0, 3e3)], [BEGUN, Outcome.REFUSED]),
     "a time without end": ([START, (0, np.inf, 0, 0, 5e4, 1.0, 3e3)], [BEGUN, Outcome.REFUSED]),
@@ -159,6 +158,12 @@ EXPECTED: dict[str, tuple[list[Row], list[Outcome]]] = {
 def test_every_filter_says_the_same_of_a_row(name: str, case: str) -> None:
     sequence, expected = EXPECTED[case]
     assert outcomes_of(name, sequence) == expected
+
+
+@pytest.mark.parametrize("name", FILTERS)
+def test_a_first_bearing_has_no_place_and_says_nothing_to_filters_that_take_none(name: str) -> None:
+    expected = Outcome.UNLOCATABLE if FILTERS[name].takes_bearings else Outcome.UNSUPPORTED
+    assert outcomes_of(name, [(0, 1.0, 2, 0, 5e4, 1.0, 3e3)]) == [expected]
 
 
 # To covariance intersection the biases are noise: no sensor is without.
