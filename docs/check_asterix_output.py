@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import polars as pl
 from numpy.typing import NDArray
 
 from multiradar.cli.inputs import load_sensor_table
@@ -39,6 +40,7 @@ from multiradar_converters.asterix.program import program_of, walk
 from multiradar_converters.asterix.senders import Sender
 from multiradar_converters.asterix.status_reports import SensorReports
 from multiradar_converters.asterix.track_reports import TrackReports
+from multiradar_schemas.callsigns import packed_callsigns
 
 Column = NDArray[Any]
 #: What a field should say: resolution, and the values of all records, NaN where it is absent.
@@ -128,6 +130,7 @@ def expected_tracks(told: TrackReports) -> Expected:
         "185/VY": (0.25, told.velocity_north_mps),
         "060/MODE3A": (1, _where(told.mode_3a, told.mode_3a >= 0)),
         "380/ADR": (1, _where(told.mode_s_address, told.mode_s_address >= 0)),
+        "380/ID": (1, _where(told.callsign, told.callsign >= 0)),
         "040": (1, told.number),
         "136": (0.25, told.measured_height_m / level),
         "130": (6.25, told.geometric_m / foot),
@@ -254,6 +257,12 @@ def compared(user: Watched, records: Iterator[tuple[int, Leaves]]) -> dict[str, 
     return found
 
 
+def _number(name: str, said: float | str) -> float:
+    if name == "380/ID":
+        return float(packed_callsigns(pl.Series([str(said)]))[0])
+    return int(said, 8) if isinstance(said, str) else float(said)
+
+
 def _compare(
     category: int, expected: Expected, read: Iterator[Leaves], found: dict[str, tuple[int, float]]
 ) -> None:
@@ -274,7 +283,7 @@ def _compare(
             raise ValueError(f"{category:03d}: too many {others}, too few {missing} in {leaves}")
         for name, (unit, value) in wanted.items():
             said = leaves[name]
-            number = int(said, 8) if isinstance(said, str) else float(said)
+            number = _number(name, said)
             apart = abs(number - value)
             if name in ("105/LON", "340/POS/THETA"):
                 apart = abs((number - value + 180.0) % 360.0 - 180.0)

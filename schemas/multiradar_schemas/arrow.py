@@ -16,8 +16,12 @@ MEASUREMENT_SCHEMA = pl.Schema(
         "mode_3a": pl.String(),
         "mode_s_address": pl.String(),
         "track_number": pl.Int64(),
+        "callsign": pl.String(),
     }
 )
+
+#: Columns that recordings of earlier versions may lack.
+MEASUREMENT_LATER = ("callsign",)
 
 #: Columns of `MEASUREMENT_SCHEMA` that every row fills.
 MEASUREMENT_REQUIRED = ("time_s", "sensor_id", "kind")
@@ -46,6 +50,7 @@ TRACK_SCHEMA = pl.Schema(
         "vertical_rate_mps": pl.Float64(),
         "height_sigma_m": pl.Float64(),
         "adsb_implausible": pl.Boolean(),
+        "callsign": pl.String(),
     }
 )
 

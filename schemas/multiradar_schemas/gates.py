@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from multiradar_schemas.explain import shown
 from multiradar_schemas.measurement import (
     AZIMUTH_END_DEG,
+    CALLSIGN_PATTERN,
     HEIGHT_MAX_M,
     HEIGHT_MIN_M,
     KIND_NEEDS,
@@ -158,4 +159,5 @@ PHYSICAL_GATES: tuple[Gate, ...] = (
     _text("sensor_id", SENSOR_ID_PATTERN),
     _text("mode_3a", MODE_3A_PATTERN),
     _text("mode_s_address", MODE_S_ADDRESS_PATTERN),
+    _text("callsign", CALLSIGN_PATTERN),
 )

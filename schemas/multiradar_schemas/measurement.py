@@ -5,6 +5,7 @@ from datetime import UTC, datetime
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import (
+    AfterValidator,
     BeforeValidator,
     ConfigDict,
     Field,
@@ -28,6 +29,7 @@ INTEGER_MAX = 2**63 - 1
 SENSOR_ID_PATTERN = r"^[A-Za-z0-9._-]{1,64}$"
 MODE_3A_PATTERN = r"^[0-7]{4}$"
 MODE_S_ADDRESS_PATTERN = r"^[0-9a-fA-F]{6}$"
+CALLSIGN_PATTERN = r"^ *[0-9A-Za-z]{1,8} *$"
 
 #: Kinds of measurement, on the wire.
 KINDS = ("radar", "adsb", "mlat", "bearing")
@@ -141,6 +143,19 @@ TrackNumber = Annotated[
     ),
 ]
 
+Callsign = Annotated[
+    str,
+    StringConstraints(pattern=CALLSIGN_PATTERN),
+    AfterValidator(lambda text: text.strip(" ").upper()),
+    described(
+        "Callsign or registration that the aircraft tells; blanks around it are taken off, small "
+        "letters made capitals",
+        unit="1 to 8 of A-Z, 0-9",
+        source="aircraft",
+        absent="not heard",
+    ),
+]
+
 
 _KIND = described("radar, adsb, mlat or bearing", unit="name", source="sensor")
 
@@ -165,6 +180,7 @@ class _Common(Record):
     mode_3a: Mode3A | None = None
     mode_s_address: ModeSAddress | None = None
     track_number: TrackNumber | None = None
+    callsign: Callsign | None = None
 
     @model_validator(mode="after")
     def _one_time(self) -> Self:

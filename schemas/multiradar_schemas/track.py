@@ -174,6 +174,16 @@ class TrackUpdate(Record):
             source="tracker",
         ),
     ]
+    callsign: Annotated[
+        str | None,
+        StringConstraints(pattern=r"^[0-9A-Z]{1,8}$"),
+        described(
+            "Callsign last heard",
+            unit="1 to 8 of A-Z, 0-9",
+            source="aircraft",
+            absent="never heard",
+        ),
+    ]
 
 
 class Track(TrackUpdate):

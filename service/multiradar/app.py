@@ -243,6 +243,7 @@ def warm_up(sensors: SensorTable, settings: Settings) -> None:
             mode_3a=np.full(len(number), MISSING_INTEGER, np.int32),
             mode_s_address=np.full(len(number), MISSING_INTEGER, np.int64),
             track_number=number,
+            callsign=np.full(len(number), MISSING_INTEGER, np.int64),
         )
     )
     engine.flush()

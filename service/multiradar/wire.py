@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from multiradar.errors import InputError, MissingColumnError
 from multiradar.estimation.measurement.known_biases import Measured, without_known_biases
 from multiradar.estimation.measurement.sensors import PARAMETER_NAMES, SensorTable
+from multiradar.identity_texts import addresses, codes, present
 from multiradar.tracking.health_records import ALARM_NAMES, HealthRecords
 from multiradar.tracking.measurements import (
     KIND_BEARING,
@@ -35,6 +36,7 @@ from multiradar_schemas.arrow import (
     TRACK_SCHEMA,
     TRANSITION_SCHEMA,
 )
+from multiradar_schemas.callsigns import callsign_texts, packed_callsigns
 from multiradar_schemas.gates import PHYSICAL_GATES, Gate, refusals
 from multiradar_schemas.measurement import KINDS
 from multiradar_schemas.reject import RejectCode
@@ -192,6 +194,7 @@ def measurement_rows(batch: MeasurementBatch, table: SensorTable) -> list[dict[s
         "height_m": batch.height_m,
     }
     texts = {"mode_3a": "04o", "mode_s_address": "06x", "track_number": "d"}
+    callsigns = callsign_texts(batch.callsign)
     rows: list[dict[str, Any]] = []
     for row in range(len(batch)):
         said: dict[str, Any] = {
@@ -203,6 +206,8 @@ def measurement_rows(batch: MeasurementBatch, table: SensorTable) -> list[dict[s
             number = int(getattr(batch, name)[row])
             if number != MISSING_INTEGER:
                 said[name] = number if form == "d" else format(number, form)
+        if callsigns[row] is not None:
+            said["callsign"] = callsigns[row]
         rows.append(said)
     return rows
 
@@ -243,12 +248,13 @@ def tracks_frame(updates: TrackUpdates, table: SensorTable) -> pl.DataFrame:
             "velocity_sigma_mps": updates.velocity_sigma_mps,
             **{name: getattr(updates, name) for name in (*_CHANCES, *_VERTICAL)},
             "adsb_implausible": updates.adsb_implausible,
+            "callsign": callsign_texts(updates.callsign),
         }
     )
     return raw.with_columns(
-        _present(updates.track_number).alias("track_number"),
-        _addresses(updates.mode_s_address).alias("mode_s_address"),
-        _codes(updates.mode_3a).alias("mode_3a"),
+        present(updates.track_number).alias("track_number"),
+        addresses(updates.mode_s_address).alias("mode_s_address"),
+        codes(updates.mode_3a).alias("mode_3a"),
         pl.col("height_m", *_CHANCES, *_VERTICAL).fill_nan(None),
     ).select(pl.col(name).cast(kind) for name, kind in TRACK_SCHEMA.items())
 
@@ -450,6 +456,7 @@ def _columns(frame: pl.DataFrame, table: SensorTable) -> MeasurementBatch:
     return MeasurementBatch(
         latitude_rad=np.radians(arrays.pop("latitude_deg")),
         longitude_rad=np.radians(arrays.pop("longitude_deg")),
+        callsign=packed_callsigns(frame["callsign"]),
         **arrays,
     )
 
@@ -475,25 +482,3 @@ def _asterix_code(sensor: Sensor) -> int:
 
 def _parameter_unit(parameter: str) -> float:
     return float(np.radians(1.0)) if parameter == "azimuth_offset_deg" else 1.0
-
-
-def _present(numbers: NDArray[np.integer]) -> pl.Series:
-    found = pl.Series(numbers)
-    return found.set(found == MISSING_INTEGER, None)
-
-
-# Whole numbers as so many digits are looked up: to make each digit by itself costs ten times more.
-_OCTAL = pl.Series([f"{number:04o}" for number in range(0o10000)])
-_HEXADECIMAL = pl.Series([f"{number:03x}" for number in range(0x1000)])
-
-
-def _codes(numbers: NDArray[np.integer]) -> pl.Series:
-    """Write Mode 3/A codes as four octal digits."""
-    return _OCTAL.gather(_present(numbers) % len(_OCTAL))
-
-
-def _addresses(numbers: NDArray[np.integer]) -> pl.Series:
-    """Write Mode S addresses as six hexadecimal digits."""
-    known, size = _present(numbers), len(_HEXADECIMAL)
-    first, last = _HEXADECIMAL.gather(known // size % size), _HEXADECIMAL.gather(known % size)
-    return first + last

@@ -58,6 +58,7 @@ def turn(count: int, number: int, random: np.random.Generator) -> EngineOutput:
         vertical_rate_mps=same(1.0),
         height_sigma_m=same(10.0),
         adsb_implausible=nothing != 0,
+        callsign=np.full(count, -1, np.int64),
     )
     measured = MeasurementBatch(
         time_s=updates.time_s,
@@ -71,6 +72,7 @@ def turn(count: int, number: int, random: np.random.Generator) -> EngineOutput:
         mode_3a=updates.mode_3a,
         mode_s_address=identity,
         track_number=identity,
+        callsign=updates.callsign,
     )
     places = [random.uniform(-3e5, 3e5, count), random.uniform(-3e5, 3e5, count)]
     return EngineOutput(

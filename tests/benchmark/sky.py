@@ -81,6 +81,7 @@ def make_recording(rows: int, aircraft: int, seed: int = 1) -> pl.DataFrame:
             "mode_3a": _codes(aircraft, "{:04o}", 0o10000).gather(pl.Series(number)),
             "mode_s_address": _codes(aircraft, "{:06x}", 1 << 24).gather(pl.Series(number)),
             "track_number": number,
+            "callsign": pl.repeat(None, rows, dtype=pl.String, eager=True),
         }
     ).fill_nan(None).cast(MEASUREMENT_SCHEMA).select(MEASUREMENT_SCHEMA.names())  # fmt: skip
 

@@ -38,6 +38,7 @@ def reports(count: int = 1, **said: Any) -> TrackReports:
         velocity_north_mps=numbers(-100.0),
         mode_3a=whole(0o1234),
         mode_s_address=whole(0x4B1234),
+        callsign=whole(-1),
         code_changed=flags(False),
         measured_height_m=numbers(350 * 30.48),
         barometric_m=numbers(350 * 30.48),

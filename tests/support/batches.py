@@ -35,6 +35,7 @@ def batch_of(
         track_number=np.zeros(n, np.int64)
         if track_number is None
         else np.array(track_number, np.int64),
+        callsign=unknown,
     )
 
 

@@ -123,6 +123,7 @@ class FakeEngine:
             vertical_rate_mps=np.full(count, -2.5),
             height_sigma_m=np.where(np.isnan(batch.height_m), np.nan, 3.0),
             adsb_implausible=np.zeros(count, np.bool_),
+            callsign=batch.callsign,
         )
 
 

@@ -44,6 +44,7 @@ def live_tracks(count: int) -> pl.DataFrame:
         vertical_rate_mps=pl.when(number % 5 != 0).then(-2.5),
         height_sigma_m=pl.when(number % 5 != 0).then(3.0),
         adsb_implausible=number % 3 == 0,
+        callsign=pl.when(number % 6 == 0).then(pl.format("TST{}", number)),
         age_s=count - number,
     )
     return frame.cast(LIVE_SCHEMA).select(LIVE_SCHEMA.names())

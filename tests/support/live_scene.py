@@ -59,6 +59,7 @@ def recording(
             "mode_3a": pl.Series([f"{value + 0o1000:04o}" for value in number]),
             "mode_s_address": pl.Series([f"{value + 0x4B0000:06x}" for value in number]),
             "track_number": number,
+            "callsign": pl.Series([f"TST{value}" for value in number]),
         }
     )
     late = np.argsort(time_s + random.uniform(0.0, 2.0, rows), kind="stable")

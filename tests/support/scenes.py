@@ -260,4 +260,5 @@ def _batch(rows: Measurements) -> MeasurementBatch:
         mode_3a=(0o1000 + aircraft).astype(np.int32),
         mode_s_address=0x400000 + aircraft,
         track_number=aircraft + 1,
+        callsign=np.full(len(rows), -1, np.int64),
     )

@@ -21,6 +21,7 @@ from multiradar.wire import (
     biases_frame,
     health_frame,
     measurement_batch,
+    measurement_rows,
     sensor_table,
     tracks_frame,
 )
@@ -31,6 +32,7 @@ from multiradar_schemas.arrow import (
     TRACK_SCHEMA,
 )
 from multiradar_schemas.bias import BiasEstimate
+from multiradar_schemas.callsigns import packed_callsigns
 from multiradar_schemas.errors import SchemaError
 from multiradar_schemas.health import RadarHealth
 from multiradar_schemas.reject import RejectCode
@@ -90,6 +92,26 @@ def test_minus_zero_is_zero() -> None:
     rows = [radar(azimuth_deg=-0.0), radar(azimuth_deg=0.0)]
     batch, _ = measurement_batch(pl.DataFrame(rows, schema=MEASUREMENT_SCHEMA), TABLE)
     assert np.signbit(batch.azimuth_rad).tolist() == [False, False]
+
+
+def test_callsigns_are_the_same_whatever_blanks_and_small_letters_they_come_with() -> None:
+    given = ["DLH8JW", " dlh8jw  ", None, "A", "ABCD1234"]
+    batch, refused = measurement_batch(frame(*(radar(callsign=one) for one in given)), TABLE)
+    assert len(refused) == 0
+    # Letters count from 1, digits from 48, blanks are 32: ICAO Annex 10.
+    codes = [4, 12, 8, 56, 10, 23, 32, 32]
+    number = sum(code << 6 * (7 - place) for place, code in enumerate(codes))
+    assert batch.callsign.tolist()[:3] == [number, number, -1]
+    shown = [row.get("callsign") for row in measurement_rows(batch, TABLE)]
+    assert shown == ["DLH8JW", "DLH8JW", None, "A", "ABCD1234"]
+
+
+@pytest.mark.parametrize("callsign", ["", "   ", "ABCDEFGHI", "AB CD", "AB-1", "ÄB1", "AB1\n"])
+def test_what_is_no_callsign_is_refused(callsign: str) -> None:
+    batch, refused = measurement_batch(frame(radar(callsign=callsign), radar()), TABLE)
+    assert len(batch) == 1
+    assert refused.code == (RejectCode.OUT_OF_RANGE,)
+    assert refused.reason[0].startswith("callsign: expected text of the form")
 
 
 def test_a_sensor_is_also_known_by_its_numbers() -> None:
@@ -252,6 +274,7 @@ UPDATES = TrackUpdates(
     vertical_rate_mps=np.array([np.nan, -7.5]),
     height_sigma_m=np.array([np.nan, 2.5]),
     adsb_implausible=np.array([False, True]),
+    callsign=np.array([-1, packed_callsigns(pl.Series(["KLM1"]))[0]]),
 )
 
 
@@ -268,6 +291,7 @@ def test_tracks_have_degrees_digits_and_null_for_what_is_missing() -> None:
     assert (first["vertical_rate_mps"], first["height_sigma_m"]) == (None, None)
     assert (second["vertical_rate_mps"], second["height_sigma_m"]) == (-7.5, 2.5)
     assert (first["adsb_implausible"], second["adsb_implausible"]) == (False, True)
+    assert (first["callsign"], second["callsign"]) == (None, "KLM1")
     assert (second["mode_3a"], second["mode_s_address"]) == ("0052", None)
     assert second["heading_deg"] == pytest.approx(270.0)
     assert (second["state"], second["sensor_id"]) == ("coasting", "finder")

@@ -36,7 +36,6 @@ SCHEMA = pl.Schema(
     {
         **MEASUREMENT_SCHEMA,
         "geometric_height_m": pl.Float64(),
-        "callsign": pl.String(),
         "flags": pl.String(),
     }
 )
@@ -225,4 +224,4 @@ def _count(written: Written, records: Records, time_s: NDArray[np.float64]) -> N
 
 
 def _callsign(packed: int) -> str | None:
-    return None if packed < 0 else packed.to_bytes(8, "big").lstrip(b"\0").decode("ascii")
+    return None if packed < 0 else packed.to_bytes(8, "big").lstrip(b"\0").decode("ascii").upper()

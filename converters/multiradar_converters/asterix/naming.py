@@ -1,5 +1,6 @@
 """Columns of numbers as text: codes, addresses, callsigns."""
 
+import re
 from collections.abc import Callable
 
 import numpy as np
@@ -7,8 +8,10 @@ import polars as pl
 
 from multiradar_converters.asterix.columns import Integers
 from multiradar_converters.asterix.fields import letters
+from multiradar_schemas.measurement import CALLSIGN_PATTERN
 
 _CALLSIGN_BITS = 48
+_CALLSIGN = re.compile(CALLSIGN_PATTERN)
 
 
 def named(values: Integers, name: Callable[[int], str | None]) -> pl.Series:
@@ -29,9 +32,13 @@ def address_names(addresses: Integers) -> pl.Series:
 
 
 def callsign_names(callsigns: Integers) -> pl.Series:
-    """Return eight letters of six bits without blanks around them; null for none."""
+    """Return eight letters of six bits without blanks around them; null for none.
+
+    Null also with a blank inside, for which senders and damage put what is no letter.
+    """
     return named(callsigns, _callsign)
 
 
 def _callsign(value: int) -> str | None:
-    return None if value < 0 else letters(value, _CALLSIGN_BITS).strip() or None
+    text = "" if value < 0 else letters(value, _CALLSIGN_BITS).strip()
+    return text if _CALLSIGN.fullmatch(text) else None

@@ -17,7 +17,7 @@ from multiradar_converters.asterix.timing import KINDS
 from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
 
 #: Columns of this table; `track` and the others read the first ones.
-SCHEMA = pl.Schema({**MEASUREMENT_SCHEMA, "callsign": pl.String(), "flags": pl.String()})
+SCHEMA = pl.Schema({**MEASUREMENT_SCHEMA, "flags": pl.String()})
 
 #: Records of equal octets and times no further apart are one record.
 SAME_S = 1.0

@@ -4,7 +4,7 @@
 070 105 040 015 010     always
 100 500/APC 500/COV     with a Cartesian plane
 185                     velocity at the aircraft: x east, y true north
-060 380/ADR             code and address heard
+060 380/ADR 380/ID      code, address and callsign heard
 080                     MON MRH SRC CNF, TSE TSB AFF, CST PSR SSR MDS ADS, MLAT
 136                     flight level as last measured
 130 or 135              height of the track: geometric, or barometric without QNH
@@ -69,8 +69,8 @@ class TrackReports:
         The same in the Cartesian plane; NaN without one.
     velocity_east_mps, velocity_north_mps : float64[n]
         Velocity at the aircraft.
-    mode_3a, mode_s_address : int64[n]
-        -1 for none.
+    mode_3a, mode_s_address, callsign : int64[n]
+        -1 for none; the callsign as eight letters of six bits.
     code_changed : bool[n]
         Whether the code is another one than in the last report.
     measured_height_m : float64[n]
@@ -118,6 +118,7 @@ class TrackReports:
     velocity_north_mps: Numbers
     mode_3a: Integers
     mode_s_address: Integers
+    callsign: Integers
     code_changed: Flags
     measured_height_m: Numbers
     barometric_m: Numbers
@@ -209,6 +210,8 @@ def _write_identity(records: Records, reports: TrackReports) -> None:
     code = {"CH": reports.code_changed, "MODE3A": reports.mode_3a}
     records.put("060", code, reports.mode_3a >= 0)
     records.put("380/ADR", reports.mode_s_address, reports.mode_s_address >= 0)
+    # Not in item 245 as well: the standard says that it shall not be used where 380/ID can be.
+    records.put("380/ID", reports.callsign, reports.callsign >= 0)
 
 
 def _write_status(records: Records, reports: TrackReports) -> None:

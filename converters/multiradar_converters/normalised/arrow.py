@@ -197,9 +197,12 @@ def _gated(frame: pl.DataFrame) -> Parsed:
             for place, code, reason, row in zip(index, codes, reasons, shown, strict=True)
         ]
         taken = frame.filter(~pl.col(INDEX_COLUMN).is_in(index))
-    lowered = taken.with_columns(pl.col("mode_s_address").str.to_lowercase())
+    usual = taken.with_columns(
+        pl.col("mode_s_address").str.to_lowercase(),
+        pl.col("callsign").str.strip_chars(" ").str.to_uppercase(),
+    )
     return Parsed(
-        lowered.select(pl.col(name).cast(kind) for name, kind in PARSED_SCHEMA.items()), rejected
+        usual.select(pl.col(name).cast(kind) for name, kind in PARSED_SCHEMA.items()), rejected
     )
 
 

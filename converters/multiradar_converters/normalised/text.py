@@ -37,7 +37,7 @@ _WHITESPACE = " \t\n\r"
 _BLANKS = re.compile(r"[ \t\n\r]*")
 #: Names of all fields; every kind of measurement has the same.
 _FIELDS = frozenset(RadarMeasurement.model_fields)
-_TEXTS = ("mode_3a", "mode_s_address", "time")
+_TEXTS = ("mode_3a", "mode_s_address", "callsign", "time")
 _TEXTS_ALWAYS = 2  # sensor_id and kind
 #: Most quotation marks of a valid row.
 _MARKS_MAX = 2 * (len(_FIELDS) + _TEXTS_ALWAYS + len(_TEXTS))

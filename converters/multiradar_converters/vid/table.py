@@ -143,6 +143,7 @@ def _frame(rows: Records, sensor_ids: list[str], unix_start_s: float) -> pl.Data
         **numbers,
         **texts,
         "track_number": aircraft.set(aircraft < 0, None),
+        "callsign": pl.repeat(None, len(rows), dtype=pl.String, eager=True),
     }
     return pl.DataFrame({name: columns[name] for name in MEASUREMENT_SCHEMA})
 

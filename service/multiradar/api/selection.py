@@ -15,6 +15,7 @@ TRACK_COLUMNS = (*TRACK_SCHEMA.names(), "age_s")
 
 _MODE_S = re.compile(r"[0-9a-fA-F]{6}")
 _MODE_3A = re.compile(r"[0-7]{4}")
+_CALLSIGN = re.compile(r"[0-9A-Za-z]{1,8}")
 _NUMBER = re.compile(r"[0-9]{1,18}")
 
 
@@ -71,7 +72,7 @@ def identity(text: str) -> pl.Expr:
     text : str
         Six hexadecimal digits (Mode S address), four octal digits (Mode 3/A code) or a decimal
         track number; what can be read in more than one way matches any of them. A prefix
-        ``mode_s:``, ``mode_3a:`` or ``number:`` asks for one.
+        ``mode_s:``, ``mode_3a:`` or ``number:`` asks for one; a callsign needs ``callsign:``.
 
     Raises
     ------
@@ -79,8 +80,8 @@ def identity(text: str) -> pl.Expr:
         422 when it can be none of them.
     """
     prefix, separator, value = text.rpartition(":")
-    if separator and prefix not in {"mode_s", "mode_3a", "number"}:
-        raise _wrong("identity", "expected the prefix mode_s:, mode_3a: or number:")
+    if separator and prefix not in {"mode_s", "mode_3a", "number", "callsign"}:
+        raise _wrong("identity", "expected the prefix mode_s:, mode_3a:, number: or callsign:")
     conditions = []
     if prefix in {"", "mode_s"} and _MODE_S.fullmatch(value):
         conditions.append(pl.col("mode_s_address") == value.lower())
@@ -88,11 +89,13 @@ def identity(text: str) -> pl.Expr:
         conditions.append(pl.col("mode_3a") == value)
     if prefix in {"", "number"} and _NUMBER.fullmatch(value):
         conditions.append(pl.col("track_number") == int(value))
+    if prefix == "callsign" and _CALLSIGN.fullmatch(value):
+        conditions.append(pl.col("callsign") == value.upper())
     if not conditions:
         raise _wrong(
             "identity",
             "expected a Mode S address (6 hexadecimal digits), a Mode 3/A code (4 octal digits) "
-            "or a track number",
+            "or a track number, or callsign: and 1 to 8 letters and digits",
         )
     return pl.any_horizontal(conditions)
 

@@ -60,7 +60,7 @@ IdentityText = Annotated[
         alias="identity",
         max_length=40,
         description="Mode S address, Mode 3/A code or track number, any that match; with the "
-        "prefix mode_s:, mode_3a: or number: only that",
+        "prefix mode_s:, mode_3a: or number: only that; with callsign:, a callsign",
         examples=["4840d6", "7000", "number:12"],
     ),
 ]

@@ -37,6 +37,7 @@ UPDATE_DTYPE = np.dtype(
         ("vertical_rate_mps", np.float64),
         ("height_sigma_m", np.float64),
         ("adsb_implausible", np.bool_),
+        ("callsign", np.int64),
     ]
 )
 

@@ -106,7 +106,7 @@ def track_updates(
         chances = np.full_like(chances, np.nan)
     known = {
         name: getattr(shown if name in hidden_fields else identities, name)
-        for name in ("track_number", "mode_s_address", "mode_3a")
+        for name in ("track_number", "mode_s_address", "mode_3a", "callsign")
     }
     return TrackUpdates(
         sequence=np.arange(first, first + len(taken), dtype=np.int64),
@@ -132,4 +132,5 @@ def track_updates(
             np.isnan(height_m), np.nan, np.sqrt(result.readout[taken, READOUT_HEIGHT_VARIANCE])
         ),
         adsb_implausible=run.flagged[taken] != 0,
+        callsign=known["callsign"][taken],
     )

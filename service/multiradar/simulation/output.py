@@ -63,6 +63,7 @@ def measurements_frame(scene: Scene, observation: Observation) -> pl.DataFrame:
             "mode_3a": _identity(scene, observation, "mode_3a"),
             "mode_s_address": _identity(scene, observation, "mode_s_address"),
             "track_number": _identity(scene, observation, "track_number"),
+            "callsign": pl.repeat(None, len(lost), dtype=pl.String, eager=True),
         }
     )
     return _without_nan(frame, MEASUREMENT_SCHEMA)

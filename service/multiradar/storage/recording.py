@@ -10,7 +10,7 @@ import polars as pl
 from numpy.typing import NDArray
 
 from multiradar.errors import InputError, MissingColumnError
-from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
+from multiradar_schemas.arrow import MEASUREMENT_LATER, MEASUREMENT_SCHEMA
 
 #: Rows that are in memory at once.
 BLOCK_ROWS = 65_536
@@ -45,7 +45,7 @@ class Recording:
     InputError
         The file does not exist, is no Parquet, or a column has a type that cannot be used.
     MissingColumnError
-        A column of `MEASUREMENT_SCHEMA` is not there.
+        A column of `MEASUREMENT_SCHEMA` that every version wrote is not there.
     """
 
     def __init__(self, path: Path) -> None:
@@ -58,6 +58,11 @@ class Recording:
             self._scan = pl.scan_parquet(path)
             found = self._scan.collect_schema()
             _check_columns(path, found)
+            self._scan = self._scan.with_columns(
+                pl.lit(None, MEASUREMENT_SCHEMA[name]).alias(name)
+                for name in MEASUREMENT_LATER
+                if name not in found
+            )
             self.rows = int(self._scan.select(pl.len()).collect().item())
         except (pl.exceptions.PolarsError, OSError) as error:
             raise _unreadable(path, error) from error
@@ -144,7 +149,7 @@ def measurements_path(given: Path) -> Path:
 
 
 def _check_columns(path: Path, found: pl.Schema) -> None:
-    missing = [name for name in MEASUREMENT_SCHEMA if name not in found]
+    missing = [name for name in MEASUREMENT_SCHEMA if name not in {*found, *MEASUREMENT_LATER}]
     if missing:
         raise MissingColumnError(str(path), missing, list(found))
     if found["time_s"] == pl.Float32():
@@ -154,7 +159,7 @@ def _check_columns(path: Path, found: pl.Schema) -> None:
         )
         raise InputError(msg)
     for name, wanted in MEASUREMENT_SCHEMA.items():
-        if not _convertible(found[name], wanted):
+        if not _convertible(found.get(name, wanted), wanted):
             msg = f"{path}: expected {wanted} in the column {name}, found {found[name]}"
             raise InputError(msg)
 

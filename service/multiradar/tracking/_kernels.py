@@ -105,6 +105,7 @@ def assign(
     track_numbers: Integers,
     addresses: Integers,
     codes: Integers,
+    callsigns: Integers,
     kinds: NDArray[np.int8],
     roster: Roster,
     aircraft: Aircraft,
@@ -146,6 +147,7 @@ def assign(
             roster.track_number[slot] = MISSING
             roster.mode_s_address[slot] = MISSING
             roster.mode_3a[slot] = MISSING
+            roster.callsign[slot] = MISSING
             aircraft.time[slot] = np.nan
             forget_height(slot, aircraft.height, aircraft.vertical)
             aircraft.refusals[slot] = 0
@@ -165,10 +167,13 @@ def assign(
             insert(roster.address_keys, roster.address_slots, address, slot)
         if codes[row] >= 0:
             hear_code(slot, codes[row], roster, life)
+        if callsigns[row] >= 0:
+            roster.callsign[slot] = callsigns[row]
         identities.track_id[row] = roster.track_id[slot]
         identities.track_number[row] = roster.track_number[slot]
         identities.mode_s_address[row] = roster.mode_s_address[slot]
         identities.mode_3a[row] = roster.mode_3a[slot]
+        identities.callsign[row] = roster.callsign[slot]
     return last
 
 

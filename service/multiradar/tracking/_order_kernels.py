@@ -32,7 +32,7 @@ def sign_of_floats(one: float, other: float) -> int:
 def compare(
     i: int, j: int, sensor: Integers, track_number: Longs, mode_s_address: Longs, range_m: Floats,
     azimuth_rad: Floats, latitude_rad: Floats, longitude_rad: Floats, height_m: Floats,
-    mode_3a: Integers, kind: Bytes,
+    mode_3a: Integers, kind: Bytes, callsign: Longs,
 ) -> int:  # fmt: skip
     """Return how rows i and j compare in all columns, the most significant first."""
     sign = sign_of(sensor[i] > sensor[j], sensor[i] < sensor[j])
@@ -54,6 +54,8 @@ def compare(
         sign = sign_of(mode_3a[i] > mode_3a[j], mode_3a[i] < mode_3a[j])
     if sign == 0:
         sign = sign_of(kind[i] > kind[j], kind[i] < kind[j])
+    if sign == 0:
+        sign = sign_of(callsign[i] > callsign[j], callsign[i] < callsign[j])
     return sign
 
 
@@ -61,7 +63,7 @@ def compare(
 def order_tied(
     order: Places, time_s: Floats, sensor: Integers, track_number: Longs, mode_s_address: Longs,
     range_m: Floats, azimuth_rad: Floats, latitude_rad: Floats, longitude_rad: Floats,
-    height_m: Floats, mode_3a: Integers, kind: Bytes,
+    height_m: Floats, mode_3a: Integers, kind: Bytes, callsign: Longs,
 ) -> int:  # fmt: skip
     """Put rows of one time in the order of their content, in place; ``order`` is that by time.
 
@@ -82,7 +84,7 @@ def order_tied(
                 at = place
                 while at > first and compare(
                     order[at - 1], row, sensor, track_number, mode_s_address, range_m, azimuth_rad,
-                    latitude_rad, longitude_rad, height_m, mode_3a, kind,
+                    latitude_rad, longitude_rad, height_m, mode_3a, kind, callsign,
                 ) > 0:  # fmt: skip
                     order[at] = order[at - 1]
                     at -= 1
@@ -95,7 +97,7 @@ def order_tied(
 def find_repeats(
     order: Places, repeat: NDArray[np.bool_], time_s: Floats, sensor: Integers, track_number: Longs,
     mode_s_address: Longs, range_m: Floats, azimuth_rad: Floats, latitude_rad: Floats,
-    longitude_rad: Floats, height_m: Floats, mode_3a: Integers, kind: Bytes,
+    longitude_rad: Floats, height_m: Floats, mode_3a: Integers, kind: Bytes, callsign: Longs,
 ) -> int:  # fmt: skip
     """Mark the places of ``order`` whose row equals the one before; return how many."""
     count = 0
@@ -104,7 +106,7 @@ def find_repeats(
         if place > 0 and time_s[order[place]] == time_s[order[place - 1]]:
             repeat[place] = compare(
                 order[place - 1], order[place], sensor, track_number, mode_s_address, range_m,
-                azimuth_rad, latitude_rad, longitude_rad, height_m, mode_3a, kind,
+                azimuth_rad, latitude_rad, longitude_rad, height_m, mode_3a, kind, callsign,
             ) == 0  # fmt: skip
         count += repeat[place]
     return count

@@ -42,6 +42,8 @@ class MeasurementBatch:
         ICAO 24-bit address.
     track_number : (n,) int64
         The recording's own number of the aircraft.
+    callsign : (n,) int64
+        Eight letters of six bits (`multiradar_schemas.callsigns`).
     """
 
     time_s: NDArray[np.float64]
@@ -55,6 +57,7 @@ class MeasurementBatch:
     mode_3a: NDArray[np.int32]
     mode_s_address: NDArray[np.int64]
     track_number: NDArray[np.int64]
+    callsign: NDArray[np.int64]
 
     def __len__(self) -> int:
         return len(self.time_s)
@@ -111,4 +114,5 @@ class MeasurementBatch:
             mode_3a=np.empty(0, np.int32),
             mode_s_address=integers,
             track_number=integers,
+            callsign=integers,
         )

@@ -30,6 +30,7 @@ _TIE_COLUMNS = (
     "height_m",
     "mode_3a",
     "kind",
+    "callsign",
 )
 
 

@@ -32,6 +32,7 @@ _UPDATE_TYPES: dict[str, type] = {
     "mode_3a": np.int32,
     "state": np.int8,
     "adsb_implausible": np.bool_,
+    "callsign": np.int64,
 }
 _ENDED_TYPES: dict[str, type] = {
     "track_id": np.int64,
@@ -92,6 +93,8 @@ class TrackUpdates:
     adsb_implausible : (n,) bool
         Whether what the aircraft reports of itself is contradicted by what others measure, or by
         radars that should see it and do not.
+    callsign : (n,) int64
+        Last callsign heard, eight letters of six bits; −1 when none was.
     """
 
     sequence: NDArray[np.int64]
@@ -115,6 +118,7 @@ class TrackUpdates:
     vertical_rate_mps: NDArray[np.float64]
     height_sigma_m: NDArray[np.float64]
     adsb_implausible: NDArray[np.bool_]
+    callsign: NDArray[np.int64]
 
     def __len__(self) -> int:
         return len(self.sequence)

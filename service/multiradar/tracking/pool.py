@@ -105,7 +105,7 @@ class AircraftPool:
         while True:
             first = assign(
                 first, last, self._full, batch.track_number, batch.mode_s_address, codes,
-                batch.kind, self.roster, self.aircraft, self.life, identities,
+                batch.callsign, batch.kind, self.roster, self.aircraft, self.life, identities,
             )  # fmt: skip
             if first == last:
                 return
@@ -238,7 +238,7 @@ class AircraftPool:
         grown, kept = (*aircraft, *life, *trust), (*self.aircraft, *self.life, *self.trust)
         for new, old in zip(grown, kept, strict=True):
             new[tuple(slice(size) for size in old.shape)] = old
-        for name in ("track_id", "track_number", "mode_s_address", "mode_3a"):
+        for name in ("track_id", "track_number", "mode_s_address", "mode_3a", "callsign"):
             getattr(roster, name)[:capacity] = getattr(self.roster, name)
         # Growing happens only when no slot is free, so the free ones are just the new ones.
         roster.free[:capacity] = np.arange(2 * capacity - 1, capacity - 1, -1)

@@ -24,7 +24,7 @@ class Roster(NamedTuple):
     ----------
     track_id : (s,) int64
         Identifier of the track in each slot, −1 for a free slot.
-    track_number, mode_s_address, mode_3a : (s,) int64
+    track_number, mode_s_address, mode_3a, callsign : (s,) int64
         Identity as far as it is known, else −1.
     free : (s,) int64
         Free slots, the next to be taken last.
@@ -38,6 +38,7 @@ class Roster(NamedTuple):
     track_number: Integers
     mode_s_address: Integers
     mode_3a: Integers
+    callsign: Integers
     free: Integers
     counters: Integers
     number_keys: Integers
@@ -55,6 +56,7 @@ class Roster(NamedTuple):
             track_number=np.full(capacity, MISSING, np.int64),
             mode_s_address=np.full(capacity, MISSING, np.int64),
             mode_3a=np.full(capacity, MISSING, np.int64),
+            callsign=np.full(capacity, MISSING, np.int64),
             free=np.arange(capacity - 1, -1, -1, dtype=np.int64),
             counters=np.array([0, capacity], np.int64),
             number_keys=np.full(table, MISSING, np.int64),
@@ -69,7 +71,7 @@ class RowIdentities(NamedTuple):
 
     Attributes
     ----------
-    slot, track_id, track_number, mode_s_address, mode_3a : (n,) int64
+    slot, track_id, track_number, mode_s_address, mode_3a, callsign : (n,) int64
         What is known of the aircraft when the row is taken.
     """
 
@@ -78,6 +80,7 @@ class RowIdentities(NamedTuple):
     track_number: Integers
     mode_s_address: Integers
     mode_3a: Integers
+    callsign: Integers
 
     @classmethod
     def empty(cls, length: int) -> "RowIdentities":

@@ -129,6 +129,7 @@ def test_the_table_holds_every_plot_and_report_with_its_own_identity(
             plot["code"],
             None,
             named.get(id(plot)),
+            None,
         )
         for plot in rows["plots.txt"]
     ]
@@ -145,6 +146,7 @@ def test_the_table_holds_every_plot_and_report_with_its_own_identity(
             None,
             report["address"],
             int(report["global"]),
+            None,
         )
         for report in rows["plots_ads.txt"]
     ]

@@ -81,6 +81,7 @@ def _is_problem(answer: httpx.Response, status: int, code: str) -> dict[str, obj
         ("GET", "/v1/tracks?identity=zzzz", 422, "INVALID_PARAMETER"),
         ("GET", "/v1/tracks?identity=mode_3a:9999", 422, "INVALID_PARAMETER"),
         ("GET", "/v1/tracks?identity=name:1", 422, "INVALID_PARAMETER"),
+        ("GET", "/v1/tracks?identity=callsign:A-1", 422, "INVALID_PARAMETER"),
         ("GET", "/v1/tracks?identity='%20OR%201=1", 422, "INVALID_PARAMETER"),
         ("GET", "/v1/tracks?fields=track_id,password", 422, "INVALID_PARAMETER"),
         ("GET", "/v1/tracks?format=xml", 422, "INVALID_PARAMETER"),

@@ -69,9 +69,12 @@ async def test_a_box_may_cross_the_antimeridian(
         ("104", [4]),
         ("number:104", [4]),
         ("number:7000", []),
+        ("callsign:TST6", [6]),
+        ("callsign:tst6", [6]),
+        ("callsign:TST", []),
     ],
 )
-async def test_an_identity_finds_address_code_or_number(
+async def test_an_identity_finds_address_code_number_or_callsign(
     client: httpx.AsyncClient, identity: str, expected: list[int]
 ) -> None:
     assert await _ids(client, identity=identity) == expected

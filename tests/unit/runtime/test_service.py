@@ -1,5 +1,6 @@
 """The live pipeline: all is accounted for, answers come from disk, one message harms no other."""
 
+import io
 import threading
 import time
 from collections.abc import Iterator
@@ -15,7 +16,8 @@ from multiradar.errors import (
     JournalError,
     QueueFullError,
 )
-from multiradar.runtime.payload import decode_rows
+from multiradar.runtime import preparation
+from multiradar.runtime.payload import complete, decode_rows
 from multiradar.runtime.receipt import Receipt, RejectedRow
 from multiradar.runtime.service import Service, ServiceState
 from multiradar.storage.journal import Journal
@@ -138,6 +140,29 @@ def test_a_message_that_comes_again_in_the_same_transaction_is_taken_once(start:
     with pytest.raises(IdempotencyConflictError):
         futures[3].result(10)
     assert settled(service)["accepted"] == 30
+
+
+def test_a_journal_from_before_there_were_callsigns_plays_and_knows_its_messages(
+    start: Starter, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def before(frame: pl.DataFrame) -> bytes:
+        stream = io.BytesIO()
+        complete(frame).drop("callsign").write_ipc_stream(stream)
+        return stream.getvalue()
+
+    journal = MemoryJournal()
+    service = start(journal)
+    frame = recording(40).with_columns(callsign=pl.lit("KLM1"))
+    with monkeypatch.context() as earlier:
+        earlier.setattr(preparation, "encode_rows", before)
+        submit(service, frame[:20], "key")
+    submit(service, frame[20:], "other")
+    service.stop()
+    service = start(journal)
+    assert submit(service, frame[:20], "key").duplicate
+    with pytest.raises(IdempotencyConflictError):
+        submit(service, frame[20:].with_columns(callsign=pl.lit("KLM2")), "other")
+    assert settled(service)["accepted"] == 40
 
 
 def test_a_key_that_is_used_for_another_message_is_refused(start: Starter) -> None:

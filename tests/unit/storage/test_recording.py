@@ -88,6 +88,17 @@ def test_numbers_of_other_widths_and_further_columns_are_taken(tmp_path: Path) -
     assert block["track_number"].to_list() == [7, 7, 7]
 
 
+def test_a_recording_from_before_there_were_callsigns_is_read_without_them(tmp_path: Path) -> None:
+    path = tmp_path / "measurements.parquet"
+    _measurements(3).drop("callsign").write_parquet(path)
+    block = next(Recording(path).blocks())
+    assert block.schema == {**MEASUREMENT_SCHEMA, "index": block.schema["index"]}
+    assert block["callsign"].to_list() == [None] * 3
+    _measurements(3).with_columns(callsign=pl.lit(12)).write_parquet(path)
+    with pytest.raises(InputError, match="expected String in the column callsign, found Int32"):
+        Recording(path)
+
+
 def test_a_time_of_single_precision_is_refused_because_its_seconds_are_lost(tmp_path: Path) -> None:
     path = tmp_path / "measurements.parquet"
     short = [pl.col(name).cast(pl.Float32) for name in ("range_m", "time_s")]

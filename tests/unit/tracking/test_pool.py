@@ -1,5 +1,7 @@
 """Aircraft are found by identity, keep their slots, and end when they are old."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -46,6 +48,26 @@ def test_a_row_without_identity_has_no_track() -> None:
     rows = assigned(AircraftPool(FILTERS["blom"], 0, 0), batch_of([0.0, 0.0], track_number=[-1, 3]))
     assert rows.slot.tolist()[0] == -1
     assert rows.track_id.tolist() == [-1, 1]
+
+
+def test_a_track_keeps_the_callsign_that_it_told_last() -> None:
+    pool = AircraftPool(FILTERS["blom"], 0, 0)
+    rows = batch_of([0.0] * 6, track_number=[1, 1, 2, 1, 1, 2])
+    told = np.array([-1, 11, -1, 12, -1, -1])
+    known = assigned(pool, replace(rows, callsign=told)).callsign
+    assert known.tolist() == [-1, 11, -1, 12, 12, -1]
+    pool.grow()
+    later = assigned(pool, batch_of([1.0, 1.0], track_number=[1, 2])).callsign
+    assert later.tolist() == [12, -1]
+
+
+def test_a_new_track_does_not_know_the_callsign_of_the_one_before_in_its_slot() -> None:
+    pool = AircraftPool(FILTERS["blom"], 0, 0)
+    slot = assigned(pool, replace(batch_of([0.0], track_number=[1]), callsign=np.array([7]))).slot
+    pool.end(slot, np.array([SILENT]))
+    after = assigned(pool, batch_of([1.0], track_number=[2]))
+    assert after.slot.tolist() == slot.tolist()
+    assert after.callsign.tolist() == [-1]
 
 
 def test_more_aircraft_than_slots_make_the_pool_grow_and_lose_none() -> None:

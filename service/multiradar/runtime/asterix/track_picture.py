@@ -224,6 +224,7 @@ class TrackPicture:
             velocity_north_mps=rows["speed_mps"] * np.cos(here.heading_rad),
             mode_3a=rows["mode_3a"].astype(np.int64),
             mode_s_address=rows["mode_s_address"],
+            callsign=rows["callsign"],
             code_changed=np.zeros(len(rows), np.bool_),
             measured_height_m=life["heard_m"],
             barometric_m=np.where(heard, height_m, np.nan),

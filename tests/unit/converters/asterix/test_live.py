@@ -54,6 +54,18 @@ def test_a_plot_becomes_a_measurement_dated_by_its_reception() -> None:
 
 
 @pytest.mark.parametrize(
+    ("letters", "callsign"),
+    [("10 c2 38 a5 78 20", None), ("10 c2 38 29 78 20", "DLH8JW"), ("82 08 20 82 08 20", None)],
+)
+def test_a_plot_keeps_its_callsign_and_loses_what_is_none(
+    letters: str, callsign: str | None
+) -> None:
+    items = [(1, "14 82"), (2, time_of_day(43_200.0)), (3, "40"), (4, "32 00 40 00"), (9, letters)]
+    batch = decoder().decode(datagrams((NOON_S + 0.4, block(48, record(*items)))))
+    assert batch.frame["callsign"].to_list() == [callsign]
+
+
+@pytest.mark.parametrize(
     ("of_day", "received", "time"),
     [
         (DAY_S - 0.5, 0.25, -0.5),

@@ -3,10 +3,12 @@
 from dataclasses import replace
 
 import numpy as np
+import polars as pl
 import pytest
 
 from multiradar_converters.asterix.senders import ticks_of_day
 from multiradar_converters.asterix.track_reports import track_records
+from multiradar_schemas.callsigns import packed_callsigns
 from support.asterix_reports import SENDER, read_tracks, reports
 
 #: One unit of item 105, degrees.
@@ -34,6 +36,15 @@ def test_a_track_is_written_as_the_tables_of_the_standard_say() -> None:
         "dc  14 82  32 00 40 00  05 78  02 9c  a0"  # 20-130, 50 NM, 90°, FL 350, code, roll-call
     )
     assert octets == bytes.fromhex(expected)
+
+
+def test_a_callsign_is_told_as_derived_from_the_aircraft_and_not_twice() -> None:
+    called = packed_callsigns(pl.Series(["DLH8JW", None, "ABCD1234"]))
+    first, second, third = read_tracks(track_records(reports(3, callsign=called), SENDER))
+    # The standard says that 245 shall not be used, since 380/ID says the same.
+    assert [one.get("245") for one in (first, second, third)] == [None] * 3
+    assert (first["380"]["ID"], third["380"]["ID"]) == ("DLH8JW", "ABCD1234")
+    assert "ID" not in second["380"]
 
 
 def test_what_is_not_known_is_absent() -> None:

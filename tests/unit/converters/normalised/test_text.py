@@ -35,6 +35,7 @@ BAD_ROWS = [
     pytest.param(radar(track_number=1.0), "WRONG_TYPE", "track_number", id="float-is-no-integer"),
     pytest.param(radar(mode_3a="7018"), "OUT_OF_RANGE", "mode_3a", id="code-not-octal"),
     pytest.param(radar(mode_3a=7012), "WRONG_TYPE", "mode_3a", id="code-as-number"),
+    pytest.param(adsb(callsign="AB-1"), "OUT_OF_RANGE", "callsign", id="callsign"),
     pytest.param(adsb(mode_s_address="4b1a2"), "OUT_OF_RANGE", "mode_s_address", id="address"),
     pytest.param(radar(sensor_id="a/b"), "OUT_OF_RANGE", "sensor_id", id="sensor-id"),
     pytest.param(radar(sensor_id="\ud800"), "ENCODING", "sensor_id", id="lone-surrogate"),

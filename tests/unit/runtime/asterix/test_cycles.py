@@ -15,6 +15,7 @@ from multiradar.tracking.outputs import EngineOutput
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.wire import measurement_batch
 from multiradar_converters.asterix.track_reports import TrackReports
+from multiradar_schemas.callsigns import callsign_texts
 from support.asterix_reports import SENDER
 from support.live_scene import START_S, cut, recording, sensors
 
@@ -62,6 +63,14 @@ def test_the_same_octets_whatever_the_batches() -> None:
     assert len(whole) > 10_000
     assert octets(cut(frame, [1, 2, 300, 17, 1, 500])) == whole
     assert octets(cut(frame, [7] * 170)) == whole
+
+
+def test_every_track_is_told_with_the_callsign_of_its_aircraft() -> None:
+    whole = followed(recording(600))
+    assert len(whole) > 2
+    for one in whole:
+        numbers = (one.mode_s_address - 0x4B0000).tolist()
+        assert callsign_texts(one.callsign).to_list() == [f"TST{number}" for number in numbers]
 
 
 def test_moments_are_whole_periods_and_each_user_has_its_own() -> None:

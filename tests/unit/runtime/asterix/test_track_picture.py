@@ -46,7 +46,7 @@ def updates(time_s: Any, **said: Any) -> Taken:
         "heading_rad": np.radians(60.0), "position_sigma_m": 50.0, "velocity_sigma_mps": 3.0,
         "state": 1, "turn_right_probability": np.nan, "turn_left_probability": np.nan,
         "speed_change_probability": np.nan, "vertical_rate_mps": np.nan, "height_sigma_m": 10.0,
-        "adsb_implausible": False, "plot_kind": KIND_RADAR, "plot_range_m": 1e5,
+        "adsb_implausible": False, "callsign": -1, "plot_kind": KIND_RADAR, "plot_range_m": 1e5,
         "plot_azimuth_rad": 1.0, "plot_latitude_rad": np.nan, "plot_longitude_rad": np.nan,
         "plot_height_m": 9000.0, "plot_mode_3a": 0o1234, "plot_mode_s_address": 0x4B1234,
     }  # fmt: skip
@@ -204,3 +204,9 @@ def test_a_track_that_ended_stays_until_all_users_have_heard() -> None:
     assert tracks.reports(102.0, 101.0).last.tolist() == [False, True]
     assert tracks.reports(103.0, 103.0).last.tolist() == [False, True]
     assert tracks.reports(104.0, 104.0).number.tolist() == [1]
+
+
+def test_a_track_is_told_with_the_callsign_it_has_now() -> None:
+    reports = told(103.0, updates(100.0, callsign=-1), updates(102.0, callsign=0x10C238A57820))
+    assert reports.callsign.tolist() == [0x10C238A57820]
+    assert told(101.0, updates(100.0)).callsign.tolist() == [-1]

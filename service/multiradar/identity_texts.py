@@ -1,0 +1,30 @@
+"""Whole numbers that name aircraft, as text."""
+
+import numpy as np
+import polars as pl
+from numpy.typing import NDArray
+
+from multiradar.tracking.measurements import MISSING_INTEGER
+
+
+def present(numbers: NDArray[np.integer]) -> pl.Series:
+    """Return whole numbers, null for those that are missing."""
+    found = pl.Series(numbers)
+    return found.set(found == MISSING_INTEGER, None)
+
+
+# Whole numbers as so many digits are looked up: to make each digit by itself costs ten times more.
+_OCTAL = pl.Series([f"{number:04o}" for number in range(0o10000)])
+_HEXADECIMAL = pl.Series([f"{number:03x}" for number in range(0x1000)])
+
+
+def codes(numbers: NDArray[np.integer]) -> pl.Series:
+    """Write Mode 3/A codes as four octal digits."""
+    return _OCTAL.gather(present(numbers) % len(_OCTAL))
+
+
+def addresses(numbers: NDArray[np.integer]) -> pl.Series:
+    """Write Mode S addresses as six hexadecimal digits."""
+    known, size = present(numbers), len(_HEXADECIMAL)
+    first, last = _HEXADECIMAL.gather(known // size % size), _HEXADECIMAL.gather(known % size)
+    return first + last
