@@ -98,8 +98,11 @@ class Application:
     def start(self) -> None:
         """Serve HTTP, play the journal into the engine, then take measurements.
 
-        While the journal is played, `/readyz` says so and measurements are answered 503.
+        While the journal is played, `/readyz` says so and measurements are answered 503; ASTERIX,
+        which nobody would send again, waits.
         """
+        if self._asterix is not None:
+            self._asterix.start()
         self._http.start()
         warm_up(sensors=self._sensors, settings=self._settings)
         if self._sender is not None:
@@ -111,7 +114,7 @@ class Application:
             self._gateway = ZenohGateway(self.service, zenoh_options(self._settings))
             self._gateway.start()
         if self._asterix is not None:
-            self._asterix.start()
+            self._asterix.begin()
         unwatch = [watch_pipeline(REGISTRY, self.service.view.status)]
         if self._asterix is not None:
             unwatch.append(watch_asterix(REGISTRY, self._asterix.counts.document))

@@ -114,6 +114,9 @@ def read_blocks(path: Path) -> Blocks:
 
 
 def _octets(path: Path) -> NDArray[np.uint8]:
+    if path.exists() and not path.is_file():
+        msg = f"{path}: expected a file, was something else"
+        raise LayoutError(msg)
     try:
         data = np.fromfile(path, dtype=np.uint8)
     except OSError as error:

@@ -112,6 +112,9 @@ def _check_some_known(findings: Findings) -> None:
                 f"{first.offset}: {first.reason}"
             )
             raise LayoutError(msg)
+    names = ", ".join(account.file for account in findings.files)
+    msg = f"{names}: expected ASTERIX blocks, found none"
+    raise LayoutError(msg)
 
 
 def _system_tracks(gathered: Gathered, options: Options, findings: Findings) -> pl.DataFrame:

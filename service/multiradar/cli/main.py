@@ -114,6 +114,10 @@ def run(arguments: Sequence[str], commands: typer.Typer = app) -> int:
 
 
 def _invoke(arguments: Sequence[str], commands: typer.Typer) -> int:
+    for argument in arguments:
+        # Octets that are no UTF-8 come as half characters, which no report and no table can hold.
+        if any("\ud800" <= letter <= "\udfff" for letter in argument):
+            raise typer.BadParameter(f"expected arguments in UTF-8, was {argument!r}")
     command = typer.main.get_command(commands)
     status = command.main(args=list(arguments), prog_name="multiradar", standalone_mode=False)
     sys.stdout.flush()

@@ -102,7 +102,7 @@ def track(
         typer.Option(
             metavar="FILE",
             help="Write system tracks and biases in ASTERIX (062, 063, 065), too, as the first "
-            "`[[asterix.output]]` of the settings says.",
+            r"`\[\[asterix.output]]` of the settings says.",
             show_default=False,
         ),
     ] = None,

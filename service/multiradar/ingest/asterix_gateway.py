@@ -57,7 +57,8 @@ class AsterixGateway:
         self._queue = queue
         self._clock = clock or SystemClock()
         self._stopping = threading.Event()
-        self._threads: list[threading.Thread] = []
+        self._listening: list[threading.Thread] = []
+        self._decoding: threading.Thread | None = None
         self.counts = AsterixCounts(labels)
         self.counts.waiting = lambda: (len(queue), queue.octets)
         self.counts.lost_by_system = self._lost
@@ -70,35 +71,39 @@ class AsterixGateway:
         return tuple(source.endpoint for source in self._sources)
 
     def start(self) -> None:
-        """Open the ports and listen.
+        """Open the ports and listen; what comes waits until `begin`, as much as there is room for.
 
         Raises
         ------
         ConfigurationError
             If it cannot listen where it should.
         """
-        warm_up()
         for open_source in self._open_sources:
             self._sources.append(open_source())
-        self._threads = [
+        self._listening = [
             threading.Thread(target=self._listen, args=(k,), name=f"asterix-{label}", daemon=True)
             for k, label in enumerate(self.counts.labels)
         ]
-        self._threads.append(
-            threading.Thread(target=self._inlet.run, name="asterix-decoder", daemon=True)
-        )
-        for thread in self._threads:
+        for thread in self._listening:
             thread.start()
+        warm_up()
+
+    def begin(self) -> None:
+        """Hand in what came and comes: the service takes measurements."""
+        self._decoding = threading.Thread(
+            target=self._inlet.run, name="asterix-decoder", daemon=True
+        )
+        self._decoding.start()
 
     def stop(self) -> None:
         """Listen no more, hand in what came, close the ports; may be called twice."""
         self._stopping.set()
-        for thread in self._threads[:-1]:
+        for thread in self._listening:
             thread.join()
         self._inlet.stop()
-        for thread in self._threads[-1:]:
-            thread.join()
-        self._threads = []
+        if self._decoding is not None:
+            self._decoding.join()
+        self._listening, self._decoding = [], None
         for source in self._sources:
             source.close()
 

@@ -2,6 +2,7 @@
 
 import gzip
 import json
+import os
 from pathlib import Path
 from typing import Any
 
@@ -449,6 +450,16 @@ def test_an_edition_that_cannot_be_read_is_wrong_usage(
     assert "expected" in capsys.readouterr().err
 
 
+def test_a_pipe_is_refused_instead_of_waited_for(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out, pipe = tmp_path / "out", tmp_path / "pipe"
+    os.mkfifo(pipe)
+    assert run(["convert", "asterix", str(pipe), "--out", str(out)]) == EXIT_FAILED
+    assert "expected a file, was something else" in capsys.readouterr().err
+    assert not out.exists()
+
+
 def test_a_missing_file_is_told_and_leaves_nothing(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -461,9 +472,16 @@ def test_a_missing_file_is_told_and_leaves_nothing(
 @pytest.mark.parametrize(
     ("content", "sentence"),
     [
-        (gzip.compress(block(48, plot_048(1.0))), "was one packed by gzip; unpack it first"),
+        # The same octets in every process that collects this.
+        (
+            gzip.compress(block(48, plot_048(1.0)), mtime=0),
+            "was one packed by gzip; unpack it first",
+        ),
         (b"These are no blocks. " * 99, "expected ASTERIX blocks, found none that can be read"),
+        (b"", "expected ASTERIX blocks, found none"),
+        (b"\xcd" * 2200, "expected ASTERIX blocks, found none"),
     ],
+    ids=["packed", "text", "empty", "header"],
 )
 def test_what_is_no_recording_is_told_and_leaves_nothing(
     tmp_path: Path, content: bytes, sentence: str, capsys: pytest.CaptureFixture[str]

@@ -62,6 +62,7 @@ def test_the_version_is_that_of_the_distribution(capsys: pytest.CaptureFixture[s
         ["convert", "vid"],
         ["demo", "--speed", "-1"],
         ["convert", "nonsense"],
+        ["convert", "asterix", "n\udcff.gps", "--out", "o"],
         *(
             ["track", "m.parquet", "--sensors", "s.toml", "--out", "o", "--workers", workers]
             for workers in ("0", "x")

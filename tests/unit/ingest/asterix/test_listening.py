@@ -113,6 +113,7 @@ def listening() -> Iterator[Callable[..., Listening]]:
         octets_max: int = 1 << 20,
         interval_s: float = 0.01,
         rows_max: int = 100,
+        begun: bool = True,
     ) -> Listening:
         sources = [MemorySource(label) for label in labels]
         service = Taken()
@@ -127,6 +128,8 @@ def listening() -> Iterator[Callable[..., Listening]]:
         )
         started.append(gateway)
         gateway.start()
+        if begun:
+            gateway.begin()
         return Listening(sources, service, gateway)
 
     yield start
@@ -158,6 +161,18 @@ def test_what_listeners_hear_is_handed_in_and_counted_by_listener(
     assert {source for source, _ in one.service.frames} == {"asterix"}
     assert one.service.rows == 3
     assert one.number("octets") == one.number("octets_decoded") == 2 * len(plot(0.0))
+
+
+def test_what_comes_while_the_service_recovers_waits_for_it(
+    listening: Callable[..., Listening],
+) -> None:
+    one = listening(begun=False)
+    one.sources[0].send(plot(0.0), plot(1.0))
+    one.until("datagrams", 2)
+    assert one.service.rows == 0
+    one.gateway.begin()
+    one.until("rows_accepted", 2)
+    assert one.service.rows == 2
 
 
 def test_what_two_listeners_hear_of_one_radar_counts_once(
