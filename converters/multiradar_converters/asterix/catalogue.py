@@ -11,12 +11,14 @@ from multiradar_converters.asterix.categories import (
     cat019,
     cat020,
     cat021,
+    cat030,
     cat034,
     cat048,
     cat062,
     cat063,
     cat065,
     cat247,
+    cat252,
 )
 from multiradar_converters.asterix.notation import Layout, read_layout
 
@@ -33,6 +35,8 @@ _TABLES = (
     (21, cat021.EDITIONS_2_1, cat021.TABLE_2_1),
     (21, cat021.EDITIONS_0_26, cat021.TABLE_0_26),
     (21, cat021.EDITIONS_0_23, cat021.TABLE_0_23),
+    (30, cat030.EDITIONS, cat030.TABLE),
+    (30, cat030.EDITIONS_STR, cat030.TABLE_STR),
     (34, cat034.EDITIONS, cat034.TABLE),
     (48, cat048.EDITIONS, cat048.TABLE),
     (62, cat062.EDITIONS, cat062.TABLE),
@@ -40,6 +44,8 @@ _TABLES = (
     (63, cat063.EDITIONS, cat063.TABLE),
     (65, cat065.EDITIONS, cat065.TABLE),
     (247, cat247.EDITIONS, cat247.TABLE),
+    (252, cat252.EDITIONS, cat252.TABLE),
+    (252, cat252.EDITIONS_CONNECTION, cat252.TABLE_CONNECTION),
 )
 
 

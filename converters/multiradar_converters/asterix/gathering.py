@@ -22,9 +22,9 @@ from multiradar_schemas.reject import RejectCode
 #: Categories of another processor: its tracks, and what it says of its sensors.
 SYSTEM_TRACKS, SENSOR_STATUS = 62, 63
 
-#: Categories in which ARTAS speaks to its users: no table describes them, and none of them is a
-#: measurement. Their blocks are counted and passed over.
-SKIPPED = (30, 252)
+#: Categories in which ARTAS speaks to its users (031: of its sensors) and which no table describes;
+#: none of them is a measurement. Their blocks are counted and passed over.
+SKIPPED = (31,)
 
 #: Blocks walked through at once: bounds the memory.
 BLOCKS_AT_ONCE = 1 << 14

@@ -235,7 +235,7 @@ def test_a_source_that_measures_something_else_is_refused() -> None:
 
 def test_other_categories_are_counted_and_nothing_more() -> None:
     track = block(62, record((1, "0004"), (4, "546000"), (12, "0001")))
-    artas, strange = block(30, b"\x80\x01"), block(33, b"\x80\x01")
+    artas, strange = block(31, b"\x80\x01"), block(33, b"\x80\x01")
     sent = datagrams((NOON_S, track + artas), (NOON_S, strange))
     batch = decoder().decode(sent)
     assert batch.categories == {62: 1}

@@ -77,6 +77,9 @@ def test_no_edition_of_a_category_is_described_twice() -> None:
         (10, "0.24"),
         (62, "1.12"),
         (62, "1.17-cs8"),
+        (30, "7.0"),
+        (30, "5.1-str"),
+        (252, "7.0-connection"),
     ],
 )
 def test_editions_are_found(category: int, edition: str) -> None:
