@@ -1,28 +1,90 @@
-"""`report.json` of a conversion: one way to write it, whatever was converted."""
+"""`report.json` of a conversion, put together and written in one way whatever was converted."""
 
 import json
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 from multiradar_schemas.report import Report
 
 
-def write_report(path: Path, document: dict[str, Any]) -> dict[str, object]:
+@dataclass(frozen=True)
+class Converted:
+    """What a conversion has to report.
+
+    Attributes
+    ----------
+    command : str
+        Its name.
+    inputs : list of (str, int, dict)
+        Of each file its name, its size, bytes, and what became of its records, by name of `Counts`.
+    rejected_by_code : mapping
+        Refused records by code.
+    measurements : int
+        Rows of `measurements.parquet`.
+    settings, figures : dict
+        The user's choices, and what else is known.
+    duplicates : int
+        Records that were accepted as their files were read and then found to be there twice.
+    outputs : list of dict
+        Files beside `measurements.parquet` and `rejects.ndjson`, and their rows.
+    """
+
+    command: str
+    inputs: list[tuple[str, int, dict[str, int]]]
+    rejected_by_code: Mapping[Any, int]
+    measurements: int
+    settings: dict[str, object]
+    figures: dict[str, object]
+    duplicates: int = 0
+    outputs: list[dict[str, object]] = field(default_factory=list)
+
+
+def write_report(path: Path, converted: Converted) -> dict[str, object]:
     """Write a report and return what it says.
 
     Parameters
     ----------
     path : Path
         The file.
-    document : dict
-        The fields of `Report`.
+    converted : Converted
+        What there is to report.
 
     Returns
     -------
     dict
         The report, ready for JSON.
     """
+    counts = _summed(count for _, _, count in converted.inputs)
+    counts["accepted"] -= converted.duplicates
+    counts["duplicate"] += converted.duplicates
+    document = {
+        "command": converted.command,
+        "version": version("multiradar"),
+        "counts": counts,
+        "rejected_by_code": dict(sorted(converted.rejected_by_code.items())),
+        "inputs": [
+            {"file": file, "bytes": size, "counts": count} for file, size, count in converted.inputs
+        ],
+        "outputs": [
+            {"file": "measurements.parquet", "rows": converted.measurements},
+            {"file": "rejects.ndjson", "rows": counts["rejected"]},
+            *converted.outputs,
+        ],
+        "settings": converted.settings,
+        "figures": converted.figures,
+    }
     text = Report.model_validate(document).model_dump_json(indent=1)
     path.write_text(text + "\n", encoding="utf-8")
     loaded: dict[str, object] = json.loads(text)
     return loaded
+
+
+def _summed(counts: Iterable[dict[str, int]]) -> Counter[str]:
+    total = Counter(read=0, accepted=0, rejected=0, duplicate=0)
+    for count in counts:
+        total.update(count)
+    return total

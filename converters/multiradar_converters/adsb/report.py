@@ -2,14 +2,12 @@
 
 from collections import Counter
 from dataclasses import dataclass, field
-from importlib.metadata import version
 from pathlib import Path
-from typing import Any
 
 from multiradar_converters.adsb.options import Options
 from multiradar_converters.adsb.table import Written
 from multiradar_converters.errors import AccountingError
-from multiradar_converters.report_file import write_report
+from multiradar_converters.report_file import Converted, write_report
 from multiradar_schemas.reject import RejectCode
 
 
@@ -113,41 +111,32 @@ def report_json(
     dict
         The report, ready for JSON.
     """
-    counts = {
-        name: sum(account.counts()[name] for account in accounts)
-        for name in ("read", "accepted", "rejected", "blank")
-    }
-    counts["accepted"] -= written.repeated
-    counts["duplicate"] = written.repeated
     by_code: Counter[RejectCode] = Counter()
     for account in accounts:
         by_code.update(account.rejected)
-    document: dict[str, Any] = {
-        "command": "convert adsb",
-        "version": version("multiradar"),
-        "counts": counts,
-        "rejected_by_code": dict(sorted(by_code.items())),
-        "inputs": [
-            {"file": account.file, "bytes": account.size, "counts": account.counts()}
-            for account in accounts
-        ],
-        "outputs": [
-            {"file": "measurements.parquet", "rows": written.rows},
-            {"file": "rejects.ndjson", "rows": counts["rejected"]},
-        ],
-        "settings": options.settings(),
-        "figures": {
-            "files": {account.file: account.figures() for account in accounts},
-            "aircraft": len(written.addresses),
-            "measurements": {kind: count for kind, count in written.kinds.items() if count},
-            "heights": written.heights,
-            "on_ground": written.on_ground,
-            **{
-                name: sum(getattr(account, name) for account in accounts)
-                for name in ("repeated", "stale", "backwards", "jumps")
-            },
-            "first_s": written.first_s if written.rows else None,
-            "last_s": written.last_s if written.rows else None,
+    converted = Converted(
+        command="convert adsb",
+        inputs=[(account.file, account.size, account.counts()) for account in accounts],
+        rejected_by_code=by_code,
+        measurements=written.rows,
+        settings=options.settings(),
+        figures=_figures(accounts, written),
+        duplicates=written.repeated,
+    )
+    return write_report(path, converted)
+
+
+def _figures(accounts: list[FileAccount], written: Written) -> dict[str, object]:
+    return {
+        "files": {account.file: account.figures() for account in accounts},
+        "aircraft": len(written.addresses),
+        "measurements": {kind: count for kind, count in written.kinds.items() if count},
+        "heights": written.heights,
+        "on_ground": written.on_ground,
+        **{
+            name: sum(getattr(account, name) for account in accounts)
+            for name in ("repeated", "stale", "backwards", "jumps")
         },
+        "first_s": written.first_s if written.rows else None,
+        "last_s": written.last_s if written.rows else None,
     }
-    return write_report(path, document)

@@ -2,16 +2,14 @@
 
 from collections import Counter
 from dataclasses import dataclass, field
-from importlib.metadata import version
 from pathlib import Path
-from typing import Any
 
 from multiradar_converters.asterix.editions import source_name
 from multiradar_converters.asterix.gathering import Broken
 from multiradar_converters.asterix.options import Options
 from multiradar_converters.asterix.timing import Turned
 from multiradar_converters.errors import AccountingError
-from multiradar_converters.report_file import write_report
+from multiradar_converters.report_file import Converted, write_report
 
 #: Tracks of another processor, where the recording has some.
 SYSTEM_TRACKS_FILE = "system_tracks.parquet"
@@ -89,35 +87,18 @@ def report_json(path: Path, findings: Findings, options: Options) -> dict[str, o
     dict
         The report, ready for JSON.
     """
-    return write_report(path, _report(findings, options))
-
-
-def _report(findings: Findings, options: Options) -> dict[str, Any]:
     files = findings.files
-    counts = {
-        name: sum(account.counts()[name] for account in files)
-        for name in ("read", "accepted", "rejected")
-    }
-    counts["accepted"] -= findings.duplicates
-    counts["duplicate"] = findings.duplicates
-    by_code = Counter(broken.code for account in files for broken in account.broken)
-    return {
-        "command": "convert asterix",
-        "version": version("multiradar"),
-        "counts": counts,
-        "rejected_by_code": dict(sorted(by_code.items())),
-        "inputs": [
-            {"file": account.file, "bytes": account.size, "counts": account.counts()}
-            for account in files
-        ],
-        "outputs": [
-            {"file": "measurements.parquet", "rows": findings.rows},
-            {"file": "rejects.ndjson", "rows": counts["rejected"]},
-            *_tracks(findings),
-        ],
-        "settings": options.settings(),
-        "figures": _figures(findings, options),
-    }
+    converted = Converted(
+        command="convert asterix",
+        inputs=[(account.file, account.size, account.counts()) for account in files],
+        rejected_by_code=Counter(broken.code for account in files for broken in account.broken),
+        measurements=findings.rows,
+        outputs=_tracks(findings),
+        settings=options.settings(),
+        figures=_figures(findings, options),
+        duplicates=findings.duplicates,
+    )
+    return write_report(path, converted)
 
 
 def _figures(findings: Findings, options: Options) -> dict[str, object]:

@@ -2,11 +2,10 @@
 
 from collections import Counter
 from dataclasses import dataclass
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from multiradar_converters.report_file import write_report
+from multiradar_converters.report_file import Converted, write_report
 from multiradar_converters.vid.accounting import Account
 from multiradar_converters.vid.naming import NamingCounts
 from multiradar_converters.vid.options import Options
@@ -44,31 +43,19 @@ def report_json(path: Path, findings: Findings, options: Options) -> dict[str, o
     dict
         The report, ready for JSON.
     """
-    return write_report(path, _report(findings, options))
-
-
-def _report(findings: Findings, options: Options) -> dict[str, Any]:
-    accounts = findings.accounts
     by_code: Counter[Any] = Counter()
-    for account in accounts:
+    for account in findings.accounts:
         by_code.update(account.rejected)
-    total = {
-        name: sum(_counts(account)[name] for account in accounts)
-        for name in ("read", "accepted", "rejected", "duplicate", "blank")
-    }
-    return {
-        "command": "convert vid",
-        "version": version("multiradar"),
-        "counts": total,
-        "rejected_by_code": dict(sorted(by_code.items())),
-        "inputs": [
-            {"file": account.file, "bytes": account.size, "counts": _counts(account)}
-            for account in accounts
-        ],
-        "outputs": _outputs(findings),
-        "settings": options.settings(),
-        "figures": _figures(findings, options),
-    }
+    converted = Converted(
+        command="convert vid",
+        inputs=[(one.file, one.size, _counts(one)) for one in findings.accounts],
+        rejected_by_code=by_code,
+        measurements=findings.table_rows,
+        outputs=_tracks(findings.written),
+        settings=options.settings(),
+        figures=_figures(findings, options),
+    )
+    return write_report(path, converted)
 
 
 def _counts(account: Account) -> dict[str, int]:
@@ -82,19 +69,12 @@ def _counts(account: Account) -> dict[str, int]:
     }
 
 
-def _outputs(findings: Findings) -> list[dict[str, object]]:
-    written = findings.written
-    rejected = sum(account.rejected.total() for account in findings.accounts)
-    tables: list[dict[str, object]] = [
-        {"file": "measurements.parquet", "rows": findings.table_rows},
-        {"file": "rejects.ndjson", "rows": rejected},
-    ]
-    tables.extend(
+def _tracks(written: Written) -> list[dict[str, object]]:
+    return [
         {"file": f"*/{stem}.{ending}", "rows": written.points[stem]}
         for stem in sorted(written.points)
         for ending in ("new4", "plt")
-    )
-    return tables
+    ]
 
 
 def _figures(findings: Findings, options: Options) -> dict[str, object]:
