@@ -95,11 +95,47 @@ def read_blocks(path: Path) -> Blocks:
     LayoutError
         The file cannot be read, is packed, or is a capture of a kind that is not known.
     """
+    return _read(path)[0]
+
+
+def read_datagrams(path: Path) -> tuple[Blocks, Datagrams]:
+    """Read a recording, and the datagrams of it that can be sent again.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Returns
+    -------
+    Blocks
+        As `read_blocks`.
+    Datagrams
+        The datagrams of a network; of other recordings each block is one. Times are those of the
+        recorder; NaN where it wrote none.
+
+    Raises
+    ------
+    LayoutError
+        The file cannot be read, is packed, or is a capture of a kind that is not known.
+    """
+    blocks, datagrams = _read(path)
+    if datagrams is None:
+        datagrams = Datagrams(blocks.data, blocks.begins, blocks.ends, blocks.received_s)
+    return blocks, datagrams
+
+
+def _read(path: Path) -> tuple[Blocks, Datagrams | None]:
+    """Return the blocks, and the datagrams of a network in which they came."""
     data = _octets(path)
     if capture.is_capture(data):
         return _from_capture(path, data)
     if is_replay_file(data):
         return _from_replay_file(path, data)
+    return _without_datagrams(path, data), None
+
+
+def _without_datagrams(path: Path, data: NDArray[np.uint8]) -> Blocks:
     if _is_gps(path, data):
         begins, ends, gaps = split(data, _HEADER, _TRAILER)
         trailers = ends[:, None] + np.arange(_TRAILER)[_RECEPTION]
@@ -227,16 +263,17 @@ def blocks_of_datagrams(
     return blocks, cut
 
 
-def _from_capture(path: Path, data: NDArray[np.uint8]) -> Blocks:
+def _from_capture(path: Path, data: NDArray[np.uint8]) -> tuple[Blocks, Datagrams]:
     datagrams, offsets, gaps, framing = capture.datagrams(data, path.name)
     blocks, _cut = blocks_of_datagrams(datagrams, offsets, path.name, "capture")
-    return replace(blocks, size=len(data), gaps=gaps + blocks.gaps, framing=framing)
+    blocks = replace(blocks, size=len(data), gaps=gaps + blocks.gaps, framing=framing)
+    return blocks, datagrams
 
 
-def _from_replay_file(path: Path, data: NDArray[np.uint8]) -> Blocks:
+def _from_replay_file(path: Path, data: NDArray[np.uint8]) -> tuple[Blocks, Datagrams]:
     datagrams, gaps, framing = read_replay_file(data)
     blocks, _cut = blocks_of_datagrams(datagrams, datagrams.begins, path.name, "rply")
-    return replace(
+    blocks = replace(
         blocks,
         size=len(data),
         # It tells how long after one another they came, not when.
@@ -244,31 +281,4 @@ def _from_replay_file(path: Path, data: NDArray[np.uint8]) -> Blocks:
         gaps=gaps + blocks.gaps,
         framing=framing,
     )
-
-
-def read_datagrams(path: Path) -> Datagrams:
-    """Read a recording as datagrams that can be sent again.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-
-    Returns
-    -------
-    Datagrams
-        The datagrams of a network; of other recordings each block is one. Times are those of the
-        recorder; NaN where it wrote none.
-
-    Raises
-    ------
-    LayoutError
-        The file cannot be read, is packed, or is a capture of a kind that is not known.
-    """
-    data = _octets(path)
-    if capture.is_capture(data):
-        return capture.datagrams(data, path.name)[0]
-    if is_replay_file(data):
-        return read_replay_file(data)[0]
-    blocks = read_blocks(path)
-    return Datagrams(blocks.data, blocks.begins, blocks.ends, blocks.received_s)
+    return blocks, datagrams

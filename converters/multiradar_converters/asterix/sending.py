@@ -1,5 +1,6 @@
 """Recordings as datagrams that can be sent again, when they came or as if they came now."""
 
+import dataclasses
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 from multiradar_converters.asterix import _kernels
 from multiradar_converters.asterix.clocks import nearest_day
 from multiradar_converters.asterix.columns import Integers, Numbers
-from multiradar_converters.asterix.containers import Blocks, read_blocks, read_datagrams
+from multiradar_converters.asterix.containers import Blocks, read_datagrams
 from multiradar_converters.asterix.datagrams import Datagrams
 from multiradar_converters.asterix.editions import Editions
 from multiradar_converters.asterix.gathering import Gathered, Rows, gather
@@ -25,6 +26,22 @@ _TICKS_PER_S = 128
 _NOT_AHEAD = 0.99
 _TIME_BITS = 24
 _TRUNCATED_ITEM = "141"
+
+
+@dataclass(frozen=True)
+class _Times:
+    """Where times stand in a recording, and what they say, in its order."""
+
+    begins: Integers
+    time_s: Numbers
+    whole: Integers
+    truncated: Integers
+    truncated_record: Integers
+
+
+def _no_times() -> _Times:
+    none = np.empty(0, np.int64)
+    return _Times(none, none.astype(np.float64), none, none, none)
 
 
 @dataclass(frozen=True)
@@ -48,28 +65,23 @@ class Sending:
     due_s: Numbers
     begin_s: float
     left_out: int
+    _times: _Times = dataclasses.field(default_factory=_no_times)
+
+    def moved(self, shift_s: int) -> "Sending":
+        """Return the same, times of day in the records moved by whole seconds; 0 moves nothing."""
+        if not shift_s:
+            return self
+        data = _moved(self.datagrams, self._times, shift_s)
+        return replace(self, datagrams=replace(self.datagrams, data=data))
 
 
-@dataclass(frozen=True)
-class _Times:
-    """Where times stand in a recording, and what they say, in its order."""
-
-    begins: Integers
-    time_s: Numbers
-    whole: Integers
-    truncated: Integers
-    truncated_record: Integers
-
-
-def read_sending(path: Path, shift_s: int = 0) -> Sending:
+def read_sending(path: Path) -> Sending:
     """Read a recording.
 
     Parameters
     ----------
     path : Path
         The file; see `containers`.
-    shift_s : int
-        Whole seconds by which all times of day in its records are moved; 0 changes no octet.
 
     Returns
     -------
@@ -82,16 +94,13 @@ def read_sending(path: Path, shift_s: int = 0) -> Sending:
     LayoutError
         The file cannot be read.
     """
-    datagrams = read_datagrams(path)
-    blocks = read_blocks(path)
+    blocks, datagrams = read_datagrams(path)
     times = _times(blocks)
     sent = int((datagrams.ends - datagrams.begins).sum())
     told = blocks.size - blocks.framing
     due_s = _due(datagrams, times)
     begin_s = _begin(datagrams, due_s, times)
-    if shift_s:
-        datagrams = replace(datagrams, data=_moved(datagrams, times, shift_s))
-    return Sending(datagrams, due_s, begin_s, max(told - sent, 0))
+    return Sending(datagrams, due_s, begin_s, max(told - sent, 0), times)
 
 
 def _times(blocks: Blocks) -> _Times:

@@ -61,7 +61,7 @@ def replay_datagrams(
         sending = read_sending(recording)
         if times is Times.NOW and not math.isnan(sending.begin_s):
             start_s = begin_s(sending.due_s, speed, clock.now_s())
-            sending = read_sending(recording, int((start_s - sending.begin_s) % _DAY_S))
+            sending = sending.moved(int((start_s - sending.begin_s) % _DAY_S))
     except LayoutError as error:
         raise InputError(str(error)) from error
     if not len(sending.datagrams):

@@ -27,7 +27,7 @@ DAY_S = 86_400.0
 def sending(tmp_path: Path, content: bytes, shift_s: int = 0) -> Sending:
     path = tmp_path / "recording"
     path.write_bytes(content)
-    return read_sending(path, shift_s)
+    return read_sending(path).moved(shift_s)
 
 
 def payloads(sent: Sending) -> list[bytes]:
