@@ -3,15 +3,12 @@
 import datetime as dt
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
-from multiradar.cli.converting import bytes_bar, conversion_faults
+from multiradar.cli.converting import convert_files, records_line
 from multiradar.cli.options import JsonOption, parse_date
-
-if TYPE_CHECKING:
-    from multiradar_converters.adsb.options import Options
 
 #: What `--help` says.
 ADSB_HELP = (
@@ -49,29 +46,19 @@ def convert_adsb(
     as_json: JsonOption = False,
 ) -> None:
     """Convert trajectories of aircraft heard by ADS-B."""
+    from multiradar_converters.adsb.conversion import convert
     from multiradar_converters.adsb.options import Options
 
     options = Options(date=None if date is None else dt.date.fromisoformat(date))
-    report = _with_bar(files, out, options)
+    report = convert_files(files, lambda advance: convert(files, out, options, advance))
     print(json.dumps(report, indent=1, ensure_ascii=False) if as_json else _summary(report, out))
 
 
-def _with_bar(files: list[Path], out: Path, options: "Options") -> dict[str, Any]:
-    from multiradar_converters.adsb.conversion import convert
-
-    total = sum(path.stat().st_size for path in files if path.is_file())
-    with conversion_faults(), bytes_bar(total) as advance:
-        return convert(files, out, options, advance)
-
-
 def _summary(report: dict[str, Any], out: Path) -> str:
-    counts, figures = report["counts"], report["figures"]
-    by_code = ", ".join(f"{code} {count}" for code, count in report["rejected_by_code"].items())
+    figures = report["figures"]
     return "\n".join(
         [
-            f"read {counts['read']} records: accepted {counts['accepted']}, rejected "
-            f"{counts['rejected']}{f' ({by_code})' if by_code else ''}, "
-            f"duplicate {counts['duplicate']}; blank {counts['blank']}",
+            f"{records_line(report)}; blank {report['counts']['blank']}",
             f"{figures['aircraft']} aircraft; old positions under new times: {figures['stale']}, "
             f"repeated: {figures['repeated']}, jumps: {figures['jumps']}, times going backwards: "
             f"{figures['backwards']}",

@@ -3,16 +3,13 @@
 import datetime as dt
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
-from multiradar.cli.converting import bytes_bar, conversion_faults
+from multiradar.cli.converting import convert_files, records_line
 from multiradar.cli.options import JsonOption, parse_date
 from multiradar.errors import ConfigurationError
-
-if TYPE_CHECKING:
-    from multiradar_converters.asterix.options import Options
 
 #: What `--help` says.
 ASTERIX_HELP = (
@@ -80,6 +77,7 @@ def convert_asterix(
     as_json: JsonOption = False,
 ) -> None:
     """Convert ASTERIX recordings."""
+    from multiradar_converters.asterix.conversion import convert
     from multiradar_converters.asterix.editions import parse_editions
     from multiradar_converters.asterix.options import Options
     from multiradar_converters.errors import ProfileError
@@ -100,27 +98,16 @@ def convert_asterix(
         )
     except SchemaError as error:
         raise ConfigurationError(str(error)) from error
-    report = _with_bar(files, out, options)
+    report = convert_files(files, lambda advance: convert(files, out, options, advance))
     print(json.dumps(report, indent=1, ensure_ascii=False) if as_json else _summary(report, out))
 
 
-def _with_bar(files: list[Path], out: Path, options: "Options") -> dict[str, Any]:
-    from multiradar_converters.asterix.conversion import convert
-
-    total = sum(path.stat().st_size for path in files if path.is_file())
-    with conversion_faults(), bytes_bar(total) as advance:
-        return convert(files, out, options, advance)
-
-
 def _summary(report: dict[str, Any], out: Path) -> str:
-    counts, figures = report["counts"], report["figures"]
-    by_code = ", ".join(f"{code} {count}" for code, count in report["rejected_by_code"].items())
+    figures = report["figures"]
     left = ", ".join(f"{name} {count}" for name, count in figures["left_out"].items() if count)
     return "\n".join(
         [
-            f"read {counts['read']} records: accepted {counts['accepted']}, rejected "
-            f"{counts['rejected']}{f' ({by_code})' if by_code else ''}, "
-            f"duplicate {counts['duplicate']}",
+            records_line(report),
             "records by category: "
             + (", ".join(f"{name} {n}" for name, n in figures["records"].items()) or "none"),
             f"measurements: {report['outputs'][0]['rows']} of {len(figures['measurements'])} "

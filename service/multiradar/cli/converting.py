@@ -1,7 +1,9 @@
 """What all conversions show and tell, whatever they read."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
 
 from multiradar.cli.progress import progress_bar
 from multiradar.errors import InputError, OutputExistsError
@@ -52,3 +54,43 @@ def bytes_bar(total: int) -> Iterator[Callable[[int], None]]:
             show(done)
 
         yield advance
+
+
+def convert_files(
+    files: Iterable[Path], convert: Callable[[Callable[[int], None]], dict[str, object]]
+) -> dict[str, Any]:
+    """Convert files, with a progress bar on a terminal.
+
+    Parameters
+    ----------
+    files : iterable of Path
+        What is converted.
+    convert : callable
+        Converts, given what is to be told the bytes that were read.
+
+    Returns
+    -------
+    dict
+        What `report.json` says.
+
+    Raises
+    ------
+    OutputExistsError
+        The folder to make exists; nothing was touched.
+    InputError
+        A file cannot be read; the folder to make does not exist.
+    """
+    total = sum(path.stat().st_size for path in files if path.is_file())
+    with conversion_faults(), bytes_bar(total) as advance:
+        return convert(advance)
+
+
+def records_line(report: dict[str, Any]) -> str:
+    """Say what became of the records of a conversion."""
+    counts = report["counts"]
+    by_code = ", ".join(f"{code} {count}" for code, count in report["rejected_by_code"].items())
+    return (
+        f"read {counts['read']} records: accepted {counts['accepted']}, rejected "
+        f"{counts['rejected']}{f' ({by_code})' if by_code else ''}, "
+        f"duplicate {counts['duplicate']}"
+    )
