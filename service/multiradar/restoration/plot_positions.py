@@ -22,12 +22,8 @@ from multiradar.estimation.filters._height_kernels import (
     TRANSPONDER_VARIANCE,
 )
 from multiradar.estimation.measurement.cone_of_silence import azimuth_trusted
-from multiradar.estimation.measurement.sensors import (
-    PARAMETER_AZIMUTH_OFFSET,
-    PARAMETER_RANGE_GAIN,
-    PARAMETER_RANGE_OFFSET,
-    SensorTable,
-)
+from multiradar.estimation.measurement.known_biases import polar_without_biases
+from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy import _kernels as geodesy
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.restoration._plot_position_kernels import place_plot
@@ -138,21 +134,14 @@ def plot_positions(plots: Plots, sensors: SensorTable, biases: ArrayLike) -> Plo
     chosen = told.take(told.kind == kind)
     if not len(chosen.time_s):
         raise PlaneError("TOO_FEW_POINTS", "expected plots with heights, was none")
-    corrected = _unbiased(chosen, np.asarray(biases, np.float64))
+    of_each = np.asarray(biases, np.float64)[chosen.sensor]
+    polar = polar_without_biases(chosen.range_m, chosen.azimuth_rad, of_each)
+    corrected = np.column_stack([*polar, chosen.height_m])
     variance = _height_variance(chosen.height_m)
     if kind == _POSITION:
         return _reported(chosen, sensors, variance)
     frame = _frame(corrected, chosen, sensors)
     return _seen(frame, corrected, chosen, sensors, variance)
-
-
-def _unbiased(plots: Plots, biases: Floats) -> Floats:
-    own = biases[plots.sensor]
-    range_m = (plots.range_m - own[:, PARAMETER_RANGE_OFFSET]) / (
-        1.0 + own[:, PARAMETER_RANGE_GAIN]
-    )
-    azimuth_rad = plots.azimuth_rad - own[:, PARAMETER_AZIMUTH_OFFSET]
-    return np.column_stack([range_m, azimuth_rad, plots.height_m])
 
 
 # Heights all on steps of 100 ft are told in them; others are finer.

@@ -1,4 +1,4 @@
-"""What a sensor would have measured without the biases that are known of it."""
+"""What a sensor would have measured without biases that are known, or estimated, of it."""
 
 from typing import NamedTuple
 
@@ -44,10 +44,32 @@ def without_known_biases(measured: Measured, known: Floats) -> Measured:
     IMM UrO RAN report (2016), equation (1.5) solved for the true measurement: measured = true +
     offset, and gain · true besides for the range. Unlike J, the time offset is exact.
     """
-    offset, gain = known[:, PARAMETER_RANGE_OFFSET], known[:, PARAMETER_RANGE_GAIN]
-    turned = measured.azimuth_rad - known[:, PARAMETER_AZIMUTH_OFFSET]
-    return Measured(
-        time_s=measured.time_s - known[:, PARAMETER_TIME_OFFSET],
-        range_m=(measured.range_m - offset) / (1.0 + gain),
-        azimuth_rad=np.mod(turned, 2.0 * np.pi),
-    )
+    range_m, azimuth_rad = polar_without_biases(measured.range_m, measured.azimuth_rad, known)
+    time_s = measured.time_s - known[:, PARAMETER_TIME_OFFSET]
+    return Measured(time_s=time_s, range_m=range_m, azimuth_rad=azimuth_rad)
+
+
+def polar_without_biases(
+    range_m: Floats, azimuth_rad: Floats, biases: Floats
+) -> tuple[Floats, Floats]:
+    """Return ranges and azimuths with biases taken off; times stay as they are.
+
+    Parameters
+    ----------
+    range_m, azimuth_rad : (n,) float64
+        As the sensors said, m and rad; NaN stays NaN.
+    biases : (n, 4) float64
+        Known or estimated biases of the sensor of each measurement.
+
+    Returns
+    -------
+    range_m, azimuth_rad : (n,) float64
+        As in `without_known_biases`.
+
+    References
+    ----------
+    IMM UrO RAN report (2016), equation (1.5) solved for the true measurement.
+    """
+    offset, gain = biases[:, PARAMETER_RANGE_OFFSET], biases[:, PARAMETER_RANGE_GAIN]
+    turned = azimuth_rad - biases[:, PARAMETER_AZIMUTH_OFFSET]
+    return (range_m - offset) / (1.0 + gain), np.mod(turned, 2.0 * np.pi)

@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.estimation.measurement.known_biases import polar_without_biases
 from multiradar.estimation.measurement.sensors import (
     PARAMETER_AZIMUTH_OFFSET,
     PARAMETER_NAMES,
@@ -82,12 +83,7 @@ class SensorPicture:
         self, sensor: NDArray[np.int32], range_m: Floats, azimuth_rad: Floats
     ) -> tuple[Floats, Floats]:
         """Return plots with the estimated biases taken off, as the standard corrects them."""
-        of_each = self._estimate[sensor]
-        straight = range_m - of_each[:, PARAMETER_RANGE_OFFSET]
-        return (
-            straight / (1.0 + of_each[:, PARAMETER_RANGE_GAIN]),
-            azimuth_rad - of_each[:, PARAMETER_AZIMUTH_OFFSET],
-        )
+        return polar_without_biases(range_m, azimuth_rad, self._estimate[sensor])
 
     def reports(self, time_s: float) -> SensorReports:
         """Return the sensors that have codes."""
