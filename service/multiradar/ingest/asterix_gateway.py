@@ -86,10 +86,10 @@ class AsterixGateway:
         ]
         for thread in self._listening:
             thread.start()
-        warm_up()
 
     def begin(self) -> None:
         """Hand in what came and comes: the service takes measurements."""
+        warm_up()
         self._decoding = threading.Thread(
             target=self._inlet.run, name="asterix-decoder", daemon=True
         )

@@ -7,6 +7,7 @@ from collections import deque
 from typing import Protocol
 
 from multiradar.errors import ConfigurationError
+from multiradar.ingest.udp import is_group
 
 #: No datagram over IPv4 has more octets.
 DATAGRAM_OCTETS_MAX = 65_535
@@ -105,11 +106,6 @@ class UdpSource:
         except OSError:
             # Another system: what it drops is not told.
             self.lost = 0
-
-
-def is_group(address: str) -> bool:
-    """Tell whether an IPv4 address is that of a multicast group."""
-    return socket.inet_aton(address)[0] >> 4 == 0xE
 
 
 class MemorySource:

@@ -1,6 +1,5 @@
 """A recording sent as UDP datagrams, in the time in which it came or faster."""
 
-import socket
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Protocol
@@ -10,8 +9,8 @@ from numpy.typing import NDArray
 
 from multiradar.clock import Clock
 from multiradar.errors import PeerError
-from multiradar.ingest.asterix_source import is_group
 from multiradar.ingest.replay import SILENCE_MAX_S
+from multiradar.ingest.udp import open_sending
 from multiradar_converters.asterix.sending import Sending
 
 #: At the highest speed so many datagrams are sent, then a listener gets a moment to read them.
@@ -51,15 +50,9 @@ class UdpSink:
 
     def __init__(self, address: str, port: int, interface: str) -> None:
         self._target = (address, port)
-        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        if not is_group(address):
-            return
         try:
-            self._socket.setsockopt(
-                socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton(interface)
-            )
+            self._socket = open_sending(address, interface)
         except OSError as error:
-            self._socket.close()
             msg = f"udp:{address}:{port}: cannot send by {interface}, {error.strerror}"
             raise PeerError(msg) from error
 

@@ -1,13 +1,12 @@
 """Where blocks go: datagrams to a machine or a group, or a file."""
 
 import contextlib
-import socket
 from collections.abc import Sequence
-from ipaddress import IPv4Address
 from typing import BinaryIO, Protocol
 
 from multiradar.asterix_output_settings import AsterixOutputSettings
 from multiradar.errors import ConfigurationError
+from multiradar.ingest.udp import open_sending
 
 
 class Sink(Protocol):
@@ -54,24 +53,20 @@ class DatagramSink:
     def __init__(self, settings: AsterixOutputSettings) -> None:
         assert settings.port is not None
         self._place = settings.address, settings.port
-        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        self._socket.setblocking(False)
         try:
-            self._socket.setsockopt(
-                socket.SOL_SOCKET, socket.SO_SNDBUF, settings.send_buffer_octets
+            self._socket = open_sending(
+                settings.address,
+                settings.interface,
+                ttl=settings.ttl,
+                buffer_octets=settings.send_buffer_octets,
             )
-            if IPv4Address(settings.address).is_multicast:
-                interface = socket.inet_aton(settings.interface)
-                self._socket.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, interface)
-                self._socket.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, settings.ttl)
-                self._socket.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_LOOP, 1)
         except OSError as error:
-            self._socket.close()
             msg = (
                 f"ASTERIX output {settings.label}: cannot send by {settings.interface}, "
                 f"{error.strerror or error}"
             )
             raise ConfigurationError(msg) from error
+        self._socket.setblocking(False)
 
     def send(self, blocks: Sequence[bytes]) -> int:
         """Send blocks; those for which there is no room, or no way, are dropped."""

@@ -1,0 +1,44 @@
+"""Sockets that send UDP datagrams to a machine or a group."""
+
+import socket
+
+
+def is_group(address: str) -> bool:
+    """Tell whether an IPv4 address is that of a multicast group."""
+    return socket.inet_aton(address)[0] >> 4 == 0xE
+
+
+def open_sending(
+    address: str, interface: str, *, ttl: int = 1, buffer_octets: int | None = None
+) -> socket.socket:
+    """Return a socket that sends to an address.
+
+    Parameters
+    ----------
+    address : str
+        IPv4 address, or that of a group.
+    interface : str
+        Address of the interface by which a group is reached; this machine hears the group too.
+    ttl : int
+        Routers that datagrams to a group may pass, and one.
+    buffer_octets : int, optional
+        Room for datagrams that wait, octets.
+
+    Raises
+    ------
+    OSError
+        If this machine has no such interface; nothing stays open.
+    """
+    opened = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    try:
+        if buffer_octets is not None:
+            opened.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, buffer_octets)
+        if is_group(address):
+            chosen = socket.inet_aton(interface)
+            opened.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, chosen)
+            opened.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, ttl)
+            opened.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_LOOP, 1)
+    except OSError:
+        opened.close()
+        raise
+    return opened
