@@ -59,7 +59,7 @@ class Taken:
         return future
 
     def flush(self, *, source: str, idempotency_key: str | None = None) -> Future[Receipt]:
-        raise NotImplementedError
+        return self.submit(pl.DataFrame(), source=source)
 
     @property
     def rows(self) -> int:
