@@ -25,8 +25,11 @@ DOCS = Path(__file__).parent
 #: Names of the plots that studies.md shows, where it is not the first of the study.
 PICTURES = {
     "coupled-motion": ("figure-1", "figure-3"),
-    "trajectory-bundle": ("bundle", "figure-2-2", "figure-2-3", "figure-2-4"),
-}
+    "trajectory-bundle": (
+        "service-flight", "service", "lateral-acceleration", "figure-2-1", "figure-2-2-flight",
+        "figure-2-2", "figure-2-3", "figure-2-4",
+    ),
+}  # fmt: skip
 
 
 def main() -> None:

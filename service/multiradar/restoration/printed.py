@@ -5,8 +5,6 @@ anchor, which nothing changes but the initial window; its weight is the likeliho
 the window alone, and so longer chains of segments always fit better.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -21,33 +19,14 @@ from multiradar.restoration._window_kernels import inform
 from multiradar.restoration.initial import arcs_through_triples
 from multiradar.restoration.plot_rows import plot_rows
 from multiradar.restoration.reading import control_track_of
+from multiradar.restoration.search_rules import SEGMENT_MIN_S, SearchRules
 from multiradar.restoration.settings import BundleSettings
 from multiradar.restoration.tracks import ControlTrack, MeasurementTrack
 
 Floats = NDArray[np.float64]
 
-#: Least duration of a segment, section 2.5, s.
-SEGMENT_MIN_S = 10.0
-
-
 # Standard deviations of what is not known and of what is held, in any unit, and rounds at most.
 _UNKNOWN, _HELD, _ROUNDS = 1e3, 1e-4, 50
-
-
-@dataclass(frozen=True, slots=True)
-class SearchRules:
-    """What the report varies against the defect of its search, section 2.7.2.
-
-    Attributes
-    ----------
-    last_segment_s : float
-        Least duration of the last segment.
-    last_plot : float
-        Factor of the information of the last plot.
-    """
-
-    last_segment_s: float = SEGMENT_MIN_S
-    last_plot: float = 1.0
 
 
 class PrintedBundle:
@@ -147,13 +126,15 @@ class PrintedBundle:
                 branches.append(best)
         self._tracks = np.array([*self._tracks, *branches])
 
-    def thin(self, count: int) -> None:
+    def thin(self, count: int, *, grouped: bool = True) -> None:
         """Keep the best track of each group of close ones, and of these the best.
 
         Parameters
         ----------
         count : int
             Plots that are known.
+        grouped : bool
+            False keeps the best by weight alone, which the report found not to do.
 
         References
         ----------
@@ -168,7 +149,7 @@ class PrintedBundle:
         kept = np.zeros(len(self), np.int64)
         stay = thin(
             self._tracks, len(self), self._settings.tracks_max, traces, len(grid),
-            self._settings.apart_m, np.zeros(len(self), np.int64), kept,
+            self._settings.apart_m if grouped else 0.0, np.zeros(len(self), np.int64), kept,
         )  # fmt: skip
         self._tracks = self._tracks[kept[:stay]].copy()
 
@@ -194,6 +175,9 @@ class PrintedBundle:
         chosen = rules or SearchRules()
         rows = self._rows[:count].copy()
         rows[-1, layout.EAST_EAST : layout.NORTH_NORTH + 1] *= chosen.last_plot
+        if chosen.dimples:
+            # −ln(e^(−ρ²/2) + 1): as if a plot were an outlier as likely as a good one is at best.
+            rows[:, layout.FLOOR] = 0.0
         limits = np.array(
             [
                 self._settings.lateral_max_mps2, self._settings.longitudinal_max_mps2,

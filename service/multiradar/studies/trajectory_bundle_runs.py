@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.restoration.bundle import Bundle
-from multiradar.restoration.printed import PrintedBundle, SearchRules
+from multiradar.restoration.printed import PrintedBundle
+from multiradar.restoration.search_rules import SearchRules
 from multiradar.restoration.settings import BundleSettings
 from multiradar.restoration.tracks import (
     ControlTrack,
@@ -26,6 +27,7 @@ SPEED_MPS = 180.0
 #: Straight on to the east, to the left, to the right, straight on: durations (s) and lateral
 #: accelerations (m/s²).
 LEGS = ((25.0, 0.0), (35.0, -2.0), (35.0, 2.0), (25.0, 0.0))
+DURATION_S = sum(duration for duration, _ in LEGS)
 #: The initial window ends, and the bundle of figure 2.3 is looked at, at these times, s.
 INITIAL_S, LOOKED_AT_S = 30.0, 80.0
 #: Tracks that are closer in the mean are one group for the report's thinning, m.
@@ -35,6 +37,7 @@ VARIANTS = (
     ("search of Hooke and Jeeves, as printed", SearchRules()),
     ("the same, last segment of 20 s at least", SearchRules(last_segment_s=20.0)),
     ("the same, last plot weighs a quarter", SearchRules(last_plot=0.25)),
+    ("the same, a dimple for each plot", SearchRules(dimples=True)),
 )
 
 
@@ -58,6 +61,8 @@ class Picture:
         −ln of the likelihood of the plots with the best track, 0 where it is not told.
     ends_m : (k, 2) float64
         Where the tracks end.
+    controls : tuple of ControlTrack
+        Of the tracks.
     """
 
     name: str
@@ -67,15 +72,34 @@ class Picture:
     evaluations: int
     misfit: float
     ends_m: Floats
+    controls: tuple[ControlTrack, ...]
+
+    @property
+    def best(self) -> ControlTrack:
+        """Controls of the best track."""
+        return self.controls[0]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Run:
-    """One realisation: plots, the true path, and the bundle after each step."""
+    """One realisation.
+
+    Attributes
+    ----------
+    plots : MeasurementTrack
+        What the radars saw.
+    path : Path
+        Where the aircraft was.
+    pictures : tuple of Picture
+        The bundle after each step.
+    branch : tuple of ControlTrack, or None
+        A track, and the arc that leaves it and leads to the last plot: the best one there is.
+    """
 
     plots: MeasurementTrack
     path: Path
     pictures: tuple[Picture, ...]
+    branch: tuple[ControlTrack, ControlTrack] | None
 
 
 def one_run(rng: np.random.Generator) -> Run:
@@ -97,27 +121,54 @@ def one_run(rng: np.random.Generator) -> Run:
     """
     aircraft = _aircraft()
     plots = _plots(aircraft, rng)
-    path = fly(aircraft, _DURATION_S, rng)
+    path = fly(aircraft, DURATION_S, rng)
     settings = BundleSettings(apart_m=GROUP_M)
     known = int(np.searchsorted(plots.time_s, INITIAL_S))
     last = int(np.searchsorted(plots.time_s, LOOKED_AT_S))
     printed = PrintedBundle(plots, settings)
     printed.start(known)
     pictures = [_picture("initial window: arcs through triples", printed, plots, known)]
+    alone = copy.deepcopy(printed)
     printed.thin(known)
     pictures.append(_picture("initial window, thinned", printed, plots, known))
+    alone.thin(known, grouped=False)
     for count in range(known + 1, last):
-        printed.branch(count)
-        printed.thin(count)
+        for bundle, grouped in ((printed, True), (alone, False)):
+            bundle.branch(count)
+            bundle.thin(count, grouped=grouped)
     pictures.append(_picture("before the last plot", printed, plots, last - 1))
+    pictures.append(_picture("the same, thinned by weight alone", alone, plots, last - 1))
+    old = printed.controls()
     printed.branch(last)
     pictures.append(_picture("after branching", printed, plots, last))
+    branch = _best_branch(old, printed, last)
     pictures.append(_after("after thinning", printed, plots, last, _thinned))
     for name, rules in VARIANTS:
         pictures.append(_after(name, printed, plots, last, _searched(rules)))
     pictures.append(_after("least squares on the same", printed, plots, last, _settled))
     pictures.append(_of_bundle(plots, last))
-    return Run(plots, path, tuple(pictures))
+    return Run(plots, path, tuple(pictures), branch)
+
+
+def last_plot(plots: MeasurementTrack, picture: Picture) -> int:
+    """Return the number of the newest plot that a step knows.
+
+    References
+    ----------
+    The project's own: less than a second after the last whole one.
+    """
+    return int(np.searchsorted(plots.time_s, picture.time_s[-1] + 1.0)) - 1
+
+
+def true_lateral_mps2(time_s: Floats) -> Floats:
+    """Return the lateral acceleration that is flown at times, m/s².
+
+    References
+    ----------
+    The project's own: `LEGS`.
+    """
+    begins = np.cumsum([0.0, *(duration for duration, _ in LEGS)])[:-1]
+    return np.array([lateral for _, lateral in LEGS])[np.searchsorted(begins, time_s, "right") - 1]
 
 
 def apart_from_truth(run: Run, picture: Picture) -> Floats:
@@ -143,9 +194,6 @@ def apart_from_truth(run: Run, picture: Picture) -> Floats:
     return np.asarray(np.mean(np.hypot(off[..., 0], off[..., 1]), axis=1))
 
 
-_DURATION_S = sum(duration for duration, _ in LEGS)
-
-
 def _aircraft() -> Aircraft:
     legs = tuple(Leg(duration, lateral / SPEED_MPS) for duration, lateral in LEGS)
     return Aircraft(1, -10e3, 40e3, 8000.0, SPEED_MPS, np.pi / 2.0, legs=legs)
@@ -156,7 +204,7 @@ def _plots(aircraft: Aircraft, rng: np.random.Generator) -> MeasurementTrack:
         Sensor("1", "radar", -30e3, 0.0, 0.0, 40.0, 0.0011, rotation_period_s=4.0),
         Sensor("2", "radar", 40e3, 10e3, 0.0, 40.0, 0.0011, rotation_period_s=5.0),
     )
-    seen = flat_plots(Scene("", 1, _DURATION_S, "flat", (0.0, 0.0), (aircraft,), (), radars), rng)
+    seen = flat_plots(Scene("", 1, DURATION_S, "flat", (0.0, 0.0), (aircraft,), (), radars), rng)
     away = np.stack([np.sin(seen.azimuth_rad), np.cos(seen.azimuth_rad)], axis=-1)
     across = np.stack([away[:, 1], -away[:, 0]], axis=-1)
     place = seen.site_m[seen.radar] + seen.range_m[:, None] * away
@@ -166,6 +214,25 @@ def _plots(aircraft: Aircraft, rng: np.random.Generator) -> MeasurementTrack:
     across_m2 = (sigma * seen.range_m) ** 2
     noise = noise + across_m2[:, None, None] * across[:, :, None] * across[:, None, :]
     return measurement_track(seen.time_s, place, noise, seen.radar)
+
+
+# The branch of least misfit, and the track that it leaves.
+def _best_branch(
+    old: tuple[ControlTrack, ...], bundle: PrintedBundle, count: int
+) -> tuple[ControlTrack, ControlTrack] | None:
+    controls, misfits = bundle.controls(), bundle.misfits(count)
+    if len(controls) == len(old):
+        return None
+    branch = controls[len(old) + int(np.argmin(misfits[len(old) :]))]
+    shared = len(branch.begin_s) - 1
+    parent = next(
+        one
+        for one in controls[: len(old)]
+        if np.array_equal(one.start, branch.start)
+        and np.array_equal(one.begin_s[:shared], branch.begin_s[:shared])
+        and np.array_equal(one.lateral_mps2[:shared], branch.lateral_mps2[:shared])
+    )
+    return parent, branch
 
 
 def _searched(rules: SearchRules) -> Callable[[PrintedBundle, int], int]:
@@ -211,7 +278,7 @@ def _of_tracks(
 ) -> Picture:  # fmt: skip
     grid = whole_seconds(float(controls[0].begin_s[0]), now_s)
     places = np.array([one.geometric(grid).position_m for one in controls])
-    return Picture(name, grid, places, weights, *told)
+    return Picture(name, grid, places, weights, *told, tuple(controls))
 
 
 def _of_bundle(plots: MeasurementTrack, count: int) -> Picture:

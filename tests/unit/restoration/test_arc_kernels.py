@@ -15,7 +15,7 @@ from multiradar.restoration._arc_kernels import (
 )
 from multiradar.restoration._thinning_kernels import thin, trace
 from multiradar.restoration.plot_rows import plot_rows
-from multiradar.restoration.printed import SEGMENT_MIN_S
+from multiradar.restoration.search_rules import SEGMENT_MIN_S
 from multiradar.restoration.settings import BundleSettings
 from multiradar.restoration.tracks import ControlTrack, MeasurementTrack, measurement_track
 from support.flown import S_SHAPE, flight, plots_of
@@ -185,7 +185,7 @@ def thinned(tracks: Floats, traces: Floats, room: int, apart_m: float) -> list[i
     order = np.zeros(len(tracks), np.int64)
     points = traces.shape[1]
     stay = thin(tracks, len(tracks), room, traces, points, apart_m, order, kept)
-    return kept[:stay].tolist()
+    return [int(one) for one in kept[:stay]]
 
 
 def test_by_weight_alone_a_bundle_becomes_one_kind_of_motion() -> None:

@@ -102,6 +102,17 @@ def test_weights_are_probabilities_the_best_first() -> None:
     assert [one.weight for one in bundle.trajectories()] == weights.tolist()
 
 
+def test_best_and_mean_are_close_where_one_kind_of_motion_prevails() -> None:
+    """Section 2.2.5: within the sigma that the mean has; half a minute after the last switch."""
+    for seed in range(4):
+        plots = plots_of(flight(S_SHAPE), 175.0, np.random.default_rng([15, seed]))
+        bundle = followed(plots)
+        best, mean = bundle.estimate(BEST), bundle.estimate(WEIGHTED)
+        sigma = np.sqrt(np.trace(mean.covariance[:2, :2]))
+        assert np.hypot(*(best.state - mean.state)[:2]) < sigma
+        assert best.speed_mps == pytest.approx(mean.speed_mps, abs=3.0)
+
+
 def test_the_past_does_not_make_it_dearer_or_other() -> None:
     # Sliding the window is no evidence: after an hour of straight flight the window says the same
     # of the last plots as a bundle that has seen three minutes, but for what 3600 s of the same

@@ -2,16 +2,21 @@
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from multiradar.errors import RestorationError
+from multiradar.restoration import _hooke_jeeves_kernels as hooke_jeeves
 from multiradar.restoration import _layout as layout
 from multiradar.restoration._arc_kernels import curvature
 from multiradar.restoration._hooke_jeeves_kernels import PENALTY, judged, search
-from multiradar.restoration.printed import SEGMENT_MIN_S, PrintedBundle, SearchRules
+from multiradar.restoration.printed import PrintedBundle
+from multiradar.restoration.search_rules import SEGMENT_MIN_S, SearchRules
 from multiradar.restoration.settings import BundleSettings
 from multiradar.restoration.tracks import mean_distance, whole_seconds
 from support.flown import flight, plots_of
 from support.kernels import plain
+
+Floats = NDArray[np.float64]
 
 TURN = ((0.0, 0.0), (40.0, -2.0))
 SETTINGS = BundleSettings(apart_m=20.0)
@@ -125,6 +130,93 @@ def test_a_broken_limit_costs_in_proportion() -> None:
         found = judged(moved, 0.0, plots, 0, 0, 60.0, LIMITS)
         assert found == pytest.approx(PENALTY * (1.0 + over))
         assert found == plain(judged)(moved, 0.0, plots, 0, 0, 60.0, LIMITS)
+
+
+def test_steps_and_limits_are_the_printed_ones() -> None:
+    """Section 2.5: Du1, DuFin; Dw1, DwFin; Dt1, DtFin; dh; MAXu, MAXw, dtmin."""
+    steps = (
+        hooke_jeeves.LATERAL_STEP, hooke_jeeves.LATERAL_LAST, hooke_jeeves.LONGITUDINAL_STEP,
+        hooke_jeeves.LONGITUDINAL_LAST, hooke_jeeves.BEGIN_STEP_S, hooke_jeeves.BEGIN_LAST_S,
+        hooke_jeeves.SHRINK,
+    )  # fmt: skip
+    assert steps == (0.5, 0.01, 0.25, 0.01, 32.0, 0.02, 0.5)
+    settings = BundleSettings()
+    limits = settings.lateral_max_mps2, settings.longitudinal_max_mps2, SEGMENT_MIN_S
+    assert limits == (4.0, 2.0, 10.0)
+
+
+def searched(track: Floats, plots: Floats) -> tuple[float, Floats]:
+    moved = track.copy()
+    value = search(
+        moved, track.copy(), track.copy(), 0.0, plots, 0, len(plots), LIMITS, np.zeros(1)
+    )
+    return float(value), moved
+
+
+def test_no_last_step_of_the_search_leads_further_down() -> None:
+    """It ends where steps of 0.01 m/s², 0.01 m/s² and 0.02 s, the printed last ones, are no use."""
+    bundle, known = begun()
+    bundle.branch(known + 8)
+    rows = bundle._rows[: known + 8]
+    value, found = searched(bundle._tracks[-1], rows)
+    assert found[layout.COUNT] == 2.0
+    second = layout.SEGMENTS + layout.SEGMENT_COUNT
+    for column, step in (
+        (layout.SEGMENTS + layout.LATERAL, 0.01), (layout.SEGMENTS + layout.LONGITUDINAL, 0.01),
+        (second + layout.LATERAL, 0.01), (second + layout.LONGITUDINAL, 0.01),
+        (second + layout.BEGIN, 0.02),
+    ):  # fmt: skip
+        for way in (step, -step):
+            moved = found.copy()
+            moved[column] += way
+            assert judged(moved, 0.0, rows, 0, len(rows), rows[-1, 0], LIMITS) >= value
+
+
+@pytest.mark.parametrize(
+    ("part", "value"), [(layout.LATERAL, -6.3), (layout.LONGITUDINAL, 3.1), (layout.BEGIN, 4.0)]
+)
+def test_a_track_beyond_the_limits_slides_back_into_them(part: int, value: float) -> None:
+    """Section 2.5: the penalty leads there, for it is in proportion to what is too much."""
+    bundle, known = begun()
+    bundle.branch(known + 8)
+    track, rows = bundle._tracks[-1].copy(), bundle._rows[: known + 8]
+    second = layout.SEGMENTS + layout.SEGMENT_COUNT
+    track[second + part] = value
+    assert judged(track, 0.0, rows, 0, len(rows), rows[-1, 0], LIMITS) > PENALTY
+    found, moved = searched(track, rows)
+    assert found < PENALTY
+    assert abs(moved[second + layout.LATERAL]) <= 4.0
+    assert abs(moved[second + layout.LONGITUDINAL]) <= 2.0
+    assert 10.0 <= moved[second + layout.BEGIN] <= rows[-1, 0] - 10.0
+
+
+def end_after_search(rules: SearchRules, aside_m: float) -> float:
+    """How far north of the truth tracks end by the search, where the last plot is so far aside."""
+    bundle, known = begun()
+    last = known + 19
+    for count in range(known + 1, last):
+        bundle.branch(count)
+        bundle.thin(count)
+    truth = flight(TURN).geometric([bundle._rows[last - 1, layout.TIME]]).position_m[0]
+    bundle._rows[last - 1, layout.PLOT_EAST : layout.PLOT_NORTH + 1] = truth[0], truth[1] + aside_m
+    bundle.optimise(last, rules)
+    return float(np.median(bundle.ends(last)[:, 1] - truth[1]))
+
+
+def test_a_lighter_last_plot_draws_less() -> None:
+    """Section 2.7.2: a last plot three sigmas aside."""
+    light = end_after_search(SearchRules(last_plot=0.01), 150.0)
+    assert end_after_search(SearchRules(), 150.0) > light + 20.0
+
+
+def test_a_plot_draws_from_its_dimple_alone() -> None:
+    """Section 2.7.2: five sigmas aside it is as good as 3 km aside, and draws as printed."""
+    drawn, dimpled = (
+        [end_after_search(rules, aside_m) for aside_m in (250.0, 3e3)]
+        for rules in (SearchRules(), SearchRules(dimples=True))
+    )
+    assert drawn[0] > drawn[1] + 20.0
+    assert dimpled[0] == pytest.approx(dimpled[1], abs=5.0)
 
 
 def test_a_longer_last_segment_is_kept() -> None:
