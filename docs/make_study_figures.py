@@ -24,6 +24,8 @@ from multiradar.studies.result import StudyOptions, StudyResult
 DOCS = Path(__file__).parent
 #: Names of the plots that studies.md shows, where it is not the first of the study.
 PICTURES = {
+    "bearing-only": ("position", "geometry"),
+    "manoeuvre-plane": ("normal", "distance", "criterion"),
     "coupled-motion": ("figure-1", "figure-3"),
     "trajectory-bundle": (
         "service-flight", "service", "lateral-acceleration", "figure-2-1", "figure-2-2-flight",

@@ -20,6 +20,8 @@ from multiradar.estimation.measurement.sights import Sight
 
 Floats = NDArray[np.float64]
 
+#: Each angle as it comes, angles made a place as if of one moment, and led on to one.
+BEARINGS, PLACES, LED_ON = "bearings", "places", "places led on"
 PERIOD_S = 5.0
 #: White acceleration of the aircraft, m²/s³, which the filters know.
 DENSITY = 0.05
@@ -32,9 +34,9 @@ DURATION_S = 180.0
 #: Errors count from here on, s: what comes before is the start.
 SETTLED_S = 60.0
 
-_SITES_M = np.array([[0.0, 0.0, 0.0], [40e3, -5e3, 100.0], [15e3, -30e3, 50.0]])
-_START_M = np.array([-10e3, 80e3, 9000.0])
-_VELOCITY_MPS = SPEED_MPS * np.array([np.cos(0.3), -np.sin(0.3), 0.0])
+SITES_M = np.array([[0.0, 0.0, 0.0], [40e3, -5e3, 100.0], [15e3, -30e3, 50.0]])
+START_M = np.array([-10e3, 80e3, 9000.0])
+VELOCITY_MPS = SPEED_MPS * np.array([np.cos(0.3), -np.sin(0.3), 0.0])
 
 
 class Scene(NamedTuple):
@@ -54,6 +56,8 @@ class Scene(NamedTuple):
         Sources fly east with it.
     ranging : tuple of int
         Sources that measure the range as well.
+    seen : float
+        Share of the looks that see the aircraft, from the third turn on.
     """
 
     name: str
@@ -62,6 +66,7 @@ class Scene(NamedTuple):
     dimensions: int = 2
     source_speed_mps: float = 0.0
     ranging: tuple[int, ...] = ()
+    seen: float = 1.0
 
 
 SCENES = (
@@ -71,6 +76,7 @@ SCENES = (
     Scene("moving", "three sources that fly at 150 m/s", source_speed_mps=150.0),
     Scene("space", "three sources that measure elevations too", dimensions=3),
     Scene("jammed", "one radar still ranges, two have lost it", ranging=(0,)),
+    Scene("missed", "three sources, each of which misses the aircraft every other time", seen=0.5),
 )
 
 
@@ -84,8 +90,8 @@ class Looks:
         When.
     sights : list of Sight
         What was seen, (runs,) angles each.
-    turn : (n,) int64
-        Number of the turn of the sources.
+    turn, source : (n,) int64
+        Number of the turn of the sources, and of the source.
     truth : (n, runs, 2 d) float64
         State of the aircraft at each look.
     """
@@ -93,6 +99,7 @@ class Looks:
     times_s: Floats
     sights: list[Sight]
     turn: NDArray[np.int64]
+    source: NDArray[np.int64]
     truth: Floats
 
 
@@ -143,18 +150,22 @@ def look(scene: Scene, runs: int, duration_s: float, rng: np.random.Generator) -
     d = scene.dimensions
     turns = int(duration_s / PERIOD_S)
     order = sorted(range(len(scene.phases_s)), key=lambda one: scene.phases_s[one])
-    state = np.tile(np.r_[_START_M[:d], _VELOCITY_MPS[:d]], (runs, 1))
-    now, times, sights, turn, truth = 0.0, [], [], [], []
+    state = np.tile(np.r_[START_M[:d], VELOCITY_MPS[:d]], (runs, 1))
+    now, times, sights, turn, sources, truth = 0.0, [], [], [], [], []
     for number in range(turns):
         for source in order:
+            # One pattern for all runs; the first two turns begin the track.
+            if scene.seen < 1.0 and number > 1 and rng.random() > scene.seen:
+                continue
             time = number * PERIOD_S + scene.phases_s[source]
             state = _flown(state, time - now, rng)
             now = time
             times.append(time)
             turn.append(number)
+            sources.append(source)
             truth.append(state)
             sights.append(_sight(scene, source, time, state[:, :d], rng))
-    return Looks(np.array(times), sights, np.array(turn), np.array(truth))
+    return Looks(np.array(times), sights, np.array(turn), np.array(sources), np.array(truth))
 
 
 def fused(looks: Looks) -> Filtered:
@@ -180,53 +191,7 @@ def fused(looks: Looks) -> Filtered:
     for place in range(first, len(looks.sights)):
         state = update(predict(state, float(looks.times_s[place]), DENSITY), looks.sights[place])
         found.append((place, state))
-    return _collected(looks, found)
-
-
-def triangulated(looks: Looks, *, led_on: bool) -> Filtered:
-    """Make a place of the angles of each turn first, and track with the places.
-
-    Parameters
-    ----------
-    looks : Looks
-        Sights without ranges.
-    led_on : bool
-        Whether the angles of a turn are led on to the moment of its last one, by the rate between
-        the last two of each source; else they are taken as if of one moment.
-
-    Returns
-    -------
-    Filtered
-        At the last sight of each turn, from the second turn on.
-
-    References
-    ----------
-    Nenartovich, Isakov, the section on the simulation: the usual scheme. Least squares over the
-    lines of sight and a Kalman filter over the places are the project's own reading of it.
-    """
-    sources = int((looks.turn == 0).sum())
-    d = looks.sights[0].dimensions
-    found: list[tuple[int, BearingsState]] = []
-    state: BearingsState | None = None
-    for last in range(2 * sources - 1, len(looks.sights), sources):
-        of_turn = range(last - sources + 1, last + 1)
-        time_s = float(looks.times_s[last])
-        sights = [
-            _led_on(looks, place, sources, time_s) if led_on else looks.sights[place]
-            for place in of_turn
-        ]
-        # Of one moment: the velocity has no part in the place.
-        spot = begin(sights, np.full(sources, time_s), SPEED_SIGMA_MPS)
-        if state is None:
-            state = spot
-        else:
-            moved = predict(state, time_s, DENSITY)
-            information, vector = moved.information.copy(), moved.vector.copy()
-            information[..., :d, :d] += spot.information[..., :d, :d]
-            vector[..., :d] += spot.vector[..., :d]
-            state = BearingsState(time_s, information, vector, moved.crossing)
-        found.append((last, state))
-    return _collected(looks, found)
+    return collected(looks, found)
 
 
 def _flown(state: Floats, interval_s: float, rng: np.random.Generator) -> Floats:
@@ -246,7 +211,7 @@ def _sight(
     scene: Scene, source: int, time_s: float, position: Floats, rng: np.random.Generator
 ) -> Sight:
     d = scene.dimensions
-    site = _SITES_M[source, :d].copy()
+    site = SITES_M[source, :d].copy()
     site[0] += scene.source_speed_mps * time_s
     line = position - site
     ground = np.hypot(line[:, 0], line[:, 1])
@@ -265,22 +230,13 @@ def _sight(
     )  # fmt: skip
 
 
-# A sight at a later moment, by the rate since the one before of the same source.
-def _led_on(looks: Looks, place: int, sources: int, time_s: float) -> Sight:
-    now, before = looks.sights[place], looks.sights[place - sources]
-    ahead = (time_s - looks.times_s[place]) / PERIOD_S
-    noise = float(np.hypot(1.0 + ahead, ahead))
-    elevation = elevation_sigma = None
-    if now.elevation_rad is not None and before.elevation_rad is not None:
-        elevation = now.elevation_rad + ahead * (now.elevation_rad - before.elevation_rad)
-        elevation_sigma = noise * ELEVATION_SIGMA_RAD
-    return Sight(
-        now.source_m, now.azimuth_rad + ahead * (now.azimuth_rad - before.azimuth_rad),
-        noise * AZIMUTH_SIGMA_RAD, elevation, elevation_sigma,
-    )  # fmt: skip
+def collected(looks: Looks, found: list[tuple[int, BearingsState]]) -> Filtered:
+    """Return of all states, with the number of the sight before each, those at the ends of turns.
 
-
-def _collected(looks: Looks, found: list[tuple[int, BearingsState]]) -> Filtered:
+    References
+    ----------
+    The project's own.
+    """
     ends = set((np.flatnonzero(np.diff(looks.turn, append=looks.turn[-1] + 1))).tolist())
     chosen = [(place, state) for place, state in found if place in ends]
     estimates = [state.estimate() for _, state in chosen]

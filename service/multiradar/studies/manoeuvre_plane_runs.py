@@ -32,6 +32,10 @@ TIMES_S = (2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0)
 RADII_M = (1500.0, 1000.0, 2000.0)
 #: Speeds along the normal, m/s: above 0 the circle is a helix.
 CLIMBS_MPS = (0.0, 2.0, 5.0, 10.0, 20.0, 50.0)
+#: Radii of the helices, m: in 10 s half a turn and a bit, and four fifths of one.
+HELIX_RADII_M = (1500.0, 1000.0)
+#: What the paper reads from its figures 3 and 4 at the end.
+PRINTED = {"normal_error_mrad": 1.4, "distance_error_m": 2.0}
 #: Probability that a share lies in its band.
 BAND = 0.999
 

@@ -90,6 +90,51 @@ def test_the_eigenproblem_has_the_least_value_of_the_functional() -> None:
     assert again.normal == pytest.approx(plane.normal, abs=1e-8)
 
 
+def printed_procedure(
+    points: Floats, covariance: Floats, scales: Floats
+) -> tuple[Floats, float, float]:
+    """Normal, distance and Λ word by word: (1.5), D = h M hᵀ, R (1.7), g_k, (1.6), (1.7)."""
+    weights = scales**-2
+    total = weights @ points
+    q = np.einsum("n,ni,nj->ij", weights, points, points) - np.outer(total, total) / weights.sum()
+    m, h = np.linalg.eigh(covariance)
+    root = np.diag(m**-0.5)
+    values, g = np.linalg.eigh(root @ h.T @ q @ h @ root)
+    normal = h @ root @ g[:, 0]
+    normal *= np.sign(normal[2]) / np.linalg.norm(normal)
+    return normal, float(normal @ total / weights.sum()), float(values[0])
+
+
+def test_the_printed_procedure_says_the_same() -> None:
+    """Points a few kilometres from the origin, where its sums of squares keep ten digits."""
+    rng = np.random.default_rng(11)
+    scales = rng.uniform(0.3, 4.0, 60)
+    covariances = scales[:, None, None] ** 2 * COVARIANCE
+    points = noisy(circle(60) - np.array([38e3, -24e3, 9e3]), covariances, rng)
+    plane = fit_proportional(points, COVARIANCE, scales)
+    normal, distance, least = printed_procedure(points, COVARIANCE, scales)
+    assert plane.normal == pytest.approx(normal, abs=1e-9)
+    assert plane.distance_m == pytest.approx(distance, abs=1e-5)
+    assert plane.statistic == pytest.approx(least, rel=1e-6)
+    # (1.8): along D n, whatever the scale.
+    along = COVARIANCE @ normal
+    moved = points + np.outer((distance - points @ normal) / (normal @ along), along)
+    assert plane.positions_m == pytest.approx(moved, abs=1e-4)
+
+
+def test_a_better_source_counts_as_its_scale_says() -> None:
+    """(1.4): α of a half is as good as four points with α of one."""
+    rng = np.random.default_rng(12)
+    points = noisy(circle(30), np.broadcast_to(COVARIANCE, (30, 3, 3)), rng)
+    scales = np.where(np.arange(30) % 3, 1.0, 0.5)
+    copies = np.where(np.arange(30) % 3, 1, 4)
+    weighted = fit_proportional(points, COVARIANCE, scales)
+    repeated = fit_proportional(np.repeat(points, copies, axis=0), COVARIANCE)
+    assert weighted.normal == pytest.approx(repeated.normal, abs=1e-10)
+    assert weighted.statistic == pytest.approx(repeated.statistic, rel=1e-9)
+    assert (weighted.degrees_of_freedom, repeated.degrees_of_freedom) == (27, 57)
+
+
 def test_covariances_that_are_not_proportional_are_searched_to_the_minimum() -> None:
     rng = np.random.default_rng(2)
     for _ in range(5):

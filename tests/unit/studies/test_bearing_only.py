@@ -26,9 +26,44 @@ def test_places_of_a_turn_are_at_least_one_and_a_half_times_worse(
     assert _value(result, scene, "places led on", "position_gain") > 0.95
 
 
+def test_places_of_what_some_sources_miss_are_worse_in_both(result: StudyResult) -> None:
+    """The paper reports 1.5 to 2 for both; here 1.2 to 2.8, by which looks are missed."""
+    for scheme in ("places", "places led on"):
+        for name in ("position_gain", "velocity_gain"):
+            assert _value(result, "missed", scheme, name) > 1.15
+    assert _value(result, "missed", "places", "position_gain") > 1.5
+
+
 def test_where_all_look_at_once_both_ways_say_the_same(result: StudyResult) -> None:
     """Three lines and their crossing hold the same information: within 10 %."""
     assert _value(result, "at once", "places", "position_gain") == pytest.approx(1.0, abs=0.1)
+
+
+def test_velocities_are_found_sooner_from_bearings(result: StudyResult) -> None:
+    """The paper reports 1.5 to 2 for velocities too: half a minute after the start there is some.
+
+    From 60 s on there is less, 1.1 to 1.2, where no source misses the aircraft.
+    """
+    early = {
+        row["scheme"]: float(row["value"] or 0.0)
+        for row in result.rows
+        if row["scene"] == "turning" and row["quantity"] == "velocity_rms_mps"
+        and row["time_s"] is not None and 25.0 < float(row["time_s"]) < 30.0
+    }  # fmt: skip
+    assert early["places led on"] > 1.4 * early["bearings"]
+    assert early["places"] > 1.2 * early["bearings"]
+    for scheme in ("places", "places led on"):
+        assert _value(result, "turning", scheme, "velocity_gain") > 1.0
+
+
+def test_errors_and_where_all_of_it_stands_are_drawn(result: StudyResult) -> None:
+    named = {plot.name: plot for plot in result.plots}
+    assert list(named) == ["position", "velocity", "nees", "geometry"]
+    for name in ("position", "velocity"):
+        assert [one.label for one in named[name].series] == [
+            "bearings", "places", "places led on",
+        ]  # fmt: skip
+    assert named["geometry"].equal_axes
 
 
 @pytest.mark.parametrize("scene", [scene.name for scene in SCENES])
