@@ -1,5 +1,7 @@
 """The study of polynomial trajectories: what its rows hold, and that they hold together."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -44,6 +46,57 @@ def test_every_cell_of_the_paper_has_its_row_and_its_printed_value(result: Study
     assert cells[0.1, 20.0, 22.0]["printed"] == 0.098
     assert cells[1.0, 20.0, 22.0]["printed"] is None
     assert sum(row["printed"] is not None for row in result.rows) == 25
+
+
+#: The three tables as they are printed: filter from 2 to 10 s, forecasts 2 to 10 s ahead, m².
+TABLES = {
+    (0.1, None): "0,180 0,120 0,123 0,109 0,094",
+    (1.0, None): "1,77 0,605 0,892 0,908 0,871",
+    (0.1, 10.0): "0,382 1,08 2,48 4,92 8,79",
+    (1.0, 10.0): "3,42 9,62 21,9 43,1 76,9",
+    (0.1, 20.0): "0,098 0,189 0,332 0,544 0,845",
+}
+
+
+def test_printed_tables_are_near_the_exact_ones(result: StudyResult) -> None:
+    """A finite Monte Carlo: within 20 % but for one value of the filter, which is 57 % of exact."""
+    far = []
+    for (intensity, begin), line in TABLES.items():
+        for place, text in enumerate(line.split()):
+            time = (begin or 0.0) + 2.0 * (place + 1)
+            (row,) = [
+                row
+                for row in result.rows
+                if (row["noise_intensity"], row["observed_until_s"], row["time_s"])
+                == (intensity, begin or time, time)
+            ]
+            printed = float(text.replace(",", "."))
+            assert row["printed"] == printed
+            ratio = printed / float(row["exact"] or 0.0)
+            if abs(ratio - 1.0) > 0.2:
+                far.append((intensity, time, round(ratio, 2)))
+    assert far == [(1.0, 4.0, 0.57)]
+
+
+def test_errors_fall_while_it_is_observed_and_grow_after(result: StudyResult) -> None:
+    """The paper's conclusions: to nothing in the end; ten seconds more divide them by ten."""
+    for intensity in (0.1, 1.0):
+        late = [regression_variance(intensity, time, time) for time in (10.0, 1e2, 1e3, 1e4)]
+        # As many times less noise as there is more time: 9 C₂ / t of a parabola.
+        assert all(after < 0.2 * before for before, after in pairwise(late))
+        assert late[-1] == pytest.approx(9.0 * intensity / 1e4, rel=0.1)
+        ahead = {
+            begin: [
+                float(row["exact"] or 0.0)
+                for row in result.rows
+                if row["quantity"] == "forecast_variance"
+                and (row["noise_intensity"], row["observed_until_s"]) == (intensity, begin)
+            ]
+            for begin in FORECAST_FROM_S
+        }
+        for values in ahead.values():
+            assert values == sorted(values)
+        assert ahead[10.0][-1] > 8.0 * ahead[20.0][-1]
 
 
 def test_exact_values_are_exact(result: StudyResult) -> None:

@@ -126,6 +126,69 @@ def test_parallel_lines_are_told_not_observable() -> None:
         assert error.value.code == "NOT_OBSERVABLE"
 
 
+#: The same in all directions: what is learnt across a line says nothing along it.
+PRIOR = np.diag([3e3**2, 3e3**2, 30.0**2, 30.0**2])
+
+
+def led_on_and_corrected(
+    sources: Floats, path: Floats, prior: Floats, times: Floats
+) -> tuple[Floats, BearingsState]:
+    """P_{n/0} of (7), and the state after sights of the sources in turn; motion without noise."""
+    velocity = (path[-1] - path[0]) / (times[-1] - times[0])
+    start: Floats = np.concatenate([path[0], velocity])
+    information = np.asarray(np.linalg.inv(prior), np.float64)
+    state = BearingsState(
+        float(times[0]), information, np.dot(information, start), np.zeros((2, 2))
+    )
+    for row, time in enumerate(times.tolist()):
+        sight = seen(sources[row % len(sources)], path[row])
+        state = update(predict(state, time, 0.0), sight)
+    move = transition(times[-1:] - times[0])[0]
+    return np.asarray(move @ prior @ move.T), state
+
+
+def test_estimates_are_better_than_led_on_ones_where_lines_cross_and_only_there() -> None:
+    """(8) holds of any sights; P_{n/0} − P_n is regular under condition (10), and not without."""
+    times = np.arange(0.0, 45.0, 5.0)
+    crossing = POSITION + times[:, None] * VELOCITY
+    # Away from one source along its line: all lines of sight are one.
+    along = POSITION * (1.0 + 0.004 * times[:, None])
+    for sources, path, regular in ((SOURCES, crossing, True), (SOURCES[:1], along, False)):
+        before, state = led_on_and_corrected(sources, path, PRIOR, times)
+        covariance = np.linalg.inv(state.information)
+        sigmas = np.sqrt(np.diagonal(before))
+        gained = np.linalg.eigvalsh((before - covariance) / np.outer(sigmas, sigmas))
+        assert gained[0] > -1e-9
+        # Two sources tell all four components, one line its two across.
+        assert (gained > 1e-4).sum() == (4 if regular else 2)
+        assert bool(state.lines_cross) == regular
+        if not regular:
+            line = POSITION / np.linalg.norm(POSITION)
+            kept = line @ covariance[:2, :2] @ line
+            assert kept == pytest.approx(line @ before[:2, :2] @ line, rel=1e-9)
+
+
+def test_informations_may_be_added_unmoved_where_the_velocity_is_known() -> None:
+    """(9) as printed: with a velocity known to 1e-6 m/s it is the recursion; else it is not."""
+    times = np.arange(0.0, 45.0, 5.0)
+    path = POSITION + times[:, None] * VELOCITY
+    ratios = []
+    for sigma in (1e-6, 40.0):
+        prior = np.diag([3e3**2, 2e3**2, sigma**2, sigma**2])
+        before, state = led_on_and_corrected(SOURCES, path, prior, times)
+        added = np.linalg.inv(before)
+        for row in range(len(times)):
+            line = path[row] - SOURCES[row % 3]
+            distance = np.linalg.norm(line)
+            normal = np.array([line[1], -line[0]]) / distance
+            added[:2, :2] += np.outer(normal, normal) / (distance * SIGMA) ** 2
+        printed, found = np.linalg.inv(added), np.linalg.inv(state.information)
+        ratios.append(np.trace(printed[:2, :2]) / np.trace(found[:2, :2]))
+    # 1e-3: the filter takes its slopes at the estimate, which has no errors here.
+    assert ratios[0] == pytest.approx(1.0, abs=1e-3)
+    assert ratios[1] < 0.8
+
+
 def test_lines_that_cross_behind_their_sources_are_refused() -> None:
     apart = [
         Sight(np.array([-10e3, 0.0]), np.array(-0.3), SIGMA),
