@@ -61,9 +61,8 @@ def write(result: StudyResult, docs: Path) -> None:
         more = f"-{plot.name}" if number else ""
         file = f"images/study-{result.study}{more}.svg"
         (docs / file).write_text(plot_svg(result.plots, plot), encoding="utf-8")
-        pictures.append(
-            f"![{plot.title}]({file})\n" + (f"\n{plot.caption}\n" if plot.caption else "")
-        )
+        title = f"{plot.title} – {plot.group}" if plot.group else plot.title
+        pictures.append(f"![{title}]({file})\n" + (f"\n{plot.caption}\n" if plot.caption else ""))
     head = f"Made by `{command_of(result)}`.\n"
     parts = [head, f"**{result.tables[0].title}**\n", markdown_table(result.tables[0]), *pictures]
     page = docs / "studies.md"
