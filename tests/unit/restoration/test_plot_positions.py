@@ -13,8 +13,11 @@ from multiradar.estimation.measurement.sensors import (
 )
 from multiradar.geodesy.polar import slant_range_azimuth
 from multiradar.geodesy.system_plane import SystemPlane
+from multiradar.restoration import plot_positions as of_plots
+from multiradar.restoration._plot_position_kernels import place_plot
 from multiradar.restoration.plot_positions import Plots, plot_positions
 from support import live_scene
+from support.kernels import plain
 
 Floats = NDArray[np.float64]
 
@@ -56,6 +59,16 @@ def test_plots_are_found_where_the_aircraft_was() -> None:
     placed = plot_positions(seen(FIRST, east, north, height), SENSORS, NONE)
     assert placed.frame.latitude_rad == pytest.approx(FOOT[0], abs=1e-9)
     assert placed.positions_m == pytest.approx(np.column_stack([east, north, height]), abs=1e-2)
+
+
+def test_the_kernel_does_what_its_plain_form_does(monkeypatch: pytest.MonkeyPatch) -> None:
+    east, north = np.array([-8e3, -3e3, 0.0]), np.array([5e3, 4e3, 0.0])
+    plots = seen(FIRST, east, north, np.array([9000.0, 9100.0, 9300.0]))
+    compiled = plot_positions(plots, SENSORS, NONE)
+    monkeypatch.setattr(of_plots, "place_plot", plain(place_plot))
+    uncompiled = plot_positions(plots, SENSORS, NONE)
+    np.testing.assert_allclose(compiled.positions_m, uncompiled.positions_m, atol=1e-8)
+    np.testing.assert_allclose(compiled.covariances_m2, uncompiled.covariances_m2, rtol=1e-9)
 
 
 def test_biases_are_taken_off() -> None:
