@@ -107,6 +107,38 @@ OBSERVABILITY_SCHEMA = pl.Schema(
     }
 )
 
+#: `encounters.parquet`: one row for each encounter at the end of each epoch.
+ENCOUNTER_SCHEMA = pl.Schema(
+    {
+        "time_s": pl.Float64(),
+        "closest_time_s": pl.Float64(),
+        "time_to_closest_s": pl.Float64(),
+        "time_sigma_s": pl.Float64(),
+        "distance_m": pl.Float64(),
+        "distance_sigma_m": pl.Float64(),
+        "distance_low_m": pl.Float64(),
+        "distance_high_m": pl.Float64(),
+        "distance_now_m": pl.Float64(),
+        "together": pl.Boolean(),
+        "probability": pl.Float64(),
+        "vertical_separation_m": pl.Float64(),
+        "vertical_sigma_m": pl.Float64(),
+        "probability_both": pl.Float64(),
+        "first_track_id": pl.Int64(),
+        "first_state": pl.String(),
+        "first_age_s": pl.Float64(),
+        "first_latitude_deg": pl.Float64(),
+        "first_longitude_deg": pl.Float64(),
+        "first_height_m": pl.Float64(),
+        "second_track_id": pl.Int64(),
+        "second_state": pl.String(),
+        "second_age_s": pl.Float64(),
+        "second_latitude_deg": pl.Float64(),
+        "second_longitude_deg": pl.Float64(),
+        "second_height_m": pl.Float64(),
+    }
+)
+
 #: `biases.parquet`: one row for each sensor, parameter and epoch.
 BIAS_SCHEMA = pl.Schema(
     {

@@ -13,6 +13,7 @@ from pydantic import TypeAdapter
 
 from multiradar_schemas.arrow import (
     BIAS_SCHEMA,
+    ENCOUNTER_SCHEMA,
     HEALTH_SCHEMA,
     MANOEUVRE_PLANE_SCHEMA,
     MEASUREMENT_REQUIRED,
@@ -22,6 +23,7 @@ from multiradar_schemas.arrow import (
     TRANSITION_SCHEMA,
 )
 from multiradar_schemas.bias import BiasEstimate
+from multiradar_schemas.encounter import Encounter, Encounters
 from multiradar_schemas.forecast import Forecast
 from multiradar_schemas.health import RadarHealth
 from multiradar_schemas.manoeuvre_plane import ManoeuvrePlane
@@ -46,6 +48,7 @@ _MODELS: dict[str, TypeAdapter[Any]] = {
     "bias": TypeAdapter(BiasEstimate),
     "health": TypeAdapter(RadarHealth),
     "forecast": TypeAdapter(Forecast),
+    "encounters": TypeAdapter(Encounters),
     "manoeuvre-plane": TypeAdapter(ManoeuvrePlane),
     "observability": TypeAdapter(Observability),
     "reject": TypeAdapter(Reject),
@@ -60,6 +63,10 @@ _TABLES = {
     "transitions": (TRANSITION_SCHEMA, ("time_s", "track_id", "transition", "reason")),
     "manoeuvre-planes": (MANOEUVRE_PLANE_SCHEMA, ("track_id", "time_s", "window_s")),
     "observability": (OBSERVABILITY_SCHEMA, tuple(OBSERVABILITY_SCHEMA.names())),
+    "encounters": (
+        ENCOUNTER_SCHEMA,
+        tuple(n for n, f in Encounter.model_fields.items() if "None" not in str(f.annotation)),
+    ),
     "biases": (BIAS_SCHEMA, tuple(BIAS_SCHEMA.names())),
     "health": (
         HEALTH_SCHEMA,

@@ -9,6 +9,7 @@ from pydantic import BaseModel
 
 from multiradar_schemas.arrow import (
     BIAS_SCHEMA,
+    ENCOUNTER_SCHEMA,
     HEALTH_SCHEMA,
     MANOEUVRE_PLANE_SCHEMA,
     MEASUREMENT_SCHEMA,
@@ -17,6 +18,7 @@ from multiradar_schemas.arrow import (
     TRANSITION_SCHEMA,
 )
 from multiradar_schemas.bias import BiasEstimate
+from multiradar_schemas.encounter import Encounter, Encounters
 from multiradar_schemas.forecast import Forecast, ForecastPoint
 from multiradar_schemas.health import RadarHealth
 from multiradar_schemas.manoeuvre_plane import (
@@ -104,6 +106,7 @@ def _lines() -> Iterator[str]:
     yield from _table(Forecast)
     yield "\nEach point:\n"
     yield from _table(ForecastPoint)
+    yield from _encounter_lines()
     yield from _plane_lines()
     yield "\n## Refusals: `rejects.ndjson`\n"
     yield "Exactly one of `line` and `offset` is there.\n"
@@ -128,6 +131,13 @@ def _track_lines() -> Iterator[str]:
     yield from _table(Transition, tuple(TRANSITION_SCHEMA), dict(TRANSITION_SCHEMA))
     yield "\n| reason | meaning |\n|---|---|"
     yield from (f"| `{name}` | {meaning} |" for name, meaning in REASON_MEANINGS.items())
+
+
+def _encounter_lines() -> Iterator[str]:
+    yield "\n## Encounters: `GET /v1/encounters`, `encounters.parquet`, Zenoh\n"
+    yield from _table(Encounters)
+    yield "\nEach encounter, a row of the file for each at the end of each epoch:\n"
+    yield from _table(Encounter, tuple(ENCOUNTER_SCHEMA), dict(ENCOUNTER_SCHEMA))
 
 
 def _plane_lines() -> Iterator[str]:

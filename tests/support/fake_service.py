@@ -8,6 +8,8 @@ from typing import Any
 
 import polars as pl
 
+from multiradar.runtime.encounter_query import EncounterQuery
+from multiradar.runtime.encounters import no_encounters
 from multiradar.runtime.events import Event, EventRing, Subscription
 from multiradar.runtime.forecasts import forecast_steps
 from multiradar.runtime.receipt import Receipt, RejectedRow
@@ -72,6 +74,7 @@ class FakeView:
     forecast_steps_max: int = 1000
     failure: Exception | None = None
     plane_failure: Exception | None = None
+    asked: EncounterQuery | None = None
     entered: threading.Event = field(default_factory=threading.Event)
     gate: threading.Event | None = None
 
@@ -121,6 +124,10 @@ class FakeView:
             }
             for step_s in steps_s.tolist()
         ]
+
+    def encounters(self, query: EncounterQuery) -> dict[str, Any]:
+        self.asked = query
+        return no_encounters(query)
 
     def manoeuvre_plane(self, track_id: int, window_s: float) -> dict[str, Any] | None:
         if self.plane_failure is not None:

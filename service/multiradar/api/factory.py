@@ -8,6 +8,7 @@ from fastapi import APIRouter, FastAPI
 
 from multiradar.api import (
     documentation,
+    encounters,
     openapi,
     operations,
     problems,
@@ -75,8 +76,8 @@ def create_api(
     application.add_middleware(LimitLayer, limits=limits, allowed_hosts=allowed_hosts)
     application.state.access = Access(service, workers, hub, limits)
     own = (
-        tracks.router, track_windows.router, sensors.router, streams.router, operations.router,
-        documentation.router,
+        tracks.router, track_windows.router, encounters.router, sensors.router, streams.router,
+        operations.router, documentation.router,
     )  # fmt: skip
     for router in (*routers, *own):
         application.include_router(router)

@@ -158,6 +158,38 @@ ObservabilityOption = Annotated[
         show_default="none",
     ),
 ]
+EncountersOption = Annotated[
+    float | None,
+    typer.Option(
+        "--encounters",
+        metavar="SECONDS",
+        # The bounds are those of `runtime.encounter_query`.
+        min=1.0,
+        max=600.0,
+        help="Write encounters.parquet: which tracks are expected to come near each other so far "
+        "ahead, by epochs.",
+        show_default="none",
+    ),
+]
+EncounterDistanceOption = Annotated[
+    float,
+    typer.Option(
+        "--encounter-distance-m",
+        min=1.0,
+        max=100_000.0,
+        help="How near, for --encounters.",
+    ),
+]
+EncounterHeightOption = Annotated[
+    float | None,
+    typer.Option(
+        "--encounter-height-m",
+        min=1.0,
+        max=20_000.0,
+        help="For --encounters: without those that stay farther apart in height.",
+        show_default="any height",
+    ),
+]
 ConfigOption = Annotated[
     Path | None,
     typer.Option(

@@ -24,6 +24,9 @@ from multiradar.cli.options import (
     AllowMissingOption,
     ConfigOption,
     DateOption,
+    EncounterDistanceOption,
+    EncounterHeightOption,
+    EncountersOption,
     FilterOption,
     HideOption,
     JsonOption,
@@ -97,6 +100,9 @@ def track(
     ] = 8192,
     manoeuvre_planes: PlanesOption = None,
     observability: ObservabilityOption = None,
+    encounters: EncountersOption = None,
+    encounter_distance_m: EncounterDistanceOption = 9260.0,
+    encounter_height_m: EncounterHeightOption = None,
     asterix: Annotated[
         Path | None,
         typer.Option(
@@ -110,11 +116,15 @@ def track(
     json_wanted: JsonOption = False,
 ) -> None:
     """Track a recording: write tracks, biases with their sigma, rejects and a report."""
+    from multiradar.runtime.encounter_query import EncounterQuery
     from multiradar.runtime.offline import OfflineJob, track_recording
     from multiradar.runtime.offline_report import REPORT_FILE, offline_report
     from multiradar.storage.output_folder import check_new, new_folder
 
     check_new(out)
+    query = None
+    if encounters is not None:
+        query = EncounterQuery(encounters, encounter_distance_m, encounter_height_m, limit=None)
     table = load_sensor_table(sensors)
     given = {
         "filter_name": None if filter_name is None else filter_name.value,
@@ -139,6 +149,7 @@ def track(
             batch_rows=batch,
             plane_window_s=manoeuvre_planes,
             observability_window_s=observability,
+            encounters=query,
         )
         with progress_bar("tracking", recording.rows) as on_progress:
             result = track_recording(

@@ -246,10 +246,34 @@ class SystemPlane:
         heading = np.where(heading >= 2.0 * np.pi, 0.0, heading)
         return np.hypot(true[..., 0], true[..., 1]), heading
 
+    def contains(self, east_m: ArrayLike, north_m: ArrayLike) -> NDArray[np.bool_]:
+        """Tell which plane coordinates are within the plane.
+
+        Parameters
+        ----------
+        east_m, north_m : array_like
+            Plane coordinates, m; what is no number is outside.
+
+        Returns
+        -------
+        ndarray of bool
+            Whether the foot is at most 60° from the centre.
+        """
+        *_, cosine = self._lean(east_m, north_m)
+        return np.asarray(cosine >= kernels.COSINE_MIN)
+
     # Broadcast coordinates and half the gradient of the quadric at the foot, (..., 3).
     def _gradient(
         self, east_m: ArrayLike, north_m: ArrayLike
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        east, north, gradient, cosine = self._lean(east_m, north_m)
+        self._require_inside(cosine, east, north, "plane coordinates (m)")
+        return east, north, gradient
+
+    # The same with the cosine of the angle between the verticals, without a check.
+    def _lean(
+        self, east_m: ArrayLike, north_m: ArrayLike
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
         east, north = np.broadcast_arrays(
             np.asarray(east_m, np.float64), np.asarray(north_m, np.float64)
         )
@@ -264,8 +288,7 @@ class SystemPlane:
             up = -constant / (linear + upwards)
             gradient = np.stack([m_ee * east, m_nn * north + m_nu * up, upwards], axis=-1)
             cosine = upwards / np.linalg.norm(gradient, axis=-1)
-        self._require_inside(cosine, east, north, "plane coordinates (m)")
-        return east, north, gradient
+        return east, north, gradient, cosine
 
     def _require_inside(
         self,

@@ -19,12 +19,11 @@ from numpy.typing import NDArray
 from multiradar.errors import ConfigurationError
 from multiradar.estimation.bias.observability import Untold
 from multiradar.estimation.bias.store import BiasState
-from multiradar.estimation.filters._height_kernels import BY_HEIGHT, GUESS_VARIANCE
 from multiradar.estimation.filters._kernels import (
     READOUT_UPDATES,
     RESTARTED,
 )
-from multiradar.estimation.filters.arrays import Aircraft, Result, Rows, Work, result_arrays
+from multiradar.estimation.filters.arrays import Result, Rows, Work, result_arrays
 from multiradar.estimation.filters.bank import Outcome, find_filter_for
 from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET, SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
@@ -33,6 +32,7 @@ from multiradar.runtime.shared_biases import SharedBiases
 from multiradar.tracking._kernels import describe, observe
 from multiradar.tracking.association import WINDOW_S, Association, Window
 from multiradar.tracking.bearing_starts import BearingStarts
+from multiradar.tracking.climbs import climbs, spread_of_heights
 from multiradar.tracking.duplicates import Duplicates
 from multiradar.tracking.health_records import HealthRecords
 from multiradar.tracking.lifecycle import BY_IDENTITY
@@ -45,6 +45,7 @@ from multiradar.tracking.outputs import (
     BiasRecords,
     EndedTracks,
     EngineOutput,
+    Picture,
     TrackStates,
     TrackTransitions,
     TrackUpdates,
@@ -77,6 +78,8 @@ class Engine:
         What the output depends on beside the measurements.
     workers : int
         Threads that step the aircraft, 1 to `WORKERS_MAX`; the output does not depend on it.
+    pictures : bool
+        Whether the output has the live tracks at the end of each epoch.
 
     Raises
     ------
@@ -86,7 +89,14 @@ class Engine:
         If there is no filter of the name in the settings.
     """
 
-    def __init__(self, sensors: SensorTable, settings: TrackingSettings, workers: int = 1) -> None:
+    def __init__(
+        self,
+        sensors: SensorTable,
+        settings: TrackingSettings,
+        workers: int = 1,
+        *,
+        pictures: bool = False,
+    ) -> None:
         if not 1 <= workers <= WORKERS_MAX:
             raise ConfigurationError(f"expected 1 to {WORKERS_MAX} workers, was {workers}")
         _require_clocks_within(sensors, settings.reorder_horizon_s)
@@ -114,6 +124,8 @@ class Engine:
         )
         self._epoch: int | None = None
         self._epoch_open = False
+        self._last_s = np.nan
+        self._pictures: list[Picture] | None = [] if pictures else None
         self._steps = 1
         self._sequence = 0
         self._outcomes: Counter[str] = Counter()
@@ -181,6 +193,7 @@ class Engine:
             output,
             biases=BiasRecords.concatenate([output.biases, biases]),
             health=HealthRecords.concatenate([output.health, health]),
+            pictures=output.pictures + self._taken_pictures(),
         )
 
     def tracks(self) -> TrackStates:
@@ -194,12 +207,13 @@ class Engine:
         covariance[:, upper[0], upper[1]] = aircraft.covariance[slots]
         covariance[:, upper[1], upper[0]] = aircraft.covariance[slots]
         mean = aircraft.mean[slots]
+        root = None
         if self._filter.keeps_sensitivity:
             sensitivity = aircraft.sensitivity[slots]
             mean += sensitivity @ self._biases.state.estimate
             root = sensitivity @ self._biases.model.factor.T
             covariance += root @ root.transpose(0, 2, 1)
-        covariance += _spread_of_heights(aircraft, slots)
+        covariance += spread_of_heights(aircraft, slots)
         return TrackStates(
             track_id=self._pool.roster.track_id[slots],
             time_s=aircraft.time[slots],
@@ -207,6 +221,8 @@ class Engine:
             covariance=covariance,
             height_m=aircraft.height[slots],
             modes=self._modes_of(slots) if self._filter.keeps_modes else None,
+            shared=root,
+            climbs=climbs(aircraft, slots),
         )
 
     def _modes_of(self, slots: NDArray[np.intp]) -> ModeStates:
@@ -248,6 +264,7 @@ class Engine:
             self._epoch_open = True
             for begin, end in self._enter_steps(batch.time_s, first, last):
                 ended += self._take(run, begin, end)
+            self._last_s = float(batch.time_s[last - 1])
         updates, transitions, plots, spread = self._describe(shown, run)
         return EngineOutput(
             updates=updates,
@@ -258,6 +275,7 @@ class Engine:
             health=HealthRecords.concatenate([health for _, health in closed]),
             plots=plots,
             spread=spread,
+            pictures=self._taken_pictures(),
         )
 
     def _take(self, run: Run, first: int, last: int) -> list[EndedTracks]:
@@ -409,7 +427,13 @@ class Engine:
         health = self._health.close(self._epoch, end_s, self._biases.state, self._pool)
         if health.jumped >= 0:
             self._biases.open(health.jumped, self._pool)
+        if self._pictures is not None:
+            self._pictures.append(Picture(self._last_s, self.tracks()))
         return self._biases.records(self._epoch, end_s), health.records
+
+    def _taken_pictures(self) -> tuple[Picture, ...]:
+        taken, self._pictures = self._pictures, None if self._pictures is None else []
+        return tuple(taken or ())
 
     def _open_epoch(self, opened: int, row: int) -> EndedTracks:
         """End the tracks that are too old by then, and let the biases drift until then."""
@@ -445,16 +469,6 @@ def _plane_for(sensors: SensorTable) -> SystemPlane:
     if np.isnan(sensors.latitude_rad).all():
         raise ConfigurationError("expected at least one sensor with a position, there is none")
     return SystemPlane.for_sensors(sensors.latitude_rad, sensors.longitude_rad)
-
-
-# What an unknown height does to the state of an aircraft that tells none: v p vᵀ.
-def _spread_of_heights(aircraft: Aircraft, slots: NDArray[np.intp]) -> Floats:
-    by_height = aircraft.vertical[slots, BY_HEIGHT : BY_HEIGHT + 4]
-    variance = np.where(
-        np.isnan(aircraft.height[slots]), aircraft.vertical[slots, GUESS_VARIANCE], 0.0
-    )
-    spread: Floats = by_height[:, :, None] * by_height[:, None, :] * variance[:, None, None]
-    return spread
 
 
 def _require_clocks_within(sensors: SensorTable, horizon_s: float) -> None:

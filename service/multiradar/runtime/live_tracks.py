@@ -4,8 +4,35 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.runtime.history import UPDATE_DTYPE
+from multiradar.tracking.outputs import STATE_COASTING, STATE_CONFIRMED
 
 _NONE = -1
+
+
+def ages_and_states(
+    rows: NDArray[np.void], time_s: float, coast_after_s: float
+) -> tuple[NDArray[np.float64], NDArray[np.int8]]:
+    """Return how old updates are at a data time, and the states of their tracks then.
+
+    Parameters
+    ----------
+    rows : (n,) ndarray of `UPDATE_DTYPE`
+        Last updates of tracks.
+    time_s : float
+        The data time, s.
+    coast_after_s : float
+        A confirmed track that is older coasts, s.
+
+    Returns
+    -------
+    age_s : (n,) float64
+        Ages, not negative.
+    state : (n,) int8
+        Index into `STATE_NAMES`.
+    """
+    age_s = np.maximum(time_s - rows["time_s"], 0.0)
+    coasting = (age_s > coast_after_s) & (rows["state"] == STATE_CONFIRMED)
+    return age_s, np.where(coasting, STATE_COASTING, rows["state"]).astype(np.int8)
 
 
 class LiveTracks:

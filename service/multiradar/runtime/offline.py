@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import polars as pl
@@ -17,9 +17,12 @@ from multiradar import wire
 from multiradar.errors import AccountingError
 from multiradar.estimation.bias.observability import Untold
 from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.admission import ACCEPTED, Admission
 from multiradar.runtime.arrivals import ArrivalBoard
 from multiradar.runtime.digest import OutputDigest
+from multiradar.runtime.encounter_query import EncounterQuery
+from multiradar.runtime.encounter_table import EncounterTable
 from multiradar.runtime.engine import Engine
 from multiradar.runtime.manoeuvre_planes import plane_of_track
 from multiradar.runtime.observabilities import observability_of_track
@@ -39,6 +42,7 @@ from multiradar.tracking.outputs import (
 from multiradar.tracking.settings import TrackingSettings
 from multiradar_schemas.arrow import (
     BIAS_SCHEMA,
+    ENCOUNTER_SCHEMA,
     HEALTH_SCHEMA,
     MANOEUVRE_PLANE_SCHEMA,
     OBSERVABILITY_SCHEMA,
@@ -53,6 +57,7 @@ TRANSITIONS_FILE = "transitions.parquet"
 HEALTH_FILE = "health.parquet"
 PLANES_FILE = "manoeuvre_planes.parquet"
 OBSERVABILITY_FILE = "observability.parquet"
+ENCOUNTERS_FILE = "encounters.parquet"
 REJECTS_FILE = "rejects.ndjson"
 
 
@@ -77,6 +82,8 @@ class OfflineJob:
     plane_window_s, observability_window_s : float, optional
         Windows of the planes in which tracks manoeuvre, and of whether they are observable, s;
         none are written when absent.
+    encounters : EncounterQuery, optional
+        Which encounters are written; none when absent.
     """
 
     recording: Recording
@@ -87,6 +94,7 @@ class OfflineJob:
     batch_rows: int = BATCH_ROWS
     plane_window_s: float | None = None
     observability_window_s: float | None = None
+    encounters: EncounterQuery | None = None
 
 
 @dataclass(slots=True)
@@ -105,7 +113,7 @@ class OfflineResult:
         Rows of `tracks.parquet`, different tracks in it, rows of `biases.parquet`, of
         `health.parquet` and of `transitions.parquet`.
     window_rows : dict
-        Rows of the tables of windows that were asked for, by file.
+        Rows of the tables by epochs that were asked for, by file.
     final_biases : dict
         Last estimate of each sensor and parameter, with its sigma, and that over its prior sigma.
     final_health : dict
@@ -188,7 +196,8 @@ def track_recording(
     AccountingError
         Read is not accepted + rejected.
     """
-    engine = Engine(job.sensors, job.settings, job.workers)
+    pictures = job.encounters is not None
+    engine = Engine(job.sensors, job.settings, job.workers, pictures=pictures)
     run: _Run | None = None
     try:
         run = _Run(job, folder, engine, on_output)
@@ -225,7 +234,7 @@ class _Run:
         self._biases = TableWriter(folder / BIASES_FILE, BIAS_SCHEMA)
         self._health = TableWriter(folder / HEALTH_FILE, HEALTH_SCHEMA)
         self._transitions = TableWriter(folder / TRANSITIONS_FILE, TRANSITION_SCHEMA)
-        self._windows = _window_tables(job, folder)
+        self._windows = _tables(job, folder, engine.plane)
         self._rejects = RejectFile(folder / REJECTS_FILE, job.recording.path.name)
         self._places = Places()
         self._result = OfflineResult()
@@ -343,8 +352,17 @@ class _Run:
             }
 
 
-# What is judged of each track by epochs, with its file.
-def _window_tables(job: OfflineJob, folder: Path) -> dict[str, tuple[WindowTable, TableWriter]]:
+class _Table(Protocol):
+    # A table by epochs of data time.
+    def take(self, output: EngineOutput) -> pl.DataFrame: ...
+
+    def finish(self) -> pl.DataFrame: ...
+
+
+# What is told by epochs of each track, or of each pair, with its file.
+def _tables(
+    job: OfflineJob, folder: Path, plane: SystemPlane
+) -> dict[str, tuple[_Table, TableWriter]]:
     kinds: tuple[tuple[str, float | None, Judge, pl.Schema], ...] = (
         (PLANES_FILE, job.plane_window_s, plane_of_track, MANOEUVRE_PLANE_SCHEMA),
         (
@@ -352,7 +370,7 @@ def _window_tables(job: OfflineJob, folder: Path) -> dict[str, tuple[WindowTable
             OBSERVABILITY_SCHEMA,
         ),
     )  # fmt: skip
-    return {
+    tables: dict[str, tuple[_Table, TableWriter]] = {
         file: (
             WindowTable(judge, schema, job.sensors, window_s, job.settings.epoch_s),
             TableWriter(folder / file, schema),
@@ -360,6 +378,10 @@ def _window_tables(job: OfflineJob, folder: Path) -> dict[str, tuple[WindowTable
         for file, window_s, judge, schema in kinds
         if window_s is not None
     }
+    if job.encounters is not None:
+        table = EncounterTable(job.encounters, plane, job.settings)
+        tables[ENCOUNTERS_FILE] = table, TableWriter(folder / ENCOUNTERS_FILE, ENCOUNTER_SCHEMA)
+    return tables
 
 
 def _check(result: OfflineResult, late: int) -> None:

@@ -6,6 +6,7 @@ from typing import Any, Protocol
 
 import polars as pl
 
+from multiradar.runtime.encounter_query import EncounterQuery
 from multiradar.runtime.receipt import Receipt, RejectedRow
 from multiradar.storage.entries import Quarantined
 
@@ -88,6 +89,10 @@ class View(Protocol):
         self, track_id: int, horizon_s: float, step_s: float
     ) -> list[dict[str, Any]] | None:
         """Return the states a track is expected to have; raises ForecastError beyond its bounds."""
+        ...
+
+    def encounters(self, query: EncounterQuery) -> dict[str, Any]:
+        """Return which live tracks are expected to come near each other."""
         ...
 
     def manoeuvre_plane(self, track_id: int, window_s: float) -> dict[str, Any] | None:

@@ -16,12 +16,14 @@ from multiradar import wire
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.bias_board import BiasBoard, bias_rows_frame
+from multiradar.runtime.encounter_query import EncounterQuery
+from multiradar.runtime.encounters import Sky, encounters, no_encounters
 from multiradar.runtime.event_encoding import encode_events, event_order, status_marks
 from multiradar.runtime.events import EventRing, Subscription
 from multiradar.runtime.forecasts import forecast_points, forecast_steps
 from multiradar.runtime.history import TrackHistory, row_updates, update_rows
 from multiradar.runtime.limits import RuntimeLimits
-from multiradar.runtime.live_tracks import LiveTracks
+from multiradar.runtime.live_tracks import LiveTracks, ages_and_states
 from multiradar.runtime.manoeuvre_planes import plane_of_track
 from multiradar.runtime.observabilities import observability_of_track
 from multiradar.runtime.output_feed import OutputFeed
@@ -33,12 +35,7 @@ from multiradar.runtime.transition_rows import (
     row_transitions,
     transition_rows,
 )
-from multiradar.tracking.outputs import (
-    STATE_COASTING,
-    STATE_CONFIRMED,
-    EngineOutput,
-    TrackStates,
-)
+from multiradar.tracking.outputs import EngineOutput, TrackStates
 from multiradar.tracking.settings import TrackingSettings
 
 
@@ -177,6 +174,28 @@ class Publication:
             return None
         states, plane = self._states()
         return forecast_points(states, track, steps, plane, self._tracking)
+
+    def encounters(self, query: EncounterQuery) -> dict[str, Any]:
+        """Return which live tracks are expected to come near each other.
+
+        Parameters
+        ----------
+        query : EncounterQuery
+            What is asked for.
+
+        Returns
+        -------
+        dict
+            The fields of `multiradar_schemas.encounter.Encounters`.
+        """
+        if self._states is None:
+            return no_encounters(query)
+        states, plane = self._states()
+        with self._lock:
+            rows, data_time_s = self._live.all(), self._data_time_s
+        if data_time_s is None:
+            return no_encounters(query)
+        return encounters(Sky(data_time_s, rows, states), query, plane, self._tracking)
 
     def manoeuvre_plane(self, track_id: int, window_s: float) -> dict[str, Any] | None:
         """Return the plane through the last plots of a live track.
@@ -414,8 +433,8 @@ class Publication:
             self._ring.append(len(order), lambda: encode_events(first, output, marks, order, table))
 
     def _honest(self, rows: NDArray[np.void], data_time_s: float | None) -> pl.DataFrame:
-        age_s = np.maximum((data_time_s or 0.0) - rows["time_s"], 0.0)
-        coasting = (age_s > self._tracking.coast_after_s) & (rows["state"] == STATE_CONFIRMED)
-        rows["state"] = np.where(coasting, STATE_COASTING, rows["state"])
+        age_s, rows["state"] = ages_and_states(
+            rows, data_time_s or 0.0, self._tracking.coast_after_s
+        )
         frame = wire.tracks_frame(row_updates(rows), self._sensors)
         return frame.with_columns(pl.Series("age_s", age_s, pl.Float64))

@@ -257,6 +257,11 @@ class TrackStates:
         Height by those that were heard, NaN when none was.
     modes : ModeStates or None
         The modes of motion, None for filters without.
+    shared : (n, 4, c) float64 or None
+        What a standard deviation of each of the biases, taken for independent, does to `mean`: what
+        tracks err by alike. None for filters that do not keep it.
+    climbs : (n, CLIMB_COUNT) float64 or None
+        Heights with their rates and covariance, as in `tracking.climbs`.
     """
 
     track_id: NDArray[np.int64]
@@ -265,9 +270,27 @@ class TrackStates:
     covariance: NDArray[np.float64]
     height_m: NDArray[np.float64]
     modes: ModeStates | None = None
+    shared: NDArray[np.float64] | None = None
+    climbs: NDArray[np.float64] | None = None
 
     def __len__(self) -> int:
         return len(self.track_id)
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """The live tracks at the end of an epoch.
+
+    Attributes
+    ----------
+    time_s : float
+        Data time of the last measurement before.
+    states : TrackStates
+        The tracks, with the biases that the epoch ends with.
+    """
+
+    time_s: float
+    states: TrackStates
 
 
 @dataclass(frozen=True, slots=True)
@@ -294,6 +317,8 @@ class EngineOutput:
         Of each update: where the track lies in the system plane, east and north, m, and the
         covariance of that (east, east and north, north), m², the uncertainty of the biases
         included.
+    pictures : tuple of Picture
+        The live tracks at the end of each epoch that closed, if they are asked for.
     """
 
     updates: TrackUpdates
@@ -304,3 +329,4 @@ class EngineOutput:
     health: HealthRecords = field(default_factory=lambda: HealthRecords.concatenate([]))
     plots: TrackPlots = field(default_factory=lambda: TrackPlots.concatenate([]))
     spread: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, SPREAD_COUNT)))
+    pictures: tuple[Picture, ...] = ()

@@ -11,6 +11,7 @@ _PATHS = {
     "/healthz": ["get"],
     "/metrics": ["get"],
     "/readyz": ["get"],
+    "/v1/encounters": ["get"],
     "/v1/events": ["get"],
     "/v1/flush": ["post"],
     "/v1/measurements": ["post"],

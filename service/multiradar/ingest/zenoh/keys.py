@@ -8,6 +8,7 @@
     multiradar/v1/biases/{sensor}         out, and queryable
     multiradar/v1/sensors/{sensor}        queryable
     multiradar/v1/forecasts/{track}       queryable
+    multiradar/v1/encounters              queryable
     multiradar/v1/status                  out, and queryable
     multiradar/v1/instances/{instance}    a liveliness token for each instance
 """
@@ -23,6 +24,7 @@ ENDED = f"{ROOT}/ended"
 BIASES = f"{ROOT}/biases"
 SENSORS = f"{ROOT}/sensors"
 FORECASTS = f"{ROOT}/forecasts"
+ENCOUNTERS = f"{ROOT}/encounters"
 STATUS = f"{ROOT}/status"
 INSTANCES = f"{ROOT}/instances"
 

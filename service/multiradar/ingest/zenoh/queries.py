@@ -1,4 +1,4 @@
-"""Answers to queries: tracks, biases, sensors, forecasts, status."""
+"""Answers to queries: tracks, biases, sensors, forecasts, encounters, status."""
 
 import json
 import math
@@ -11,6 +11,7 @@ from multiradar.ingest.zenoh.catch_up import CatchUp
 from multiradar.ingest.zenoh.counts import ZenohCounts
 from multiradar.ingest.zenoh.keys import (
     BIASES,
+    ENCOUNTERS,
     FORECASTS,
     SENSORS,
     STATUS,
@@ -20,6 +21,13 @@ from multiradar.ingest.zenoh.keys import (
     sensor_key,
     track_id,
 )
+from multiradar.runtime.encounter_query import (
+    BY_TIME,
+    DISTANCE_DEFAULT_M,
+    LIMIT_DEFAULT,
+    EncounterQuery,
+)
+from multiradar.runtime.encounter_query import HORIZON_DEFAULT_S as HORIZON_ENCOUNTERS_S
 from multiradar.runtime.forecasts import HORIZON_DEFAULT_S, STEP_DEFAULT_S
 from multiradar.runtime.ports import View
 
@@ -27,6 +35,7 @@ from multiradar.runtime.ports import View
 CATCH_UP_LIMIT = 10_000
 _WILD = frozenset({"*", "**"})
 _NO_PARAMETERS: frozenset[str] = frozenset()
+_ENCOUNTER_PARAMETERS = frozenset(EncounterQuery.__dataclass_fields__)
 _BAD_REQUEST = 400
 _NOT_FOUND = 404
 
@@ -69,6 +78,7 @@ class Answers:
             f"{BIASES}/*": self._guarded(self._biases, _NO_PARAMETERS),
             f"{SENSORS}/*": self._guarded(self._sensors, _NO_PARAMETERS),
             f"{FORECASTS}/*": self._guarded(self._forecast, frozenset({"horizon_s", "step_s"})),
+            ENCOUNTERS: self._guarded(self._encounters, _ENCOUNTER_PARAMETERS),
             STATUS: self._guarded(self._answer_status, _NO_PARAMETERS),
         }
 
@@ -155,6 +165,22 @@ class Answers:
             raise _no_track(str(track))
         document = {"track_id": track, "points": points}
         _reply(request, f"{FORECASTS}/{track}", document, None)
+
+    def _encounters(self, request: Request) -> None:
+        given = request.parameters
+        height = given.get("height_m")
+        try:
+            query = EncounterQuery(
+                horizon_s=_number(given, "horizon_s", HORIZON_ENCOUNTERS_S),
+                distance_m=_number(given, "distance_m", DISTANCE_DEFAULT_M),
+                height_m=_number(given, "height_m", 0.0) if height else None,
+                probability_min=_number(given, "probability_min", 0.0),
+                order=given.get("order") or BY_TIME,
+                limit=_whole(given, "limit", LIMIT_DEFAULT),
+            )
+        except ForecastError as error:
+            raise RequestError(_BAD_REQUEST, "OUT_OF_RANGE", str(error)) from error
+        _reply(request, ENCOUNTERS, self._view.encounters(query), None)
 
     def _answer_status(self, request: Request) -> None:
         request.reply(STATUS, self._status(), b"")

@@ -1,0 +1,83 @@
+"""The route of encounters: which tracks are expected to come near each other."""
+
+from typing import Annotated, Literal
+
+from fastapi import APIRouter, Depends, Query
+from starlette.responses import Response
+
+from multiradar.api.access import Granted
+from multiradar.api.problems import parameter_error
+from multiradar.api.query import Integer, Number, strict_query
+from multiradar.api.tables import json_response
+from multiradar.errors import ForecastError
+from multiradar.runtime.encounter_query import (
+    DISTANCE_DEFAULT_M,
+    DISTANCE_MAX_M,
+    HEIGHT_MAX_M,
+    HORIZON_DEFAULT_S,
+    HORIZON_MAX_S,
+    LIMIT_DEFAULT,
+    LIMIT_MAX,
+    EncounterQuery,
+)
+from multiradar_schemas.encounter import Encounters
+
+router = APIRouter(prefix="/v1", tags=["tracks"], dependencies=[Depends(strict_query)])
+
+Horizon = Annotated[
+    Number, Query(gt=0.0, le=HORIZON_MAX_S, description="How far ahead, s", examples=[120])
+]
+Distance = Annotated[
+    Number,
+    Query(
+        gt=0.0,
+        le=DISTANCE_MAX_M,
+        description="Pairs whose expected positions come so near, m",
+        examples=[9260],
+    ),
+]
+Height = Annotated[
+    Number | None,
+    Query(
+        gt=0.0,
+        le=HEIGHT_MAX_M,
+        description="Without pairs whose heights stay farther apart all the while, m; unknown "
+        "heights stay",
+        examples=[305],
+    ),
+]
+Probability = Annotated[
+    Number,
+    Query(
+        ge=0.0,
+        le=1.0,
+        description="Without pairs that are less likely to come within both",
+        examples=[0.1],
+    ),
+]
+Order = Annotated[
+    Literal["time", "probability"],
+    Query(description="Earliest closest approach first, or likeliest first"),
+]
+Limit = Annotated[
+    Integer, Query(ge=1, le=LIMIT_MAX, description="Most encounters in the answer", examples=[100])
+]
+
+
+@router.get("/encounters", response_model=Encounters)
+async def list_encounters(
+    access: Granted,
+    *,
+    horizon_s: Horizon = HORIZON_DEFAULT_S,
+    distance_m: Distance = DISTANCE_DEFAULT_M,
+    height_m: Height = None,
+    probability_min: Probability = 0.0,
+    order: Order = "time",
+    limit: Limit = LIMIT_DEFAULT,
+) -> Response:
+    """List the pairs of tracks that are expected to come near each other, and how surely."""
+    try:
+        query = EncounterQuery(horizon_s, distance_m, height_m, probability_min, order, limit)
+    except ForecastError as error:
+        raise parameter_error({error.parameter: str(error)}) from error
+    return json_response(await access.workers.run(access.view.encounters, query))

@@ -1,0 +1,55 @@
+"""Encounters of a recording: a table with those of the end of each epoch."""
+
+import numpy as np
+import polars as pl
+
+from multiradar.geodesy.system_plane import SystemPlane
+from multiradar.runtime.encounter_query import EncounterQuery
+from multiradar.runtime.encounters import Sky, encounters
+from multiradar.runtime.history import update_rows
+from multiradar.runtime.live_tracks import LiveTracks
+from multiradar.tracking.outputs import EngineOutput
+from multiradar.tracking.settings import TrackingSettings
+from multiradar_schemas.arrow import ENCOUNTER_SCHEMA
+
+
+class EncounterTable:
+    """A table by epoch: what the service would answer after the last measurement of each.
+
+    Parameters
+    ----------
+    query : EncounterQuery
+        Which encounters; all that are found.
+    plane : SystemPlane
+        The plane of the states.
+    settings : TrackingSettings
+        How aircraft are taken to move.
+    """
+
+    def __init__(
+        self, query: EncounterQuery, plane: SystemPlane, settings: TrackingSettings
+    ) -> None:
+        self._query, self._plane, self._settings = query, plane, settings
+        self._live = LiveTracks()
+        #: Comparisons that were left out because too many tracks were in one place.
+        self.pairs_left_out = 0
+
+    def take(self, output: EngineOutput) -> pl.DataFrame:
+        """Return the rows of the epochs that an output of the engine ends."""
+        rows = update_rows(output.updates)
+        found, done = [], 0
+        for picture in output.pictures:
+            until = int(np.searchsorted(rows["time_s"], picture.time_s, side="right"))
+            self._live.update(rows[done:until])
+            done = max(done, until)
+            sky = Sky(picture.time_s, self._live.all(), picture.states)
+            answer = encounters(sky, self._query, self._plane, self._settings)
+            self.pairs_left_out += answer["pairs_left_out"]
+            found += answer["encounters"]
+        self._live.update(rows[done:])
+        self._live.end(output.ended.track_id)
+        return pl.DataFrame(found, schema=ENCOUNTER_SCHEMA)
+
+    def finish(self) -> pl.DataFrame:
+        """Return the rows that are left: none, the end of the stream has ended its epoch."""
+        return pl.DataFrame(schema=ENCOUNTER_SCHEMA)

@@ -1,0 +1,104 @@
+"""Heights of live tracks with their rates of climb, as the filter of heights knows them."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar.estimation.filters._height_kernels import (
+    BY_HEIGHT,
+    CLIMB_DENSITY,
+    COUNT,
+    GUESS_VARIANCE,
+    P01,
+    P11,
+    RATE,
+    RATE_SIGMA_MPS,
+    SOURCE,
+    height_variance,
+)
+from multiradar.estimation.filters.arrays import Aircraft
+
+#: Columns: height, m, and its rate, m/s; their covariance, upper triangle; what kind of height.
+CLIMB_HEIGHT, CLIMB_RATE, CLIMB_VARIANCE, CLIMB_COMMON, CLIMB_RATE_VARIANCE, CLIMB_KIND = range(6)
+CLIMB_COUNT = 6
+
+Floats = NDArray[np.float64]
+
+
+def climbs(aircraft: Aircraft, slots: NDArray[np.intp]) -> Floats:
+    """Return the heights of aircraft and their rates.
+
+    Parameters
+    ----------
+    aircraft : Aircraft
+        The aircraft.
+    slots : (n,) int
+        Which of them.
+
+    Returns
+    -------
+    (n, CLIMB_COUNT) ndarray
+        At the times of their states; NaN where no height was heard. The variance of a height has in
+        it what lasts of the steps in which it is told. Of exact heights the rate is not estimated:
+        it is taken for zero, as uncertain as that of an aircraft that begins.
+    """
+    vertical = aircraft.vertical[slots]
+    found = np.empty((len(slots), CLIMB_COUNT))
+    found[:, CLIMB_HEIGHT] = aircraft.height[slots]
+    found[:, CLIMB_RATE] = vertical[:, RATE]
+    found[:, CLIMB_VARIANCE] = [height_variance(slot, aircraft.vertical) for slot in slots]
+    found[:, CLIMB_COMMON] = vertical[:, P01]
+    estimated = vertical[:, COUNT] != 0.0
+    found[:, CLIMB_RATE_VARIANCE] = np.where(estimated, vertical[:, P11], RATE_SIGMA_MPS**2)
+    found[:, CLIMB_KIND] = vertical[:, SOURCE]
+    found[np.isnan(found[:, CLIMB_HEIGHT])] = np.nan
+    return found
+
+
+def spread_of_heights(aircraft: Aircraft, slots: NDArray[np.intp]) -> Floats:
+    """Return what an unknown height does to the states of aircraft that tell none: v p vᵀ.
+
+    Parameters
+    ----------
+    aircraft : Aircraft
+        The aircraft.
+    slots : (n,) int
+        Which of them.
+
+    Returns
+    -------
+    (n, 4, 4) ndarray
+        A part of their covariances, zero for those that tell a height.
+    """
+    by_height = aircraft.vertical[slots, BY_HEIGHT : BY_HEIGHT + 4]
+    variance = np.where(
+        np.isnan(aircraft.height[slots]), aircraft.vertical[slots, GUESS_VARIANCE], 0.0
+    )
+    spread: Floats = by_height[:, :, None] * by_height[:, None, :] * variance[:, None, None]
+    return spread
+
+
+def moved_climbs(states: Floats, ahead_s: Floats) -> Floats:
+    """Return heights and rates at later times.
+
+    Parameters
+    ----------
+    states : (n, CLIMB_COUNT) ndarray
+        As `climbs`.
+    ahead_s : (n,) ndarray
+        Times after the states, s, not negative.
+
+    Returns
+    -------
+    (n, CLIMB_COUNT) ndarray
+        The same, moved on with a white vertical acceleration.
+    """
+    moved = states.copy()
+    rate_variance = states[:, CLIMB_RATE_VARIANCE]
+    noise = CLIMB_DENSITY * ahead_s
+    moved[:, CLIMB_HEIGHT] += ahead_s * states[:, CLIMB_RATE]
+    moved[:, CLIMB_VARIANCE] += ahead_s * (
+        2.0 * states[:, CLIMB_COMMON] + ahead_s * (rate_variance + noise / 3.0)
+    )
+    moved[:, CLIMB_COMMON] += ahead_s * (rate_variance + 0.5 * noise)
+    moved[:, CLIMB_RATE_VARIANCE] += noise
+    return moved

@@ -1,0 +1,56 @@
+"""Chances and bounds of the least distance against drawn motions."""
+
+import numpy as np
+import pytest
+
+from multiradar.tracking.encounters.approaches import (
+    bounds,
+    chances,
+    closest_approaches,
+    heights_between,
+)
+from support.encounter_paths import covariance, flown_distances, straight_paths
+
+TIMES_S = np.arange(0.0, 121.0, 10.0)
+DRAWN = 40_000
+#: What the lattice is good to, and three sigmas of so many drawn.
+TOLERANCE = 0.005 + 3.0 * 0.5 / DRAWN**0.5
+#: State of the second aircraft relative to the first, which flies east with 200 m/s.
+MEETINGS = {
+    "crossing": [12_000.0, -11_000.0, -200.0, 200.0],
+    "head-on": [40_000.0, 1_000.0, -400.0, 0.0],
+    "meeting exactly": [20_000.0, 0.0, -300.0, 0.0],
+    "overtaking": [3_000.0, 500.0, -20.0, 0.0],
+    "formation": [300.0, 300.0, 0.0, 0.0],
+    "at one place": [0.0, 0.0, 0.0, 0.0],
+    "side by side": [0.0, 3_000.0, 0.0, 0.0],
+    "flying apart": [3_000.0, 0.0, -100.0, 200.0],
+    "slow, at the end": [24_000.0, 0.0, -200.0, 0.0],
+}
+ERRORS = {"good": (50.0, 4.0), "poor": (300.0, 40.0), "unknown velocity": (100.0, 150.0)}
+
+
+def _meeting(name: str, errors: str) -> tuple[np.ndarray, np.ndarray]:
+    first = np.array([0.0, 0.0, 200.0, 0.0])
+    return np.array([first, first + MEETINGS[name]]), np.array([covariance(*ERRORS[errors])] * 2)
+
+
+@pytest.mark.parametrize("errors", ERRORS)
+@pytest.mark.parametrize("name", MEETINGS)
+def test_the_chance_and_the_bounds_are_those_of_drawn_motions(name: str, errors: str) -> None:
+    states, spreads = _meeting(name, errors)
+    paths = straight_paths(states, spreads, TIMES_S)
+    pair = np.array([[0, 1]])
+    least = flown_distances(
+        states[1] - states[0], spreads.sum(axis=0), 120.0, DRAWN, np.random.default_rng(5)
+    )
+    for distance_m in (500.0, 2_000.0, 9_260.0):
+        found = closest_approaches(paths, pair, np.eye(2)[None], distance_m)
+        within, both = chances(found, heights_between(paths, pair), distance_m, 300.0)
+        assert within[0] == pytest.approx((least < distance_m).mean(), abs=TOLERANCE)
+        assert np.isnan(both[0])
+    low, high = bounds(found)
+    # Three sigmas of a share of 2.5 %, and what the lattice is good to.
+    room = 3.0 * (0.025 * 0.975 / DRAWN) ** 0.5 + 0.005
+    assert (least < low[0]).mean() == pytest.approx(0.025, abs=room)
+    assert (least > high[0]).mean() == pytest.approx(0.025, abs=room)
