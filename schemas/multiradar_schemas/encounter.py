@@ -35,7 +35,7 @@ class Encounter(Record):
             "Standard deviation of `closest_time_s`",
             unit="s",
             source="filter",
-            absent="nearest now or at the end of the horizon",
+            absent="nearest now or at the end of the horizon, or less certain than that is long",
         ),
     ]
     distance_m: Annotated[

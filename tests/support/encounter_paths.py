@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.tracking.climbs import CLIMB_COUNT
-from multiradar.tracking.encounters.pairs import Paths
+from multiradar.tracking.encounters.pairs import Paths, walks_of
 from multiradar.tracking.forecast import forecast
 
 Floats = NDArray[np.float64]
@@ -17,10 +17,14 @@ def straight_paths(
     """Return forecasts of constant velocity with white acceleration, without heights."""
     found = [forecast(x, p, density, times_s) for x, p in zip(states, covariances, strict=True)]
     count = len(states)
+    now = np.array([one[0][UPPER] for _, one in found]).reshape(count, 10)
+    spreads = np.array([one[:, [0, 0, 1], [0, 1, 1]] for _, one in found])
+    spreads = spreads.reshape(count, len(times_s), 3)
     return Paths(
         times_s,
         np.array([means for means, _ in found]).reshape(count, len(times_s), 4),
-        np.array([one[:, UPPER[0], UPPER[1]] for _, one in found]).reshape(count, len(times_s), 10),
+        now,
+        walks_of(times_s, now, spreads),
         np.full(count, len(times_s)),
         np.full((count, CLIMB_COUNT), np.nan),
         np.zeros((count, 4, 0)),

@@ -19,7 +19,7 @@ from multiradar.tracking.encounters.approaches import (
     heights_between,
     least_heights,
 )
-from multiradar.tracking.encounters.pairs import Pairs, Paths, near_pairs
+from multiradar.tracking.encounters.pairs import Pairs, Paths, near_pairs, walks_of
 from multiradar.tracking.outputs import STATE_NAMES, STATE_TENTATIVE, TrackStates
 from multiradar.tracking.settings import TrackingSettings
 
@@ -147,17 +147,19 @@ def _paths(
     settings: TrackingSettings,
 ) -> Paths:  # fmt: skip
     means = np.empty((len(places), len(times_s), 4))
-    covariances = np.empty((len(places), len(times_s), 10))
+    now, spreads = np.empty((len(places), 10)), np.empty((len(places), len(times_s), 3))
     upper = np.triu_indices(4)
     for row, place in enumerate(places.tolist()):
-        mean, covariance = propagated(states, place, settings, ahead_s[row] + times_s)
-        means[row], covariances[row] = mean, covariance[:, upper[0], upper[1]]
+        means[row], covariances = propagated(states, place, settings, ahead_s[row] + times_s)
+        now[row] = covariances[0, upper[0], upper[1]]
+        spreads[row] = covariances[:, [0, 0, 1], [0, 1, 1]]
     shared = np.zeros((len(places), 4, 0))
     if states.shared is not None:
         shared = states.shared[places]
         shared[:, :2] += ahead_s[:, None, None] * shared[:, 2:]
     points = np.full(len(places), len(times_s))
-    return Paths(times_s, means, covariances, points, _heights(states, places, ahead_s), shared)
+    heights, walks = _heights(states, places, ahead_s), walks_of(times_s, now, spreads)
+    return Paths(times_s, means, now, walks, points, heights, shared)
 
 
 def _points_inside(plane: SystemPlane, means: Floats) -> NDArray[np.int64]:

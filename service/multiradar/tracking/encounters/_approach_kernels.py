@@ -1,16 +1,18 @@
 """Compiled closest approach of pairs of tracks: when, where, how near, and how sure that is.
 
 What two tracks err by is taken for independent but for the biases that they share. Symbols:
-t = time from now, p, w = position and velocity of the second track relative to the first, in true
-metres where they meet; S = covariance of (p, w), upper triangle row by row; T = true metres by
-metres on the plane; X = what the biases make common: S = P₁ + P₂ − X.
+t = time from now, p, w = position of the second track relative to the first and its mean rate since
+now, in true metres where they meet; A, C, U = covariance of the position now, of it with the
+velocity now, and of that velocity; V = covariance of w, so that the position at t has the
+covariance A + t (C + Cᵀ) + t² V; T = true metres by metres on the plane.
 
 At the closest approach p ⟂ w, so that to the first order the distance errs by what p errs by
 across w, and the time by what p errs by along w, and w across p. Far from zero that is the whole;
 near zero the distance is not Gaussian, and only its signed form is: see `_chance_kernels`.
 
 For these the motion is taken as straight between now and the closest approach, along the chord
-with the covariance that the forecast gives at both ends.
+with the covariance that the forecast gives at both ends. For white acceleration of density q it is
+V = U + q t / 3: a straight line of time, so that nothing is lost between two points of a forecast.
 
 References
 ----------
@@ -50,36 +52,37 @@ CHORD_MIN_S = 1.0
 
 @loop
 def find_approaches(
-    t: Floats, means: Floats, covariances: Floats, points: Integers, shared: Floats,
+    t: Floats, means: Floats, now: Floats, walks: Floats, points: Integers, shared: Floats,
     pairs: Integers, matrices: Floats, distance: float, found: Floats, chords: Floats,
 ) -> None:  # fmt: skip
     """Fill the rows of ``found`` and ``chords``.
 
-    ``matrices`` (m, 4) are T of the pairs, row by row; ``shared`` (n, 4, c) is what a standard
-    deviation of each bias does to the tracks now.
+    ``now`` (n, 10) and ``walks`` (n, k, 3) are A, C, U and V of the tracks, ``matrices`` (m, 4) T
+    of the pairs, row by row; ``shared`` (n, 4, c) is what a standard deviation of each bias does.
     """
     for row in range(pairs.shape[0]):
         i, j = pairs[row, 0], pairs[row, 1]
         last = min(points[i], points[j]) - 1
         k, u = nearest_point(t, means, i, j, last, matrices[row])
-        now = relative_state(t, means, i, j, 0, 0.0, matrices[row])
-        spread_now = relative_covariance(t, covariances, shared, i, j, 0, 0.0, matrices[row])
-        near_now = now[0] * now[0] + now[1] * now[1] <= distance * distance
-        slow = is_slow(now[2], now[3], spread_now)
-        together = near_now and slow
+        begin = relative_state(t, means, i, j, 0, 0.0, matrices[row])
+        spread = relative_covariance(now, shared, i, j, matrices[row])
+        slow = is_slow(begin[2], begin[3], spread)
+        together = slow and begin[0] * begin[0] + begin[1] * begin[1] <= distance * distance
         if together:
             k, u = 0, 0.0
         dt = t[k + 1] - t[k]
         there = relative_state(t, means, i, j, k, u, matrices[row])
-        spread = relative_covariance(t, covariances, shared, i, j, k, u, matrices[row])
         time = t[k] + u * dt
+        walk = relative_walk(t, walks, shared, i, j, k, u, matrices[row])
+        turns = 0.0 < time < t[last]
         found[row, TIME] = time
         found[row, TOGETHER] = 1.0 if together else 0.0
         found[row, DISTANCE] = hypot(there[0], there[1])
-        found[row, DISTANCE_NOW] = hypot(now[0], now[1])
-        turns = 0.0 < time < t[last]
-        found[row, SIGMA] = sigma_of_distance(there, spread, turns)
-        found[row, TIME_SIGMA] = sigma_of_time(there, spread) if turns else np.nan
+        found[row, DISTANCE_NOW] = hypot(begin[0], begin[1])
+        found[row, SIGMA] = sigma_of_distance(there, spread, walk, time, turns)
+        sigma = sigma_of_time(there, spread, walk, time)
+        # Less certain than the horizon is long, the time is open.
+        found[row, TIME_SIGMA] = sigma if turns and sigma <= t[last] else np.nan
         for axis in range(2):
             found[row, FIRST_EAST + axis] = place_at(means, i, k, u, dt, axis)
             found[row, SECOND_EAST + axis] = place_at(means, j, k, u, dt, axis)
@@ -90,8 +93,8 @@ def find_approaches(
             k += 1
         u = (reach - t[k]) / (t[k + 1] - t[k])
         end = relative_state(t, means, i, j, k, u, matrices[row])
-        end_spread = relative_covariance(t, covariances, shared, i, j, k, u, matrices[row])
-        lay_chord(now, spread_now, end, end_spread, reach, chords[row])
+        walk = relative_walk(t, walks, shared, i, j, k, u, matrices[row])
+        lay_chord(begin, spread, end, walk, reach, chords[row])
         chords[row, CHORD_END] = t[last]
 
 
@@ -153,26 +156,6 @@ def nearest_point(
 
 
 @in_loop
-def covariance_within(
-    covariances: Floats, i: int, k: int, u: float, dt: float
-) -> tuple[float, float, float, float, float, float, float, float, float, float]:
-    """Return the covariance of a track within piece k; the rate of each block is the next one."""
-    a, b = covariances[i, k], covariances[i, k + 1]
-    return (
-        cubic(u, dt, a[0], b[0], 2.0 * a[2], 2.0 * b[2]),
-        cubic(u, dt, a[1], b[1], a[3] + a[5], b[3] + b[5]),
-        cubic(u, dt, a[2], b[2], a[7], b[7]),
-        cubic(u, dt, a[3], b[3], a[8], b[8]),
-        cubic(u, dt, a[4], b[4], 2.0 * a[6], 2.0 * b[6]),
-        cubic(u, dt, a[5], b[5], a[8], b[8]),
-        cubic(u, dt, a[6], b[6], a[9], b[9]),
-        a[7] + u * (b[7] - a[7]),
-        a[8] + u * (b[8] - a[8]),
-        a[9] + u * (b[9] - a[9]),
-    )
-
-
-@in_loop
 def turned(
     t00: float, t01: float, t10: float, t11: float, a: float, b: float, c: float, d: float
 ) -> tuple[float, float, float, float]:
@@ -184,17 +167,13 @@ def turned(
 
 @in_loop
 def relative_covariance(
-    t: Floats, covariances: Floats, shared: Floats, i: int, j: int, k: int, u: float,
-    matrix: Floats,
-) -> tuple[float, float, float, float, float, float, float, float, float, float]:  # fmt: skip
-    """Return S within piece k, in true metres."""
-    dt = t[k + 1] - t[k]
-    a = covariance_within(covariances, i, k, u, dt)
-    b = covariance_within(covariances, j, k, u, dt)
-    x = common_covariance(shared, i, j, t[k] + u * dt)
+    now: Floats, shared: Floats, i: int, j: int, matrix: Floats
+) -> tuple[float, float, float, float, float, float, float, float, float, float]:
+    """Return the covariance of position and velocity now, upper triangle, in true metres."""
+    x = common_covariance(shared, i, j)
+    a, b = now[i], now[j]
     m0, m1, m2, m3 = matrix[0], matrix[1], matrix[2], matrix[3]
-    s01 = a[1] + b[1] - x[1]
-    s23 = a[8] + b[8] - x[8]
+    s01, s23 = a[1] + b[1] - x[1], a[8] + b[8] - x[8]
     p = turned(m0, m1, m2, m3, a[0] + b[0] - x[0], s01, s01, a[4] + b[4] - x[4])
     c = turned(
         m0, m1, m2, m3, a[2] + b[2] - x[2], a[3] + b[3] - x[3], a[5] + b[5] - x[5],
@@ -205,21 +184,34 @@ def relative_covariance(
 
 
 @in_loop
+def relative_walk(
+    t: Floats, walks: Floats, shared: Floats, i: int, j: int, k: int, u: float, matrix: Floats
+) -> tuple[float, float, float]:
+    """Return V within piece k, upper triangle, in true metres."""
+    x = common_covariance(shared, i, j)
+    a, b, c, d = walks[i, k], walks[i, k + 1], walks[j, k], walks[j, k + 1]
+    rest = 1.0 - u
+    v00 = rest * (a[0] + c[0]) + u * (b[0] + d[0]) - x[7]
+    v01 = rest * (a[1] + c[1]) + u * (b[1] + d[1]) - x[8]
+    v11 = rest * (a[2] + c[2]) + u * (b[2] + d[2]) - x[9]
+    v = turned(matrix[0], matrix[1], matrix[2], matrix[3], v00, v01, v01, v11)
+    return v[0], v[1], v[3]
+
+
+@in_loop
 def common_covariance(
-    shared: Floats, i: int, j: int, time: float
+    shared: Floats, i: int, j: int
 ) -> tuple[float, float, float, float, float, float, float, float, float, float]:
-    """Return X, a time from now."""
+    """Return what the biases make common to two tracks, counted twice, upper triangle."""
     x00, x01, x02, x03, x11 = 0.0, 0.0, 0.0, 0.0, 0.0
     x12, x13, x22, x23, x33 = 0.0, 0.0, 0.0, 0.0, 0.0
     for bias in range(shared.shape[2]):
-        a2, a3, b2, b3 = (
-            shared[i, 2, bias],
-            shared[i, 3, bias],
-            shared[j, 2, bias],
-            shared[j, 3, bias],
-        )
-        a0, a1 = shared[i, 0, bias] + time * a2, shared[i, 1, bias] + time * a3
-        b0, b1 = shared[j, 0, bias] + time * b2, shared[j, 1, bias] + time * b3
+        a0, a1, a2, a3 = (
+            shared[i, 0, bias], shared[i, 1, bias], shared[i, 2, bias], shared[i, 3, bias],
+        )  # fmt: skip
+        b0, b1, b2, b3 = (
+            shared[j, 0, bias], shared[j, 1, bias], shared[j, 2, bias], shared[j, 3, bias],
+        )  # fmt: skip
         x00 += 2.0 * a0 * b0
         x01 += a0 * b1 + b0 * a1
         x02 += a0 * b2 + b0 * a2
@@ -248,8 +240,8 @@ def is_slow(
 def sigma_of_distance(
     state: tuple[float, float, float, float],
     spread: tuple[float, float, float, float, float, float, float, float, float, float],
-    turns: bool,
-) -> float:
+    walk: tuple[float, float, float], time: float, turns: bool,
+) -> float:  # fmt: skip
     """Return the standard deviation of the signed distance.
 
     It is across the relative velocity where the distance has its minimum there, and else in the
@@ -258,7 +250,9 @@ def sigma_of_distance(
     x, y = state[0], state[1]
     if turns and hypot(state[2], state[3]) > 0.0:
         x, y = -state[3], state[2]
-    a, b, d = spread[0], spread[1], spread[4]
+    a = spread[0] + time * (2.0 * spread[2] + time * walk[0])
+    b = spread[1] + time * (spread[3] + spread[5] + time * walk[1])
+    d = spread[4] + time * (2.0 * spread[6] + time * walk[2])
     square = x * x + y * y
     if square > 0.0:
         variance = (x * x * a + 2.0 * x * y * b + y * y * d) / square
@@ -271,36 +265,32 @@ def sigma_of_distance(
 def sigma_of_time(
     state: tuple[float, float, float, float],
     spread: tuple[float, float, float, float, float, float, float, float, float, float],
-) -> float:
-    """Return the standard deviation of the time at which p · w = 0."""
+    walk: tuple[float, float, float], time: float,
+) -> float:  # fmt: skip
+    """Return the standard deviation of the time at which p · w = 0: of w · δp + p · δw over w²."""
     x, y, wx, wy = state
     square = wx * wx + wy * wy
+    # The position now counts by w, the velocity since then by w times the time, and by p.
+    ux, uy = time * wx + x, time * wy + y
     pp = wx * wx * spread[0] + 2.0 * wx * wy * spread[1] + wy * wy * spread[4]
-    pv = wx * (spread[2] * x + spread[3] * y) + wy * (spread[5] * x + spread[6] * y)
-    vv = x * x * spread[7] + 2.0 * x * y * spread[8] + y * y * spread[9]
+    pv = wx * (spread[2] * ux + spread[3] * uy) + wy * (spread[5] * ux + spread[6] * uy)
+    vv = ux * ux * walk[0] + 2.0 * ux * uy * walk[1] + uy * uy * walk[2]
     return sqrt(max(pp + 2.0 * pv + vv, 0.0)) / square if square > 0.0 else np.nan
 
 
 @in_loop
 def lay_chord(
-    now: tuple[float, float, float, float],
+    begin: tuple[float, float, float, float],
     spread: tuple[float, float, float, float, float, float, float, float, float, float],
     end: tuple[float, float, float, float],
-    end_spread: tuple[float, float, float, float, float, float, float, float, float, float],
-    reach: float, chord: Floats,
+    walk: tuple[float, float, float], reach: float, chord: Floats,
 ) -> None:  # fmt: skip
-    """Fill a straight motion from now to a later time, and its covariance.
-
-    That of the velocity follows from those of the position at both ends.
-    """
+    """Fill a straight motion from now to a later time, and its covariance."""
     scale = 1.0 / reach
-    chord[CHORD_P], chord[CHORD_P + 1] = now[0], now[1]
-    chord[CHORD_W] = (end[0] - now[0]) * scale
-    chord[CHORD_W + 1] = (end[1] - now[1]) * scale
+    chord[CHORD_P], chord[CHORD_P + 1] = begin[0], begin[1]
+    chord[CHORD_W] = (end[0] - begin[0]) * scale
+    chord[CHORD_W + 1] = (end[1] - begin[1]) * scale
     chord[CHORD_A], chord[CHORD_A + 1], chord[CHORD_A + 2] = spread[0], spread[1], spread[4]
     chord[CHORD_C], chord[CHORD_C + 1] = spread[2], spread[3]
     chord[CHORD_C + 2], chord[CHORD_C + 3] = spread[5], spread[6]
-    square = scale * scale
-    chord[CHORD_V] = (end_spread[0] - spread[0] - 2.0 * reach * spread[2]) * square
-    chord[CHORD_V + 1] = (end_spread[1] - spread[1] - reach * (spread[3] + spread[5])) * square
-    chord[CHORD_V + 2] = (end_spread[4] - spread[4] - 2.0 * reach * spread[6]) * square
+    chord[CHORD_V], chord[CHORD_V + 1], chord[CHORD_V + 2] = walk[0], walk[1], walk[2]

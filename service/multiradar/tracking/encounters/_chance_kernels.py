@@ -263,17 +263,21 @@ def chance_at_line(
     if lines[m, SPEED] > 0.0:
         first = min(max(-(lines[m, ALONG] + half) / lines[m, SPEED], 0.0), end)
         last = min(max(-(lines[m, ALONG] - half) / lines[m, SPEED], 0.0), end)
-    time, lasts = 0.5 * (first + last), 0.5 * (last - first)
-    rate_variance = height[RATE_VARIANCE] + time * height[CLIMB_NOISE]
-    common = height[HEIGHT_RATE] + time * (height[RATE_VARIANCE] + 0.5 * time * height[CLIMB_NOISE])
-    variance = height[HEIGHT_VARIANCE] + time * (
-        2.0 * height[HEIGHT_RATE]
-        + time * (height[RATE_VARIANCE] + time * height[CLIMB_NOISE] * (1.0 / 3.0))
+    lasts, noise = last - first, height[CLIMB_NOISE]
+    # At the first of these times; from there to the last one on a chord, as the way across is.
+    variance = height[HEIGHT_VARIANCE] + first * (
+        2.0 * height[HEIGHT_RATE] + first * (height[RATE_VARIANCE] + first * noise * (1.0 / 3.0))
     )
+    common = height[HEIGHT_RATE] + first * (height[RATE_VARIANCE] + 0.5 * first * noise)
+    rate_variance = height[RATE_VARIANCE] + noise * (first + lasts * (1.0 / 3.0))
+    # In the middle between both.
+    variance += lasts * (common + 0.25 * lasts * rate_variance)
+    common += 0.5 * lasts * rate_variance
+    time = 0.5 * (first + last)
     rate_sigma = sqrt(max(rate_variance, _FLOOR))
     rate = height[RATE] + rate_sigma * points[m, 4]
     mean = height[HEIGHT] + time * height[RATE] + common / rate_sigma * points[m, 4]
     rest = variance - (common / rate_sigma) * (common / rate_sigma)
     scale = 1.0 / sqrt(max(rest, _FLOOR))
-    swept = separation + abs(rate) * lasts
+    swept = separation + 0.5 * abs(rate) * lasts
     return normal((swept - mean) * scale) - normal((-swept - mean) * scale)

@@ -1,14 +1,12 @@
 """Compiled places between the points of forecasts: cubics through positions and their rates.
 
-Symbols: t = times of the points, dt = time between two of them, u = part of it that has passed,
-x, v = position and rate, P = covariance of (x, v), upper triangle row by row. For a straight motion
-with white acceleration, position and covariance are cubics of time, so that nothing is lost between
-two points however far apart.
+Symbols: dt = time between two points, u = part of it that has passed, x, v = position and rate at
+them, x, y = east and north.
 
 References
 ----------
 J. Stoer, R. Bulirsch, "Introduction to Numerical Analysis", Springer 2002, section 2.1.5: Hermite
-interpolation. The project's own: that covariances go with it.
+interpolation. The project's own: the search for the nearest place.
 """
 
 import numpy as np

@@ -37,7 +37,7 @@ class Approaches(NamedTuple):
         When the expected positions are nearest to each other, within the horizon; 0 for tracks that
         fly together.
     time_sigma_s : (m,) float64
-        Its standard deviation; NaN at either end of the horizon.
+        Its standard deviation; NaN at either end of the horizon, and where it exceeds that.
     distance_m, sigma_m : (m,) float64
         Distance of the expected positions then, and the standard deviation of that distance with a
         sign: near zero the distance itself is not Gaussian.
@@ -91,7 +91,7 @@ def closest_approaches(
     found = np.empty((len(tracks), kernels.FOUND_COUNT))
     chords = np.empty((len(tracks), kernels.CHORD_COUNT))
     kernels.find_approaches(
-        paths.times_s, paths.means, paths.covariances, paths.points, paths.shared, tracks,
+        paths.times_s, paths.means, paths.now, paths.walks, paths.points, paths.shared, tracks,
         np.ascontiguousarray(matrices, np.float64).reshape(-1, 4), distance_m, found, chords,
     )  # fmt: skip
     return Approaches(

@@ -28,23 +28,59 @@ class Paths(NamedTuple):
         Times from now, s, ascending from 0, at least two.
     means : (n, k, 4) float64
         East and north on the plane, m, and their rates, m/s.
-    covariances : (n, k, 10) float64
-        Upper triangles of their covariances, row by row.
+    now : (n, 10) float64
+        Upper triangles of their covariances now, row by row.
+    walks : (n, k, 3) float64
+        Upper triangles of the covariances of the mean velocities since now, see `walks_of`.
     points : (n,) int64
         So many of the times are good; a track with fewer than two is in no pair.
     heights : (n, CLIMB_COUNT) float64
         Heights now with their rates and covariance, as in `tracking.climbs`; NaN where unknown.
     shared : (n, 4, c) float64
         What a standard deviation of each of the biases, taken for independent, does to the state
-        now; part of `covariances`. No columns where tracks are taken for independent.
+        now; part of `now`. No columns where tracks are taken for independent.
     """
 
     times_s: NDArray[np.float64]
     means: NDArray[np.float64]
-    covariances: NDArray[np.float64]
+    now: NDArray[np.float64]
+    walks: NDArray[np.float64]
     points: NDArray[np.int64]
     heights: NDArray[np.float64]
     shared: NDArray[np.float64]
+
+
+def walks_of(
+    times_s: NDArray[np.float64], now: NDArray[np.float64], spreads: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return what the covariances of forecast positions say of the mean velocities since now.
+
+    Parameters
+    ----------
+    times_s : (k,) ndarray
+        Times from now, s, ascending from 0.
+    now : (n, 10) ndarray
+        Upper triangles of the covariances of the states now.
+    spreads : (n, k, 3) ndarray
+        Upper triangles of the covariances of the positions at the times, m².
+
+    Returns
+    -------
+    (n, k, 3) ndarray
+        V with spread = A + t (C + Cᵀ) + t² V, (m/s)²; at time 0 that of the velocity.
+
+    Notes
+    -----
+    A forecast of any kind gives positions with covariances; no more is asked of it.
+    """
+    walks = np.empty_like(spreads)
+    # Of (A, C; Cᵀ, U): what is common of position and velocity, and U.
+    common = np.stack([2.0 * now[:, 2], now[:, 3] + now[:, 5], 2.0 * now[:, 6]], axis=-1)
+    walks[:, 0] = now[:, [7, 8, 9]]
+    later = times_s[1:, None]
+    grown = spreads[:, 1:] - now[:, None, [0, 1, 4]] - later * common[:, None]
+    walks[:, 1:] = grown / later**2
+    return walks
 
 
 class Pairs(NamedTuple):

@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from multiradar.estimation.filters._height_kernels import CLIMB_DENSITY
+from multiradar.tracking.climbs import CLIMB_COUNT
 from multiradar.tracking.encounters.approaches import (
     bounds,
     chances,
@@ -54,3 +56,43 @@ def test_the_chance_and_the_bounds_are_those_of_drawn_motions(name: str, errors:
     room = 3.0 * (0.025 * 0.975 / DRAWN) ** 0.5 + 0.005
     assert (least < low[0]).mean() == pytest.approx(0.025, abs=room)
     assert (least > high[0]).mean() == pytest.approx(0.025, abs=room)
+
+
+#: Height of the second above the first, its rate, and how uncertain both are.
+CLIMBS = {
+    "level, one above the other": [600.0, 0.0, 15.0, 0.3],
+    "level, at one height": [30.0, 0.0, 15.0, 0.3],
+    "through the other": [1500.0, -13.0, 20.0, 2.0],
+    "away": [500.0, 8.0, 20.0, 2.0],
+}
+
+
+@pytest.mark.parametrize("climb", CLIMBS)
+@pytest.mark.parametrize("name", ["crossing", "head-on", "formation", "slow, at the end"])
+def test_the_chance_in_height_is_that_of_drawn_motions(name: str, climb: str) -> None:
+    """Heights walk as their filter takes them to; at every second it is asked who is near in both.
+
+    To 0.05: within the time of being near, rates of climb are taken as constant.
+    """
+    states, spreads = _meeting(name, "good")
+    height, rate, sigma, rate_sigma = CLIMBS[climb]
+    heights = np.zeros((2, CLIMB_COUNT))
+    heights[1, :2] = height, rate
+    heights[:, 2], heights[:, 4] = 0.5 * sigma**2, 0.5 * rate_sigma**2
+    paths = straight_paths(states, spreads, TIMES_S)._replace(heights=heights)
+    pair = np.array([[0, 1]])
+    found = closest_approaches(paths, pair, np.eye(2)[None], 5_000.0)
+    _, both = chances(found, heights_between(paths, pair), 5_000.0, 300.0)
+    rng, count = np.random.default_rng(6), 4_000
+    drawn = rng.multivariate_normal(states[1] - states[0], spreads.sum(axis=0), count)
+    up = height + sigma * rng.normal(size=count)
+    climbing = rate + rate_sigma * rng.normal(size=count)
+    near = np.zeros(count, np.bool_)
+    for time_s in range(121):
+        place = drawn[:, :2] + time_s * drawn[:, 2:]
+        near |= (np.hypot(*place.T) < 5_000.0) & (np.abs(up) < 300.0)
+        # Two aircraft, each with the density of the filter of heights, through a second.
+        push = rng.normal(size=(2, count)) * (2.0 * CLIMB_DENSITY) ** 0.5
+        up += climbing + 0.5 * push[0] + push[1] / 12.0**0.5
+        climbing += push[0]
+    assert both[0] == pytest.approx(near.mean(), abs=0.05)
