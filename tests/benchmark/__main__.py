@@ -9,6 +9,7 @@ from time import perf_counter
 
 from benchmark import (
     conversion,
+    encounters,
     filters,
     ingest,
     joint_cost,
@@ -28,6 +29,7 @@ SUITES: dict[str, tuple[str, Callable[[Plan], list[Row]]]] = {
     "tracker": (tracker.TEXT, tracker.run),
     "ingest": (ingest.TEXT, ingest.run),
     "queries": (queries.TEXT, queries.run),
+    "encounters": (encounters.TEXT, encounters.run),
     "zenoh": (updates.TEXT, updates.run),
     "converter": (conversion.TEXT, conversion.run),
 }

@@ -14,7 +14,7 @@ from multiradar.tracking.encounters._search_kernels import (
 )
 
 #: Most pairs that are told of.
-PAIRS_MAX = 100_000
+PAIRS_MAX = 50_000
 #: Most pairs that are looked at, those of each piece of the horizon counted anew.
 LOOKS_MAX = 20_000_000
 
