@@ -46,6 +46,22 @@ def test_a_run_writes_its_five_files_and_prints_the_biases(
     assert [path.name for path in tmp_path.iterdir()] == ["out"]
 
 
+def test_encounters_are_written_when_they_are_asked_for(
+    scene: tuple[Path, Path], tmp_path: Path
+) -> None:
+    measurements, sensors = scene
+    out = tmp_path / "out"
+    asked = ("--encounters", 60, "--encounter-distance-m", 8000, "--encounter-height-m", 305)
+    assert _track(measurements, "--sensors", sensors, "--out", out, *asked) == 0
+    assert sorted(path.name for path in out.iterdir()) == sorted([*FILES, "encounters.parquet"])
+    table = pl.read_parquet(out / "encounters.parquet")
+    assert table.height > 0
+    beyond = (pl.col("distance_m") > 8000.0) | (pl.col("time_to_closest_s") > 60.0)
+    assert table.filter(beyond).is_empty()
+    report = Report.model_validate_json((out / "report.json").read_text(encoding="utf-8"))
+    assert {one.file: one.rows for one in report.outputs}["encounters.parquet"] == table.height
+
+
 def test_what_one_radar_alone_cannot_tell_is_said(
     scene: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -120,3 +120,12 @@ def test_a_plane_cannot_be_changed() -> None:
     with pytest.raises(dataclasses.FrozenInstanceError):
         plane.latitude_rad = 0.0  # type: ignore[misc]
     assert plane == plane_at((56.0, 61.0))
+
+
+def test_what_is_beyond_the_edge_is_told_without_a_refusal() -> None:
+    """The plane ends at 60°: 5 517 km of it in every direction."""
+    plane = SystemPlane(np.radians(50.0), np.radians(15.0))
+    east_m = np.array([0.0, 5.4e6, 5.6e6, -5.6e6, 7e6, np.nan, np.inf])
+    found = plane.contains(east_m, np.zeros(7))
+    assert found.tolist() == [True, True, False, False, False, False, False]
+    plane.to_geodetic(east_m[found], np.zeros(2))

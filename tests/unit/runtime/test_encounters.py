@@ -1,24 +1,31 @@
 """Encounters of live tracks: who takes part, what is told, the same as forecasts and all pairs."""
 
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
+import polars as pl
 import pytest
 
 from multiradar.errors import ForecastError
 from multiradar.geodesy.polar import slant_range_azimuth
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.encounter_query import EncounterQuery
+from multiradar.runtime.encounter_table import EncounterTable
 from multiradar.runtime.encounters import Sky, encounters, no_encounters
 from multiradar.runtime.engine import Engine
 from multiradar.runtime.forecasts import forecast_points
 from multiradar.runtime.history import UPDATE_DTYPE, update_rows
+from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.live_tracks import LiveTracks
+from multiradar.runtime.publication import Publication
 from multiradar.tracking.outputs import STATE_CONFIRMED, STATE_TENTATIVE, TrackStates
 from multiradar.tracking.settings import TrackingSettings
+from multiradar.wire import measurement_batch
 from multiradar_schemas.encounter import Encounters
 from support.encounter_paths import covariance
+from support.live_scene import recording, sensors
 from support.scenes import Flight, Radar, make_scene
 
 PLANE = SystemPlane(np.radians(50.0), np.radians(15.0))
@@ -70,7 +77,8 @@ def test_two_that_cross_meet_where_their_forecasts_say() -> None:
         assert getattr(found, f"{side}_longitude_deg") == pytest.approx(points[0]["longitude_deg"])
         assert getattr(found, f"{side}_age_s") == age_s
         ends.append(np.radians([points[0]["latitude_deg"], points[0]["longitude_deg"]]))
-    range_m, _, _ = slant_range_azimuth((*map(float, ends[0]), 9000.0), *ends[1], 9000.0)
+    first = (float(ends[0][0]), float(ends[0][1]), 9000.0)
+    range_m, _, _ = slant_range_azimuth(first, ends[1][0], ends[1][1], 9000.0)
     # 1 km along the Earth against its chord: parts in 1e6.
     assert found.distance_m == pytest.approx(float(range_m), abs=0.1)
     assert found.distance_low_m < found.distance_m < found.distance_high_m
@@ -237,6 +245,36 @@ def test_what_the_biases_do_to_both_alike_does_not_part_them() -> None:
     assert apart["distance_sigma_m"] > 600.0
     assert found["distance_sigma_m"] < 150.0
     assert abs(found["distance_m"] - 2e3) < 3.0 * found["distance_sigma_m"]
+
+
+def _states_of(engine: Engine) -> tuple[TrackStates, SystemPlane]:
+    return engine.tracks(), engine.plane
+
+
+@pytest.mark.parametrize("filter_name", ["two-stage", "imm"])
+def test_a_row_of_the_table_is_what_was_answered_at_the_end_of_its_epoch(filter_name: str) -> None:
+    """Streams that end within the recording, asked at once, beside the table of the whole."""
+    settings = TrackingSettings(filter_name=filter_name, reorder_horizon_s=0.0)
+    batch, _ = measurement_batch(recording(900).sort("time_s"), sensors())
+    query = EncounterQuery(60.0, 12_000.0, 200.0, limit=None)
+    engine = Engine(sensors(), settings, pictures=True)
+    table = EncounterTable(query, engine.plane, settings)
+    parts = [table.take(engine.push(batch.take(slice(k, k + 130)))) for k in range(0, 900, 130)]
+    rows = pl.concat([*parts, table.take(engine.flush()), table.finish()])
+    ends_s = rows["time_s"].unique().sort().to_list()
+    assert len(ends_s) == 12, "45 s have as many epochs"
+    for end_s in (ends_s[4], ends_s[-1]):
+        view = Publication(sensors(), settings, RuntimeLimits())
+        assert view.encounters(query)["time_s"] is None
+        short = Engine(sensors(), settings)
+        view.attach(partial(_states_of, short), dict)
+        assert view.encounters(query)["encounters"] == []
+        view.publish(short.push(batch.take(batch.time_s <= end_s)), end_s)
+        view.publish(short.flush(), end_s)
+        answer = view.encounters(query)
+        assert answer["time_s"] == end_s
+        assert answer["total"] > 3
+        assert rows.filter(pl.col("time_s") == end_s).to_dicts() == answer["encounters"]
 
 
 def test_nobody_is_no_encounter() -> None:
