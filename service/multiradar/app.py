@@ -28,10 +28,13 @@ from multiradar.observability.metrics import REGISTRY
 from multiradar.observability.pipeline_metrics import watch_pipeline
 from multiradar.runtime.asterix.channel import Channel
 from multiradar.runtime.asterix.options import channel_options
+from multiradar.runtime.encounter_query import EncounterQuery
+from multiradar.runtime.encounters import Sky, encounters
 from multiradar.runtime.engine import Engine
 from multiradar.runtime.fingerprint import configuration_fingerprint
 from multiradar.runtime.forecasts import propagated
 from multiradar.runtime.limits import RuntimeLimits
+from multiradar.runtime.live_tracks import LiveTracks
 from multiradar.runtime.output_feed import OutputFeed
 from multiradar.runtime.service import Service
 from multiradar.settings import Settings
@@ -253,6 +256,8 @@ def warm_up(sensors: SensorTable, settings: Settings) -> None:
     states = engine.tracks()
     if len(states):
         propagated(states, 0, settings.tracking_settings(), np.ones(1))
+    nobody = Sky(0.0, LiveTracks().all(), states)
+    encounters(nobody, EncounterQuery(), engine.plane, settings.tracking_settings())
     engine.close()
 
 

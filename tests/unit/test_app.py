@@ -1,13 +1,24 @@
 """The composition root hands every setting on."""
 
 from dataclasses import fields
+from typing import Any
 
 import pytest
 
 from multiradar.api.limits import HttpLimits
 from multiradar.app import warm_up, zenoh_options
+from multiradar.runtime.encounter_query import EncounterQuery
+from multiradar.runtime.encounters import Sky, encounters
+from multiradar.runtime.engine import Engine
+from multiradar.runtime.history import update_rows
 from multiradar.runtime.limits import RuntimeLimits
+from multiradar.runtime.live_tracks import LiveTracks
 from multiradar.settings import HttpSettings, RuntimeSettings, load_settings
+from multiradar.tracking.encounters._approach_kernels import find_approaches
+from multiradar.tracking.encounters._chance_kernels import find_bounds, find_chances
+from multiradar.tracking.encounters._search_kernels import find_pairs
+from multiradar.tracking.settings import TrackingSettings
+from multiradar.wire import measurement_batch
 from support import live_scene
 
 
@@ -39,3 +50,20 @@ def test_warming_up_makes_the_first_forecast_ready(monkeypatch: pytest.MonkeyPat
     )
     warm_up(live_scene.sensors(), load_settings(None, {"tracking": {"filter_name": "imm"}}))
     assert ahead
+
+
+def test_warming_up_makes_the_first_answer_about_encounters_ready() -> None:
+    """What it compiles is what is called: the arrays of nobody are of the same kind."""
+    warm_up(live_scene.sensors(), load_settings(None))
+    kernels: tuple[Any, ...] = (find_pairs, find_approaches, find_chances, find_bounds)
+    before = [set(kernel.signatures) for kernel in kernels]
+    assert all(before)
+    table, settings = live_scene.sensors(), TrackingSettings()
+    engine, live = Engine(table, settings), LiveTracks()
+    live.update(
+        update_rows(engine.push(measurement_batch(live_scene.recording(900), table)[0]).updates)
+    )
+    sky = Sky(live_scene.START_S, live.all(), engine.tracks())
+    found = encounters(sky, EncounterQuery(distance_m=2e4, height_m=500.0), engine.plane, settings)
+    assert found["count"] > 0
+    assert [set(kernel.signatures) for kernel in kernels] == before

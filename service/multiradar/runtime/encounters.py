@@ -179,7 +179,7 @@ def _found(paths: Paths, pairs: Pairs, query: EncounterQuery, plane: SystemPlane
     tracks = pairs.tracks
     # Where they meet is found on the plane, how near they come there in true metres.
     flat = closest_approaches(
-        paths, tracks, np.broadcast_to(np.eye(2), (len(tracks), 2, 2)), query.distance_m
+        paths, tracks, np.tile(np.eye(2), (len(tracks), 1, 1)), query.distance_m
     )
     middle = 0.5 * (flat.first + flat.second)
     height_m = np.nan_to_num(np.fmax(*paths.heights[tracks, CLIMB_HEIGHT].T))
