@@ -46,6 +46,8 @@ CHORD_COUNT = 15
 #: The relative velocity of two tracks that fly together is none that could be told from zero:
 #: the 99 % point of χ² with two degrees of freedom.
 TOGETHER_CHI_SQUARED = 9.21
+#: Below this, (m/s)², the variance of a velocity is a rounding error.
+VELOCITY_FLOOR = 1e-9
 #: A chord is not shorter, s: of a moment it would say nothing of the velocity.
 CHORD_MIN_S = 1.0
 
@@ -231,7 +233,8 @@ def is_slow(
     spread: tuple[float, float, float, float, float, float, float, float, float, float],
 ) -> bool:  # fmt: skip
     """Return whether a relative velocity cannot be told from zero: w S⁻¹ w below its bound."""
-    a, b, d = spread[7], spread[8], spread[9]
+    # Of velocities without errors only equal ones are.
+    a, b, d = spread[7] + VELOCITY_FLOOR, spread[8], spread[9] + VELOCITY_FLOOR
     determinant = max(a * d - b * b, 0.0)
     return wx * wx * d - 2.0 * wx * wy * b + wy * wy * a <= TOGETHER_CHI_SQUARED * determinant
 

@@ -4,7 +4,13 @@ import numpy as np
 import pytest
 
 from multiradar.tracking.encounters import _approach_kernels as kernels
-from multiradar.tracking.encounters.approaches import closest_approaches, height_at, least_heights
+from multiradar.tracking.encounters.approaches import (
+    bounds,
+    chances,
+    closest_approaches,
+    height_at,
+    least_heights,
+)
 from multiradar.tracking.encounters.pairs import Paths
 from multiradar.tracking.forecast import forecast
 from support.encounter_paths import covariance, straight_paths
@@ -121,3 +127,20 @@ def test_a_path_that_bends_is_followed() -> None:
     found = closest_approaches(paths, PAIR, np.eye(2)[None], 9260.0)
     # A cubic through points 54° apart is within 1 % of its circle; of 103°, within 4 %.
     assert found.distance_m[0] == pytest.approx(2000.0, rel=0.04)
+
+
+@pytest.mark.parametrize(("rate_mps", "together"), [(0.0, True), (-10.0, False)])
+def test_states_without_errors_meet_where_they_meet(rate_mps: float, together: bool) -> None:
+    """They are 1 km apart; what closes in reaches the other, and its interval has no width."""
+    states = np.array([[0.0, 0.0, 200.0, 0.0], [1000.0, 30.0, 200.0 + rate_mps, 0.0]])
+    paths = straight_paths(states, np.zeros((2, 4, 4)), TIMES_S)
+    found = closest_approaches(paths, PAIR, np.eye(2)[None], 9260.0)
+    assert found.together[0] == together
+    assert found.time_s[0] == pytest.approx(0.0 if together else 100.0)
+    assert found.distance_m[0] == pytest.approx(np.hypot(1000.0, 30.0) if together else 30.0)
+    low_m, high_m = bounds(found)
+    assert low_m[0] == pytest.approx(found.distance_m[0], abs=0.1)
+    assert high_m[0] == pytest.approx(found.distance_m[0], abs=0.1)
+    for distance_m, certain in ((found.distance_m[0] - 1.0, 0.0), (found.distance_m[0] + 1.0, 1.0)):
+        within, _ = chances(found, np.full((1, 6), np.nan), distance_m, None)
+        assert within[0] == certain
