@@ -139,6 +139,54 @@ ENCOUNTER_SCHEMA = pl.Schema(
     }
 )
 
+_NUMBERS = pl.List(pl.Float64())
+
+#: `trajectories.parquet`: one row for each epoch and track whose bundle took a plot in it.
+TRAJECTORY_SCHEMA = pl.Schema(
+    {
+        "track_id": pl.Int64(),
+        "time_s": pl.Float64(),
+        "window_begin_s": pl.Float64(),
+        "plots": pl.Int64(),
+        "restarts": pl.Int64(),
+        "height_m": pl.Float64(),
+        "latitude_deg": pl.Float64(),
+        "longitude_deg": pl.Float64(),
+        "position_sigma_m": pl.Float64(),
+        "speed_mps": pl.Float64(),
+        "heading_deg": pl.Float64(),
+        "velocity_east_mps": pl.Float64(),
+        "velocity_north_mps": pl.Float64(),
+        "covariance": _NUMBERS,
+        "lateral_mps2": pl.Float64(),
+        "longitudinal_mps2": pl.Float64(),
+        "straight_probability": pl.Float64(),
+        "right_probability": pl.Float64(),
+        "left_probability": pl.Float64(),
+        "faster_probability": pl.Float64(),
+        "slower_probability": pl.Float64(),
+        "weights": _NUMBERS,
+        "segment_trajectory": pl.List(pl.Int64()),
+        "segment_begin_s": _NUMBERS,
+        "segment_end_s": _NUMBERS,
+        "segment_kind": pl.List(pl.String()),
+        "segment_lateral_mps2": _NUMBERS,
+        "segment_longitudinal_mps2": _NUMBERS,
+        "point_time_s": _NUMBERS,
+        "best_latitude_deg": _NUMBERS,
+        "best_longitude_deg": _NUMBERS,
+        "best_position_sigma_m": _NUMBERS,
+        "best_speed_mps": _NUMBERS,
+        "best_heading_deg": _NUMBERS,
+        "weighted_latitude_deg": _NUMBERS,
+        "weighted_longitude_deg": _NUMBERS,
+        "weighted_position_sigma_m": _NUMBERS,
+        "weighted_speed_mps": _NUMBERS,
+        "weighted_heading_deg": _NUMBERS,
+        "reason": pl.String(),
+    }
+)
+
 #: `biases.parquet`: one row for each sensor, parameter and epoch.
 BIAS_SCHEMA = pl.Schema(
     {

@@ -20,6 +20,7 @@ from multiradar_schemas.arrow import (
     MEASUREMENT_SCHEMA,
     OBSERVABILITY_SCHEMA,
     TRACK_SCHEMA,
+    TRAJECTORY_SCHEMA,
     TRANSITION_SCHEMA,
 )
 from multiradar_schemas.bias import BiasEstimate
@@ -33,6 +34,7 @@ from multiradar_schemas.reject import Reject
 from multiradar_schemas.report import Report
 from multiradar_schemas.sensor import SensorsFile
 from multiradar_schemas.track import Track, TrackUpdate
+from multiradar_schemas.trajectories import Trajectories
 from multiradar_schemas.transition import Transition
 
 FOLDER = Path(__file__).parent / "json"
@@ -51,6 +53,7 @@ _MODELS: dict[str, TypeAdapter[Any]] = {
     "encounters": TypeAdapter(Encounters),
     "manoeuvre-plane": TypeAdapter(ManoeuvrePlane),
     "observability": TypeAdapter(Observability),
+    "trajectories": TypeAdapter(Trajectories),
     "reject": TypeAdapter(Reject),
     "report": TypeAdapter(Report),
 }
@@ -67,17 +70,21 @@ _TABLES = {
         ENCOUNTER_SCHEMA,
         tuple(n for n, f in Encounter.model_fields.items() if "None" not in str(f.annotation)),
     ),
+    "trajectories": (TRAJECTORY_SCHEMA, ("track_id", "time_s")),
     "biases": (BIAS_SCHEMA, tuple(BIAS_SCHEMA.names())),
     "health": (
         HEALTH_SCHEMA,
         tuple(n for n, f in RadarHealth.model_fields.items() if "None" not in str(f.annotation)),
     ),
 }
-_ARROW_NAMES = {
+_ARROW_NAMES: dict[pl.DataType, str] = {
     pl.Float64(): "float64",
     pl.Int64(): "int64",
     pl.String(): "utf8",
     pl.Boolean(): "bool",
+    pl.List(pl.Float64()): "list<float64>",
+    pl.List(pl.Int64()): "list<int64>",
+    pl.List(pl.String()): "list<utf8>",
 }
 
 

@@ -37,6 +37,14 @@ from multiradar_schemas.sensor import (
 )
 from multiradar_schemas.sensor_bias import RangeOffset, SensorBias
 from multiradar_schemas.track import Track, TrackUpdate
+from multiradar_schemas.trajectories import (
+    TRAJECTORY_REASON_MEANINGS,
+    Trajectories,
+    Trajectory,
+    TrajectoryEstimate,
+    TrajectoryPoint,
+    TrajectorySegment,
+)
 from multiradar_schemas.transition import REASON_MEANINGS, Transition
 
 _INTRODUCTION = """# Fields
@@ -68,6 +76,20 @@ _PLANES = """
 The file has a row for each track and epoch in which it was updated. Where the plots determine no
 plane all but `track_id`, `time_s` and `window_s` is null and the column `reason` says why; over
 HTTP that is a problem document, 409, with the reason as its `code`.
+"""
+
+_TRAJECTORIES = """
+## Trajectories: `GET /v1/tracks/{id}/trajectories`, Zenoh, `trajectories.parquet`
+
+Where there are none the answer is a problem document, 409, with the reason as its `code`.
+"""
+_TRAJECTORY_TABLE = """
+The file has a row for each epoch and track whose bundle took a plot in it, as the bundle was after
+the last of them: the figures above and those of `estimate` under their names; `weights` by
+trajectory; the segments of all trajectories one after the other, in lists `segment_…`, with the
+number of their trajectory, from 0, in `segment_trajectory`; and paths at multiples of 5 s, in lists
+`best_…` and `weighted_…` beside `point_time_s`. Where there are no trajectories yet all but
+`track_id` and `time_s` is null and the column `reason` says why.
 """
 
 
@@ -108,6 +130,7 @@ def _lines() -> Iterator[str]:
     yield from _table(ForecastPoint)
     yield from _encounter_lines()
     yield from _plane_lines()
+    yield from _trajectory_lines()
     yield "\n## Refusals: `rejects.ndjson`\n"
     yield "Exactly one of `line` and `offset` is there.\n"
     yield from _table(Reject)
@@ -151,6 +174,22 @@ def _plane_lines() -> Iterator[str]:
     yield "\n## Observability: `observability.parquet`, `GET /v1/tracks/{id}/observability`\n"
     yield "The file has a row for each track and epoch in which it was updated.\n"
     yield from _table(Observability, tuple(OBSERVABILITY_SCHEMA), dict(OBSERVABILITY_SCHEMA))
+
+
+def _trajectory_lines() -> Iterator[str]:
+    yield _TRAJECTORIES
+    yield from _table(Trajectories)
+    for title, model in (
+        ("`estimate`", TrajectoryEstimate),
+        ("Each of `trajectories`", Trajectory),
+        ("Each segment", TrajectorySegment),
+        ("Each point of `best` and `weighted`", TrajectoryPoint),
+    ):
+        yield f"\n{title}:\n"
+        yield from _table(model)
+    yield "\n| reason | meaning |\n|---|---|"
+    yield from (f"| `{name}` | {meaning} |" for name, meaning in TRAJECTORY_REASON_MEANINGS.items())
+    yield _TRAJECTORY_TABLE
 
 
 def _table(

@@ -37,6 +37,8 @@ from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.live_tracks import LiveTracks
 from multiradar.runtime.output_feed import OutputFeed
 from multiradar.runtime.service import Service
+from multiradar.runtime.trajectories.feed import TrajectoryFeed
+from multiradar.runtime.trajectories.options import trajectory_options
 from multiradar.settings import Settings
 from multiradar.storage.sqlite_journal import SqliteJournal
 from multiradar.tracking.measurements import MISSING_INTEGER, MeasurementBatch
@@ -81,6 +83,7 @@ class Application:
         self._http = HttpServer(self.service, settings, on_failure)
         self._gateway: ZenohGateway | None = None
         self._sender = asterix_sender(self.service, settings, sensors)
+        self._trajectories = trajectory_feed(self.service, settings, sensors)
         self._started = False
 
     @property
@@ -110,9 +113,10 @@ class Application:
         warm_up(sensors=self._sensors, settings=self._settings)
         if self._sender is not None:
             self._sender.start()
+        if self._trajectories is not None:
+            self._trajectories.start()
         self.service.start()
-        if self._sender is not None:
-            self._sender.begin()
+        self._begin()
         if self._settings.zenoh.enabled:
             self._gateway = ZenohGateway(self.service, zenoh_options(self._settings))
             self._gateway.start()
@@ -125,6 +129,13 @@ class Application:
         self._started = True
         _log.info("started", http=self.http_url)
 
+    # The journal was played: what follows is new.
+    def _begin(self) -> None:
+        if self._trajectories is not None:
+            self._trajectories.begin()
+        if self._sender is not None:
+            self._sender.begin()
+
     def stop(self) -> None:
         """Take nothing more, finish what was taken, close everything; in any state."""
         self._unwatch()
@@ -133,6 +144,8 @@ class Application:
         if self._gateway is not None:
             self._gateway.stop()
         self._http.stop()
+        if self._trajectories is not None:
+            self._trajectories.stop()
         self.service.stop()
         if self._sender is not None:
             self._sender.stop()
@@ -176,6 +189,19 @@ def asterix_sender(
     )
     service.view.count_edge("asterix_output", sender.counts)
     return sender
+
+
+def trajectory_feed(
+    service: Service, settings: Settings, sensors: SensorTable
+) -> TrajectoryFeed | None:
+    """Return what makes bundles of trajectories, None when nobody wants any; not started."""
+    wanted = settings.trajectories
+    if not wanted.aircraft_max:
+        return None
+    options = trajectory_options(**wanted.model_dump())
+    feed = TrajectoryFeed(options, sensors, settings.tracking_settings())
+    service.view.keep(feed)
+    return feed
 
 
 def zenoh_options(settings: Settings) -> ZenohOptions:

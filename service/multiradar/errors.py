@@ -28,6 +28,7 @@
     ├── QueueFullError              a bounded queue is full; try again later
     ├── ForecastError               a forecast is asked for farther or finer than is given
     ├── PlaneError                  points that determine no plane
+    ├── TrajectoryError             a track that has no trajectories to tell
     ├── BearingsError               lines of sight that determine no place
     ├── RequestError                a request over HTTP that is refused, with its status and code
     └── PeerError                   another process did not answer as agreed
@@ -238,6 +239,14 @@ class ForecastError(MultiradarError):
 
 class PlaneError(MultiradarError):
     """Points determine no plane; `code` says why, for programs."""
+
+    def __init__(self, code: str, reason: str) -> None:
+        self.code = code
+        super().__init__(reason)
+
+
+class TrajectoryError(MultiradarError):
+    """A track has no trajectories to tell; `code` says why, for programs."""
 
     def __init__(self, code: str, reason: str) -> None:
         self.code = code

@@ -80,6 +80,14 @@ class RuntimeSettings(Section):
     retry_after_s: Seconds = 1.0
 
 
+class TrajectorySettings(Section):
+    """Bundles of trajectories: for how many tracks at once (0: none), and how hard turns may be."""
+
+    aircraft_max: Annotated[int, BeforeValidator(plain_number), Field(ge=0, le=10_000)] = 0
+    plots_waiting_max: Count = 500_000
+    lateral_max_mps2: Annotated[float, Field(ge=0.5, le=20.0)] = 4.0
+
+
 class ZenohSettings(Section):
     """How the service takes part in Zenoh; by default on loopback only and without multicast."""
 
@@ -199,6 +207,7 @@ class Settings(BaseSettings):
     server: ServerSettings = ServerSettings()
     http: HttpSettings = HttpSettings()
     runtime: RuntimeSettings = RuntimeSettings()
+    trajectories: TrajectorySettings = TrajectorySettings()
     zenoh: ZenohSettings = ZenohSettings()
     journal: JournalSettings = JournalSettings()
     log: LogSettings = LogSettings()

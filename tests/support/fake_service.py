@@ -75,6 +75,7 @@ class FakeView:
     failure: Exception | None = None
     plane_failure: Exception | None = None
     asked: EncounterQuery | None = None
+    trajectory_failure: Exception | None = None
     entered: threading.Event = field(default_factory=threading.Event)
     gate: threading.Event | None = None
 
@@ -140,6 +141,13 @@ class FakeView:
         if self.track(track_id) is None:
             return None
         return {"track_id": track_id, "window_s": window_s, "is_observable": False}
+
+    def trajectories(self, track_id: int, points: int, step_s: int) -> dict[str, Any] | None:
+        if self.trajectory_failure is not None:
+            raise self.trajectory_failure
+        if self.track(track_id) is None:
+            return None
+        return {"track_id": track_id, "points": points, "step_s": step_s}
 
     def sensors(self) -> list[dict[str, Any]]:
         return [{"id": "41-10", "kind": "radar", "updates": 7, "range_max_m": float("inf")}]

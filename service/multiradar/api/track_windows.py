@@ -7,13 +7,20 @@ from starlette.responses import Response
 
 from multiradar.api.access import Granted
 from multiradar.api.documents import NOT_FOUND
-from multiradar.api.query import Number, TrackId, strict_query
+from multiradar.api.query import Integer, Number, TrackId, strict_query
 from multiradar.api.tables import json_response
 from multiradar.api.tracks import track_not_found
-from multiradar.errors import PlaneError, RequestError
+from multiradar.errors import PlaneError, RequestError, TrajectoryError
 from multiradar.runtime.track_windows import WINDOW_DEFAULT_S, WINDOW_MAX_S, WINDOW_MIN_S
+from multiradar.runtime.trajectories.document import (
+    POINTS_DEFAULT,
+    POINTS_MAX,
+    STEP_DEFAULT_S,
+    STEP_MAX_S,
+)
 from multiradar_schemas.manoeuvre_plane import ManoeuvrePlane
 from multiradar_schemas.observability import Observability
+from multiradar_schemas.trajectories import Trajectories
 
 router = APIRouter(prefix="/v1/tracks", tags=["tracks"], dependencies=[Depends(strict_query)])
 
@@ -28,6 +35,22 @@ Window = Annotated[
 ]
 _ANSWERS: dict[int | str, dict[str, Any]] = NOT_FOUND | {
     409: {"description": "The plots of the window determine no plane; `code` says why"}
+}
+
+Points = Annotated[
+    Integer,
+    Query(
+        ge=0, le=POINTS_MAX, description="Most points of each path, the last ones", examples=[30]
+    ),
+]
+PointStep = Annotated[
+    Integer,
+    Query(
+        ge=1, le=STEP_MAX_S, description="Whole seconds between the points of a path", examples=[5]
+    ),
+]
+_TRAJECTORY_ANSWERS: dict[int | str, dict[str, Any]] = NOT_FOUND | {
+    409: {"description": "There are no trajectories of the track; `code` says why"}
 }
 
 
@@ -54,3 +77,20 @@ async def get_observability(
     if found is None:
         raise track_not_found(track_id)
     return json_response(found)
+
+
+@router.get("/{track_id}/trajectories", response_model=Trajectories, responses=_TRAJECTORY_ANSWERS)
+async def get_trajectories(
+    track_id: TrackId,
+    access: Granted,
+    points: Points = POINTS_DEFAULT,
+    step_s: PointStep = STEP_DEFAULT_S,
+) -> Response:
+    """Return how a live track flew over its last 90 s, in several versions with weights."""
+    try:
+        told = await access.workers.run(access.view.trajectories, track_id, points, step_s)
+    except TrajectoryError as error:
+        raise RequestError(409, error.code, str(error)) from error
+    if told is None:
+        raise track_not_found(track_id)
+    return json_response(told)

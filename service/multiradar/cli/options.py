@@ -190,6 +190,27 @@ EncounterHeightOption = Annotated[
         show_default="any height",
     ),
 ]
+TrajectoriesOption = Annotated[
+    bool,
+    typer.Option(
+        "--trajectories",
+        help="Write trajectories.parquet: how each aircraft flew over its last 90 s, by epochs. It "
+        "takes milliseconds a plot.",
+    ),
+]
+#: Tracks with trajectories at once where nobody says otherwise: 0.2 MB each.
+TRAJECTORY_AIRCRAFT_DEFAULT = 1000
+TrajectoryAircraftOption = Annotated[
+    int | None,
+    typer.Option(
+        "--trajectory-aircraft-max",
+        metavar="N",
+        min=1,
+        max=10_000,
+        help="Tracks that have trajectories at once, at most; others wait for room.",
+        show_default=f"that of the settings, else {TRAJECTORY_AIRCRAFT_DEFAULT}",
+    ),
+]
 ConfigOption = Annotated[
     Path | None,
     typer.Option(

@@ -21,6 +21,7 @@ from multiradar.cli.inputs import (
 )
 from multiradar.cli.options import (
     TRACKING_DEFAULTS,
+    TRAJECTORY_AIRCRAFT_DEFAULT,
     AllowMissingOption,
     ConfigOption,
     DateOption,
@@ -37,6 +38,8 @@ from multiradar.cli.options import (
     PlanesOption,
     ProfileOption,
     SensorsOption,
+    TrajectoriesOption,
+    TrajectoryAircraftOption,
     chosen_kinds,
     hidden_fields,
 )
@@ -44,6 +47,7 @@ from multiradar.cli.progress import progress_bar
 from multiradar.errors import InputError
 
 if TYPE_CHECKING:
+    from multiradar.runtime.trajectories.options import TrajectoryOptions
     from multiradar.settings import Settings
     from multiradar_schemas.report import Report
 
@@ -103,6 +107,8 @@ def track(
     encounters: EncountersOption = None,
     encounter_distance_m: EncounterDistanceOption = 9260.0,
     encounter_height_m: EncounterHeightOption = None,
+    trajectories: TrajectoriesOption = False,
+    trajectory_aircraft_max: TrajectoryAircraftOption = None,
     asterix: Annotated[
         Path | None,
         typer.Option(
@@ -150,6 +156,7 @@ def track(
             plane_window_s=manoeuvre_planes,
             observability_window_s=observability,
             encounters=query,
+            trajectories=_trajectories(whole, trajectory_aircraft_max) if trajectories else None,
         )
         with progress_bar("tracking", recording.rows) as on_progress:
             result = track_recording(
@@ -174,6 +181,14 @@ def track(
         codes = codes_told({str(code): n for code, n in report.rejected_by_code.items()})
         msg = f"none of {report.counts.read} measurements accepted: {codes}; {out} says why"
         raise InputError(msg)
+
+
+def _trajectories(settings: "Settings", aircraft_max: int | None) -> "TrajectoryOptions":
+    from multiradar.runtime.trajectories.options import trajectory_options
+
+    wanted = settings.trajectories
+    most = aircraft_max or wanted.aircraft_max or TRAJECTORY_AIRCRAFT_DEFAULT
+    return trajectory_options(**wanted.model_dump() | {"aircraft_max": most})
 
 
 @contextmanager

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.restoration import _layout as layout
+from multiradar.restoration.settings import BundleSettings
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -34,6 +35,18 @@ class BundleMemory(NamedTuple):
     traces: Floats
     order: Integers
     kept: Integers
+
+
+class Scratch(NamedTuple):
+    """All that a bundle works in and need not keep from plot to plot."""
+
+    settling: SettlingMemory
+    bundle: BundleMemory
+
+
+def scratch(settings: BundleSettings) -> Scratch:
+    """Return memory for bundles of these settings that take their plots one after the other."""
+    return Scratch(settling_memory(), bundle_memory(settings.window_s + settings.ahead_s))
 
 
 def settling_memory() -> SettlingMemory:

@@ -11,10 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 from multiradar.errors import RestorationError, TimeOrderError
 from multiradar.estimation.array_checks import finite_array
 from multiradar.restoration import _layout as layout
-from multiradar.restoration._arc_kernels import state_at, surprises
+from multiradar.restoration._arc_kernels import surprises
 from multiradar.restoration._bundle_kernels import RECENT, take_plot
-from multiradar.restoration._memory import bundle_memory, settling_memory
-from multiradar.restoration._settling_kernels import settle
+from multiradar.restoration._memory import Scratch, scratch
 from multiradar.restoration._thinning_kernels import trace
 from multiradar.restoration.estimate import (
     BEST,
@@ -24,8 +23,9 @@ from multiradar.restoration.estimate import (
     velocity_states,
 )
 from multiradar.restoration.initial import TRIPLE_APART_M, TRIPLE_APART_S
+from multiradar.restoration.path import Path, Window, path_of
 from multiradar.restoration.plot_rows import plot_rows
-from multiradar.restoration.reading import control_track_of, parameters_of, segments_of
+from multiradar.restoration.reading import control_track_of, segments_of
 from multiradar.restoration.settings import KIND_NAMES, BundleSettings
 from multiradar.restoration.starting import first_tracks
 from multiradar.restoration.tracks import GeometricTrack, MeasurementTrack, measurement_track
@@ -43,6 +43,9 @@ class Bundle:
     ----------
     settings : BundleSettings
         Rules of the bundle.
+    memory : Scratch, optional
+        What it works in, of `_memory.scratch(settings)`; bundles that never work at the same time
+        may share one, which saves three quarters of the memory. Its own by default.
 
     References
     ----------
@@ -50,13 +53,12 @@ class Bundle:
     method, least squares in place of the search of section 2.5.
     """
 
-    def __init__(self, settings: BundleSettings) -> None:
+    def __init__(self, settings: BundleSettings, memory: Scratch | None = None) -> None:
         self._settings = settings
         self._kinds, self._rules = settings.kinds(), settings.rules()
         self._tracks = np.zeros((layout.CANDIDATES_MAX, layout.TRACK_COUNT))
         self._plots = np.zeros((2 * layout.WINDOW_PLOTS_MAX, layout.PLOT_COUNT))
-        self._settling = settling_memory()
-        self._memory = bundle_memory(settings.window_s + settings.ahead_s)
+        self._settling, self._memory = memory or scratch(settings)
         # Rows of the window are first … last − 1; the anchor of the tracks is the time of the last
         # plot that left it, or of the first there was.
         self._first = self._last = self._live = 0
@@ -76,6 +78,16 @@ class Bundle:
         The project's own.
         """
         return self._restarts
+
+    @property
+    def plots(self) -> int:
+        """Number of plots in the window.
+
+        References
+        ----------
+        The project's own.
+        """
+        return self._last - self._first
 
     @property
     def window_s(self) -> tuple[float, float]:
@@ -257,23 +269,63 @@ class Bundle:
         ----------
         IMM UrO RAN report (2016), section 2.2.5.
         """
-        weights = self._weights_by(by)
         when = self._now_s() if time_s is None else float(time_s)
-        states, spreads = np.empty((len(weights), 4)), np.empty((len(weights), 4, 4))
-        controls, kinds = np.empty((len(weights), 2)), np.zeros(len(KIND_NAMES))
-        for i, weight in enumerate(weights):
-            track = self._tracks[i]
-            states[i], place = self._state(track, when)
-            spreads[i] = self._spread(track, when)
-            segment = segments_of(track)[place]
-            controls[i] = segment[[layout.LATERAL, layout.LONGITUDINAL]]
-            kinds[int(segment[layout.KIND])] += weight
-        mean = weights @ states
-        off = states - mean
-        covariance = np.einsum("i,ijk->jk", weights, spreads)
-        covariance += np.einsum("i,ij,ik->jk", weights, off, off)
-        lateral, longitudinal = weights @ controls
-        return Estimate(when, mean, covariance, float(lateral), float(longitudinal), kinds)
+        path = self.path([when], by)
+        return Estimate(
+            when, path.state[0], path.covariance[0], float(path.lateral_mps2[0]),
+            float(path.longitudinal_mps2[0]), path.kind_probability[0],
+        )  # fmt: skip
+
+    def path(self, time_s: ArrayLike, by: str = WEIGHTED) -> Path:
+        """Return the motion at many times, with covariances.
+
+        Parameters
+        ----------
+        time_s : (k,) array_like
+            Ascending times, as for `restored`.
+        by : str
+            `best` or `weighted`, as for `estimate`.
+
+        Returns
+        -------
+        Path
+            At these times.
+
+        Raises
+        ------
+        RestorationError
+            If there are no tracks yet.
+        ValueError
+            If `by` is neither.
+
+        References
+        ----------
+        IMM UrO RAN report (2016), section 2.2.5; covariances are the project's own.
+        """
+        times = finite_array(time_s, "times of a path", (None,))
+        weights = self._weights_by(by)
+        plots = self._plots[self._first : self._last]
+        window = Window(self._anchor_s, plots, self._kinds, self._rules)
+        return path_of(self._tracks, weights, window, times, self._settling)
+
+    def copy(self) -> "Bundle":
+        """Return a bundle that says the same, with memory of its own.
+
+        Returns
+        -------
+        Bundle
+            It may be read, and go on, while this one goes on.
+
+        References
+        ----------
+        The project's own.
+        """
+        other = Bundle(self._settings)
+        other._live, other._anchor_s, other._restarts = self._live, self._anchor_s, self._restarts
+        other._last = self._last - self._first
+        other._tracks[: self._live] = self._tracks[: self._live]
+        other._plots[: other._last] = self._plots[self._first : self._last]
+        return other
 
     def _now_s(self) -> float:
         return float(self._plots[self._last - 1, layout.TIME])
@@ -330,28 +382,3 @@ class Bundle:
             self._tracks[: len(tracks)] = tracks
             self._live, self._first = len(tracks), first
             self._anchor_s = float(plots[0, layout.TIME])
-
-    def _state(self, track: Floats, time_s: float) -> tuple[Floats, int]:
-        flown = np.empty(4)
-        segment = state_at(track, self._anchor_s, time_s, flown)
-        return velocity_states(flown), int(segment)
-
-    # Covariance of the state by that of the parameters: J H⁻¹ Jᵀ.
-    def _spread(self, track: Floats, time_s: float) -> Floats:
-        moved = track.copy()
-        settle(
-            moved, self._settling.spare, self._anchor_s, self._plots, self._first, self._last,
-            self._now_s(), self._kinds, self._rules, 0, *self._settling[1:],
-        )  # fmt: skip
-        columns, steps = parameters_of(int(track[layout.COUNT]))
-        slopes = np.empty((4, len(columns)))
-        for j, (column, step) in enumerate(zip(columns, steps, strict=True)):
-            ends = []
-            for way in (step, -step):
-                moved[column] = track[column] + way
-                ends.append(self._state(moved, time_s)[0])
-            moved[column] = track[column]
-            slopes[:, j] = (ends[0] - ends[1]) / (2.0 * step)
-        factor = np.tril(self._settling.H[: len(columns), : len(columns)])
-        root = np.linalg.solve(factor, slopes.T)
-        return np.asarray(root.T @ root)

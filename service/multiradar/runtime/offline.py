@@ -29,6 +29,8 @@ from multiradar.runtime.observabilities import observability_of_track
 from multiradar.runtime.places import Places
 from multiradar.runtime.reject_file import RejectFile, TimeRefusals
 from multiradar.runtime.track_windows import Judge, WindowTable
+from multiradar.runtime.trajectories.options import TrajectoryOptions
+from multiradar.runtime.trajectories.table import TrajectoryTable
 from multiradar.storage.recording import INDEX_COLUMN, Recording
 from multiradar.storage.table_writer import TableWriter
 from multiradar.tracking.duplicates import Duplicates
@@ -47,6 +49,7 @@ from multiradar_schemas.arrow import (
     MANOEUVRE_PLANE_SCHEMA,
     OBSERVABILITY_SCHEMA,
     TRACK_SCHEMA,
+    TRAJECTORY_SCHEMA,
     TRANSITION_SCHEMA,
 )
 
@@ -58,6 +61,7 @@ HEALTH_FILE = "health.parquet"
 PLANES_FILE = "manoeuvre_planes.parquet"
 OBSERVABILITY_FILE = "observability.parquet"
 ENCOUNTERS_FILE = "encounters.parquet"
+TRAJECTORIES_FILE = "trajectories.parquet"
 REJECTS_FILE = "rejects.ndjson"
 
 
@@ -84,6 +88,8 @@ class OfflineJob:
         none are written when absent.
     encounters : EncounterQuery, optional
         Which encounters are written; none when absent.
+    trajectories : TrajectoryOptions, optional
+        Bundles of trajectories; none are made when absent.
     """
 
     recording: Recording
@@ -95,6 +101,7 @@ class OfflineJob:
     plane_window_s: float | None = None
     observability_window_s: float | None = None
     encounters: EncounterQuery | None = None
+    trajectories: TrajectoryOptions | None = None
 
 
 @dataclass(slots=True)
@@ -379,8 +386,15 @@ def _tables(
         if window_s is not None
     }
     if job.encounters is not None:
-        table = EncounterTable(job.encounters, plane, job.settings)
-        tables[ENCOUNTERS_FILE] = table, TableWriter(folder / ENCOUNTERS_FILE, ENCOUNTER_SCHEMA)
+        tables[ENCOUNTERS_FILE] = (
+            EncounterTable(job.encounters, plane, job.settings),
+            TableWriter(folder / ENCOUNTERS_FILE, ENCOUNTER_SCHEMA),
+        )
+    if job.trajectories is not None:
+        tables[TRAJECTORIES_FILE] = (
+            TrajectoryTable(job.trajectories, job.sensors, job.settings),
+            TableWriter(folder / TRAJECTORIES_FILE, TRAJECTORY_SCHEMA),
+        )
     return tables
 
 

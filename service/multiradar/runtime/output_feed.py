@@ -4,6 +4,7 @@ import math
 import threading
 from collections import deque
 from dataclasses import dataclass
+from typing import Protocol
 
 from multiradar.tracking.outputs import EngineOutput
 
@@ -34,6 +35,18 @@ class Fed:
     restarted: bool = False
     caught_up: bool = False
     reached_s: float = -math.inf
+
+
+class OutputReader(Protocol):
+    """Who is handed all output of the engine, in its thread."""
+
+    def put(self, output: EngineOutput) -> None:
+        """Take output."""
+        ...
+
+    def restart(self) -> None:
+        """Hear that the engine begins again."""
+        ...
 
 
 class OutputFeed:

@@ -103,6 +103,10 @@ class View(Protocol):
         """Return whether the last measurements of a track say where it is."""
         ...
 
+    def trajectories(self, track_id: int, points: int, step_s: int) -> dict[str, Any] | None:
+        """Return how a live track flew; raises TrajectoryError where nothing can be told."""
+        ...
+
     def sensors(self) -> list[dict[str, Any]]:
         """Return the sensors."""
         ...

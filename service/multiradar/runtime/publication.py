@@ -13,6 +13,7 @@ import polars as pl
 from numpy.typing import NDArray
 
 from multiradar import wire
+from multiradar.errors import TrajectoryError
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.bias_board import BiasBoard, bias_rows_frame
@@ -26,10 +27,12 @@ from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.live_tracks import LiveTracks, ages_and_states
 from multiradar.runtime.manoeuvre_planes import plane_of_track
 from multiradar.runtime.observabilities import observability_of_track
-from multiradar.runtime.output_feed import OutputFeed
+from multiradar.runtime.output_feed import OutputReader
 from multiradar.runtime.reject_board import RejectBoard
 from multiradar.runtime.sensor_board import SensorBoard
 from multiradar.runtime.track_windows import PLOT_DTYPE, POINTS_MAX, Judge, plot_rows
+from multiradar.runtime.trajectories.document import trajectories_of
+from multiradar.runtime.trajectories.feed import TrajectoryFeed
 from multiradar.runtime.transition_rows import (
     TRANSITION_DTYPE,
     row_transitions,
@@ -63,7 +66,8 @@ class Publication:
         self._states: Callable[[], tuple[TrackStates, SystemPlane]] | None = None
         self._status: Callable[[], dict[str, Any]] = dict
         self._edges: dict[str, Callable[[], dict[str, Any]]] = {}
-        self._feeds: list[OutputFeed] = []
+        self._feeds: list[OutputReader] = []
+        self._trajectories: TrajectoryFeed | None = None
         self._data_time_s: float | None = None
         self._frame = pl.DataFrame()
         self._frame_version = -1
@@ -238,6 +242,39 @@ class Publication:
         """
         return self._judged(observability_of_track, track_id, window_s)
 
+    def trajectories(self, track_id: int, points: int, step_s: int) -> dict[str, Any] | None:
+        """Return how a live track flew, by its bundle of trajectories.
+
+        Parameters
+        ----------
+        track_id : int
+            The track.
+        points : int
+            Points of each path at most, the last ones.
+        step_s : int
+            Whole seconds between them.
+
+        Returns
+        -------
+        dict or None
+            The fields of `multiradar_schemas.trajectories.Trajectories`; None when there is no such
+            live track.
+
+        Raises
+        ------
+        TrajectoryError
+            If there are no trajectories of it; `code` says why.
+        """
+        track = self.track(track_id)
+        if track is None:
+            return None
+        if self._trajectories is None:
+            reason = "trajectories.aircraft_max is 0: this service makes no trajectories"
+            raise TrajectoryError("TRAJECTORIES_OFF", reason)
+        reading, plane = self._trajectories.read(track_id), self._trajectories.plane
+        told = trajectories_of(track_id, reading, plane, points, step_s)
+        return {**told, "state": track["state"], "age_s": track["age_s"]}
+
     def sensors(self) -> list[dict[str, Any]]:
         """Return the sensors by identifier, with their number of updates and the time of the last.
 
@@ -318,7 +355,13 @@ class Publication:
         """
         self._edges[name] = counts
 
-    def feed(self, feed: OutputFeed) -> None:
+    def keep(self, trajectories: TrajectoryFeed) -> None:
+        """Have bundles of trajectories made of the output, and told of. Before the start."""
+        self._trajectories = trajectories
+        self.feed(trajectories)
+        self.count_edge("trajectories", trajectories.counts)
+
+    def feed(self, feed: OutputReader) -> None:
         """Have all output of the engine handed to a reader, too. Before the start."""
         self._feeds.append(feed)
 

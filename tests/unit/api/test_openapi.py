@@ -25,6 +25,7 @@ _PATHS = {
     "/v1/tracks/{track_id}/forecast": ["get"],
     "/v1/tracks/{track_id}/manoeuvre-plane": ["get"],
     "/v1/tracks/{track_id}/observability": ["get"],
+    "/v1/tracks/{track_id}/trajectories": ["get"],
     "/v1/tracks/{track_id}/history": ["get"],
     "/v1/tracks/{track_id}/transitions": ["get"],
 }

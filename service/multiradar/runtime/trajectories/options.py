@@ -1,0 +1,44 @@
+"""What the bundles of a service, or of a run without service, depend on."""
+
+from dataclasses import dataclass, field
+
+from multiradar.errors import ConfigurationError
+from multiradar.restoration.settings import BundleSettings
+
+
+@dataclass(frozen=True, slots=True)
+class TrajectoryOptions:
+    """Bounds and rules of bundles.
+
+    Attributes
+    ----------
+    aircraft_max : int
+        Tracks that have a bundle at once, at most.
+    plots_waiting_max : int
+        Plots that may wait for their bundles.
+    bundle : BundleSettings
+        Rules of each bundle.
+
+    Raises
+    ------
+    ConfigurationError
+        If a bound is below 1.
+    """
+
+    aircraft_max: int
+    plots_waiting_max: int = 500_000
+    bundle: BundleSettings = field(default_factory=BundleSettings)
+
+    def __post_init__(self) -> None:
+        for name in ("aircraft_max", "plots_waiting_max"):
+            value = getattr(self, name)
+            if value < 1:
+                raise ConfigurationError(f"{name}: expected 1 or more, was {value}")
+
+
+def trajectory_options(
+    aircraft_max: int, plots_waiting_max: int, lateral_max_mps2: float
+) -> TrajectoryOptions:
+    """Return the options that go with settings of the section `trajectories`."""
+    bundle = BundleSettings(lateral_max_mps2=lateral_max_mps2)
+    return TrajectoryOptions(aircraft_max, plots_waiting_max, bundle)

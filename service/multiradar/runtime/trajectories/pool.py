@@ -1,0 +1,125 @@
+"""The bundles of all tracks that have one: the dear half, plot by plot."""
+
+import logging
+from collections import Counter
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from multiradar.errors import CovarianceError, MultiradarError, ShapeError, TimeOrderError
+from multiradar.restoration._memory import scratch
+from multiradar.restoration.bundle import Bundle
+from multiradar.restoration.settings import BundleSettings
+from multiradar.runtime.trajectories.plots import PlotPlaces, Published, Unplaced
+
+_log = logging.getLogger(__name__)
+
+TAKEN = "TAKEN"
+#: Why a bundle refuses a plot, by the error with which it does; `REFUSED` for any other.
+REFUSALS: dict[type[MultiradarError], str] = {
+    TimeOrderError: "TIME_NOT_ASCENDING",
+    ShapeError: "NOT_FINITE",
+    CovarianceError: "NO_COVARIANCE",
+}
+REFUSED = "REFUSED"
+#: A mistake of ours: the bundle begins anew.
+FAILED = "FAILED"
+
+
+class Reading(NamedTuple):
+    """What is read of the bundle of a track.
+
+    Attributes
+    ----------
+    bundle : Bundle
+        A copy, for the reader alone.
+    plots : int
+        Plots that it has taken.
+    height_m : float
+        Height of the last of them, m; NaN where neither it nor its track told one.
+    """
+
+    bundle: Bundle
+    plots: int
+    height_m: float
+
+
+@dataclass(slots=True)
+class _Kept:
+    bundle: Bundle
+    plots: int = 0
+    height_m: float = np.nan
+
+
+class BundlePool:
+    """Bundles by track, with memory to work in that all of them share; one owner.
+
+    Parameters
+    ----------
+    places : PlotPlaces
+        Lays plots on the plane.
+    settings : BundleSettings
+        Rules of the bundles.
+    """
+
+    def __init__(self, places: PlotPlaces, settings: BundleSettings) -> None:
+        self._places, self._settings = places, settings
+        self._scratch = scratch(settings)
+        self._kept: dict[int, _Kept] = {}
+        self._restarts = 0
+        #: Plots by what became of them: `TAKEN`, an `Unplaced`, or why a bundle refused them.
+        self.outcomes: Counter[str] = Counter()
+
+    def __len__(self) -> int:
+        return len(self._kept)
+
+    @property
+    def restarts(self) -> int:
+        """How often a bundle began anew, those of tracks that have ended included."""
+        return self._restarts + sum(one.bundle.restarts for one in self._kept.values())
+
+    def take(self, track_id: int, plot: np.void, published: Published) -> None:
+        """Take a plot; whatever is wrong with it is counted, never raised.
+
+        Parameters
+        ----------
+        track_id : int
+            Whose it is; a track without a bundle gets one.
+        plot : row of `PLOT_DTYPE`
+            The plot.
+        published : Published
+            The biases as they were published when it came.
+        """
+        kept = self._kept.get(track_id)
+        if kept is None:
+            kept = self._kept[track_id] = _Kept(Bundle(self._settings, self._scratch))
+        try:
+            self.outcomes[self._taken(kept, plot, published)] += 1
+        except Exception as error:
+            _log.error("the bundle of track %d begins anew", track_id, exc_info=error)
+            self.outcomes[FAILED] += 1
+            self.let_go(track_id)
+
+    def let_go(self, track_id: int) -> None:
+        """Let the bundle of a track go, if there is one."""
+        kept = self._kept.pop(track_id, None)
+        if kept is not None:
+            self._restarts += kept.bundle.restarts
+
+    def read(self, track_id: int) -> Reading | None:
+        """Return the bundle of a track as it is now; None where there is none yet."""
+        kept = self._kept.get(track_id)
+        return None if kept is None else Reading(kept.bundle.copy(), kept.plots, kept.height_m)
+
+    def _taken(self, kept: _Kept, plot: np.void, published: Published) -> str:
+        placed = self._places.place(plot, published)
+        if isinstance(placed, Unplaced):
+            return placed
+        try:
+            kept.bundle.take(float(plot["time_s"]), placed.position_m, placed.covariance_m2)
+        except MultiradarError as error:
+            return REFUSALS.get(type(error), REFUSED)
+        kept.plots += 1
+        kept.height_m = float(plot["track_height_m"])
+        return TAKEN

@@ -1,0 +1,160 @@
+"""Which tracks have a bundle, and the plots that belong to each: the cheap half, in engine order.
+
+A track gets a bundle when it is confirmed, as long as there is room. When another track lets go of
+its own, the waiting track of the lowest number has it. All of it is a function of the engine's
+output as a whole: how that is cut into batches leaves no trace.
+"""
+
+from collections.abc import Iterator
+from heapq import heappop, heappush
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.runtime.trajectories.plots import (
+    Published,
+    known_beforehand,
+    plots_of,
+    published_next,
+)
+from multiradar.tracking.outputs import STATE_CONFIRMED, BiasRecords, EngineOutput
+
+
+class Take(NamedTuple):
+    """Plots for the bundle of a track, in order, with the biases as published when they came."""
+
+    track_id: int
+    plots: NDArray[np.void]
+    published: Published
+
+
+class LetGo(NamedTuple):
+    """A track has ended: its bundle is let go."""
+
+    track_id: int
+
+
+Order = Take | LetGo
+
+
+class Roster:
+    """Says what happens to bundles; one owner.
+
+    Parameters
+    ----------
+    aircraft_max : int
+        Tracks that have a bundle at once, at most.
+    sensors : SensorTable
+        Who measures.
+    """
+
+    def __init__(self, aircraft_max: int, sensors: SensorTable) -> None:
+        self._room = aircraft_max
+        self._published = known_beforehand(sensors)
+        self._pending = BiasRecords.concatenate([])
+        self._held: set[int] = set()
+        # Confirmed tracks without a bundle: a heap, of which those that have ended are passed over.
+        self._queue: list[int] = []
+        self._waiting: set[int] = set()
+        self._sequence = 0
+        self._reached_s = -np.inf
+
+    @property
+    def held(self) -> int:
+        """Tracks that have a bundle."""
+        return len(self._held)
+
+    @property
+    def waiting(self) -> int:
+        """Confirmed tracks for which there is no room."""
+        return len(self._waiting)
+
+    def has(self, track_id: int) -> bool:
+        """Tell whether a track has a bundle."""
+        return track_id in self._held
+
+    def waits(self, track_id: int) -> bool:
+        """Tell whether a confirmed track waits for room."""
+        return track_id in self._waiting
+
+    def take(self, output: EngineOutput) -> Iterator[Order]:
+        """Take output of the engine, in order; what it put out before may come again.
+
+        Yields
+        ------
+        Take or LetGo
+            What happens to bundles, in order for each track.
+        """
+        updates = output.updates
+        fresh = updates.sequence > self._sequence
+        plots, confirmed = plots_of(output)[fresh], updates.state[fresh] == STATE_CONFIRMED
+        if len(plots):
+            self._sequence = int(updates.sequence[-1])
+        reached_s = np.maximum.accumulate(np.r_[self._reached_s, plots["time_s"]])
+        self._note(output.biases)
+        self._reached_s, reached_s = float(reached_s[-1]), reached_s[1:]
+        begin = 0
+        for time_s in self._cuts(output):
+            end = int(np.searchsorted(reached_s, time_s))
+            yield from self._plots(plots[begin:end], confirmed[begin:end])
+            begin = max(begin, end)
+            self._publish(time_s)
+            for track_id in output.ended.track_id[output.ended.time_s == time_s].tolist():
+                yield from self._end(track_id)
+        yield from self._plots(plots[begin:], confirmed[begin:])
+
+    # Times at which something changes among the plots: they stand after it.
+    def _cuts(self, output: EngineOutput) -> list[float]:
+        times = np.concatenate([self._pending.time_s, output.ended.time_s])
+        found: list[float] = np.unique(times[times <= self._reached_s]).tolist()
+        ends = np.unique(output.ended.time_s)
+        return sorted({*found, *ends.tolist()})
+
+    # What was applied already may come again when the engine is built anew.
+    def _note(self, records: BiasRecords) -> None:
+        if len(records):
+            both = BiasRecords.concatenate([self._pending, records])
+            self._pending = _chosen(both, both.time_s > self._reached_s)
+
+    def _publish(self, time_s: float) -> None:
+        due = self._pending.time_s <= time_s
+        if due.any():
+            self._published = published_next(self._published, self._pending, np.flatnonzero(due))
+            self._pending = _chosen(self._pending, ~due)
+
+    def _end(self, track_id: int) -> Iterator[Order]:
+        self._waiting.discard(track_id)
+        if track_id not in self._held:
+            return
+        self._held.discard(track_id)
+        yield LetGo(track_id)
+        while self._queue and len(self._held) < self._room:
+            first = heappop(self._queue)
+            if first in self._waiting:
+                self._waiting.discard(first)
+                self._held.add(first)
+
+    def _plots(self, plots: NDArray[np.void], confirmed: NDArray[np.bool_]) -> Iterator[Order]:
+        if not len(plots):
+            return
+        tracks = plots["track_id"]
+        since = {track_id: 0 for track_id in np.unique(tracks).tolist() if track_id in self._held}
+        for row in np.flatnonzero(confirmed).tolist():
+            track_id = int(tracks[row])
+            if track_id not in self._held and track_id not in self._waiting:
+                if len(self._held) < self._room:
+                    self._held.add(track_id)
+                    since[track_id] = row
+                else:
+                    self._waiting.add(track_id)
+                    heappush(self._queue, track_id)
+        for track_id, first in since.items():
+            own = first + np.flatnonzero(tracks[first:] == track_id)
+            yield Take(track_id, plots[own], self._published)
+
+
+def _chosen(records: BiasRecords, rows: NDArray[np.bool_]) -> BiasRecords:
+    names = BiasRecords.__dataclass_fields__
+    return BiasRecords(**{name: getattr(records, name)[rows] for name in names})

@@ -1,0 +1,60 @@
+"""Trajectories of a track over HTTP: bounds of what is asked, and a reason where there are none."""
+
+import httpx
+import pytest
+
+from multiradar.errors import TrajectoryError
+from multiradar.runtime.trajectories.document import POINTS_DEFAULT, STEP_DEFAULT_S
+from multiradar_schemas.trajectories import TRAJECTORY_REASON_MEANINGS
+from support.fake_service import FakeService
+
+PATH = "/v1/tracks/3/trajectories"
+
+
+async def test_the_trajectories_of_a_live_track(client: httpx.AsyncClient) -> None:
+    answer = await client.get(PATH)
+    assert answer.status_code == 200
+    assert answer.json() == {"track_id": 3, "points": POINTS_DEFAULT, "step_s": STEP_DEFAULT_S}
+    asked = await client.get(f"{PATH}?points=0&step_s=60")
+    assert asked.json() == {"track_id": 3, "points": 0, "step_s": 60}
+
+
+async def test_a_track_that_nobody_knows_is_404(client: httpx.AsyncClient) -> None:
+    answer = await client.get("/v1/tracks/99/trajectories")
+    assert answer.status_code == 404
+    assert answer.json()["code"] == "TRACK_NOT_FOUND"
+
+
+@pytest.mark.parametrize("code", sorted(TRAJECTORY_REASON_MEANINGS))
+async def test_a_track_without_trajectories_is_409_with_the_reason(
+    client: httpx.AsyncClient, service: FakeService, code: str
+) -> None:
+    service.view.trajectory_failure = TrajectoryError(code, "expected plots, was none")
+    answer = await client.get(PATH)
+    assert answer.status_code == 409
+    assert answer.headers["content-type"] == "application/problem+json"
+    assert answer.json()["code"] == code
+    assert answer.json()["detail"] == "expected plots, was none"
+
+
+@pytest.mark.parametrize(
+    "query",
+    ["points=-1", "points=601", "points=1e9", "points=nan", "points=", "points=2.5", "step_s=0",
+     "step_s=-5", "step_s=61", "step_s=0.5", "step_s=ten", "step_s=1_0",
+     "points=99999999999999999999999"],
+)  # fmt: skip
+async def test_what_is_out_of_bounds_is_422(client: httpx.AsyncClient, query: str) -> None:
+    answer = await client.get(f"{PATH}?{query}")
+    assert answer.status_code == 422
+    assert answer.json()["errors"][0]["parameter"] == query.split("=", maxsplit=1)[0]
+
+
+@pytest.mark.parametrize("name", ["0", "-1", "x", "1.5", "%2e%2e", "9" * 30])
+async def test_what_names_no_track_is_refused(client: httpx.AsyncClient, name: str) -> None:
+    answer = await client.get(f"/v1/tracks/{name}/trajectories")
+    assert answer.status_code in (404, 422)
+
+
+async def test_parameters_that_there_are_not_are_refused(client: httpx.AsyncClient) -> None:
+    answer = await client.get(f"{PATH}?window_s=30")
+    assert answer.status_code == 422
