@@ -13,10 +13,10 @@ from multiradar.api.tracks import track_not_found
 from multiradar.errors import PlaneError, RequestError, TrajectoryError
 from multiradar.runtime.track_windows import WINDOW_DEFAULT_S, WINDOW_MAX_S, WINDOW_MIN_S
 from multiradar.runtime.trajectories.document import (
+    PATH_STEP_DEFAULT_S,
+    PATH_STEP_MAX_S,
     POINTS_DEFAULT,
     POINTS_MAX,
-    STEP_DEFAULT_S,
-    STEP_MAX_S,
 )
 from multiradar_schemas.manoeuvre_plane import ManoeuvrePlane
 from multiradar_schemas.observability import Observability
@@ -46,7 +46,10 @@ Points = Annotated[
 PointStep = Annotated[
     Integer,
     Query(
-        ge=1, le=STEP_MAX_S, description="Whole seconds between the points of a path", examples=[5]
+        ge=1,
+        le=PATH_STEP_MAX_S,
+        description="Whole seconds between the points of a path",
+        examples=[5],
     ),
 ]
 _TRAJECTORY_ANSWERS: dict[int | str, dict[str, Any]] = NOT_FOUND | {
@@ -84,7 +87,7 @@ async def get_trajectories(
     track_id: TrackId,
     access: Granted,
     points: Points = POINTS_DEFAULT,
-    step_s: PointStep = STEP_DEFAULT_S,
+    step_s: PointStep = PATH_STEP_DEFAULT_S,
 ) -> Response:
     """Return how a live track flew over its last 90 s, in several versions with weights."""
     try:

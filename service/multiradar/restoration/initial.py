@@ -65,21 +65,30 @@ def arcs_through_triples(time_s: Floats, position_m: Floats) -> list[Arc]:
     ----------
     IMM UrO RAN report (2016), section 2.2.1.
     """
-    chosen = np.unique(np.linspace(0, len(time_s) - 1, PLOTS_TRIED_MAX).round().astype(int))
     found = []
-    for triple in combinations(chosen.tolist() if len(time_s) else [], 3):
-        rows = np.array(triple)
+    for rows in _wide_triples(time_s, position_m):
         arc = _arc(time_s[rows], position_m[rows], time_s, position_m)
         if arc is not None:
             found.append(arc)
     return sorted(found, key=lambda arc: arc.deviation_s)
 
 
+# An aircraft that hovers has thousands of triples of which none is wide enough: they cost little.
+def _wide_triples(time_s: Floats, position_m: Floats) -> NDArray[np.intp]:
+    if len(time_s) < 3:
+        return np.empty((0, 3), np.intp)
+    chosen = np.unique(np.linspace(0, len(time_s) - 1, PLOTS_TRIED_MAX).round().astype(np.intp))
+    triples = np.array(list(combinations(chosen.tolist(), 3)), np.intp)
+    times, places = time_s[triples], position_m[triples]
+    sides = np.diff(places[:, [0, 1, 2, 0]], axis=1)
+    shortest = np.hypot(sides[..., 0], sides[..., 1]).min(axis=1)
+    wide = (np.diff(times, axis=1).min(axis=1) >= TRIPLE_APART_S) & (shortest >= TRIPLE_APART_M)
+    return np.asarray(triples[wide])
+
+
 def _arc(time_s: Floats, places: Floats, all_s: Floats, all_m: Floats) -> Arc | None:
     sides = np.array([places[1] - places[0], places[2] - places[1], places[2] - places[0]])
     lengths = np.hypot(sides[:, 0], sides[:, 1])
-    if np.diff(time_s).min() < TRIPLE_APART_S or lengths.min() < TRIPLE_APART_M:
-        return None
     # Right turns have positive curvature: 4 × area over the product of the sides.
     crossed = sides[0, 1] * sides[1, 0] - sides[0, 0] * sides[1, 1]
     curvature = 2.0 * crossed / float(np.prod(lengths))

@@ -139,6 +139,8 @@ class OfflineResult:
         What the reader should know.
     output_sha256 : str
         Digest of all updates and biases.
+    trajectories : dict
+        What became of the plots that bundles of trajectories were given; empty without bundles.
     asterix : dict
         Records of ASTERIX that were written, by category, and what was left out of them.
     """
@@ -163,6 +165,7 @@ class OfflineResult:
     arrivals: dict[str, dict[str, Any]] = field(default_factory=dict)
     warnings: list[str] = field(default_factory=list)
     output_sha256: str = ""
+    trajectories: dict[str, Any] = field(default_factory=dict)
     asterix: dict[str, int] = field(default_factory=dict)
 
     @property
@@ -280,6 +283,8 @@ class _Run:
         for file, (table, writer) in self._windows.items():
             self._keep_windows(file, writer, table.finish())
             writer.finish()
+            if isinstance(table, TrajectoryTable):
+                self._result.trajectories = table.counts()
         self.close()
         result = self._result
         outcomes = self._engine.counts

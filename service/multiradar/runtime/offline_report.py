@@ -37,8 +37,8 @@ def offline_report(job: OfflineJob, result: OfflineResult) -> Report:
     Report
         Counts, settings, digest; figures: whether the recording had to be sorted, number of tracks,
         last biases with sigma, health of the radars and what went wrong with them, combinations of
-        biases that are unobservable, what became of the accepted measurements in the filter, and
-        what was written in ASTERIX.
+        biases that are unobservable, what became of the accepted measurements in the filter, what
+        became of plots in bundles of trajectories, and what was written in ASTERIX.
     """
     counts = Counts(
         read=result.read,
@@ -88,6 +88,7 @@ def offline_report(job: OfflineJob, result: OfflineResult) -> Report:
             "sensor_health": {name: {**row} for name, row in result.final_health.items()},
             "sensor_alarms": [{**alarm} for alarm in result.alarms],
             "unobservable_biases": [_untold_figures(one, job.sensors) for one in result.untold],
+            **({"trajectories": {**result.trajectories}} if result.trajectories else {}),
             **({"asterix_records": {**result.asterix}} if result.asterix else {}),
         },
     )

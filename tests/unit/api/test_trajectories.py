@@ -4,7 +4,7 @@ import httpx
 import pytest
 
 from multiradar.errors import TrajectoryError
-from multiradar.runtime.trajectories.document import POINTS_DEFAULT, STEP_DEFAULT_S
+from multiradar.runtime.trajectories.document import PATH_STEP_DEFAULT_S, POINTS_DEFAULT
 from multiradar_schemas.trajectories import TRAJECTORY_REASON_MEANINGS
 from support.fake_service import FakeService
 
@@ -14,7 +14,7 @@ PATH = "/v1/tracks/3/trajectories"
 async def test_the_trajectories_of_a_live_track(client: httpx.AsyncClient) -> None:
     answer = await client.get(PATH)
     assert answer.status_code == 200
-    assert answer.json() == {"track_id": 3, "points": POINTS_DEFAULT, "step_s": STEP_DEFAULT_S}
+    assert answer.json() == {"track_id": 3, "points": POINTS_DEFAULT, "step_s": PATH_STEP_DEFAULT_S}
     asked = await client.get(f"{PATH}?points=0&step_s=60")
     assert asked.json() == {"track_id": 3, "points": 0, "step_s": 60}
 

@@ -9,6 +9,7 @@
     multiradar/v1/sensors/{sensor}        queryable
     multiradar/v1/forecasts/{track}       queryable
     multiradar/v1/encounters              queryable
+    multiradar/v1/trajectories/{track}    queryable
     multiradar/v1/status                  out, and queryable
     multiradar/v1/instances/{instance}    a liveliness token for each instance
 """
@@ -25,6 +26,7 @@ BIASES = f"{ROOT}/biases"
 SENSORS = f"{ROOT}/sensors"
 FORECASTS = f"{ROOT}/forecasts"
 ENCOUNTERS = f"{ROOT}/encounters"
+TRAJECTORIES = f"{ROOT}/trajectories"
 STATUS = f"{ROOT}/status"
 INSTANCES = f"{ROOT}/instances"
 

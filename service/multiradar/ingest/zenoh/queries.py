@@ -1,11 +1,11 @@
-"""Answers to queries: tracks, biases, sensors, forecasts, encounters, status."""
+"""Answers to queries: tracks, biases, sensors, forecasts, trajectories, encounters, status."""
 
 import json
 import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from multiradar.errors import ForecastError, RequestError
+from multiradar.errors import ForecastError, RequestError, TrajectoryError
 from multiradar.ingest.zenoh.bus import Request, unknown_parameters
 from multiradar.ingest.zenoh.catch_up import CatchUp
 from multiradar.ingest.zenoh.counts import ZenohCounts
@@ -16,6 +16,7 @@ from multiradar.ingest.zenoh.keys import (
     SENSORS,
     STATUS,
     TRACKS,
+    TRAJECTORIES,
     is_sensor_id,
     last_part,
     sensor_key,
@@ -30,6 +31,12 @@ from multiradar.runtime.encounter_query import (
 from multiradar.runtime.encounter_query import HORIZON_DEFAULT_S as HORIZON_ENCOUNTERS_S
 from multiradar.runtime.forecasts import HORIZON_DEFAULT_S, STEP_DEFAULT_S
 from multiradar.runtime.ports import View
+from multiradar.runtime.trajectories.document import (
+    PATH_STEP_DEFAULT_S,
+    PATH_STEP_MAX_S,
+    POINTS_DEFAULT,
+    POINTS_MAX,
+)
 
 #: Updates in one answer to a query with `after`, unless it asks for fewer.
 CATCH_UP_LIMIT = 10_000
@@ -38,6 +45,7 @@ _NO_PARAMETERS: frozenset[str] = frozenset()
 _ENCOUNTER_PARAMETERS = frozenset(EncounterQuery.__dataclass_fields__)
 _BAD_REQUEST = 400
 _NOT_FOUND = 404
+_CONFLICT = 409
 
 
 class Answers:
@@ -79,6 +87,7 @@ class Answers:
             f"{SENSORS}/*": self._guarded(self._sensors, _NO_PARAMETERS),
             f"{FORECASTS}/*": self._guarded(self._forecast, frozenset({"horizon_s", "step_s"})),
             ENCOUNTERS: self._guarded(self._encounters, _ENCOUNTER_PARAMETERS),
+            f"{TRAJECTORIES}/*": self._guarded(self._trajectories, frozenset({"points", "step_s"})),
             STATUS: self._guarded(self._answer_status, _NO_PARAMETERS),
         }
 
@@ -182,6 +191,20 @@ class Answers:
             raise RequestError(_BAD_REQUEST, "OUT_OF_RANGE", str(error)) from error
         _reply(request, ENCOUNTERS, self._view.encounters(query), None)
 
+    def _trajectories(self, request: Request) -> None:
+        track = _known_track(last_part(request.key))
+        points = _whole_within(request.parameters, "points", POINTS_DEFAULT, (0, POINTS_MAX))
+        step_s = _whole_within(
+            request.parameters, "step_s", PATH_STEP_DEFAULT_S, (1, PATH_STEP_MAX_S)
+        )
+        try:
+            told = self._view.trajectories(track, points, step_s)
+        except TrajectoryError as error:
+            raise RequestError(_CONFLICT, error.code, str(error)) from error
+        if told is None:
+            raise _no_track(str(track))
+        _reply(request, f"{TRAJECTORIES}/{track}", told, None)
+
     def _answer_status(self, request: Request) -> None:
         request.reply(STATUS, self._status(), b"")
 
@@ -220,6 +243,16 @@ def _whole(parameters: Mapping[str, str], name: str, absent: int) -> int:
     if not (text.isascii() and text.isdigit() and len(text) < 19):
         raise _bad(name, "a whole number", text)
     return int(text)
+
+
+def _whole_within(
+    parameters: Mapping[str, str], name: str, absent: int, bounds: tuple[int, int]
+) -> int:
+    value = _whole(parameters, name, absent)
+    if not bounds[0] <= value <= bounds[1]:
+        reason = f"{name}: expected {bounds[0]} to {bounds[1]}, was {value}"
+        raise RequestError(_BAD_REQUEST, "OUT_OF_RANGE", reason)
+    return value
 
 
 def _number(parameters: Mapping[str, str], name: str, absent: float) -> float:

@@ -14,7 +14,7 @@ from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.trajectories.options import TrajectoryOptions
 from multiradar.runtime.trajectories.plots import PlotPlaces
-from multiradar.runtime.trajectories.pool import TAKEN, BundlePool, Reading
+from multiradar.runtime.trajectories.pool import TAKEN, BundlePool, Reading, warm_up
 from multiradar.runtime.trajectories.roster import LetGo, Order, Roster
 from multiradar.runtime.trajectories.waiting import Next, WaitingPlots
 from multiradar.tracking.outputs import EngineOutput
@@ -39,7 +39,8 @@ class TrajectoryFeed:
     def __init__(
         self, options: TrajectoryOptions, sensors: SensorTable, tracking: TrackingSettings
     ) -> None:
-        places = PlotPlaces(sensors, tracking)
+        places = self._places = PlotPlaces(sensors, tracking)
+        self._sensors = sensors
         #: The plane that bundles are on.
         self.plane: SystemPlane = places.plane
         self._options = options
@@ -52,13 +53,16 @@ class TrajectoryFeed:
         self._using = threading.Lock()
         # Tracks that have ended, whose bundles are still there.
         self._gone: set[int] = set()
-        self._busy = self._closed = False
+        # Plots that were taken from those that wait, and not yet by their bundle.
+        self._in_hand = 0
+        self._closed = False
         self._failure: str | None = None
         self._patient = True
         self._thread = threading.Thread(target=self._run, name="trajectories", daemon=True)
 
     def start(self) -> None:
-        """Make bundles from now on."""
+        """Make bundles from now on; their kernels are compiled or loaded before."""
+        warm_up(self._places, self._options.bundle, self._sensors)
         self._thread.start()
 
     def begin(self) -> None:
@@ -93,7 +97,7 @@ class TrajectoryFeed:
         """Wait until no plot waits any more; tell whether that came true in time."""
         with self._changed:
             return self._changed.wait_for(
-                lambda: not (self._waiting.count or self._busy or self._gone), timeout_s
+                lambda: not (self._waiting.count or self._in_hand or self._gone), timeout_s
             )
 
     def read(self, track_id: int) -> Reading:
@@ -135,7 +139,8 @@ class TrajectoryFeed:
         """Return how many bundles there are and what became of plots."""
         with self._changed:
             held, waiting = self._roster.held, self._roster.waiting
-            plots_waiting, lost = self._waiting.count, self._waiting.lost
+            plots_waiting = self._waiting.count + self._in_hand
+            lost = self._waiting.lost
         with self._using:
             outcomes, restarts = dict(self._pool.outcomes), self._pool.restarts
         return {
@@ -179,12 +184,12 @@ class TrajectoryFeed:
 
     def _next(self) -> Next | None:
         with self._changed:
-            self._busy = False
+            self._in_hand = 0
             while not self._closed:
                 gone, self._gone = self._gone, set()
                 self._let_go(gone)
                 following = self._waiting.take()
-                self._busy = following is not None
+                self._in_hand = 0 if following is None else len(following.plots)
                 self._changed.notify_all()
                 if following is not None:
                     return following
@@ -205,3 +210,4 @@ class TrajectoryFeed:
                 return
             with self._using:
                 self._pool.take(following.track_id, plot, following.published)
+            self._in_hand -= 1

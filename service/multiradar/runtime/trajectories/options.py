@@ -5,6 +5,9 @@ from dataclasses import dataclass, field
 from multiradar.errors import ConfigurationError
 from multiradar.restoration.settings import BundleSettings
 
+#: Length of the initial window of a bundle, s: an aircraft of 27 m/s flies 800 m twice in it.
+INITIAL_S = 60.0
+
 
 @dataclass(frozen=True, slots=True)
 class TrajectoryOptions:
@@ -40,5 +43,5 @@ def trajectory_options(
     aircraft_max: int, plots_waiting_max: int, lateral_max_mps2: float
 ) -> TrajectoryOptions:
     """Return the options that go with settings of the section `trajectories`."""
-    bundle = BundleSettings(lateral_max_mps2=lateral_max_mps2)
+    bundle = BundleSettings(initial_s=INITIAL_S, lateral_max_mps2=lateral_max_mps2)
     return TrajectoryOptions(aircraft_max, plots_waiting_max, bundle)

@@ -8,10 +8,18 @@ from typing import NamedTuple
 import numpy as np
 
 from multiradar.errors import CovarianceError, MultiradarError, ShapeError, TimeOrderError
+from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.restoration._memory import scratch
 from multiradar.restoration.bundle import Bundle
 from multiradar.restoration.settings import BundleSettings
-from multiradar.runtime.trajectories.plots import PlotPlaces, Published, Unplaced
+from multiradar.runtime.trajectories.plots import (
+    PLOT_DTYPE,
+    PlotPlaces,
+    Published,
+    Unplaced,
+    known_beforehand,
+)
+from multiradar.tracking.measurements import KIND_RADAR
 
 _log = logging.getLogger(__name__)
 
@@ -25,6 +33,8 @@ REFUSALS: dict[type[MultiradarError], str] = {
 REFUSED = "REFUSED"
 #: A mistake of ours: the bundle begins anew.
 FAILED = "FAILED"
+#: So many plots start a bundle and let it take a few.
+_WARM_PLOTS = 6
 
 
 class Reading(NamedTuple):
@@ -123,3 +133,21 @@ class BundlePool:
         kept.plots += 1
         kept.height_m = float(plot["track_height_m"])
         return TAKEN
+
+
+def warm_up(places: PlotPlaces, settings: BundleSettings, sensors: SensorTable) -> None:
+    """Have the kernels compiled or loaded, with plots of an aircraft that nobody else sees."""
+    radars = np.flatnonzero(sensors.kinds == KIND_RADAR)
+    if not len(radars):
+        return
+    plots = np.zeros(_WARM_PLOTS, PLOT_DTYPE)
+    plots["time_s"] = 10.0 * np.arange(_WARM_PLOTS)
+    plots["sensor"], plots["kind"] = radars[0], KIND_RADAR
+    plots["range_m"] = 5e4 + 200.0 * plots["time_s"]
+    plots["height_m"] = 9000.0
+    pool, published = BundlePool(places, settings), known_beforehand(sensors)
+    for plot in plots:
+        pool.take(1, plot, published)
+    reading = pool.read(1)
+    if reading is not None and len(reading.bundle):
+        reading.bundle.estimate()

@@ -1,0 +1,130 @@
+"""Trajectories of the whole service: HTTP, Zenoh and `track` give the same numbers."""
+
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import httpx
+import polars as pl
+import pytest
+import zenoh
+
+from multiradar.app import Application
+from multiradar.runtime.offline import TRAJECTORIES_FILE, OfflineJob, track_recording
+from multiradar.runtime.trajectories.options import trajectory_options
+from multiradar.runtime.trajectories.table import STEP_S, table_row
+from multiradar.settings import load_settings
+from multiradar.storage.recording import Recording
+from multiradar.tracking.settings import TrackingSettings
+from multiradar_schemas.trajectories import Trajectories
+from support.live_scene import cut
+from support.trajectory_scene import MUTE, TABLE, TURNING, recording
+from support.zenoh_scene import free_endpoint
+from support.zenoh_subscriber import client_config
+
+PATIENCE_S = 60.0
+TOLD = (TURNING, MUTE, 3, 4)
+
+
+class _Answers(NamedTuple):
+    http: dict[int, dict[str, Any]]
+    zenoh: dict[int, dict[str, Any]]
+    counts: dict[str, Any]
+
+
+def _application(folder: Path) -> Application:
+    settings = load_settings(
+        None,
+        {
+            "server": {"port": 0},
+            "journal": {"path": folder / "journal.sqlite"},
+            "zenoh": {"listen": (free_endpoint(),)},
+            "trajectories": {"aircraft_max": 10},
+        },
+    )
+    return Application(settings, TABLE, lambda: None)
+
+
+def _asked(application: Application) -> _Answers:
+    with httpx.Client(base_url=application.http_url) as client:
+        end_s = time.monotonic() + PATIENCE_S
+        counts = client.get("/v1/status").json()["trajectories"]
+        while counts["plots_waiting"]:
+            assert time.monotonic() < end_s
+            time.sleep(0.05)
+            counts = client.get("/v1/status").json()["trajectories"]
+        path = f"/v1/tracks/{{}}/trajectories?step_s={STEP_S}"
+        http = {track: client.get(path.format(track)).json() for track in TOLD}
+    queried = {}
+    with zenoh.open(client_config(application.zenoh_endpoints[0])) as session:
+        for track in TOLD:
+            selector = f"multiradar/v1/trajectories/{track}?step_s={STEP_S}"
+            (reply,) = session.get(selector, timeout=PATIENCE_S)
+            assert reply.ok is not None
+            assert str(reply.ok.key_expr) == f"multiradar/v1/trajectories/{track}"
+            queried[track] = httpx.Response(200, content=reply.ok.payload.to_bytes()).json()
+    return _Answers(http, queried, counts)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("trajectories")
+
+
+@pytest.fixture(scope="module")
+def live(folder: Path) -> _Answers:
+    application = _application(folder)
+    application.start()
+    try:
+        for part in cut(recording(), [1, 70, 7]):
+            application.service.submit(part, source="test").result(PATIENCE_S)
+        application.service.flush(source="test").result(PATIENCE_S)
+        application.service.settled().result(PATIENCE_S)
+        return _asked(application)
+    finally:
+        application.stop()
+
+
+@pytest.fixture(scope="module")
+def restarted(folder: Path, live: _Answers) -> Iterator[_Answers]:
+    application = _application(folder)
+    application.start()
+    try:
+        yield _asked(application)
+    finally:
+        application.stop()
+
+
+def test_every_track_is_told_of(live: _Answers) -> None:
+    for track, answer in live.http.items():
+        told = Trajectories.model_validate_json(httpx.Response(200, json=answer).content)
+        assert told.track_id == track
+        assert told.state == "confirmed"
+    assert live.counts["aircraft"] == len(TOLD)
+    assert live.counts["plots_lost"] == 0
+
+
+def test_zenoh_says_what_http_says(live: _Answers) -> None:
+    assert live.zenoh == live.http
+
+
+def test_a_restart_says_the_same(live: _Answers, restarted: _Answers) -> None:
+    assert restarted.http == live.http
+    assert restarted.counts == live.counts
+
+
+def test_track_says_the_same(live: _Answers, tmp_path: Path) -> None:
+    source = tmp_path / "measurements.parquet"
+    recording().write_parquet(source)
+    (tmp_path / "out").mkdir()
+    job = OfflineJob(
+        Recording(source), TABLE, TrackingSettings(), batch_rows=11,
+        trajectories=trajectory_options(10, 1000, 4.0),
+    )  # fmt: skip
+    track_recording(job, tmp_path / "out")
+    table = pl.read_parquet(tmp_path / "out" / TRAJECTORIES_FILE)
+    for track, answer in live.http.items():
+        last = table.filter(pl.col("track_id") == track).row(-1, named=True)
+        row = table_row(answer)
+        assert last == {name: row.get(name) for name in table.columns}

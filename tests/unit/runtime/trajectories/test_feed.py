@@ -1,0 +1,237 @@
+"""Bundles in a service: a thread of their own, which the engine waits for only at the start."""
+
+import threading
+import time
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+import pytest
+
+from multiradar.errors import TrajectoryError
+from multiradar.runtime.engine import Engine
+from multiradar.runtime.limits import RuntimeLimits
+from multiradar.runtime.publication import Publication
+from multiradar.runtime.trajectories.feed import TrajectoryFeed
+from multiradar.runtime.trajectories.options import TrajectoryOptions
+from multiradar.tracking.outputs import EngineOutput
+from multiradar.tracking.settings import TrackingSettings
+from multiradar.wire import measurement_batch
+from support import live_scene
+from support.engine_outputs import End, Update, output_of
+from support.trajectory_scene import (
+    JAMMED,
+    PLANE,
+    REPORTING,
+    TABLE,
+    TURN_MPS2,
+    TURNING,
+    flown,
+    recording,
+)
+
+TRACKING = TrackingSettings(reorder_horizon_s=0.0)
+PATIENCE_S = 30.0
+
+
+@pytest.fixture(scope="module")
+def outputs() -> list[EngineOutput]:
+    """What the engine puts out of the scene, its end included."""
+    engine = Engine(TABLE, TRACKING)
+    parts = [engine.push(measurement_batch(part, TABLE)[0]) for part in recording().iter_slices(20)]
+    return [*parts, engine.flush()]
+
+
+class Feeds:
+    """Feeds that are stopped at the end."""
+
+    def __init__(self) -> None:
+        self.open: list[TrajectoryFeed] = []
+
+    def make(self, aircraft_max: int = 10, plots_waiting_max: int = 1000) -> TrajectoryFeed:
+        feed = TrajectoryFeed(TrajectoryOptions(aircraft_max, plots_waiting_max), TABLE, TRACKING)
+        self.open.append(feed)
+        return feed
+
+
+@pytest.fixture
+def feeds() -> Iterator[Feeds]:
+    found = Feeds()
+    yield found
+    for feed in found.open:
+        feed.stop()
+
+
+def followed(feed: TrajectoryFeed, outputs: Sequence[EngineOutput]) -> TrajectoryFeed:
+    feed.start()
+    feed.begin()
+    for output in outputs:
+        feed.put(output)
+    assert feed.settle(PATIENCE_S)
+    return feed
+
+
+def playing(feed: TrajectoryFeed, outputs: Sequence[EngineOutput]) -> threading.Thread:
+    def play() -> None:
+        for output in outputs:
+            feed.put(output)
+
+    player = threading.Thread(target=play, daemon=True)
+    player.start()
+    return player
+
+
+def code_of(feed: TrajectoryFeed, track_id: int) -> str:
+    with pytest.raises(TrajectoryError) as error:
+        feed.read(track_id)
+    return error.value.code
+
+
+def test_bundles_follow_their_aircraft(feeds: Feeds, outputs: list[EngineOutput]) -> None:
+    feed = followed(feeds.make(), outputs)
+    for track in (TURNING, REPORTING):
+        now = feed.read(track).bundle.estimate()
+        since = np.array([now.time_s - live_scene.START_S])
+        east, north = flown(track, since)
+        true = feed.plane.to_plane(*PLANE.to_geodetic(east, north))
+        assert np.hypot(now.state[0] - true[0][0], now.state[1] - true[1][0]) < 100.0
+    best = feed.read(TURNING).bundle.trajectories()[0]
+    assert best.kinds[-1] == "right"
+    # Of a turn of 40 s, with plots that are off by 110 m.
+    assert best.controls.lateral_mps2[-1] == pytest.approx(TURN_MPS2, abs=0.8)
+    counts = feed.counts()
+    assert counts["aircraft"] == 4
+    assert counts["plots_refused"] == {"BEARING": 20}
+    plots = sum(len(output.plots) for output in outputs)
+    # Each track had a tentative plot or two before it was confirmed.
+    assert 0 <= plots - counts["plots_taken"] - 20 <= 8
+    assert (counts["plots_waiting"], counts["plots_lost"], counts["failure"]) == (0, 0, None)
+
+
+def test_what_has_no_bundle_says_why(feeds: Feeds, outputs: list[EngineOutput]) -> None:
+    feed = followed(feeds.make(aircraft_max=1), outputs)
+    assert len(feed.read(TURNING).bundle) > 0
+    assert code_of(feed, JAMMED) == "NO_ROOM"
+    assert code_of(feed, 99) == "NOT_CONFIRMED"
+    assert feed.counts()["aircraft_waiting"] == 3
+    idle = feeds.make()
+    idle.put(output_of([Update(1, 1.0, 1)]))
+    assert code_of(idle, 1) == "TOO_FEW_PLOTS"
+
+
+def test_a_track_that_ends_lets_go_and_another_has_its_room(
+    feeds: Feeds, outputs: list[EngineOutput]
+) -> None:
+    last = int(outputs[-2].updates.sequence[-1])
+    end_s = float(outputs[-2].updates.time_s[-1]) + 1.0
+    ended = output_of([End(end_s, TURNING), Update(last + 1, end_s + 1.0, JAMMED)])
+    feed = followed(feeds.make(aircraft_max=1), [*outputs, ended])
+    assert code_of(feed, TURNING) == "NOT_CONFIRMED"
+    # The lowest number of those that wait has the room; the others go on waiting.
+    assert feed.counts()["aircraft"] == 1
+    assert code_of(feed, JAMMED) == "NO_ROOM"
+
+
+def test_what_comes_again_after_a_failure_of_the_engine_changes_nothing(
+    feeds: Feeds, outputs: list[EngineOutput]
+) -> None:
+    once = followed(feeds.make(), outputs)
+    again = followed(feeds.make(), outputs[:4])
+    again.restart()
+    for output in outputs:
+        again.put(output)
+    assert again.settle(PATIENCE_S)
+    assert again.counts() == once.counts()
+    for track in (TURNING, REPORTING):
+        states = [feed.read(track).bundle.estimate().state.tolist() for feed in (once, again)]
+        assert states[0] == states[1]
+
+
+def test_a_running_service_never_waits_for_bundles(
+    feeds: Feeds, outputs: list[EngineOutput]
+) -> None:
+    """Without anybody who makes bundles, and room for ten plots, all is handed over at once."""
+    feed = feeds.make(plots_waiting_max=10)
+    feed.begin()
+    for output in outputs:
+        feed.put(output)
+    counts = feed.counts()
+    assert counts["plots_waiting"] <= 10
+    assert counts["plots_lost"] > 100
+
+
+def test_after_a_loss_a_bundle_begins_anew(feeds: Feeds, outputs: list[EngineOutput]) -> None:
+    feed = feeds.make(plots_waiting_max=30)
+    feed.begin()
+    for output in outputs[:4]:
+        feed.put(output)
+    assert feed.counts()["plots_lost"] > 0
+    feed.start()
+    for output in outputs[4:]:
+        feed.put(output)
+        assert feed.settle(PATIENCE_S)
+    # The reporting aircraft has plots enough since.
+    assert feed.read(REPORTING).bundle.window_s[0] > live_scene.START_S + 20.0
+
+
+def test_while_the_journal_is_played_the_engine_waits_for_room(
+    feeds: Feeds, outputs: list[EngineOutput]
+) -> None:
+    feed = feeds.make(plots_waiting_max=25)
+    player = playing(feed, outputs)
+    time.sleep(0.2)
+    assert player.is_alive()
+    assert 0 < feed.counts()["plots_waiting"] <= 25
+    feed.start()
+    player.join(PATIENCE_S)
+    assert not player.is_alive()
+    assert feed.settle(PATIENCE_S)
+    assert feed.counts()["plots_lost"] == 0
+    assert len(feed.read(TURNING).bundle) > 0
+
+
+def test_a_service_that_stops_while_the_journal_is_played_lets_the_engine_go(
+    feeds: Feeds, outputs: list[EngineOutput]
+) -> None:
+    feed = feeds.make(plots_waiting_max=25)
+    player = playing(feed, outputs)
+    feed.stop()
+    player.join(PATIENCE_S)
+    assert not player.is_alive()
+
+
+def test_a_mistake_of_ours_ends_the_bundles_and_not_the_engine(
+    feeds: Feeds, outputs: list[EngineOutput], caplog: pytest.LogCaptureFixture
+) -> None:
+    feed = followed(feeds.make(), outputs[:3])
+    broken = output_of([Update(10**6, 1e12, 1)])
+    object.__setattr__(broken.updates, "state", np.zeros(7, np.int8))
+    feed.put(broken)
+    feed.put(outputs[4])
+    assert "no trajectories" in caplog.text
+    assert code_of(feed, TURNING) == "FAILED"
+    assert feed.counts()["failure"] is not None
+
+
+def test_a_service_without_bundles_says_so(outputs: list[EngineOutput]) -> None:
+    view = Publication(TABLE, TRACKING, RuntimeLimits())
+    for output in outputs:
+        view.publish(output, None)
+    with pytest.raises(TrajectoryError) as error:
+        view.trajectories(TURNING, 10, 1)
+    assert error.value.code == "TRAJECTORIES_OFF"
+    assert view.trajectories(99, 10, 1) is None
+
+
+def test_a_coasting_track_is_marked(feeds: Feeds, outputs: list[EngineOutput]) -> None:
+    view, feed = Publication(TABLE, TRACKING, RuntimeLimits()), feeds.make()
+    view.keep(feed)
+    feed.start()
+    for output in outputs:
+        view.publish(output, live_scene.START_S + 100.0 + TRACKING.coast_after_s + 5.0)
+    assert feed.settle(PATIENCE_S)
+    told = view.trajectories(TURNING, 0, 1)
+    assert told is not None
+    assert told["state"] == "coasting"
+    assert told["age_s"] > TRACKING.coast_after_s
+    assert told["time_s"] + told["age_s"] == live_scene.START_S + 105.0 + TRACKING.coast_after_s
+    assert view.status()["trajectories"]["aircraft"] == 4

@@ -1,0 +1,171 @@
+"""Plots as places: biases are taken off, what is not known of them and of heights is not hidden."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from multiradar.geodesy.polar import slant_range_azimuth
+from multiradar.runtime.trajectories.plots import (
+    PLOT_DTYPE,
+    Placed,
+    PlotPlaces,
+    Published,
+    Unplaced,
+    known_beforehand,
+)
+from multiradar.tracking.measurements import KIND_BEARING, KIND_POSITION, KIND_RADAR
+from multiradar.tracking.settings import TrackingSettings
+from support import live_scene
+
+TABLE = live_scene.sensors()
+RADAR, ADSB = TABLE.ids.index("41-10"), TABLE.ids.index("adsb")
+TRACKING = TrackingSettings()
+PLACES = PlotPlaces(TABLE, TRACKING)
+PLACE = np.radians([50.4, 14.9])
+HEIGHT_M = 9144.0
+NOTHING = Published(np.zeros((len(TABLE), 4)), np.zeros((len(TABLE), 4)))
+#: Of range (m), azimuth (rad), gain and clock (s); all at once.
+BIASES, SIGMAS = np.array([300.0, 0.004, 2e-4, 0.5]), np.array([40.0, 0.0007, 1e-4, 0.2])
+
+
+def plot(**values: Any) -> np.void:
+    row = np.zeros(1, PLOT_DTYPE)
+    known = {
+        "sensor": RADAR, "kind": KIND_RADAR, "height_m": HEIGHT_M, "track_height_m": np.nan,
+        "track_height_sigma_m": np.nan, "latitude_rad": np.nan, "longitude_rad": np.nan,
+    }  # fmt: skip
+    for name, value in (known | values).items():
+        row[name] = value
+    found: np.void = row[0]
+    return found
+
+
+def seen(**values: Any) -> np.void:
+    """A plot of the radar, without errors, of an aircraft at `PLACE`."""
+    site = (
+        float(TABLE.latitude_rad[RADAR]), float(TABLE.longitude_rad[RADAR]),
+        float(TABLE.height_m[RADAR]),
+    )  # fmt: skip
+    height = values.pop("true_height_m", HEIGHT_M)
+    slant, azimuth, _ = slant_range_azimuth(
+        site, np.array([PLACE[0]]), np.array([PLACE[1]]), np.array([height])
+    )
+    return plot(**{"range_m": slant[0], "azimuth_rad": azimuth[0]} | values)
+
+
+def placed(row: np.void, published: Published = NOTHING) -> Placed:
+    found = PLACES.place(row, published)
+    assert isinstance(found, Placed)
+    return found
+
+
+def truth() -> NDArray[np.float64]:
+    return np.array(PLACES.plane.to_plane(*PLACE), np.float64)
+
+
+def published(estimate: NDArray[np.float64], sigma: NDArray[np.float64]) -> Published:
+    known = Published(NOTHING.estimate.copy(), NOTHING.sigma.copy())
+    known.estimate[RADAR], known.sigma[RADAR] = estimate, sigma
+    return known
+
+
+def test_a_plot_without_errors_lies_where_the_aircraft_is() -> None:
+    assert placed(seen()).position_m == pytest.approx(truth(), abs=0.01)
+
+
+def test_published_biases_are_taken_off() -> None:
+    clean = seen(track_speed_mps=200.0, track_heading_rad=0.3)
+    off = clean.copy()
+    off["range_m"] = clean["range_m"] * (1.0 + BIASES[2]) + BIASES[0]
+    off["azimuth_rad"] = clean["azimuth_rad"] + BIASES[1]
+    # A clock that is fast by 0.5 s: at the time it says the aircraft is 100 m farther on.
+    ahead = PLACES.plane.local_matrix(truth()[0], truth()[1], HEIGHT_M)
+    moved = np.linalg.solve(ahead, 0.5 * 200.0 * np.array([np.sin(0.3), np.cos(0.3)]))
+    found = placed(off, published(BIASES, SIGMAS)).position_m
+    assert found == pytest.approx(truth() + moved, abs=0.2)
+    assert np.hypot(*(placed(off).position_m - truth())) > 300.0
+
+
+def test_the_covariance_is_noise_and_what_is_not_known_of_biases_and_height() -> None:
+    """Against differences: each error moves the place, and their squares add up."""
+    row = seen(track_speed_mps=200.0, track_heading_rad=0.3)
+    errors: list[tuple[str, float, float]] = [
+        ("range_m", TABLE.range_sigma_m[RADAR], 1.0),
+        ("azimuth_rad", TABLE.azimuth_sigma_rad[RADAR], 1e-5),
+        ("height_m", float(np.sqrt(PLACES.height(row)[1])), 1.0),
+    ]
+    expected = np.zeros((2, 2))
+    for name, sigma, step in errors:
+        up, down = row.copy(), row.copy()
+        up[name], down[name] = row[name] + step, row[name] - step
+        slope = (placed(up).position_m - placed(down).position_m) / (2.0 * step)
+        expected += sigma**2 * np.outer(slope, slope)
+    assert placed(row).covariance_m2 == pytest.approx(expected, rel=1e-3)
+    for place, step in enumerate((1.0, 1e-5, 1e-6, 1e-3)):
+        moved = np.zeros(4)
+        moved[place] = step
+        ends = [placed(row, published(way * moved, 0.0 * SIGMAS)).position_m for way in (1, -1)]
+        slope = (ends[0] - ends[1]) / (2.0 * step)
+        expected += SIGMAS[place] ** 2 * np.outer(slope, slope)
+    found = placed(row, published(np.zeros(4), SIGMAS)).covariance_m2
+    # The derivative by the gain is that of the range times the range; it bends by 1e-3 over it.
+    assert found == pytest.approx(expected, rel=2e-3)
+
+
+def test_a_plot_without_height_is_laid_at_that_of_its_track() -> None:
+    known = seen(height_m=np.nan, track_height_m=HEIGHT_M, track_height_sigma_m=150.0)
+    assert placed(known).position_m == pytest.approx(truth(), abs=0.01)
+    unknown = seen(height_m=np.nan)
+    assert PLACES.height(unknown) == (
+        TRACKING.assumed_height_m, TRACKING.assumed_height_sigma_m**2,
+    )  # fmt: skip
+    sigmas = [np.sqrt(np.trace(placed(row).covariance_m2)) for row in (seen(), known, unknown)]
+    assert sigmas == sorted(sigmas)
+    # What the assumed height is wrong by is within what it says of itself.
+    off = placed(unknown).position_m - truth()
+    assert off @ np.linalg.solve(placed(unknown).covariance_m2, off) < 9.0
+
+
+def test_a_reported_position_lies_where_it_says_in_true_metres() -> None:
+    row = plot(sensor=ADSB, kind=KIND_POSITION, latitude_rad=PLACE[0], longitude_rad=PLACE[1])
+    found = placed(row)
+    assert found.position_m == pytest.approx(truth(), abs=1e-6)
+    true = PLACES.plane.local_matrix(*truth())
+    variance = float(TABLE.position_sigma_m[ADSB] ** 2)
+    assert true @ found.covariance_m2 @ true.T == pytest.approx(variance * np.eye(2), abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("row", "reason"),
+    [
+        (plot(kind=KIND_BEARING, azimuth_rad=1.0, range_m=np.nan), Unplaced.BEARING),
+        (plot(range_m=9200.0, azimuth_rad=1.0), Unplaced.CONE_OF_SILENCE),
+        # Nearer than the aircraft is high.
+        (plot(range_m=5000.0, azimuth_rad=1.0), Unplaced.NO_PLACE),
+        (plot(range_m=np.nan, azimuth_rad=1.0), Unplaced.NO_PLACE),
+        # Beyond the edge of the plane.
+        (plot(sensor=ADSB, kind=KIND_POSITION, latitude_rad=-1.2, longitude_rad=2.0),
+         Unplaced.NO_PLACE),
+        (plot(sensor=ADSB, kind=KIND_POSITION), Unplaced.NO_PLACE),
+    ],
+)  # fmt: skip
+def test_what_has_no_place_says_why(row: np.void, reason: Unplaced) -> None:
+    assert PLACES.place(row, NOTHING) is reason
+
+
+def test_the_cone_is_that_of_the_tracker() -> None:
+    steep = plot(range_m=12_000.0, azimuth_rad=1.0)
+    assert PLACES.place(steep, NOTHING) is Unplaced.CONE_OF_SILENCE
+    wide = PlotPlaces(TABLE, replace(TRACKING, cone_ratio=0.5))
+    assert isinstance(wide.place(steep, NOTHING), Placed)
+
+
+def test_a_prior_that_is_not_zero_is_taken_off_before_the_first_epoch() -> None:
+    means = np.zeros_like(TABLE.prior_mean)
+    means[0] = 120.0
+    sensor, kind = int(TABLE.parameter_sensor[0]), int(TABLE.parameter_kind[0])
+    known = known_beforehand(replace(TABLE, prior_mean=means))
+    assert known.estimate[sensor, kind] == 120.0

@@ -1,0 +1,139 @@
+"""Bundles share memory and nothing else; what they refuse is counted and hurts nobody."""
+
+import numpy as np
+import pytest
+
+from multiradar.errors import CovarianceError
+from multiradar.restoration.bundle import Bundle
+from multiradar.restoration.settings import BundleSettings
+from multiradar.runtime.trajectories.plots import (
+    PLOT_DTYPE,
+    Placed,
+    PlotPlaces,
+    Published,
+    Unplaced,
+)
+from multiradar.runtime.trajectories.pool import TAKEN, BundlePool
+from multiradar.tracking.settings import TrackingSettings
+from support import live_scene
+from support.flown import S_SHAPE, flight, plots_of
+
+TABLE = live_scene.sensors()
+NOTHING = Published(np.zeros((len(TABLE), 4)), np.zeros((len(TABLE), 4)))
+SETTINGS = BundleSettings()
+NOISE = 2500.0 * np.eye(2)
+
+
+class Given(PlotPlaces):
+    """Lays plots where the test says: latitude and longitude are east and north, m."""
+
+    def __init__(self) -> None:
+        super().__init__(TABLE, TrackingSettings())
+
+    def place(self, plot: np.void, published: Published) -> Placed | Unplaced:
+        if plot["range_m"] < 0.0:
+            raise ZeroDivisionError
+        covariance = NOISE.copy() if plot["azimuth_rad"] == 0.0 else -NOISE
+        return Placed(np.array([plot["latitude_rad"], plot["longitude_rad"]]), covariance)
+
+
+def rows(seed: int, end_s: float = 60.0) -> np.ndarray[tuple[int], np.dtype[np.void]]:
+    flown = plots_of(flight(S_SHAPE), end_s, np.random.default_rng(seed))
+    found = np.zeros(len(flown), PLOT_DTYPE)
+    found["time_s"] = flown.time_s
+    found["latitude_rad"], found["longitude_rad"] = flown.position_m.T
+    found["track_height_m"] = 9000.0 + seed
+    return found
+
+
+def fed(*seeds: int) -> BundlePool:
+    """Bundles by seed, whose plots are taken in turns."""
+    pool = BundlePool(Given(), SETTINGS)
+    for plots in zip(*(rows(seed) for seed in seeds), strict=True):
+        for seed, plot in zip(seeds, plots, strict=True):
+            pool.take(seed, plot, NOTHING)
+    return pool
+
+
+def alone(seed: int) -> Bundle:
+    bundle = Bundle(SETTINGS)
+    for plot in rows(seed):
+        place = np.array([plot["latitude_rad"], plot["longitude_rad"]])
+        bundle.take(float(plot["time_s"]), place, NOISE)
+    return bundle
+
+
+def said(bundle: Bundle) -> tuple[list[float], list[float]]:
+    return bundle.weights().tolist(), bundle.estimate().state.tolist()
+
+
+def test_bundles_that_share_memory_say_what_they_say_alone() -> None:
+    pool = fed(1, 2, 3)
+    for seed in (1, 2, 3):
+        reading = pool.read(seed)
+        assert reading is not None
+        assert said(reading.bundle) == said(alone(seed))
+        assert (reading.plots, reading.height_m) == (len(rows(seed)), 9000.0 + seed)
+    assert pool.outcomes == {TAKEN: 3 * len(rows(1))}
+    assert len(pool) == 3
+
+
+def test_what_was_read_stays_as_it_was_and_may_go_on() -> None:
+    pool = fed(1)
+    reading = pool.read(1)
+    assert reading is not None
+    before = said(reading.bundle)
+    time_s = float(rows(1)["time_s"][-1]) + 3.0
+    later = rows(1)[-1].copy()
+    later["time_s"] = time_s
+    pool.take(1, later, NOTHING)
+    assert said(reading.bundle) == before
+    place = np.array([later["latitude_rad"], later["longitude_rad"]])
+    reading.bundle.take(time_s, place, NOISE)
+    now = pool.read(1)
+    assert now is not None
+    assert said(now.bundle) == said(reading.bundle) != before
+
+
+def test_refusals_are_counted_and_change_nothing() -> None:
+    pool, plots = fed(1), rows(1)
+    reading = pool.read(1)
+    assert reading is not None
+    for name, value in (("time_s", 0.0), ("latitude_rad", np.nan), ("azimuth_rad", 1.0)):
+        wrong = plots[-1].copy()
+        wrong["time_s"] += 5.0
+        wrong[name] = value
+        pool.take(1, wrong, NOTHING)
+    assert pool.outcomes == {
+        TAKEN: len(plots), "TIME_NOT_ASCENDING": 1, "NOT_FINITE": 1, "NO_COVARIANCE": 1,
+    }  # fmt: skip
+    now = pool.read(1)
+    assert now is not None
+    assert said(now.bundle) == said(reading.bundle)
+    with pytest.raises(CovarianceError):
+        now.bundle.take(1e9, [0.0, 0.0], -NOISE)
+
+
+def test_a_mistake_of_ours_costs_one_bundle(caplog: pytest.LogCaptureFixture) -> None:
+    pool = fed(1, 2)
+    wrong = rows(1)[-1].copy()
+    wrong["range_m"] = -1.0
+    pool.take(1, wrong, NOTHING)
+    assert pool.outcomes["FAILED"] == 1
+    assert pool.read(1) is None
+    assert "track 1" in caplog.text
+    reading = pool.read(2)
+    assert reading is not None
+    assert said(reading.bundle) == said(alone(2))
+    pool.take(1, rows(1)[0], NOTHING)
+    again = pool.read(1)
+    assert again is not None
+    assert again.plots == 1
+
+
+def test_a_track_that_ends_lets_its_bundle_go() -> None:
+    pool = fed(1, 2)
+    pool.let_go(1)
+    pool.let_go(7)
+    assert pool.read(1) is None
+    assert len(pool) == 1

@@ -1,0 +1,103 @@
+"""Which track has a bundle, with which plots and biases, whatever the batches."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+
+from multiradar.runtime.trajectories.roster import LetGo, Roster, Take
+from support import live_scene
+from support.engine_outputs import Bias, End, Event, Update, output_of
+
+TABLE = live_scene.sensors()
+
+
+def followed(
+    outputs: Sequence[Sequence[Event]], room: int = 10
+) -> dict[int, list[tuple[float, float] | str]]:
+    """Time and bias of each plot of each bundle, in order, and `gone` where it is let go."""
+    roster = Roster(room, TABLE)
+    found: dict[int, list[tuple[float, float] | str]] = {}
+    for events in outputs:
+        for order in roster.take(output_of(events)):
+            own = found.setdefault(order.track_id, [])
+            if isinstance(order, Take):
+                bias = float(order.published.estimate[0, 0])
+                own += [(time_s, bias) for time_s in order.plots["time_s"].tolist()]
+            else:
+                assert isinstance(order, LetGo)
+                own.append("gone")
+    return found
+
+
+def times(found: list[tuple[float, float] | str]) -> list[float | str]:
+    return [one if isinstance(one, str) else one[0] for one in found]
+
+
+def test_a_bundle_begins_with_the_plot_that_confirms_its_track() -> None:
+    events = [
+        Update(1, 1.0, 7, False), Update(2, 2.0, 7, False), Update(3, 3.0, 7), Update(4, 4.0, 7),
+        Update(5, 5.0, 8, False),
+    ]  # fmt: skip
+    assert times(followed([events])[7]) == [3.0, 4.0]
+    assert 8 not in followed([events])
+    # A track may be doubted again later; its plots are its plots.
+    later = [Update(6, 6.0, 7, False)]
+    assert times(followed([events, later])[7]) == [3.0, 4.0, 6.0]
+
+
+def test_without_room_tracks_wait_and_the_lowest_number_is_next() -> None:
+    events: list[Event] = [
+        Update(1, 1.0, 4), Update(2, 2.0, 9), Update(3, 3.0, 6), Update(4, 4.0, 5),
+        Update(5, 5.0, 9), End(6.0, 5), End(6.0, 4), Update(6, 6.0, 9), Update(7, 7.0, 6),
+        End(8.0, 6), Update(8, 9.0, 9),
+    ]  # fmt: skip
+    found = followed([events], room=1)
+    # 5 had ended while it waited; 6 is before 9, although 9 was confirmed first.
+    assert found == {
+        4: [(1.0, 0.0), "gone"], 6: [(7.0, 0.0), "gone"], 9: [(9.0, 0.0)],
+    }  # fmt: skip
+
+
+def test_biases_are_those_of_the_time_of_the_plot() -> None:
+    events: list[Event] = [
+        Update(1, 1.0, 1), Update(2, 3.5, 1), Bias(4.0, 10.0), Update(3, 4.0, 1),
+        Update(4, 7.9, 1), Bias(8.0, 20.0), Bias(12.0, 30.0), Update(5, 8.5, 1),
+        Update(6, 12.0, 1),
+    ]  # fmt: skip
+    expected = [(1.0, 0.0), (3.5, 0.0), (4.0, 10.0), (7.9, 10.0), (8.5, 20.0), (12.0, 30.0)]
+    assert followed([events])[1] == expected
+    assert followed([[event] for event in events])[1] == expected
+
+
+def test_an_epoch_that_goes_on_after_the_end_of_a_stream_is_told_by_its_last_word() -> None:
+    # The stream was ended at 2 s: the epoch's biases were told for its end, and then once more.
+    outputs: list[list[Event]] = [
+        [Update(1, 1.0, 1), Bias(4.0, 10.0)], [Update(2, 2.5, 1)],
+        [Bias(4.0, 12.0), Update(3, 4.5, 1)],
+    ]  # fmt: skip
+    assert followed(outputs)[1] == [(1.0, 0.0), (2.5, 0.0), (4.5, 12.0)]
+
+
+def test_priors_are_known_before_anything_is_published() -> None:
+    order = next(iter(Roster(1, TABLE).take(output_of([Update(1, 1.0, 1)]))))
+    assert isinstance(order, Take)
+    sigma = order.published.sigma
+    told = sigma[TABLE.parameter_sensor, TABLE.parameter_kind]
+    assert told.tolist() == TABLE.prior_sigma.tolist()
+    assert np.count_nonzero(sigma) == np.count_nonzero(TABLE.prior_sigma)
+
+
+def test_output_that_comes_again_is_passed_over() -> None:
+    """After a failure of the engine all is put out once more from the beginning."""
+    first: list[Event] = [
+        Update(1, 1.0, 1), Update(2, 2.0, 2), Bias(4.0, 10.0), End(4.0, 2), Update(3, 5.0, 1),
+    ]  # fmt: skip
+    again: list[list[Event]] = [first[:2], first[2:], [Update(4, 6.0, 1), Update(5, 6.5, 3)]]
+    assert followed([first, *again]) == followed(again)
+
+
+@pytest.mark.parametrize("room", [1, 2, 10])
+def test_a_track_that_ends_in_the_output_of_its_last_plot_is_let_go_after_it(room: int) -> None:
+    events: list[Event] = [Update(1, 1.0, 1), Update(2, 2.0, 1), End(3.0, 1)]
+    assert followed([events], room)[1] == [(1.0, 0.0), (2.0, 0.0), "gone"]
