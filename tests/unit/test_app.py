@@ -1,18 +1,20 @@
 """The composition root hands every setting on."""
 
 from dataclasses import fields
+from pathlib import Path
 from typing import Any
 
 import pytest
 
 from multiradar.api.limits import HttpLimits
-from multiradar.app import warm_up, zenoh_options
+from multiradar.app import build_service, trajectory_feed, warm_up, zenoh_options
 from multiradar.runtime.encounter_query import EncounterQuery
 from multiradar.runtime.encounters import Sky, encounters
 from multiradar.runtime.engine import Engine
 from multiradar.runtime.history import update_rows
 from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.live_tracks import LiveTracks
+from multiradar.runtime.trajectories.options import trajectory_options
 from multiradar.settings import HttpSettings, RuntimeSettings, load_settings
 from multiradar.tracking.encounters._approach_kernels import find_approaches
 from multiradar.tracking.encounters._chance_kernels import find_bounds, find_chances
@@ -67,3 +69,18 @@ def test_warming_up_makes_the_first_answer_about_encounters_ready() -> None:
     found = encounters(sky, EncounterQuery(distance_m=2e4, height_m=500.0), engine.plane, settings)
     assert found["count"] > 0
     assert [set(kernel.signatures) for kernel in kernels] == before
+
+
+def test_trajectories_are_made_only_where_aircraft_may_have_some(tmp_path: Path) -> None:
+    table = live_scene.sensors()
+    told: dict[str, Any] = {"journal": {"path": tmp_path / "journal.sqlite"}}
+    without = load_settings(None, told)
+    service = build_service(without, table)
+    assert trajectory_feed(service, without, table) is None
+    assert "trajectories" not in service.view.status()
+    told["trajectories"] = {"aircraft_max": 7, "plots_waiting_max": 9, "lateral_max_mps2": 6.5}
+    some = load_settings(None, told)
+    assert trajectory_feed(service, some, table) is not None
+    assert service.view.status()["trajectories"]["aircraft_max"] == 7
+    options = trajectory_options(**some.trajectories.model_dump())
+    assert (options.plots_waiting_max, options.bundle.lateral_max_mps2) == (9, 6.5)

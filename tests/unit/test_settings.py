@@ -61,6 +61,13 @@ def test_lists_come_as_json_from_the_environment(monkeypatch: pytest.MonkeyPatch
         ("[http]\nbody_bytes_max = 0", "http.body_bytes_max: expected a value greater than"),
         ("[zenoh]\nmode = 'star'", "zenoh.mode: expected 'peer', 'client' or 'router', was 'star'"),
         ("[zenoh]\nlisten = ['here']", "zenoh.listen[0]: expected text of the form"),
+        (
+            "[trajectories]\naircraft_max = -1",
+            "trajectories.aircraft_max: expected a value greater than or equal to 0",
+        ),
+        ("[trajectories]\naircraft_max = 10001", "expected a value less than or equal to 10000"),
+        ("[trajectories]\nplots_waiting_max = 0", "trajectories.plots_waiting_max: expected a"),
+        ("[trajectories]\nlateral_max_mps2 = nan", "lateral_max_mps2: expected a"),
         ("[radar]\nx = 1", "radar: expected no such field"),
         ("server = 3", "server: expected a valid dictionary"),
         ("[", "expected TOML, was not"),

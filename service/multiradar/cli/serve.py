@@ -75,6 +75,16 @@ def serve(
         int | None, typer.Option(min=1, help="Threads of the tracker.", show_default="1")
     ] = None,
     filter_name: FilterOption = None,
+    trajectory_aircraft_max: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N",
+            min=0,
+            max=10_000,
+            help="Tracks of which it is told how they flew, at most; 1 ms of processor a plot.",
+            show_default="0: none",
+        ),
+    ] = None,
     config: ConfigOption = None,
     log_level: Annotated[
         LogLevel | None, typer.Option(help="Least level logged.", show_default="info")
@@ -99,6 +109,7 @@ def serve(
             ("zenoh", "listen"): tuple(zenoh_listen) if zenoh_listen else None,
             ("zenoh", "connect"): tuple(zenoh_connect) if zenoh_connect else None,
             ("workers",): workers,
+            ("trajectories", "aircraft_max"): trajectory_aircraft_max,
             ("tracking", "filter_name"): None if filter_name is None else filter_name.value,
             ("log", "level"): None if log_level is None else log_level.value,
             ("log", "form"): None if log_form is None else log_form.value,

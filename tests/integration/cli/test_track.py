@@ -11,6 +11,7 @@ import pytest
 
 from multiradar.cli.main import run
 from multiradar.tracking import pool
+from multiradar_schemas.arrow import TRAJECTORY_SCHEMA
 from multiradar_schemas.report import Report
 from support.recorded_scene import environment, write_scene
 from support.served import RUN
@@ -84,6 +85,34 @@ def test_what_one_radar_alone_cannot_tell_is_said(
     ]
     ratios = pl.read_parquet(out / "biases.parquet").filter(sensor_id="41-10")["prior_ratio"]
     assert ratios.min() == pytest.approx(1.0)
+
+
+def test_trajectories_are_written_when_asked_for(
+    scene: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    measurements, sensors = scene
+    out, few = tmp_path / "out", tmp_path / "few"
+    given = (measurements, "--sensors", sensors, "--trajectories")
+    assert _track(*given, "--out", out, "--json") == 0
+    report = Report.model_validate_json(capsys.readouterr().out)
+    table = pl.read_parquet(out / "trajectories.parquet")
+    assert table.schema == TRAJECTORY_SCHEMA
+    assert table.select("track_id").n_unique() > 1
+    rows = {one.file: one.rows for one in report.outputs}
+    assert rows["trajectories.parquet"] == len(table) > 0
+    counts = report.figures["trajectories"]
+    assert isinstance(counts, dict)
+    assert counts["aircraft_waiting"] == 0
+    # One row at most for each track and epoch, by epoch and track.
+    keys = table.select((pl.col("time_s") // 4.0).alias("epoch"), "track_id")
+    assert keys.is_unique().all()
+    assert keys.equals(keys.sort("epoch", "track_id"))
+    assert _track(*given, "--trajectory-aircraft-max", 1, "--out", few, "--json") == 0
+    report = Report.model_validate_json(capsys.readouterr().out)
+    counts = report.figures["trajectories"]
+    assert isinstance(counts, dict)
+    assert counts["aircraft_waiting"] != 0
+    assert pl.read_parquet(few / "trajectories.parquet")["track_id"].n_unique() == 1
 
 
 def test_json_is_the_report(

@@ -14,7 +14,7 @@ from multiradar.app import Application
 from multiradar.runtime.offline import TRAJECTORIES_FILE, OfflineJob, track_recording
 from multiradar.runtime.trajectories.options import trajectory_options
 from multiradar.runtime.trajectories.table import STEP_S, table_row
-from multiradar.settings import load_settings
+from multiradar.settings import TrajectorySettings, load_settings
 from multiradar.storage.recording import Recording
 from multiradar.tracking.settings import TrackingSettings
 from multiradar_schemas.trajectories import Trajectories
@@ -120,7 +120,7 @@ def test_track_says_the_same(live: _Answers, tmp_path: Path) -> None:
     (tmp_path / "out").mkdir()
     job = OfflineJob(
         Recording(source), TABLE, TrackingSettings(), batch_rows=11,
-        trajectories=trajectory_options(10, 1000, 4.0),
+        trajectories=trajectory_options(10, 1000, TrajectorySettings().lateral_max_mps2),
     )  # fmt: skip
     track_recording(job, tmp_path / "out")
     table = pl.read_parquet(tmp_path / "out" / TRAJECTORIES_FILE)

@@ -7,13 +7,14 @@ from typing import Any
 
 import pytest
 
-from multiradar.errors import JournalError, QueueFullError
+from multiradar.errors import JournalError, QueueFullError, TrajectoryError
 from multiradar.ingest.zenoh.bus import Message
 from multiradar.ingest.zenoh.gateway import ZenohGateway
 from multiradar.ingest.zenoh.keys import is_sensor_id, sensor_key, track_id
 from multiradar.ingest.zenoh.memory_bus import MemoryAnswer, MemoryBus
 from multiradar.ingest.zenoh.options import ZenohOptions
 from multiradar.runtime.receipt import Receipt
+from multiradar.runtime.trajectories.document import PATH_STEP_DEFAULT_S
 from support.fake_service import FakeService
 from support.zenoh_scene import StreamingView
 
@@ -165,3 +166,44 @@ def test_every_message_is_accounted_for(scene: Scene) -> None:
     ends = ("taken", "malformed", "lost_upstream", "refused")
     assert [scene.count(f"messages_{end}") for end in ends] == [1, 1, 1, 1]
     assert scene.count("messages_read") == 4
+
+
+@pytest.mark.parametrize(
+    ("selector", "code"),
+    [
+        ("99", "NOT_FOUND"),
+        ("0", "OUT_OF_RANGE"),
+        ("*", "OUT_OF_RANGE"),
+        ("3?points=601", "OUT_OF_RANGE"),
+        ("3?points=-1", "NOT_A_NUMBER"),
+        ("3?points=9999999999999999999999", "NOT_A_NUMBER"),
+        ("3?step_s=0", "OUT_OF_RANGE"),
+        ("3?step_s=61", "OUT_OF_RANGE"),
+        ("3?step_s=0.5", "NOT_A_NUMBER"),
+        ("3?step_s=nan", "NOT_A_NUMBER"),
+        ("3?horizon_s=5", "UNKNOWN_PARAMETER"),
+    ],
+)
+def test_trajectories_that_cannot_be_told_of_are_refused(
+    scene: Scene, selector: str, code: str
+) -> None:
+    name, _, asked = selector.partition("?")
+    parameters = dict([asked.split("=")]) if asked else {}
+    key = f"multiradar/v1/trajectories/{name}"
+    answer = settled(scene, scene.bus.ask(key, parameters=parameters))
+    assert not answer.replies
+    assert json.loads(answer.errors[0])["code"] == code
+
+
+def test_trajectories_are_told_of_or_the_reason_why_not(scene: Scene) -> None:
+    key = "multiradar/v1/trajectories/3"
+    told = scene.bus.ask(key, parameters={"points": "7"})
+    ((replied, document, _),) = settled(scene, told).replies
+    assert replied == key
+    assert json.loads(document) == {"track_id": 3, "points": 7, "step_s": PATH_STEP_DEFAULT_S}
+
+
+def test_a_track_without_trajectories_says_why(scene: Scene) -> None:
+    scene.view.trajectory_failure = TrajectoryError("NO_ROOM", "track 3 waits for room")
+    answer = settled(scene, scene.bus.ask("multiradar/v1/trajectories/3"))
+    assert json.loads(answer.errors[0]) == {"code": "NO_ROOM", "reason": "track 3 waits for room"}
