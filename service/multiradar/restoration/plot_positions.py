@@ -137,15 +137,31 @@ def plot_positions(plots: Plots, sensors: SensorTable, biases: ArrayLike) -> Plo
     of_each = np.asarray(biases, np.float64)[chosen.sensor]
     polar = polar_without_biases(chosen.range_m, chosen.azimuth_rad, of_each)
     corrected = np.column_stack([*polar, chosen.height_m])
-    variance = _height_variance(chosen.height_m)
+    variance = height_variance(chosen.height_m)
     if kind == _POSITION:
         return _reported(chosen, sensors, variance)
     frame = _frame(corrected, chosen, sensors)
     return _seen(frame, corrected, chosen, sensors, variance)
 
 
-# Heights all on steps of 100 ft are told in them; others are finer.
-def _height_variance(height_m: Floats) -> float:
+def height_variance(height_m: Floats) -> float:
+    """Return the variance of heights of an aircraft, by the steps in which they are told.
+
+    Parameters
+    ----------
+    height_m : (n,) ndarray
+        As measured.
+
+    Returns
+    -------
+    float
+        Of the steps and of the transponder, m²; heights all on steps of 100 ft are told in them,
+        others are finer.
+
+    References
+    ----------
+    The project's own.
+    """
     beside = np.abs(height_m - COARSE_STEP_M * np.round(height_m / COARSE_STEP_M))
     step = COARSE_VARIANCE if bool((beside <= ROUNDING_M).all()) else FINE_VARIANCE
     return float(TRANSPONDER_VARIANCE + step)

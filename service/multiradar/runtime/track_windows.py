@@ -33,12 +33,9 @@ _MEASURED = (
     "time_s", "sensor", "kind", "range_m", "azimuth_rad", "latitude_rad", "longitude_rad",
     "height_m",
 )  # fmt: skip
-# Where the track was taken to be after the measurement: the columns of its update.
-_TRACK = {
-    "track_latitude_rad": "latitude_rad",
-    "track_longitude_rad": "longitude_rad",
-    "track_height_m": "height_m",
-}
+# Where the track was taken to be after the measurement: columns of its update.
+_OF_TRACK = "track_"
+_TRACK = ("latitude_rad", "longitude_rad", "height_m")
 #: A measurement behind an update; field names are those of `MeasurementBatch`, and of the update
 #: with `track_` before them.
 PLOT_DTYPE = np.dtype(
@@ -48,7 +45,7 @@ PLOT_DTYPE = np.dtype(
         for field in fields(MeasurementBatch)
         if field.name in _MEASURED
     ]
-    + [(name, np.float64) for name in _TRACK]
+    + [(_OF_TRACK + name, np.float64) for name in _TRACK]
 )
 
 #: Judges a window: measurements as `PLOT_DTYPE`, its length in s, the biases as `BIAS_DTYPE`, the
@@ -56,15 +53,31 @@ PLOT_DTYPE = np.dtype(
 Judge = Callable[[NDArray[np.void], float, NDArray[np.void], SensorTable], dict[str, Any]]
 
 
-def plot_rows(output: EngineOutput) -> NDArray[np.void]:
-    """Return the measurements behind the updates of an output as rows of `PLOT_DTYPE`."""
-    plots = output.plots
-    rows = np.empty(len(plots), PLOT_DTYPE)
-    rows["track_id"] = plots.track_id
-    for name in _MEASURED:
-        rows[name] = getattr(plots.measured, name)
-    for name, column in _TRACK.items():
-        rows[name] = getattr(output.updates, column)
+def plot_rows(output: EngineOutput, row_type: np.dtype[np.void] = PLOT_DTYPE) -> NDArray[np.void]:
+    """Return the measurements behind the updates of an output as rows.
+
+    Parameters
+    ----------
+    output : EngineOutput
+        What the engine put out.
+    row_type : dtype
+        `track_id`, columns of `MeasurementBatch`, and columns of `TrackUpdates` with `track_`
+        before them.
+
+    Returns
+    -------
+    (n,) ndarray of the type of the rows
+        In the order of the updates.
+    """
+    plots, updates = output.plots, output.updates
+    rows = np.empty(len(plots), row_type)
+    for name in row_type.names or ():
+        if name == "track_id":
+            rows[name] = plots.track_id
+        elif name.startswith(_OF_TRACK):
+            rows[name] = getattr(updates, name.removeprefix(_OF_TRACK))
+        else:
+            rows[name] = getattr(plots.measured, name)
     return rows
 
 

@@ -11,14 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.errors import OutsidePlaneError
-from multiradar.estimation.filters._height_kernels import (
-    COARSE_STEP_M,
-    COARSE_VARIANCE,
-    FINE_VARIANCE,
-    ROUNDING_M,
-    TRANSPONDER_VARIANCE,
-)
 from multiradar.estimation.measurement.cone_of_silence import azimuth_trusted
+from multiradar.estimation.measurement.known_biases import polar_without_biases
 from multiradar.estimation.measurement.sensors import (
     PARAMETER_AZIMUTH_OFFSET,
     PARAMETER_NAMES,
@@ -30,24 +24,24 @@ from multiradar.estimation.measurement.sensors import (
 from multiradar.geodesy import _kernels as geodesy
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.restoration._plot_position_kernels import place_plot
+from multiradar.restoration.plot_positions import height_variance
 from multiradar.tracking.measurements import KIND_BEARING, KIND_POSITION
-from multiradar.tracking.outputs import BiasRecords, EngineOutput
+from multiradar.tracking.outputs import BiasRecords
 from multiradar.tracking.settings import TrackingSettings
 
 Floats = NDArray[np.float64]
 
-_MEASURED = (
-    "time_s", "sensor", "kind", "range_m", "azimuth_rad", "latitude_rad", "longitude_rad",
-    "height_m",
-)  # fmt: skip
-# Of the track's update by the plot; in a row with `track_` before them.
-_TRACK = ("height_m", "height_sigma_m", "speed_mps", "heading_rad")
-#: A plot with what its track was taken to be after it.
+#: A plot with what its track was taken to be after it, as `track_windows.plot_rows` fills it.
 PLOT_DTYPE = np.dtype(
     [("track_id", np.int64), ("sensor", np.int32), ("kind", np.int8)]
-    + [(name, np.float64) for name in _MEASURED if name not in ("sensor", "kind")]
-    + [(f"track_{name}", np.float64) for name in _TRACK]
-)
+    + [
+        (name, np.float64)
+        for name in (
+            "time_s", "range_m", "azimuth_rad", "latitude_rad", "longitude_rad", "height_m",
+            "track_height_m", "track_height_sigma_m", "track_speed_mps", "track_heading_rad",
+        )
+    ]
+)  # fmt: skip
 
 
 class Unplaced(StrEnum):
@@ -87,17 +81,6 @@ class Published(NamedTuple):
 
     estimate: Floats
     sigma: Floats
-
-
-def plots_of(output: EngineOutput) -> NDArray[np.void]:
-    """Return the plots behind the updates of an output as rows of `PLOT_DTYPE`."""
-    rows = np.empty(len(output.plots), PLOT_DTYPE)
-    rows["track_id"] = output.plots.track_id
-    for name in _MEASURED:
-        rows[name] = getattr(output.plots.measured, name)
-    for name in _TRACK:
-        rows[f"track_{name}"] = getattr(output.updates, name)
-    return rows
 
 
 def known_beforehand(sensors: SensorTable) -> Published:
@@ -180,11 +163,9 @@ class PlotPlaces:
         sensors, own = self._sensors, int(plot["sensor"])
         estimate, sigma = published.estimate[own], published.sigma[own]
         height_m, height_variance = self.height(plot)
-        range_m = (plot["range_m"] - estimate[PARAMETER_RANGE_OFFSET]) / (
-            1.0 + estimate[PARAMETER_RANGE_GAIN]
-        )
-        measured = np.array([range_m, plot["azimuth_rad"] - estimate[PARAMETER_AZIMUTH_OFFSET],
-                             height_m])  # fmt: skip
+        said = np.array([plot["range_m"]]), np.array([plot["azimuth_rad"]])
+        (range_m,), (azimuth_rad,) = polar_without_biases(*said, estimate[None])
+        measured = np.array([range_m, azimuth_rad, height_m])
         # J P Jᵀ of a bias is what as much noise of the range or azimuth would do.
         variances = np.array(
             [
@@ -232,9 +213,7 @@ class PlotPlaces:
         """Return the height at which a plot is laid, m, and its variance, m²."""
         told = float(plot["height_m"])
         if np.isfinite(told):
-            beside = abs(told - COARSE_STEP_M * round(told / COARSE_STEP_M))
-            step = COARSE_VARIANCE if beside <= ROUNDING_M else FINE_VARIANCE
-            return told, float(TRANSPONDER_VARIANCE + step)
+            return told, height_variance(np.array([told]))
         known, sigma = float(plot["track_height_m"]), float(plot["track_height_sigma_m"])
         if np.isfinite(known) and np.isfinite(sigma):
             return known, sigma**2

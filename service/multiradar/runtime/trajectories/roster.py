@@ -13,10 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.runtime.track_windows import plot_rows
 from multiradar.runtime.trajectories.plots import (
+    PLOT_DTYPE,
     Published,
     known_beforehand,
-    plots_of,
     published_next,
 )
 from multiradar.tracking.outputs import STATE_CONFIRMED, BiasRecords, EngineOutput
@@ -89,7 +90,10 @@ class Roster:
         """
         updates = output.updates
         fresh = updates.sequence > self._sequence
-        plots, confirmed = plots_of(output)[fresh], updates.state[fresh] == STATE_CONFIRMED
+        plots, confirmed = (
+            plot_rows(output, PLOT_DTYPE)[fresh],
+            updates.state[fresh] == STATE_CONFIRMED,
+        )
         if len(plots):
             self._sequence = int(updates.sequence[-1])
         reached_s = np.maximum.accumulate(np.r_[self._reached_s, plots["time_s"]])
