@@ -59,6 +59,13 @@ def test_without_room_tracks_wait_and_the_lowest_number_is_next() -> None:
     }  # fmt: skip
 
 
+def test_whoever_waited_longest_the_lowest_number_has_the_room() -> None:
+    tracks = (1, 7, 6, 8, 5)
+    events: list[Event] = [Update(n, float(n), track) for n, track in enumerate(tracks, 1)]
+    events += [End(9.0, 1), *(Update(n + 10, 10.0 + n, track) for n, track in enumerate(tracks))]
+    assert set(followed([events[:-5], events[-4:]], room=1)) == {1, 5}
+
+
 def test_biases_are_those_of_the_time_of_the_plot() -> None:
     events: list[Event] = [
         Update(1, 1.0, 1), Update(2, 3.5, 1), Bias(4.0, 10.0), Update(3, 4.0, 1),
