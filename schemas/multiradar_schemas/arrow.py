@@ -17,11 +17,23 @@ MEASUREMENT_SCHEMA = pl.Schema(
         "mode_s_address": pl.String(),
         "track_number": pl.Int64(),
         "callsign": pl.String(),
+        "elevation_deg": pl.Float64(),
+        "source_latitude_deg": pl.Float64(),
+        "source_longitude_deg": pl.Float64(),
+        "source_height_m": pl.Float64(),
     }
 )
 
+#: What bearings may tell beside their azimuth.
+MEASUREMENT_DIRECTIONS = (
+    "elevation_deg",
+    "source_latitude_deg",
+    "source_longitude_deg",
+    "source_height_m",
+)
+
 #: Columns that recordings of earlier versions may lack.
-MEASUREMENT_LATER = ("callsign",)
+MEASUREMENT_LATER = ("callsign", *MEASUREMENT_DIRECTIONS)
 
 #: Columns of `MEASUREMENT_SCHEMA` that every row fills.
 MEASUREMENT_REQUIRED = ("time_s", "sensor_id", "kind")

@@ -15,6 +15,7 @@ _CODES = {
     "missing": RejectCode.MISSING_FIELD,
     "union_tag_not_found": RejectCode.MISSING_FIELD,
     "one_time": RejectCode.MISSING_FIELD,
+    "whole_source": RejectCode.MISSING_FIELD,
     "many_times": RejectCode.UNKNOWN_FIELD,
     "extra_forbidden": RejectCode.UNKNOWN_FIELD,
     "union_tag_invalid": RejectCode.UNKNOWN_KIND,

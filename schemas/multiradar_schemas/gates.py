@@ -11,6 +11,7 @@ from multiradar_schemas.explain import shown
 from multiradar_schemas.measurement import (
     AZIMUTH_END_DEG,
     CALLSIGN_PATTERN,
+    ELEVATION_MAX_DEG,
     HEIGHT_MAX_M,
     HEIGHT_MIN_M,
     KIND_NEEDS,
@@ -21,6 +22,8 @@ from multiradar_schemas.measurement import (
     MODE_S_ADDRESS_PATTERN,
     RANGE_MAX_M,
     SENSOR_ID_PATTERN,
+    SOURCE,
+    SOURCE_FIELDS,
     TIME_MAX_S,
 )
 from multiradar_schemas.reject import RejectCode
@@ -120,6 +123,13 @@ def _needs() -> tuple[Gate, ...]:
     )
 
 
+def _whole_source() -> Gate:
+    absent = [pl.col(name).is_null() for name in SOURCE_FIELDS]
+    refuses = pl.any_horizontal(absent) & ~pl.all_horizontal(absent)
+    expected = f"all of {SOURCE} or none"
+    return Gate(RejectCode.MISSING_FIELD, SOURCE_FIELDS[0], expected, refuses)
+
+
 _time = pl.col("time_s")
 _range = pl.col("range_m")
 _azimuth = pl.col("azimuth_deg")
@@ -160,4 +170,9 @@ PHYSICAL_GATES: tuple[Gate, ...] = (
     _text("mode_3a", MODE_3A_PATTERN),
     _text("mode_s_address", MODE_S_ADDRESS_PATTERN),
     _text("callsign", CALLSIGN_PATTERN),
+    *_between("elevation_deg", -ELEVATION_MAX_DEG, ELEVATION_MAX_DEG, "degrees"),
+    *_between("source_latitude_deg", -LATITUDE_MAX_DEG, LATITUDE_MAX_DEG, "degrees"),
+    *_between("source_longitude_deg", -LONGITUDE_MAX_DEG, LONGITUDE_MAX_DEG, "degrees"),
+    *_between("source_height_m", HEIGHT_MIN_M, HEIGHT_MAX_M, "m"),
+    _whole_source(),
 )

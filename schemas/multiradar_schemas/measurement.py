@@ -20,6 +20,7 @@ from multiradar_schemas.base import Record, described
 TIME_MAX_S = 1e11
 RANGE_MAX_M = 1e6
 AZIMUTH_END_DEG = 360.0
+ELEVATION_MAX_DEG = 90.0
 LATITUDE_MAX_DEG = 90.0
 LONGITUDE_MAX_DEG = 180.0
 HEIGHT_MIN_M = -1000.0
@@ -30,6 +31,10 @@ SENSOR_ID_PATTERN = r"^[A-Za-z0-9._-]{1,64}$"
 MODE_3A_PATTERN = r"^[0-7]{4}$"
 MODE_S_ADDRESS_PATTERN = r"^[0-9a-fA-F]{6}$"
 CALLSIGN_PATTERN = r"^ *[0-9A-Za-z]{1,8} *$"
+
+#: Where a moving source was: all of them or none.
+SOURCE_FIELDS = ("source_latitude_deg", "source_longitude_deg", "source_height_m")
+SOURCE = ", ".join(SOURCE_FIELDS)
 
 #: Kinds of measurement, on the wire.
 KINDS = ("radar", "adsb", "mlat", "bearing")
@@ -99,6 +104,17 @@ Azimuth = Annotated[
         absent="kind is adsb or mlat",
     ),
 ]
+Elevation = Annotated[
+    float,
+    Field(ge=-ELEVATION_MAX_DEG, le=ELEVATION_MAX_DEG),
+    described(
+        "Elevation above the horizontal plane through the sensor, free of refraction; used of "
+        "kind bearing, where the sensor has `elevation_sigma_deg`",
+        unit="degree",
+        source="sensor",
+        absent="not measured",
+    ),
+]
 Latitude = Annotated[
     float,
     Field(ge=-LATITUDE_MAX_DEG, le=LATITUDE_MAX_DEG),
@@ -119,6 +135,27 @@ Height = Annotated[
     described(
         "Height as measured (Mode C or reported)", unit="m", source="aircraft", absent="not heard"
     ),
+]
+_MOVED = "the sensor stands still; given all three or none"
+SourceLatitude = Annotated[
+    float,
+    Field(ge=-LATITUDE_MAX_DEG, le=LATITUDE_MAX_DEG),
+    described(
+        "WGS 84 latitude of a sensor that is `moving`, at the time of the measurement",
+        unit="degree",
+        source="sensor",
+        absent=_MOVED,
+    ),
+]
+SourceLongitude = Annotated[
+    float,
+    Field(ge=-LONGITUDE_MAX_DEG, le=LONGITUDE_MAX_DEG),
+    described("WGS 84 longitude of it", unit="degree", source="sensor", absent=_MOVED),
+]
+SourceHeight = Annotated[
+    float,
+    Field(ge=HEIGHT_MIN_M, le=HEIGHT_MAX_M),
+    described("Its height above the ellipsoid", unit="m", source="sensor", absent=_MOVED),
 ]
 Mode3A = Annotated[
     str,
@@ -181,6 +218,19 @@ class _Common(Record):
     mode_s_address: ModeSAddress | None = None
     track_number: TrackNumber | None = None
     callsign: Callsign | None = None
+    elevation_deg: Elevation | None = None
+    source_latitude_deg: SourceLatitude | None = None
+    source_longitude_deg: SourceLongitude | None = None
+    source_height_m: SourceHeight | None = None
+
+    @model_validator(mode="after")
+    def _whole_source(self) -> Self:
+        missing = [name for name in SOURCE_FIELDS if getattr(self, name) is None]
+        if 0 < len(missing) < len(SOURCE_FIELDS):
+            raise PydanticCustomError(
+                "whole_source", "Input should be all of {fields} or none", {"fields": SOURCE}
+            )
+        return self
 
     @model_validator(mode="after")
     def _one_time(self) -> Self:

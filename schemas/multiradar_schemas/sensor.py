@@ -98,6 +98,19 @@ class Sensor(Table):
         within(bounds.POSITION_SIGMA_M),
         of_file("Random error of a reported position, 1 sigma each axis", "m"),
     ] = 30.0
+    elevation_sigma_deg: Annotated[
+        float | None,
+        within(bounds.AZIMUTH_SIGMA_DEG),
+        of_file("Random error of elevation, 1 sigma", "degree", "it measures none"),
+    ] = None
+    moving: Annotated[
+        bool,
+        of_file(
+            "Whether a direction finder moves: its bearings then tell where it was, and its place "
+            "here is about where it stays",
+            "true or false",
+        ),
+    ] = False
     rotation_period_s: Annotated[
         float | None,
         within(bounds.ROTATION_PERIOD_S),
@@ -160,6 +173,18 @@ class Sensor(Table):
             for name in ("latitude_deg", "longitude_deg", "height_m"):
                 if getattr(self, name) is None:
                     raise wrong(f"expected {name} for the {self.kind} {self.id}, was absent")
+        return self
+
+    @model_validator(mode="after")
+    def _directions_fit_the_kind(self) -> Self:
+        if self.moving and self.kind != "direction-finder":
+            raise wrong(f"expected a direction-finder where moving is true, was the {self.kind}")
+        if self.elevation_sigma_deg is not None and self.kind in ("adsb", "mlat"):
+            raise wrong(f"expected no elevation_sigma_deg for the {self.kind} {self.id}, has one")
+        clock = self.bias.time_offset_s
+        if self.moving and (clock.estimate or clock.prior != 0.0):
+            # Its place is that of the true time, which a wrong clock does not tell.
+            raise wrong(f"expected no time_offset_s for {self.id}, which is moving, has one")
         return self
 
     @model_validator(mode="after")

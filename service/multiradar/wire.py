@@ -9,6 +9,7 @@ import numpy as np
 import polars as pl
 from numpy.typing import NDArray
 
+from multiradar.bearing_columns import direction_rows, directions_of, with_movers
 from multiradar.errors import InputError, MissingColumnError
 from multiradar.estimation.measurement.known_biases import Measured, without_known_biases
 from multiradar.estimation.measurement.sensors import PARAMETER_NAMES, SensorTable
@@ -37,6 +38,7 @@ from multiradar_schemas.arrow import (
     TRANSITION_SCHEMA,
 )
 from multiradar_schemas.callsigns import callsign_texts, packed_callsigns
+from multiradar_schemas.directions import has_directions, sensor_gates
 from multiradar_schemas.gates import PHYSICAL_GATES, Gate, refusals
 from multiradar_schemas.measurement import KINDS
 from multiradar_schemas.reject import RejectCode
@@ -132,6 +134,8 @@ def sensor_table(sensors: SensorsFile) -> SensorTable:
         ),
         self_reported=np.array([one.kind == "adsb" for one in ordered], np.bool_),
         asterix_codes=tuple(_asterix_code(one) for one in ordered),
+        moving=np.array([one.moving for one in ordered], np.bool_),
+        elevation_sigma_rad=np.radians(_numbers([one.elevation_sigma_deg for one in ordered])),
     )
 
 
@@ -163,7 +167,9 @@ def measurement_batch(frame: pl.DataFrame, table: SensorTable) -> tuple[Measurem
     """
     frame = _known_columns(frame)
     frame = _with_sensors(frame, table)
-    index, code, reason = refusals(frame, _GATES)
+    directed = table.moving.any() or has_directions(frame)
+    frame = with_movers(frame, table, _SENSOR) if directed else frame
+    index, code, reason = refusals(frame, _DIRECTED_GATES if directed else _GATES)
     if len(index):
         keep = np.ones(len(frame), np.bool_)
         keep[index] = False
@@ -208,7 +214,7 @@ def measurement_rows(batch: MeasurementBatch, table: SensorTable) -> list[dict[s
                 said[name] = number if form == "d" else format(number, form)
         if callsigns[row] is not None:
             said["callsign"] = callsigns[row]
-        rows.append(said)
+        rows.append(said | direction_rows(batch, row))
     return rows
 
 
@@ -428,6 +434,9 @@ _GATES = (
 )
 
 
+_DIRECTED_GATES = (*_GATES, *sensor_gates())
+
+
 def _columns(frame: pl.DataFrame, table: SensorTable) -> MeasurementBatch:
     radar = pl.col(_KIND) == KIND_RADAR
     position = pl.col(_KIND) == KIND_POSITION
@@ -457,6 +466,7 @@ def _columns(frame: pl.DataFrame, table: SensorTable) -> MeasurementBatch:
         latitude_rad=np.radians(arrays.pop("latitude_deg")),
         longitude_rad=np.radians(arrays.pop("longitude_deg")),
         callsign=packed_callsigns(frame["callsign"]),
+        directions=directions_of(frame),
         **arrays,
     )
 

@@ -118,7 +118,15 @@ def make_plots(aircraft: int, seed: int = 3) -> PeerPlots:
     z += rng.normal(size=z.shape) * [RANGE_SIGMA_M, AZIMUTH_SIGMA_RAD]
     start = np.hstack([position + rng.normal(0.0, 500.0, position.shape), 0.0 * velocity])
     kind = np.full(slot.size, KIND_FLAT_POLAR, np.int64)
-    rows = Rows(slot.astype(np.int64), time, kind, sensor.astype(np.int64), z, np.zeros(slot.size))
+    rows = Rows(
+        slot.astype(np.int64),
+        time,
+        kind,
+        sensor.astype(np.int64),
+        z,
+        np.zeros(slot.size),
+        sensor.astype(np.int64),
+    )
     return PeerPlots(rows, flat_polar, start, np.diag([1e6, 1e6, 1e5, 1e5]))
 
 

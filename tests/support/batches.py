@@ -1,12 +1,11 @@
 """Small measurement batches for tests."""
 
 from collections.abc import Sequence
-from dataclasses import fields
 from math import isnan
 
 import numpy as np
 
-from multiradar.tracking.measurements import MeasurementBatch
+from multiradar.tracking.measurements import COLUMNS, MeasurementBatch
 
 
 def batch_of(
@@ -41,7 +40,7 @@ def batch_of(
 
 def rows_of(batch: MeasurementBatch) -> list[tuple[object, ...]]:
     """The rows as tuples that compare equal when all columns are; NaN is told as None."""
-    columns = [getattr(batch, field.name).tolist() for field in fields(batch)]
+    columns = [getattr(batch, name).tolist() for name in COLUMNS]
     return [
         tuple(None if isinstance(value, float) and isnan(value) else value for value in row)
         for row in zip(*columns, strict=True)

@@ -1,18 +1,17 @@
 """Batches of which only times and sensors matter."""
 
-from dataclasses import fields
+from typing import Any
 
 import numpy as np
 
-from multiradar.tracking.measurements import MeasurementBatch
+from multiradar.tracking.measurements import COLUMNS, MeasurementBatch
 
 
 def timed_batch(times: list[float], sensor: int | list[int] = 0) -> MeasurementBatch:
     """Return measurements at these times, of one sensor or one sensor each."""
     count = len(times)
-    columns = {
-        field.name: np.zeros(count, getattr(MeasurementBatch.empty(), field.name).dtype)
-        for field in fields(MeasurementBatch)
+    columns: dict[str, Any] = {
+        name: np.zeros(count, getattr(MeasurementBatch.empty(), name).dtype) for name in COLUMNS
     }
     columns["time_s"] = np.array(times, np.float64)
     columns["sensor"] = np.broadcast_to(np.array(sensor, np.int32), count).copy()

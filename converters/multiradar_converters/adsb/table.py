@@ -27,14 +27,14 @@ from multiradar_converters.adsb.plain import KINDS
 from multiradar_converters.asterix.naming import address_names, code_names, named
 from multiradar_converters.parquet_table import even_blocks, write_frames
 from multiradar_converters.vid.records import Records, decimal, times
-from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
+from multiradar_schemas.directions import PLAIN_SCHEMA
 
 RECORD_WORDS = 7
 
 #: Columns of this table; `track` and the others read the first ones.
 SCHEMA = pl.Schema(
     {
-        **MEASUREMENT_SCHEMA,
+        **PLAIN_SCHEMA,
         "geometric_height_m": pl.Float64(),
         "flags": pl.String(),
     }

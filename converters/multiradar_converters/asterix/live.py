@@ -31,7 +31,7 @@ from multiradar_converters.asterix.timing import (
     targets_in_order,
     timed,
 )
-from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
+from multiradar_schemas.directions import PLAIN_SCHEMA
 from multiradar_schemas.reject import RejectCode
 
 _DAY_S = 86_400.0
@@ -208,4 +208,4 @@ def _frame(reports: Timed, own: Integers, time_s: Numbers, ids: pl.Series) -> pl
     made = table.frame(
         columns, ids.gather(own), {name: values[own] for name, values in whole.items()}
     )
-    return made.select(MEASUREMENT_SCHEMA.keys())
+    return made.select(PLAIN_SCHEMA.keys())

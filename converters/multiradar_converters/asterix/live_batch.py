@@ -10,7 +10,7 @@ import polars as pl
 from multiradar_converters.asterix.columns import Flags, Integers
 from multiradar_converters.asterix.datagrams import CutDatagrams, Datagrams
 from multiradar_converters.asterix.gathering import SKIPPED, Gathered, Rows
-from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
+from multiradar_schemas.directions import PLAIN_SCHEMA
 from multiradar_schemas.reject import RejectCode
 
 #: What may become of a target report.
@@ -35,7 +35,7 @@ class LiveBatch:
     Attributes
     ----------
     frame : DataFrame
-        Measurements, columns of `MEASUREMENT_SCHEMA`, in the order of their reception.
+        Measurements, columns of `PLAIN_SCHEMA`, in the order of their reception.
     datagram : int64[m]
         The datagram that each came in.
     refused : list of RefusedOctets
@@ -79,7 +79,7 @@ def new_batch(gathered: Gathered, datagrams: Datagrams, cut: CutDatagrams) -> Li
     for (category, _source), count in gathered.records.items():
         categories[category] += count
     return LiveBatch(
-        frame=pl.DataFrame(schema=MEASUREMENT_SCHEMA),
+        frame=pl.DataFrame(schema=PLAIN_SCHEMA),
         datagram=np.empty(0, np.int64),
         refused=refused,
         octets=_octets(gathered, refused, cut.datagram, len(datagrams)),
@@ -116,7 +116,7 @@ def unreadable(datagrams: Datagrams, reason: str) -> LiveBatch:
     ]
     nothing = np.zeros(count, np.int64)
     return LiveBatch(
-        frame=pl.DataFrame(schema=MEASUREMENT_SCHEMA),
+        frame=pl.DataFrame(schema=PLAIN_SCHEMA),
         datagram=np.empty(0, np.int64),
         refused=refused,
         octets={

@@ -14,10 +14,10 @@ from multiradar_converters.asterix.naming import (
 )
 from multiradar_converters.asterix.targets import flag_text
 from multiradar_converters.asterix.timing import KINDS
-from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
+from multiradar_schemas.directions import PLAIN_SCHEMA
 
 #: Columns of this table; `track` and the others read the first ones.
-SCHEMA = pl.Schema({**MEASUREMENT_SCHEMA, "flags": pl.String()})
+SCHEMA = pl.Schema({**PLAIN_SCHEMA, "flags": pl.String()})
 
 #: Records of equal octets and times no further apart are one record.
 SAME_S = 1.0

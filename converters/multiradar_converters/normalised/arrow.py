@@ -23,6 +23,7 @@ from multiradar_converters.normalised.parsed import (
     check_rows_max,
 )
 from multiradar_schemas.arrow import MEASUREMENT_REQUIRED, MEASUREMENT_SCHEMA
+from multiradar_schemas.directions import lean
 from multiradar_schemas.errors import BodyError
 from multiradar_schemas.gates import PHYSICAL_GATES, Gate, refusals
 from multiradar_schemas.reject import RejectCode
@@ -191,7 +192,7 @@ def _gated(frame: pl.DataFrame) -> Parsed:
     taken = frame
     rejected: list[ParsedReject] = []
     if len(index):
-        shown = frame[index].select(*MEASUREMENT_SCHEMA, _LOST).to_dicts()
+        shown = lean(frame[index].select(*MEASUREMENT_SCHEMA, _LOST)).to_dicts()
         rejected = [
             ParsedReject(int(place), code, reason, _raw(row))
             for place, code, reason, row in zip(index, codes, reasons, shown, strict=True)

@@ -17,7 +17,7 @@ from multiradar_converters.vid.records import (
     sensor_of,
     times,
 )
-from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
+from multiradar_schemas.directions import PLAIN_SCHEMA
 
 #: Sensor of ADS-B rows.
 ADSB_ID = "adsb"
@@ -90,7 +90,7 @@ def write_table(
         Number of rows.
     """
     frames = (_frame(block, sensor_ids, unix_start_s) for block in even_blocks(rows))
-    return write_frames(path, frames, MEASUREMENT_SCHEMA)
+    return write_frames(path, frames, PLAIN_SCHEMA)
 
 
 def _plot_rows(named: NamedPlots) -> Records:
@@ -145,7 +145,7 @@ def _frame(rows: Records, sensor_ids: list[str], unix_start_s: float) -> pl.Data
         "track_number": aircraft.set(aircraft < 0, None),
         "callsign": pl.repeat(None, len(rows), dtype=pl.String, eager=True),
     }
-    return pl.DataFrame({name: columns[name] for name in MEASUREMENT_SCHEMA})
+    return pl.DataFrame({name: columns[name] for name in PLAIN_SCHEMA})
 
 
 def _number(column: NDArray[np.float64]) -> pl.Series:

@@ -9,6 +9,7 @@ import polars as pl
 
 from multiradar.errors import ConfigurationError, PeerError, UnavailableError
 from multiradar.ingest.replay import Answer
+from multiradar_schemas.directions import lean
 
 CONNECT_TIMEOUT_S = 5.0
 #: Longer than the service waits for its journal.
@@ -117,6 +118,7 @@ def encode(frame: pl.DataFrame, encoding: Encoding) -> bytes:
     bytes
         Arrow IPC stream, JSON array or NDJSON; numbers keep all their digits.
     """
+    frame = lean(frame)
     if encoding is Encoding.JSON:
         return frame.write_json().encode()
     if encoding is Encoding.NDJSON:

@@ -23,7 +23,7 @@ from multiradar.estimation.filters._kernels import (
     READOUT_UPDATES,
     RESTARTED,
 )
-from multiradar.estimation.filters.arrays import Result, Rows, Work, result_arrays
+from multiradar.estimation.filters.arrays import Model, Result, Rows, Work, result_arrays
 from multiradar.estimation.filters.bank import Outcome, find_filter_for
 from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET, SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
@@ -57,6 +57,7 @@ from multiradar.tracking.roster import RowIdentities
 from multiradar.tracking.sensor_health import SensorHealth
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.tracking.shared_plots import Taken, shared_plots
+from multiradar.tracking.sources import Sources, find_sources
 from multiradar.tracking.transition_log import TransitionLog, Updated
 from multiradar.tracking.transitions import SILENT, UNCONFIRMED, Ends
 
@@ -100,7 +101,8 @@ class Engine:
         if not 1 <= workers <= WORKERS_MAX:
             raise ConfigurationError(f"expected 1 to {WORKERS_MAX} workers, was {workers}")
         _require_clocks_within(sensors, settings.reorder_horizon_s)
-        self._settings = settings
+        self._settings, self._sensors = settings, sensors
+        self._sources: Sources | None = None
         self._filter = find_filter_for(settings.filter_name, sensors.parameter_kind)
         self._plane = _plane_for(sensors)
         self._order = ReorderBuffer(settings.reorder_horizon_s)
@@ -238,6 +240,12 @@ class Engine:
         if self._executor is not None:
             self._executor.shutdown()
 
+    @property
+    def _model(self) -> Model:
+        """What all aircraft share, with the sites of the rows at hand."""
+        model = self._biases.model
+        return model if self._sources is None else self._sources.within(model)
+
     def _process(self, released: MeasurementBatch) -> EngineOutput:
         shown, near = self._near.take(released, self._order.places)
         duplicates = Duplicates.concatenate([self._order.dropped, near])
@@ -286,13 +294,13 @@ class Engine:
             shares = None
             if needs_window:
                 start_s = math.floor(run.batch.time_s[begin] / WINDOW_S) * WINDOW_S
-                ends = self._association.end_tracks(start_s, self._biases.model, self._pool)
+                ends = self._association.end_tracks(start_s, self._model, self._pool)
                 ended.append(self._end(begin, start_s, ends))
-                shares = self._association.choose(window, self._biases.model, self._pool)
+                shares = self._association.choose(window, self._model, self._pool)
                 self._plausibility.claim(_told(run, begin, end), self._pool)
-            self._bearing_starts.assign(window, self._biases.model, self._biases.state, self._pool)
+            self._bearing_starts.assign(window, self._model, self._biases.state, self._pool)
             steps = self._plausibility.steps(
-                _told(run, begin, end), self._biases.model, self._biases.state, self._pool
+                _told(run, begin, end), self._model, self._biases.state, self._pool
             )
             if shares is None or self._shared is None:
                 for start, stop in steps:
@@ -302,7 +310,7 @@ class Engine:
                 for _ in steps:
                     continue
                 taken = Taken(np.arange(begin, end), run.rows, run.result)
-                left = self._shared.take(shares, taken, self._biases.model, self._pool)
+                left = self._shared.take(shares, taken, self._model, self._pool)
                 self._step_some(run.rows, run.result, left, self._pool.quiet(run.rows.slot[left]))
             if needs_window:
                 self._association.settle(window, run.result, self._pool, run.confirmed)
@@ -329,7 +337,7 @@ class Engine:
     def _prepare(self, batch: MeasurementBatch) -> tuple[Rows, Result, NDArray[np.int64]]:
         n = len(batch)
         z = np.empty((n, 2))
-        kind = batch.kind.astype(np.int64)
+        kind, sensor = batch.kind.astype(np.int64), batch.sensor.astype(np.int64)
         observe(
             kind, batch.range_m, batch.azimuth_rad, batch.latitude_rad, batch.longitude_rad,
             self._biases.model.plane, z,
@@ -338,10 +346,12 @@ class Engine:
             slot=np.empty(0, np.int64),
             time=batch.time_s,
             kind=kind,
-            sensor=batch.sensor.astype(np.int64),
+            sensor=sensor,
             z=z,
             height=batch.height_m,
+            seen=sensor,
         )
+        rows, self._sources = find_sources(batch, rows, self._biases.model, self._sensors)
         result = result_arrays(n, 0, 0, keeps_log=not self._filter.keeps_sensitivity)._replace(
             information=self._biases.information, vector=self._biases.vector
         )
@@ -371,7 +381,7 @@ class Engine:
         used, work = self._pool.work(rows.slot[which], which)
         step, aircraft = self._filter.step, self._pool.aircraft
         if self._executor is None or len(which) < PARALLEL_ROWS_MIN or len(used) == 1:
-            step(work, rows, self._biases.model, aircraft, result, want_readout=True)
+            step(work, rows, self._model, aircraft, result, want_readout=True)
             return
         shares = [
             Work(used[worker :: self._workers].copy(), work.bounds, work.order)
@@ -379,7 +389,7 @@ class Engine:
         ]
         tasks = [
             self._executor.submit(
-                step, share, rows, self._biases.model, aircraft, result, want_readout=True
+                step, share, rows, self._model, aircraft, result, want_readout=True
             )
             for share in shares
         ]

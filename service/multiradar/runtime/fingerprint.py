@@ -5,7 +5,7 @@ from dataclasses import asdict, fields
 
 import numpy as np
 
-from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.estimation.measurement.sensors import LATER_FIELDS, SensorTable
 from multiradar.kernels import compilation_target
 from multiradar.runtime.admission import FORWARD_JUMP_MAX_S
 from multiradar.tracking.settings import TrackingSettings
@@ -48,7 +48,9 @@ def configuration_fingerprint(
     whole.update(f";aliases={sensors.aliases!r}".encode())
     for field in fields(sensors):
         value = getattr(sensors, field.name)
-        if isinstance(value, np.ndarray):
+        # What earlier versions did not know of counts where it says something.
+        silent = field.name in LATER_FIELDS and not np.nan_to_num(value).any()
+        if not silent and isinstance(value, np.ndarray):
             little = value.astype(value.dtype.newbyteorder("<"))
             whole.update(f";{field.name}:{little.dtype.str}:".encode() + little.tobytes())
     return whole.hexdigest()

@@ -5,6 +5,7 @@ import io
 import polars as pl
 
 from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
+from multiradar_schemas.directions import lean
 
 
 def encode_rows(frame: pl.DataFrame) -> bytes:
@@ -12,7 +13,7 @@ def encode_rows(frame: pl.DataFrame) -> bytes:
     if not len(frame):
         return b""
     buffer = io.BytesIO()
-    complete(frame).rechunk().write_ipc_stream(buffer)
+    lean(complete(frame)).rechunk().write_ipc_stream(buffer)
     return buffer.getvalue()
 
 

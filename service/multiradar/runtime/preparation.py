@@ -25,6 +25,7 @@ from multiradar.runtime.reject_file import TimeRefusals
 from multiradar.storage.entries import Entry, EntryKind, RejectedRow, StoredEntry
 from multiradar.tracking.measurements import MeasurementBatch
 from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
+from multiradar_schemas.directions import has_directions, lean
 from multiradar_schemas.reject import RejectCode
 
 #: Column of a frame with the place of each row in its message.
@@ -125,7 +126,10 @@ def same_message(submission: Submission, entry: Entry) -> bool:
         return not len(accepted)
     # An entry of an earlier version has fewer columns: what it had no room for cannot differ.
     stored = decode_rows(entry.payload)
-    return complete(accepted).select(stored.columns).equals(stored)
+    sent = complete(accepted)
+    if has_directions(sent) != has_directions(stored):
+        return False
+    return sent.select(stored.columns).equals(stored)
 
 
 _NO_ROWS = pl.DataFrame(schema=MEASUREMENT_SCHEMA)
@@ -248,7 +252,7 @@ def _rejected_rows(
     frame: pl.DataFrame, verdicts: Sequence[tuple[int, str, str]]
 ) -> list[RejectedRow]:
     rows = [row for row, _, _ in verdicts]
-    content = frame[rows].drop(INDEX_COLUMN, strict=False).iter_rows(named=True)
+    content = lean(frame[rows]).drop(INDEX_COLUMN, strict=False).iter_rows(named=True)
     return [
         RejectedRow(place, str(code), reason, json.dumps(raw, ensure_ascii=False))
         for place, (_, code, reason), raw in zip(

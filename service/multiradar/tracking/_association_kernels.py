@@ -19,9 +19,9 @@ from multiradar.estimation.filters._kernels import (
 from multiradar.estimation.filters._two_stage_kernels import spread_of_biases
 from multiradar.estimation.filters.arrays import Aircraft, Model, Rows
 from multiradar.estimation.measurement._kernels import (
-    KIND_BEARING,
     Slope,
     bias_column,
+    is_bearing,
     measures_azimuth,
     seen_from,
 )
@@ -122,7 +122,8 @@ def pair_score(
     """Return the logarithm of the likelihood ratio that a plot is of a track, by place alone."""
     n = aircraft.sensitivity.shape[2]
     kind, s, time = rows.kind[row], rows.sensor[row], rows.time[row]
-    site, noise, bias = model.sites[s], model.noises[s], model.bias
+    seen = rows.seen[row]
+    site, noise, bias = model.sites[seen], model.noises[seen], model.bias
     dt = max(time - aircraft.time[k], 0.0)
     # The position of an aircraft that told no height goes with the height that was guessed.
     measured = rows.height[row] if not np.isnan(aircraft.height[k]) else np.nan
@@ -160,7 +161,7 @@ def pair_score(
         see_columns(c, min(LANES, n - c), k, dt, h, V, U)
     rate0 = h[0] * sky.state[k, 2] + h[1] * sky.state[k, 3]
     rate1 = h[2] * sky.state[k, 2] + h[3] * sky.state[k, 3]
-    for c in range(model.starts[s], model.starts[s + 1]):
+    for c in range(model.starts[seen], model.starts[seen + 1]):
         j0, j1 = bias_column(kind, model.parameters[c], site, p0, p1, rate0, rate1)
         U[0, c] += j0
         U[1, c] += j1
@@ -314,7 +315,7 @@ def search(
         coming = MISSING
         if row < last:
             candidates.number[row - first] = MISSING
-            if identities.slot[row] < 0 and rows.kind[row] != KIND_BEARING:
+            if identities.slot[row] < 0 and not is_bearing(rows.kind[row]):
                 coming = find_near(
                     row, row - first, window_time, 1 - side, rows, model, aircraft, life, sky,
                     sigmas, candidates, found,

@@ -17,7 +17,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters.arrays import Aircraft, Model, Rows
-from multiradar.estimation.measurement._kernels import KIND_BEARING
+from multiradar.estimation.measurement._kernels import KIND_DIRECTION, is_bearing
 from multiradar.kernels import loop
 from multiradar.tracking._association_kernels import LOG_TURN, judge
 from multiradar.tracking.lifecycle import TENTATIVE, Lifecycle
@@ -30,6 +30,8 @@ Integers = NDArray[np.int64]
 # Logarithm of the density of bearings of nothing: even over the circle, 1/rad; beside it that of
 # the empty component at its middle.
 LOG_ANYWHERE = -1.5 * LOG_TURN
+# Of directions of nothing: the sine of the elevation is even from the horizon to the zenith.
+LOG_ANYWHERE_ABOVE = -LOG_TURN
 # By so much the likeliest track must be likelier than the next: twenty times.
 LOG_CLEARLY = math.log(20.0)
 
@@ -83,9 +85,10 @@ def search(
     """Do as `give_bearings`, in the room given."""
     for row in range(first, last):
         named = track_numbers[row] >= 0 or addresses[row] >= 0
-        if rows.kind[row] != KIND_BEARING or identities.slot[row] >= 0 or named:
+        if not is_bearing(rows.kind[row]) or identities.slot[row] >= 0 or named:
             continue
         ahead = rows.time[row] - window_time
+        anywhere = LOG_ANYWHERE_ABOVE if rows.kind[row] == KIND_DIRECTION else LOG_ANYWHERE
         best, second = 0.0, 0.0
         chosen = MISSING
         for k in range(roster.track_id.shape[0]):
@@ -99,7 +102,7 @@ def search(
             # direction finders do not turn.
             score, _ = judge(
                 row, k, ahead, 0.0, MISSING, MISSING, codes[row], 0.0, 0.0, 0.0, 0.0, rows, model,
-                aircraft, roster, life, sky, rules, LOG_ANYWHERE, sigmas, U, R,
+                aircraft, roster, life, sky, rules, anywhere, sigmas, U, R,
             )  # fmt: skip
             if score > best:
                 best, second = score, best

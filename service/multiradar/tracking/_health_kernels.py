@@ -25,7 +25,7 @@ from multiradar.estimation.filters._kernels import (
     UPDATED,
 )
 from multiradar.estimation.filters.arrays import Aircraft, Result, Rows
-from multiradar.estimation.measurement._kernels import KIND_BEARING, KIND_RADAR
+from multiradar.estimation.measurement._kernels import KIND_RADAR, is_bearing
 from multiradar.kernels import in_loop, loop
 from multiradar.tracking.health_sums import (
     GAIN_SCALE_M,
@@ -76,7 +76,7 @@ def gather(
     stages, track_ids = life.stage, identities.track_id
     for row in range(first, last):
         s, time, k = sensors[row], times[row], slots[row]
-        if kinds[row] == KIND_BEARING and sums.last_plot[s] > -np.inf:
+        if is_bearing(kinds[row]) and sums.last_plot[s] > -np.inf:
             # A radar that has lost the range is not silent.
             sums.last_plot[s] = max(sums.last_plot[s], time)
         if kinds[row] != KIND_RADAR:

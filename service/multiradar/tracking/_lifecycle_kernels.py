@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from multiradar.estimation.filters._kernels import RESTARTED
 from multiradar.estimation.filters.arrays import Aircraft, Result, Rows
-from multiradar.estimation.measurement._kernels import KIND_BEARING, KIND_RADAR
+from multiradar.estimation.measurement._kernels import KIND_RADAR, is_bearing
 from multiradar.tracking._assignment_kernels import assign_scan
 from multiradar.tracking._clutter_kernels import ring_of
 from multiradar.tracking._young_kernels import forget_velocity, score_of_twin
@@ -175,7 +175,7 @@ def settle(
         k = identities.slot[row]
         if k < 0 or result.outcome[row] > RESTARTED:
             continue
-        if rows.kind[row] == KIND_BEARING:
+        if is_bearing(rows.kind[row]):
             # It tells that something is there in that direction, which others are as well.
             if life.stage[k] != BY_IDENTITY:
                 confirmed[row] = life.stage[k] == CONFIRMED

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from multiradar.estimation.filters._kernels import HEIGHT_MAX, IMPLAUSIBLE_SLOT, VALUE_MAX
 from multiradar.estimation.filters.arrays import Model, Rows
-from multiradar.estimation.measurement._kernels import KIND_BEARING, KIND_RADAR
+from multiradar.estimation.measurement._kernels import KIND_RADAR, is_bearing
 from multiradar.kernels import in_loop, loop
 from multiradar.tracking._comparison_kernels import common_offset, compare_all, vote
 from multiradar.tracking._cover_kernels import is_ghost, sector_of, sine_of_elevation
@@ -85,7 +85,7 @@ def judge(
     for row in range(first, last):
         k, s, time = rows.slot[row], rows.sensor[row], rows.time[row]
         z0, z1, height = rows.z[row, 0], rows.z[row, 1], rows.height[row]
-        if k < 0 or rows.kind[row] == KIND_BEARING:
+        if k < 0 or is_bearing(rows.kind[row]):
             continue
         if not (abs(time) < VALUE_MAX and abs(z0) < VALUE_MAX and abs(z1) < VALUE_MAX):
             continue

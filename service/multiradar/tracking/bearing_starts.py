@@ -1,8 +1,10 @@
 """Tracks that begin by bearings: of an aircraft that is known by identity and was never located.
 
 The last bearings of such an aircraft wait. When they come from two places and cross beyond their
-errors, and one more comes, the track begins at them; that one then corrects it as any other. All of
-it follows the rows in their order, so that no cut between them matters.
+errors, and one more comes, the track begins at them; that one then corrects it as any other. A
+source that moves is at two places by itself, and an elevation with a height is a distance: one
+direction finder may do then. All of it follows the rows in their order, so that no cut between them
+matters.
 """
 
 from collections import OrderedDict
@@ -14,18 +16,13 @@ from numpy.typing import NDArray
 
 from multiradar.errors import BearingsError
 from multiradar.estimation.bias.store import BiasState
-from multiradar.estimation.filters._kernels import ASSUMED_HEIGHT, ASSUMED_HEIGHT_SIGMA
 from multiradar.estimation.filters.arrays import Model
-from multiradar.estimation.filters.bearings_only import DISTANCE_SHARE_MAX, begin
-from multiradar.estimation.gaussian import symmetric_part
 from multiradar.estimation.measurement._kernels import KIND_BEARING
-from multiradar.estimation.measurement.angles import wrapped
-from multiradar.estimation.measurement.sensors import PARAMETER_AZIMUTH_OFFSET, SensorTable
-from multiradar.estimation.measurement.sights import Sight
-from multiradar.geodesy import _kernels as geodesy
+from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.tracking._kernels import identify
 from multiradar.tracking.association import Window
-from multiradar.tracking.measurements import KIND_RADAR, MeasurementBatch
+from multiradar.tracking.bearing_fits import Seen, locate, seen_in
+from multiradar.tracking.measurements import KIND_RADAR
 from multiradar.tracking.pool import AircraftPool, Start
 from multiradar.tracking.roster import Roster, RowIdentities
 
@@ -38,14 +35,19 @@ AGE_MAX_S = 30.0
 #: Aircraft whose bearings wait; the one that was not heard for longest goes.
 WAITING_MAX = 10_000
 
-# Rounds on the ellipsoid, from a start that is metres to a kilometre off.
-_ROUNDS = 4
+
+# A source that moves needs time to tell a distance: its bearings wait longer, and of more of them
+# than this every other one goes.
+_MOVING_AGE_MAX_S = 300.0
+_MOVING_MAX = 64
+# A search that found nothing is not worth another one before so much more time has passed.
+_MORE_TIME = 1.25
 
 
-class _Seen(NamedTuple):
-    time_s: float
-    sensor: int
-    azimuth_rad: float
+class _Waiting(NamedTuple):
+    seen: list[Seen]
+    # When a moving source is asked again, s.
+    again_s: float = -np.inf
 
 
 class BearingStarts:
@@ -62,10 +64,10 @@ class BearingStarts:
     """
 
     def __init__(self, sensors: SensorTable, speed_sigma_mps: float, *, active: bool) -> None:
-        self._sigmas = sensors.azimuth_sigma_rad
+        self._sensors = sensors
         self._speed_sigma_mps = speed_sigma_mps
         self._active = active
-        self._waiting: OrderedDict[tuple[int, int], list[_Seen]] = OrderedDict()
+        self._waiting: OrderedDict[tuple[int, int], _Waiting] = OrderedDict()
 
     def assign(self, window: Window, model: Model, biases: BiasState, pool: AircraftPool) -> None:
         """Find or make the aircraft of rows, also of bearings at which a track can begin.
@@ -111,84 +113,39 @@ class BearingStarts:
                 # Whatever else is measured of it begins its track.
                 self._waiting.pop(key, None)
                 continue
-            start = self._take(key, batch, row, model, biases)
+            start = self._take(key, seen_in(window, row, model), model, biases)
             if start is not None:
                 found[row] = start
         return found
 
     def _take(
-        self,
-        key: tuple[int, int],
-        batch: MeasurementBatch,
-        row: int,
-        model: Model,
-        biases: BiasState,
+        self, key: tuple[int, int], seen: Seen, model: Model, biases: BiasState
     ) -> Start | None:
-        time_s = float(batch.time_s[row])
-        before = [one for one in self._waiting.pop(key, []) if time_s - one.time_s <= AGE_MAX_S]
-        seen = _Seen(time_s, int(batch.sensor[row]), float(batch.azimuth_rad[row]))
-        self._waiting[key] = [*before, seen][-BEARINGS_MAX:]
+        time_s = seen.time_s
+        before, again_s = self._waiting.pop(key, _Waiting([]))
+        moving = seen.moving or any(one.moving for one in before)
+        age_max_s = _MOVING_AGE_MAX_S if moving else AGE_MAX_S
+        before = [one for one in before if time_s - one.time_s <= age_max_s]
+        self._waiting[key] = _Waiting(_kept([*before, seen], moving=moving), again_s)
         if len(self._waiting) > WAITING_MAX:
             self._waiting.popitem(last=False)
-        if len(before) < BEARINGS_MIN:
+        if len(before) < BEARINGS_MIN or (moving and time_s < again_s):
             return None
         try:
-            start = self._located(before, model, biases)
+            start = locate(before, self._sensors, self._speed_sigma_mps, model, biases)
         except (BearingsError, np.linalg.LinAlgError):
             # They do not cross, or the search runs away from where they nearly do.
             start = None
         if start is not None:
             self._waiting.pop(key, None)
+        elif moving:
+            next_s = before[0].time_s + _MORE_TIME * (time_s - before[0].time_s)
+            self._waiting[key] = self._waiting[key]._replace(again_s=next_s)
         return start
 
-    # Flat first, for a place to linearise at, then on the ellipsoid.
-    def _located(self, seen: list[_Seen], model: Model, biases: BiasState) -> Start | None:
-        azimuth = np.array([one.azimuth_rad for one in seen])
-        by_bias = np.zeros((len(seen), len(biases.estimate)))
-        for place, one in enumerate(seen):
-            own = slice(model.starts[one.sensor], model.starts[one.sensor + 1])
-            by_bias[place, own] = model.parameters[own] == PARAMETER_AZIMUTH_OFFSET
-        corrected = azimuth - by_bias @ biases.estimate
-        times = np.array([one.time_s for one in seen])
-        sights = [
-            _flat(model.sites[one.sensor], angle, float(self._sigmas[one.sensor]))
-            for one, angle in zip(seen, corrected.tolist(), strict=True)
-        ]
-        mean, _ = begin(sights, times, self._speed_sigma_mps).estimate()
-        sigmas = self._sigmas[[one.sensor for one in seen]]
-        prior = np.diag([0.0, 0.0, *2 * [self._speed_sigma_mps**-2]])
-        height_m = float(model.options[ASSUMED_HEIGHT])
-        slopes = np.empty((len(seen), 4))
-        residual = np.empty(len(seen))
-        for _ in range(_ROUNDS):
-            for place, one in enumerate(seen):
-                ago = one.time_s - times[-1]
-                east, north = mean[:2] + ago * mean[2:]
-                seen_at = geodesy.predict_polar(
-                    model.plane, model.sites[one.sensor], east, north, height_m
-                )
-                slopes[place] = seen_at[4], seen_at[5], ago * seen_at[4], ago * seen_at[5]
-                residual[place] = wrapped(corrected[place] - seen_at[1])
-            weighted = slopes.T / sigmas**2
-            covariance = np.linalg.inv(weighted @ slopes + prior)
-            mean = covariance @ (weighted @ (residual + slopes @ mean))
-        covariance = symmetric_part(np.asarray(covariance, np.float64))
-        # A bias turns the lines: χ = a + V ς.
-        sensitivity = -covariance @ weighted @ by_bias
-        spread = covariance + sensitivity @ biases.covariance @ sensitivity.T
-        nearest = min(float(np.hypot(*(mean[:2] - sight.source_m))) for sight in sights)
-        worst = float(np.sqrt(np.linalg.eigvalsh(spread[:2, :2])[-1]))
-        if not worst <= DISTANCE_SHARE_MAX * nearest:
-            return None
-        bare = mean - sensitivity @ biases.estimate
-        height_variance_m2 = float(model.options[ASSUMED_HEIGHT_SIGMA]) ** 2
-        return Start(float(times[-1]), bare, covariance, sensitivity, height_m, height_variance_m2)
 
-
-# A bearing as if the plane were flat: the azimuth at the site, turned to the plane's north.
-def _flat(site: Floats, azimuth_rad: float, sigma_rad: float) -> Sight:
-    sine, cosine = np.sin(azimuth_rad), np.cos(azimuth_rad)
-    east = sine * site[geodesy.EE] + cosine * site[geodesy.NE]
-    north = sine * site[geodesy.EN] + cosine * site[geodesy.NN]
-    source = np.array([site[geodesy.PE], site[geodesy.PN]])
-    return Sight(source, np.asarray(np.arctan2(east, north)), sigma_rad)
+# The last of them; of moving sources all of the time, with fewer in it.
+def _kept(seen: list[Seen], *, moving: bool) -> list[Seen]:
+    if not moving:
+        return seen[-BEARINGS_MAX:]
+    return seen if len(seen) <= _MOVING_MAX else seen[::2]

@@ -2,7 +2,7 @@
 
 from collections.abc import Collection
 from dataclasses import dataclass, fields, replace
-from typing import Self
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,38 @@ KIND_RADAR = 0
 KIND_POSITION = 1
 KIND_BEARING = 2
 MISSING_INTEGER = -1
+
+
+class Directions(NamedTuple):
+    """What bearings tell beside the azimuth; a missing number is NaN.
+
+    Attributes
+    ----------
+    elevation_rad : (n,) float64
+        Elevation above the horizontal plane at the source.
+    source_latitude_rad, source_longitude_rad, source_height_m : (n,) float64
+        Where a moving source was at the time of the measurement; NaN for those that stand still.
+    """
+
+    elevation_rad: NDArray[np.float64]
+    source_latitude_rad: NDArray[np.float64]
+    source_longitude_rad: NDArray[np.float64]
+    source_height_m: NDArray[np.float64]
+
+    @property
+    def moves(self) -> NDArray[np.bool_]:
+        """Which rows are of a source that moves, (n,)."""
+        return ~np.isnan(self.source_latitude_rad)
+
+    @classmethod
+    def none(cls, count: int) -> Self:
+        """Return those of rows that tell nothing of the kind."""
+        return cls(*np.full((len(cls._fields), count), np.nan))
+
+    @classmethod
+    def told(cls, columns: Self) -> Self | None:
+        """Return the columns, or None where they hold nothing at all."""
+        return None if all(np.isnan(column).all() for column in columns) else columns
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +76,8 @@ class MeasurementBatch:
         The recording's own number of the aircraft.
     callsign : (n,) int64
         Eight letters of six bits (`multiradar_schemas.callsigns`).
+    directions : Directions or None
+        What bearings tell beside the azimuth; None where no row does, as in most batches.
     """
 
     time_s: NDArray[np.float64]
@@ -58,13 +92,18 @@ class MeasurementBatch:
     mode_s_address: NDArray[np.int64]
     track_number: NDArray[np.int64]
     callsign: NDArray[np.int64]
+    directions: Directions | None = None
 
     def __len__(self) -> int:
         return len(self.time_s)
 
     def take(self, rows: NDArray[np.intp] | NDArray[np.bool_] | slice) -> Self:
         """Return the chosen rows, in the order asked for."""
-        return type(self)(**{field.name: getattr(self, field.name)[rows] for field in fields(self)})
+        columns = {name: getattr(self, name)[rows] for name in COLUMNS}
+        seen = self.directions
+        if seen is not None:
+            seen = Directions.told(Directions(*(column[rows] for column in seen)))
+        return type(self)(**columns, directions=seen)
 
     def without(self, hidden: Collection[str]) -> Self:
         """Return the rows without some of their identity.
@@ -79,7 +118,7 @@ class MeasurementBatch:
         MeasurementBatch
             The same rows, these columns missing.
         """
-        columns = {field.name for field in fields(self)} & set(hidden)
+        columns = set(COLUMNS) & set(hidden)
         missing = {
             name: np.full_like(getattr(self, name), MISSING_INTEGER) for name in sorted(columns)
         }
@@ -90,11 +129,16 @@ class MeasurementBatch:
         """Return the rows of all batches, one after the other."""
         if len(batches) == 1:
             return batches[0]
+        seen = None
+        if any(batch.directions is not None for batch in batches):
+            parts = [batch.directions or Directions.none(len(batch)) for batch in batches]
+            seen = Directions(*(np.concatenate(column) for column in zip(*parts, strict=True)))
         return MeasurementBatch(
             **{
-                field.name: np.concatenate([getattr(batch, field.name) for batch in batches])
-                for field in fields(cls)
-            }
+                name: np.concatenate([getattr(batch, name) for batch in batches])
+                for name in COLUMNS
+            },
+            directions=seen,
         )
 
     @classmethod
@@ -116,3 +160,7 @@ class MeasurementBatch:
             track_number=integers,
             callsign=integers,
         )
+
+
+#: The columns of numbers that every batch has.
+COLUMNS = tuple(one.name for one in fields(MeasurementBatch) if one.name != "directions")

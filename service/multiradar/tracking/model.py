@@ -101,7 +101,9 @@ def _places(sensors: SensorTable) -> NDArray[np.int64]:
     # keep their own.
     position = geodetic_to_ecef(sensors.latitude_rad, sensors.longitude_rad, sensors.height_m)
     distance_m = np.linalg.norm(position[:, None, :] - position[None, :, :], axis=-1)
-    same = (distance_m < ONE_SITE_M) | np.eye(len(sensors), dtype=np.bool_)
+    # One that moves is at its place for a moment alone.
+    stays = ~(sensors.moving[:, None] | sensors.moving[None, :])
+    same = ((distance_m < ONE_SITE_M) & stays) | np.eye(len(sensors), dtype=np.bool_)
     places: NDArray[np.int64] = np.argmax(same, axis=1).astype(np.int64)
     return places
 

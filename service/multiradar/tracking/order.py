@@ -164,7 +164,22 @@ def canonical_order(batch: MeasurementBatch) -> NDArray[np.intp]:
 
 
 def _tie_columns(batch: MeasurementBatch) -> list[Any]:
-    return [getattr(batch, name) for name in _TIE_COLUMNS]
+    columns = [getattr(batch, name) for name in _TIE_COLUMNS]
+    if batch.directions is not None:
+        columns[-1] = _ranks([columns[-1], *batch.directions])
+    return columns
+
+
+# Equal numbers for rows that are equal in all columns, in the order of their content.
+def _ranks(columns: list[NDArray[Any]]) -> NDArray[np.int64]:
+    order = np.lexsort(columns[::-1])
+    differs = np.zeros(max(len(order) - 1, 0), np.bool_)
+    for column in columns:
+        now, before = column[order[1:]], column[order[:-1]]
+        differs |= (now != before) & ~(np.isnan(now) & np.isnan(before))
+    ranks = np.zeros(len(order), np.int64)
+    ranks[order[1:]] = np.cumsum(differs)
+    return ranks
 
 
 def _split(piece: _Piece, watermark_s: float) -> tuple[list[_Piece], list[_Piece]]:

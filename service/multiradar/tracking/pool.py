@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters._height_kernels import GUESS, GUESS_VARIANCE
-from multiradar.estimation.filters._kernels import SEVERAL
 from multiradar.estimation.filters.arrays import Work, partition_of
 from multiradar.estimation.filters.bank import FilterDefinition
 from multiradar.tracking._kernels import assign, rebuild
@@ -46,6 +45,8 @@ class Start(NamedTuple):
         The height that was assumed.
     height_variance_m2 : float
         Its variance, m².
+    place : int
+        The one place that it was measured from, `SEVERAL` where there were more.
     """
 
     time_s: float
@@ -54,6 +55,7 @@ class Start(NamedTuple):
     sensitivity: NDArray[np.float64]
     height_m: float
     height_variance_m2: float
+    place: int
 
 
 class AircraftPool:
@@ -127,7 +129,7 @@ class AircraftPool:
         aircraft.sensitivity[slot] = start.sensitivity
         aircraft.time[slot] = start.time_s
         aircraft.surprise[slot] = 1.0
-        aircraft.place[slot] = SEVERAL
+        aircraft.place[slot] = start.place
         aircraft.vertical[slot, GUESS] = start.height_m
         aircraft.vertical[slot, GUESS_VARIANCE] = start.height_variance_m2
         if self._definition.keeps_modes:

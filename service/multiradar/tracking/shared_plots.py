@@ -177,6 +177,7 @@ class SharedPlots:
             sensor=rows.sensor[seen],
             z=rows.z[seen],
             height=rows.height[seen],
+            seen=rows.seen[seen],
         )
         refer_plots(one.slot, one.bounds, aircraft, model, rows.time[seen], copied)
         found = result_arrays(count, 1, self._sizes[0], keeps_log=False)

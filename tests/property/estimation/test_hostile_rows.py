@@ -86,7 +86,7 @@ def test_no_number_that_is_none_leaves_the_kernel(
     slot, time, kind, sensor, z0, z1, height = (
         np.array(column) for column in zip(*sequence, strict=True)
     )
-    given_rows = Rows(slot, time, kind, sensor, np.stack([z0, z1], axis=-1), height)
+    given_rows = Rows(slot, time, kind, sensor, np.stack([z0, z1], axis=-1), height, sensor)
     count = len(slot)
     model = hostile_model(TrackingSettings(filter_name=name, **TRACKING[how]), timed=timed)
     aircraft = definition.aircraft(SLOTS, COLUMNS, SENSORS, len(model.modes))
@@ -121,7 +121,7 @@ def outcomes_of(name: str, sequence: list[Row]) -> list[Outcome]:
     definition = FILTERS[name]
     columns = [np.array(column) for column in zip(*sequence, strict=True)]
     z = np.stack(columns[4:6], axis=-1)
-    given_rows = Rows(columns[0], columns[1], columns[2], columns[3], z, columns[6])
+    given_rows = Rows(columns[0], columns[1], columns[2], columns[3], z, columns[6], columns[3])
     tracking = TrackingSettings(filter_name=name, refusals_max=3)
     model = hostile_model(tracking, timed=False)
     aircraft = definition.aircraft(SLOTS, COLUMNS, SENSORS, len(model.modes))

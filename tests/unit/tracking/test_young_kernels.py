@@ -84,7 +84,7 @@ def test_a_score_anew_is_that_of_any_flight_from_the_last_plot() -> None:
     time_s, reach = 106.2, 1200.0
     rows = Rows(
         np.full(1, SLOT), np.array([time_s]), np.zeros(1, np.int64), np.zeros(1, np.int64),
-        np.array([[50e3, 1.0]]), np.full(1, np.nan),
+        np.array([[50e3, 1.0]]), np.full(1, np.nan), np.zeros(1, np.int64),
     )  # fmt: skip
     last = np.array([2000.0 - 6.0 * 500.0, 1400.0 + 6.0 * 300.0])
     plot = last + np.array([900.0, 800.0])

@@ -37,6 +37,7 @@ from multiradar.estimation.filters._kernels import (
 )
 from multiradar.estimation.measurement._kernels import (
     EARTH_DIAMETER_M,
+    KIND_DIRECTION,
     KIND_POSITION,
     KIND_RADAR,
 )
@@ -123,6 +124,8 @@ Look = tuple[int, float, float]
 # hundredth, as variances, a hundred plots of an aircraft speak about the biases before their sum
 # claims twice of what they know.
 INFORMING_RATIO = 0.01
+# The same of an elevation, which reaches the biases of azimuths only by way of the place.
+ELEVATION_INFORMING_RATIO = 0.1
 
 
 @in_loop
@@ -396,20 +399,38 @@ def height_informs(
     """Return whether the height is known well enough for a plot to speak about the biases.
 
     An unknown height is wrong by the same amount plot after plot, and so is the range. Only the
-    slant range of a radar depends on it. One height alone, or a doubted one, is not enough.
+    slant range of a radar and an elevation depend on it. One height alone, or a doubted one, is not
+    enough.
     """
     verdict, height, variance = look
     informs = True
-    if kind == KIND_RADAR:
+    if kind in (KIND_RADAR, KIND_DIRECTION):
         sure = verdict == TAKEN
         if verdict == NOTHING:
             sure = not np.isnan(heights[k]) and vertical[k, COUNT] == CONFIRMED
         if verdict == EXACT:
             sure = variance == 0.0
         # Slope times range: without a division.
-        rise = height - noises[s, 3] + z0 * z0 * (1.0 / EARTH_DIAMETER_M)
-        informs = sure and rise * rise * variance <= INFORMING_RATIO * noises[s, 0] * z0 * z0
+        rise = height - noises[s, 3]
+        if kind == KIND_RADAR:
+            rise += z0 * z0 * (1.0 / EARTH_DIAMETER_M)
+            informs = sure and rise * rise * variance <= INFORMING_RATIO * noises[s, 0] * z0 * z0
+        else:
+            slant = slant_of_direction(z0, rise)
+            most = ELEVATION_INFORMING_RATIO * noises[s, 0] * slant * slant
+            informs = sure and variance <= most
     return informs
+
+
+@in_loop
+def slant_of_direction(sine: float, rise: float) -> float:
+    """Return how far off what is seen at a sine of the elevation is ``rise`` above the source.
+
+    NaN where it can be nowhere.
+    """
+    drop = 0.5 * EARTH_DIAMETER_M * sine
+    slant: float = np.sqrt(drop * drop + rise * (EARTH_DIAMETER_M + rise)) - drop
+    return slant
 
 
 @in_loop

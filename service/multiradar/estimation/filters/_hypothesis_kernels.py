@@ -91,7 +91,7 @@ def refer_plots(
             ahead = times[h] - aircraft.time[k]
             x0 = component(aircraft.mean, aircraft.sensitivity, model.bias, k, 0) + ahead * v0
             x1 = component(aircraft.mean, aircraft.sensitivity, model.bias, k, 1) + ahead * v1
-            s = copied.sensor[h]
+            s = copied.seen[h]
             height, variance = choose_height(copied.height[h], aircraft.height[k], model.options)
             _, _, _, H, _ = seen_from(
                 copied.kind[h], model.plane, model.sites[s], model.noises[s], x0, x1, height,

@@ -64,8 +64,10 @@ from multiradar.estimation.filters._unheard_height_kernels import (
     learn_height,
     met_height,
     shift_by_height,
+    taken_as,
 )
 from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows, Work
+from multiradar.estimation.measurement._kernels import KIND_BEARING
 from multiradar.kernels import fetch_ahead, in_loop, loop
 from multiradar.lane_kernels import LANES, load_row, store_row
 
@@ -153,7 +155,7 @@ def take_rows(
             if outcome != UPDATED:
                 outcomes[row] = outcome
                 continue
-            s = rows.sensor[row]
+            s, q = rows.sensor[row], rows.seen[row]
             z0, z1, time = rows.z[row, 0], rows.z[row, 1], rows.time[row]
             patient = is_patient(kind, places[s], time, k, heard, updated)
             outcome = find_turn(kind, z0, z1, time, times[k], refusals[k], patient, options)
@@ -165,17 +167,19 @@ def take_rows(
                 outcome, kind, measured, s, time, dt, k, heights, vertical, options
             )
             height, variance = look[1], look[2]
+            used = taken_as(kind, look, heights[k])
+            first = 0.0 if used == KIND_BEARING else z0
             turn = outcome
             if outcome in (STARTED, RESTARTED):
                 begun = start_aircraft(
-                    BIASES_KEPT, kind, z0, z1, height, variance, plane, sites[s], noises[s],
-                    starts[s], starts[s + 1], parameters, bias, bias_covariance, options, means[k],
+                    BIASES_KEPT, kind, z0, z1, height, variance, plane, sites[q], noises[q],
+                    starts[q], starts[q + 1], parameters, bias, bias_covariance, options, means[k],
                     covariances[k], sensitivities[k], H, W,
                 )  # fmt: skip
                 if begun == STARTED:
                     note_start(k, places[s], surprises, updates, heard, velocities)
                     probabilities[k, 0] = np.nan
-                    begin_by_height(look, kind, z0, k, s, noises, H, vertical)
+                    begin_by_height(look, kind, z0, k, q, noises, H, vertical)
                 else:
                     outcome = begun
             elif outcome == UPDATED:
@@ -186,7 +190,7 @@ def take_rows(
                     )  # fmt: skip
                 if np.isnan(heights[k]):
                     learn_height(
-                        look, kind, z0, z1, dt, options[ACCELERATION_DENSITY], k, s, plane, sites,
+                        look, kind, z0, z1, dt, options[ACCELERATION_DENSITY], k, q, plane, sites,
                         noises, starts, parameters, bias, bias_covariance, means, covariances,
                         sensitivities, vertical, learnt,
                     )  # fmt: skip
@@ -214,10 +218,10 @@ def take_rows(
                 times[k] = time
                 # As in `_step_kernels.take_rows`.
                 informs = heard[k] != places[s] and height_informs(
-                    look, kind, z0, k, s, heights, vertical, noises
+                    look, used, first, k, q, heights, vertical, noises
                 )
                 outcome, chances, a, x, P = correct_modes(
-                    kind, z0, z1, height, variance, k, s, informs, count, plane, sites, noises,
+                    used, first, z1, height, variance, k, q, informs, count, plane, sites, noises,
                     starts, parameters, bias, bias_covariance, options, a, x, P, mode_V,
                     probabilities, passed, surprises, room, mode_U, U, R, Y, y, innovations, row,
                 )  # fmt: skip

@@ -40,11 +40,11 @@ from multiradar.estimation.filters._kernels import (
     VALUE_MAX,
 )
 from multiradar.estimation.measurement._kernels import (
-    KIND_BEARING,
-    KIND_FLAT_PLACE,
+    KIND_DIRECTION,
     KIND_FLAT_POLAR,
     KIND_POSITION,
     KIND_RADAR,
+    is_bearing,
 )
 from multiradar.kernels import in_loop
 
@@ -64,9 +64,9 @@ def find_taker(k: int, kind: int, takes_bearings: bool) -> int:
     Only then do its other columns mean anything.
     """
     outcome = UPDATED
-    if kind < KIND_RADAR or kind > KIND_FLAT_PLACE:
+    if kind < KIND_RADAR or kind > KIND_DIRECTION:
         outcome = UNSUPPORTED
-    if kind == KIND_BEARING and not takes_bearings:
+    if is_bearing(kind) and not takes_bearings:
         outcome = UNSUPPORTED
     if k < 0:
         outcome = NO_ROOM if k == NO_ROOM_SLOT else UNASSOCIATED

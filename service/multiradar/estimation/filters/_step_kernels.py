@@ -46,9 +46,10 @@ from multiradar.estimation.filters._unheard_height_kernels import (
     learn_height,
     met_height,
     shift_by_height,
+    taken_as,
 )
 from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows, Work
-from multiradar.estimation.measurement._kernels import KIND_BEARING
+from multiradar.estimation.measurement._kernels import KIND_BEARING, is_bearing
 from multiradar.estimation.motion._kernels import move_aircraft
 from multiradar.kernels import fetch_ahead, in_loop, loop
 
@@ -149,7 +150,7 @@ def take_rows(
             if outcome != UPDATED:
                 outcomes[row] = outcome
                 continue
-            s = rows.sensor[row]
+            s, q = rows.sensor[row], rows.seen[row]
             z0, z1, time = rows.z[row, 0], rows.z[row, 1], rows.time[row]
             patient = is_patient(kind, places[s], time, k, heard, updated)
             outcome = find_turn(kind, z0, z1, time, times[k], refusals[k], patient, options)
@@ -161,19 +162,21 @@ def take_rows(
                 outcome, kind, measured, s, time, dt, k, heights, vertical, options
             )
             height, variance = look[1], look[2]
-            sure = height_informs(look, kind, z0, k, s, heights, vertical, noises)
+            used = taken_as(kind, look, heights[k])
+            first = 0.0 if used == KIND_BEARING else z0
+            sure = height_informs(look, used, first, k, q, heights, vertical, noises)
             turn = outcome
             excess = 1.0
             if outcome in (STARTED, RESTARTED):
                 begun = start_aircraft(
-                    mode, kind, z0, z1, height, variance, plane, sites[s], noises[s], starts[s],
-                    starts[s + 1], parameters, bias, bias_covariance, options, means[k],
+                    mode, kind, z0, z1, height, variance, plane, sites[q], noises[q], starts[q],
+                    starts[q + 1], parameters, bias, bias_covariance, options, means[k],
                     covariances[k], sensitivities[k], H, W,
                 )  # fmt: skip
                 if begun == STARTED:
                     note_start(k, places[s], surprises, updates, heard, velocities)
                     forget_plots(recents, k)
-                    begin_by_height(look, kind, z0, k, s, noises, H, vertical)
+                    begin_by_height(look, kind, z0, k, q, noises, H, vertical)
                 else:
                     outcome = begun
             elif outcome == UPDATED:
@@ -185,7 +188,7 @@ def take_rows(
                 density = acceleration_density(v0, v1, factor_now, options)
                 if np.isnan(heights[k]):
                     learn_height(
-                        look, kind, z0, z1, dt, density[0], k, s, plane, sites, noises, starts,
+                        look, kind, z0, z1, dt, density[0], k, q, plane, sites, noises, starts,
                         parameters, bias, bias_covariance, means, covariances, sensitivities,
                         vertical, learnt,
                     )  # fmt: skip
@@ -202,13 +205,13 @@ def take_rows(
                     informs = False
                 if method == TWO_STAGE:
                     outcome = correct_two_stage(
-                        kind, z0, z1, height, variance, k, s, informs, plane, sites, noises,
+                        used, first, z1, height, variance, k, q, informs, plane, sites, noises,
                         starts, parameters, bias, bias_covariance, options, means, covariances,
                         sensitivities, velocities, surprises, Y, y, U, R, innovations, row,
                     )  # fmt: skip
-                    if timed and outcome == UPDATED and kind != KIND_BEARING:
+                    if timed and outcome == UPDATED and not is_bearing(kind):
                         settle_velocity(
-                            kind, z0, z1, height, variance, k, s, places[s], plane, sites, noises,
+                            kind, z0, z1, height, variance, k, q, places[s], plane, sites, noises,
                             starts, parameters, bias, bias_covariance, options, means, covariances,
                             sensitivities, velocities, updates, heard, H, W,
                         )  # fmt: skip

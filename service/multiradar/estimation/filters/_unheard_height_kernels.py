@@ -33,11 +33,14 @@ from multiradar.estimation.filters._kernels import (
 )
 from multiradar.estimation.measurement._kernels import (
     KIND_BEARING,
+    KIND_DIRECTION,
     KIND_POSITION,
     KIND_RADAR,
     bias_column,
     bias_spread,
+    is_bearing,
     seen_from,
+    sine_by_height,
 )
 from multiradar.estimation.motion._kernels import load_covariance, moved_covariance
 from multiradar.geodesy._kernels import wrap_angle
@@ -80,7 +83,7 @@ def learn_height(
 
     ``density`` is that of the acceleration on each axis, m²/s³.
     """
-    if look[0] != NOTHING or kind not in (KIND_RADAR, KIND_POSITION, KIND_BEARING):
+    if look[0] != NOTHING or not (is_bearing(kind) or kind in (KIND_RADAR, KIND_POSITION)):
         learnt[:] = 0.0
         learnt[1] = look[2]
         return
@@ -96,12 +99,14 @@ def learn_height(
     v0, v1 = vertical[k, BY_HEIGHT] + dt * v2, vertical[k, BY_HEIGHT + 1] + dt * v3
     height, variance = look[1], look[2]
     site, noise = sites[s], noises[s]
-    p0, p1, _, h, w = seen_from(kind, plane, site, noise, x0, x1, height, 0.0)
+    p0, p1, ground, h, w = seen_from(kind, plane, site, noise, x0, x1, height, 0.0)
     rate0, rate1 = h[0] * x2 + h[1] * x3, h[2] * x2 + h[3] * x3
     e0, e1 = z0 - p0, z1 - p1
     slope = 0.0
-    if kind == KIND_BEARING:
+    if is_bearing(kind):
         e1 = wrap_angle(e1)
+    if kind == KIND_DIRECTION:
+        slope = sine_by_height(p0, ground)
     if kind == KIND_RADAR:
         e1 = wrap_angle(e1)
         slope = range_slope(height, p0, noise[3])
@@ -117,7 +122,14 @@ def learn_height(
     n00, n01, n11 = position_part(h, G)
     u0 = h[0] * v0 + h[1] * v1 + slope
     u1 = h[2] * v0 + h[3] * v1
-    i00, i01, i11 = inverse(n00 + w[0] + b00, n01 + w[1] + b01, n11 + w[2] + b11)
+    lasting = b00
+    if kind == KIND_DIRECTION:
+        # Elevations alone tell heights (see below of azimuths), as far as the place is known: what
+        # that is wrong by is the same time after time.
+        lasting = n00 + spread_of_row(k, h[0], h[1], sensitivities, bias_covariance)
+        i00, i01, i11 = 1.0 / (lasting + w[0]), 0.0, 0.0
+    else:
+        i00, i01, i11 = inverse(n00 + w[0] + b00, n01 + w[1] + b01, n11 + w[2] + b11)
     r0, r1 = i00 * u0 + i01 * u1, i01 * u0 + i11 * u1
     news = u0 * r0 + u1 * r1
     told = r0 * e0 + r1 * e1
@@ -126,12 +138,15 @@ def learn_height(
         least = variance / (1.0 + news * variance)
         change = least * told
         # The error of a radar's bias is the same plot after plot.
-        left = max(least, min(variance, b00 / max(u0 * u0, TINY_SQUARED)))
+        left = max(least, min(variance, lasting / max(u0 * u0, TINY_SQUARED)))
     # The filter takes the range at this height with its variance.
     if kind == KIND_BEARING:
         # The bias of an azimuth passes for a height.
         change, left = 0.0, variance
     i00, i01, i11 = inverse(n00 + w[0] + slope * slope * variance, n01 + w[1], n11 + w[2])
+    if kind == KIND_DIRECTION:
+        # The filter takes the azimuth alone: `taken_as`.
+        i00, i01, i11 = 0.0, 0.0, 1.0 / (n11 + w[2])
     K = gain_of(G, i00, i01, i11)
     learnt[0] = change
     learnt[1] = left
@@ -139,6 +154,32 @@ def learn_height(
     learnt[3] = v1 - K[2] * u0 - K[3] * u1
     learnt[4] = v2 - K[4] * u0 - K[5] * u1
     learnt[5] = v3 - K[6] * u0 - K[7] * u1
+
+
+@in_loop
+def spread_of_row(
+    k: int, h0: float, h1: float, sensitivities: Floats, bias_covariance: Floats
+) -> float:
+    """Return what the biases that are not known add to the variance of h χ of aircraft k."""
+    total = 0.0
+    n = sensitivities.shape[2]
+    for c in range(n):
+        one = h0 * sensitivities[k, 0, c] + h1 * sensitivities[k, 1, c]
+        for d in range(n):
+            other = h0 * sensitivities[k, 0, d] + h1 * sensitivities[k, 1, d]
+            total += one * bias_covariance[c, d] * other
+    return total
+
+
+@in_loop
+def taken_as(kind: int, look: Look, height: float) -> int:
+    """Return as what a filter takes a measurement of an aircraft of this height, NaN for none.
+
+    The elevation of one that tells no height is taken for its height, and then not for its range
+    as well: what it would say of that is what it says of the other.
+    """
+    unheard = look[0] == NOTHING and np.isnan(height)
+    return KIND_BEARING if kind == KIND_DIRECTION and unheard else kind
 
 
 # Square of a derivative of the range by the height that is as good as none.

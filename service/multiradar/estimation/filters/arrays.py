@@ -49,6 +49,9 @@ class Rows(NamedTuple):
         Range (m) and azimuth (rad), or east and north (m).
     height : (n,) float64
         Measured height, m, NaN when there is none.
+    seen : (n,) int64
+        Row of `Model.sites` and `noises`, and place in `starts`: the index of the sensor, but for
+        what has a place or a noise of its own (`multiradar.tracking.sources`).
     """
 
     slot: Integers
@@ -57,6 +60,7 @@ class Rows(NamedTuple):
     sensor: Integers
     z: Floats
     height: Floats
+    seen: Integers
 
 
 class Model(NamedTuple):

@@ -13,6 +13,11 @@ A bearing has an azimuth and no range. Its first component is empty: measured an
 with no derivative and a variance of 1, so that it takes part in nothing, whatever a kernel does
 with both: the information of a bearing is of rank one, and no large variance stands for a range.
 
+A direction is a bearing with an elevation. Its first component is the sine of that, which lanes
+have without an inverse: on the sphere that touches the ellipsoid at the source in the direction of
+the aircraft (Euler's radius), within 0.001° at 300 km. At a known height it tells the range along
+the line of sight. Its row of ``noises`` has the variance of the elevation first.
+
 References
 ----------
 IMM UrO RAN report (2016), equations (1.5), with the gain of the range named in the text after it,
@@ -26,7 +31,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from multiradar.geodesy._kernels import line_of_sight, locate_polar
+from multiradar.geodesy._kernels import C_EAST, C_NORTH, HEIGHT, line_of_sight, locate_polar
 from multiradar.kernels import in_both, in_loop
 from multiradar.lane_kernels import Numbers, alike, chosen, larger, root
 
@@ -43,6 +48,8 @@ KIND_BEARING = 2
 # Range and azimuth on a flat plane; the place that such a plot points to, report, (1.11).
 KIND_FLAT_POLAR = 3
 KIND_FLAT_PLACE = 4
+# A bearing with an elevation; `MeasurementBatch.kind` calls both bearings.
+KIND_DIRECTION = 5
 PARAMETER_RANGE_OFFSET = 0
 PARAMETER_AZIMUTH_OFFSET = 1
 PARAMETER_RANGE_GAIN = 2
@@ -56,7 +63,13 @@ LINE_OF_SIGHT_MIN_M = 1e-3
 @in_both
 def measures_azimuth(kind: int) -> bool:
     """Return whether the second component is an azimuth, whose differences are wrapped."""
-    return kind in (KIND_RADAR, KIND_BEARING, KIND_FLAT_POLAR)
+    return kind in (KIND_RADAR, KIND_BEARING, KIND_FLAT_POLAR, KIND_DIRECTION)
+
+
+@in_both
+def is_bearing(kind: int) -> bool:
+    """Return whether a measurement has an azimuth and no range."""
+    return kind in (KIND_BEARING, KIND_DIRECTION)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -124,6 +137,16 @@ def sight(
         p0 = 0.0 * ground
         h = (none, none, az_e, az_n)
         w = (one, none, alike(noise[1], east))
+    elif kind == KIND_DIRECTION:
+        slant, x, y, r_e, r_n, az_e, az_n, ground = line_of_sight(plane, site, east, north, height)
+        p0, by_range = sine_of_direction(site, x, y, ground, slant, height)
+        h = (by_range * r_e, by_range * r_n, az_e, az_n)
+        slope = sine_by_height(p0, ground)
+        w = (
+            (1.0 - p0 * p0) * noise[0] + slope * slope * height_variance,
+            none,
+            alike(noise[1], east),
+        )
     elif kind != KIND_POSITION:
         dx = east - site[0]
         dy = north - site[1]
@@ -146,12 +169,39 @@ def sight(
     return p0, x, y, ground, h, w
 
 
+@in_both
+def sine_of_direction(
+    site: Floats, x: Numbers, y: Numbers, ground: Numbers, slant: Numbers, height: float
+) -> tuple[Numbers, Numbers]:
+    """Return the sine of the elevation of a line of sight, and its derivative by the slant range.
+
+    The law of cosines in the triangle of the centre, the source and the aircraft.
+    """
+    across = ground * ground
+    curvature = (site[C_NORTH] * y * y + site[C_EAST] * x * x) / across
+    own = 1.0 / curvature + site[HEIGHT]
+    rise = height - site[HEIGHT]
+    lift = rise * (2.0 * own + rise)
+    twice = 2.0 * slant * own
+    return (lift - slant * slant) / twice, -(lift + slant * slant) / (twice * slant)
+
+
+@in_both
+def sine_by_height(sine: Numbers, ground: Numbers) -> Numbers:
+    """Return the derivative of the sine of an elevation by the height of what is seen there.
+
+    Higher at one place on the ground it is seen steeper: cos²/slant, so cos³/ground.
+    """
+    level = 1.0 - sine * sine
+    return level * root(level) / ground
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def locate_measurement(
     kind: int, plane: Floats, site: Floats, z0: float, z1: float, height: float
 ) -> tuple[bool, float, float]:
     """Return (ok, east, north): the place that a measurement without errors comes from."""
-    if kind == KIND_BEARING:
+    if is_bearing(kind):
         return False, np.nan, np.nan
     if kind in (KIND_RADAR, KIND_FLAT_POLAR) and not z0 > LINE_OF_SIGHT_MIN_M:
         return False, np.nan, np.nan
@@ -186,7 +236,7 @@ def bias_column(
                 j0, j1 = dy, -dx
         elif parameter == PARAMETER_RANGE_GAIN:
             j0, j1 = dx, dy
-    if kind == KIND_BEARING:
+    if kind == KIND_BEARING or (kind == KIND_DIRECTION and parameter != PARAMETER_TIME_OFFSET):
         j0 = alike(0.0, p0)
     return j0, j1
 

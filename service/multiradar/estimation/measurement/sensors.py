@@ -37,6 +37,10 @@ _RADIAN_DEG = float(np.degrees(1.0))
 _ROUNDING = 1e-9
 
 
+#: Columns that stand still and level where nothing is said of them.
+LATER_FIELDS = ("moving", "elevation_sigma_rad")
+
+
 def _nothing_known() -> NDArray[np.float64]:
     return np.zeros((0, len(PARAMETER_NAMES)))
 
@@ -80,6 +84,11 @@ class SensorTable:
     asterix_codes : tuple of int
         Area code times 256 and identification code under which ASTERIX names each sensor, −1 for
         none. Without it none has any.
+    moving : (m,) bool
+        Whether each of its bearings tells where the sensor was. Without it none moves.
+    elevation_sigma_rad : (m,) float64
+        Standard deviation of the random error of elevations; NaN for sensors that measure none.
+        Without it none does.
 
     Raises
     ------
@@ -117,6 +126,8 @@ class SensorTable:
     known_bias: NDArray[np.float64] = field(default_factory=_nothing_known)
     self_reported: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, np.bool_))
     asterix_codes: tuple[int, ...] = ()
+    moving: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, np.bool_))
+    elevation_sigma_rad: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
 
     def __len__(self) -> int:
         return len(self.ids)
@@ -128,6 +139,10 @@ class SensorTable:
             object.__setattr__(self, "self_reported", np.zeros(len(self), np.bool_))
         if not self.asterix_codes:
             object.__setattr__(self, "asterix_codes", (-1,) * len(self))
+        if not self.moving.size:
+            object.__setattr__(self, "moving", np.zeros(len(self), np.bool_))
+        if not self.elevation_sigma_rad.size:
+            object.__setattr__(self, "elevation_sigma_rad", np.full(len(self), np.nan))
         _require_shapes(self)
         _require_each_once(self)
         for row in range(len(self)):
@@ -157,6 +172,7 @@ def _require_shapes(table: SensorTable) -> None:
     for name in (
         "kinds", "latitude_rad", "longitude_rad", "height_m", "range_sigma_m", "azimuth_sigma_rad",
         "position_sigma_m", "range_max_m", "rotation_period_s", "self_reported",
+        "moving", "elevation_sigma_rad",
     ):  # fmt: skip
         _require_shape(name, getattr(table, name), (count,))
     _require_shape("known_bias", table.known_bias, (count, len(PARAMETER_NAMES)))
@@ -192,6 +208,7 @@ def _require_usable(table: SensorTable, row: int) -> None:
         noises = {"position_sigma_m": bounds.POSITION_SIGMA_M}
     for name, within in noises.items():
         _require_within(f"{name} of sensor {sensor}", getattr(table, name)[row], within, PriorError)
+    _require_direction(table, row)
     # Infinite and NaN stand for unknown.
     if table.range_max_m[row] != np.inf:
         what = f"range_max_m of sensor {sensor}"
@@ -199,6 +216,29 @@ def _require_usable(table: SensorTable, row: int) -> None:
     if not np.isnan(table.rotation_period_s[row]):
         what = f"rotation_period_s of sensor {sensor}"
         _require_within(what, table.rotation_period_s[row], bounds.ROTATION_PERIOD_S)
+
+
+def _require_direction(table: SensorTable, row: int) -> None:
+    sensor = table.ids[row]
+    if table.moving[row] and table.kinds[row] != _BEARING:
+        raise ConfigurationError(
+            f"sensor {sensor}: expected one of bearings where it is moving, was of kind "
+            f"{table.kinds[row]}"
+        )
+    own = table.parameter_kind[table.parameter_sensor == row]
+    clock = PARAMETER_TIME_OFFSET in own or table.known_bias[row, PARAMETER_TIME_OFFSET] != 0.0
+    if table.moving[row] and clock:
+        name = PARAMETER_NAMES[PARAMETER_TIME_OFFSET]
+        raise ConfigurationError(f"sensor {sensor}: expected no {name} of one that moves, has one")
+    if np.isnan(table.elevation_sigma_rad[row]):
+        return
+    if table.kinds[row] == _REPORTED_POSITION:
+        raise ConfigurationError(
+            f"sensor {sensor}: expected no elevation of a sensor of reported positions, has one"
+        )
+    what = f"elevation_sigma_rad of sensor {sensor}"
+    within = _radians(bounds.AZIMUTH_SIGMA_DEG)
+    _require_within(what, table.elevation_sigma_rad[row], within, PriorError)
 
 
 def _require_site(table: SensorTable, row: int) -> None:

@@ -187,7 +187,9 @@ def filter_rows(plots: Plots, sensors: Sensors, starts: Starts, form: Form) -> R
         # A negative range is no place on the other side of the radar.
         value[flat & (plots.value[:, 0] < 0.0)] = np.nan
         kind = np.where(flat, KIND_FLAT_PLACE, kind)
-    return Rows(plots.aircraft, plots.time_s, kind, plots.sensor, value, plots.height_m)
+    return Rows(
+        plots.aircraft, plots.time_s, kind, plots.sensor, value, plots.height_m, plots.sensor
+    )
 
 
 # An epoch has room for one plot of each sensor.

@@ -11,6 +11,7 @@ from multiradar.runtime.asterix.numbers import NUMBERS
 from multiradar.runtime.asterix.sensor_picture import SensorPicture
 from multiradar.runtime.asterix.track_picture import TrackPicture
 from multiradar.tracking.measurements import (
+    COLUMNS,
     KIND_BEARING,
     KIND_POSITION,
     KIND_RADAR,
@@ -55,10 +56,7 @@ def updates(time_s: Any, **said: Any) -> Taken:
         for name, value in (columns | said).items()
     }
     whole = {name: filled[name] for name in TrackUpdates.__dataclass_fields__ if name != "time_s"}
-    measured = {
-        name: filled.get(f"plot_{name}", filled.get(name, times))
-        for name in MeasurementBatch.__dataclass_fields__
-    }
+    measured = {name: filled.get(f"plot_{name}", filled.get(name, times)) for name in COLUMNS}
     spread = np.tile([0.0, 0.0, 900.0, 0.0, 400.0], (len(times), 1))
     return TrackUpdates(time_s=times, **whole), MeasurementBatch(**measured), spread
 

@@ -1,0 +1,270 @@
+"""Where an aircraft is by bearings alone, perhaps with elevations: least squares on the ellipsoid.
+
+It flies straight meanwhile. With an elevation the height is looked for as well: what was heard of
+it, or what is assumed of every aircraft, is its prior, so that a height that is known makes the
+elevation a distance, and one that is not is told by elevations of a place that is.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar.errors import BearingsError
+from multiradar.estimation.bias.store import BiasState
+from multiradar.estimation.filters._height_kernels import COARSE_STEP_M, slant_of_direction
+from multiradar.estimation.filters._kernels import (
+    ACCELERATION_DENSITY,
+    ASSUMED_HEIGHT,
+    ASSUMED_HEIGHT_SIGMA,
+    SEVERAL,
+)
+from multiradar.estimation.filters.arrays import Model
+from multiradar.estimation.filters.bearings_only import DISTANCE_SHARE_MAX, begin
+from multiradar.estimation.gaussian import symmetric_part
+from multiradar.estimation.measurement._kernels import (
+    KIND_DIRECTION,
+    seen_from,
+    sine_by_height,
+)
+from multiradar.estimation.measurement.angles import wrapped
+from multiradar.estimation.measurement.sensors import PARAMETER_AZIMUTH_OFFSET, SensorTable
+from multiradar.estimation.measurement.sights import Sight
+from multiradar.geodesy import _kernels as geodesy
+from multiradar.tracking.association import Window
+from multiradar.tracking.pool import Start
+
+Floats = NDArray[np.float64]
+
+# Rounds on the ellipsoid, from a start that is metres to a kilometre off; with elevations it may be
+# far off.
+_ROUNDS = 4
+_ELEVATION_ROUNDS = 12
+
+
+class Seen(NamedTuple):
+    """A bearing that waits.
+
+    Attributes
+    ----------
+    time_s : float
+        When.
+    sensor : int
+        By whom.
+    azimuth_rad, elevation_rad : float
+        As measured; the elevation NaN where there is none.
+    height_m : float
+        The height that was heard, NaN for none.
+    site : (k,) float64
+        Where it was seen from, as in `Model.sites`.
+    moving : bool
+        Whether that is a source that moves.
+    """
+
+    time_s: float
+    sensor: int
+    azimuth_rad: float
+    elevation_rad: float
+    height_m: float
+    site: Floats
+    moving: bool
+
+
+def seen_in(window: Window, row: int, model: Model) -> Seen:
+    """Return the bearing in a row of a window."""
+    batch, told = window.batch, window.batch.directions
+    return Seen(
+        time_s=float(batch.time_s[row]),
+        sensor=int(batch.sensor[row]),
+        azimuth_rad=float(batch.azimuth_rad[row]),
+        elevation_rad=np.nan if told is None else float(told.elevation_rad[row]),
+        height_m=float(batch.height_m[row]),
+        site=model.sites[window.rows.seen[row]].copy(),
+        moving=told is not None and bool(told.moves[row]),
+    )
+
+
+def locate(
+    seen: list[Seen],
+    sensors: SensorTable,
+    speed_sigma_mps: float,
+    model: Model,
+    biases: BiasState,
+) -> Start | None:
+    """Return a track as these bearings begin it.
+
+    Parameters
+    ----------
+    seen : list of Seen
+        In the order of time.
+    sensors : SensorTable
+        The sensors.
+    speed_sigma_mps : float
+        What is known beforehand of each component of the velocity, m/s.
+    model : Model
+        The sensors on the plane.
+    biases : BiasState
+        As published.
+
+    Returns
+    -------
+    Start or None
+        Of the time of the last bearing; None where the place would be too loose.
+
+    Raises
+    ------
+    BearingsError
+        If the lines of sight do not cross, and no elevation tells a distance.
+    LinAlgError
+        If the search runs away.
+    """
+    fit = _Fit(seen, sensors, speed_sigma_mps, model, biases)
+    mean, covariance, sensitivity = fit.solved()
+    spread = covariance + sensitivity @ biases.covariance @ sensitivity.T
+    nearest = min(float(np.hypot(*(mean[:2] - _place(one.site)))) for one in seen)
+    worst = float(np.sqrt(np.linalg.eigvalsh(spread[:2, :2])[-1]))
+    if not worst <= DISTANCE_SHARE_MAX * nearest:
+        return None
+    bare = mean - sensitivity @ biases.estimate
+    height_m, height_variance_m2 = fit.height_m, fit.height_sigma_m**2
+    if fit.elevated:
+        height_m, height_variance_m2 = float(mean[4]), float(spread[4, 4])
+    observers = {one.sensor for one in seen}
+    return Start(
+        seen[-1].time_s, bare[:4], covariance[:4, :4], sensitivity[:4], height_m,
+        height_variance_m2,
+        int(model.places[seen[-1].sensor]) if len(observers) == 1 else SEVERAL,
+    )  # fmt: skip
+
+
+class _Fit:
+    # Unknown: position and velocity on the plane, and the height where elevations are there.
+
+    def __init__(
+        self, seen: list[Seen], sensors: SensorTable, speed_sigma_mps: float, model: Model,
+        biases: BiasState,
+    ) -> None:  # fmt: skip
+        self._seen, self._model, self._speed_sigma_mps = seen, model, speed_sigma_mps
+        self.by_bias = np.zeros((len(seen), len(biases.estimate)))
+        for place, one in enumerate(seen):
+            own = slice(model.starts[one.sensor], model.starts[one.sensor + 1])
+            self.by_bias[place, own] = model.parameters[own] == PARAMETER_AZIMUTH_OFFSET
+        self._azimuth = np.array([one.azimuth_rad for one in seen]) - self.by_bias @ biases.estimate
+        self._sigmas = sensors.azimuth_sigma_rad[[one.sensor for one in seen]]
+        # Which of them have an elevation.
+        self._raised = [place for place, one in enumerate(seen) if not np.isnan(one.elevation_rad)]
+        self._elevation_sigmas = sensors.elevation_sigma_rad[[one.sensor for one in seen]]
+        self._moving = any(one.moving for one in seen)
+        heard = [one.height_m for one in seen if not np.isnan(one.height_m)]
+        options = model.options
+        self.height_m = heard[-1] if heard else float(options[ASSUMED_HEIGHT])
+        self.height_sigma_m = COARSE_STEP_M if heard else float(options[ASSUMED_HEIGHT_SIGMA])
+        if not self.elevated:
+            # A bearing does not ask for the height.
+            self.height_m = float(options[ASSUMED_HEIGHT])
+            self.height_sigma_m = float(options[ASSUMED_HEIGHT_SIGMA])
+
+    @property
+    def elevated(self) -> bool:
+        return len(self._raised) > 0
+
+    # Flat first, for a place to linearise at, then on the ellipsoid.
+    def solved(self) -> tuple[Floats, Floats, Floats]:
+        mean = self._guess()
+        loose = self._speed_sigma_mps**-2
+        prior = np.diag([0.0, 0.0, loose, loose])
+        known = np.zeros(len(mean))
+        if self.elevated:
+            prior = np.diag([0.0, 0.0, loose, loose, self.height_sigma_m**-2])
+            known[4] = self.height_m
+        by_bias = np.zeros((len(self._seen) + len(self._raised), self.by_bias.shape[1]))
+        by_bias[: len(self._seen)] = self.by_bias
+        for _ in range(_ELEVATION_ROUNDS if self.elevated else _ROUNDS):
+            slopes, residual, sigmas = self._rows(mean)
+            weighted = slopes.T / sigmas**2
+            covariance = np.linalg.inv(weighted @ slopes + prior)
+            mean = covariance @ (weighted @ (residual + slopes @ mean) + prior @ known)
+        covariance = symmetric_part(np.asarray(covariance, np.float64))
+        # A bias turns the lines: χ = a + V ς.
+        return mean, covariance, np.asarray(-covariance @ weighted @ by_bias)
+
+    # Derivatives, what is measured more than expected, and sigmas, of azimuths and then elevations.
+    def _rows(self, mean: Floats) -> tuple[Floats, Floats, Floats]:
+        slopes = np.zeros((len(self._seen) + len(self._raised), len(mean)))
+        residual, sigmas = np.empty(len(slopes)), np.empty(len(slopes))
+        height_m = float(mean[4]) if self.elevated else self.height_m
+        for place, one in enumerate(self._seen):
+            ago, east, north = self._then(one, mean)
+            at = geodesy.predict_polar(self._model.plane, one.site, east, north, height_m)
+            slopes[place, :4] = at[4], at[5], ago * at[4], ago * at[5]
+            residual[place] = wrapped(self._azimuth[place] - at[1])
+            sigmas[place] = self._sigmas[place]
+            if self._moving:
+                sigmas[place] = np.sqrt(self._sigmas[place] ** 2 + self._strays(ago) / at[6] ** 2)
+        for row, place in enumerate(self._raised, len(self._seen)):
+            one, sigma = self._seen[place], self._elevation_sigmas[place]
+            ago, east, north = self._then(one, mean)
+            noise = np.array([sigma**2, 1.0, 0.0, one.site[geodesy.HEIGHT]])
+            sine, _, ground, h, w = seen_from(
+                KIND_DIRECTION, self._model.plane, one.site, noise, east, north, height_m, 0.0
+            )
+            slopes[row, :4] = h[0], h[1], ago * h[0], ago * h[1]
+            slopes[row, 4] = sine_by_height(sine, ground)
+            residual[row] = np.sin(one.elevation_rad) - sine
+            sigmas[row] = np.sqrt(w[0])
+        return slopes, residual, sigmas
+
+    # How long before the end a bearing was taken, and where the aircraft was then.
+    def _then(self, one: Seen, mean: Floats) -> tuple[float, float, float]:
+        ago = one.time_s - self._seen[-1].time_s
+        east, north = mean[:2] + ago * mean[2:4]
+        return ago, float(east), float(north)
+
+    # Variance, m², of a straight flight so long ago, by the white acceleration of the filter. It
+    # counts over the minutes that a moving source takes.
+    def _strays(self, ago: float) -> float:
+        return float(self._model.options[ACCELERATION_DENSITY]) * abs(ago) ** 3 / 3.0
+
+    def _guess(self) -> Floats:
+        times = np.array([one.time_s for one in self._seen])
+        sights = [
+            _flat(one.site, angle, sigma)
+            for one, angle, sigma in zip(
+                self._seen, self._azimuth.tolist(), self._sigmas.tolist(), strict=True
+            )
+        ]
+        try:
+            mean, _ = begin(sights, times, self._speed_sigma_mps).estimate()
+        except BearingsError:
+            if not self.elevated:
+                raise
+            mean = self._guess_by_elevation()
+        return np.append(mean, self.height_m) if self.elevated else mean
+
+    # In the middle of the places that each elevation alone tells at the height.
+    def _guess_by_elevation(self) -> Floats:
+        places = []
+        for place in self._raised:
+            one, azimuth = self._seen[place], float(self._azimuth[place])
+            rise = self.height_m - float(one.site[geodesy.HEIGHT])
+            slant = slant_of_direction(np.sin(one.elevation_rad), rise)
+            found, east, north = geodesy.locate_polar(
+                self._model.plane, one.site, slant, azimuth, self.height_m
+            )
+            if found:
+                places.append((east, north))
+        if not places:
+            raise BearingsError("NOT_OBSERVABLE", "expected elevations that tell a distance")
+        return np.append(np.median(np.array(places), axis=0), [0.0, 0.0])
+
+
+def _place(site: Floats) -> Floats:
+    return np.array([site[geodesy.PE], site[geodesy.PN]])
+
+
+# A bearing as if the plane were flat: the azimuth at the site, turned to the plane's north.
+def _flat(site: Floats, azimuth_rad: float, sigma_rad: float) -> Sight:
+    sine, cosine = np.sin(azimuth_rad), np.cos(azimuth_rad)
+    east = sine * site[geodesy.EE] + cosine * site[geodesy.NE]
+    north = sine * site[geodesy.EN] + cosine * site[geodesy.NN]
+    return Sight(_place(site), np.asarray(np.arctan2(east, north)), sigma_rad)
