@@ -34,14 +34,19 @@ class Observability(Record):
     places: Annotated[
         int,
         Field(ge=0),
-        described("Places from which the bearings were taken", unit="1", source="sensors"),
+        described(
+            "Places from which the bearings were taken; a source that moves counts once",
+            unit="1",
+            source="sensors",
+        ),
     ]
     crossing: Annotated[
         float,
         Field(ge=0.0),
         described(
             "By how many of their errors the lines of sight of the bearings cross, condition (10) "
-            "of Nenartovich and Isakov; 0 from one place",
+            "of Nenartovich and Isakov; 0 from one place. With sources that move or measure "
+            "elevations: how many sigmas of the place, in straight flight, the nearest is off",
             unit="1",
             source="restoration",
         ),

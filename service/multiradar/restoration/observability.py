@@ -1,8 +1,8 @@
 """Whether what was measured of a track in some time says where it is: ranges, or lines that cross.
 
-Sensors of the service stand still. One place that measures angles alone sees its line of sight turn
-with the aircraft and learns no distance by it; lines from two places cross where the aircraft is,
-as far as they cross by more than their errors.
+One place that measures azimuths alone sees its line of sight turn with the aircraft and learns no
+distance by it; lines from two places cross where the aircraft is, as far as they cross by more than
+their errors. Where sources move or measure elevations, `straight_flight` says by how much.
 """
 
 from typing import NamedTuple
@@ -15,6 +15,7 @@ from multiradar.estimation.measurement.sensors import PARAMETER_AZIMUTH_OFFSET, 
 from multiradar.geodesy import _kernels as geodesy
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.restoration.plot_positions import Plots
+from multiradar.restoration.straight_flight import Directions, crossing_in_straight_flight
 
 Floats = NDArray[np.float64]
 
@@ -34,10 +35,11 @@ class Observability(NamedTuple):
     bearings : int
         How many have an azimuth alone.
     places : int
-        From how many places these were taken.
+        From how many places these were taken; a source that moves counts once.
     crossing : float
         By how many of their errors the lines of sight of the bearings cross; 0 where all are
-        parallel, or come from one place.
+        parallel, or come from one place that stands still. With sources that move or measure
+        elevations: how many sigmas of the place the nearest source is off, for straight flight.
     """
 
     ranges: int
@@ -57,7 +59,11 @@ class Observability(NamedTuple):
 
 
 def observability(
-    plots: Plots, sensors: SensorTable, biases: ArrayLike, place: tuple[float, float, float]
+    plots: Plots,
+    sensors: SensorTable,
+    biases: ArrayLike,
+    place: tuple[float, float, float],
+    directions: Directions | None = None,
 ) -> Observability:
     """Say what measurements determine of the place of a track.
 
@@ -71,6 +77,8 @@ def observability(
         Estimates for each sensor and kind of parameter, 0 where there is none: measured minus true.
     place : tuple of float
         Latitude and longitude, rad, and height, m, where the track is taken to be.
+    directions : Directions, optional
+        What the measurements tell beside azimuths, where a source moves or measures elevations.
 
     Returns
     -------
@@ -85,7 +93,11 @@ def observability(
     bearings = plots.take(plots.kind == _BEARING)
     ranges = len(plots.time_s) - len(bearings.time_s)
     own = np.unique(bearings.sensor).tolist()
-    places = _places(sensors, own)
+    places = _places(sensors, [one for one in own if not sensors.moving[one]])
+    if directions is not None:
+        moving = int(sensors.moving[own].sum())
+        found = crossing_in_straight_flight(plots, directions, sensors, place)
+        return Observability(ranges, len(bearings.time_s), places + moving, found)
     if places < 2:
         return Observability(ranges, len(bearings.time_s), places, 0.0)
     offsets = np.asarray(biases, np.float64)[:, PARAMETER_AZIMUTH_OFFSET]

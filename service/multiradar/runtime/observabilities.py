@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.restoration.observability import observability
+from multiradar.restoration.straight_flight import Directions
 from multiradar.runtime.track_windows import bias_estimates, window_plots
 
 
@@ -38,7 +39,8 @@ def observability_of_track(
         0.0 if np.isnan(height_m) else height_m,
     )  # fmt: skip
     plots = window_plots(rows, window_s)
-    found = observability(plots, sensors, bias_estimates(biases, len(sensors)), place)
+    estimates = bias_estimates(biases, len(sensors))
+    found = observability(plots, sensors, estimates, place, _directions(rows[-len(plots.time_s) :]))
     return {
         "track_id": int(last["track_id"]),
         "time_s": float(last["time_s"]),
@@ -47,3 +49,11 @@ def observability_of_track(
         "lines_cross": found.lines_cross,
         "is_observable": found.is_observable,
     }
+
+
+def _directions(rows: NDArray[np.void]) -> Directions | None:
+    told = rows["directions"]
+    if np.isnan(told).all():
+        return None
+    ways = [rows[name] for name in ("track_latitude_rad", "track_longitude_rad", "track_height_m")]
+    return Directions(told[:, 0], told[:, 1:], np.nan_to_num(np.column_stack(ways)))

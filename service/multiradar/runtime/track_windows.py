@@ -18,7 +18,7 @@ from multiradar.restoration.plot_positions import Plots
 from multiradar.runtime.bias_board import BiasBoard
 from multiradar.runtime.history import TrackHistory
 from multiradar.runtime.limits import RuntimeLimits
-from multiradar.tracking.measurements import MeasurementBatch
+from multiradar.tracking.measurements import Directions, MeasurementBatch
 from multiradar.tracking.outputs import EngineOutput
 
 #: Length of a window, and its bounds, the same for everybody who asks, s.
@@ -36,6 +36,8 @@ _MEASURED = (
 # Where the track was taken to be after the measurement: columns of its update.
 _OF_TRACK = "track_"
 _TRACK = ("latitude_rad", "longitude_rad", "height_m")
+# Elevations and places of moving sources, side by side; NaN where none are told.
+_DIRECTIONS = "directions"
 #: A measurement behind an update; field names are those of `MeasurementBatch`, and of the update
 #: with `track_` before them.
 PLOT_DTYPE = np.dtype(
@@ -46,6 +48,7 @@ PLOT_DTYPE = np.dtype(
         if field.name in _MEASURED
     ]
     + [(_OF_TRACK + name, np.float64) for name in _TRACK]
+    + [(_DIRECTIONS, np.float64, (len(Directions._fields),))]
 )
 
 #: Judges a window: measurements as `PLOT_DTYPE`, its length in s, the biases as `BIAS_DTYPE`, the
@@ -76,6 +79,9 @@ def plot_rows(output: EngineOutput, row_type: np.dtype[np.void] = PLOT_DTYPE) ->
             rows[name] = plots.track_id
         elif name.startswith(_OF_TRACK):
             rows[name] = getattr(updates, name.removeprefix(_OF_TRACK))
+        elif name == _DIRECTIONS:
+            told = plots.measured.directions
+            rows[name] = np.nan if told is None else np.column_stack(told)
         else:
             rows[name] = getattr(plots.measured, name)
     return rows

@@ -35,11 +35,14 @@ class Line:
         Slant range and azimuth.
     visible : (n,) ndarray of bool
         Whether it is within the coverage.
+    elevation_rad : (n,) ndarray, optional
+        Elevation; none on a flat plane.
     """
 
     range_m: Floats
     azimuth_rad: Floats
     visible: Bools
+    elevation_rad: Floats | None = None
 
 
 #: Gives the line of sight at times (n,).
@@ -58,6 +61,8 @@ class Plots:
         Measured; the azimuth in [0, 2π).
     outlier : (n,) ndarray of bool
         Plots that show nothing.
+    elevation_rad : (n,) ndarray, optional
+        Measured, where the sensor measures elevations.
     """
 
     true_s: Floats
@@ -65,6 +70,7 @@ class Plots:
     range_m: Floats
     azimuth_rad: Floats
     outlier: Bools
+    elevation_rad: Floats | None = None
 
 
 def look_times(sensor: Sensor, phase: float, life_s: Span, look: Look | None = None) -> Floats:
@@ -148,7 +154,14 @@ def make_plots(
     seen = line.visible & (chance[1] < sensor.detection_probability) & (measured > 0.0)
     seen &= outside_gaps(sensor, time_s)
     stamp = time_s + bias[PARAMETER_TIME_OFFSET]
-    plots = Plots(time_s[seen], stamp[seen], measured[seen], wrapped(pointed[seen]), outlier[seen])
+    raised = None
+    if sensor.elevation_sigma_rad is not None and line.elevation_rad is not None:
+        # Drawn last, so that no other number of a stream depends on it.
+        raised = line.elevation_rad + sensor.elevation_sigma_rad * rng.normal(size=count)
+        raised = np.clip(raised, -0.5 * np.pi, 0.5 * np.pi)[seen]
+    plots = Plots(
+        time_s[seen], stamp[seen], measured[seen], wrapped(pointed[seen]), outlier[seen], raised
+    )
     return plots, int(np.count_nonzero(line.visible))
 
 

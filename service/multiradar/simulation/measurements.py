@@ -35,6 +35,10 @@ class Measurements:
     true_latitude_rad, true_longitude_rad, true_height_m, true_speed_mps, true_heading_rad : (n,)
         State of the aircraft at the time stamp, the speed along the ground, the heading clockwise
         from true north at the aircraft.
+    elevation_rad : (n,) float64
+        What direction finders measure beside the azimuth.
+    source_latitude_rad, source_longitude_rad, source_height_m : (n,) float64
+        Where a sensor that moves was.
     """
 
     time_s: Floats
@@ -52,6 +56,10 @@ class Measurements:
     true_height_m: Floats
     true_speed_mps: Floats
     true_heading_rad: Floats
+    elevation_rad: Floats
+    source_latitude_rad: Floats
+    source_longitude_rad: Floats
+    source_height_m: Floats
 
     def __len__(self) -> int:
         return len(self.time_s)
@@ -68,6 +76,7 @@ def none() -> Measurements:
     return Measurements(
         nothing, integers, integers, nothing, nothing, nothing, nothing, nothing, integers,
         np.empty(0, np.bool_), nothing, nothing, nothing, nothing, nothing,
+        nothing, nothing, nothing, nothing,
     )  # fmt: skip
 
 

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.errors import ConfigurationError, OutsidePlaneError
-from multiradar.geodesy.polar import slant_range_azimuth
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.geodesy.wgs84 import (
     SEMI_MAJOR_AXIS_M,
@@ -26,6 +25,7 @@ from multiradar.simulation.measurements import NO_AIRCRAFT, Measurements, merged
 from multiradar.simulation.paths import Path, fly
 from multiradar.simulation.resolution import unresolved
 from multiradar.simulation.scene import SITED, Aircraft, Scene, Sensor
+from multiradar.simulation.sources import Site, site_of
 from multiradar.simulation.traffic import all_aircraft
 
 Floats = NDArray[np.float64]
@@ -103,9 +103,8 @@ def observe(
     plane = SystemPlane(*scene.centre_rad)
     bias_rng, phase_rng, clutter_rng, *own = rng.spawn(3 + len(aircraft))
     biases = walk_biases(scene.sensors, scene.duration_s, bias_rng)
-    sky = _Sky(
-        plane, scene, biases, phase_rng.uniform(size=len(scene.sensors)), _sites(scene, plane)
-    )
+    phases = phase_rng.uniform(size=len(scene.sensors))
+    sky = _Sky(plane, scene, biases, phases, _sites(scene, plane, phase_rng))
     rows, (looks, copies) = [], np.zeros((2, len(scene.sensors)), np.int64)
     for index, (one, stream) in enumerate(zip(aircraft, own, strict=True)):
         path = fly(one, scene.duration_s, stream)
@@ -131,7 +130,7 @@ class _Sky:
     scene: Scene
     biases: TrueBiases
     phases: Floats
-    sites: tuple[tuple[float, float, float], ...]
+    sites: tuple[Site, ...]
 
     # Measurements of one aircraft by one sensor, and the number of looks within its coverage.
     def watch(
@@ -211,21 +210,19 @@ def _watched(
 # The line of sight on WGS 84.
 def _line(
     sensor: Sensor,
-    site: tuple[float, float, float],
+    site: Site,
     plane: SystemPlane,
     path: Path,
     time_s: Floats,
 ) -> Line:
     height = path.height(time_s)
-    slant, azimuth, elevation = slant_range_azimuth(
-        site, *plane.to_geodetic(*path.place(time_s).T), height
-    )
+    slant, azimuth, elevation = site.sees(time_s, *plane.to_geodetic(*path.place(time_s).T), height)
     visible = (slant >= sensor.range_min_m) & (slant <= sensor.range_max_m)
     visible &= elevation <= sensor.elevation_max_rad
     if sensor.horizon:
-        heights = np.maximum(height, 0.0), max(site[2], 0.0)
+        heights = np.maximum(height, 0.0), np.maximum(site.at(time_s)[2], 0.0)
         visible &= slant <= sum(np.sqrt(2.0 * _RADIO_RADIUS_M * one) for one in heights)
-    return Line(slant, azimuth, visible)
+    return Line(slant, azimuth, visible, elevation)
 
 
 def _row(
@@ -243,11 +240,14 @@ def _row(
     nothing = np.full(count, np.nan)
     latitude, longitude = (nothing, nothing) if position is None else position
     truth = [nothing] * 5 if path is None else _truth(sky.plane, path, plots.time_s)
+    site = sky.sites[number]
+    source = [nothing] * 3 if site.path is None else list(site.at(plots.true_s))
     return Measurements(
         plots.time_s, np.full(count, number, np.int32), np.full(count, index, np.int32),
         plots.range_m, plots.azimuth_rad, latitude, longitude,
         nothing if height_m is None else height_m,
         np.zeros(count, np.int32) if garble is None else garble, plots.outlier, *truth,
+        nothing if plots.elevation_rad is None else plots.elevation_rad, *source,
     )  # fmt: skip
 
 
@@ -295,14 +295,15 @@ def _far(rng: np.random.Generator, count: int) -> Floats:
     return np.asarray(metres * np.stack([np.sin(course), np.cos(course)]))
 
 
-def _sites(scene: Scene, plane: SystemPlane) -> tuple[tuple[float, float, float], ...]:
+def _sites(scene: Scene, plane: SystemPlane, rng: np.random.Generator) -> tuple[Site, ...]:
     latitude, longitude = plane.to_geodetic(
         np.array([one.east_m for one in scene.sensors]),
         np.array([one.north_m for one in scene.sensors]),
     )
     heights = [one.height_m for one in scene.sensors]
     return tuple(
-        (float(a), float(b), h) for a, b, h in zip(latitude, longitude, heights, strict=True)
+        site_of(sensor, (float(a), float(b), h), plane, scene.duration_s, rng)
+        for sensor, a, b, h in zip(scene.sensors, latitude, longitude, heights, strict=True)
     )
 
 

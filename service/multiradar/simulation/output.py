@@ -13,6 +13,7 @@ from multiradar.simulation.measurements import NO_AIRCRAFT
 from multiradar.simulation.observation import Observation
 from multiradar.simulation.scene import SITED, Aircraft, Heard, Scene, Sensor
 from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
+from multiradar_schemas.directions import lean
 
 #: `truth.parquet`: row i is the truth of row i of `measurements.parquet`.
 TRUTH_SCHEMA = pl.Schema(
@@ -43,7 +44,10 @@ _TURN_DEG = 360.0
 
 
 def measurements_frame(scene: Scene, observation: Observation) -> pl.DataFrame:
-    """Return `measurements.parquet`: `MEASUREMENT_SCHEMA`, degrees, by ascending time stamp."""
+    """Return `measurements.parquet`: `MEASUREMENT_SCHEMA`, degrees, by ascending time stamp.
+
+    Without the columns of directions where no sensor of the scene tells any.
+    """
     rows = observation.measurements
     # A plot that has lost its range is a bearing, whatever made it.
     kinds = ["radar" if one.kind in SITED else one.kind for one in scene.sensors]
@@ -64,9 +68,13 @@ def measurements_frame(scene: Scene, observation: Observation) -> pl.DataFrame:
             "mode_s_address": _identity(scene, observation, "mode_s_address"),
             "track_number": _identity(scene, observation, "track_number"),
             "callsign": pl.repeat(None, len(lost), dtype=pl.String, eager=True),
+            "elevation_deg": np.degrees(rows.elevation_rad),
+            "source_latitude_deg": np.degrees(rows.source_latitude_rad),
+            "source_longitude_deg": np.degrees(rows.source_longitude_rad),
+            "source_height_m": rows.source_height_m,
         }
     )
-    return _without_nan(frame, MEASUREMENT_SCHEMA)
+    return lean(_without_nan(frame, MEASUREMENT_SCHEMA))
 
 
 def truth_frame(scene: Scene, observation: Observation) -> pl.DataFrame:

@@ -306,6 +306,13 @@ class Sensor:
         One for each of `PARAMETER_NAMES`.
     told : frozenset of int
         Kinds of parameter that the scene speaks of.
+    elevation_sigma_rad : float, optional
+        Standard deviation of the errors of elevations; a direction finder that measures none has
+        none.
+    speed_mps, heading_rad : float, optional
+        How a direction finder that moves does so at the beginning, at its site.
+    legs : tuple of Leg
+        How it goes on, as aircraft do.
     """
 
     identifier: str
@@ -337,6 +344,15 @@ class Sensor:
     heard: frozenset[Heard] = frozenset(HEARD)
     biases: tuple[Bias, ...] = (Bias(),) * PARAMETERS
     told: frozenset[int] = frozenset()
+    elevation_sigma_rad: float | None = None
+    speed_mps: float | None = None
+    heading_rad: float = 0.0
+    legs: tuple[Leg, ...] = ()
+
+    @property
+    def moves(self) -> bool:
+        """Whether it is at another place at every moment."""
+        return self.speed_mps is not None
 
 
 @dataclass(frozen=True, slots=True)

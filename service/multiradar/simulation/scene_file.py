@@ -28,6 +28,7 @@ from multiradar.simulation.scene import (
 from multiradar.simulation.scene_tables import (
     AircraftTable,
     CoupledTable,
+    LegTable,
     ReportErrorTable,
     SceneTable,
     SecondFeedTable,
@@ -208,11 +209,7 @@ def _aircraft(tables: Sequence[AircraftTable], plane: SystemPlane) -> tuple[Airc
                 heading_rad=_rad(table.heading_deg),
                 start_s=table.start_s,
                 end_s=float("inf") if table.end_s is None else table.end_s,
-                legs=tuple(
-                    Leg(one.duration_s, _rad(one.turn_rate_deg_per_s), one.acceleration_mps2,
-                        one.climb_mps)
-                    for one in table.leg
-                ),
+                legs=_legs(table.leg),
                 coupled=_coupled(table.coupled),
                 acceleration_density=table.acceleration_density,
                 mode_3a=None if code is None else int(code, 8),
@@ -228,6 +225,13 @@ def _aircraft(tables: Sequence[AircraftTable], plane: SystemPlane) -> tuple[Airc
             )
         )  # fmt: skip
     return tuple(found)
+
+
+def _legs(tables: Sequence[LegTable]) -> tuple[Leg, ...]:
+    return tuple(
+        Leg(one.duration_s, _rad(one.turn_rate_deg_per_s), one.acceleration_mps2, one.climb_mps)
+        for one in tables
+    )
 
 
 def _report_error(table: ReportErrorTable) -> ReportError:
@@ -295,6 +299,10 @@ def _sensor(table: SensorTable, on_earth: bool, plane: SystemPlane) -> Sensor:
         told=frozenset(
             kind for kind, name in enumerate(PARAMETER_NAMES) if getattr(table.bias, name)
         ),
+        elevation_sigma_rad=_rad_or_none(table.elevation_sigma_deg),
+        speed_mps=table.speed_mps,
+        heading_rad=_rad(table.heading_deg),
+        legs=_legs(table.leg),
     )
 
 
@@ -337,6 +345,10 @@ def _coupled(table: CoupledTable | None) -> CoupledNoise | None:
 
 def _span(two: Sequence[float], unit: float = 1.0) -> tuple[float, float]:
     return two[0] * unit, two[1] * unit
+
+
+def _rad_or_none(degrees: float | None) -> float | None:
+    return None if degrees is None else _rad(degrees)
 
 
 def _rad(degrees: float) -> float:

@@ -241,6 +241,8 @@ _OF_RANGES = (
     "range_sigma_m", "position_sigma_m", "clutter_per_turn", "storm", "second_feed",
     "range_resolution_m", "azimuth_resolution_deg", "jammed_s",
 )  # fmt: skip
+# What only a direction finder has.
+_OF_FINDERS = ("elevation_sigma_deg", "speed_mps", "heading_deg", "leg")
 
 
 class SensorTable(_Placed):
@@ -271,6 +273,10 @@ class SensorTable(_Placed):
     gaps_s: Annotated[tuple[_Gap, ...], _LISTED] = ()
     jammed_s: Annotated[tuple[_Gap, ...], _LISTED] = ()
     reports: Annotated[tuple[Heard, ...], _LISTED] = HEARD
+    elevation_sigma_deg: Annotated[float, within(bounds.AZIMUTH_SIGMA_DEG)] | None = None
+    speed_mps: _Speed | None = None
+    heading_deg: _Heading = 0.0
+    leg: Annotated[tuple[LegTable, ...], _LISTED] = ()
     bias: BiasesTable = BiasesTable()
 
     @model_validator(mode="after")
@@ -280,18 +286,35 @@ class SensorTable(_Placed):
             unused = ["position_sigma_m"] if self.kind == "radar" else list(_OF_RANGES)
         else:
             unused = list(_OF_RADARS)
+        if self.kind != "direction-finder":
+            unused += _OF_FINDERS
         for key in unused:
             if key in self.model_fields_set:
                 raise wrong(f"expected no {key} for the {self.kind} {self.id}, was given")
+        return self
+
+    @model_validator(mode="after")
+    def _keys_fit_together(self) -> Self:
         if (self.range_resolution_m > 0.0) != (self.azimuth_resolution_deg > 0.0):
             raise wrong("expected range_resolution_m and azimuth_resolution_deg together, was one")
         if self.range_resolution_m > 0.0 and self.second_feed is not None:
             raise wrong("expected range_resolution_m or second_feed, was both")
         if self.rotation_period_s is not None and self.interval_s is not None:
             raise wrong("expected rotation_period_s or interval_s, was both")
-        ranges = (self.bias.range_offset_m, self.bias.range_gain)
-        if self.kind == "direction-finder" and any(one is not None for one in ranges):
+        return self
+
+    @model_validator(mode="after")
+    def _finder_is_one(self) -> Self:
+        if self.kind != "direction-finder":
+            return self
+        if any(one is not None for one in (self.bias.range_offset_m, self.bias.range_gain)):
             raise wrong(f"expected no bias of a range for the {self.kind} {self.id}, was given")
+        if self.speed_mps is None:
+            for key in ("heading_deg", "leg"):
+                if key in self.model_fields_set:
+                    raise wrong(f"expected speed_mps beside {key} of {self.id}, was absent")
+        elif self.bias.time_offset_s is not None:
+            raise wrong(f"expected no bias.time_offset_s of {self.id}, which moves, was given")
         return self
 
 

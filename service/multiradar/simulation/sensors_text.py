@@ -52,6 +52,11 @@ def _sensor(sensor: Sensor, plane: SystemPlane) -> dict[str, Any]:
         "azimuth_sigma_deg": round(float(np.degrees(sensor.azimuth_sigma_rad)), _DIGITS),
         "rotation_period_s": sensor.rotation_period_s,
     }
+    if sensor.elevation_sigma_rad is not None:
+        sigma_deg = float(np.degrees(sensor.elevation_sigma_rad))
+        table["elevation_sigma_deg"] = round(sigma_deg, _DIGITS)
+    if sensor.moves:
+        table["moving"] = True
     if np.isfinite(sensor.range_max_m):
         table["range_max_m"] = sensor.range_max_m
     biases = {

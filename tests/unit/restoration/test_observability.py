@@ -6,9 +6,11 @@ from numpy.typing import NDArray
 
 from multiradar.estimation.measurement.sensors import PARAMETER_AZIMUTH_OFFSET, PARAMETER_NAMES
 from multiradar.geodesy.polar import slant_range_azimuth
-from multiradar.restoration.observability import observability
+from multiradar.restoration.observability import Observability, observability
 from multiradar.restoration.plot_positions import Plots
-from support import bearing_scene
+from multiradar.restoration.straight_flight import Directions
+from multiradar.wire import measurement_batch
+from support import bearing_scene, moving_scene
 
 Floats = NDArray[np.float64]
 
@@ -78,3 +80,77 @@ def test_nothing_is_not_observable() -> None:
     found = observability(bearings(), SENSORS, NONE, PLACE)
     assert tuple(found) == (0, 0, 0, 0.0)
     assert not found.is_observable
+
+
+MOVERS = moving_scene.sensors()
+NO_BIAS = np.zeros((len(MOVERS), len(PARAMETER_NAMES)))
+TARGET = moving_scene.Path((40e3, 30e3), (-150.0, -120.0))
+CIRCLING = moving_scene.Path((0.0, 0.0), height_m=3e3, radius_m=8e3, turn_rad_per_s=0.025)
+STRAIGHT = moving_scene.Path((0.0, 0.0), (200.0, 0.0), height_m=3000.0)
+
+
+def judged(
+    sensor: str, target: moving_scene.Path, source: moving_scene.Path | None, *,
+    elevations: bool = False, heights: bool = False, until_s: float = 120.0,
+) -> Observability:  # fmt: skip
+    """What two minutes of one sensor say of a target, linearised at the truth."""
+    time_s = np.arange(0.0, until_s, 2.0)
+    frame = moving_scene.seen(
+        sensor, target, 1, time_s, np.random.default_rng(1), source=source,
+        elevations=elevations, heights=heights,
+    )  # fmt: skip
+    batch, refused = measurement_batch(frame, MOVERS)
+    assert not len(refused)
+    told = batch.directions
+    plots = Plots(
+        batch.time_s, batch.sensor, batch.kind, batch.range_m, batch.azimuth_rad,
+        batch.latitude_rad, batch.longitude_rad, batch.height_m,
+    )  # fmt: skip
+    ways = np.column_stack(target.geodetic(time_s))
+    last = ways[-1].tolist()
+    directions = None
+    if told is not None:
+        directions = Directions(told.elevation_rad, np.column_stack(told[1:]), ways)
+    return observability(plots, MOVERS, NO_BIAS, (last[0], last[1], last[2]), directions)
+
+
+def test_a_moving_source_tells_a_distance_by_out_manoeuvring_its_target() -> None:
+    """One that flies as straight as the target sees its lines cross, and learns nothing."""
+    found = judged(moving_scene.FLYING, TARGET, CIRCLING)
+    assert (found.ranges, found.places) == (0, 1)
+    assert found.is_observable
+    # The circle of 16 km at 25 to 50 km, at 0.2°: tens of sigmas.
+    assert 5.0 < found.crossing < 100.0
+    straight = judged(moving_scene.FLYING, TARGET, STRAIGHT)
+    assert not straight.is_observable
+    assert 0.0 < straight.crossing < 3.0
+
+
+def test_an_elevation_tells_a_distance_where_a_height_is_heard() -> None:
+    near = moving_scene.Path((10e3, 20e3), (-100.0, 50.0))
+    with_height = judged(moving_scene.FIXED, near, None, elevations=True, heights=True)
+    assert with_height.is_observable
+    assert with_height.places == 1
+    without = judged(moving_scene.FIXED, near, None, elevations=True)
+    assert not without.is_observable
+    azimuths = judged(moving_scene.FIXED, near, None, heights=True)
+    assert azimuths.crossing == 0.0
+
+
+def test_the_crossing_of_a_moving_source_is_that_of_its_errors() -> None:
+    """On a flat plane, by least squares over many draws of the angles."""
+    found = judged(moving_scene.FLYING, TARGET, CIRCLING, until_s=300.0)
+    rng = np.random.default_rng(7)
+    time_s = np.arange(0.0, 300.0, 2.0)
+    ago = time_s - time_s[-1]
+    source, true = CIRCLING.at(time_s), TARGET.at(time_s)
+    line = true - source
+    squared = (line**2).sum(axis=1)
+    slopes = np.column_stack([line[:, 1], -line[:, 0]]) / squared[:, None]
+    whole = np.column_stack([slopes, ago[:, None] * slopes]) / np.radians(0.2)
+    prior = np.diag([0.0, 0.0, 300.0**-2, 300.0**-2])
+    gain = np.linalg.solve(whole.T @ whole + prior, whole.T)
+    errors = gain @ rng.standard_normal((len(time_s), 4000))
+    worst = np.sqrt(np.linalg.eigvalsh(np.cov(errors[:2]))[-1])
+    nearest = np.hypot(*(source - true[-1]).T).min()
+    assert found.crossing == pytest.approx(nearest / worst, rel=0.05)
