@@ -426,11 +426,11 @@ def height_informs(
 def slant_of_direction(sine: float, rise: float) -> float:
     """Return how far off what is seen at a sine of the elevation is ``rise`` above the source.
 
-    NaN where it can be nowhere.
+    The nearer place of two where that is below the source; NaN or negative where it can be nowhere.
     """
     drop = 0.5 * EARTH_DIAMETER_M * sine
-    slant: float = np.sqrt(drop * drop + rise * (EARTH_DIAMETER_M + rise)) - drop
-    return slant
+    half: float = np.sqrt(drop * drop + rise * (EARTH_DIAMETER_M + rise))
+    return (half if rise >= 0.0 else -half) - drop
 
 
 @in_loop
