@@ -36,7 +36,7 @@ ASSOCIATION_SCENES = (
     "crossing", "formation", "shared-code", "code-change", "shared-address", "clutter",
     "duplicated-networks", "plot-storm", "radar-jump", "u-turn-edge", "primary-only",
     "garbled-codes", "ghost-adsb", "formation-split", "unresolved",
-    "newcomers",
+    "newcomers", "bearings-only",
 )  # fmt: skip
 HEADER = (
     "scene", "filter", "density", "range bias", "azimuth bias", "bias error² / sigma²",

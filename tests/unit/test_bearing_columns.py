@@ -12,7 +12,10 @@ from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.kernels import compilation_target
 from multiradar.runtime.admission import FORWARD_JUMP_MAX_S
 from multiradar.runtime.fingerprint import OUTPUT_RULES, configuration_fingerprint
+from multiradar.runtime.intake import Submission
 from multiradar.runtime.payload import decode_rows, encode_rows
+from multiradar.runtime.preparation import same_message
+from multiradar.storage.entries import Entry, EntryKind
 from multiradar.tracking.measurements import MeasurementBatch
 from multiradar.tracking.order import canonical_order
 from multiradar.tracking.settings import TrackingSettings
@@ -166,6 +169,25 @@ def test_a_journal_holds_what_it_held_where_nobody_tells_directions() -> None:
     assert not len(refused)
     told = pl.DataFrame([BEARING | SOURCE], schema=MEASUREMENT_SCHEMA)
     assert decode_rows(encode_rows(told)).equals(told)
+
+
+def test_a_message_that_differs_in_its_directions_is_another() -> None:
+    def submission(*rows: dict[str, object]) -> Submission:
+        frame = pl.DataFrame(list(rows), schema=MEASUREMENT_SCHEMA)
+        return Submission(EntryKind.BATCH, frame, "test", "key", ())
+
+    raised = BEARING | {"elevation_deg": 1.0}
+    for stored, sent, same in (
+        (raised, raised, True),
+        (raised, BEARING, False),
+        (BEARING, raised, False),
+        (BEARING, BEARING, True),
+        (raised, BEARING | {"elevation_deg": 2.0}, False),
+        (BEARING | SOURCE, BEARING | SOURCE | {"source_height_m": 1.0}, False),
+    ):
+        payload = encode_rows(submission(stored).frame)
+        entry = Entry(EntryKind.BATCH, "test", "key", payload, 1, (), "")
+        assert same_message(submission(sent), entry) is same
 
 
 def test_a_configuration_without_them_has_the_fingerprint_that_it_had() -> None:

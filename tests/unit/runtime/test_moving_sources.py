@@ -4,11 +4,20 @@ import numpy as np
 import polars as pl
 import pytest
 
+from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.engine import Engine
+from multiradar.runtime.observabilities import observability_of_track
 from multiradar.runtime.offline import BATCH_ROWS
+from multiradar.runtime.track_windows import WindowTable
+from multiradar.simulation.observation import observe
+from multiradar.simulation.output import measurements_frame, truth_frame
+from multiradar.simulation.scene_file import builtin_scene
+from multiradar.simulation.sensors_text import sensors_text
 from multiradar.tracking.outputs import TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
-from multiradar.wire import measurement_batch, tracks_frame
+from multiradar.wire import measurement_batch, sensor_table, tracks_frame
+from multiradar_schemas.arrow import OBSERVABILITY_SCHEMA
+from multiradar_schemas.sensor import parse_sensors
 from support import moving_scene
 from support.moving_scene import FIXED, FLYING, PERIOD_S, RADAR, Path, seen, together
 
@@ -26,17 +35,21 @@ def times(until_s: float, from_s: float = 0.0) -> np.ndarray:
 
 
 def tracked(
-    frame: pl.DataFrame, table: object = TABLE, *, batch_rows: int = BATCH_ROWS, **settings: str
-) -> tuple[Engine, pl.DataFrame]:
+    frame: pl.DataFrame,
+    table: SensorTable = TABLE,
+    *,
+    batch_rows: int = BATCH_ROWS,
+    **settings: str,
+) -> tuple[Engine, pl.DataFrame]:  # fmt: skip
     engine = Engine(table, TrackingSettings(**settings))  # type: ignore[arg-type]
     outputs = []
     for part in frame.iter_slices(batch_rows):
-        batch, refused = measurement_batch(part, table)  # type: ignore[arg-type]
+        batch, refused = measurement_batch(part, table)
         assert not len(refused.index)
         outputs.append(engine.push(batch))
     outputs.append(engine.flush())
     updates = TrackUpdates.concatenate([output.updates for output in outputs])
-    return engine, tracks_frame(updates, table)  # type: ignore[arg-type]
+    return engine, tracks_frame(updates, table)
 
 
 def late(tracks: pl.DataFrame, since_s: float) -> pl.DataFrame:
@@ -168,3 +181,46 @@ def test_filters_without_bearings_count_elevations_and_moving_sources_as_unsuppo
     engine, tracks = tracked(frame, filter_name="ci")
     assert engine.counts["UNSUPPORTED"] == 15
     assert len(tracks) == 8
+
+
+def test_a_scene_in_which_nobody_ranges_is_tracked() -> None:
+    """Eight aircraft, half without heights, biases of 0.3° to 0.4°: all of them, once each."""
+    scene = builtin_scene("bearings-only")
+    observation = observe(scene, np.random.default_rng(scene.seed))
+    table = sensor_table(parse_sensors(sensors_text(scene)))
+    frame = measurements_frame(scene, observation).filter(pl.col("time_s") < 300.0)
+    _, tracks = tracked(frame, table, filter_name="imm")
+    assert tracks["track_number"].n_unique() == 8
+    assert tracks["track_id"].n_unique() == 8
+    truth = truth_frame(scene, observation).select(
+        "time_s", "sensor_id", "track_number", north="latitude_deg", east="longitude_deg",
+        up="height_m",
+    )  # fmt: skip
+    both = tracks.filter(pl.col("time_s") > 120.0).join(
+        truth, on=["time_s", "sensor_id", "track_number"]
+    )
+    assert len(both) > 800
+    north = 111.2e3 * (both["latitude_deg"] - both["north"]).to_numpy()
+    east = 111.3e3 * np.cos(np.radians(56.8)) * (both["longitude_deg"] - both["east"]).to_numpy()
+    assert np.sqrt(np.mean(north**2 + east**2)) < 400.0
+    assert both["height_m"].null_count() < 0.1 * len(both)
+    up = (both["height_m"] - both["up"]).drop_nulls().to_numpy()
+    assert np.sqrt(np.mean(up**2)) < 150.0
+
+
+def test_observability_of_a_lone_moving_source_is_told_offline() -> None:
+    rng = np.random.default_rng(8)
+    frame = seen(FLYING, FAR, 1, times(400.0), rng, source=CIRCLING)
+    settings = TrackingSettings()
+    for window_s, expected in ((200.0, True), (10.0, False)):
+        table = WindowTable(
+            observability_of_track, OBSERVABILITY_SCHEMA, WELL_ALIGNED, window_s, settings.epoch_s
+        )
+        engine = Engine(WELL_ALIGNED, settings)
+        batch, _ = measurement_batch(frame, WELL_ALIGNED)
+        rows = [table.take(engine.push(batch)), table.take(engine.flush()), table.finish()]
+        told = pl.concat(rows)
+        assert len(told) > 20
+        last = told.row(-1, named=True)
+        assert last["is_observable"] is expected
+        assert (last["ranges"], last["places"]) == (0, 1)
