@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from benchmark.sky import DEGREE_M, LATITUDE_DEG, LONGITUDE_DEG, START_S, sites
 from multiradar.geodesy.polar import slant_range_azimuth
-from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
+from multiradar_schemas.directions import PLAIN_SCHEMA
 
 Floats = NDArray[np.float64]
 
@@ -125,7 +125,7 @@ def make_recording(rows: int, aircraft: int, seed: int = 1) -> pl.DataFrame:
     together = pl.concat(frames).sort("time_s", maintain_order=True).head(rows)
     return together.select(
         pl.col(name).cast(kind) if name in together.columns else pl.lit(None, kind).alias(name)
-        for name, kind in MEASUREMENT_SCHEMA.items()
+        for name, kind in PLAIN_SCHEMA.items()
     )
 
 

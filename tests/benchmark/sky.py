@@ -7,7 +7,7 @@ import polars as pl
 from numpy.typing import NDArray
 
 from multiradar.geodesy.polar import slant_range_azimuth
-from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
+from multiradar_schemas.directions import PLAIN_SCHEMA
 
 RADARS = 8
 START_S = 1_700_000_000.0
@@ -83,7 +83,7 @@ def make_recording(rows: int, aircraft: int, seed: int = 1) -> pl.DataFrame:
             "track_number": number,
             "callsign": pl.repeat(None, rows, dtype=pl.String, eager=True),
         }
-    ).fill_nan(None).cast(MEASUREMENT_SCHEMA).select(MEASUREMENT_SCHEMA.names())  # fmt: skip
+    ).fill_nan(None).cast(PLAIN_SCHEMA).select(PLAIN_SCHEMA.names())  # fmt: skip
 
 
 def _positions(

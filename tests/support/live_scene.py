@@ -6,7 +6,7 @@ import polars as pl
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.polar import slant_range_azimuth
 from multiradar.wire import sensor_table
-from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
+from multiradar_schemas.directions import PLAIN_SCHEMA
 from multiradar_schemas.sensor import Sensor, SensorsFile
 
 START_S = 1_700_000_000.0
@@ -63,7 +63,7 @@ def recording(
         }
     )
     late = np.argsort(time_s + random.uniform(0.0, 2.0, rows), kind="stable")
-    return frame.fill_nan(None).cast(MEASUREMENT_SCHEMA).select(MEASUREMENT_SCHEMA.names())[late]
+    return frame.fill_nan(None).cast(PLAIN_SCHEMA).select(PLAIN_SCHEMA.names())[late]
 
 
 def cut(frame: pl.DataFrame, sizes: list[int]) -> list[pl.DataFrame]:

@@ -242,12 +242,13 @@ def _row(
     truth = [nothing] * 5 if path is None else _truth(sky.plane, path, plots.time_s)
     site = sky.sites[number]
     source = [nothing] * 3 if site.path is None else list(site.at(plots.true_s))
+    elevation = nothing if plots.elevation_rad is None else plots.elevation_rad
+    rest = [*truth, elevation, *source]
     return Measurements(
         plots.time_s, np.full(count, number, np.int32), np.full(count, index, np.int32),
         plots.range_m, plots.azimuth_rad, latitude, longitude,
         nothing if height_m is None else height_m,
-        np.zeros(count, np.int32) if garble is None else garble, plots.outlier, *truth,
-        nothing if plots.elevation_rad is None else plots.elevation_rad, *source,
+        np.zeros(count, np.int32) if garble is None else garble, plots.outlier, *rest,
     )  # fmt: skip
 
 

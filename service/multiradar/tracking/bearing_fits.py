@@ -71,7 +71,22 @@ class Seen(NamedTuple):
 
 
 def seen_in(window: Window, row: int, model: Model) -> Seen:
-    """Return the bearing in a row of a window."""
+    """Return a bearing as it waits.
+
+    Parameters
+    ----------
+    window : Window
+        Rows.
+    row : int
+        Which of them.
+    model : Model
+        With the sites of the rows.
+
+    Returns
+    -------
+    Seen
+        The bearing.
+    """
     batch, told = window.batch, window.batch.directions
     return Seen(
         time_s=float(batch.time_s[row]),

@@ -7,7 +7,7 @@ from typing import Any
 import polars as pl
 import pytest
 
-from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
+from multiradar_schemas.directions import PLAIN_SCHEMA
 from multiradar_schemas.report import Report
 from support import dumps
 
@@ -109,7 +109,7 @@ def test_the_table_holds_every_plot_and_report_with_its_own_identity(
     converted: Path, rows: dict[str, list[dumps.Row]]
 ) -> None:
     table = pl.read_parquet(converted / "measurements.parquet")
-    assert table.schema == MEASUREMENT_SCHEMA
+    assert table.schema == PLAIN_SCHEMA
     assert table["time_s"].is_sorted()
     named = {
         (id(plot)): int(aircraft)

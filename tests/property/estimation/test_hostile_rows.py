@@ -36,7 +36,7 @@ angles = st.floats(-4.0, 4.0) | odd
 rows = st.tuples(
     st.integers(-2, SLOTS - 1),
     st.floats(0.0, 60.0) | st.sampled_from([2e5, 4e5]) | odd,
-    st.integers(-1, 5),
+    st.integers(-1, 6),
     st.integers(0, SENSORS - 1),
     values,
     angles,
@@ -79,6 +79,8 @@ def hostile_model(tracking: TrackingSettings, *, timed: bool) -> Model:
 @example([(0, float(i), 0, i % 3, 5e4, 1.0, 3e3) for i in range(9)])
 @example([(0, 1.0 + i, 1, i % 3, 1e4, 1e4, 3e3) for i in range(9)])
 @example([(0, 1.0, 1, i, 1e4, 1e4, 3e3) for i in range(3)])
+@example([(0, 1.0, 0, 0, 5e4, 1.0, np.nan), *[(0, 2.0, 5, i, 0.1, 1.0, np.nan) for i in range(3)]])
+@example([(0, 1.0, 0, 0, 5e4, 1.0, 3e3), *[(0, 2.0, 5, i, 0.1, 1.0, 3e3) for i in range(3)]])
 def test_no_number_that_is_none_leaves_the_kernel(
     name: str, timed: bool, how: str, sequence: list[Row]
 ) -> None:

@@ -10,7 +10,7 @@ import pytest
 from multiradar.errors import ConfigurationError, PeerError, UnavailableError
 from multiradar.ingest.replay import Answer
 from multiradar.ingest.replay_http import Encoding, HttpDestination, encode
-from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
+from multiradar_schemas.directions import PLAIN_SCHEMA
 
 
 def _batch() -> pl.DataFrame:
@@ -27,7 +27,7 @@ def _batch() -> pl.DataFrame:
         pl.col(name).cast(dtype)
         if name in ("time_s", "sensor_id", "kind", "range_m", "mode_3a", "track_number")
         else pl.lit(None, dtype).alias(name)
-        for name, dtype in MEASUREMENT_SCHEMA.items()
+        for name, dtype in PLAIN_SCHEMA.items()
     )
 
 

@@ -184,14 +184,14 @@ def test_filters_without_bearings_count_elevations_and_moving_sources_as_unsuppo
 
 
 def test_a_scene_in_which_nobody_ranges_is_tracked() -> None:
-    """Eight aircraft, half without heights, biases of 0.3° to 0.4°: all of them, once each."""
+    """Fifteen aircraft, half without heights, biases of 0.3° to 0.4°: all of them, once each."""
     scene = builtin_scene("bearings-only")
     observation = observe(scene, np.random.default_rng(scene.seed))
     table = sensor_table(parse_sensors(sensors_text(scene)))
     frame = measurements_frame(scene, observation).filter(pl.col("time_s") < 300.0)
     _, tracks = tracked(frame, table, filter_name="imm")
-    assert tracks["track_number"].n_unique() == 8
-    assert tracks["track_id"].n_unique() == 8
+    assert tracks["track_number"].n_unique() == 15
+    assert tracks["track_id"].n_unique() == 15
     truth = truth_frame(scene, observation).select(
         "time_s", "sensor_id", "track_number", north="latitude_deg", east="longitude_deg",
         up="height_m",

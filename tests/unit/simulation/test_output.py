@@ -14,7 +14,7 @@ from multiradar.simulation.output import measurements_frame, true_biases_frame, 
 from multiradar.simulation.scene import Bias, Scene
 from multiradar.simulation.scene_file import builtin_scene
 from multiradar.simulation.sensors_text import sensors_text
-from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
+from multiradar_schemas.directions import PLAIN_SCHEMA
 from multiradar_schemas.sensor import parse_sensors
 
 
@@ -32,7 +32,7 @@ def test_measurements_are_those_that_the_tracker_takes(
     scene: Scene, observation: Observation
 ) -> None:
     frame = measurements_frame(scene, observation)
-    assert frame.schema == MEASUREMENT_SCHEMA
+    assert frame.schema == PLAIN_SCHEMA
     assert frame["time_s"].is_sorted()
     batch, rejected = wire.measurement_batch(
         frame, wire.sensor_table(parse_sensors(sensors_text(scene)))

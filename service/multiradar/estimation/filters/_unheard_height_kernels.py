@@ -52,6 +52,9 @@ Integers = NDArray[np.int64]
 # Places of what is learnt: change of the height, its variance afterwards, v afterwards.
 LEARNT_COUNT = 6
 
+# An elevation changes less than that with the height, 1/m, where it means anything.
+STEEP_MAX = 0.1
+
 # An innovation that is farther off than four sigmas along u says nothing of the height.
 ASTRAY_SQUARED = 16.0
 
@@ -107,6 +110,11 @@ def learn_height(
         e1 = wrap_angle(e1)
     if kind == KIND_DIRECTION:
         slope = sine_by_height(p0, ground)
+        # Written so that NaN fails it: straight up, or at the source, no elevation is told.
+        if not (abs(e0) <= 2.0 and abs(slope) < STEEP_MAX and azimuth_is_sound(h[2], h[3], w[2])):
+            learnt[0], learnt[1] = 0.0, variance
+            learnt[2], learnt[3], learnt[4], learnt[5] = v0, v1, v2, v3
+            return
     if kind == KIND_RADAR:
         e1 = wrap_angle(e1)
         slope = range_slope(height, p0, noise[3])
@@ -127,7 +135,8 @@ def learn_height(
         # Elevations alone tell heights (see below of azimuths), as far as the place is known: what
         # that is wrong by is the same time after time.
         lasting = n00 + spread_of_row(k, h[0], h[1], sensitivities, bias_covariance)
-        i00, i01, i11 = 1.0 / (lasting + w[0]), 0.0, 0.0
+        spread = lasting + w[0]
+        i00, i01, i11 = 1.0 / spread if spread > 0.0 else 0.0, 0.0, 0.0
     else:
         i00, i01, i11 = inverse(n00 + w[0] + b00, n01 + w[1] + b01, n11 + w[2] + b11)
     r0, r1 = i00 * u0 + i01 * u1, i01 * u0 + i11 * u1
@@ -154,6 +163,12 @@ def learn_height(
     learnt[3] = v1 - K[2] * u0 - K[3] * u1
     learnt[4] = v2 - K[4] * u0 - K[5] * u1
     learnt[5] = v3 - K[6] * u0 - K[7] * u1
+
+
+@in_loop
+def azimuth_is_sound(h0: float, h1: float, variance: float) -> bool:
+    """Return whether an azimuth is defined, with a variance."""
+    return variance > 0.0 and h0 * h0 + h1 * h1 < np.inf
 
 
 @in_loop

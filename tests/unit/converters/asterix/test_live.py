@@ -10,7 +10,7 @@ from multiradar_converters.asterix.editions import Editions, parse_editions
 from multiradar_converters.asterix.live import LiveDecoder, LiveOptions
 from multiradar_converters.asterix.live_batch import LiveBatch
 from multiradar_converters.asterix.live_copies import RecentRecords
-from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
+from multiradar_schemas.directions import PLAIN_SCHEMA
 from support.asterix_octets import block, north_mark, plot_001, plot_048, record, time_of_day
 
 DAY_S = 86_400.0
@@ -46,7 +46,7 @@ def balanced(batch: LiveBatch, sent: Datagrams) -> bool:
 def test_a_plot_becomes_a_measurement_dated_by_its_reception() -> None:
     sent = datagrams((NOON_S + 0.4, block(48, plot_048(43_200.0))))
     batch = decoder().decode(sent)
-    assert dict(batch.frame.schema) == dict(MEASUREMENT_SCHEMA)
+    assert dict(batch.frame.schema) == dict(PLAIN_SCHEMA)
     assert times(batch) == [NOON_S]
     assert batch.frame["sensor_id"].to_list() == ["20-130"]
     assert batch.frame["mode_s_address"].to_list() == ["3c660c"]

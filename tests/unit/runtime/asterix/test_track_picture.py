@@ -56,7 +56,9 @@ def updates(time_s: Any, **said: Any) -> Taken:
         for name, value in (columns | said).items()
     }
     whole = {name: filled[name] for name in TrackUpdates.__dataclass_fields__ if name != "time_s"}
-    measured = {name: filled.get(f"plot_{name}", filled.get(name, times)) for name in COLUMNS}
+    measured: dict[str, Any] = {
+        name: filled.get(f"plot_{name}", filled.get(name, times)) for name in COLUMNS
+    }
     spread = np.tile([0.0, 0.0, 900.0, 0.0, 400.0], (len(times), 1))
     return TrackUpdates(time_s=times, **whole), MeasurementBatch(**measured), spread
 
