@@ -1,6 +1,7 @@
 """Formulas of Nenartovich and Isakov one by one, in the plane and in space, sources that move."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
@@ -92,19 +93,24 @@ def test_the_missing_range_has_no_part_in_the_estimate() -> None:
     assert told == pytest.approx(left, rel=1e-3, abs=1.0)
 
 
-@pytest.mark.parametrize("d", [2, 3])
-def test_angles_beat_the_prolonged_prior_where_lines_cross(d: int) -> None:
+def test_angles_in_space_beat_the_prolonged_prior_where_lines_cross() -> None:
     """(7), (8): P(n/0) − P(n) is never negative, and positive for the place where (10) holds."""
     for moving, crosses in ((circle, True), (lambda _t, n: circle(0.0, n), False)):
-        state, prior = known(d), known(d)
+        state = known(3)
+        # It hovers, so that angles are linearised on the one line.
+        state = replace(state, vector=state.information @ np.r_[TARGET, np.zeros(3)])
+        prior = state
         for time_s in (0.0, 20.0, 40.0, 60.0):
             state, prior = predict(state, time_s, 0.0), predict(prior, time_s, 0.0)
             # Of what stands still, so that a line from one place stays where it is.
-            state = update(state, sight(moving(time_s, d), TARGET[:d]))
+            state = update(state, sight(moving(time_s, 3), TARGET))
         gained = prior.estimate()[1] - state.estimate()[1]
         scale = np.sqrt(np.diag(prior.estimate()[1]))
-        values = np.linalg.eigvalsh(gained / np.outer(scale, scale))
-        assert values[0] > -1e-9
+        scaled = gained / np.outer(scale, scale)
+        assert np.linalg.eigvalsh(scaled)[0] > -1e-9
+        # Along one line nothing is gained.
+        least = np.linalg.eigvalsh(scaled[:3, :3])[0]
+        assert least > 0.01 if crosses else least < 1e-6
         assert bool(state.lines_cross) is crosses
 
 
