@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import fields, replace
-from typing import NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -80,5 +80,8 @@ def output_of(events: Sequence[Event]) -> EngineOutput:
 
 
 def _zeros(empty: Columns, count: int) -> Columns:
-    zeros = {one.name: np.zeros(count, getattr(empty, one.name).dtype) for one in fields(empty)}
+    zeros: dict[str, Any] = {}
+    for one in fields(empty):
+        column = getattr(empty, one.name)
+        zeros[one.name] = None if column is None else np.zeros(count, column.dtype)
     return type(empty)(**zeros)

@@ -108,14 +108,11 @@ class Engine:
         self._order = ReorderBuffer(settings.reorder_horizon_s)
         self._near = NearDuplicates(sensors, settings.hidden_fields)
         self._biases = SharedBiases(sensors, settings, self._filter, self._plane)
-        modes = len(self._biases.model.modes)
         self._plausibility = Plausibility(sensors)
-        self._pool = AircraftPool(
-            self._filter, len(sensors.parameter_kind), len(sensors), modes,
-            compared=len(sensors) if self._plausibility.active else 0,
-        )  # fmt: skip
+        sizes = len(sensors.parameter_kind), len(sensors), len(self._biases.model.modes)
+        compared = len(sensors) if self._plausibility.active else 0
+        self._pool = AircraftPool(self._filter, *sizes, compared=compared)
         self._association = Association(sensors, settings)
-        sizes = len(sensors.parameter_kind), len(sensors), modes
         self._shared = shared_plots(settings, self._filter, sizes)
         self._bearing_starts = BearingStarts(
             sensors, settings.speed_sigma_mps, active=self._filter.takes_bearings
