@@ -135,7 +135,7 @@ def branch_by_arc(
     track: Floats, best: Floats, trial: Floats, anchor_s: float, plots: Floats, first: int,
     last: int, rules: Floats, a: Floats, b: Floats,
 ) -> float:  # fmt: skip
-    """Write the best branch that leads to the last plot; return its misfit, ∞ without one."""
+    """Write the best branch that leads to the last plot; return by how much it fits worse, or ∞."""
     now_s = plots[last - 1, TIME]
     east, north = plots[last - 1, PLOT_EAST], plots[last - 1, PLOT_NORTH]
     found = np.inf
@@ -143,6 +143,11 @@ def branch_by_arc(
         begin = now_s - leaves
         if begin > anchor_s and leaves >= rules[SEGMENT_MIN_S]:
             segment = state_at(track, anchor_s, begin, a)
+            # Before the arc begins nothing changes.
+            row = last
+            while row > first and plots[row - 1, TIME] >= begin:
+                row -= 1
+            before = misfit(track, anchor_s, plots, row, last)
             since = anchor_s
             if segment > 0:
                 since = track[SEGMENTS + SEGMENT_COUNT * segment + BEGIN]
@@ -153,7 +158,7 @@ def branch_by_arc(
                 if segment + 1 < SEGMENTS_MAX and abs(u) <= rules[LATERAL_MAX] and not short:
                     copy_track(track, trial)
                     append(trial, segment + 1, begin, u)
-                    total = misfit(trial, anchor_s, plots, first, last)
+                    total = misfit(trial, anchor_s, plots, row, last) - before
                     if total < found:
                         found = total
                         copy_track(trial, best)

@@ -6,7 +6,7 @@ IMM UrO RAN report (2016), section 2.2: the order of the steps. The project's ow
 begun in cells of time, one for each kind of control, and not through the plot.
 """
 
-from math import ceil, exp, floor
+from math import ceil, exp, floor, log, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,18 +15,27 @@ from multiradar.kernels import in_loop, loop
 from multiradar.restoration._arc_kernels import branch_by_arc, surprises
 from multiradar.restoration._layout import (
     APART_M,
+    APART_SIGMAS,
     BEGIN,
     BRANCH_WEIGHT,
     BROUGHT,
     CELL_S,
     COUNT,
+    EAST_EAST,
+    EAST_NORTH,
+    ENDING,
     EXPECTED,
+    FOLLOWING,
     KIND,
     KINDS,
     LATERAL,
+    LATERAL_BEYOND,
+    LATERAL_MAX,
     LATERAL_MEAN,
     LONGITUDINAL,
+    LONGITUDINAL_MAX,
     LONGITUDINAL_MEAN,
+    NORTH_NORTH,
     SEGMENT_COUNT,
     SEGMENT_MIN_S,
     SEGMENTS,
@@ -37,17 +46,19 @@ from multiradar.restoration._layout import (
     WINDOW_S,
 )
 from multiradar.restoration._settling_kernels import copy_track, settle
-from multiradar.restoration._thinning_kernels import thin, trace
+from multiradar.restoration._thinning_kernels import rank, thin, trace
 from multiradar.restoration._window_kernels import leave
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-# Where so many of the last plots are outliers of the best track, arcs lead to the newest one, and
-# the tracks settle in more rounds.
+# Where so many of the last plots are outliers of the best track, the newest one too, arcs lead to
+# it, and the tracks settle in more rounds.
 RECENT, SURPRISES_MIN, RESCUE_ROUNDS = 6, 3, 6
 # Cells that a gap between plots may leave to be begun at once.
 CELLS_MAX = 4
+# Tracks that are compared with each other, for each that may stay.
+CONSIDERED = 6
 
 
 @loop
@@ -58,6 +69,7 @@ def take_plot(
     traces: Floats, order: Integers, kept: Integers,
 ) -> tuple[int, int, float]:  # fmt: skip
     """Take the plot in row last − 1; return the number of tracks, the first row, the anchor."""
+    usual = (rules[LATERAL_MAX], rules[LONGITUDINAL_MAX])
     now_s = plots[last - 1, TIME]
     before_s = plots[last - 2, TIME]
     while first < last - 2 and (
@@ -74,25 +86,52 @@ def take_plot(
             tracks[i, WEIGHT] = weight
         anchor_s = plots[first, TIME]
         first += 1
-    live = branch(tracks, live, before_s, now_s, kinds, rules)
     recent = max(first, last - RECENT)
-    if surprises(tracks[0], anchor_s, plots, recent, last) >= SURPRISES_MIN:
-        live = rescue(tracks, live, spare, anchor_s, plots, first, last, rules, g, g2)
+    strange = surprises(tracks[0], anchor_s, plots, recent, last)
+    if strange >= SURPRISES_MIN and surprises(tracks[0], anchor_s, plots, last - 1, last):
         rounds += RESCUE_ROUNDS
+        # Rather beyond the limits than lost.
+        for part in range(2):
+            rules[LATERAL_MAX + part] = rules[LATERAL_BEYOND + part]
+        live = rescue(tracks, live, spare, anchor_s, plots, first, last, rules, g, g2)
     for i in range(live):
         settle(
             tracks[i], spare, anchor_s, plots, first, last, now_s, kinds, rules, rounds,
             H, g, H2, g2, S, T, M, r,
         )  # fmt: skip
+    parents = live
+    live = branch(tracks, live, before_s, now_s, kinds, rules)
+    for i in range(parents, live):
+        # Before it begins no plot tells of a segment.
+        if tracks[i, SEGMENTS + SEGMENT_COUNT * (int(tracks[i, COUNT]) - 1) + BEGIN] < now_s:
+            settle(
+                tracks[i], spare, anchor_s, plots, first, last, now_s, kinds, rules, rounds,
+                H, g, H2, g2, S, T, M, r,
+            )  # fmt: skip
+    for part in range(2):
+        rules[LATERAL_MAX + part] = usual[part]
+    leave_hopeless(tracks, live, CONSIDERED * room, order)
     # Whole seconds: tracks are compared at the same times whatever their switches.
     begin_s = ceil(now_s - rules[WINDOW_S])
     for k in range(len(grid)):
         grid[k] = begin_s + k
     for i in range(live):
-        trace(tracks[i], anchor_s, grid, traces[i])
-    chosen = thin(tracks, live, room, traces, len(grid), rules[APART_M], order, kept)
+        if tracks[i, WEIGHT] > -np.inf:
+            trace(tracks[i], anchor_s, grid, traces[i])
+    apart_m = max(rules[APART_M], rules[APART_SIGMAS] * sigma_of(plots, first, last))
+    chosen = thin(tracks, live, room, traces, len(grid), apart_m, order, kept)
     compact(tracks, kept, order, chosen)
     return chosen, first, anchor_s
+
+
+@in_loop
+def sigma_of(plots: Floats, first: int, last: int) -> float:
+    """Return the standard deviation of a place that all plots of the window would tell, m."""
+    information = 0.0
+    for row in range(first, last):
+        a, b, c = plots[row, EAST_EAST], plots[row, EAST_NORTH], plots[row, NORTH_NORTH]
+        information += sqrt(max(a * c - b * b, 0.0))
+    return 1.0 / sqrt(information)
 
 
 @in_loop
@@ -104,8 +143,9 @@ def branch(
     # A cell lies around its middle, and opens half a cell before it.
     cell = floor(now_s / cell_s + 0.5)
     opened = max(floor(before_s / cell_s + 0.5) + 1.0, cell - CELLS_MAX + 1.0)
-    best = tracks[0, WEIGHT]
-    parents = live
+    best, parents = -np.inf, live
+    for i in range(parents):
+        best = max(best, tracks[i, WEIGHT])
     while opened <= cell:
         for i in range(parents):
             count = int(tracks[i, COUNT])
@@ -124,9 +164,22 @@ def branch(
                         tracks[live, new + KIND] = other
                         tracks[live, new + LATERAL] = kinds[other, LATERAL_MEAN]
                         tracks[live, new + LONGITUDINAL] = kinds[other, LONGITUDINAL_MEAN]
+                        # What a segment that has not begun adds to `constants`, and its prior
+                        # to the determinant: the chance that it begins in this cell.
+                        tracks[live, WEIGHT] += kinds[kind, FOLLOWING + other] + log(
+                            kinds[kind, ENDING] * cell_s
+                        )
                         live += 1
         opened += 1.0
     return live
+
+
+@in_loop
+def leave_hopeless(tracks: Floats, live: int, most: int, order: Integers) -> None:
+    """Take the weight of all but the best tracks: there is no room for those."""
+    rank(tracks, live, order)
+    for i in range(most, live):
+        tracks[order[i], WEIGHT] = -np.inf
 
 
 @in_loop

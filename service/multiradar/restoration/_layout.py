@@ -6,8 +6,9 @@ SEGMENTS_MAX = 6
 PARAMETERS_MAX = 6 + 3 * (SEGMENTS_MAX - 1)
 
 #: Tracks of a bundle at most, and those that may be weighed with one plot: branches are added until
-#: there is no room. Plots of a window at most: more than five a second leave it early.
-TRACKS_MAX, CANDIDATES_MAX, WINDOW_PLOTS_MAX = 64, 160, 512
+#: there is no room. Plots of a window at most: of more than 2.8 a second the oldest leave it early,
+#: so that none takes longer than 2 ms. Plots of an initial window at most.
+TRACKS_MAX, CANDIDATES_MAX, WINDOW_PLOTS_MAX, INITIAL_PLOTS_MAX = 64, 160, 256, 512
 
 #: Columns of a track. Logarithms of what merged and left tracks have brought it, and of its weight;
 #: number of segments; place (east, north), speed and heading at the anchor.
@@ -48,5 +49,8 @@ KIND_COUNT = FOLLOWING + KINDS
     WINDOW_S,
     APART_M,
     BRANCH_WEIGHT,
-) = range(9)
-RULE_COUNT = 9
+    LATERAL_BEYOND,
+    LONGITUDINAL_BEYOND,
+    APART_SIGMAS,
+) = range(12)
+RULE_COUNT = 12

@@ -29,10 +29,9 @@ from multiradar.restoration._layout import (
     FOLLOWING,
     KIND,
     LATERAL,
+    LATERAL_BEYOND,
     LATERAL_MAX,
     LATERAL_SIGMA,
-    LONGITUDINAL,
-    LONGITUDINAL_MAX,
     LONGITUDINAL_SIGMA,
     PRIOR_LOGARITHM,
     SEGMENT_COUNT,
@@ -107,6 +106,9 @@ def settle(
         + constants(track, anchor_s, now_s, kinds, sigma)
         - 0.5 * factorise(H, size)
     )
+    # What cannot be computed is no track.
+    if np.isnan(track[WEIGHT]):
+        track[WEIGHT] = -np.inf
     return value
 
 
@@ -119,7 +121,7 @@ def hold(track: Floats, H: Floats, g: Floats, size: int, rules: Floats) -> None:
         for part in range(2):
             value = track[at + LATERAL + part]
             place = own + part
-            if abs(value) >= rules[LATERAL_MAX + part] and value * g[place] > 0.0:
+            if abs(value) >= limit(value, part, rules) and value * g[place] > 0.0:
                 g[place] = 0.0
                 for j in range(size):
                     if j < place:
@@ -127,6 +129,13 @@ def hold(track: Floats, H: Floats, g: Floats, size: int, rules: Floats) -> None:
                     elif j > place:
                         H[j, place] = 0.0
                 H[place, place] = 1.0
+
+
+@in_loop
+def limit(value: float, part: int, rules: Floats) -> float:
+    """Return the limit of an acceleration: once beyond the usual one it has the wider one."""
+    usual = rules[LATERAL_MAX + part]
+    return usual if abs(value) <= usual else rules[LATERAL_BEYOND + part]
 
 
 @in_loop
@@ -151,9 +160,10 @@ def shift(track: Floats, trial: Floats, step: Floats, anchor_s: float, rules: Fl
             by = min(max(step[4, own - 1], -BEGIN_STEP_MAX_S), BEGIN_STEP_MAX_S)
             trial[at + BEGIN] = max(track[at + BEGIN] + by, before + rules[SEGMENT_MIN_S])
             before = trial[at + BEGIN]
-        u, w = rules[LATERAL_MAX], rules[LONGITUDINAL_MAX]
-        trial[at + LATERAL] = min(max(track[at + LATERAL] + step[4, own], -u), u)
-        trial[at + LONGITUDINAL] = min(max(track[at + LONGITUDINAL] + step[4, own + 1], -w), w)
+        for part in range(2):
+            value = track[at + LATERAL + part]
+            most = limit(value, part, rules)
+            trial[at + LATERAL + part] = min(max(value + step[4, own + part], -most), most)
 
 
 @in_loop

@@ -57,12 +57,25 @@ def trace(track: Floats, anchor_s: float, time_s: Floats, out: Floats) -> None:
 
 
 @in_loop
-def distance(one: Floats, other: Floats, points: int) -> float:
-    """Return the mean distance of two geometric tracks on the same grid, m."""
-    total = 0.0
-    for k in range(points):
+def are_close(one: Floats, other: Floats, points: int, apart_m: float) -> bool:
+    """Return whether the mean distance of two geometric tracks on the same grid is less."""
+    total, k, most = 0.0, points - 1, apart_m * points
+    # From the end on: there they differ most, and the rest need not be looked at.
+    while k >= 0 and total < most:
         total += hypot(one[k, 0] - other[k, 0], one[k, 1] - other[k, 1])
-    return total / points
+        k -= 1
+    return total < most
+
+
+@in_loop
+def rank(tracks: Floats, live: int, order: Integers) -> None:
+    """Write the numbers of the tracks into `order`, the best first."""
+    for i in range(live):
+        j = i
+        while j > 0 and tracks[order[j - 1], WEIGHT] < tracks[i, WEIGHT]:
+            order[j] = order[j - 1]
+            j -= 1
+        order[j] = i
 
 
 @loop
@@ -74,25 +87,20 @@ def thin(
 
     Of a group of tracks that are less than `apart_m` apart the best stays, with the weight of all.
     """
-    for i in range(live):
-        j = i
-        while j > 0 and tracks[order[j - 1], WEIGHT] < tracks[i, WEIGHT]:
-            order[j] = order[j - 1]
-            j -= 1
-        order[j] = i
+    rank(tracks, live, order)
     chosen = 0
     for i in range(live):
         one = order[i]
         group = -1
         for j in range(chosen):
-            if distance(traces[one], traces[kept[j]], points) < apart_m:
+            if are_close(traces[one], traces[kept[j]], points, apart_m):
                 group = kept[j]
                 break
         if group >= 0:
             more = log1p(exp(tracks[one, WEIGHT] - tracks[group, WEIGHT]))
             tracks[group, BROUGHT] += more
             tracks[group, WEIGHT] += more
-        elif chosen < room:
+        elif chosen < room and tracks[one, WEIGHT] > -np.inf:
             kept[chosen] = one
             chosen += 1
     return chosen

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from multiradar.errors import RestorationError, TimeOrderError
 from multiradar.estimation.array_checks import finite_array
 from multiradar.restoration import _layout as layout
-from multiradar.restoration._arc_kernels import surprises
+from multiradar.restoration._arc_kernels import misfit, surprises
 from multiradar.restoration._bundle_kernels import RECENT, take_plot
 from multiradar.restoration._memory import Scratch, scratch
 from multiradar.restoration._thinning_kernels import trace
@@ -34,6 +34,12 @@ Floats = NDArray[np.float64]
 
 #: After so many outliers of the best track among the last six plots the bundle begins anew.
 SURPRISES_MAX = 5
+#: The initial window is so many times its length where it holds no arc: for slow aircraft, and
+#: radars that turn slowly.
+_WIDER = (1.0, 1.5, 2.0, 3.0)
+#: New tracks must fit so much better, in units of the functional; after an attempt in vain so many
+#: plots go by before the next.
+_GAIN_MIN, _PATIENCE = 10.0, 3
 
 
 class Bundle:
@@ -57,13 +63,13 @@ class Bundle:
         self._settings = settings
         self._kinds, self._rules = settings.kinds(), settings.rules()
         self._tracks = np.zeros((layout.CANDIDATES_MAX, layout.TRACK_COUNT))
-        self._plots = np.zeros((2 * layout.WINDOW_PLOTS_MAX, layout.PLOT_COUNT))
+        self._plots = np.zeros((2 * layout.INITIAL_PLOTS_MAX, layout.PLOT_COUNT))
         self._settling, self._memory = memory or scratch(settings)
         # Rows of the window are first … last − 1; the anchor of the tracks is the time of the last
         # plot that left it, or of the first there was.
         self._first = self._last = self._live = 0
         self._anchor_s = np.nan
-        self._restarts = 0
+        self._restarts = self._wait = 0
 
     def __len__(self) -> int:
         """Return the number of tracks: 0 before the first triple of plots that makes an arc."""
@@ -132,6 +138,9 @@ class Bundle:
         IMM UrO RAN report (2016), section 2.2.
         """
         self._append(time_s, position_m, covariance_m2)
+        if self._silent():
+            self._live, self._first = 0, self._last - 1
+            self._restarts += 1
         if self._live:
             self._live, self._first, self._anchor_s = take_plot(
                 self._tracks, self._live, self._settings.tracks_max, self._anchor_s, self._plots,
@@ -139,12 +148,9 @@ class Bundle:
                 *self._settling, *self._memory,
             )  # fmt: skip
             if self._lost():
-                self._begin(self._strange())
+                self._begin_anew()
         else:
-            times = self._plots[self._first : self._last, layout.TIME]
-            begin_s = times[-1] - self._settings.initial_s
-            self._first += int(np.searchsorted(times, begin_s))
-            self._begin(self._first)
+            self._begin()
 
     def take_all(self, plots: MeasurementTrack) -> None:
         """Take plots one after the other.
@@ -262,6 +268,8 @@ class Bundle:
         ------
         RestorationError
             If there are no tracks yet.
+        ShapeError
+            If the time is not finite.
         ValueError
             If `by` is neither.
 
@@ -269,7 +277,8 @@ class Bundle:
         ----------
         IMM UrO RAN report (2016), section 2.2.5.
         """
-        when = self._now_s() if time_s is None else float(time_s)
+        given_s = self._now_s() if time_s is None else time_s
+        when = float(finite_array(given_s, "time of an estimate", ()))
         path = self.path([when], by)
         return Estimate(
             when, path.state[0], path.covariance[0], float(path.lateral_mps2[0]),
@@ -321,7 +330,8 @@ class Bundle:
         The project's own.
         """
         other = Bundle(self._settings)
-        other._live, other._anchor_s, other._restarts = self._live, self._anchor_s, self._restarts
+        other._live, other._anchor_s = self._live, self._anchor_s
+        other._restarts, other._wait = self._restarts, self._wait
         other._last = self._last - self._first
         other._tracks[: self._live] = self._tracks[: self._live]
         other._plots[: other._last] = self._plots[self._first : self._last]
@@ -340,7 +350,7 @@ class Bundle:
         if not self._live:
             raise RestorationError(
                 f"expected three plots {TRIPLE_APART_S:g} s and {TRIPLE_APART_M:g} m apart within "
-                f"{self._settings.initial_s:g} s, was {self._last - self._first} plots without such"
+                f"{self._settings.window_s:g} s, was {self._last - self._first} plots without such"
             )
 
     def _append(self, time_s: float, position_m: ArrayLike, covariance_m2: ArrayLike) -> None:
@@ -358,6 +368,8 @@ class Bundle:
         self._last += 1
 
     def _lost(self) -> bool:
+        if not self._live:
+            return False
         first = max(self._first, self._last - RECENT)
         count = surprises(self._tracks[0], self._anchor_s, self._plots, first, self._last)
         return bool(count >= SURPRISES_MAX)
@@ -371,14 +383,48 @@ class Bundle:
             fitting = 0 if strange else fitting + 1
         return row + fitting
 
-    # Begin with the plots from a row on; where they make no arc, leave all as it is.
-    def _begin(self, first: int) -> None:
-        plots = self._plots[first : self._last]
-        if plots[-1, layout.TIME] - plots[0, layout.TIME] < 2.0 * TRIPLE_APART_S:
+    # Begin with the last plots, so many as make an arc.
+    def _begin(self) -> None:
+        rules, times = self._settings, self._plots[: self._last, layout.TIME]
+        oldest = int(np.searchsorted(times[self._first :], times[-1] - rules.window_s))
+        self._first = max(self._first + oldest, self._last - layout.INITIAL_PLOTS_MAX)
+        for factor in _WIDER:
+            begin_s = times[-1] - min(factor * rules.initial_s, rules.window_s)
+            first = self._first + int(np.searchsorted(times[self._first :], begin_s))
+            tracks = first_tracks(self._plots[first : self._last], rules, self._settling)
+            if len(tracks):
+                self._take_over(tracks, first)
+                return
+
+    # Where the best track knows none of the last plots: others, if they know most of them.
+    def _begin_anew(self) -> None:
+        if self._wait:
+            self._wait -= 1
             return
+        self._wait = _PATIENCE
+        first = self._strange()
+        plots = self._plots[first : self._last]
         tracks = first_tracks(plots, self._settings, self._settling)
-        if len(tracks):
-            self._restarts += self._live > 0
-            self._tracks[: len(tracks)] = tracks
-            self._live, self._first = len(tracks), first
-            self._anchor_s = float(plots[0, layout.TIME])
+        if not len(tracks):
+            return
+        begin_s, count = float(plots[0, layout.TIME]), len(plots)
+        gained = misfit(self._tracks[0], self._anchor_s, plots, 0, count) - misfit(
+            tracks[0], begin_s, plots, 0, count
+        )
+        strange = surprises(tracks[0], begin_s, plots, 0, count)
+        if gained > _GAIN_MIN and 2 * strange <= count:
+            self._take_over(tracks, first)
+            self._restarts += 1
+            self._wait = 0
+
+    def _take_over(self, tracks: Floats, first: int) -> None:
+        self._tracks[: len(tracks)] = tracks
+        self._live, self._first = len(tracks), first
+        self._anchor_s = float(self._plots[first, layout.TIME])
+
+    # Of a time before a longer silence than the window nothing is known.
+    def _silent(self) -> bool:
+        if not self._live:
+            return False
+        before_s, now_s = self._plots[self._last - 2 : self._last, layout.TIME]
+        return bool(now_s - before_s > self._settings.window_s)

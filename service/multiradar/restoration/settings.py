@@ -32,6 +32,9 @@ class BundleSettings:
         Length of the initial window.
     lateral_max_mps2, longitudinal_max_mps2 : float
         Limits of the accelerations.
+    beyond_factor : float
+        Where no track within the limits follows the plots they are so many times as wide, rather
+        than lose the aircraft; 1 holds them whatever the plots say.
     straight_sigma_mps2 : float
         Standard deviation of both accelerations in straight flight, and of that which a turn or a
         change of speed does not mean.
@@ -53,6 +56,8 @@ class BundleSettings:
         Tracks are compared over the window and so far ahead of the last plot.
     apart_m : float
         Tracks that are closer in the mean are one.
+    apart_sigmas : float
+        Or closer than so many times what the plots of the window tell of one place in common.
     branch_weight : float
         Tracks with less of the weight of the best are not branched.
     outlier_probability, outlier_extent_m : float
@@ -75,18 +80,20 @@ class BundleSettings:
     initial_s: float = 30.0
     lateral_max_mps2: float = 4.0
     longitudinal_max_mps2: float = 2.0
+    beyond_factor: float = 2.0
     straight_sigma_mps2: float = 0.01
     turn_mps2: float = 3.0
-    turn_sigma_mps2: float = 1.4
+    turn_sigma_mps2: float = 1.2
     speeding_mps2: float = 0.45
     speeding_sigma_mps2: float = 0.25
-    straight_s: float = 30.0
+    straight_s: float = 26.0
     manoeuvre_s: float = 40.0
     cell_s: float = 8.0
     segment_min_s: float = 3.0
     velocity_density: float = 0.003
     ahead_s: float = 30.0
     apart_m: float = 3.0
+    apart_sigmas: float = 0.4
     branch_weight: float = 0.01
     outlier_probability: float = 0.02
     outlier_extent_m: float = 6000.0
@@ -97,6 +104,10 @@ class BundleSettings:
             value = getattr(self, name)
             if not (value > 0.0 and np.isfinite(value)):
                 raise ConfigurationError(f"{name}: expected a number above 0, was {value}")
+        if self.beyond_factor < 1.0:
+            raise ConfigurationError(
+                f"beyond_factor: expected at least 1, was {self.beyond_factor:g}"
+            )
         bounds = (
             ("tracks_max", self.tracks_max, layout.TRACKS_MAX),
             ("window_s", self.window_s, 600.0),
@@ -164,7 +175,10 @@ class BundleSettings:
         rules[layout.VELOCITY_DRIFT] = self.velocity_density
         rules[layout.WINDOW_S] = self.window_s
         rules[layout.APART_M] = self.apart_m
+        rules[layout.APART_SIGMAS] = self.apart_sigmas
         rules[layout.BRANCH_WEIGHT] = self.branch_weight
+        rules[layout.LATERAL_BEYOND] = self.beyond_factor * self.lateral_max_mps2
+        rules[layout.LONGITUDINAL_BEYOND] = self.beyond_factor * self.longitudinal_max_mps2
         return rules
 
     def floor(self, determinant_m4: Floats) -> Floats:

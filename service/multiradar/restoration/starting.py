@@ -1,14 +1,16 @@
-"""The first tracks of a bundle: the best arc of the initial window, as each kind of motion."""
+"""The first tracks of a bundle: the best motion of the initial window, as each kind of motion."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.restoration import _layout as layout
+from multiradar.restoration._arc_kernels import misfit
 from multiradar.restoration._memory import SettlingMemory
+from multiradar.restoration._motion_kernels import SPEED_MIN
 from multiradar.restoration._settling_kernels import settle
 from multiradar.restoration._thinning_kernels import trace
 from multiradar.restoration._window_kernels import inform
-from multiradar.restoration.initial import arcs_through_triples
+from multiradar.restoration.initial import arc_rows
 from multiradar.restoration.settings import BundleSettings
 
 Floats = NDArray[np.float64]
@@ -19,6 +21,10 @@ _STATE_SIGMAS = (2000.0, 2000.0, 100.0, 1.0)
 _STRAIGHT_AT_FIRST = 0.6
 #: Rounds in which a first track settles; far more than it needs.
 _ROUNDS = 20
+#: Plots of the initial window that make triples: 1140 of them.
+_PLOTS_TRIED_MAX = 20
+#: Rounds of weighing plots by how well they fit to a straight line.
+_LINE_ROUNDS = 4
 
 
 def first_tracks(plots: Floats, settings: BundleSettings, memory: SettlingMemory) -> Floats:
@@ -44,33 +50,75 @@ def first_tracks(plots: Floats, settings: BundleSettings, memory: SettlingMemory
     IMM UrO RAN report (2016), section 2.2.1, for the arc; that it is only where the search begins
     is the project's own.
     """
-    arcs = arcs_through_triples(plots[:, layout.TIME], plots[:, layout.TIME + 1 : layout.TIME + 3])
-    if not arcs:
-        return np.empty((0, layout.TRACK_COUNT))
-    arc, anchor_s = arcs[0], float(plots[0, layout.TIME])
-    flown = np.zeros(layout.TRACK_COUNT)
-    flown[layout.COUNT] = 1.0
-    flown[layout.EAST : layout.HEADING + 1] = (
-        arc.east_m, arc.north_m, arc.speed_mps, arc.heading_rad,
-    )  # fmt: skip
-    limit = settings.lateral_max_mps2
-    flown[layout.SEGMENTS + layout.LATERAL] = np.clip(arc.lateral_mps2, -limit, limit)
-    state = np.empty((1, 4))
-    trace(flown, arc.time_s, np.array([anchor_s]), state)
-    flown[layout.EAST : layout.HEADING + 1] = state[0]
     kinds, rules = settings.kinds(), settings.rules()
-    tracks = np.repeat(flown[None], layout.KINDS, axis=0)
-    for kind, track in enumerate(tracks):
-        _begin_as(track, kind, kinds, memory)
+    anchor_s = float(plots[0, layout.TIME])
+    begun = _begun(plots, settings)
+    found = []
+    for kind in range(layout.KINDS if len(begun) else 0):
         share = _STRAIGHT_AT_FIRST
         if kind != layout.STRAIGHT:
             share = (1.0 - _STRAIGHT_AT_FIRST) / (layout.KINDS - 1)
-        track[layout.BROUGHT] = np.log(share)
-        settle(
-            track, memory.spare, anchor_s, plots, 0, len(plots), float(plots[-1, layout.TIME]),
-            kinds, rules, _ROUNDS, *memory[1:],
-        )  # fmt: skip
-    return tracks[np.argsort(-tracks[:, layout.WEIGHT], kind="stable")]
+        settled = begun.copy()
+        for track in settled:
+            _begin_as(track, kind, kinds, memory)
+            track[layout.BROUGHT] = np.log(share)
+            settle(
+                track, memory.spare, anchor_s, plots, 0, len(plots),
+                float(plots[-1, layout.TIME]), kinds, rules, _ROUNDS, *memory[1:],
+            )  # fmt: skip
+        weights = settled[:, layout.WEIGHT]
+        if np.isfinite(weights).any():
+            found.append(settled[int(np.nanargmax(weights))])
+    tracks = np.array(found).reshape(-1, layout.TRACK_COUNT)
+    return np.asarray(tracks[np.argsort(-tracks[:, layout.WEIGHT], kind="stable")])
+
+
+# Where the search begins: the arc of the least deviations in time, the arc of the best weight (a
+# wrong plot beside the way deviates little in time), and a straight line (arcs do not know how
+# good each plot is).
+def _begun(plots: Floats, settings: BundleSettings) -> Floats:
+    arcs = arc_rows(
+        plots[:, layout.TIME], plots[:, layout.PLOT_EAST : layout.PLOT_NORTH + 1], _PLOTS_TRIED_MAX
+    )
+    if not len(arcs):
+        return np.empty((0, layout.TRACK_COUNT))
+    anchor_s, limit, state = (
+        float(plots[0, layout.TIME]),
+        settings.lateral_max_mps2,
+        np.empty((1, 4)),
+    )
+    tracks = np.zeros((len(arcs) + 1, layout.TRACK_COUNT))
+    tracks[:, layout.COUNT] = 1.0
+    for arc, track in zip(arcs, tracks, strict=False):
+        track[layout.EAST : layout.HEADING + 1] = arc[1:5]
+        track[layout.SEGMENTS + layout.LATERAL] = np.clip(arc[5], -limit, limit)
+        trace(track, float(arc[0]), np.array([anchor_s]), state)
+        track[layout.EAST : layout.HEADING + 1] = state[0]
+    tracks[-1, layout.EAST : layout.HEADING + 1] = _line(plots)
+    misfits = [misfit(track, anchor_s, plots, 0, len(plots)) for track in tracks[:-1]]
+    return np.asarray(tracks[[0, int(np.argmin(misfits)), -1]])
+
+
+# Place, speed and heading at the first plot of the straight line that fits best: least squares,
+# weighed anew by the chance that each plot is good.
+def _line(plots: Floats) -> Floats:
+    since_s = plots[:, layout.TIME] - plots[0, layout.TIME]
+    a, b, c = plots[:, layout.EAST_EAST], plots[:, layout.EAST_NORTH], plots[:, layout.NORTH_NORTH]
+    known = np.array([[a, b], [b, c]]).transpose(2, 0, 1)
+    seen = plots[:, layout.PLOT_EAST : layout.PLOT_NORTH + 1]
+    origin = seen[0]
+    powers = np.stack([np.ones_like(since_s), since_s], axis=-1)
+    good = np.ones(len(plots))
+    for _ in range(_LINE_ROUNDS):
+        weighed = good[:, None, None] * known
+        information = np.einsum("kp,kq,kij->piqj", powers, powers, weighed).reshape(4, 4)
+        vector = np.einsum("kp,kij,kj->pi", powers, weighed, seen - origin).ravel()
+        line = np.linalg.lstsq(information, vector, rcond=None)[0].reshape(2, 2)
+        off = powers @ line + origin - seen
+        half = 0.5 * np.einsum("ki,kij,kj->k", off, known, off)
+        good = 1.0 / (1.0 + np.exp(np.minimum(plots[:, layout.FLOOR] + half, 700.0)))
+    speed = max(float(np.hypot(*line[1])), SPEED_MIN)
+    return np.array([*(line[0] + origin), speed, np.arctan2(line[1, 0], line[1, 1])])
 
 
 # Whatever the arc says of accelerations, a kind begins with what it knows; a turn as the arc.

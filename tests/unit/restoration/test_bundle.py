@@ -12,7 +12,7 @@ from multiradar.errors import (
 )
 from multiradar.restoration.bundle import Bundle
 from multiradar.restoration.estimate import BEST, WEIGHTED
-from multiradar.restoration.settings import BundleSettings
+from multiradar.restoration.settings import KIND_NAMES, BundleSettings
 from multiradar.restoration.tracks import MeasurementTrack, whole_seconds
 from support.flown import S_SHAPE, flight, plots_of
 
@@ -94,6 +94,32 @@ def test_unlike_tracks_stay() -> None:
     assert len(bundle) <= BundleSettings().tracks_max
 
 
+@pytest.mark.parametrize("seed", [18, 19])
+def test_tracks_that_say_the_same_do_not_crowd_out_others(seed: int) -> None:
+    # One radar alone, off by 200 m: what the aircraft may have done a minute ago differs by more
+    # metres than what it does now. Every kind of motion is told all the same.
+    flown = flight(((0.0, 0.0),), along_mps2=0.4)
+    rng = np.random.default_rng(seed)
+    bundle = followed(plots_of(flown, 150.0, rng, interval_s=6.0, sigma_m=200.0))
+    assert {one.kinds[-1] for one in bundle.trajectories()} == set(KIND_NAMES)
+
+
+def test_a_turn_round_may_go_on_or_end() -> None:
+    # Half a circle later, with a radar that sees each 6 s: on along the circle, straight, or back.
+    flown = flight(((0.0, 0.0), (80.0, 3.0)))
+    rng = np.random.default_rng(16)
+    bundle = followed(plots_of(flown, 142.0, rng, interval_s=6.0, sigma_m=100.0))
+    ahead_s = bundle.window_s[1] + 30.0
+    headings: dict[str, float] = {}
+    for one in bundle.trajectories():
+        heading = one.controls.geometric([ahead_s]).heading_rad[0]
+        headings.setdefault(one.kinds[-1], float(heading))
+    assert {"straight", "right", "left"} <= set(headings)
+    # 30 s of 3 m/s² at 180 m/s turn it by 29 degrees.
+    assert headings["right"] - headings["straight"] > np.radians(15.0)
+    assert headings["straight"] - headings["left"] > np.radians(15.0)
+
+
 def test_weights_are_probabilities_the_best_first() -> None:
     bundle = followed(plots_of(flight(S_SHAPE), 130.0, np.random.default_rng(12)))
     weights = bundle.weights()
@@ -145,6 +171,8 @@ def test_without_a_wide_triple_there_is_no_trajectory() -> None:
         bundle.estimate()
     with pytest.raises(RestorationError, match="was 10 plots"):
         bundle.trajectories()
+    with pytest.raises(RestorationError, match="within 90 s, was 0 plots without such"):
+        Bundle(BundleSettings()).weights()
 
 
 def test_what_is_no_plot_is_told() -> None:
@@ -156,8 +184,12 @@ def test_what_is_no_plot_is_told() -> None:
         bundle.take(6.0, [np.nan, 0.0], NOISE)
     with pytest.raises(CovarianceError, match="covariances of plots"):
         bundle.take(6.0, [0.0, 0.0], np.array([[1.0, 2.0], [2.0, 1.0]]))
+    assert len(bundle) == 0
+    followed_so = followed(plots_of(flight(S_SHAPE), 60.0, np.random.default_rng(1)))
+    with pytest.raises(ShapeError, match="time of an estimate: expected finite numbers"):
+        followed_so.estimate(time_s=np.nan)
     with pytest.raises(ValueError, match="expected 'best' or 'weighted', was 'worst'"):
-        followed(plots_of(flight(S_SHAPE), 60.0, np.random.default_rng(1))).estimate("worst")
+        followed_so.estimate("worst")
 
 
 @pytest.mark.parametrize(

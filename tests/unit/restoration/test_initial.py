@@ -1,5 +1,7 @@
 """Arcs through triples of plots of the initial window."""
 
+from itertools import combinations
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -66,6 +68,50 @@ def test_a_motion_that_is_late_for_its_plots_is_none() -> None:
     for ahead, count in ((0.9 * 1.5 * TRIPLE_OFF_M, 1), (1.1 * 1.5 * TRIPLE_OFF_M, 0)):
         places = np.array([[0.0, 0.0], [2000.0 + ahead, 0.0], [4000.0, 0.0]])
         assert len(arcs_through_triples(times, places)) == count
+
+
+def arc_of(time_s: Floats, places: Floats, all_s: Floats, all_m: Floats) -> list[float] | None:
+    """The arc through three plots in plain NumPy: speed, lateral acceleration, deviations."""
+    sides = np.array([places[1] - places[0], places[2] - places[1], places[2] - places[0]])
+    lengths = np.hypot(*sides.T)
+    if np.diff(time_s).min() < 8.0 or lengths.min() < 800.0:
+        return None
+    curvature = 2.0 * (sides[0, 1] * sides[1, 0] - sides[0, 0] * sides[1, 1]) / lengths.prod()
+    heading = np.arctan2(*sides[0]) - np.arcsin(np.clip(0.5 * lengths[0] * curvature, -1.0, 1.0))
+
+    def ways(at: Floats) -> Floats:
+        ahead = (at - places[0]) @ [np.sin(heading), np.cos(heading)]
+        right = (at - places[0]) @ [np.cos(heading), -np.sin(heading)]
+        if abs(curvature) < 1e-7:
+            return np.asarray(ahead)
+        return np.asarray(np.arctan2(ahead * curvature, 1.0 - right * curvature) / curvature)
+
+    way, since = ways(places), time_s - time_s[0]
+    speed, offset = np.polyfit(since, way, 1)
+    off = np.abs(offset + speed * since - way).max()
+    if not (way[2] > way[1] > 0.0) or not 20.0 <= speed <= 700.0 or off > TRIPLE_OFF_M:
+        return None
+    late = np.abs(time_s[0] + (ways(all_m) - offset) / speed - all_s).sum()
+    return [float(speed), float(curvature * speed**2), float(late)]
+
+
+@pytest.mark.parametrize("sigma", [50.0, 600.0])
+def test_the_arcs_are_those_of_the_plain_form(sigma: float) -> None:
+    plots = plots_of(
+        flight(((0.0, 1.5),)), 31.0, np.random.default_rng(3), interval_s=2.5, sigma_m=sigma
+    )
+    time_s, places = plots.time_s, plots.position_m
+    plain = [
+        arc_of(time_s[list(rows)], places[list(rows)], time_s, places)
+        for rows in combinations(range(len(plots)), 3)
+    ]
+    expected = sorted((one for one in plain if one is not None), key=lambda one: one[-1])
+    found = [
+        [arc.speed_mps, arc.lateral_mps2, arc.deviation_s]
+        for arc in arcs_through_triples(time_s, places)
+    ]
+    assert 20 < len(found) < len(plain)
+    assert np.array(found) == pytest.approx(np.array(expected), rel=1e-9, abs=1e-9)
 
 
 def test_without_plots_there_is_no_arc() -> None:
