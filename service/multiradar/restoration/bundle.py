@@ -15,6 +15,7 @@ from multiradar.restoration._arc_kernels import misfit, surprises
 from multiradar.restoration._bundle_kernels import RECENT, take_plot
 from multiradar.restoration._memory import Scratch, scratch
 from multiradar.restoration._thinning_kernels import trace
+from multiradar.restoration.ends import TrackEnds, ends_of
 from multiradar.restoration.estimate import (
     BEST,
     WEIGHTED,
@@ -22,10 +23,11 @@ from multiradar.restoration.estimate import (
     Trajectory,
     velocity_states,
 )
+from multiradar.restoration.habits import NOTED_EVERY_S, TOLD_AFTER_S, Habits
 from multiradar.restoration.initial import TRIPLE_APART_M, TRIPLE_APART_S
 from multiradar.restoration.path import Path, Window, path_of
 from multiradar.restoration.plot_rows import plot_rows
-from multiradar.restoration.reading import control_track_of, segments_of
+from multiradar.restoration.reading import control_track_of, kind_at, segments_of
 from multiradar.restoration.settings import KIND_NAMES, BundleSettings
 from multiradar.restoration.starting import first_tracks
 from multiradar.restoration.tracks import GeometricTrack, MeasurementTrack, measurement_track
@@ -70,6 +72,7 @@ class Bundle:
         self._first = self._last = self._live = 0
         self._anchor_s = np.nan
         self._restarts = self._wait = 0
+        self._habits = Habits()
 
     def __len__(self) -> int:
         """Return the number of tracks: 0 before the first triple of plots that makes an arc."""
@@ -84,6 +87,16 @@ class Bundle:
         The project's own.
         """
         return self._restarts
+
+    @property
+    def habits(self) -> Habits:
+        """How long the aircraft has flown straight, and has not.
+
+        References
+        ----------
+        The project's own.
+        """
+        return self._habits
 
     @property
     def plots(self) -> int:
@@ -149,6 +162,7 @@ class Bundle:
             )  # fmt: skip
             if self._lost():
                 self._begin_anew()
+            self._note()
         else:
             self._begin()
 
@@ -313,9 +327,26 @@ class Bundle:
         """
         times = finite_array(time_s, "times of a path", (None,))
         weights = self._weights_by(by)
-        plots = self._plots[self._first : self._last]
-        window = Window(self._anchor_s, plots, self._kinds, self._rules)
-        return path_of(self._tracks, weights, window, times, self._settling)
+        return path_of(self._tracks, weights, self._window(), times, self._settling)
+
+    def ends(self) -> TrackEnds:
+        """Return how the tracks end at the last plot, from where a forecast goes on.
+
+        Returns
+        -------
+        TrackEnds
+            The best first.
+
+        Raises
+        ------
+        RestorationError
+            If there are no tracks yet.
+
+        References
+        ----------
+        The project's own.
+        """
+        return ends_of(self._tracks, self.weights(), self._window(), self._settling)
 
     def copy(self) -> "Bundle":
         """Return a bundle that says the same, with memory of its own.
@@ -333,9 +364,22 @@ class Bundle:
         other._live, other._anchor_s = self._live, self._anchor_s
         other._restarts, other._wait = self._restarts, self._wait
         other._last = self._last - self._first
+        other._habits = self._habits
         other._tracks[: self._live] = self._tracks[: self._live]
         other._plots[: other._last] = self._plots[self._first : self._last]
         return other
+
+    def _note(self) -> None:
+        told_s = self._now_s() - TOLD_AFTER_S
+        due = not told_s < self._habits.until_s + NOTED_EVERY_S
+        if due and told_s >= self._anchor_s:
+            kinds = [kind_at(track, told_s) for track in self._tracks[: self._live]]
+            straight = self.weights() @ (np.array(kinds) == layout.STRAIGHT)
+            self._habits = self._habits.noted(told_s, float(straight))
+
+    def _window(self) -> Window:
+        plots = self._plots[self._first : self._last]
+        return Window(self._anchor_s, plots, self._kinds, self._rules)
 
     def _now_s(self) -> float:
         return float(self._plots[self._last - 1, layout.TIME])

@@ -36,6 +36,30 @@ def segments_of(track: Floats) -> Floats:
     return track[layout.SEGMENTS : end].reshape(count, layout.SEGMENT_COUNT)
 
 
+def kind_at(track: Floats, time_s: float) -> int:
+    """Return the kind of the segment that a track is in.
+
+    Parameters
+    ----------
+    track : (TRACK_COUNT,) ndarray
+        A track of the kernels.
+    time_s : float
+        When.
+
+    Returns
+    -------
+    int
+        Number of `settings.KIND_NAMES`.
+
+    References
+    ----------
+    IMM UrO RAN report (2016), section 2.4.
+    """
+    segments = segments_of(track)
+    place = int(np.sum(segments[1:, layout.BEGIN] <= time_s))
+    return int(segments[place, layout.KIND])
+
+
 def control_track_of(track: Floats, anchor_s: float) -> ControlTrack:
     """Return a track of the kernels as a control track.
 

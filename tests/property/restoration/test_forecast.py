@@ -1,0 +1,47 @@
+"""A fan follows from the bundle alone, and never breaks."""
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from multiradar.restoration.bundle import Bundle
+from multiradar.restoration.forecast import forecast
+from multiradar.restoration.forecast_settings import AHEAD_MAX_S, ForecastSettings
+from multiradar.restoration.habits import Habits
+from multiradar.restoration.settings import BundleSettings
+from support.flown import flight, plots_of
+
+
+def _bundle(seed: int, lateral_mps2: float, until_s: float) -> Bundle:
+    flown = flight(((0.0, 0.0), (50.0, lateral_mps2)))
+    bundle = Bundle(BundleSettings(tracks_max=6))
+    bundle.take_all(
+        plots_of(flown, until_s, np.random.default_rng(seed), interval_s=4.0, wrong=0.1)
+    )
+    return bundle
+
+
+@settings(max_examples=12, deadline=None)
+@given(
+    st.integers(0, 2**16),
+    st.floats(-4.0, 4.0),
+    st.floats(45.0, 120.0),
+    st.lists(st.floats(0.0, AHEAD_MAX_S), min_size=1, max_size=6),
+    st.builds(Habits, st.floats(0.0, 1e7), st.floats(0.0, 1e7)),
+)
+def test_the_same_bundle_gives_the_same_fan_and_a_sound_one(
+    seed: int, lateral_mps2: float, until_s: float, ahead: list[float], habits: Habits
+) -> None:
+    times = np.sort(ahead)
+    one, two = (
+        forecast(_bundle(seed, lateral_mps2, until_s).ends(), times, ForecastSettings(), habits)
+        for _ in range(2)
+    )
+    np.testing.assert_array_equal(one.weight, two.weight)
+    np.testing.assert_array_equal(one.state, two.state)
+    np.testing.assert_array_equal(one.covariance, two.covariance)
+    np.testing.assert_allclose(one.weight.sum(axis=1), 1.0, rtol=1e-9)
+    assert np.isfinite(one.state).all()
+    # Of all members, later ones without chance included.
+    assert np.linalg.eigvalsh(one.covariance).min() > 0.0
+    assert np.linalg.eigvalsh(one.spread()).min() > 0.0
