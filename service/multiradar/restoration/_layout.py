@@ -26,9 +26,11 @@ PRIOR_LOGARITHM = PRIOR_INFORMATION + 36
 TRACK_COUNT = PRIOR_LOGARITHM + 1
 
 #: Columns of a plot: time, place, information of the place (1/m²), the logarithm of the density of
-#: an outlier over the greatest one of a good plot, radar.
-TIME, PLOT_EAST, PLOT_NORTH, EAST_EAST, EAST_NORTH, NORTH_NORTH, FLOOR, RADAR = range(8)
-PLOT_COUNT = 8
+#: an outlier over the greatest one of a good plot, covariance of the errors that it shares
+#: with other plots (east, east and north, north; m²).
+TIME, PLOT_EAST, PLOT_NORTH, EAST_EAST, EAST_NORTH, NORTH_NORTH, FLOOR, SHARED = range(8)
+SHARED_COUNT = 3
+PLOT_COUNT = SHARED + SHARED_COUNT
 
 #: Kinds of control segments, and columns of their table: means and standard deviations of lateral
 #: and longitudinal acceleration, rate at which a segment ends, then the logarithms of the shares of

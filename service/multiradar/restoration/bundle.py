@@ -29,6 +29,7 @@ from multiradar.restoration.path import Path, Window, path_of
 from multiradar.restoration.plot_rows import plot_rows
 from multiradar.restoration.reading import control_track_of, kind_at, segments_of
 from multiradar.restoration.settings import KIND_NAMES, BundleSettings
+from multiradar.restoration.shared_errors import require_part
 from multiradar.restoration.starting import first_tracks
 from multiradar.restoration.tracks import GeometricTrack, MeasurementTrack, measurement_track
 
@@ -125,7 +126,13 @@ class Bundle:
         now_s = self._now_s()
         return max(self._anchor_s, now_s - self._settings.window_s), now_s
 
-    def take(self, time_s: float, position_m: ArrayLike, covariance_m2: ArrayLike) -> None:
+    def take(
+        self,
+        time_s: float,
+        position_m: ArrayLike,
+        covariance_m2: ArrayLike,
+        shared_m2: ArrayLike | None = None,
+    ) -> None:
         """Take a plot.
 
         Parameters
@@ -136,6 +143,9 @@ class Bundle:
             East and north, less the biases of the radar.
         covariance_m2 : (2, 2) array_like
             Of the errors: noise of the radar, and what is not known of its biases.
+        shared_m2 : (2, 2) array_like, optional
+            The part of it that other plots have in common with this one, as that of biases. Tracks
+            are weighed without it; it is added to the covariance of what they say.
 
         Raises
         ------
@@ -144,13 +154,13 @@ class Bundle:
         ShapeError
             If a number is not finite.
         CovarianceError
-            If the covariance is none.
+            If a covariance is none.
 
         References
         ----------
         IMM UrO RAN report (2016), section 2.2.
         """
-        self._append(time_s, position_m, covariance_m2)
+        self._append(time_s, position_m, covariance_m2, shared_m2)
         if self._silent():
             self._live, self._first = 0, self._last - 1
             self._restarts += 1
@@ -397,11 +407,20 @@ class Bundle:
                 f"{self._settings.window_s:g} s, was {self._last - self._first} plots without such"
             )
 
-    def _append(self, time_s: float, position_m: ArrayLike, covariance_m2: ArrayLike) -> None:
+    def _append(
+        self,
+        time_s: float,
+        position_m: ArrayLike,
+        covariance_m2: ArrayLike,
+        shared_m2: ArrayLike | None,
+    ) -> None:
         plot = measurement_track(
             [time_s], np.asarray(position_m)[None], np.asarray(covariance_m2)[None], [0]
         )
         row = plot_rows(plot, self._settings)[0]
+        if shared_m2 is not None:
+            shared = require_part(shared_m2, plot.covariance_m2[0])
+            row[layout.SHARED :] = shared[0, 0], shared[0, 1], shared[1, 1]
         if self._last > self._first and row[layout.TIME] < self._now_s():
             raise TimeOrderError("time of a plot", float(row[layout.TIME]), self._now_s())
         if self._last == len(self._plots):

@@ -11,6 +11,7 @@ from multiradar.restoration._memory import SettlingMemory
 from multiradar.restoration._settling_kernels import settle
 from multiradar.restoration.path import Window
 from multiradar.restoration.reading import parameters_of, segments_of
+from multiradar.restoration.shared_errors import shared_at
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -106,7 +107,7 @@ def ends_of(tracks: Floats, weights: Floats, window: Window, memory: SettlingMem
     References
     ----------
     The project's own: the covariance is J H⁻¹ Jᵀ with the derivatives J of the motion by the
-    parameters of the track, and H that of the functional.
+    parameters of the track, and H that of the functional; errors that plots share are added.
     """
     anchor_s, plots, kinds, rules = window
     count, now_s = len(weights), float(plots[-1, layout.TIME])
@@ -136,6 +137,7 @@ def ends_of(tracks: Floats, weights: Floats, window: Window, memory: SettlingMem
         factor = np.tril(memory.H[: len(columns), : len(columns)])
         root = np.linalg.solve(factor, slopes)
         covariance[i] = root.T @ root
+    covariance[:, :2, :2] += shared_at(plots, np.array([now_s]))
     return TrackEnds(
         now_s, anchor_s, weights, motion, covariance, kind, begin_s, kinds[:, layout.ENDING].copy()
     )

@@ -11,6 +11,7 @@ from multiradar.restoration._memory import SettlingMemory
 from multiradar.restoration._path_kernels import trace_with_spreads
 from multiradar.restoration.reading import parameters_of
 from multiradar.restoration.settings import KIND_NAMES
+from multiradar.restoration.shared_errors import shared_at
 
 Floats = NDArray[np.float64]
 
@@ -29,7 +30,8 @@ class Path:
     state : (k, 4) float64
         East and north, m, and their rates, m/s.
     covariance : (k, 4, 4) float64
-        Of the errors of `state`: that of each track, and what the tracks differ by.
+        Of the errors of `state`: that of each track, what the tracks differ by, and what errors of
+        the plots have in common.
     lateral_mps2, longitudinal_mps2 : (k,) float64
         Accelerations to the right and forwards.
     kind_probability : (k, 5) float64
@@ -89,7 +91,7 @@ def path_of(
     References
     ----------
     IMM UrO RAN report (2016), section 2.2.5, for the mean. The covariance is the project's own:
-    that of each track by its parameters, and the moments of the mixture.
+    that of each track by its parameters, the moments of the mixture, and shared errors.
     """
     many, count = len(weights), len(time_s)
     states, spreads = np.empty((many, count, 4)), np.empty((many, count, 4, 4))
@@ -109,6 +111,7 @@ def path_of(
     off = states - mean
     covariance = np.einsum("i,ikcd->kcd", weights, spreads)
     covariance += np.einsum("i,ikc,ikd->kcd", weights, off, off)
+    covariance[:, :2, :2] += shared_at(window.plots, time_s)
     return Path(
         time_s,
         mean,

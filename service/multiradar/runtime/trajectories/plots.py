@@ -64,10 +64,13 @@ class Placed(NamedTuple):
         East and north.
     covariance_m2 : (2, 2) float64
         Noise, and what is not known of the biases and of the height.
+    shared_m2 : (2, 2) float64
+        The part of it that plots share: that of biases, and of a height that no plot tells.
     """
 
     position_m: Floats
     covariance_m2: Floats
+    shared_m2: Floats
 
 
 class Published(NamedTuple):
@@ -162,36 +165,38 @@ class PlotPlaces:
     def _seen(self, plot: np.void, published: Published) -> Placed | Unplaced:
         sensors, own = self._sensors, int(plot["sensor"])
         estimate, sigma = published.estimate[own], published.sigma[own]
-        height_m, height_variance = self.height(plot)
+        height_m, own_variance, shared_variance = self.height(plot)
         said = np.array([plot["range_m"]]), np.array([plot["azimuth_rad"]])
         (range_m,), (azimuth_rad,) = polar_without_biases(*said, estimate[None])
         measured = np.array([range_m, azimuth_rad, height_m])
         # J P Jᵀ of a bias is what as much noise of the range or azimuth would do.
-        variances = np.array(
+        common = np.array(
             [
-                sensors.range_sigma_m[own] ** 2
-                + sigma[PARAMETER_RANGE_OFFSET] ** 2
-                + (range_m * sigma[PARAMETER_RANGE_GAIN]) ** 2,
-                sensors.azimuth_sigma_rad[own] ** 2 + sigma[PARAMETER_AZIMUTH_OFFSET] ** 2,
-                height_variance,
+                sigma[PARAMETER_RANGE_OFFSET] ** 2 + (range_m * sigma[PARAMETER_RANGE_GAIN]) ** 2,
+                sigma[PARAMETER_AZIMUTH_OFFSET] ** 2,
+                shared_variance,
             ]
         )
-        position, covariance = np.empty(3), np.empty((3, 3))
-        ground_m = place_plot(
-            self.plane.parameters, self._sites[own], measured, variances, position, covariance
+        noise = np.array(
+            [sensors.range_sigma_m[own] ** 2, sensors.azimuth_sigma_rad[own] ** 2, own_variance]
         )
+        position, covariance, shared = np.empty(3), np.empty((3, 3)), np.empty((3, 3))
+        place = self.plane.parameters, self._sites[own], measured
+        ground_m = place_plot(*place, noise + common, position, covariance)
+        place_plot(*place, common, position, shared)
         if np.isnan(ground_m):
             return Unplaced.NO_PLACE
         cone_ratio = self._tracking.cone_ratio
         if not azimuth_trusted(ground_m, height_m, sensors.height_m[own], cone_ratio):
             return Unplaced.CONE_OF_SILENCE
-        return Placed(position[:2], covariance[:2, :2])
+        return Placed(position[:2], covariance[:2, :2], shared[:2, :2])
 
     def _reported(self, plot: np.void) -> Placed:
         east, north = self.plane.to_plane(plot["latitude_rad"], plot["longitude_rad"])
         across = np.linalg.inv(self.plane.local_matrix(east, north))
         variance = self._sensors.position_sigma_m[plot["sensor"]] ** 2
-        return Placed(np.array([east, north], np.float64), variance * across @ across.T)
+        covariance = variance * across @ across.T
+        return Placed(np.array([east, north], np.float64), covariance, np.zeros((2, 2)))
 
     # A plot whose clock is fast is laid where its track is at the time it says, so that the order
     # of the plots stays.
@@ -204,17 +209,22 @@ class PlotPlaces:
         heading, speed = float(plot["track_heading_rad"]), float(plot["track_speed_mps"])
         true = speed * np.array([np.sin(heading), np.cos(heading)])
         velocity = np.linalg.solve(self.plane.local_matrix(*placed.position_m), true)
+        late = sigma_s**2 * np.outer(velocity, velocity)
         return Placed(
             placed.position_m + offset_s * velocity,
-            placed.covariance_m2 + sigma_s**2 * np.outer(velocity, velocity),
+            placed.covariance_m2 + late,
+            placed.shared_m2 + late,
         )
 
-    def height(self, plot: np.void) -> tuple[float, float]:
-        """Return the height at which a plot is laid, m, and its variance, m²."""
+    def height(self, plot: np.void) -> tuple[float, float, float]:
+        """Return the height at which a plot is laid, m, and its variances, m².
+
+        The first is that of the plot alone, the second that of a height taken for all of them.
+        """
         told = float(plot["height_m"])
         if np.isfinite(told):
-            return told, height_variance(np.array([told]))
+            return told, height_variance(np.array([told])), 0.0
         known, sigma = float(plot["track_height_m"]), float(plot["track_height_sigma_m"])
         if np.isfinite(known) and np.isfinite(sigma):
-            return known, sigma**2
-        return self._tracking.assumed_height_m, self._tracking.assumed_height_sigma_m**2
+            return known, 0.0, sigma**2
+        return self._tracking.assumed_height_m, 0.0, self._tracking.assumed_height_sigma_m**2

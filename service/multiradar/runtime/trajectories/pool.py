@@ -127,7 +127,7 @@ class BundlePool:
         if isinstance(placed, Unplaced):
             return placed
         try:
-            kept.bundle.take(float(plot["time_s"]), placed.position_m, placed.covariance_m2)
+            kept.bundle.take(float(plot["time_s"]), *placed)
         except MultiradarError as error:
             return REFUSALS.get(type(error), REFUSED)
         kept.plots += 1

@@ -97,22 +97,25 @@ def test_the_covariance_is_noise_and_what_is_not_known_of_biases_and_height() ->
         ("azimuth_rad", TABLE.azimuth_sigma_rad[RADAR], 1e-5),
         ("height_m", float(np.sqrt(PLACES.height(row)[1])), 1.0),
     ]
-    expected = np.zeros((2, 2))
+    expected, own = np.zeros((2, 2)), np.zeros((2, 2))
     for name, sigma, step in errors:
         up, down = row.copy(), row.copy()
         up[name], down[name] = row[name] + step, row[name] - step
         slope = (placed(up).position_m - placed(down).position_m) / (2.0 * step)
         expected += sigma**2 * np.outer(slope, slope)
-    assert placed(row).covariance_m2 == pytest.approx(expected, rel=1e-3)
+    own += expected
+    assert placed(row).covariance_m2 == pytest.approx(own, rel=1e-3)
+    assert not placed(row).shared_m2.any()
     for place, step in enumerate((1.0, 1e-5, 1e-6, 1e-3)):
         moved = np.zeros(4)
         moved[place] = step
         ends = [placed(row, published(way * moved, 0.0 * SIGMAS)).position_m for way in (1, -1)]
         slope = (ends[0] - ends[1]) / (2.0 * step)
         expected += SIGMAS[place] ** 2 * np.outer(slope, slope)
-    found = placed(row, published(np.zeros(4), SIGMAS)).covariance_m2
+    found = placed(row, published(np.zeros(4), SIGMAS))
     # The derivative by the gain is that of the range times the range; it bends by 1e-3 over it.
-    assert found == pytest.approx(expected, rel=2e-3)
+    assert found.covariance_m2 == pytest.approx(expected, rel=2e-3)
+    assert found.shared_m2 == pytest.approx(expected - own, rel=5e-3)
 
 
 def test_a_plot_without_height_is_laid_at_that_of_its_track() -> None:
@@ -120,8 +123,10 @@ def test_a_plot_without_height_is_laid_at_that_of_its_track() -> None:
     assert placed(known).position_m == pytest.approx(truth(), abs=0.01)
     unknown = seen(height_m=np.nan)
     assert PLACES.height(unknown) == (
-        TRACKING.assumed_height_m, TRACKING.assumed_height_sigma_m**2,
+        TRACKING.assumed_height_m, 0.0, TRACKING.assumed_height_sigma_m**2,
     )  # fmt: skip
+    # All its plots are laid at one height: they err alike.
+    assert np.trace(placed(known).shared_m2) > 0.0
     sigmas = [np.sqrt(np.trace(placed(row).covariance_m2)) for row in (seen(), known, unknown)]
     assert sigmas == sorted(sigmas)
     # What the assumed height is wrong by is within what it says of itself.

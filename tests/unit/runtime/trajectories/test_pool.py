@@ -34,7 +34,8 @@ class Given(PlotPlaces):
         if plot["range_m"] < 0.0:
             raise ZeroDivisionError
         covariance = NOISE.copy() if plot["azimuth_rad"] == 0.0 else -NOISE
-        return Placed(np.array([plot["latitude_rad"], plot["longitude_rad"]]), covariance)
+        position = np.array([plot["latitude_rad"], plot["longitude_rad"]])
+        return Placed(position, covariance, np.zeros((2, 2)))
 
 
 def rows(seed: int, end_s: float = 60.0) -> np.ndarray[tuple[int], np.dtype[np.void]]:
