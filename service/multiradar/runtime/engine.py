@@ -12,6 +12,7 @@ from collections import Counter
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,16 +30,15 @@ from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET, Sen
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.run_updates import Described, Run, track_updates
 from multiradar.runtime.shared_biases import SharedBiases
+from multiradar.runtime.track_states import sampled, track_states
 from multiradar.tracking._kernels import describe, observe
 from multiradar.tracking.association import WINDOW_S, Association, Window
 from multiradar.tracking.bearing_starts import BearingStarts
-from multiradar.tracking.climbs import climbs, spread_of_heights
 from multiradar.tracking.duplicates import Duplicates
 from multiradar.tracking.health_records import HealthRecords
 from multiradar.tracking.lifecycle import BY_IDENTITY
 from multiradar.tracking.lifecycle import CONFIRMED as STAGE_CONFIRMED
 from multiradar.tracking.measurements import MeasurementBatch
-from multiradar.tracking.mode_states import ModeStates, mode_states
 from multiradar.tracking.near_duplicates import NearDuplicates
 from multiradar.tracking.order import ReorderBuffer
 from multiradar.tracking.outputs import (
@@ -46,6 +46,7 @@ from multiradar.tracking.outputs import (
     EndedTracks,
     EngineOutput,
     Picture,
+    StateSample,
     TrackStates,
     TrackTransitions,
     TrackUpdates,
@@ -58,6 +59,7 @@ from multiradar.tracking.sensor_health import SensorHealth
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.tracking.shared_plots import Taken, shared_plots
 from multiradar.tracking.sources import Sources, find_sources
+from multiradar.tracking.state_samples import Sampling, is_due
 from multiradar.tracking.transition_log import TransitionLog, Updated
 from multiradar.tracking.transitions import SILENT, UNCONFIRMED, Ends
 
@@ -81,6 +83,8 @@ class Engine:
         Threads that step the aircraft, 1 to `WORKERS_MAX`; the output does not depend on it.
     pictures : bool
         Whether the output has the live tracks at the end of each epoch.
+    sampling : Sampling
+        Which tracks' states the output has at ends of epochs.
 
     Raises
     ------
@@ -97,6 +101,7 @@ class Engine:
         workers: int = 1,
         *,
         pictures: bool = False,
+        sampling: Sampling = Sampling.NONE,
     ) -> None:
         if not 1 <= workers <= WORKERS_MAX:
             raise ConfigurationError(f"expected 1 to {WORKERS_MAX} workers, was {workers}")
@@ -121,6 +126,7 @@ class Engine:
         self._health = SensorHealth(
             sensors, settings, self._plane, trusts_biases=self._filter.bounds_bias_errors
         )
+        self._sampling, self._sampled = sampling, -math.inf
         self._epoch: int | None = None
         self._epoch_open = False
         self._last_s = np.nan
@@ -187,12 +193,13 @@ class Engine:
         """
         released = self._order.flush()
         output = _EMPTY if released is None else self._process(released)
-        biases, health = self._close_epoch()
+        biases, health, samples = self._close_epoch()
         return replace(
             output,
             biases=BiasRecords.concatenate([output.biases, biases]),
             health=HealthRecords.concatenate([output.health, health]),
             pictures=output.pictures + self._taken_pictures(),
+            samples=(*output.samples, *samples),
         )
 
     def tracks(self) -> TrackStates:
@@ -200,33 +207,7 @@ class Engine:
         slots = self._pool.used()
         slots = slots[~np.isnan(self._pool.aircraft.time[slots])]
         slots = slots[np.argsort(self._pool.roster.track_id[slots])]
-        aircraft = self._pool.aircraft
-        covariance = np.empty((len(slots), 4, 4))
-        upper = np.triu_indices(4)
-        covariance[:, upper[0], upper[1]] = aircraft.covariance[slots]
-        covariance[:, upper[1], upper[0]] = aircraft.covariance[slots]
-        mean = aircraft.mean[slots]
-        root = None
-        if self._filter.keeps_sensitivity:
-            sensitivity = aircraft.sensitivity[slots]
-            mean += sensitivity @ self._biases.state.estimate
-            root = sensitivity @ self._biases.model.factor.T
-            covariance += root @ root.transpose(0, 2, 1)
-        covariance += spread_of_heights(aircraft, slots)
-        return TrackStates(
-            track_id=self._pool.roster.track_id[slots],
-            time_s=aircraft.time[slots],
-            mean=mean,
-            covariance=covariance,
-            height_m=aircraft.height[slots],
-            modes=self._modes_of(slots) if self._filter.keeps_modes else None,
-            shared=root,
-            climbs=climbs(aircraft, slots),
-        )
-
-    def _modes_of(self, slots: NDArray[np.intp]) -> ModeStates:
-        biases = self._biases
-        return mode_states(self._pool.aircraft, slots, biases.state.estimate, biases.model.factor)
+        return track_states(self._pool, slots, self._filter, self._biases)
 
     def untold(self) -> tuple[Untold, ...]:
         """Return the combinations of biases that the measurements so far have told nothing of."""
@@ -256,7 +237,7 @@ class Engine:
         run = Run(batch, codes, rows, result, identities, confirmed=open_, flagged=none)
         epochs = np.floor(batch.time_s / self._settings.epoch_s).astype(np.int64)
         cuts = [0, *(np.flatnonzero(np.diff(epochs)) + 1).tolist(), len(batch)]
-        closed: list[tuple[BiasRecords, HealthRecords]] = []
+        closed: list[_Closed] = []
         ended: list[EndedTracks] = []
         for first, last in itertools.pairwise(cuts):
             epoch = int(epochs[first])
@@ -273,14 +254,15 @@ class Engine:
         updates, transitions, plots, spread = self._describe(shown, run)
         return EngineOutput(
             updates=updates,
-            biases=BiasRecords.concatenate([biases for biases, _ in closed]),
+            biases=BiasRecords.concatenate([one.biases for one in closed]),
             ended=EndedTracks.concatenate(ended),
             transitions=transitions,
             duplicates=duplicates,
-            health=HealthRecords.concatenate([health for _, health in closed]),
+            health=HealthRecords.concatenate([one.health for one in closed]),
             plots=plots,
             spread=spread,
             pictures=self._taken_pictures(),
+            samples=tuple(sample for one in closed for sample in one.samples),
         )
 
     def _take(self, run: Run, first: int, last: int) -> list[EndedTracks]:
@@ -425,9 +407,9 @@ class Engine:
         plots = TrackPlots(updates.track_id, shown.take(taken))
         return updates, transitions, plots, result.readout[taken][:, _SPREAD]
 
-    def _close_epoch(self) -> tuple[BiasRecords, HealthRecords]:
+    def _close_epoch(self) -> "_Closed":
         if self._epoch is None or not self._epoch_open:
-            return _EMPTY.biases, _EMPTY.health
+            return _Closed(_EMPTY.biases, _EMPTY.health, ())
         self._epoch_open = False
         self._biases.merge(self._pool)
         end_s = (self._epoch + 1) * self._settings.epoch_s
@@ -436,7 +418,24 @@ class Engine:
             self._biases.open(health.jumped, self._pool)
         if self._pictures is not None:
             self._pictures.append(Picture(self._last_s, self.tracks()))
-        return self._biases.records(self._epoch, end_s), health.records
+        samples = self._samples(self._epoch, end_s)
+        return _Closed(self._biases.records(self._epoch, end_s), health.records, samples)
+
+    def _samples(self, epoch: int, end_s: float) -> tuple[StateSample, ...]:
+        # An epoch that a flush has closed may close again.
+        wanted = self._sampling is not Sampling.NONE and epoch > self._sampled
+        if not wanted or not is_due(epoch, self._settings.epoch_s):
+            return ()
+        self._sampled = epoch
+        confirmed = self._confirmed(self._pool.used())
+        slots = sampled(self._pool, confirmed, epoch, end_s, self._sampling)
+        states = track_states(self._pool, slots, self._filter, self._biases)
+        return (StateSample(epoch, end_s, states),)
+
+    def _confirmed(self, slots: NDArray[np.intp]) -> NDArray[np.bool_]:
+        stage = self._pool.life.stage[slots]
+        named = self._pool.aircraft.updates[slots] >= self._settings.confirm_updates
+        return np.asarray(np.where(stage == BY_IDENTITY, named, stage == STAGE_CONFIRMED))
 
     def _taken_pictures(self) -> tuple[Picture, ...]:
         taken, self._pictures = self._pictures, None if self._pictures is None else []
@@ -446,11 +445,7 @@ class Engine:
         """End the tracks that are too old by then, and let the biases drift until then."""
         start_s = opened * self._settings.epoch_s
         old = self._pool.silent(start_s - self._settings.drop_after_s)
-        life, updates = self._pool.life, self._pool.aircraft.updates
-        named = updates[old] >= self._settings.confirm_updates
-        stage = life.stage[old]
-        confirmed = np.where(stage == BY_IDENTITY, named, stage == STAGE_CONFIRMED)
-        ends = self._pool.end(old, np.where(confirmed, SILENT, UNCONFIRMED))
+        ends = self._pool.end(old, np.where(self._confirmed(old), SILENT, UNCONFIRMED))
         ended = self._end(row, start_s, ends)
         self._transitions.look_for_silence(row, start_s)
         self._biases.walk(start_s, self._pool)
@@ -466,6 +461,13 @@ class Engine:
             reason=ends.reason.astype(np.int8),
             into_track_id=ends.into,
         )
+
+
+class _Closed(NamedTuple):
+    # What the end of an epoch tells.
+    biases: BiasRecords
+    health: HealthRecords
+    samples: tuple[StateSample, ...]
 
 
 def _told(run: Run, first: int, last: int) -> Told:

@@ -276,6 +276,39 @@ class TrackStates:
     def __len__(self) -> int:
         return len(self.track_id)
 
+    def at(self, places: NDArray[np.intp]) -> "TrackStates":
+        """Return the states of some tracks."""
+        modes = self.modes
+        if modes is not None:
+            modes = ModeStates(
+                modes.probability[places], modes.mean[places], modes.covariance[places]
+            )
+        return TrackStates(
+            self.track_id[places], self.time_s[places], self.mean[places],
+            self.covariance[places], self.height_m[places], modes,
+            None if self.shared is None else self.shared[places],
+            None if self.climbs is None else self.climbs[places],
+        )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class StateSample:
+    """States of confirmed tracks when an epoch has ended, biases as published then.
+
+    Attributes
+    ----------
+    epoch : int
+        Number of the epoch.
+    time_s : float
+        Data time of its end; the measurements before it are in the states.
+    states : TrackStates
+        Tracks that were updated since the sample before: all, or those that are drawn.
+    """
+
+    epoch: int
+    time_s: float
+    states: TrackStates
+
 
 @dataclass(frozen=True, slots=True)
 class Picture:
@@ -319,6 +352,8 @@ class EngineOutput:
         included.
     pictures : tuple of Picture
         The live tracks at the end of each epoch that closed, if they are asked for.
+    samples : tuple of StateSample
+        States at ends of epochs, where the engine was asked for them.
     """
 
     updates: TrackUpdates
@@ -330,3 +365,4 @@ class EngineOutput:
     plots: TrackPlots = field(default_factory=lambda: TrackPlots.concatenate([]))
     spread: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, SPREAD_COUNT)))
     pictures: tuple[Picture, ...] = ()
+    samples: tuple[StateSample, ...] = ()

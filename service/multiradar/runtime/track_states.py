@@ -1,0 +1,90 @@
+"""The states of live tracks as the filter knows them, the uncertainty of the biases included."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar.estimation.filters.bank import FilterDefinition
+from multiradar.runtime.shared_biases import SharedBiases
+from multiradar.tracking.climbs import climbs, spread_of_heights
+from multiradar.tracking.mode_states import mode_states
+from multiradar.tracking.outputs import TrackStates
+from multiradar.tracking.pool import AircraftPool
+from multiradar.tracking.state_samples import SAMPLE_EVERY_S, Sampling, drawn
+
+
+def track_states(
+    pool: AircraftPool, slots: NDArray[np.intp], used: FilterDefinition, biases: SharedBiases
+) -> TrackStates:
+    """Return the states of tracks at the published biases.
+
+    Parameters
+    ----------
+    pool : AircraftPool
+        Where they live.
+    slots : (n,) int
+        Which of them; they have started.
+    used : FilterDefinition
+        The filter.
+    biases : SharedBiases
+        What is published of the biases.
+
+    Returns
+    -------
+    TrackStates
+        One for each slot, in their order.
+    """
+    aircraft = pool.aircraft
+    covariance = np.empty((len(slots), 4, 4))
+    upper = np.triu_indices(4)
+    covariance[:, upper[0], upper[1]] = aircraft.covariance[slots]
+    covariance[:, upper[1], upper[0]] = aircraft.covariance[slots]
+    mean = aircraft.mean[slots]
+    estimate, factor = biases.state.estimate, biases.model.factor
+    root = None
+    if used.keeps_sensitivity:
+        sensitivity = aircraft.sensitivity[slots]
+        mean += sensitivity @ estimate
+        root = sensitivity @ factor.T
+        covariance += root @ root.transpose(0, 2, 1)
+    covariance += spread_of_heights(aircraft, slots)
+    return TrackStates(
+        track_id=pool.roster.track_id[slots],
+        time_s=aircraft.time[slots],
+        mean=mean,
+        covariance=covariance,
+        height_m=aircraft.height[slots],
+        modes=mode_states(aircraft, slots, estimate, factor) if used.keeps_modes else None,
+        shared=root,
+        climbs=climbs(aircraft, slots),
+    )
+
+
+def sampled(
+    pool: AircraftPool, confirmed: NDArray[np.bool_], epoch: int, end_s: float, sampling: Sampling
+) -> NDArray[np.intp]:
+    """Return the slots of the tracks that are in a sample, by ascending identifier.
+
+    Parameters
+    ----------
+    pool : AircraftPool
+        Where they live.
+    confirmed : (s,) bool
+        Whether the track in each slot in use is confirmed.
+    epoch : int
+        Number of the epoch.
+    end_s : float
+        Data time of its end, s.
+    sampling : Sampling
+        All of them, or those that are drawn.
+
+    Returns
+    -------
+    (n,) int
+        Confirmed tracks that were updated since the sample before.
+    """
+    slots = pool.used()
+    slots = slots[confirmed & (pool.aircraft.time[slots] >= end_s - SAMPLE_EVERY_S)]
+    number = pool.roster.track_id[slots]
+    order = drawn(number, epoch) if sampling is Sampling.DRAWN else np.argsort(number)
+    chosen: NDArray[np.intp] = slots[order]
+    return chosen
