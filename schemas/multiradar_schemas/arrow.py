@@ -199,6 +199,33 @@ TRAJECTORY_SCHEMA = pl.Schema(
     }
 )
 
+#: `forecasts.parquet`: one row for each track, moment at which it was forecast, and horizon.
+FORECAST_SCHEMA = pl.Schema(
+    {
+        "track_id": pl.Int64(),
+        "made_s": pl.Float64(),
+        "horizon_s": pl.Float64(),
+        "time_s": pl.Float64(),
+        "by": pl.String(),
+        "motion": pl.String(),
+        "probability": pl.Float64(),
+        "latitude_deg": pl.Float64(),
+        "longitude_deg": pl.Float64(),
+        "height_m": pl.Float64(),
+        "covariance_east_m2": pl.Float64(),
+        "covariance_east_north_m2": pl.Float64(),
+        "covariance_north_m2": pl.Float64(),
+        "position_sigma_m": pl.Float64(),
+        "region_major_m": pl.Float64(),
+        "region_minor_m": pl.Float64(),
+        "region_azimuth_deg": pl.Float64(),
+        "region_factor": pl.Float64(),
+        "calibrated": pl.Boolean(),
+        "state": pl.String(),
+        "age_s": pl.Float64(),
+    }
+)
+
 #: `biases.parquet`: one row for each sensor, parameter and epoch.
 BIAS_SCHEMA = pl.Schema(
     {

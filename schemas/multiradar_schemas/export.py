@@ -14,6 +14,7 @@ from pydantic import TypeAdapter
 from multiradar_schemas.arrow import (
     BIAS_SCHEMA,
     ENCOUNTER_SCHEMA,
+    FORECAST_SCHEMA,
     HEALTH_SCHEMA,
     MANOEUVRE_PLANE_SCHEMA,
     MEASUREMENT_REQUIRED,
@@ -71,6 +72,10 @@ _TABLES = {
         tuple(n for n, f in Encounter.model_fields.items() if "None" not in str(f.annotation)),
     ),
     "trajectories": (TRAJECTORY_SCHEMA, ("track_id", "time_s")),
+    "forecasts": (
+        FORECAST_SCHEMA,
+        tuple(name for name in FORECAST_SCHEMA if name != "height_m"),
+    ),
     "biases": (BIAS_SCHEMA, tuple(BIAS_SCHEMA.names())),
     "health": (
         HEALTH_SCHEMA,

@@ -10,6 +10,7 @@ from pydantic import BaseModel
 from multiradar_schemas.arrow import (
     BIAS_SCHEMA,
     ENCOUNTER_SCHEMA,
+    FORECAST_SCHEMA,
     HEALTH_SCHEMA,
     MANOEUVRE_PLANE_SCHEMA,
     MEASUREMENT_SCHEMA,
@@ -19,7 +20,7 @@ from multiradar_schemas.arrow import (
 )
 from multiradar_schemas.bias import BiasEstimate
 from multiradar_schemas.encounter import Encounter, Encounters
-from multiradar_schemas.forecast import Forecast, ForecastPoint
+from multiradar_schemas.forecast import Forecast, ForecastPoint, ForecastRow
 from multiradar_schemas.health import RadarHealth
 from multiradar_schemas.manoeuvre_plane import (
     PLANE_REASON_MEANINGS,
@@ -124,10 +125,7 @@ def _lines() -> Iterator[str]:
     yield from _table(BiasEstimate, tuple(BIAS_SCHEMA), dict(BIAS_SCHEMA))
     yield _HEALTH
     yield from _table(RadarHealth, tuple(HEALTH_SCHEMA), dict(HEALTH_SCHEMA))
-    yield "\n## Forecasts: `GET /v1/tracks/{id}/forecast`, Zenoh\n"
-    yield from _table(Forecast)
-    yield "\nEach point:\n"
-    yield from _table(ForecastPoint)
+    yield from _forecast_lines()
     yield from _encounter_lines()
     yield from _plane_lines()
     yield from _trajectory_lines()
@@ -141,6 +139,16 @@ def _lines() -> Iterator[str]:
     for title, model in (("counts", Counts), ("inputs", InputFile), ("outputs", OutputFile)):
         yield f"\n`{title}`:\n"
         yield from _table(model)
+
+
+def _forecast_lines() -> Iterator[str]:
+    yield "\n## Forecasts: `GET /v1/tracks/{id}/forecast`, Zenoh\n"
+    yield from _table(Forecast)
+    yield "\nEach point:\n"
+    yield from _table(ForecastPoint)
+    yield "\nA row of `forecasts.parquet` (`multiradar track --forecasts`) has these fields, and\n"
+    added = [name for name in FORECAST_SCHEMA if name not in ForecastPoint.model_fields]
+    yield from _table(ForecastRow, tuple(added), dict(FORECAST_SCHEMA))
 
 
 def _track_lines() -> Iterator[str]:

@@ -40,6 +40,51 @@ class ForecastPoint(Record):
         Field(ge=0.0),
         described("Square root of the sum of the two variances", unit="m", source="filter"),
     ]
+    region_major_m: Annotated[
+        float,
+        Field(ge=0.0),
+        described(
+            "Longer semi-axis of the ellipse that holds the aircraft with the probability asked "
+            "for",
+            unit="m",
+            source="filter",
+        ),
+    ]
+    region_minor_m: Annotated[
+        float, Field(ge=0.0), described("Shorter semi-axis", unit="m", source="filter")
+    ]
+    region_azimuth_deg: Annotated[
+        float,
+        Field(ge=0.0, le=180.0),
+        described("Direction of the longer one, from true north", unit="degree", source="filter"),
+    ]
+    region_factor: Annotated[
+        float,
+        Field(ge=0.0),
+        described(
+            "The ellipse is the covariance times this: 5.99 for 95 % of a Gaussian, else as the "
+            "errors of earlier forecasts ask",
+            unit="1",
+            source="tracker",
+        ),
+    ]
+    calibrated: Annotated[
+        bool,
+        described(
+            "Whether enough earlier forecasts as far ahead have been judged; else the ellipse "
+            "covers what aircraft may do at worst",
+            unit="true or false",
+            source="tracker",
+        ),
+    ]
+    motion: Annotated[
+        str,
+        described(
+            "How the aircraft is taken to move: as earlier forecasts fitted best",
+            unit="name",
+            source="tracker",
+        ),
+    ]
     state: Annotated[
         TrackState,
         described(
@@ -59,7 +104,36 @@ class Forecast(Record):
     """The forecast of one track."""
 
     track_id: Annotated[int, Field(ge=1), described("The track", unit="1", source="tracker")]
+    probability: Annotated[
+        float,
+        Field(gt=0.0, lt=1.0),
+        described("That of the ellipses", unit="1", source="request"),
+    ]
+    by: Annotated[str, described("Method of the forecast", unit="name", source="request")]
     points: Annotated[
         list[ForecastPoint],
         described("The forecast, by ascending time", unit="list", source="filter"),
     ]
+
+
+class ForecastRow(ForecastPoint):
+    """A row of `forecasts.parquet`: one point of a forecast made at an update of a track."""
+
+    track_id: Annotated[int, Field(ge=1), described("The track", unit="1", source="tracker")]
+    made_s: Annotated[
+        float,
+        described(
+            "Data time of the last update of the track, from which it is made",
+            unit="s",
+            source="tracker",
+        ),
+    ]
+    horizon_s: Annotated[
+        float, Field(gt=0.0), described("`time_s` minus `made_s`", unit="s", source="tracker")
+    ]
+    probability: Annotated[
+        float,
+        Field(gt=0.0, lt=1.0),
+        described("That of the ellipse", unit="1", source="tracker"),
+    ]
+    by: Annotated[str, described("Method of the forecast", unit="name", source="tracker")]

@@ -42,6 +42,7 @@ from multiradar.runtime.trajectories.options import trajectory_options
 from multiradar.settings import Settings
 from multiradar.storage.sqlite_journal import SqliteJournal
 from multiradar.tracking.measurements import MISSING_INTEGER, MeasurementBatch
+from multiradar.tracking.state_samples import Sampling
 from multiradar_converters.asterix.editions import parse_editions
 from multiradar_converters.asterix.live import LiveDecoder, LiveOptions
 from multiradar_converters.errors import ProfileError
@@ -159,7 +160,7 @@ def build_service(settings: Settings, sensors: SensorTable) -> Service:
     fingerprint = configuration_fingerprint(sensors, tracking)
     return Service(
         open_journal=lambda: SqliteJournal(journal, fingerprint),
-        open_engine=lambda: Engine(sensors, tracking, settings.workers),
+        open_engine=lambda: Engine(sensors, tracking, settings.workers, sampling=Sampling.DRAWN),
         sensors=sensors,
         tracking=tracking,
         limits=RuntimeLimits(**settings.runtime.model_dump()),

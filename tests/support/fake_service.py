@@ -11,9 +11,11 @@ import polars as pl
 from multiradar.runtime.encounter_query import EncounterQuery
 from multiradar.runtime.encounters import no_encounters
 from multiradar.runtime.events import Event, EventRing, Subscription
+from multiradar.runtime.forecast_methods import method_of
 from multiradar.runtime.forecasts import forecast_steps
 from multiradar.runtime.receipt import Receipt, RejectedRow
 from multiradar.storage.entries import Quarantined
+from multiradar.tracking.regions import gaussian_factor
 from multiradar_schemas.arrow import BIAS_SCHEMA, TRACK_SCHEMA, TRANSITION_SCHEMA
 
 LIVE_SCHEMA = pl.Schema({**TRACK_SCHEMA, "age_s": pl.Float64()})
@@ -104,8 +106,9 @@ class FakeView:
         return rows.filter(pl.col("time_s") >= since_s).head(limit)
 
     def forecast(
-        self, track_id: int, horizon_s: float, step_s: float
+        self, track_id: int, horizon_s: float, step_s: float, probability: float, by: str
     ) -> list[dict[str, Any]] | None:
+        method_of(by, probability)
         steps_s = forecast_steps(horizon_s, step_s, self.forecast_steps_max)
         track = self.track(track_id)
         if track is None:
@@ -120,6 +123,12 @@ class FakeView:
                 "covariance_east_north_m2": 0.0,
                 "covariance_north_m2": 400.0,
                 "position_sigma_m": 28.28,
+                "region_major_m": 20.0 * gaussian_factor(probability) ** 0.5,
+                "region_minor_m": 20.0 * gaussian_factor(probability) ** 0.5,
+                "region_azimuth_deg": 0.0,
+                "region_factor": gaussian_factor(probability),
+                "calibrated": True,
+                "motion": "straight",
                 "state": track["state"],
                 "age_s": track["age_s"] + step_s,
             }

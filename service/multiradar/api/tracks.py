@@ -33,11 +33,16 @@ from multiradar.api.tables import (
     table_response,
 )
 from multiradar.errors import ForecastError, RequestError
+from multiradar.runtime.forecast_methods import FILTER, METHODS
 from multiradar.runtime.forecasts import (
     HORIZON_DEFAULT_S,
     HORIZON_MAX_S,
+    PROBABILITY_DEFAULT,
+    PROBABILITY_MAX,
+    PROBABILITY_MIN,
     STEP_DEFAULT_S,
     STEP_MIN_S,
+    forecast_document,
 )
 from multiradar.runtime.ports import View
 from multiradar_schemas.forecast import Forecast
@@ -79,6 +84,13 @@ Horizon = Annotated[
     Number,
     Query(gt=0.0, le=HORIZON_MAX_S, description="How far ahead, s", examples=[120]),
 ]
+Probability = Annotated[
+    Number,
+    Query(
+        ge=PROBABILITY_MIN, le=PROBABILITY_MAX, description="That of the regions", examples=[0.95]
+    ),
+]
+By = Annotated[str, Query(max_length=40, description=f"Method: {', '.join(METHODS)}")]
 Step = Annotated[
     Number,
     Query(ge=STEP_MIN_S, le=HORIZON_MAX_S, description="Time between points, s", examples=[10]),
@@ -169,17 +181,22 @@ async def get_transitions(
 async def get_forecast(
     track_id: TrackId,
     access: Granted,
+    *,
     horizon_s: Horizon = HORIZON_DEFAULT_S,
     step_s: Step = STEP_DEFAULT_S,
+    probability: Probability = PROBABILITY_DEFAULT,
+    by: By = FILTER,
 ) -> Response:
-    """Return where a track is expected to be, its state propagated with its covariance."""
+    """Return where a track is expected to be, with covariances and regions of a probability."""
     try:
-        points = await access.workers.run(access.view.forecast, track_id, horizon_s, step_s)
+        points = await access.workers.run(
+            access.view.forecast, track_id, horizon_s, step_s, probability, by
+        )
     except ForecastError as error:
         raise parameter_error({error.parameter: str(error)}) from error
     if points is None:
         raise track_not_found(track_id)
-    return json_response({"track_id": track_id, "points": points})
+    return json_response(forecast_document(track_id, probability, by, points))
 
 
 def _condition(

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from multiradar.errors import ForecastError, OutsidePlaneError
 from multiradar.geodesy.system_plane import SystemPlane
+from multiradar.runtime.forecast_methods import Course, Known, Method
 from multiradar.tracking.forecast import (
     density_of,
     forecast,
@@ -14,6 +15,7 @@ from multiradar.tracking.forecast import (
     forecast_of_modes,
 )
 from multiradar.tracking.outputs import TrackStates
+from multiradar.tracking.regions import ellipses
 from multiradar.tracking.settings import TrackingSettings
 
 #: Bounds of a forecast and what is taken where nothing is said, the same for everybody who asks, s.
@@ -21,6 +23,10 @@ HORIZON_DEFAULT_S = 60.0
 HORIZON_MAX_S = 3600.0
 STEP_DEFAULT_S = 5.0
 STEP_MIN_S = 0.1
+#: Probabilities of regions.
+PROBABILITY_DEFAULT = 0.95
+PROBABILITY_MIN = 0.01
+PROBABILITY_MAX = 0.999
 
 
 def forecast_steps(horizon_s: float, step_s: float, points_max: int) -> NDArray[np.float64]:
@@ -61,70 +67,133 @@ def forecast_steps(horizon_s: float, step_s: float, points_max: int) -> NDArray[
     return np.arange(count, dtype=np.float64) * step_s
 
 
-def forecast_points(
-    states: TrackStates,
-    track: dict[str, Any],
-    steps_s: NDArray[np.float64],
-    plane: SystemPlane,
-    settings: TrackingSettings,
-) -> list[dict[str, Any]] | None:
-    """Return the forecast of one track.
+def checked_probability(probability: float) -> float:
+    """Return the probability of a region, or say why there is none of it.
+
+    Raises
+    ------
+    ForecastError
+        If it is out of its bounds or no number.
+    """
+    # Written so that NaN fails.
+    if not PROBABILITY_MIN <= probability <= PROBABILITY_MAX:
+        reason = f"expected {PROBABILITY_MIN:g} to {PROBABILITY_MAX:g}, was {probability}"
+        raise ForecastError("probability", reason)
+    return probability
+
+
+def forecast_document(
+    track_id: int, probability: float, by: str, points: list[dict[str, Any]]
+) -> dict[str, Any]:
+    """Return an answer: the fields of `multiradar_schemas.forecast.Forecast`."""
+    return {"track_id": track_id, "probability": probability, "by": by, "points": points}
+
+
+def ahead_of(
+    states: TrackStates, place: int, track: dict[str, Any], steps_s: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return times after the state of a track.
 
     Parameters
     ----------
     states : TrackStates
         States of the filter.
+    place : int
+        Which of them.
     track : dict
-        The track as published, with its honest state and age.
+        The track as published, with its honest age.
     steps_s : (k,) ndarray
         Times after the data time of now, s.
-    plane : SystemPlane
-        The plane of the states.
-    settings : TrackingSettings
-        How aircraft are taken to move.
 
     Returns
     -------
-    list of dict or None
-        One point for each step, with the state of the track and the age of its last update then;
-        a track that leaves the plane has points up to there. None when the filter has no such
-        track.
+    (k,) ndarray
+        Times after the state, s. A state that is newer than the data time is not turned back.
     """
-    place = int(np.searchsorted(states.track_id, track["track_id"]))
-    if place == len(states) or states.track_id[place] != track["track_id"]:
-        return None
     state_time_s = float(states.time_s[place])
-    time_s = max(state_time_s, track["time_s"] + track["age_s"]) + steps_s
-    means, covariances = propagated(states, place, settings, time_s - state_time_s)
-    inside = _points_inside(plane, means)
-    east_m, north_m = means[:inside, 0], means[:inside, 1]
+    now_s = max(state_time_s, track["time_s"] + track["age_s"])
+    ahead_s: NDArray[np.float64] = now_s + steps_s - state_time_s
+    return ahead_s
+
+
+def forecast_points(
+    course: Course, time_s: NDArray[np.float64], track: dict[str, Any], plane: SystemPlane
+) -> list[dict[str, Any]]:
+    """Return the points of a forecast as they are told.
+
+    Parameters
+    ----------
+    course : Course
+        Where the track is expected to be on the plane.
+    time_s : (k,) ndarray
+        Data times of its points, s.
+    track : dict
+        The track as published, with its honest state.
+    plane : SystemPlane
+        The plane of the course.
+
+    Returns
+    -------
+    list of dict
+        Fields of `multiradar_schemas.forecast.ForecastPoint`, with the state of the track and the
+        age of its last update then. A track that leaves the plane has points up to there.
+    """
+    inside = _points_inside(plane, course.means)
+    east_m, north_m = course.means[:inside].T
     latitude_rad, longitude_rad = plane.to_geodetic(east_m, north_m)
-    height_m = track["height_m"] or 0.0
-    matrix = plane.local_matrix(east_m, north_m, height_m)
-    true = matrix @ covariances[:inside, :2, :2] @ matrix.transpose(0, 2, 1)
-    return [
-        {
-            "time_s": time,
-            "latitude_deg": latitude,
-            "longitude_deg": longitude,
-            "height_m": track["height_m"],
-            "covariance_east_m2": east,
-            "covariance_east_north_m2": cross,
-            "covariance_north_m2": north,
-            "position_sigma_m": (east + north) ** 0.5,
-            "state": track["state"],
-            "age_s": time - track["time_s"],
-        }
-        for time, latitude, longitude, east, cross, north in zip(
-            time_s[:inside].tolist(),
-            np.degrees(latitude_rad).tolist(),
-            np.degrees(longitude_rad).tolist(),
-            true[:, 0, 0].tolist(),
-            true[:, 0, 1].tolist(),
-            true[:, 1, 1].tolist(),
-            strict=True,
-        )
-    ]
+    matrix = plane.local_matrix(east_m, north_m, track["height_m"] or 0.0)
+    true = matrix @ course.covariances[:inside] @ matrix.transpose(0, 2, 1)
+    region = ellipses(true, course.factors[:inside])
+    columns = {
+        "time_s": time_s[:inside],
+        "latitude_deg": np.degrees(latitude_rad),
+        "longitude_deg": np.degrees(longitude_rad),
+        "covariance_east_m2": true[:, 0, 0],
+        "covariance_east_north_m2": true[:, 0, 1],
+        "covariance_north_m2": true[:, 1, 1],
+        "position_sigma_m": np.sqrt(true[:, 0, 0] + true[:, 1, 1]),
+        "region_major_m": region.major_m,
+        "region_minor_m": region.minor_m,
+        "region_azimuth_deg": np.degrees(region.azimuth_rad),
+        "region_factor": course.factors[:inside],
+        "calibrated": course.calibrated[:inside],
+        "age_s": time_s[:inside] - track["time_s"],
+    }
+    told = {"height_m": track["height_m"], "state": track["state"], "motion": course.motion}
+    rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+    return [{**dict(zip(columns, row, strict=True)), **told} for row in rows]
+
+
+def forecast_from(
+    known: Known,
+    track: dict[str, Any],
+    plane: SystemPlane,
+    steps_s: NDArray[np.float64],
+    method: Method,
+) -> list[dict[str, Any]]:
+    """Return the points of a forecast from the data time of now on.
+
+    Parameters
+    ----------
+    known : Known
+        What the track is forecast from.
+    track : dict
+        The track as published, with its honest state and age.
+    plane : SystemPlane
+        The plane of the states.
+    steps_s : (k,) ndarray
+        Times after the data time of now, s.
+    method : callable
+        Of `forecast_methods.method_of`.
+
+    Returns
+    -------
+    list of dict
+        As `forecast_points`.
+    """
+    ahead_s = ahead_of(known.states, known.place, track, steps_s)
+    course = method(known, ahead_s)
+    return forecast_points(course, known.states.time_s[known.place] + ahead_s, track, plane)
 
 
 def propagated(

@@ -86,7 +86,7 @@ class View(Protocol):
         ...
 
     def forecast(
-        self, track_id: int, horizon_s: float, step_s: float
+        self, track_id: int, horizon_s: float, step_s: float, probability: float, by: str
     ) -> list[dict[str, Any]] | None:
         """Return the states a track is expected to have; raises ForecastError beyond its bounds."""
         ...

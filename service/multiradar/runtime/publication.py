@@ -21,7 +21,13 @@ from multiradar.runtime.encounter_query import EncounterQuery
 from multiradar.runtime.encounters import Sky, encounters, no_encounters
 from multiradar.runtime.event_encoding import encode_events, event_order, status_marks
 from multiradar.runtime.events import EventRing, Subscription
-from multiradar.runtime.forecasts import forecast_points, forecast_steps
+from multiradar.runtime.forecast_methods import FILTER, known_of, method_of
+from multiradar.runtime.forecasts import (
+    PROBABILITY_DEFAULT,
+    checked_probability,
+    forecast_from,
+    forecast_steps,
+)
 from multiradar.runtime.history import TrackHistory, row_updates, update_rows
 from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.live_tracks import LiveTracks, ages_and_states
@@ -38,6 +44,7 @@ from multiradar.runtime.transition_rows import (
     row_transitions,
     transition_rows,
 )
+from multiradar.tracking.forecast_calibration import calibration_for
 from multiradar.tracking.outputs import EngineOutput, TrackStates
 from multiradar.tracking.settings import TrackingSettings
 
@@ -148,7 +155,12 @@ class Publication:
         return wire.transitions_frame(row_transitions(rows))
 
     def forecast(
-        self, track_id: int, horizon_s: float, step_s: float
+        self,
+        track_id: int,
+        horizon_s: float,
+        step_s: float,
+        probability: float = PROBABILITY_DEFAULT,
+        by: str = FILTER,
     ) -> list[dict[str, Any]] | None:
         """Return where a live track is expected to be, from the data time of now on.
 
@@ -158,26 +170,28 @@ class Publication:
             The track.
         horizon_s, step_s : float
             How far, and in what steps, s. The first point is at the data time of now.
+        probability, by : float, str
+            Of the regions; one of `forecast_methods.METHODS`.
 
         Returns
         -------
         list of dict or None
-            Points by ascending time: `time_s`, `latitude_deg`, `longitude_deg`, `height_m`,
-            `covariance_east_m2`, `covariance_east_north_m2`, `covariance_north_m2`,
-            `position_sigma_m`, `state`, `age_s`; none beyond the system plane. None when there is
-            no such live track.
+            Fields of `multiradar_schemas.forecast.ForecastPoint`, none beyond the system plane.
+            None when there is no such live track.
 
         Raises
         ------
         ForecastError
-            If the horizon or the step is out of its bounds, or the points are too many.
+            If an argument is out of its bounds, or the points are too many.
         """
         steps = forecast_steps(horizon_s, step_s, self._limits.forecast_steps_max)
+        method = method_of(by, checked_probability(probability))
         track = self.track(track_id)
         if track is None or self._states is None:
             return None
         states, plane = self._states()
-        return forecast_points(states, track, steps, plane, self._tracking)
+        known = known_of(states, track_id, self._calibration)
+        return None if known is None else forecast_from(known, track, plane, steps, method)
 
     def encounters(self, query: EncounterQuery) -> dict[str, Any]:
         """Return which live tracks are expected to come near each other.
@@ -410,6 +424,7 @@ class Publication:
             self._board.hear(output.health)
             if len(output.transitions):
                 self._transitions.append(transition_rows(output.transitions))
+            self._calibration.take(output)
             self._live.end(output.ended.track_id)
             self._ended += len(output.ended)
             self._version += 1
@@ -452,6 +467,7 @@ class Publication:
         self._transitions = TrackHistory(self._limits.transition_rows_max, TRANSITION_DTYPE)
         self._plots = TrackHistory(self._limits.plot_rows_max, PLOT_DTYPE)
         self._live = LiveTracks()
+        self._calibration = calibration_for(self._tracking)
         self._biases = BiasBoard(self._sensors, self._limits.bias_history_rows_max)
         self._board = SensorBoard(self._sensors)
         self._data_time_s = None

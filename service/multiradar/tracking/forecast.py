@@ -147,6 +147,28 @@ def density_of(settings: TrackingSettings, velocity: NDArray[np.float64]) -> NDA
     )
 
 
+def densities_of(
+    settings: TrackingSettings, velocities: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return `density_of` for velocities (n, 2), m/s: (n, 2, 2), m²/s³.
+
+    Parameters
+    ----------
+    settings : TrackingSettings
+        `motion` and what belongs to it.
+    velocities : (n, 2) ndarray
+        East and north, m/s.
+
+    Returns
+    -------
+    (n, 2, 2) ndarray
+        Spectral densities, m²/s³.
+    """
+    if settings.motion != VELOCITY_FRAME:
+        return np.tile(density_of(settings, np.zeros(2)), (len(velocities), 1, 1))
+    return np.array([density_of(settings, one) for one in velocities]).reshape(-1, 2, 2)
+
+
 def forecast_modes_of(settings: TrackingSettings) -> NDArray[np.float64]:
     """Return the modes of motion as forecasts take them to begin and end.
 

@@ -10,7 +10,11 @@ import zenoh
 
 from multiradar.ingest.zenoh.gateway import ZenohGateway
 from multiradar.ingest.zenoh.options import ZenohOptions
-from multiradar.runtime.forecasts import HORIZON_DEFAULT_S, STEP_DEFAULT_S
+from multiradar.runtime.forecasts import (
+    HORIZON_DEFAULT_S,
+    PROBABILITY_DEFAULT,
+    STEP_DEFAULT_S,
+)
 from multiradar.runtime.service import Service
 from support.live_process import live_service
 from support.live_scene import recording
@@ -109,7 +113,18 @@ def test_a_forecast_without_parameters_is_that_of_http(
     ((_, document, _),) = answers(session, f"multiradar/v1/forecasts/{track}")
     known = service.view.forecast(track, HORIZON_DEFAULT_S, STEP_DEFAULT_S)
     assert known is not None
-    assert [point["time_s"] for point in document["points"]] == [point["time_s"] for point in known]
+    assert (document["probability"], document["by"]) == (PROBABILITY_DEFAULT, "filter")
+    assert document["points"] == json.loads(json.dumps(known))
+
+
+def test_a_region_of_another_probability_is_that_of_http(
+    session: zenoh.Session, service: Service
+) -> None:
+    track = int(service.view.tracks()["track_id"][0])
+    selector = f"multiradar/v1/forecasts/{track}?horizon_s=60;probability=0.5;by=filter"
+    ((_, document, _),) = answers(session, selector)
+    known = service.view.forecast(track, 60.0, STEP_DEFAULT_S, 0.5)
+    assert document["points"] == json.loads(json.dumps(known))
 
 
 def test_biases_of_one_sensor_and_of_all(session: zenoh.Session, service: Service) -> None:
@@ -154,6 +169,8 @@ def test_the_status_says_what_the_service_says(session: zenoh.Session, service: 
         ("multiradar/v1/forecasts/1?horizon_s=nan", "NOT_A_NUMBER"),
         ("multiradar/v1/forecasts/1?horizon_s=1_0", "NOT_A_NUMBER"),
         ("multiradar/v1/forecasts/1?horizon_s=-5", "OUT_OF_RANGE"),
+        ("multiradar/v1/forecasts/1?probability=1", "OUT_OF_RANGE"),
+        ("multiradar/v1/forecasts/1?by=magic", "OUT_OF_RANGE"),
         ("multiradar/v1/forecasts/1?horizon_s=1e9;step_s=1", "OUT_OF_RANGE"),
         ("multiradar/v1/forecasts/1?horizon_s=1e5;step_s=1e4", "OUT_OF_RANGE"),
         ("multiradar/v1/forecasts/1?horizon_s=1e200;step_s=1e199", "OUT_OF_RANGE"),

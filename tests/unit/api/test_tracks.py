@@ -11,6 +11,7 @@ import pytest
 
 from multiradar.api.selection import TRACK_COLUMNS
 from multiradar_schemas.arrow import TRANSITION_SCHEMA
+from multiradar_schemas.forecast import Forecast
 from multiradar_schemas.track import Track
 from multiradar_schemas.transition import Transition
 from support.fake_service import FakeService, live_tracks, updates_of
@@ -234,6 +235,27 @@ async def test_a_forecast_has_its_points_with_covariance(client: httpx.AsyncClie
     assert forecast["track_id"] == 3
     assert [point["time_s"] for point in forecast["points"]] == [1003.0, 1013.0, 1023.0]
     assert forecast["points"][0]["covariance_east_m2"] == 400.0
+    assert (forecast["probability"], forecast["by"]) == (0.95, "filter")
+    Forecast.model_validate(forecast)
+
+
+async def test_a_region_is_of_the_probability_asked_for(client: httpx.AsyncClient) -> None:
+    radius_m = []
+    for probability in ("0.5", "0.95", "0.999"):
+        answer = await client.get(f"/v1/tracks/3/forecast?probability={probability}")
+        assert answer.json()["probability"] == float(probability)
+        radius_m.append(answer.json()["points"][0]["region_major_m"])
+    # −2 ln(1 − p) of the variance 400 m².
+    assert radius_m == pytest.approx([23.5, 49.0, 74.3], abs=0.1)
+
+
+@pytest.mark.parametrize("query", ["probability=0", "probability=1", "probability=95", "by=magic"])
+async def test_a_region_or_a_method_that_there_is_not_is_422(
+    client: httpx.AsyncClient, query: str
+) -> None:
+    answer = await client.get(f"/v1/tracks/3/forecast?{query}")
+    assert (answer.status_code, answer.json()["code"]) == (422, "INVALID_PARAMETER")
+    assert answer.json()["errors"][0]["parameter"] == query.partition("=")[0]
 
 
 @pytest.mark.parametrize(

@@ -15,11 +15,13 @@ from multiradar.runtime.encounter_query import EncounterQuery
 from multiradar.runtime.encounter_table import EncounterTable
 from multiradar.runtime.encounters import Sky, encounters, no_encounters
 from multiradar.runtime.engine import Engine
-from multiradar.runtime.forecasts import forecast_points
+from multiradar.runtime.forecast_methods import known_of, method_of
+from multiradar.runtime.forecasts import forecast_from
 from multiradar.runtime.history import UPDATE_DTYPE, update_rows
 from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.live_tracks import LiveTracks
 from multiradar.runtime.publication import Publication
+from multiradar.tracking.forecast_calibration import calibration_for
 from multiradar.tracking.outputs import STATE_CONFIRMED, STATE_TENTATIVE, TrackStates
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.wire import measurement_batch
@@ -69,10 +71,10 @@ def test_two_that_cross_meet_where_their_forecasts_say() -> None:
             "track_id": track_id, "time_s": NOW_S - age_s, "age_s": age_s, "height_m": 9000.0,
             "state": "confirmed",
         }  # fmt: skip
-        points = forecast_points(
-            crossing.states, track, np.array([found.time_to_closest_s]), PLANE, SETTINGS
-        )
-        assert points is not None
+        known = known_of(crossing.states, track_id, calibration_for(SETTINGS))
+        assert known is not None
+        ahead_s = np.array([found.time_to_closest_s])
+        points = forecast_from(known, track, PLANE, ahead_s, method_of("straight", 0.95))
         assert getattr(found, f"{side}_latitude_deg") == pytest.approx(points[0]["latitude_deg"])
         assert getattr(found, f"{side}_longitude_deg") == pytest.approx(points[0]["longitude_deg"])
         assert getattr(found, f"{side}_age_s") == age_s

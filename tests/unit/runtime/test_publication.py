@@ -19,6 +19,7 @@ from multiradar.tracking.outputs import (
     EndedTracks,
     EngineOutput,
 )
+from multiradar.tracking.regions import gaussian_factor
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.tracking.transitions import MERGED, NO_TRACK, SILENT
 from multiradar.wire import biases_frame, measurement_batch, tracks_frame
@@ -151,11 +152,12 @@ def test_a_forecast_begins_now_and_spreads() -> None:
     assert abs(points[3]["longitude_deg"] - points[0]["longitude_deg"]) < 1e-3
     sigma = [point["position_sigma_m"] for point in points]
     assert sigma == sorted(sigma)
-    # After 4 s, of the variances 100 and 400 m², 1 and 4 m²/s² of the fake engine.
-    noise = 2.0 * TrackingSettings().acceleration_density * 4.0**3 / 3.0
-    # Metres at the aircraft's height: verticals spread.
-    aloft = 1.0 + points[0]["height_m"] / 6.37e6
-    assert sigma[0] == pytest.approx(aloft * np.sqrt(100 + 16 + 400 + 64 + noise), rel=1e-4)
+    # After 4 s, of the variances 100 and 400 m², 1 and 4 m²/s² of the fake engine, it is no less;
+    # nothing is known of the traffic yet, and a heading that walks by 0.02 rad²/s at 100 m/s
+    # leads away by 65 m: the variance is 0.02 · 100² · 4³ / 3.
+    assert sigma[0] == pytest.approx(np.sqrt(100 + 16 + 400 + 64 + 65.3**2), rel=0.05)
+    assert not any(point["calibrated"] for point in points)
+    assert all(point["region_factor"] == gaussian_factor(0.95) for point in points)
 
 
 @pytest.mark.parametrize(

@@ -29,7 +29,13 @@ from multiradar.runtime.encounter_query import (
     EncounterQuery,
 )
 from multiradar.runtime.encounter_query import HORIZON_DEFAULT_S as HORIZON_ENCOUNTERS_S
-from multiradar.runtime.forecasts import HORIZON_DEFAULT_S, STEP_DEFAULT_S
+from multiradar.runtime.forecast_methods import FILTER
+from multiradar.runtime.forecasts import (
+    HORIZON_DEFAULT_S,
+    PROBABILITY_DEFAULT,
+    STEP_DEFAULT_S,
+    forecast_document,
+)
 from multiradar.runtime.ports import View
 from multiradar.runtime.trajectories.document import (
     PATH_STEP_DEFAULT_S,
@@ -43,6 +49,7 @@ CATCH_UP_LIMIT = 10_000
 _WILD = frozenset({"*", "**"})
 _NO_PARAMETERS: frozenset[str] = frozenset()
 _ENCOUNTER_PARAMETERS = frozenset(EncounterQuery.__dataclass_fields__)
+_FORECAST_PARAMETERS = frozenset({"horizon_s", "step_s", "probability", "by"})
 _BAD_REQUEST = 400
 _NOT_FOUND = 404
 _CONFLICT = 409
@@ -85,7 +92,7 @@ class Answers:
             f"{TRACKS}/*": self._guarded(self._tracks, frozenset({"after", "limit"})),
             f"{BIASES}/*": self._guarded(self._biases, _NO_PARAMETERS),
             f"{SENSORS}/*": self._guarded(self._sensors, _NO_PARAMETERS),
-            f"{FORECASTS}/*": self._guarded(self._forecast, frozenset({"horizon_s", "step_s"})),
+            f"{FORECASTS}/*": self._guarded(self._forecast, _FORECAST_PARAMETERS),
             ENCOUNTERS: self._guarded(self._encounters, _ENCOUNTER_PARAMETERS),
             f"{TRAJECTORIES}/*": self._guarded(self._trajectories, frozenset({"points", "step_s"})),
             STATUS: self._guarded(self._answer_status, _NO_PARAMETERS),
@@ -166,13 +173,15 @@ class Answers:
         track = _known_track(last_part(request.key))
         horizon_s = _number(request.parameters, "horizon_s", HORIZON_DEFAULT_S)
         step_s = _number(request.parameters, "step_s", STEP_DEFAULT_S)
+        probability = _number(request.parameters, "probability", PROBABILITY_DEFAULT)
+        by = request.parameters.get("by", "") or FILTER
         try:
-            points = self._view.forecast(track, horizon_s, step_s)
+            points = self._view.forecast(track, horizon_s, step_s, probability, by)
         except ForecastError as error:
             raise RequestError(_BAD_REQUEST, "OUT_OF_RANGE", str(error)) from error
         if points is None:
             raise _no_track(str(track))
-        document = {"track_id": track, "points": points}
+        document = forecast_document(track, probability, by, points)
         _reply(request, f"{FORECASTS}/{track}", document, None)
 
     def _encounters(self, request: Request) -> None:

@@ -1,0 +1,120 @@
+"""The methods by which tracks are forecast, by name."""
+
+from collections.abc import Callable
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar.errors import ForecastError
+from multiradar.tracking.forecast_calibration import ForecastCalibration
+from multiradar.tracking.forecast_family import MOTIONS
+from multiradar.tracking.forecast_scores import Plan
+from multiradar.tracking.outputs import TrackStates
+
+Floats = NDArray[np.float64]
+
+FILTER = "filter"
+
+
+class Known(NamedTuple):
+    """What a track is forecast from.
+
+    Attributes
+    ----------
+    states : TrackStates
+        States of the filter, in the system plane.
+    place : int
+        Which of them the track has.
+    calibration : ForecastCalibration
+        The motions of the filter.
+    """
+
+    states: TrackStates
+    place: int
+    calibration: ForecastCalibration
+
+
+class Course(NamedTuple):
+    """Where a track is expected to be.
+
+    Attributes
+    ----------
+    means : (k, 2) float64
+        East and north in the system plane, m.
+    covariances : (k, 2, 2) float64
+        m².
+    factors : (k,) float64
+        The region of the probability asked for is {x : (x − m)ᵀ C⁻¹ (x − m) ≤ factor}.
+    calibrated : (k,) bool
+        Whether earlier forecasts as far ahead have told how large regions must be.
+    motion : str
+        How the aircraft is taken to move.
+    """
+
+    means: Floats
+    covariances: Floats
+    factors: Floats
+    calibrated: NDArray[np.bool_]
+    motion: str
+
+
+#: Forecasts a track at times after its state, s.
+Method = Callable[[Known, Floats], Course]
+#: The same with regions of a probability, which comes first.
+Regional = Callable[[float, Known, Floats], Course]
+
+
+def by_filter(probability: float, known: Known, ahead_s: Floats) -> Course:
+    """Forecast by the motion that has fitted the traffic best, with regions as past errors ask."""
+    return _by_plan(known, ahead_s, known.calibration.scores.plan(ahead_s, probability))
+
+
+def by_motion(name: str, probability: float, known: Known, ahead_s: Floats) -> Course:
+    """Forecast by one of the motions of the filter, with regions as its own past errors ask.
+
+    Raises
+    ------
+    ForecastError
+        If the filter has no such motion.
+    """
+    names = known.calibration.family.names
+    if name not in names:
+        reason = f"expected {', '.join((FILTER, *names))} with this filter, was {name}"
+        raise ForecastError("by", reason)
+    plan = known.calibration.scores.plan(ahead_s, probability, names.index(name))
+    return _by_plan(known, ahead_s, plan)
+
+
+def _by_plan(known: Known, ahead_s: Floats, plan: Plan) -> Course:
+    found = known.calibration.forecast_by(plan, known.states, known.place, ahead_s)
+    return Course(*found, plan.calibrated, known.calibration.family.names[plan.motion])
+
+
+#: Whatever forecasts a track has its name here, and is offered over HTTP and Zenoh.
+METHODS: dict[str, Regional] = {
+    FILTER: by_filter,
+    **{name: partial(by_motion, name) for name in MOTIONS},
+}
+
+
+def method_of(name: str, probability: float) -> Method:
+    """Return a method of forecasting, with regions of a probability.
+
+    Raises
+    ------
+    ForecastError
+        If there is none of that name.
+    """
+    if name not in METHODS:
+        reason = f"expected one of {', '.join(METHODS)}, was {ascii(name)[:80]}"
+        raise ForecastError("by", reason)
+    return partial(METHODS[name], probability)
+
+
+def known_of(states: TrackStates, track_id: int, calibration: ForecastCalibration) -> Known | None:
+    """Return what a track is forecast from, None when the filter has no such track."""
+    place = int(np.searchsorted(states.track_id, track_id))
+    found = place < len(states) and states.track_id[place] == track_id
+    return Known(states, place, calibration) if found else None
