@@ -280,7 +280,7 @@ def _evaluated(
     settings: "EvaluationSettings",
     presets: Sequence[str],
 ) -> "tuple[Scorecard, Figures]":
-    from multiradar.cli.evaluate_inputs import read_biases, read_tracks
+    from multiradar.cli.evaluate_inputs import read_biases, read_forecasts, read_tracks
     from multiradar.evaluation.figures import figures_of
     from multiradar.evaluation.scorecard import evaluate as evaluate_tracks
 
@@ -293,6 +293,7 @@ def _evaluated(
         presets,
         plots=known.plots,
         biases=read_biases(tracks, known),
+        forecasts=read_forecasts(tracks),
     )
     what: Figures = {"kind": known.kind, "path": str(known.path), **known.claimed}
     return card, {"reference": what, **figures_of(card)}

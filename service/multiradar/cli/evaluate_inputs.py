@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 TRACKS_FILE = "tracks.parquet"
 BIASES_FILE = "biases.parquet"
+FORECASTS_FILE = "forecasts.parquet"
 TRUTH_FILE = "truth.parquet"
 TRUE_BIASES_FILE = "truth_biases.parquet"
 SYSTEM_TRACKS_FILE = "system_tracks.parquet"
@@ -274,6 +275,30 @@ def read_biases(given: Path, known: Known) -> list[BiasHistory]:
         A table cannot be used.
     """
     return _biases(given, known.true_biases)
+
+
+def read_forecasts(given: Path) -> tuple[pl.DataFrame, str] | None:
+    """Read the forecasts beside the tracks.
+
+    Parameters
+    ----------
+    given : Path
+        The folder that `track` made; a single file has no forecasts beside it.
+
+    Returns
+    -------
+    (DataFrame, str) or None
+        The table, and what it is called in errors; None where there is none.
+
+    Raises
+    ------
+    InputError
+        It is no Parquet.
+    """
+    path = given / FORECASTS_FILE
+    if not given.is_dir() or not path.exists():
+        return None
+    return read_table(path, "forecasts"), str(path)
 
 
 def read_table(path: Path, what: str) -> pl.DataFrame:

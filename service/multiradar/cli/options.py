@@ -211,6 +211,19 @@ TrajectoryAircraftOption = Annotated[
         show_default=f"that of the settings, else {TRAJECTORY_AIRCRAFT_DEFAULT}",
     ),
 ]
+ForecastsOption = Annotated[
+    float | None,
+    typer.Option(
+        "--forecasts",
+        metavar="SECONDS",
+        # The bounds are those of `runtime.forecast_table`.
+        min=8.0,
+        max=600.0,
+        help="Write forecasts.parquet: where each track is expected to be 10 to 300 s later, with "
+        "the region of 95 %, every so often.",
+        show_default="none",
+    ),
+]
 ConfigOption = Annotated[
     Path | None,
     typer.Option(

@@ -29,6 +29,7 @@ from multiradar.cli.options import (
     EncounterHeightOption,
     EncountersOption,
     FilterOption,
+    ForecastsOption,
     HideOption,
     JsonOption,
     KindsOption,
@@ -109,6 +110,7 @@ def track(
     encounter_height_m: EncounterHeightOption = None,
     trajectories: TrajectoriesOption = False,
     trajectory_aircraft_max: TrajectoryAircraftOption = None,
+    forecasts: ForecastsOption = None,
     asterix: Annotated[
         Path | None,
         typer.Option(
@@ -157,6 +159,7 @@ def track(
             observability_window_s=observability,
             encounters=query,
             trajectories=_trajectories(whole, trajectory_aircraft_max) if trajectories else None,
+            forecasts_every_s=forecasts,
         )
         with progress_bar("tracking", recording.rows) as on_progress:
             result = track_recording(

@@ -60,10 +60,11 @@ def card_tables(figures: Figures) -> list[Table]:
     Returns
     -------
     list of Table
-        Errors, picture, tracks, claims; biases where there are any.
+        Errors, picture, tracks, claims; biases and forecasts where there are any.
     """
     tables = [_errors(figures), _picture(figures), _tracks(figures), _claims(figures)]
-    return [*tables, _biases(figures)] if figures["biases"] else tables
+    optional = {"biases": _biases, "forecasts": _forecasts}
+    return [*tables, *(made(figures) for name, made in optional.items() if figures[name])]
 
 
 def aircraft_table(figures: Figures, most: int | None = None) -> Table:
@@ -248,6 +249,28 @@ def _biases(figures: Figures) -> Table:
     ]
     header = ("sensor", "parameter", "estimate", "sigma", "true", "error", "error / sigma")
     return Table("Biases at the end (measured minus true)", header, _cells(rows))
+
+
+def _forecasts(figures: Figures) -> Table:
+    rows = [
+        (
+            one["by"],
+            f"{one['horizon_s']:g} s",
+            one["samples"],
+            f"{_percent(one['inside'])} of {_percent(one['probability'])}",
+            *(_text(one[name], 3) for name in ("radius_median_m", "median_m", "rms_m", "nees")),
+        )
+        for one in _list(figures["forecasts"])
+    ]
+    header = (
+        "by", "ahead", "samples", "inside the region", "its radius (median), m",
+        "error (median), m", "RMS, m", "error² / sigma²",
+    )  # fmt: skip
+    caption = (
+        "A region is as large as earlier errors ask, so that it holds the aircraft as often as it "
+        "says also where error² / sigma², of the covariance alone, is not 1."
+    )
+    return Table("Forecasts", header, _cells(rows), caption)
 
 
 def _dict(value: object) -> Figures:

@@ -7,6 +7,7 @@ import numpy as np
 
 from multiradar.evaluation.bias_errors import BiasHistory
 from multiradar.evaluation.consistency import Consistency
+from multiradar.evaluation.forecast_errors import ForecastErrors
 from multiradar.evaluation.scorecard import Scorecard
 from multiradar.evaluation.trajectories import Floats
 
@@ -68,6 +69,7 @@ def figures_of(card: Scorecard) -> Figures:
             for one in card.judgements
         ],
         "biases": [_bias(one) for one in card.biases],
+        "forecasts": [] if card.forecasts is None else _forecasts(card.forecasts),
         "aircraft": by_aircraft(card),
     }
 
@@ -267,6 +269,35 @@ def _bias(one: BiasHistory) -> Figures:
         "error_over_sigma": _finite(float(error / sigma)) if sigma > 0.0 else None,
         "nees": _mean(squared),
     }
+
+
+def _forecasts(found: ForecastErrors) -> list[Figures]:
+    rows: list[Figures] = []
+    kinds = sorted(
+        set(
+            zip(
+                found.by.tolist(), found.horizon_s.tolist(), found.probability.tolist(), strict=True
+            )
+        )
+    )
+    for by, horizon_s, probability in kinds:
+        own = (found.by == by) & (found.horizon_s == horizon_s)
+        own &= found.probability == probability
+        errors = summary(found.error_m[own])
+        rows.append(
+            {
+                "by": by,
+                "horizon_s": horizon_s,
+                "probability": probability,
+                "samples": errors["samples"],
+                "inside": float(np.mean(found.inside[own])),
+                "median_m": errors["median"],
+                "rms_m": errors["rms"],
+                "nees": float(np.mean(found.normalised[own])),
+                "radius_median_m": float(np.median(found.radius_m[own])),
+            }
+        )
+    return rows
 
 
 def _mean(values: Floats) -> float | None:

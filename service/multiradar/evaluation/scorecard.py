@@ -15,6 +15,7 @@ from multiradar.evaluation.errors_of_updates import (
     aircraft_of_updates,
     errors_of_updates,
 )
+from multiradar.evaluation.forecast_errors import ForecastErrors, forecast_errors
 from multiradar.evaluation.identity import Identity, identity_over_time
 from multiradar.evaluation.instants import Instants, look
 from multiradar.evaluation.plots_on_tracks import first_plots, plots_on_the_right_track
@@ -63,6 +64,8 @@ class Scorecard:
         Plots on the right track, and all.
     biases : list of BiasHistory
         Biases over time.
+    forecasts : ForecastErrors, optional
+        Forecasts whose truth is known.
     """
 
     settings: EvaluationSettings
@@ -83,6 +86,7 @@ class Scorecard:
     judgements: list[Judgement]
     plots: tuple[int, int] | None = None
     biases: list[BiasHistory] = field(default_factory=list)
+    forecasts: ForecastErrors | None = None
 
 
 def evaluate(
@@ -93,6 +97,7 @@ def evaluate(
     *,
     plots: pl.DataFrame | None = None,
     biases: Sequence[BiasHistory] = (),
+    forecasts: tuple[pl.DataFrame, str] | None = None,
 ) -> Scorecard:
     """Compare tracks with a reference.
 
@@ -110,6 +115,8 @@ def evaluate(
         `time_s`, `sensor_id` and `name` (of the aircraft, null where unknown) of the plots tracked.
     biases : sequence of BiasHistory
         Biases to show with the rest.
+    forecasts : (DataFrame, str), optional
+        `forecasts.parquet`, and what it is called in errors.
 
     Returns
     -------
@@ -119,7 +126,7 @@ def evaluate(
     Raises
     ------
     InputError
-        Tracks and reference have no time in common.
+        Tracks and reference have no time in common, or forecasts cannot be used.
     UnknownPresetError
         A preset that there is not.
     """
@@ -161,4 +168,7 @@ def evaluate(
         judgements=judge(presets, Evidence(errors, updates, where, interval_s)),
         plots=on_track,
         biases=list(biases),
+        forecasts=None
+        if forecasts is None
+        else forecast_errors(*forecasts, tracks, reference, aircraft),
     )

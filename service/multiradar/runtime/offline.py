@@ -24,6 +24,7 @@ from multiradar.runtime.digest import OutputDigest
 from multiradar.runtime.encounter_query import EncounterQuery
 from multiradar.runtime.encounter_table import EncounterTable
 from multiradar.runtime.engine import Engine
+from multiradar.runtime.forecast_table import ForecastTable
 from multiradar.runtime.manoeuvre_planes import plane_of_track
 from multiradar.runtime.observabilities import observability_of_track
 from multiradar.runtime.places import Places
@@ -42,9 +43,11 @@ from multiradar.tracking.outputs import (
     TrackUpdates,
 )
 from multiradar.tracking.settings import TrackingSettings
+from multiradar.tracking.state_samples import Sampling
 from multiradar_schemas.arrow import (
     BIAS_SCHEMA,
     ENCOUNTER_SCHEMA,
+    FORECAST_SCHEMA,
     HEALTH_SCHEMA,
     MANOEUVRE_PLANE_SCHEMA,
     OBSERVABILITY_SCHEMA,
@@ -62,6 +65,7 @@ PLANES_FILE = "manoeuvre_planes.parquet"
 OBSERVABILITY_FILE = "observability.parquet"
 ENCOUNTERS_FILE = "encounters.parquet"
 TRAJECTORIES_FILE = "trajectories.parquet"
+FORECASTS_FILE = "forecasts.parquet"
 REJECTS_FILE = "rejects.ndjson"
 
 
@@ -90,6 +94,8 @@ class OfflineJob:
         Which encounters are written; none when absent.
     trajectories : TrajectoryOptions, optional
         Bundles of trajectories; none are made when absent.
+    forecasts_every_s : float, optional
+        Data time between two forecasts of a track, s; none are written when absent.
     """
 
     recording: Recording
@@ -102,6 +108,7 @@ class OfflineJob:
     observability_window_s: float | None = None
     encounters: EncounterQuery | None = None
     trajectories: TrajectoryOptions | None = None
+    forecasts_every_s: float | None = None
 
 
 @dataclass(slots=True)
@@ -207,7 +214,8 @@ def track_recording(
         Read is not accepted + rejected.
     """
     pictures = job.encounters is not None
-    engine = Engine(job.sensors, job.settings, job.workers, pictures=pictures)
+    sampling = Sampling.NONE if job.forecasts_every_s is None else Sampling.ALL
+    engine = Engine(job.sensors, job.settings, job.workers, pictures=pictures, sampling=sampling)
     run: _Run | None = None
     try:
         run = _Run(job, folder, engine, on_output)
@@ -399,6 +407,12 @@ def _tables(
         tables[TRAJECTORIES_FILE] = (
             TrajectoryTable(job.trajectories, job.sensors, job.settings),
             TableWriter(folder / TRAJECTORIES_FILE, TRAJECTORY_SCHEMA),
+        )
+    every_s = job.forecasts_every_s
+    if every_s is not None:
+        tables[FORECASTS_FILE] = (
+            ForecastTable(job.sensors, job.settings, plane, every_s),
+            TableWriter(folder / FORECASTS_FILE, FORECAST_SCHEMA),
         )
     return tables
 

@@ -28,8 +28,27 @@ def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
     options = ["--duration", "240", "--seed", "4"]
     assert run(["simulate", "one-radar-adsb", "--out", str(made), *options]) == 0
     told = ["--sensors", str(made / "sensors.toml"), "--out", str(tracks), "--kinds", "radar"]
-    assert run(["track", str(made), *told]) == 0
+    assert run(["track", str(made), *told, "--forecasts", "8"]) == 0
     return folder
+
+
+def test_forecasts_beside_the_tracks_are_judged_by_horizon(
+    scene: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    found = evaluated(capsys, scene / "tracks", "--truth", scene / "made")["forecasts"]
+    # Four minutes: nothing is known of what comes 300 s later.
+    assert [one["horizon_s"] for one in found] == [10.0, 30.0, 60.0, 120.0]
+    assert all(one["by"] == "filter" and one["probability"] == 0.95 for one in found)
+    samples = [one["samples"] for one in found]
+    assert samples == sorted(samples, reverse=True)
+    assert all(one["inside"] > 0.9 for one in found)
+    assert [one["rms_m"] for one in found] == sorted(one["rms_m"] for one in found)
+    written = pl.read_parquet(scene / "tracks" / "forecasts.parquet")
+    report = json.loads((scene / "tracks" / "report.json").read_text(encoding="utf-8"))
+    rows = {one["file"]: one["rows"] for one in report["outputs"]}
+    assert rows["forecasts.parquet"] == len(written) > samples[0]
+    alone = evaluated(capsys, scene / "tracks" / "tracks.parquet", "--truth", scene / "made")
+    assert alone["forecasts"] == []
 
 
 def test_the_names_of_presets_are_those_of_the_catalogue() -> None:

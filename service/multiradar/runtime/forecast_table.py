@@ -1,0 +1,94 @@
+"""Forecasts of a whole run as rows of a table: each track, every so many seconds, all horizons."""
+
+from typing import Any
+
+import numpy as np
+import polars as pl
+
+from multiradar import wire
+from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.geodesy.system_plane import SystemPlane
+from multiradar.runtime.forecast_methods import FILTER, Known, method_of
+from multiradar.runtime.forecasts import PROBABILITY_DEFAULT, forecast_points
+from multiradar.runtime.history import row_updates, update_rows
+from multiradar.runtime.live_tracks import LiveTracks
+from multiradar.tracking.forecast_calibration import calibration_for
+from multiradar.tracking.forecast_scores import HORIZONS_S
+from multiradar.tracking.outputs import EngineOutput, StateSample
+from multiradar.tracking.settings import TrackingSettings
+from multiradar_schemas.arrow import FORECAST_SCHEMA
+
+#: Bounds of the time between two forecasts of a track, s.
+EVERY_MIN_S = 8.0
+EVERY_MAX_S = 600.0
+
+
+class ForecastTable:
+    """Makes the rows of `forecasts.parquet` of the samples of states in the engine's output.
+
+    Parameters
+    ----------
+    sensors : SensorTable
+        The sensors.
+    settings : TrackingSettings
+        Settings of the tracker.
+    plane : SystemPlane
+        The plane of the states.
+    every_s : float
+        Data time between two forecasts of a track at least, s.
+    """
+
+    def __init__(
+        self, sensors: SensorTable, settings: TrackingSettings, plane: SystemPlane, every_s: float
+    ) -> None:
+        self._sensors, self._plane, self._every_s = sensors, plane, every_s
+        self._calibration = calibration_for(settings)
+        self._live = LiveTracks()
+        self._last_s = -np.inf
+
+    def take(self, output: EngineOutput) -> pl.DataFrame:
+        """Return the rows of the samples in an output."""
+        found: list[dict[str, Any]] = []
+        rows = update_rows(output.updates)
+        first = 0
+        # What is learnt until a sample is what it is forecast with, as live.
+        for part in self._calibration.parts(output):
+            last = first + part.updates
+            self._live.update(rows[first:last])
+            first = last
+            if part.sample is not None and part.sample.time_s >= self._last_s + self._every_s:
+                self._last_s = part.sample.time_s
+                found += self._rows(part.sample)
+        self._live.end(output.ended.track_id)
+        return pl.DataFrame(found, schema=FORECAST_SCHEMA)
+
+    def finish(self) -> pl.DataFrame:
+        """Return no rows: all of them came with their samples."""
+        return pl.DataFrame(schema=FORECAST_SCHEMA)
+
+    def _rows(self, sample: StateSample) -> list[dict[str, Any]]:
+        found: list[dict[str, Any]] = []
+        states, method = sample.states, method_of(FILTER, PROBABILITY_DEFAULT)
+        for place, track_id in enumerate(states.track_id.tolist()):
+            live = self._live.get(track_id)
+            if live is None:
+                continue
+            track = wire.tracks_frame(row_updates(live), self._sensors).row(0, named=True)
+            known = Known(states, place, self._calibration)
+            ahead_s = track["time_s"] + HORIZONS_S - states.time_s[place]
+            if ahead_s[0] < 0.0:
+                continue
+            course = method(known, ahead_s)
+            time_s = states.time_s[place] + ahead_s
+            points = forecast_points(course, time_s, track, self._plane)
+            same = {
+                "track_id": track_id,
+                "made_s": track["time_s"],
+                "probability": PROBABILITY_DEFAULT,
+                "by": FILTER,
+            }
+            found += [
+                {**point, **same, "horizon_s": horizon_s}
+                for point, horizon_s in zip(points, HORIZONS_S.tolist(), strict=False)
+            ]
+        return found
