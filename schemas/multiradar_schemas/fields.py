@@ -20,7 +20,7 @@ from multiradar_schemas.arrow import (
 )
 from multiradar_schemas.bias import BiasEstimate
 from multiradar_schemas.encounter import Encounter, Encounters
-from multiradar_schemas.forecast import Forecast, ForecastPoint, ForecastRow
+from multiradar_schemas.forecast import Forecast, ForecastMember, ForecastPoint, ForecastRow
 from multiradar_schemas.health import RadarHealth
 from multiradar_schemas.manoeuvre_plane import (
     PLANE_REASON_MEANINGS,
@@ -146,6 +146,8 @@ def _forecast_lines() -> Iterator[str]:
     yield from _table(Forecast)
     yield "\nEach point:\n"
     yield from _table(ForecastPoint)
+    yield "\nA member of a forecast by `bundle`:\n"
+    yield from _table(ForecastMember)
     yield "\nA row of `forecasts.parquet` (`multiradar track --forecasts`) has these fields, and\n"
     added = [name for name in FORECAST_SCHEMA if name not in ForecastPoint.model_fields]
     yield from _table(ForecastRow, tuple(added), dict(FORECAST_SCHEMA))

@@ -8,6 +8,68 @@ from multiradar_schemas.base import Record, described
 from multiradar_schemas.track import TrackState
 
 
+class ForecastMember(Record):
+    """One of the trajectories that an aircraft may fly, at one time."""
+
+    weight: Annotated[
+        float,
+        Field(ge=0.0, le=1.0),
+        described("Its probability at that time", unit="1", source="bundle"),
+    ]
+    trajectory: Annotated[
+        int | None,
+        described(
+            "Number of the trajectory of the bundle that it continues, from 0, the best",
+            unit="1",
+            source="bundle",
+            absent="in the last member, which is all others as one",
+        ),
+    ]
+    lasts_s: Annotated[
+        float | None,
+        described(
+            "So long the turn or change of speed of that trajectory goes on",
+            unit="s",
+            source="bundle",
+            absent="in straight flight, and in the last member",
+        ),
+    ]
+    later: Annotated[
+        str | None,
+        described(
+            "What begins after it, at a time that is open: straight, right, left or speed",
+            unit="name",
+            source="bundle",
+            absent="in the last member",
+        ),
+    ]
+    latitude_deg: Annotated[
+        float, described("Expected WGS 84 latitude", unit="degree", source="bundle")
+    ]
+    longitude_deg: Annotated[
+        float, described("Expected WGS 84 longitude", unit="degree", source="bundle")
+    ]
+    velocity_east_mps: Annotated[
+        float, described("Expected velocity, east", unit="m/s", source="bundle")
+    ]
+    velocity_north_mps: Annotated[
+        float, described("Expected velocity, north", unit="m/s", source="bundle")
+    ]
+    covariance_east_m2: Annotated[
+        float,
+        Field(ge=0.0),
+        described("Variance of the position, east", unit="m²", source="bundle"),
+    ]
+    covariance_east_north_m2: Annotated[
+        float, described("Covariance of east and north", unit="m²", source="bundle")
+    ]
+    covariance_north_m2: Annotated[
+        float,
+        Field(ge=0.0),
+        described("Variance of the position, north", unit="m²", source="bundle"),
+    ]
+
+
 class ForecastPoint(Record):
     """Where a track is expected to be at one time."""
 
@@ -98,6 +160,16 @@ class ForecastPoint(Record):
         Field(ge=0.0),
         described("`time_s` minus the time of the last update", unit="s", source="service"),
     ]
+    members: Annotated[
+        list[ForecastMember] | None,
+        described(
+            "Trajectories that it is the mean of, by falling weight; those outside the system "
+            "plane are left out",
+            unit="list",
+            source="bundle",
+            absent="with other methods than bundle, and in the file",
+        ),
+    ] = None
 
 
 class Forecast(Record):

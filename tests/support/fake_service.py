@@ -11,7 +11,7 @@ import polars as pl
 from multiradar.runtime.encounter_query import EncounterQuery
 from multiradar.runtime.encounters import no_encounters
 from multiradar.runtime.events import Event, EventRing, Subscription
-from multiradar.runtime.forecast_methods import method_of
+from multiradar.runtime.forecast_methods import BUNDLE, method_of
 from multiradar.runtime.forecasts import forecast_steps
 from multiradar.runtime.receipt import Receipt, RejectedRow
 from multiradar.storage.entries import Quarantined
@@ -109,6 +109,8 @@ class FakeView:
         self, track_id: int, horizon_s: float, step_s: float, probability: float, by: str
     ) -> list[dict[str, Any]] | None:
         method_of(by, probability)
+        if by == BUNDLE and self.trajectory_failure is not None:
+            raise self.trajectory_failure
         steps_s = forecast_steps(horizon_s, step_s, self.forecast_steps_max)
         track = self.track(track_id)
         if track is None:

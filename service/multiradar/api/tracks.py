@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from functools import partial
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import polars as pl
 from fastapi import APIRouter, Depends, Query, Request
@@ -32,7 +32,7 @@ from multiradar.api.tables import (
     json_response,
     table_response,
 )
-from multiradar.errors import ForecastError, RequestError
+from multiradar.errors import ForecastError, RequestError, TrajectoryError
 from multiradar.runtime.forecast_methods import FILTER, METHODS
 from multiradar.runtime.forecasts import (
     HORIZON_DEFAULT_S,
@@ -90,6 +90,9 @@ Probability = Annotated[
         ge=PROBABILITY_MIN, le=PROBABILITY_MAX, description="That of the regions", examples=[0.95]
     ),
 ]
+_FORECAST_ANSWERS: dict[int | str, dict[str, Any]] = NOT_FOUND | {
+    409: {"description": "The track has no bundle to be forecast from; `code` says why"}
+}
 By = Annotated[str, Query(max_length=40, description=f"Method: {', '.join(METHODS)}")]
 Step = Annotated[
     Number,
@@ -177,7 +180,7 @@ async def get_transitions(
     )
 
 
-@router.get("/{track_id}/forecast", response_model=Forecast, responses=NOT_FOUND)
+@router.get("/{track_id}/forecast", response_model=Forecast, responses=_FORECAST_ANSWERS)
 async def get_forecast(
     track_id: TrackId,
     access: Granted,
@@ -194,6 +197,8 @@ async def get_forecast(
         )
     except ForecastError as error:
         raise parameter_error({error.parameter: str(error)}) from error
+    except TrajectoryError as error:
+        raise RequestError(409, error.code, str(error)) from error
     if points is None:
         raise track_not_found(track_id)
     return json_response(forecast_document(track_id, probability, by, points))

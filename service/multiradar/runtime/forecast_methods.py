@@ -2,12 +2,14 @@
 
 from collections.abc import Callable
 from functools import partial
-from typing import NamedTuple
+from typing import NamedTuple, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.errors import ForecastError
+from multiradar.errors import ForecastError, TrajectoryError
+from multiradar.runtime.trajectories.fans import FanCourse, fan_course
+from multiradar.runtime.trajectories.pool import Reading
 from multiradar.tracking.forecast_calibration import ForecastCalibration
 from multiradar.tracking.forecast_family import MOTIONS
 from multiradar.tracking.forecast_scores import Plan
@@ -16,6 +18,7 @@ from multiradar.tracking.outputs import TrackStates
 Floats = NDArray[np.float64]
 
 FILTER = "filter"
+BUNDLE = "bundle"
 
 
 class Known(NamedTuple):
@@ -29,11 +32,14 @@ class Known(NamedTuple):
         Which of them the track has.
     calibration : ForecastCalibration
         The motions of the filter.
+    bundle : callable
+        Returns the bundle of the track, or raises a TrajectoryError.
     """
 
     states: TrackStates
     place: int
     calibration: ForecastCalibration
+    bundle: Callable[[], Reading]
 
 
 class Course(NamedTuple):
@@ -51,6 +57,8 @@ class Course(NamedTuple):
         Whether earlier forecasts as far ahead have told how large regions must be.
     motion : str
         How the aircraft is taken to move.
+    fan : FanCourse, optional
+        What members it has, if it has any.
     """
 
     means: Floats
@@ -58,6 +66,7 @@ class Course(NamedTuple):
     factors: Floats
     calibrated: NDArray[np.bool_]
     motion: str
+    fan: FanCourse | None = None
 
 
 #: Forecasts a track at times after its state, s.
@@ -92,9 +101,24 @@ def _by_plan(known: Known, ahead_s: Floats, plan: Plan) -> Course:
     return Course(*found, plan.calibrated, known.calibration.family.names[plan.motion])
 
 
+def by_bundle(probability: float, known: Known, ahead_s: Floats) -> Course:
+    """Forecast by the fan of the track's bundle: regions are those of its mixture."""
+    time_s = known.states.time_s[known.place] + ahead_s
+    return course_of_bundle(known.bundle(), time_s, probability)
+
+
+def course_of_bundle(reading: Reading, time_s: Floats, probability: float) -> Course:
+    """Forecast by the fan of a bundle at ascending data times, s."""
+    fan = fan_course(reading, time_s, probability)
+    # No earlier forecast has told anything of its regions.
+    calibrated = np.zeros(len(time_s), np.bool_)
+    return Course(fan.means, fan.covariances, fan.factors, calibrated, BUNDLE, fan)
+
+
 #: Whatever forecasts a track has its name here, and is offered over HTTP and Zenoh.
 METHODS: dict[str, Regional] = {
     FILTER: by_filter,
+    BUNDLE: by_bundle,
     **{name: partial(by_motion, name) for name in MOTIONS},
 }
 
@@ -113,8 +137,18 @@ def method_of(name: str, probability: float) -> Method:
     return partial(METHODS[name], probability)
 
 
-def known_of(states: TrackStates, track_id: int, calibration: ForecastCalibration) -> Known | None:
+def no_bundle() -> NoReturn:
+    """Raise the TrajectoryError of a track without bundle."""
+    raise TrajectoryError("TRAJECTORIES_OFF", "the track has no bundle of trajectories")
+
+
+def known_of(
+    states: TrackStates,
+    track_id: int,
+    calibration: ForecastCalibration,
+    bundle: Callable[[], Reading] = no_bundle,
+) -> Known | None:
     """Return what a track is forecast from, None when the filter has no such track."""
     place = int(np.searchsorted(states.track_id, track_id))
     found = place < len(states) and states.track_id[place] == track_id
-    return Known(states, place, calibration) if found else None
+    return Known(states, place, calibration, bundle) if found else None

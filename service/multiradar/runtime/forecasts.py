@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from multiradar.errors import ForecastError, OutsidePlaneError
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.forecast_methods import Course, Known, Method
+from multiradar.runtime.trajectories.fans import told_members
 from multiradar.tracking.forecast import (
     density_of,
     forecast,
@@ -161,7 +162,11 @@ def forecast_points(
     }
     told = {"height_m": track["height_m"], "state": track["state"], "motion": course.motion}
     rows = zip(*(column.tolist() for column in columns.values()), strict=True)
-    return [{**dict(zip(columns, row, strict=True)), **told} for row in rows]
+    points = [{**dict(zip(columns, row, strict=True)), **told} for row in rows]
+    if course.fan is None:
+        return points
+    members = told_members(course.fan, plane, track["height_m"] or 0.0)
+    return [{**point, "members": each} for point, each in zip(points, members, strict=False)]
 
 
 def forecast_from(

@@ -30,6 +30,7 @@ from multiradar.runtime.observabilities import observability_of_track
 from multiradar.runtime.places import Places
 from multiradar.runtime.reject_file import RejectFile, TimeRefusals
 from multiradar.runtime.track_windows import Judge, WindowTable
+from multiradar.runtime.trajectories.forecast_rows import BundleForecasts, BundleForecastTable
 from multiradar.runtime.trajectories.options import TrajectoryOptions
 from multiradar.runtime.trajectories.table import TrajectoryTable
 from multiradar.storage.recording import INDEX_COLUMN, Recording
@@ -66,6 +67,7 @@ OBSERVABILITY_FILE = "observability.parquet"
 ENCOUNTERS_FILE = "encounters.parquet"
 TRAJECTORIES_FILE = "trajectories.parquet"
 FORECASTS_FILE = "forecasts.parquet"
+BUNDLE_FORECASTS_FILE = "bundle_forecasts.parquet"
 REJECTS_FILE = "rejects.ndjson"
 
 
@@ -404,14 +406,21 @@ def _tables(
             TableWriter(folder / ENCOUNTERS_FILE, ENCOUNTER_SCHEMA),
         )
     if job.trajectories is not None:
+        every_s = job.forecasts_every_s
+        forecasts = None if every_s is None else BundleForecasts(every_s)
+        bundles = TrajectoryTable(job.trajectories, job.sensors, job.settings, forecasts)
         tables[TRAJECTORIES_FILE] = (
-            TrajectoryTable(job.trajectories, job.sensors, job.settings),
+            bundles,
             TableWriter(folder / TRAJECTORIES_FILE, TRAJECTORY_SCHEMA),
         )
-    every_s = job.forecasts_every_s
-    if every_s is not None:
+        if forecasts is not None:
+            tables[BUNDLE_FORECASTS_FILE] = (
+                BundleForecastTable(bundles),
+                TableWriter(folder / BUNDLE_FORECASTS_FILE, FORECAST_SCHEMA),
+            )
+    if job.forecasts_every_s is not None:
         tables[FORECASTS_FILE] = (
-            ForecastTable(job.sensors, job.settings, plane, every_s),
+            ForecastTable(job.sensors, job.settings, plane, job.forecasts_every_s),
             TableWriter(folder / FORECASTS_FILE, FORECAST_SCHEMA),
         )
     return tables

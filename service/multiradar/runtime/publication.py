@@ -13,7 +13,6 @@ import polars as pl
 from numpy.typing import NDArray
 
 from multiradar import wire
-from multiradar.errors import TrajectoryError
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.bias_board import BiasBoard, bias_rows_frame
@@ -38,7 +37,7 @@ from multiradar.runtime.reject_board import RejectBoard
 from multiradar.runtime.sensor_board import SensorBoard
 from multiradar.runtime.track_windows import PLOT_DTYPE, POINTS_MAX, Judge, plot_rows
 from multiradar.runtime.trajectories.document import trajectories_of
-from multiradar.runtime.trajectories.feed import TrajectoryFeed
+from multiradar.runtime.trajectories.feed import TrajectoryFeed, required_feed
 from multiradar.runtime.transition_rows import (
     TRANSITION_DTYPE,
     row_transitions,
@@ -183,6 +182,8 @@ class Publication:
         ------
         ForecastError
             If an argument is out of its bounds, or the points are too many.
+        TrajectoryError
+            If the method is `bundle` and the track has none; `code` says why.
         """
         steps = forecast_steps(horizon_s, step_s, self._limits.forecast_steps_max)
         method = method_of(by, checked_probability(probability))
@@ -190,7 +191,10 @@ class Publication:
         if track is None or self._states is None:
             return None
         states, plane = self._states()
-        known = known_of(states, track_id, self._calibration)
+        known = known_of(
+            states, track_id, self._calibration,
+            lambda: required_feed(self._trajectories).read(track_id),
+        )  # fmt: skip
         return None if known is None else forecast_from(known, track, plane, steps, method)
 
     def encounters(self, query: EncounterQuery) -> dict[str, Any]:
@@ -282,11 +286,8 @@ class Publication:
         track = self.track(track_id)
         if track is None:
             return None
-        if self._trajectories is None:
-            reason = "trajectories.aircraft_max is 0: this service makes no trajectories"
-            raise TrajectoryError("TRAJECTORIES_OFF", reason)
-        reading, plane = self._trajectories.read(track_id), self._trajectories.plane
-        told = trajectories_of(track_id, reading, plane, points, step_s)
+        feed = required_feed(self._trajectories)
+        told = trajectories_of(track_id, feed.read(track_id), feed.plane, points, step_s)
         return {**told, "state": track["state"], "age_s": track["age_s"]}
 
     def sensors(self) -> list[dict[str, Any]]:

@@ -17,6 +17,7 @@ from multiradar.runtime.trajectories.table import STEP_S, table_row
 from multiradar.settings import TrajectorySettings, load_settings
 from multiradar.storage.recording import Recording
 from multiradar.tracking.settings import TrackingSettings
+from multiradar_schemas.forecast import Forecast
 from multiradar_schemas.trajectories import Trajectories
 from support.live_scene import cut
 from support.trajectory_scene import MUTE, TABLE, TURNING, recording
@@ -25,12 +26,14 @@ from support.zenoh_subscriber import client_config
 
 PATIENCE_S = 60.0
 TOLD = (TURNING, MUTE, 3, 4)
+FORECAST = "by=bundle;horizon_s=30;step_s=10"
 
 
 class _Answers(NamedTuple):
     http: dict[int, dict[str, Any]]
     zenoh: dict[int, dict[str, Any]]
     counts: dict[str, Any]
+    forecasts: tuple[dict[str, Any], dict[str, Any]]
 
 
 def _application(folder: Path) -> Application:
@@ -56,6 +59,7 @@ def _asked(application: Application) -> _Answers:
             counts = client.get("/v1/status").json()["trajectories"]
         path = f"/v1/tracks/{{}}/trajectories?step_s={STEP_S}"
         http = {track: client.get(path.format(track)).json() for track in TOLD}
+        forecast = client.get(f"/v1/tracks/{TURNING}/forecast?{FORECAST.replace(';', '&')}").json()
     queried = {}
     with zenoh.open(client_config(application.zenoh_endpoints[0])) as session:
         for track in TOLD:
@@ -64,7 +68,11 @@ def _asked(application: Application) -> _Answers:
             assert reply.ok is not None
             assert str(reply.ok.key_expr) == f"multiradar/v1/trajectories/{track}"
             queried[track] = httpx.Response(200, content=reply.ok.payload.to_bytes()).json()
-    return _Answers(http, queried, counts)
+        selector = f"multiradar/v1/forecasts/{TURNING}?{FORECAST}"
+        (reply,) = session.get(selector, timeout=PATIENCE_S)
+        assert reply.ok is not None
+        again = httpx.Response(200, content=reply.ok.payload.to_bytes()).json()
+    return _Answers(http, queried, counts, (forecast, again))
 
 
 @pytest.fixture(scope="module")
@@ -94,6 +102,16 @@ def restarted(folder: Path, live: _Answers) -> Iterator[_Answers]:
         yield _asked(application)
     finally:
         application.stop()
+
+
+def test_a_forecast_by_the_bundle_is_the_same_over_http_and_zenoh(
+    live: _Answers, restarted: _Answers
+) -> None:
+    http, queried = live.forecasts
+    told = Forecast.model_validate_json(httpx.Response(200, json=http).content)
+    assert [point.members is not None for point in told.points] == [True] * 4
+    assert queried == http
+    assert restarted.forecasts == live.forecasts
 
 
 def test_every_track_is_told_of(live: _Answers) -> None:

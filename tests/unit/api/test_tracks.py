@@ -10,6 +10,7 @@ import pyarrow
 import pytest
 
 from multiradar.api.selection import TRACK_COLUMNS
+from multiradar.errors import TrajectoryError
 from multiradar_schemas.arrow import TRANSITION_SCHEMA
 from multiradar_schemas.forecast import Forecast
 from multiradar_schemas.track import Track
@@ -247,6 +248,15 @@ async def test_a_region_is_of_the_probability_asked_for(client: httpx.AsyncClien
         radius_m.append(answer.json()["points"][0]["region_major_m"])
     # −2 ln(1 − p) of the variance 400 m².
     assert radius_m == pytest.approx([23.5, 49.0, 74.3], abs=0.1)
+
+
+async def test_a_track_without_bundle_is_409_with_the_reason(
+    client: httpx.AsyncClient, service: FakeService
+) -> None:
+    service.view.trajectory_failure = TrajectoryError("NO_ROOM", "track 3 waits for room")
+    answer = await client.get("/v1/tracks/3/forecast?by=bundle")
+    assert (answer.status_code, answer.json()["code"]) == (409, "NO_ROOM")
+    assert (await client.get("/v1/tracks/3/forecast?by=filter")).status_code == 200
 
 
 @pytest.mark.parametrize("query", ["probability=0", "probability=1", "probability=95", "by=magic"])

@@ -179,6 +179,8 @@ class Answers:
             points = self._view.forecast(track, horizon_s, step_s, probability, by)
         except ForecastError as error:
             raise RequestError(_BAD_REQUEST, "OUT_OF_RANGE", str(error)) from error
+        except TrajectoryError as error:
+            raise RequestError(_CONFLICT, error.code, str(error)) from error
         if points is None:
             raise _no_track(str(track))
         document = forecast_document(track, probability, by, points)

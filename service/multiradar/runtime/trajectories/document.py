@@ -55,7 +55,7 @@ def trajectories_of(
         plane: `NO_PLACE`.
     """
     bundle = reading.bundle
-    _require_tracks(bundle)
+    require_tracks(bundle)
     begin_s, now_s = bundle.window_s
     times = step_s * np.arange(np.ceil(begin_s / step_s), np.floor(now_s / step_s) + 1.0)
     times = times[max(len(times) - points, 0) :]
@@ -78,7 +78,8 @@ def trajectories_of(
         raise TrajectoryError("NO_PLACE", str(error)) from error
 
 
-def _require_tracks(bundle: Bundle) -> None:
+def require_tracks(bundle: Bundle) -> None:
+    """Raise TrajectoryError with its reason if a bundle has no tracks."""
     if len(bundle):
         return
     expected = f"expected three plots {TRIPLE_APART_S:g} s and {TRIPLE_APART_M:g} m apart on an arc"

@@ -211,3 +211,11 @@ class TrajectoryFeed:
             with self._using:
                 self._pool.take(following.track_id, plot, following.published)
             self._in_hand -= 1
+
+
+def required_feed(feed: TrajectoryFeed | None) -> TrajectoryFeed:
+    """Return the bundles of a service, or raise TrajectoryError where it makes none."""
+    if feed is None:
+        reason = "trajectories.aircraft_max is 0: this service makes no trajectories"
+        raise TrajectoryError("TRAJECTORIES_OFF", reason)
+    return feed

@@ -1,5 +1,6 @@
 """The table of trajectories of a run without service: each bundle as it ends each epoch."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -7,15 +8,18 @@ import polars as pl
 
 from multiradar.errors import TrajectoryError
 from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.trajectories.document import POINTS_DEFAULT, trajectories_of
 from multiradar.runtime.trajectories.options import TrajectoryOptions
 from multiradar.runtime.trajectories.plots import PlotPlaces
-from multiradar.runtime.trajectories.pool import TAKEN, BundlePool
+from multiradar.runtime.trajectories.pool import TAKEN, BundlePool, Reading
 from multiradar.runtime.trajectories.roster import Order, Roster, Take
 from multiradar.tracking.outputs import EngineOutput
 from multiradar.tracking.settings import TrackingSettings
 from multiradar_schemas.arrow import TRAJECTORY_SCHEMA
 
+#: Rows of another table, of a track and its bundle on its plane.
+Also = Callable[[int, Reading, SystemPlane], list[dict[str, Any]]]
 #: Whole seconds between the points of the paths in the table.
 STEP_S = 5
 
@@ -31,19 +35,27 @@ class TrajectoryTable:
         Who measures.
     tracking : TrackingSettings
         Settings of the tracker.
+    also : callable, optional
+        Returns rows of another table, given a track and its bundle as it ends an epoch.
     """
 
     def __init__(
-        self, options: TrajectoryOptions, sensors: SensorTable, tracking: TrackingSettings
-    ) -> None:
+        self, options: TrajectoryOptions, sensors: SensorTable, tracking: TrackingSettings,
+        also: Also | None = None,
+    ) -> None:  # fmt: skip
         places = PlotPlaces(sensors, tracking)
-        self._plane, self._epoch_s = places.plane, tracking.epoch_s
+        #: The plane that bundles are on.
+        self.plane, self._epoch_s = places.plane, tracking.epoch_s
         self._roster = Roster(options.aircraft_max, sensors)
         self._pool = BundlePool(places, options.bundle)
         # Epoch and time of the last plot of each bundle, and rows of epochs that are not over.
         self._last: dict[int, tuple[int, float]] = {}
         self._rows: list[tuple[int, int, dict[str, Any]]] = []
         self._epoch: float = -np.inf
+        # What else is said of bundles, by epoch and track, and that of epochs that are over.
+        self._also = also
+        self._said: list[tuple[int, int, list[dict[str, Any]]]] = []
+        self._over: list[dict[str, Any]] = []
 
     def take(self, output: EngineOutput) -> pl.DataFrame:
         """Return the rows of the epochs that an output of the engine ends."""
@@ -62,6 +74,11 @@ class TrajectoryTable:
         for track_id in list(self._last):
             self._tell(track_id)
         return self._frame(np.inf)
+
+    def said_also(self) -> list[dict[str, Any]]:
+        """Return the rows of the other table since the last call, of epochs that are over."""
+        found, self._over = self._over, []
+        return found
 
     def counts(self) -> dict[str, Any]:
         """Return what became of the plots."""
@@ -93,8 +110,10 @@ class TrajectoryTable:
         if told is None or reading is None:
             return
         epoch, time_s = told
+        if self._also is not None:
+            self._said.append((epoch, track_id, self._also(track_id, reading, self.plane)))
         try:
-            document = trajectories_of(track_id, reading, self._plane, POINTS_DEFAULT, STEP_S)
+            document = trajectories_of(track_id, reading, self.plane, POINTS_DEFAULT, STEP_S)
             row = table_row(document)
         except TrajectoryError as error:
             row = {"track_id": track_id, "time_s": time_s, "reason": error.code}
@@ -103,6 +122,9 @@ class TrajectoryTable:
     def _frame(self, epoch: float) -> pl.DataFrame:
         done = sorted((row for row in self._rows if row[0] < epoch), key=lambda row: row[:2])
         self._rows = [row for row in self._rows if row[0] >= epoch]
+        over = sorted((one for one in self._said if one[0] < epoch), key=lambda one: one[:2])
+        self._said = [one for one in self._said if one[0] >= epoch]
+        self._over += [row for _, _, rows in over for row in rows]
         whole = [{name: row.get(name) for name in TRAJECTORY_SCHEMA} for _, _, row in done]
         return pl.DataFrame(whole, schema=TRAJECTORY_SCHEMA)
 

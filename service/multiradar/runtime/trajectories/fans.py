@@ -1,0 +1,159 @@
+"""Forecasts from bundles: the fan on the plane, its regions, and its members on the Earth."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar.errors import ForecastError, OutsidePlaneError
+from multiradar.geodesy.system_plane import SystemPlane
+from multiradar.restoration.fan import LATER_NAMES, REGION_MEMBERS, Fan, Members
+from multiradar.restoration.forecast import forecast
+from multiradar.restoration.forecast_settings import AHEAD_MAX_S, ForecastSettings
+from multiradar.runtime.trajectories.document import require_tracks
+from multiradar.runtime.trajectories.pool import Reading
+from multiradar.tracking.regions import region_factors
+
+Floats = NDArray[np.float64]
+
+#: So many members are told one by one, the rest as one more.
+MEMBERS_MAX = 15
+_SETTINGS = ForecastSettings()
+
+
+class FanCourse(NamedTuple):
+    """Where a bundle expects its aircraft.
+
+    Attributes
+    ----------
+    means, covariances : (k, 2) and (k, 2, 2) float64
+        East and north in the plane, m and m².
+    factors : (k,) float64
+        The region of the probability asked for is {x : (x − m)ᵀ C⁻¹ (x − m) ≤ factor}.
+    fan : Fan
+        All of it.
+    members : Members
+        Those that are told.
+    """
+
+    means: Floats
+    covariances: Floats
+    factors: Floats
+    fan: Fan
+    members: Members
+
+
+def fan_course(reading: Reading, time_s: Floats, probability: float) -> FanCourse:
+    """Return where a bundle expects its aircraft.
+
+    Parameters
+    ----------
+    reading : Reading
+        The bundle.
+    time_s : (k,) ndarray
+        Ascending data times, s. Before the last plot of the bundle nothing is forecast: such a time
+        is told as that of the plot.
+    probability : float
+        That of the regions.
+
+    Returns
+    -------
+    FanCourse
+        At these times.
+
+    Raises
+    ------
+    TrajectoryError
+        If there are no trajectories yet: `TOO_FEW_PLOTS`, `NO_TRIPLE`.
+    ForecastError
+        If a time is too far ahead.
+    """
+    bundle = reading.bundle
+    require_tracks(bundle)
+    ends = bundle.ends()
+    ahead_s = np.maximum(time_s - ends.time_s, 0.0)
+    if ahead_s[-1] > AHEAD_MAX_S:
+        reason = (
+            f"expected at most {AHEAD_MAX_S:g} s after the last plot of the bundle, "
+            f"was {ahead_s[-1]:.1f} s"
+        )
+        raise ForecastError("horizon_s", reason)
+    fan = forecast(ends, ahead_s, _SETTINGS, bundle.habits)
+    places = fan.heaviest(REGION_MEMBERS)
+    factors = region_factors(
+        places.weight, places.state[..., :2], places.covariance[..., :2, :2], probability
+    )
+    return FanCourse(
+        fan.mean()[:, :2], fan.spread()[:, :2, :2], factors, fan, fan.heaviest(MEMBERS_MAX)
+    )
+
+
+def told_members(course: FanCourse, plane: SystemPlane, height_m: float) -> list[list[Any]]:
+    """Return the members of each time as they are told.
+
+    Parameters
+    ----------
+    course : FanCourse
+        Of a bundle.
+    plane : SystemPlane
+        The plane of the bundle.
+    height_m : float
+        Height at which a metre is a metre.
+
+    Returns
+    -------
+    list of list of dict
+        Fields of `multiradar_schemas.forecast.ForecastMember`, by falling weight; without those
+        that have left the plane.
+    """
+    members, fan = course.members, course.fan
+    inside = (members.weight > 0.0) & _inside(plane, members.state[..., :2])
+    time = np.nonzero(inside)[0]
+    state, member = members.state[inside], members.member[inside]
+    latitude_rad, longitude_rad = plane.to_geodetic(state[:, 0], state[:, 1])
+    matrix = plane.local_matrix(state[:, 0], state[:, 1], height_m)
+    velocity = np.einsum("nij,nj->ni", matrix, state[:, 2:])
+    covariance = matrix @ members.covariance[inside][:, :2, :2] @ matrix.swapaxes(-1, -2)
+    columns = {
+        "weight": members.weight[inside],
+        "latitude_deg": np.degrees(latitude_rad),
+        "longitude_deg": np.degrees(longitude_rad),
+        "velocity_east_mps": velocity[:, 0],
+        "velocity_north_mps": velocity[:, 1],
+        "covariance_east_m2": covariance[:, 0, 0],
+        "covariance_east_north_m2": covariance[:, 0, 1],
+        "covariance_north_m2": covariance[:, 1, 1],
+    }
+    rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+    told: list[list[Any]] = [[] for _ in range(len(course.means))]
+    for at, number, row in zip(time.tolist(), member.tolist(), rows, strict=True):
+        told[at].append({**dict(zip(columns, row, strict=True)), **_named(fan, number)})
+    return told
+
+
+def _named(fan: Fan, member: int) -> dict[str, Any]:
+    if member < 0:
+        return {"trajectory": None, "lasts_s": None, "later": None}
+    lasts_s = float(fan.lasts_s[member])
+    return {
+        "trajectory": int(fan.track[member]),
+        "lasts_s": lasts_s if np.isfinite(lasts_s) else None,
+        "later": LATER_NAMES[int(fan.later[member])],
+    }
+
+
+# Which places are on the plane; asked one by one only where one is not.
+def _inside(plane: SystemPlane, place: Floats) -> NDArray[np.bool_]:
+    try:
+        plane.to_geodetic(place[..., 0].ravel(), place[..., 1].ravel())
+    except OutsidePlaneError:
+        return np.apply_along_axis(lambda one: _is_inside(plane, one), -1, place)
+    return np.ones(place.shape[:-1], np.bool_)
+
+
+def _is_inside(plane: SystemPlane, place: Floats) -> bool:
+    try:
+        plane.to_geodetic(place[:1], place[1:])
+    except OutsidePlaneError:
+        return False
+    return True

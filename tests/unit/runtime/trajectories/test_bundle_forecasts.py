@@ -1,0 +1,164 @@
+"""Forecasts from bundles say the same over the service's view and in the table of a run."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import polars as pl
+import pytest
+
+from multiradar.errors import ForecastError, TrajectoryError
+from multiradar.runtime.engine import Engine
+from multiradar.runtime.forecast_methods import BUNDLE, FILTER
+from multiradar.runtime.limits import RuntimeLimits
+from multiradar.runtime.publication import Publication
+from multiradar.runtime.trajectories.feed import TrajectoryFeed
+from multiradar.runtime.trajectories.forecast_rows import BundleForecasts, BundleForecastTable
+from multiradar.runtime.trajectories.options import TrajectoryOptions
+from multiradar.runtime.trajectories.table import TrajectoryTable
+from multiradar.tracking.forecast_scores import HORIZONS_S
+from multiradar.tracking.outputs import EngineOutput
+from multiradar.tracking.settings import TrackingSettings
+from multiradar.wire import measurement_batch
+from multiradar_schemas.arrow import FORECAST_SCHEMA
+from multiradar_schemas.forecast import ForecastPoint, ForecastRow
+from support.live_scene import START_S
+from support.trajectory_scene import PLANE, TABLE, TURNING, flown, recording
+
+TRACKING = TrackingSettings(reorder_horizon_s=0.0)
+OPTIONS = TrajectoryOptions(10, 1000)
+PATIENCE_S = 60.0
+SECONDS = 80.0
+
+
+class Scene:
+    """What the engine puts out of the scene, and what a service says of it."""
+
+    def __init__(self) -> None:
+        self.engine = Engine(TABLE, TRACKING)
+        parts = recording(SECONDS).iter_slices(20)
+        self.outputs = [self.engine.push(measurement_batch(part, TABLE)[0]) for part in parts]
+        self.outputs.append(self.engine.flush())
+        self.view = Publication(TABLE, TRACKING, RuntimeLimits())
+        self.view.attach(lambda: (self.engine.tracks(), self.engine.plane), dict)
+        self.feed = TrajectoryFeed(OPTIONS, TABLE, TRACKING)
+        self.view.keep(self.feed)
+
+    def publish(self, data_time_s: float) -> None:
+        self.feed.start()
+        for output in self.outputs:
+            self.view.publish(output, data_time_s)
+        assert self.feed.settle(PATIENCE_S)
+
+
+@pytest.fixture(scope="module")
+def scene() -> Iterator[Scene]:
+    found = Scene()
+    found.publish(START_S + SECONDS)
+    yield found
+    found.feed.stop()
+
+
+def table_of(outputs: list[EngineOutput], every_s: float) -> pl.DataFrame:
+    bundles = TrajectoryTable(OPTIONS, TABLE, TRACKING, BundleForecasts(every_s))
+    table = BundleForecastTable(bundles)
+    parts = []
+    for output in outputs:
+        bundles.take(output)
+        parts.append(table.take(output))
+    bundles.finish()
+    return pl.concat([*parts, table.finish()])
+
+
+@pytest.fixture(scope="module")
+def table(scene: Scene) -> pl.DataFrame:
+    return table_of(scene.outputs, 8.0)
+
+
+def test_the_table_and_the_service_say_the_same(scene: Scene, table: pl.DataFrame) -> None:
+    last = table.filter(pl.col("track_id") == TURNING)[-len(HORIZONS_S) :]
+    made_s = last["made_s"][0]
+    track = scene.view.track(TURNING)
+    assert track is not None
+    assert made_s == track["time_s"]
+    # The service begins at the data time of now: the last horizons lie on its steps.
+    ahead_s = made_s + HORIZONS_S - (track["time_s"] + track["age_s"])
+    for row, horizon_s in zip(last.to_dicts(), ahead_s.tolist(), strict=True):
+        points = scene.view.forecast(TURNING, horizon_s, horizon_s, 0.95, BUNDLE)
+        assert points is not None
+        point = points[-1]
+        assert point["time_s"] == pytest.approx(row["time_s"], abs=1e-6)
+        for name in set(row) - {"time_s", "track_id", "made_s", "horizon_s", "by", "probability"}:
+            expected = row[name]
+            if isinstance(expected, float):
+                expected = pytest.approx(expected, rel=1e-6, abs=1e-9)
+            assert point[name] == expected, name
+
+
+def test_points_are_what_the_schema_says_and_hold_the_aircraft(scene: Scene) -> None:
+    points = scene.view.forecast(TURNING, 30.0, 10.0, 0.95, BUNDLE)
+    assert points is not None
+    assert len(points) == 4
+    for point in points:
+        told = ForecastPoint.model_validate(point)
+        assert told.motion == BUNDLE
+        assert not told.calibrated
+        assert told.members is not None
+        assert sum(one.weight for one in told.members) == pytest.approx(1.0)
+        east, north = PLANE.to_plane(np.radians(told.latitude_deg), np.radians(told.longitude_deg))
+        truth = np.array(flown(TURNING, np.array(told.time_s - START_S)))
+        # The turn goes on in truth: the region of 95 % holds it.
+        assert np.hypot(*(truth - [east, north])) < told.region_major_m
+
+
+def test_the_filter_has_no_members(scene: Scene) -> None:
+    points = scene.view.forecast(TURNING, 10.0, 10.0, 0.95, FILTER)
+    assert points is not None
+    assert all(ForecastPoint.model_validate(point).members is None for point in points)
+
+
+def test_rows_are_what_the_schema_says(table: pl.DataFrame) -> None:
+    assert table.schema == FORECAST_SCHEMA
+    assert table["by"].unique().to_list() == [BUNDLE]
+    for row in table.head(10).to_dicts():
+        ForecastRow.model_validate(row)
+    made = table.unique(["track_id", "made_s"]).sort("track_id", "made_s")
+    steps = made.with_columns(pl.col("made_s").diff().over("track_id").alias("step"))["step"]
+    assert steps.drop_nulls().min() >= 8.0  # type: ignore[operator] # There are such steps.
+
+
+def test_the_table_does_not_depend_on_how_outputs_are_cut(
+    scene: Scene, table: pl.DataFrame
+) -> None:
+    engine = Engine(TABLE, TRACKING)
+    outputs = [engine.push(measurement_batch(recording(SECONDS), TABLE)[0]), engine.flush()]
+    assert table_of(outputs, 8.0).equals(table)
+
+
+def test_a_horizon_beyond_the_bound_is_refused(scene: Scene) -> None:
+    with pytest.raises(ForecastError, match="600 s after the last plot") as error:
+        scene.view.forecast(TURNING, 1200.0, 600.0, 0.95, BUNDLE)
+    assert error.value.parameter == "horizon_s"
+    assert scene.view.forecast(TURNING, 1200.0, 600.0, 0.95, FILTER) is not None
+
+
+def test_a_coasting_track_is_forecast_and_marked() -> None:
+    coasting = Scene()
+    try:
+        coasting.publish(START_S + SECONDS + TRACKING.coast_after_s + 5.0)
+        points = coasting.view.forecast(TURNING, 10.0, 10.0, 0.95, BUNDLE)
+    finally:
+        coasting.feed.stop()
+    assert points is not None
+    assert {point["state"] for point in points} == {"coasting"}
+    assert points[0]["age_s"] > TRACKING.coast_after_s
+
+
+def test_a_service_without_bundles_says_so(scene: Scene) -> None:
+    view = Publication(TABLE, TRACKING, RuntimeLimits())
+    view.attach(lambda: (scene.engine.tracks(), scene.engine.plane), dict)
+    for output in scene.outputs:
+        view.publish(output, None)
+    with pytest.raises(TrajectoryError) as error:
+        view.forecast(TURNING, 10.0, 10.0, 0.95, BUNDLE)
+    assert error.value.code == "TRAJECTORIES_OFF"
+    assert view.forecast(99, 10.0, 10.0, 0.95, BUNDLE) is None

@@ -1,0 +1,80 @@
+"""A forecast from a bundle tells its members, or why there is none."""
+
+import numpy as np
+import pytest
+
+from multiradar.errors import ForecastError, TrajectoryError
+from multiradar.geodesy.system_plane import SystemPlane
+from multiradar.restoration.bundle import Bundle
+from multiradar.restoration.forecast_settings import AHEAD_MAX_S
+from multiradar.restoration.settings import BundleSettings
+from multiradar.runtime.trajectories.fans import MEMBERS_MAX, fan_course, told_members
+from multiradar.runtime.trajectories.pool import Reading
+from multiradar.tracking.regions import gaussian_factor
+from multiradar_schemas.forecast import ForecastMember
+from support.flown import flight, plots_of
+
+PLANE = SystemPlane(np.radians(50.0), np.radians(15.0))
+NOW_S = 96.0
+AHEAD_S = np.array([0.0, 10.0, 60.0, 300.0])
+
+
+@pytest.fixture(scope="module")
+def reading() -> Reading:
+    bundle = Bundle(BundleSettings())
+    bundle.take_all(plots_of(flight(((0.0, 0.0), (75.0, 2.5))), 97.0, np.random.default_rng(5)))
+    return Reading(bundle, 65, 9000.0)
+
+
+def test_members_are_bounded_and_of_sum_one(reading: Reading) -> None:
+    course = fan_course(reading, NOW_S + AHEAD_S, 0.95)
+    told = told_members(course, PLANE, 9000.0)
+    assert len(course.fan) > MEMBERS_MAX
+    for each in told:
+        members = [ForecastMember.model_validate(one) for one in each]
+        assert 1 <= len(members) <= MEMBERS_MAX + 1
+        assert sum(one.weight for one in members) == pytest.approx(1.0)
+        weights = [one.weight for one in members if one.trajectory is not None]
+        assert weights == sorted(weights, reverse=True)
+    # At first nothing new has begun, at last the rest is told as one.
+    assert {one["later"] for one in told[0]} <= {"straight", None}
+    assert told[-1][-1]["trajectory"] is None
+    assert all(one["trajectory"] is not None for one in told[-1][:-1])
+
+
+def test_the_members_have_the_mean_of_the_whole(reading: Reading) -> None:
+    course = fan_course(reading, NOW_S + AHEAD_S, 0.95)
+    for k, each in enumerate(told_members(course, PLANE, 9000.0)):
+        latitude_rad, longitude_rad = (
+            np.radians([one[name] for one in each]) for name in ("latitude_deg", "longitude_deg")
+        )
+        places = np.stack(PLANE.to_plane(latitude_rad, longitude_rad), axis=-1)
+        mean = np.array([one["weight"] for one in each]) @ places
+        np.testing.assert_allclose(mean, course.means[k], atol=0.01)
+
+
+def test_a_region_grows_with_its_probability(reading: Reading) -> None:
+    half, most = (fan_course(reading, NOW_S + AHEAD_S, one).factors for one in (0.5, 0.95))
+    assert np.all(most > half)
+    # Of a mixture, not of one Gaussian.
+    assert np.abs(most / gaussian_factor(0.95) - 1.0).max() > 0.1
+
+
+def test_a_time_too_far_ahead_is_refused(reading: Reading) -> None:
+    with pytest.raises(ForecastError, match="expected at most 600 s") as error:
+        fan_course(reading, np.array([NOW_S, NOW_S + AHEAD_MAX_S + 1.0]), 0.95)
+    assert error.value.parameter == "horizon_s"
+
+
+def test_a_bundle_without_tracks_says_why() -> None:
+    with pytest.raises(TrajectoryError) as error:
+        fan_course(Reading(Bundle(BundleSettings()), 0, np.nan), np.array([0.0]), 0.95)
+    assert error.value.code == "TOO_FEW_PLOTS"
+
+
+def test_members_outside_the_plane_are_left_out(reading: Reading) -> None:
+    course = fan_course(reading, NOW_S + AHEAD_S, 0.95)
+    course.members.state[1:, 0, :2] = 1e9
+    every = [int(np.sum(weights > 0.0)) for weights in course.members.weight]
+    told = [len(each) for each in told_members(course, PLANE, 9000.0)]
+    assert told == [every[0], *(count - 1 for count in every[1:])]
