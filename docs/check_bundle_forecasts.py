@@ -1,4 +1,4 @@
-"""Prints the table of forecasts of docs/restoration.md: by the bundle, and by the filter's modes.
+"""Prints the table of forecasts of docs/restoration.md: by bundle, filter's modes, polynomial.
 
 ::
 
@@ -7,9 +7,9 @@
 
 Aircraft fly as in check_restoration.py, banks of at most 22°: legs between whose manoeuvres lie two
 minutes on average, and legs without any. Ten seconds after ten seconds each aircraft is forecast
-10 to 300 s ahead, by its bundle (`restoration.forecast`) and by the modes of `imm`
-(`tracking.forecast`), from the same plots, and compared with where it is then. The bundle's
-settings were chosen on seeds 20 and 21; the table is of others.
+10 to 300 s ahead, by its bundle (`restoration.forecast`), by the modes of `imm`
+(`tracking.forecast`) and by a polynomial (`tracking.polynomial_forecast`), from the same plots, and
+compared with where it is then. Settings were chosen on seeds 20 and 21; the table is of others.
 """
 
 import argparse
@@ -30,6 +30,7 @@ from multiradar.restoration.settings import BundleSettings
 from multiradar.runtime.engine import Engine
 from multiradar.simulation.paths import fly
 from multiradar.tracking.forecast import forecast_modes_of, forecast_of_modes
+from multiradar.tracking.polynomial_forecast import polynomial_forecast
 from multiradar.tracking.regions import gaussian_factor, region_factors
 from multiradar.tracking.settings import TrackingSettings
 
@@ -57,10 +58,11 @@ class Judged:
 
 @dataclass(frozen=True)
 class Found:
-    """Both methods over one scene, what each aircraft did, and the time for a fan, s."""
+    """All methods over one scene, what each aircraft did, and the time for a fan, s."""
 
     bundle: Judged
     imm: Judged
+    polynomial: Judged
     doing: Integers
     seconds: float
 
@@ -88,14 +90,15 @@ def main() -> None:
 
 
 def compare(flown: Flown) -> Found:
-    """Forecast all aircraft of a scene by both methods."""
+    """Forecast all aircraft of a scene by all methods."""
     # Legs are flown without random numbers.
     paths = [
         fly(one, RUN_S + AHEAD_S[-1], np.random.Generator(np.random.PCG64(0)))
         for one in flown.fliers
     ]
     said_by_imm = by_modes(flown)
-    bundles, modes, doing, spent = [], [], [], []
+    bundles, modes, polynomials, doing, spent = [], [], [], [], []
+    sightings = in_place(flown).sightings
     for key, bundle in bundles_of(flown, said_by_imm):
         began = process_time()
         fan = forecast(bundle.ends(), AHEAD_S, ForecastSettings(), bundle.habits)
@@ -104,8 +107,15 @@ def compare(flown: Flown) -> Found:
         factors = np.full(len(AHEAD_S), gaussian_factor(PROBABILITY))
         bundles.append(judged_fan(fan, truth))
         modes.append(judge(*said_by_imm[key], factors, truth))
+        mine = (sightings.aircraft == key[0]) & (sightings.time_s <= fan.time_s)
+        polynomial = polynomial_forecast(
+            sightings.time_s[mine], sightings.position_m[mine], sightings.covariance_m2[mine],
+            fan.time_s + AHEAD_S,
+        )  # fmt: skip
+        polynomials.append(judge(*polynomial, factors, truth))
         doing.append(doing_at(flown.fliers[key[0]], fan.time_s))
-    return Found(joined(bundles), joined(modes), np.array(doing), float(np.median(spent)))
+    doings, seconds = np.array(doing), float(np.median(spent))
+    return Found(joined(bundles), joined(modes), joined(polynomials), doings, seconds)
 
 
 def bundles_of(flown: Flown, wanted: Said) -> Iterator[tuple[tuple[int, float], Bundle]]:
@@ -179,7 +189,7 @@ def report(found: list[Found]) -> None:
         chosen = np.isin(doing, kinds)
         if not chosen.any() or (name != "all" and chosen.all()):
             continue
-        for method in ("bundle", "imm"):
+        for method in ("bundle", "imm", "polynomial"):
             each = joined_scenes([getattr(one, method) for one in found])
             error = np.sqrt(np.mean(each.squared_m2[chosen], axis=0))
             held = 100.0 * np.mean(each.held[chosen], axis=0)

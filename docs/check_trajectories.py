@@ -86,7 +86,7 @@ def _orders(outputs: list[EngineOutput], sensors: SensorTable) -> list[Order]:
 
 
 def _empty(sensors: SensorTable) -> BundlePool:
-    options = trajectory_options(AIRCRAFT_MAX, 1, LATERAL_MAX_MPS2)
+    options = trajectory_options(AIRCRAFT_MAX, 1, LATERAL_MAX_MPS2, LONGITUDINAL_MAX_MPS2)
     return BundlePool(PlotPlaces(sensors, TRACKING), options.bundle)
 
 

@@ -86,6 +86,7 @@ class TrajectorySettings(Section):
     aircraft_max: Annotated[int, BeforeValidator(plain_number), Field(ge=0, le=10_000)] = 0
     plots_waiting_max: Count = 500_000
     lateral_max_mps2: Annotated[float, Field(ge=0.5, le=20.0)] = 14.0
+    longitudinal_max_mps2: Annotated[float, Field(ge=0.5, le=20.0)] = 4.0
 
 
 class ZenohSettings(Section):

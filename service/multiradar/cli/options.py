@@ -172,12 +172,13 @@ EncountersOption = Annotated[
     ),
 ]
 EncounterDistanceOption = Annotated[
-    float,
+    float | None,
     typer.Option(
         "--encounter-distance-m",
         min=1.0,
         max=100_000.0,
         help="How near, for --encounters.",
+        show_default="9260",
     ),
 ]
 EncounterHeightOption = Annotated[

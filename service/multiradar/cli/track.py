@@ -106,7 +106,7 @@ def track(
     manoeuvre_planes: PlanesOption = None,
     observability: ObservabilityOption = None,
     encounters: EncountersOption = None,
-    encounter_distance_m: EncounterDistanceOption = 9260.0,
+    encounter_distance_m: EncounterDistanceOption = None,
     encounter_height_m: EncounterHeightOption = None,
     trajectories: TrajectoriesOption = False,
     trajectory_aircraft_max: TrajectoryAircraftOption = None,
@@ -124,7 +124,7 @@ def track(
     json_wanted: JsonOption = False,
 ) -> None:
     """Track a recording: write tracks, biases with their sigma, rejects and a report."""
-    from multiradar.runtime.encounter_query import EncounterQuery
+    from multiradar.runtime.encounter_query import DISTANCE_DEFAULT_M, EncounterQuery
     from multiradar.runtime.offline import OfflineJob, track_recording
     from multiradar.runtime.offline_report import REPORT_FILE, offline_report
     from multiradar.storage.output_folder import check_new, new_folder
@@ -132,7 +132,12 @@ def track(
     check_new(out)
     query = None
     if encounters is not None:
-        query = EncounterQuery(encounters, encounter_distance_m, encounter_height_m, limit=None)
+        near_m = DISTANCE_DEFAULT_M if encounter_distance_m is None else encounter_distance_m
+        query = EncounterQuery(encounters, near_m, encounter_height_m, limit=None)
+    else:
+        _require_none("--encounters", encounter_distance_m, encounter_height_m)
+    if not trajectories:
+        _require_none("--trajectories", trajectory_aircraft_max)
     table = load_sensor_table(sensors)
     given = {
         "filter_name": None if filter_name is None else filter_name.value,
@@ -184,6 +189,12 @@ def track(
         codes = codes_told({str(code): n for code, n in report.rejected_by_code.items()})
         msg = f"none of {report.counts.read} measurements accepted: {codes}; {out} says why"
         raise InputError(msg)
+
+
+# An option that would do nothing is a mistake.
+def _require_none(without: str, *options: float | None) -> None:
+    if any(option is not None for option in options):
+        raise typer.BadParameter(f"expected {without} with it, was without", param_hint=without)
 
 
 def _trajectories(settings: "Settings", aircraft_max: int | None) -> "TrajectoryOptions":

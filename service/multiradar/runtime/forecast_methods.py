@@ -8,17 +8,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.errors import ForecastError, TrajectoryError
+from multiradar.runtime.polynomial_forecasts import LastPlots
 from multiradar.runtime.trajectories.fans import FanCourse, fan_course
 from multiradar.runtime.trajectories.pool import Reading
 from multiradar.tracking.forecast_calibration import ForecastCalibration
 from multiradar.tracking.forecast_family import MOTIONS
 from multiradar.tracking.forecast_scores import Plan
 from multiradar.tracking.outputs import TrackStates
+from multiradar.tracking.regions import gaussian_factor
 
 Floats = NDArray[np.float64]
 
 FILTER = "filter"
 BUNDLE = "bundle"
+POLYNOMIAL = "polynomial"
 
 
 class Known(NamedTuple):
@@ -34,12 +37,15 @@ class Known(NamedTuple):
         The motions of the filter.
     bundle : callable
         Returns the bundle of the track, or raises a TrajectoryError.
+    plots : callable
+        Returns the last plots of the track, None where there are none, or raises a TrajectoryError.
     """
 
     states: TrackStates
     place: int
     calibration: ForecastCalibration
     bundle: Callable[[], Reading]
+    plots: Callable[[], LastPlots | None]
 
 
 class Course(NamedTuple):
@@ -115,10 +121,27 @@ def course_of_bundle(reading: Reading, time_s: Floats, probability: float) -> Co
     return Course(fan.means, fan.covariances, fan.factors, calibrated, BUNDLE, fan)
 
 
+def by_polynomial(probability: float, known: Known, ahead_s: Floats) -> Course:
+    """Forecast by a polynomial through the last plots, with the regions of a Gaussian.
+
+    Raises
+    ------
+    TrajectoryError
+        If the plots are too few for one.
+    """
+    plots = known.plots()
+    if plots is None:
+        raise TrajectoryError("TOO_FEW_PLOTS", "expected plots of the track, was none")
+    found = plots.forecast(known.states.time_s[known.place] + ahead_s)
+    factors = np.full(len(ahead_s), gaussian_factor(probability))
+    return Course(*found, factors, np.zeros(len(ahead_s), np.bool_), POLYNOMIAL)
+
+
 #: Whatever forecasts a track has its name here, and is offered over HTTP and Zenoh.
 METHODS: dict[str, Regional] = {
     FILTER: by_filter,
     BUNDLE: by_bundle,
+    POLYNOMIAL: by_polynomial,
     **{name: partial(by_motion, name) for name in MOTIONS},
 }
 
@@ -142,13 +165,18 @@ def no_bundle() -> NoReturn:
     raise TrajectoryError("TRAJECTORIES_OFF", "the track has no bundle of trajectories")
 
 
+def no_plots() -> None:
+    """Tell that a track has no plots."""
+
+
 def known_of(
     states: TrackStates,
     track_id: int,
     calibration: ForecastCalibration,
     bundle: Callable[[], Reading] = no_bundle,
+    plots: Callable[[], LastPlots | None] = no_plots,
 ) -> Known | None:
     """Return what a track is forecast from, None when the filter has no such track."""
     place = int(np.searchsorted(states.track_id, track_id))
     found = place < len(states) and states.track_id[place] == track_id
-    return Known(states, place, calibration, bundle) if found else None
+    return Known(states, place, calibration, bundle, plots) if found else None

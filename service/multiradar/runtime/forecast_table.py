@@ -8,7 +8,7 @@ import polars as pl
 from multiradar import wire
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.runtime.forecast_methods import FILTER, Known, method_of, no_bundle
+from multiradar.runtime.forecast_methods import FILTER, Known, method_of, no_bundle, no_plots
 from multiradar.runtime.forecasts import PROBABILITY_DEFAULT, forecast_points
 from multiradar.runtime.history import row_updates, update_rows
 from multiradar.runtime.live_tracks import LiveTracks
@@ -74,7 +74,7 @@ class ForecastTable:
             if live is None:
                 continue
             track = wire.tracks_frame(row_updates(live), self._sensors).row(0, named=True)
-            known = Known(states, place, self._calibration, no_bundle)
+            known = Known(states, place, self._calibration, no_bundle, no_plots)
             ahead_s = track["time_s"] + HORIZONS_S - states.time_s[place]
             if ahead_s[0] < 0.0:
                 continue

@@ -6,6 +6,7 @@ short lock and turns it into tables in its own time.
 
 import threading
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -33,18 +34,16 @@ from multiradar.runtime.live_tracks import LiveTracks, ages_and_states
 from multiradar.runtime.manoeuvre_planes import plane_of_track
 from multiradar.runtime.observabilities import observability_of_track
 from multiradar.runtime.output_feed import OutputReader
+from multiradar.runtime.polynomial_forecasts import last_plots
 from multiradar.runtime.reject_board import RejectBoard
 from multiradar.runtime.sensor_board import SensorBoard
-from multiradar.runtime.track_windows import PLOT_DTYPE, POINTS_MAX, Judge, plot_rows
+from multiradar.runtime.track_windows import PLOT_DTYPE, POINTS_MAX, Told, plot_rows
 from multiradar.runtime.trajectories.document import trajectories_of
 from multiradar.runtime.trajectories.feed import TrajectoryFeed, required_feed
-from multiradar.runtime.transition_rows import (
-    TRANSITION_DTYPE,
-    row_transitions,
-    transition_rows,
-)
+from multiradar.runtime.transition_rows import TRANSITION_DTYPE, row_transitions, transition_rows
 from multiradar.tracking.forecast_calibration import calibration_for
 from multiradar.tracking.outputs import EngineOutput, TrackStates
+from multiradar.tracking.polynomial_forecast import WINDOW_S
 from multiradar.tracking.settings import TrackingSettings
 
 
@@ -183,7 +182,7 @@ class Publication:
         ForecastError
             If an argument is out of its bounds, or the points are too many.
         TrajectoryError
-            If the method is `bundle` and the track has none; `code` says why.
+            If the track has no bundle, or too few plots, for the method; `code` says why.
         """
         steps = forecast_steps(horizon_s, step_s, self._limits.forecast_steps_max)
         method = method_of(by, checked_probability(probability))
@@ -194,6 +193,7 @@ class Publication:
         known = known_of(
             states, track_id, self._calibration,
             lambda: required_feed(self._trajectories).read(track_id),
+            lambda: self._judged(partial(last_plots, plane), track_id, WINDOW_S),
         )  # fmt: skip
         return None if known is None else forecast_from(known, track, plane, steps, method)
 
@@ -453,7 +453,7 @@ class Publication:
 
     # ---------------------------------------------------------------- inside
 
-    def _judged(self, judge: Judge, track_id: int, window_s: float) -> dict[str, Any] | None:
+    def _judged(self, judge: Callable[..., Told], track_id: int, window_s: float) -> Told | None:
         with self._lock:
             live = self._live.get(track_id)
             if live is None:

@@ -6,7 +6,7 @@ when that came, so that the answer is the same whenever one asks.
 
 from collections.abc import Callable
 from dataclasses import fields
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import polars as pl
@@ -51,6 +51,8 @@ PLOT_DTYPE = np.dtype(
     + [(_DIRECTIONS, np.float64, (len(Directions._fields),))]
 )
 
+#: What is told of a window.
+Told = TypeVar("Told")
 #: Judges a window: measurements as `PLOT_DTYPE`, its length in s, the biases as `BIAS_DTYPE`, the
 #: sensors; raises PlaneError where there is no answer.
 Judge = Callable[[NDArray[np.void], float, NDArray[np.void], SensorTable], dict[str, Any]]

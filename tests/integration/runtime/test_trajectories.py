@@ -138,7 +138,10 @@ def test_track_says_the_same(live: _Answers, tmp_path: Path) -> None:
     (tmp_path / "out").mkdir()
     job = OfflineJob(
         Recording(source), TABLE, TrackingSettings(), batch_rows=11,
-        trajectories=trajectory_options(10, 1000, TrajectorySettings().lateral_max_mps2),
+        trajectories=trajectory_options(
+            10, 1000, TrajectorySettings().lateral_max_mps2,
+            TrajectorySettings().longitudinal_max_mps2,
+        ),
     )  # fmt: skip
     track_recording(job, tmp_path / "out")
     table = pl.read_parquet(tmp_path / "out" / TRAJECTORIES_FILE)

@@ -40,8 +40,15 @@ class TrajectoryOptions:
 
 
 def trajectory_options(
-    aircraft_max: int, plots_waiting_max: int, lateral_max_mps2: float
+    aircraft_max: int,
+    plots_waiting_max: int,
+    lateral_max_mps2: float,
+    longitudinal_max_mps2: float,
 ) -> TrajectoryOptions:
     """Return the options that go with settings of the section `trajectories`."""
-    bundle = BundleSettings(initial_s=INITIAL_S, lateral_max_mps2=lateral_max_mps2)
+    bundle = BundleSettings(
+        initial_s=INITIAL_S,
+        lateral_max_mps2=lateral_max_mps2,
+        longitudinal_max_mps2=longitudinal_max_mps2,
+    )
     return TrajectoryOptions(aircraft_max, plots_waiting_max, bundle)

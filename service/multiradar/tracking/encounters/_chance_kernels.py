@@ -73,7 +73,10 @@ def find_chances(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def find_bounds(chords: Floats, points: Floats, low: float, high: float, bounds: Floats) -> None:
-    """Fill the rows of ``bounds`` with two quantiles of the least distance."""
+    """Fill the rows of ``bounds`` with an interval of the least distance.
+
+    It is that between two quantiles, or from 0 on with as much probability if that is shorter.
+    """
     lines = np.empty((points.shape[0], LINE_COUNT))
     fill_bounds(chords, points, low, high, lines, bounds)
 
@@ -109,8 +112,12 @@ def fill_bounds(
                 hypot(abs(lines[m, OFFSET]) + 6.0 * lines[m, OFFSET_SIGMA], lines[m, BEYOND]),
             )
             sigma += lines[m, OFFSET_SIGMA] / points.shape[0]
-        bounds[row, 0] = distance_of_chance(lines, low, farthest, BOUND_WIDTH * sigma)
-        bounds[row, 1] = distance_of_chance(lines, high, farthest, BOUND_WIDTH * sigma)
+        width = BOUND_WIDTH * sigma
+        bounds[row, 0] = distance_of_chance(lines, low, farthest, width)
+        bounds[row, 1] = distance_of_chance(lines, high, farthest, width)
+        from_zero = distance_of_chance(lines, high - low, farthest, width)
+        if from_zero < bounds[row, 1] - bounds[row, 0]:
+            bounds[row, 0], bounds[row, 1] = 0.0, from_zero
 
 
 @in_loop

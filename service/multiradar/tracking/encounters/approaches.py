@@ -228,7 +228,8 @@ def bounds(approaches: Approaches) -> tuple[Floats, Floats]:
     Returns
     -------
     low_m, high_m : (m,) float64
-        It is below the one with 2.5 %, above the other with 2.5 %.
+        It is below the one with 2.5 %, above the other with 2.5 %; or the first is 0, where an
+        interval from there on is shorter: a collision is never left out for being exact.
 
     Notes
     -----

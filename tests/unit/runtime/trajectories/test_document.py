@@ -15,7 +15,7 @@ from multiradar_schemas.trajectories import Trajectories
 from support.flown import S_SHAPE, flight, plots_of
 
 PLANE = SystemPlane(np.radians(50.0), np.radians(15.0))
-SETTINGS = trajectory_options(1, 1, 4.0).bundle
+SETTINGS = trajectory_options(1, 1, 4.0, 2.0).bundle
 NOISE = 2500.0 * np.eye(2)
 
 
