@@ -44,6 +44,8 @@ class WaitingPlots:
         self._plots_max = plots_max
         # In the order in which they are served.
         self._queues: dict[int, deque[Take]] = {}
+        # Plots in each: where too many wait, which is the longest is asked for again and again.
+        self._lengths: dict[int, int] = {}
         self._anew: set[int] = set()
         #: Plots that wait.
         self.count = 0
@@ -57,14 +59,14 @@ class WaitingPlots:
     def put(self, take: Take) -> None:
         """Add plots; without room those of the track of which most wait are lost."""
         self._queues.setdefault(take.track_id, deque()).append(take)
+        self._lengths[take.track_id] = self._lengths.get(take.track_id, 0) + len(take.plots)
         self.count += len(take.plots)
         while self.count > self._plots_max and self._queues:
-            self._lose(max(self._queues, key=lambda one: (self._length(one), -one)))
+            self._lose(max(self._queues, key=lambda one: (self._lengths[one], -one)))
 
     def drop(self, track_id: int) -> None:
         """Forget what waits for a track that has ended."""
-        self.count -= self._length(track_id)
-        self._queues.pop(track_id, None)
+        self._forget(track_id)
         self._anew.discard(track_id)
 
     def take(self) -> Next | None:
@@ -72,20 +74,23 @@ class WaitingPlots:
         for track_id, queue in self._queues.items():
             first = queue.popleft()
             del self._queues[track_id]
+            self._lengths[track_id] -= len(first.plots)
+            self.count -= len(first.plots)
             if queue:
                 self._queues[track_id] = queue
-            self.count -= len(first.plots)
+            else:
+                del self._lengths[track_id]
             anew = track_id in self._anew
             self._anew.discard(track_id)
             return Next(track_id, anew, first.plots, first.published)
         return None
 
-    def _length(self, track_id: int) -> int:
-        return sum(len(take.plots) for take in self._queues.get(track_id, ()))
+    def _forget(self, track_id: int) -> int:
+        self._queues.pop(track_id, None)
+        plots = self._lengths.pop(track_id, 0)
+        self.count -= plots
+        return plots
 
     def _lose(self, track_id: int) -> None:
-        lost = self._length(track_id)
-        self.lost += lost
-        self.count -= lost
-        del self._queues[track_id]
+        self.lost += self._forget(track_id)
         self._anew.add(track_id)

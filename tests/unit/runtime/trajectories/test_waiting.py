@@ -58,6 +58,22 @@ def test_without_room_the_longest_queue_is_lost_and_begins_anew() -> None:
     assert drained(waiting) == [(1, False, [10.0])]
 
 
+def test_what_was_served_or_forgotten_makes_no_queue_longer() -> None:
+    waiting = WaitingPlots(6)
+    for one in (take(1, 0.0, 3), take(1, 3.0, 1), take(2, 0.0, 2)):
+        waiting.put(one)
+    assert waiting.take() is not None
+    # One plot of track 1 is left, two of track 2.
+    waiting.put(take(3, 0.0, 4))
+    assert (waiting.count, waiting.lost) == (3, 4)
+    waiting.drop(2)
+    waiting.put(take(2, 5.0, 2))
+    waiting.put(take(4, 0.0, 3))
+    waiting.put(take(1, 4.0, 1))
+    assert (waiting.count, waiting.lost) == (4, 7)
+    assert [track_id for track_id, _, _ in drained(waiting)] == [1, 2, 1]
+
+
 def test_more_than_may_wait_at_all_is_lost() -> None:
     waiting = WaitingPlots(5)
     assert waiting.fits(take(1, 0.0, 6))
