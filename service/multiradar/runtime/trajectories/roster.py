@@ -6,7 +6,6 @@ output as a whole: how that is cut into batches leaves no trace.
 """
 
 from collections.abc import Iterator
-from heapq import heappop, heappush
 from typing import NamedTuple
 
 import numpy as np
@@ -56,8 +55,7 @@ class Roster:
         self._published = known_beforehand(sensors)
         self._pending = BiasRecords.concatenate([])
         self._held: set[int] = set()
-        # Confirmed tracks without a bundle: a heap, of which those that have ended are passed over.
-        self._queue: list[int] = []
+        # Confirmed tracks without a bundle.
         self._waiting: set[int] = set()
         self._sequence = 0
         self._reached_s = -np.inf
@@ -134,11 +132,10 @@ class Roster:
             return
         self._held.discard(track_id)
         yield LetGo(track_id)
-        while self._queue and len(self._held) < self._room:
-            first = heappop(self._queue)
-            if first in self._waiting:
-                self._waiting.discard(first)
-                self._held.add(first)
+        if self._waiting:
+            first = min(self._waiting)
+            self._waiting.discard(first)
+            self._held.add(first)
 
     def _plots(self, plots: NDArray[np.void], confirmed: NDArray[np.bool_]) -> Iterator[Order]:
         if not len(plots):
@@ -153,7 +150,6 @@ class Roster:
                     since[track_id] = row
                 else:
                     self._waiting.add(track_id)
-                    heappush(self._queue, track_id)
         for track_id, first in since.items():
             own = first + np.flatnonzero(tracks[first:] == track_id)
             yield Take(track_id, plots[own], self._published)
