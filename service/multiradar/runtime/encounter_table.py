@@ -31,8 +31,8 @@ class EncounterTable:
     ) -> None:
         self._query, self._plane, self._settings = query, plane, settings
         self._live = LiveTracks()
-        #: Comparisons that were left out because too many tracks were in one place.
-        self.pairs_left_out = 0
+        # Comparisons that were left out because too many tracks were in one place.
+        self._pairs_left_out = 0
 
     def take(self, output: EngineOutput) -> pl.DataFrame:
         """Return the rows of the epochs that an output of the engine ends."""
@@ -44,7 +44,7 @@ class EncounterTable:
             done = max(done, until)
             sky = Sky(picture.time_s, self._live.all(), picture.states)
             answer = encounters(sky, self._query, self._plane, self._settings)
-            self.pairs_left_out += answer["pairs_left_out"]
+            self._pairs_left_out += answer["pairs_left_out"]
             found += answer["encounters"]
         self._live.update(rows[done:])
         self._live.end(output.ended.track_id)
@@ -53,3 +53,12 @@ class EncounterTable:
     def finish(self) -> pl.DataFrame:
         """Return the rows that are left: none, the end of the stream has ended its epoch."""
         return pl.DataFrame(schema=ENCOUNTER_SCHEMA)
+
+    def warnings(self) -> list[str]:
+        """Return what the reader should know: whether encounters may be missing."""
+        if not self._pairs_left_out:
+            return []
+        return [
+            f"encounters may be missing: {self._pairs_left_out} comparisons were left out because "
+            "too many tracks were in one place"
+        ]

@@ -295,6 +295,8 @@ class _Run:
             writer.finish()
             if isinstance(table, TrajectoryTable):
                 self._result.trajectories = table.counts()
+            if isinstance(table, EncounterTable):
+                self._result.warnings += table.warnings()
         self.close()
         result = self._result
         outcomes = self._engine.counts
@@ -305,7 +307,8 @@ class _Run:
         result.tracker = {name.lower(): count for name, count in outcomes.items()}
         _check(result, late)
         result.transitions = self._engine.transitions
-        result.arrivals, result.warnings = self._arrivals.records(), self._arrivals.warnings()
+        result.arrivals = self._arrivals.records()
+        result.warnings += self._arrivals.warnings()
         result.untold = self._engine.untold()
         result.output_sha256 = self._digest.hexdigest()
         return result

@@ -22,11 +22,17 @@ from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.live_tracks import LiveTracks
 from multiradar.runtime.publication import Publication
 from multiradar.tracking.forecast_calibration import calibration_for
-from multiradar.tracking.outputs import STATE_CONFIRMED, STATE_TENTATIVE, TrackStates
+from multiradar.tracking.outputs import (
+    STATE_CONFIRMED,
+    STATE_TENTATIVE,
+    Picture,
+    TrackStates,
+)
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.wire import measurement_batch
 from multiradar_schemas.encounter import Encounters
 from support.encounter_paths import covariance
+from support.engine_outputs import Update, output_of
 from support.live_scene import recording, sensors
 from support.scenes import Flight, Radar, make_scene
 
@@ -277,6 +283,24 @@ def test_a_row_of_the_table_is_what_was_answered_at_the_end_of_its_epoch(filter_
         assert answer["time_s"] == end_s
         assert answer["total"] > 3
         assert rows.filter(pl.col("time_s") == end_s).to_dicts() == answer["encounters"]
+
+
+def test_a_table_from_which_pairs_may_be_missing_says_so() -> None:
+    """Of 320 aircraft above each other 51 040 pairs are near, and there is room for 50 000."""
+    count = 320
+    crowd = sky([[10.0 * k, 0.0, 0.0, 0.0] for k in range(count)]).states
+    climbs = np.tile(LEVEL, (count, 1))
+    climbs[:, 0] += 100.0 * np.arange(count)
+    events = [Update(track, NOW_S, track) for track in range(1, count + 1)]
+    picture = Picture(NOW_S, replace(crowd, climbs=climbs))
+    table = EncounterTable(EncounterQuery(20.0, height_m=1.0, limit=None), PLANE, SETTINGS)
+    table.take(output_of(events))
+    assert table.warnings() == []
+    rows = table.take(replace(output_of([]), pictures=(picture,)))
+    assert rows.is_empty(), "none is near in height"
+    (warning,) = table.warnings()
+    # In either piece of the horizon.
+    assert warning.startswith("encounters may be missing: 2080 comparisons")
 
 
 def test_nobody_is_no_encounter() -> None:
