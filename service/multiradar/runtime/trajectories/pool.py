@@ -19,7 +19,7 @@ from multiradar.runtime.trajectories.plots import (
     Unplaced,
     known_beforehand,
 )
-from multiradar.tracking.measurements import KIND_RADAR
+from multiradar.tracking.measurements import KIND_BEARING
 
 _log = logging.getLogger(__name__)
 
@@ -137,13 +137,16 @@ class BundlePool:
 
 def warm_up(places: PlotPlaces, settings: BundleSettings, sensors: SensorTable) -> None:
     """Have the kernels compiled or loaded, with plots of an aircraft that nobody else sees."""
-    radars = np.flatnonzero(sensors.kinds == KIND_RADAR)
-    if not len(radars):
+    places_told = np.flatnonzero(sensors.kinds != KIND_BEARING)
+    if not len(places_told):
         return
     plots = np.zeros(_WARM_PLOTS, PLOT_DTYPE)
     plots["time_s"] = 10.0 * np.arange(_WARM_PLOTS)
-    plots["sensor"], plots["kind"] = radars[0], KIND_RADAR
-    plots["range_m"] = 5e4 + 200.0 * plots["time_s"]
+    plots["sensor"], plots["kind"] = places_told[0], sensors.kinds[places_told[0]]
+    flown_m = 200.0 * plots["time_s"]
+    # A radar tells of it by the one, what reports itself by the other.
+    plots["range_m"] = 5e4 + flown_m
+    plots["latitude_rad"], plots["longitude_rad"] = places.plane.to_geodetic(0.0 * flown_m, flown_m)
     plots["height_m"] = 9000.0
     pool, published = BundlePool(places, settings), known_beforehand(sensors)
     for plot in plots:

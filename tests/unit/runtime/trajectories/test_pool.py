@@ -13,8 +13,10 @@ from multiradar.runtime.trajectories.plots import (
     Published,
     Unplaced,
 )
-from multiradar.runtime.trajectories.pool import TAKEN, BundlePool
+from multiradar.runtime.trajectories.pool import TAKEN, BundlePool, warm_up
 from multiradar.tracking.settings import TrackingSettings
+from multiradar.wire import sensor_table
+from multiradar_schemas.sensor import parse_sensors
 from support import live_scene
 from support.flown import S_SHAPE, flight, plots_of
 
@@ -138,3 +140,33 @@ def test_a_track_that_ends_lets_its_bundle_go() -> None:
     pool.let_go(7)
     assert pool.read(1) is None
     assert len(pool) == 1
+
+
+class Laid(PlotPlaces):
+    """Keeps where plots were laid."""
+
+    placed: list[Placed | Unplaced]
+
+    def place(self, plot: np.void, published: Published) -> Placed | Unplaced:
+        self.placed.append(super().place(plot, published))
+        return self.placed[-1]
+
+
+@pytest.mark.parametrize(
+    ("kind", "expected"), [("radar", Placed), ("mlat", Placed), ("direction-finder", None)]
+)
+def test_warming_up_lays_plots_of_whatever_tells_places(
+    kind: str, expected: type[Placed] | None
+) -> None:
+    """Without a radar the first aircraft would wait for the kernels, and who reads with it."""
+    site = "latitude_deg = 50\nlongitude_deg = 15\nheight_m = 300"
+    table = sensor_table(parse_sensors(f'[[sensor]]\nid = "one"\nkind = "{kind}"\n{site}'))
+    places = Laid(table, TrackingSettings())
+    places.placed = []
+    warm_up(places, SETTINGS, table)
+    assert {type(one) for one in places.placed} == ({expected} if expected else set())
+    bundle = Bundle(SETTINGS)
+    for number, one in enumerate(places.placed):
+        assert isinstance(one, Placed)
+        bundle.take(10.0 * number, one.position_m, one.covariance_m2)
+    assert bool(len(bundle)) == bool(expected)
