@@ -34,7 +34,7 @@ from multiradar.tracking.settings import TrackingSettings
 from multiradar.wire import measurement_batch
 
 BATCH_ROWS, RUNS, MANY = 200, 3, 100
-AIRCRAFT_MAX, LATERAL_MAX_MPS2 = 1000, 14.0
+AIRCRAFT_MAX, LATERAL_MAX_MPS2, LONGITUDINAL_MAX_MPS2 = 1000, 14.0, 4.0
 TRACKING = TrackingSettings()
 
 

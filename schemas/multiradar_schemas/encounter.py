@@ -60,7 +60,8 @@ class Encounter(Record):
         float,
         Field(ge=0.0),
         described(
-            "The least distance until the horizon is below this with 2.5 %",
+            "The least distance until the horizon is below this with 2.5 %; 0 where an interval of "
+            "95 % from 0 on is shorter",
             unit="m",
             source="filter",
         ),
@@ -68,7 +69,11 @@ class Encounter(Record):
     distance_high_m: Annotated[
         float,
         Field(ge=0.0),
-        described("It is above this with 2.5 %", unit="m", source="filter"),
+        described(
+            "It is above this with 2.5 %; with 5 % where `distance_low_m` is 0",
+            unit="m",
+            source="filter",
+        ),
     ]
     distance_now_m: Annotated[
         float,

@@ -48,6 +48,7 @@ from multiradar.cli.progress import progress_bar
 from multiradar.errors import InputError
 
 if TYPE_CHECKING:
+    from multiradar.runtime.encounter_query import EncounterQuery
     from multiradar.runtime.trajectories.options import TrajectoryOptions
     from multiradar.settings import Settings
     from multiradar_schemas.report import Report
@@ -124,18 +125,12 @@ def track(
     json_wanted: JsonOption = False,
 ) -> None:
     """Track a recording: write tracks, biases with their sigma, rejects and a report."""
-    from multiradar.runtime.encounter_query import DISTANCE_DEFAULT_M, EncounterQuery
     from multiradar.runtime.offline import OfflineJob, track_recording
     from multiradar.runtime.offline_report import REPORT_FILE, offline_report
     from multiradar.storage.output_folder import check_new, new_folder
 
     check_new(out)
-    query = None
-    if encounters is not None:
-        near_m = DISTANCE_DEFAULT_M if encounter_distance_m is None else encounter_distance_m
-        query = EncounterQuery(encounters, near_m, encounter_height_m, limit=None)
-    else:
-        _require_none("--encounters", encounter_distance_m, encounter_height_m)
+    query = _encounters(encounters, encounter_distance_m, encounter_height_m)
     if not trajectories:
         _require_none("--trajectories", trajectory_aircraft_max)
     table = load_sensor_table(sensors)
@@ -189,6 +184,18 @@ def track(
         codes = codes_told({str(code): n for code, n in report.rejected_by_code.items()})
         msg = f"none of {report.counts.read} measurements accepted: {codes}; {out} says why"
         raise InputError(msg)
+
+
+def _encounters(
+    horizon_s: float | None, distance_m: float | None, height_m: float | None
+) -> "EncounterQuery | None":
+    from multiradar.runtime.encounter_query import DISTANCE_DEFAULT_M, EncounterQuery
+
+    if horizon_s is None:
+        _require_none("--encounters", distance_m, height_m)
+        return None
+    near_m = DISTANCE_DEFAULT_M if distance_m is None else distance_m
+    return EncounterQuery(horizon_s, near_m, height_m, limit=None)
 
 
 # An option that would do nothing is a mistake.

@@ -63,6 +63,23 @@ def test_encounters_are_written_when_they_are_asked_for(
     assert {one.file: one.rows for one in report.outputs}["encounters.parquet"] == table.height
 
 
+@pytest.mark.parametrize(
+    "options",
+    [
+        ("--encounter-distance-m", 500),
+        ("--encounter-height-m", 300),
+        ("--trajectory-aircraft-max", 5),
+    ],
+)
+def test_an_option_that_would_do_nothing_is_refused(
+    scene: tuple[Path, Path], tmp_path: Path, options: tuple[str, int]
+) -> None:
+    measurements, sensors = scene
+    asked = ("--sensors", sensors, "--out", tmp_path / "out", *options)
+    assert _track(measurements, *asked) == 2
+    assert not (tmp_path / "out").exists()
+
+
 def test_what_one_radar_alone_cannot_tell_is_said(
     scene: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
