@@ -130,7 +130,7 @@ def test_scenes_are_listed_with_what_they_are(capsys: pytest.CaptureFixture[str]
 @pytest.mark.parametrize(
     ("arguments", "status", "sentence"),
     [
-        (["nope", "--out", "OUT"], 2, "expected a scene of climbs, clutter, code-change,"),
+        (["nope", "--out", "OUT"], 2, "expected a scene of bearings-only, climbs, clutter,"),
         ([], 2, "expected the name of a scene (see --list) or a TOML file, was none"),
         (["report-1-6"], 2, "expected a folder to make, as --out DIR, was none"),
         (["report-1-6", "--out", "OUT", "--seed", "-1"], 2, "--seed: expected greater than or eq"),
