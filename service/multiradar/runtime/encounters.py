@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.encounter_query import BY_PROBABILITY, EncounterQuery
-from multiradar.runtime.forecasts import propagated
+from multiradar.runtime.forecasts import points_inside, propagated
 from multiradar.runtime.live_tracks import ages_and_states
 from multiradar.tracking.climbs import CLIMB_COUNT, CLIMB_HEIGHT, CLIMB_RATE, moved_climbs
 from multiradar.tracking.encounters.approaches import (
@@ -100,7 +100,7 @@ def encounters(
     ahead_s = time_s - sky.states.time_s[chosen.places]
     times_s = np.append(np.arange(0.0, query.horizon_s, PIECE_S), query.horizon_s)
     paths = _paths(sky.states, chosen.places, ahead_s, times_s, settings)
-    paths = paths._replace(points=_points_inside(plane, paths.means))
+    paths = paths._replace(points=points_inside(plane, paths.means))
     pairs = near_pairs(paths, query.distance_m * _METRE_MAX)
     found = _ordered(_found(paths, pairs, query, plane), query)
     told = found.take(np.arange(len(found.tracks))[: query.limit])
@@ -160,13 +160,6 @@ def _paths(
     points = np.full(len(places), len(times_s))
     heights, walks = _heights(states, places, ahead_s), walks_of(times_s, now, spreads)
     return Paths(times_s, means, now, walks, points, heights, shared)
-
-
-def _points_inside(plane: SystemPlane, means: Floats) -> NDArray[np.int64]:
-    # How many points of each track there are before the first that is outside the plane.
-    inside = plane.contains(means[..., 0], means[..., 1])
-    outside = np.argmin(inside, axis=1)
-    return np.asarray(np.where(inside.all(axis=1), means.shape[1], outside), np.int64)
 
 
 def _heights(states: TrackStates, places: NDArray[np.intp], ahead_s: Floats) -> Floats:

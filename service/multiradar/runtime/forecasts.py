@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.errors import ForecastError, OutsidePlaneError
+from multiradar.errors import ForecastError
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.forecast_methods import Course, Known, Method
 from multiradar.runtime.trajectories.fans import told_members
@@ -139,7 +139,7 @@ def forecast_points(
         Fields of `multiradar_schemas.forecast.ForecastPoint`, with the state of the track and the
         age of its last update then. A track that leaves the plane has points up to there.
     """
-    inside = _points_inside(plane, course.means)
+    inside = int(points_inside(plane, course.means))
     east_m, north_m = course.means[:inside].T
     latitude_rad, longitude_rad = plane.to_geodetic(east_m, north_m)
     matrix = plane.local_matrix(east_m, north_m, track["height_m"] or 0.0)
@@ -236,10 +236,21 @@ def propagated(
     )
 
 
-def _points_inside(plane: SystemPlane, means: NDArray[np.float64]) -> int:
-    # How many points there are before the first that is outside the plane.
-    try:
-        plane.to_geodetic(means[:, 0], means[:, 1])
-    except OutsidePlaneError as error:
-        return int(np.argmax((means[:, :2] == error.place).all(axis=1)))
-    return len(means)
+def points_inside(plane: SystemPlane, means: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Return how many points of paths there are before the first that is outside the plane.
+
+    Parameters
+    ----------
+    plane : SystemPlane
+        The plane.
+    means : (..., k, 2 or more) ndarray
+        East and north of the points, m, in the first two columns.
+
+    Returns
+    -------
+    (...) int64
+        0 to k.
+    """
+    inside = plane.contains(means[..., 0], means[..., 1])
+    outside = np.argmin(inside, axis=-1)
+    return np.asarray(np.where(inside.all(axis=-1), means.shape[-2], outside), np.int64)
