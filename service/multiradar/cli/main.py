@@ -2,11 +2,9 @@
 
 import os
 import re
-import signal
 import sys
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
-from types import FrameType
 from typing import Annotated
 
 import typer
@@ -19,6 +17,7 @@ from multiradar.cli.evaluate import evaluate
 from multiradar.cli.replay import replay
 from multiradar.cli.serve import serve
 from multiradar.cli.simulate import simulate
+from multiradar.cli.stopping import StopSignals, Terminated
 from multiradar.cli.study import study_command, study_help
 from multiradar.cli.track import track
 from multiradar.errors import MultiradarError, UnknownFilterError
@@ -37,11 +36,6 @@ EXIT_TERMINATED = 143
 TRACEBACK_VARIABLE = "MULTIRADAR_TRACEBACK"
 
 _CHOICE = re.compile(r"^'(?P<was>.*)' is not one of (?P<known>.*?)\.?$")
-
-
-class _Terminated(BaseException):
-    # SIGTERM: everything is cleaned up as after Ctrl-C, which typer keeps to itself.
-    pass
 
 
 app = typer.Typer(
@@ -66,11 +60,12 @@ app.command(name="evaluate")(evaluate)
 app.command(name="study", help=study_help(STUDIES))(study_command(STUDIES))
 
 
-def main() -> None:
+def main(commands: typer.Typer = app) -> None:
     """Run the command of this process's arguments and leave with its exit status."""
     choose_kernel_cache()
-    signal.signal(signal.SIGTERM, _on_termination)
-    status = run(sys.argv[1:])
+    stop = StopSignals()
+    stop.install()
+    status = run(sys.argv[1:], commands, stop)
     if status in (EXIT_INTERRUPTED, EXIT_TERMINATED):
         # All was cleaned up on the way here. Python would wait for threads whose compiled work
         # nothing can stop, for minutes in a long study.
@@ -80,7 +75,9 @@ def main() -> None:
     sys.exit(status)
 
 
-def run(arguments: Sequence[str], commands: typer.Typer = app) -> int:
+def run(
+    arguments: Sequence[str], commands: typer.Typer = app, stop: StopSignals | None = None
+) -> int:
     """Run one command and return its exit status.
 
     Parameters
@@ -89,6 +86,8 @@ def run(arguments: Sequence[str], commands: typer.Typer = app) -> int:
         What follows the name of the program.
     commands : typer.Typer
         The commands there are.
+    stop : StopSignals, optional
+        The signals that end the command; by default whoever calls handles them.
 
     Returns
     -------
@@ -96,12 +95,13 @@ def run(arguments: Sequence[str], commands: typer.Typer = app) -> int:
         0 done, 1 failed on data, 2 wrong usage, 130 stopped by Ctrl-C, 143 by SIGTERM.
     """
     try:
-        return _invoke(arguments, commands)
+        return _invoke(arguments, commands, stop or StopSignals())
     except BrokenPipeError:
         return _leave_broken_pipe()
-    except (KeyboardInterrupt, typer.Abort, _Terminated) as error:
-        told = EXIT_TERMINATED if isinstance(error, _Terminated) else EXIT_INTERRUPTED
-        return _say("stopped", told)
+    except (KeyboardInterrupt, typer.Abort, Terminated) as error:
+        # Who pressed Ctrl-C need not be told, which typer holds, too.
+        terminated = isinstance(error, Terminated)
+        return _say(*(("stopped", EXIT_TERMINATED) if terminated else ("", EXIT_INTERRUPTED)))
     except (typer.TyperException, UnknownFilterError) as error:
         return _say(_usage(error), EXIT_USAGE)
     except (MultiradarError, OSError) as error:
@@ -113,19 +113,23 @@ def run(arguments: Sequence[str], commands: typer.Typer = app) -> int:
         return _say(f"internal error, {type(error).__name__}: {error} ({hint})", EXIT_FAILED)
 
 
-def _invoke(arguments: Sequence[str], commands: typer.Typer) -> int:
+def _invoke(arguments: Sequence[str], commands: typer.Typer, stop: StopSignals) -> int:
     for argument in arguments:
         # Octets that are no UTF-8 come as half characters, which no report and no table can hold.
         if any("\ud800" <= letter <= "\udfff" for letter in argument):
             raise typer.BadParameter(f"expected arguments in UTF-8, was {argument!r}")
     command = typer.main.get_command(commands)
-    status = command.main(args=list(arguments), prog_name="multiradar", standalone_mode=False)
+    try:
+        status = command.main(args=list(arguments), prog_name="multiradar", standalone_mode=False)
+    except Exception as error:
+        if stop.told is None:
+            raise
+        # The call that the signal broke into has failed in its own way.
+        raise stop.told from error
+    finally:
+        stop.arrived()
     sys.stdout.flush()
     return status if isinstance(status, int) else EXIT_DONE
-
-
-def _on_termination(_number: int, _frame: FrameType | None) -> None:
-    raise _Terminated
 
 
 def _usage(error: Exception) -> str:
