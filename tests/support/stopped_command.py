@@ -1,6 +1,6 @@
-"""A command that a signal breaks into where exceptions get lost; run as a program.
+"""A command that a signal breaks into, in places where an exception would be lost.
 
-Arguments: the signal, the case and a folder that stands for what a command cleans up.
+Run as a program: the signal, the place, a folder for its output. It would go on for a minute.
 """
 
 import ctypes
@@ -9,15 +9,17 @@ import signal
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from threading import Thread
 from time import sleep
 
 import typer
 
 from multiradar.cli.main import main
+from multiradar.storage.output_file import new_file
+from multiradar.storage.output_folder import new_folder
+from multiradar_converters.leftovers import temporary_folder
 
 _LONG_S = 60.0
-# Longer than a signal waits before it raises again.
-_CLEAN_UP_S = 0.4
 
 
 class _Told:
@@ -43,7 +45,7 @@ class _Told:
 
         Dropped()
 
-    def in_code_that_drops_it(self) -> None:
+    def in_code_that_drops_whatever_is_raised(self) -> None:
         try:
             self.tell()
         except BaseException:
@@ -56,30 +58,36 @@ class _Told:
             msg = "not a type"
             raise TypeError(msg) from None
 
-    def while_an_error_is_dealt_with(self) -> None:
-        try:
-            int("nine")
-        except ValueError:
-            self.tell()
-
 
 CASES: dict[str, Callable[[_Told], None]] = {
-    name: case for name, case in vars(_Told).items() if name.startswith(("in_", "while_"))
+    name: case for name, case in vars(_Told).items() if name.startswith("in_")
 }
 
 
-def _command(case: Callable[[_Told], None], number: int, folder: Path) -> typer.Typer:
+def _write_on(folder: Path) -> None:
+    number = 0
+    while True:
+        with (folder / f"{number % 1000}.part").open("w") as part:
+            part.write("octets")
+        number += 1
+
+
+def _command(case: Callable[[_Told], None], number: int, parent: Path) -> typer.Typer:
     app = typer.Typer()
 
     @app.command()
     def work() -> None:
-        folder.mkdir()
-        try:
+        with (
+            new_folder(parent / "folder") as folder,
+            new_file(parent / "page.html") as page,
+            temporary_folder("multiradar-stopped-") as temporary,
+        ):
+            page.write_text("<html>")
+            (temporary / "table").write_text("1,2")
+            # Threads do not stop, and write to what is being removed.
+            Thread(target=_write_on, args=(folder,), daemon=True).start()
             case(_Told(number))
             sleep(_LONG_S)
-        finally:
-            sleep(_CLEAN_UP_S)
-            folder.rmdir()
 
     return app
 

@@ -2,7 +2,6 @@
 
 import datetime as dt
 import sys
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -10,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from multiradar.errors import ConfigurationError, InputError
+from multiradar_converters.leftovers import temporary_folder
 
 if TYPE_CHECKING:
     from multiradar.estimation.measurement.sensors import SensorTable
@@ -107,10 +107,10 @@ def open_measurements(given: Path, dump: DumpChoice, horizon_s: float) -> Iterat
     if not (given / plots).exists():
         msg = f"{given}: expected {MEASUREMENTS_FILE} or the {plots} of a dump, found neither"
         raise InputError(msg)
-    with tempfile.TemporaryDirectory(prefix="multiradar-dump-") as temporary:
+    with temporary_folder("multiradar-dump-") as temporary:
         from multiradar.cli.convert import convert_with_bar
 
-        converted = Path(temporary) / "converted"
+        converted = temporary / "converted"
         # The table is all that is wanted: no files for each aircraft.
         convert_with_bar(given, converted, options)
         measured = Recording(converted / MEASUREMENTS_FILE)
@@ -133,8 +133,8 @@ def _in_order(recording: "Recording", given: Path, horizon_s: float) -> Iterator
         f"multiradar: {given}: rows are up to {apart_s:g} s out of order; sorted by time first",
         file=sys.stderr,
     )
-    with tempfile.TemporaryDirectory(prefix="multiradar-sort-") as temporary:
-        yield in_time_order(recording, Path(temporary))
+    with temporary_folder("multiradar-sort-") as temporary:
+        yield in_time_order(recording, temporary)
 
 
 def check_found(found: int, kinds: str | None, given: Path) -> None:

@@ -4,7 +4,6 @@ import os
 import re
 import sys
 from collections.abc import Iterable, Sequence
-from contextlib import suppress
 from typing import Annotated
 
 import typer
@@ -17,7 +16,7 @@ from multiradar.cli.evaluate import evaluate
 from multiradar.cli.replay import replay
 from multiradar.cli.serve import serve
 from multiradar.cli.simulate import simulate
-from multiradar.cli.stopping import StopSignals, Terminated
+from multiradar.cli.stopping import EXIT_INTERRUPTED, end_on_signals, leave
 from multiradar.cli.study import study_command, study_help
 from multiradar.cli.track import track
 from multiradar.errors import MultiradarError, UnknownFilterError
@@ -27,10 +26,6 @@ from multiradar.studies.catalogue import STUDIES
 EXIT_DONE = 0
 EXIT_FAILED = 1
 EXIT_USAGE = 2
-#: What a shell reports of a command stopped by Ctrl-C: 128 + SIGINT.
-EXIT_INTERRUPTED = 130
-#: The same of SIGTERM.
-EXIT_TERMINATED = 143
 
 #: Set to 1 to see the traceback of an error that is our own mistake.
 TRACEBACK_VARIABLE = "MULTIRADAR_TRACEBACK"
@@ -63,21 +58,14 @@ app.command(name="study", help=study_help(STUDIES))(study_command(STUDIES))
 def main(commands: typer.Typer = app) -> None:
     """Run the command of this process's arguments and leave with its exit status."""
     choose_kernel_cache()
-    stop = StopSignals()
-    stop.install()
-    status = run(sys.argv[1:], commands, stop)
-    if status in (EXIT_INTERRUPTED, EXIT_TERMINATED):
-        # All was cleaned up on the way here. Python would wait for threads whose compiled work
-        # nothing can stop, for minutes in a long study.
-        with suppress(OSError):
-            sys.stdout.flush()
-        os._exit(status)
+    end_on_signals()
+    status = run(sys.argv[1:], commands)
+    if status == EXIT_INTERRUPTED:
+        leave(status)
     sys.exit(status)
 
 
-def run(
-    arguments: Sequence[str], commands: typer.Typer = app, stop: StopSignals | None = None
-) -> int:
+def run(arguments: Sequence[str], commands: typer.Typer = app) -> int:
     """Run one command and return its exit status.
 
     Parameters
@@ -86,22 +74,18 @@ def run(
         What follows the name of the program.
     commands : typer.Typer
         The commands there are.
-    stop : StopSignals, optional
-        The signals that end the command; by default whoever calls handles them.
 
     Returns
     -------
     int
-        0 done, 1 failed on data, 2 wrong usage, 130 stopped by Ctrl-C, 143 by SIGTERM.
+        0 done, 1 failed on data, 2 wrong usage, 130 stopped by Ctrl-C.
     """
     try:
-        return _invoke(arguments, commands, stop or StopSignals())
+        return _invoke(arguments, commands)
     except BrokenPipeError:
         return _leave_broken_pipe()
-    except (KeyboardInterrupt, typer.Abort, Terminated) as error:
-        # Who pressed Ctrl-C need not be told, which typer holds, too.
-        terminated = isinstance(error, Terminated)
-        return _say(*(("stopped", EXIT_TERMINATED) if terminated else ("", EXIT_INTERRUPTED)))
+    except (KeyboardInterrupt, typer.Abort):
+        return EXIT_INTERRUPTED
     except (typer.TyperException, UnknownFilterError) as error:
         return _say(_usage(error), EXIT_USAGE)
     except (MultiradarError, OSError) as error:
@@ -113,21 +97,13 @@ def run(
         return _say(f"internal error, {type(error).__name__}: {error} ({hint})", EXIT_FAILED)
 
 
-def _invoke(arguments: Sequence[str], commands: typer.Typer, stop: StopSignals) -> int:
+def _invoke(arguments: Sequence[str], commands: typer.Typer) -> int:
     for argument in arguments:
         # Octets that are no UTF-8 come as half characters, which no report and no table can hold.
         if any("\ud800" <= letter <= "\udfff" for letter in argument):
             raise typer.BadParameter(f"expected arguments in UTF-8, was {argument!r}")
     command = typer.main.get_command(commands)
-    try:
-        status = command.main(args=list(arguments), prog_name="multiradar", standalone_mode=False)
-    except Exception as error:
-        if stop.told is None:
-            raise
-        # The call that the signal broke into has failed in its own way.
-        raise stop.told from error
-    finally:
-        stop.arrived()
+    status = command.main(args=list(arguments), prog_name="multiradar", standalone_mode=False)
     sys.stdout.flush()
     return status if isinstance(status, int) else EXIT_DONE
 

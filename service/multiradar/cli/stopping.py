@@ -1,69 +1,67 @@
-"""SIGTERM and Ctrl-C: a command ends wherever it is, and cleans up on its way."""
+"""SIGTERM and Ctrl-C: a command ends where it is, and leaves nothing half done."""
 
+import os
 import signal
 import sys
+import threading
+from contextlib import suppress
 from types import FrameType
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from sys import UnraisableHookArgs
+from multiradar_converters.leftovers import remove_leftovers
 
-# Long beside the steps between an exception and what cleans up after it, short for who waits.
-_AGAIN_S = 0.1
+#: What a shell reports of a command stopped by Ctrl-C: 128 + SIGINT.
+EXIT_INTERRUPTED = 130
+#: The same of SIGTERM.
+EXIT_TERMINATED = 143
+
+_STATUS = {signal.SIGTERM: EXIT_TERMINATED, signal.SIGINT: EXIT_INTERRUPTED}
+# Back to the beginning of a line without a progress bar, with a cursor.
+_CLEAR_LINE = b"\r\x1b[2K\x1b[?25h"
 
 
-class Terminated(BaseException):
-    """SIGTERM came: everything is cleaned up as after Ctrl-C, which typer keeps to itself."""
+def end_on_signals() -> None:
+    """End the process on SIGTERM and SIGINT from now on; ignored ones stay ignored.
 
-
-class StopSignals:
-    """Turns SIGTERM and SIGINT into exceptions that do not get lost.
-
-    Python runs a handler between any two steps of the main thread, so its exception may rise
-    inside a call that compiled code made and that cannot pass it on: such code drops it, or goes
-    on with an error of its own. The exception is therefore raised again until it arrives
-    (`arrived`), though never while another one is being dealt with, as that cleans up already.
+    No exception is raised for it. Python runs handlers between any two steps of the main thread,
+    so an exception may rise inside a call that compiled code makes, which drops it, goes on with
+    an error of its own, or crashes.
     """
+    for number in _STATUS:
+        if signal.getsignal(number) is not signal.SIG_IGN:
+            signal.signal(number, _end)
 
-    def __init__(self) -> None:
-        self._told: int | None = None
-        self._before = sys.unraisablehook
 
-    @property
-    def told(self) -> BaseException | None:
-        """The exception of the signal that came, if one did."""
-        if self._told is None:
-            return None
-        return Terminated() if self._told == signal.SIGTERM else KeyboardInterrupt()
+def leave(status: int) -> None:
+    """End the process without waiting for its threads.
 
-    def install(self) -> None:
-        """Handle both signals from now on; an ignored SIGINT, as behind `&`, stays ignored."""
-        signal.signal(signal.SIGTERM, self._tell)
-        if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-            signal.signal(signal.SIGINT, self._tell)
-        signal.signal(signal.SIGALRM, self._tell_again)
-        sys.unraisablehook = self._on_unraisable
+    Python would wait for those whose compiled work nothing can stop, for minutes in a long study.
 
-    def arrived(self) -> None:
-        """Raise no more: the command has ended."""
-        if self._told is not None:
-            signal.setitimer(signal.ITIMER_REAL, 0.0)
+    Parameters
+    ----------
+    status : int
+        Its exit status.
+    """
+    # A reader that has gone, or a write that the signal came into.
+    with suppress(OSError, RuntimeError, ValueError):
+        sys.stdout.flush()
+    os._exit(status)
 
-    def _tell(self, number: int, _frame: FrameType | None) -> None:
-        first, self._told = self._told is None, number
-        signal.setitimer(signal.ITIMER_REAL, _AGAIN_S, _AGAIN_S)
-        # Told twice, it ends even a clean-up that hangs.
-        if not first or sys.exception() is None:
-            self._raise()
 
-    def _tell_again(self, _number: int, _frame: FrameType | None) -> None:
-        if sys.exception() is None:
-            self._raise()
+def _end(number: int, _frame: FrameType | None) -> None:
+    for each in _STATUS:
+        # Told twice, it ends even when cleaning up hangs.
+        signal.signal(each, signal.SIG_DFL)
+    # Threads that go on fail for want of what is removed; that is no news.
+    threading.excepthook = _say_nothing
+    remove_leftovers()
+    with suppress(OSError):
+        if os.isatty(2):
+            os.write(2, _CLEAR_LINE)
+        if number == signal.SIGTERM:
+            # Who pressed Ctrl-C need not be told.
+            os.write(2, b"multiradar: stopped\n")
+    leave(_STATUS[signal.Signals(number)])
 
-    def _raise(self) -> None:
-        if (told := self.told) is not None:
-            raise told
 
-    def _on_unraisable(self, args: "UnraisableHookArgs") -> None:
-        if self._told is None or not isinstance(args.exc_value, KeyboardInterrupt | Terminated):
-            self._before(args)
+def _say_nothing(_failure: threading.ExceptHookArgs) -> None:
+    pass

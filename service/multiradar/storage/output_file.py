@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from multiradar.errors import InputError, OutputExistsError
+from multiradar_converters.leftovers import expect_leftover, forget_leftover
 
 #: Numbers that are tried behind a name that is taken.
 NUMBER_MAX = 9999
@@ -41,9 +42,11 @@ def new_file(path: Path) -> Iterator[Path]:
         msg = f"{folder}: expected a folder to write {path.name} to, found none"
         raise InputError(msg)
     partial = folder / f".{path.name}.partial-{secrets.token_hex(4)}"
+    expect_leftover(partial)
     try:
         partial.open("xb").close()
     except OSError as error:
+        forget_leftover(partial)
         msg = f"{path}: cannot write there, {error.strerror or error}"
         raise InputError(msg) from error
     try:
@@ -51,6 +54,7 @@ def new_file(path: Path) -> Iterator[Path]:
         _finish(partial, path)
     finally:
         partial.unlink(missing_ok=True)
+        forget_leftover(partial)
 
 
 def free_name(path: Path) -> Path:

@@ -1,4 +1,4 @@
-"""A command that is told to stop ends and cleans up, wherever the signal breaks into it."""
+"""A command that is told to stop ends and leaves nothing, wherever the signal breaks into it."""
 
 import subprocess
 import sys
@@ -14,14 +14,20 @@ STOPPED = {"SIGTERM": (143, "multiradar: stopped\n"), "SIGINT": (130, "")}
 
 @pytest.mark.parametrize("case", stopped_command.CASES)
 @pytest.mark.parametrize("name", STOPPED)
-def test_a_signal_is_not_lost_and_the_clean_up_is_whole(
-    name: str, case: str, tmp_path: Path
-) -> None:
-    """Polars once dropped the exception of a signal, and said that a name was no data type."""
-    line = [sys.executable, stopped_command.__file__, name, case, str(tmp_path / "made")]
+def test_a_signal_is_not_lost_and_nothing_is_left(name: str, case: str, tmp_path: Path) -> None:
+    """An exception for it was once dropped by compiled code, or ended in a crash."""
+    out, temporary = tmp_path / "out", tmp_path / "tmp"
+    out.mkdir()
+    temporary.mkdir()
     done = subprocess.run(
-        line, capture_output=True, text=True, check=False, timeout=50.0, env=environment()
+        [sys.executable, stopped_command.__file__, name, case, str(out)],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=50.0,
+        env={**environment(), "TMPDIR": str(temporary)},
     )
     assert (done.returncode, done.stderr) == STOPPED[name]
     assert not done.stdout
-    assert not list(tmp_path.iterdir())
+    assert not list(out.iterdir())
+    assert not list(temporary.iterdir())
