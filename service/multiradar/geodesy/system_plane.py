@@ -126,9 +126,9 @@ class SystemPlane:
         latitude, longitude = np.broadcast_arrays(
             np.asarray(latitude_rad, np.float64), np.asarray(longitude_rad, np.float64)
         )
-        rotation = enu_rotation(self.latitude_rad, self.longitude_rad)
-        cosine = enu_rotation(latitude, longitude)[..., 2, :] @ rotation[2]
+        cosine = self._cosine(latitude, longitude)
         self._require_inside(cosine, latitude, longitude, "position (rad)")
+        rotation = enu_rotation(self.latitude_rad, self.longitude_rad)
         centre = geodetic_to_ecef(self.latitude_rad, self.longitude_rad, 0.0)
         foot = (geodetic_to_ecef(latitude, longitude, 0.0) - centre) @ rotation.T
         return foot[..., 0], foot[..., 1]
@@ -261,6 +261,28 @@ class SystemPlane:
         """
         *_, cosine = self._lean(east_m, north_m)
         return np.asarray(cosine >= kernels.COSINE_MIN)
+
+    def contains_geodetic(
+        self, latitude_rad: ArrayLike, longitude_rad: ArrayLike
+    ) -> NDArray[np.bool_]:
+        """Tell which geodetic positions have a foot within the plane.
+
+        Parameters
+        ----------
+        latitude_rad, longitude_rad : array_like
+            Geodetic WGS 84 positions; what is no number is outside.
+
+        Returns
+        -------
+        ndarray of bool
+            Whether the position is at most 60° from the centre.
+        """
+        return np.asarray(self._cosine(latitude_rad, longitude_rad) >= kernels.COSINE_MIN)
+
+    # Of the angle between the verticals of positions and that of the centre.
+    def _cosine(self, latitude_rad: ArrayLike, longitude_rad: ArrayLike) -> NDArray[np.float64]:
+        upright = enu_rotation(self.latitude_rad, self.longitude_rad)[2]
+        return np.asarray(enu_rotation(latitude_rad, longitude_rad)[..., 2, :] @ upright)
 
     # Broadcast coordinates and half the gradient of the quadric at the foot, (..., 3).
     def _gradient(

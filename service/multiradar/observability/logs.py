@@ -87,5 +87,12 @@ def configure_logs(level: str, form: str, clock: Clock, stream: TextIO | None = 
 
 def _renderers(form: str, stream: TextIO) -> list[structlog.typing.Processor]:
     if form == "text":
-        return [structlog.dev.ConsoleRenderer(timestamp_key="time", colors=stream.isatty())]
+        return [
+            structlog.dev.ConsoleRenderer(
+                timestamp_key="time",
+                colors=stream.isatty(),
+                # The default tells all variables of all frames: secrets, and seconds of work.
+                exception_formatter=structlog.dev.plain_traceback,
+            )
+        ]
     return [structlog.processors.format_exc_info, structlog.processors.JSONRenderer()]

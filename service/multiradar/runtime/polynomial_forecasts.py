@@ -22,7 +22,9 @@ class LastPlots(NamedTuple):
     plane: SystemPlane
 
     def forecast(self, time_s: Floats) -> PolynomialForecast:
-        """Return where the track is expected on the plane at data times, s.
+        """Return where the track is expected on the plane at ascending data times, s.
+
+        From where it leaves the plane or the frame on there are no numbers: NaN.
 
         Raises
         ------
@@ -33,11 +35,18 @@ class LastPlots(NamedTuple):
         found = polynomial_forecast(
             placed.time_s, placed.positions_m[:, :2], placed.covariances_m2[:, :2, :2], time_s
         )
-        east, north = plane.to_plane(*placed.frame.to_geodetic(*found.means.T))
+        inside = np.logical_and.accumulate(placed.frame.contains(*found.means.T))
+        latitude_rad, longitude_rad = placed.frame.to_geodetic(*found.means[inside].T)
+        on_plane = np.logical_and.accumulate(plane.contains_geodetic(latitude_rad, longitude_rad))
+        inside[inside] = on_plane
+        east, north = plane.to_plane(latitude_rad[on_plane], longitude_rad[on_plane])
+        means = np.full_like(found.means, np.nan)
+        means[inside] = np.column_stack([east, north])
         # Metres of the local frame are true ones near its centre.
         across = np.linalg.inv(plane.local_matrix(east, north))
-        covariances = across @ found.covariances @ across.transpose(0, 2, 1)
-        return PolynomialForecast(np.column_stack([east, north]), covariances)
+        covariances = np.full_like(found.covariances, np.nan)
+        covariances[inside] = across @ found.covariances[inside] @ across.transpose(0, 2, 1)
+        return PolynomialForecast(means, covariances)
 
 
 def last_plots(

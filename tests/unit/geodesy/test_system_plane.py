@@ -129,3 +129,7 @@ def test_what_is_beyond_the_edge_is_told_without_a_refusal() -> None:
     found = plane.contains(east_m, np.zeros(7))
     assert found.tolist() == [True, True, False, False, False, False, False]
     plane.to_geodetic(east_m[found], np.zeros(2))
+    north = np.radians([80.0, 90.0, -9.9, -10.1, np.nan])
+    held = plane.contains_geodetic(north, np.radians(15.0))
+    assert held.tolist() == [True, True, True, False, False]
+    plane.to_plane(north[held], np.radians(15.0))

@@ -73,6 +73,19 @@ def test_an_exception_is_one_record() -> None:
     assert "ValueError: 42" in str(record["exception"])
 
 
+def test_an_exception_in_text_tells_no_variables() -> None:
+    """They may be secrets, and were millions of numbers that took seconds to print."""
+    stream = io.StringIO()
+    configure_logs("info", "text", FixedClock(), stream)
+    password = "".join(["open", "sesame"])
+    try:
+        raise ValueError(str(len(password)))
+    except ValueError:
+        structlog.get_logger("multiradar.test").exception("failed")
+    assert "ValueError: 10" in stream.getvalue()
+    assert password not in stream.getvalue()
+
+
 def test_text_is_for_people_and_without_colours_when_no_terminal_reads_it() -> None:
     stream = io.StringIO()
     configure_logs("info", "text", FixedClock(), stream)

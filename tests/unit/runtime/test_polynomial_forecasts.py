@@ -58,6 +58,19 @@ def test_it_begins_at_the_data_time_of_now_as_others_do(view: Publication) -> No
     assert times[0] == times[1]
 
 
+def test_a_forecast_ends_where_the_parabola_of_a_turn_leaves_the_plane() -> None:
+    """It goes on with 4 m/s², beyond the horizon of the frame of its plots within the hour."""
+    view = view_after(90.0)
+    points = view.forecast(TURNING, 3600.0, 20.0, 0.9, POLYNOMIAL)
+    assert points is not None
+    assert 60 < len(points) < 150
+    for point in points:
+        ForecastPoint.model_validate(point)
+    far = view.forecast(TURNING, 3600.0, 3600.0, 0.9, POLYNOMIAL)
+    assert far is not None
+    assert len(far) == 1
+
+
 def test_a_track_without_heights_or_with_few_plots_is_told_so(view: Publication) -> None:
     for asked, number in ((view, MUTE), (view_after(8.0), TURNING)):
         with pytest.raises(TrajectoryError) as told:
