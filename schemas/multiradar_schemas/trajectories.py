@@ -15,7 +15,7 @@ TRAJECTORY_REASON_MEANINGS: dict[str, str] = {
     "NOT_CONFIRMED": "the track is tentative; it gets a bundle when it is confirmed.",
     "NO_ROOM": "as many tracks as may have a bundle have one; the track waits.",
     "TOO_FEW_PLOTS": "fewer than three plots of the track have a place.",
-    "NO_TRIPLE": "no three plots of the last 60 s are 8 s and 800 m apart and lie on an arc flown "
+    "NO_TRIPLE": "no three plots of the last 90 s are 8 s and 800 m apart and lie on an arc flown "
     "at 20 to 700 m/s.",
     "NO_PLACE": "a trajectory leads out of the system plane.",
     "FAILED": "the making of bundles has stopped by a mistake of the program.",

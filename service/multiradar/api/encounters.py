@@ -13,9 +13,12 @@ from multiradar.errors import ForecastError
 from multiradar.runtime.encounter_query import (
     DISTANCE_DEFAULT_M,
     DISTANCE_MAX_M,
+    DISTANCE_MIN_M,
     HEIGHT_MAX_M,
+    HEIGHT_MIN_M,
     HORIZON_DEFAULT_S,
     HORIZON_MAX_S,
+    HORIZON_MIN_S,
     LIMIT_DEFAULT,
     LIMIT_MAX,
     EncounterQuery,
@@ -25,12 +28,13 @@ from multiradar_schemas.encounter import Encounters
 router = APIRouter(prefix="/v1", tags=["tracks"], dependencies=[Depends(strict_query)])
 
 Horizon = Annotated[
-    Number, Query(gt=0.0, le=HORIZON_MAX_S, description="How far ahead, s", examples=[120])
+    Number,
+    Query(ge=HORIZON_MIN_S, le=HORIZON_MAX_S, description="How far ahead, s", examples=[120]),
 ]
 Distance = Annotated[
     Number,
     Query(
-        gt=0.0,
+        ge=DISTANCE_MIN_M,
         le=DISTANCE_MAX_M,
         description="Pairs whose expected positions come so near, m",
         examples=[9260],
@@ -39,7 +43,7 @@ Distance = Annotated[
 Height = Annotated[
     Number | None,
     Query(
-        gt=0.0,
+        ge=HEIGHT_MIN_M,
         le=HEIGHT_MAX_M,
         description="Without pairs whose heights stay farther apart all the while, m; unknown "
         "heights stay",

@@ -132,7 +132,7 @@ def track(
     check_new(out)
     query = _encounters(encounters, encounter_distance_m, encounter_height_m)
     if not trajectories:
-        _require_none("--trajectories", trajectory_aircraft_max)
+        _require_none("--trajectories", {"--trajectory-aircraft-max": trajectory_aircraft_max})
     table = load_sensor_table(sensors)
     given = {
         "filter_name": None if filter_name is None else filter_name.value,
@@ -192,16 +192,18 @@ def _encounters(
     from multiradar.runtime.encounter_query import DISTANCE_DEFAULT_M, EncounterQuery
 
     if horizon_s is None:
-        _require_none("--encounters", distance_m, height_m)
+        given = {"--encounter-distance-m": distance_m, "--encounter-height-m": height_m}
+        _require_none("--encounters", given)
         return None
     near_m = DISTANCE_DEFAULT_M if distance_m is None else distance_m
     return EncounterQuery(horizon_s, near_m, height_m, limit=None)
 
 
 # An option that would do nothing is a mistake.
-def _require_none(without: str, *options: float | None) -> None:
-    if any(option is not None for option in options):
-        raise typer.BadParameter(f"expected {without} with it, was without", param_hint=without)
+def _require_none(without: str, options: dict[str, float | None]) -> None:
+    for name, option in options.items():
+        if option is not None:
+            raise typer.BadParameter(f"expected {name} only with {without}, was without it")
 
 
 def _trajectories(settings: "Settings", aircraft_max: int | None) -> "TrajectoryOptions":

@@ -6,11 +6,11 @@ from multiradar.errors import ForecastError
 
 #: Bounds of what may be asked for, and what is taken where nothing is said, for everybody.
 HORIZON_DEFAULT_S = 120.0
-HORIZON_MAX_S = 600.0
+HORIZON_MIN_S, HORIZON_MAX_S = 1.0, 600.0
 #: Five nautical miles: how far apart aircraft are kept on their way.
 DISTANCE_DEFAULT_M = 9260.0
-DISTANCE_MAX_M = 100_000.0
-HEIGHT_MAX_M = 20_000.0
+DISTANCE_MIN_M, DISTANCE_MAX_M = 1.0, 100_000.0
+HEIGHT_MIN_M, HEIGHT_MAX_M = 1.0, 20_000.0
 LIMIT_DEFAULT = 100
 LIMIT_MAX = 10_000
 BY_TIME, BY_PROBABILITY = "time", "probability"
@@ -52,10 +52,10 @@ class EncounterQuery:
     limit: int | None = LIMIT_DEFAULT
 
     def __post_init__(self) -> None:
-        for name, most in (("horizon_s", HORIZON_MAX_S), ("distance_m", DISTANCE_MAX_M)):
-            _require_positive(name, getattr(self, name), most)
+        _require_between("horizon_s", self.horizon_s, HORIZON_MIN_S, HORIZON_MAX_S)
+        _require_between("distance_m", self.distance_m, DISTANCE_MIN_M, DISTANCE_MAX_M)
         if self.height_m is not None:
-            _require_positive("height_m", self.height_m, HEIGHT_MAX_M)
+            _require_between("height_m", self.height_m, HEIGHT_MIN_M, HEIGHT_MAX_M)
         if not 0.0 <= self.probability_min <= 1.0:
             raise ForecastError("probability_min", f"expected 0 to 1, was {self.probability_min}")
         if self.order not in ORDERS:
@@ -64,7 +64,7 @@ class EncounterQuery:
             raise ForecastError("limit", f"expected 1 to {LIMIT_MAX}, was {self.limit}")
 
 
-def _require_positive(name: str, value: float, most: float) -> None:
+def _require_between(name: str, value: float, least: float, most: float) -> None:
     # Written so that NaN fails.
-    if not 0.0 < value <= most:
-        raise ForecastError(name, f"expected more than 0 and at most {most:g}, was {value}")
+    if not least <= value <= most:
+        raise ForecastError(name, f"expected {least:g} to {most:g}, was {value}")

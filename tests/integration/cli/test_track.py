@@ -72,11 +72,15 @@ def test_encounters_are_written_when_they_are_asked_for(
     ],
 )
 def test_an_option_that_would_do_nothing_is_refused(
-    scene: tuple[Path, Path], tmp_path: Path, options: tuple[str, int]
+    scene: tuple[Path, Path],
+    tmp_path: Path,
+    options: tuple[str, int],
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     measurements, sensors = scene
     asked = ("--sensors", sensors, "--out", tmp_path / "out", *options)
     assert _track(measurements, *asked) == 2
+    assert f"expected {options[0]} only with --" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
 
 

@@ -9,9 +9,12 @@ from multiradar.cli import options
 from multiradar.runtime.encounter_query import (
     DISTANCE_DEFAULT_M,
     DISTANCE_MAX_M,
+    DISTANCE_MIN_M,
     HEIGHT_MAX_M,
+    HEIGHT_MIN_M,
     HORIZON_DEFAULT_S,
     HORIZON_MAX_S,
+    HORIZON_MIN_S,
     EncounterQuery,
 )
 from multiradar_schemas.encounter import Encounters
@@ -48,8 +51,8 @@ async def test_nothing_said_is_the_default(client: httpx.AsyncClient, service: F
 @pytest.mark.parametrize(
     "query",
     [
-        "horizon_s=0", "horizon_s=-1", "horizon_s=600.1", "horizon_s=nan", "distance_m=0",
-        "distance_m=100001", "height_m=0", "height_m=20001", "probability_min=1.1",
+        "horizon_s=0", "horizon_s=1e-300", "horizon_s=-1", "horizon_s=600.1", "horizon_s=nan",
+        "distance_m=0", "distance_m=100001", "height_m=0", "height_m=20001", "probability_min=1.1",
         "probability_min=-0.1", "order=distance", "limit=0", "limit=10001", "limit=1.5",
     ],
 )  # fmt: skip
@@ -66,10 +69,10 @@ async def test_an_unknown_parameter_is_422(client: httpx.AsyncClient) -> None:
 
 
 def test_the_command_has_the_bounds_of_the_service() -> None:
-    most = {
-        options.EncountersOption: HORIZON_MAX_S,
-        options.EncounterDistanceOption: DISTANCE_MAX_M,
-        options.EncounterHeightOption: HEIGHT_MAX_M,
+    bounds = {
+        options.EncountersOption: (HORIZON_MIN_S, HORIZON_MAX_S),
+        options.EncounterDistanceOption: (DISTANCE_MIN_M, DISTANCE_MAX_M),
+        options.EncounterHeightOption: (HEIGHT_MIN_M, HEIGHT_MAX_M),
     }
-    for given, bound in most.items():
-        assert get_args(given)[1].max == bound
+    for given, (least, most) in bounds.items():
+        assert (get_args(given)[1].min, get_args(given)[1].max) == (least, most)

@@ -313,7 +313,7 @@ def test_nobody_is_no_encounter() -> None:
 @pytest.mark.parametrize(
     "wrong",
     [
-        {"horizon_s": 0.0}, {"horizon_s": 601.0}, {"horizon_s": float("nan")},
+        {"horizon_s": 1e-300}, {"horizon_s": 601.0}, {"horizon_s": float("nan")},
         {"distance_m": -1.0}, {"distance_m": 1e6}, {"height_m": 0.0}, {"height_m": float("nan")},
         {"probability_min": 1.5}, {"probability_min": float("nan")}, {"order": "name"},
         {"limit": 0}, {"limit": 10_001},
