@@ -233,7 +233,7 @@ class ForecastError(MultiradarError):
     """A forecast is asked for farther or finer than is given; `parameter` names what is wrong."""
 
     def __init__(self, parameter: str, reason: str) -> None:
-        self.parameter = parameter
+        self.parameter, self.reason = parameter, reason
         super().__init__(f"{parameter}: {reason}")
 
 

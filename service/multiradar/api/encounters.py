@@ -83,5 +83,5 @@ async def list_encounters(
     try:
         query = EncounterQuery(horizon_s, distance_m, height_m, probability_min, order, limit)
     except ForecastError as error:
-        raise parameter_error({error.parameter: str(error)}) from error
+        raise parameter_error({error.parameter: error.reason}) from error
     return json_response(await access.workers.run(access.view.encounters, query))

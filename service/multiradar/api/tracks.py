@@ -196,7 +196,7 @@ async def get_forecast(
             access.view.forecast, track_id, horizon_s, step_s, probability, by
         )
     except ForecastError as error:
-        raise parameter_error({error.parameter: str(error)}) from error
+        raise parameter_error({error.parameter: error.reason}) from error
     except TrajectoryError as error:
         raise RequestError(409, error.code, str(error)) from error
     if points is None:

@@ -6,8 +6,8 @@ import numpy as np
 
 from multiradar.errors import ConfigurationError
 
-#: No forecast goes farther ahead, s.
-AHEAD_MAX_S = 600.0
+#: No forecast goes farther ahead, s: ten minutes from now, where the last plot is two minutes old.
+AHEAD_MAX_S = 720.0
 
 
 @dataclass(frozen=True, slots=True)

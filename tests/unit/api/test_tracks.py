@@ -298,6 +298,7 @@ async def test_a_smaller_bound_of_points_is_a_422_that_names_it(
     (problem,) = answer.json()["errors"]
     assert "step_s" in json.dumps(problem)
     assert "at most 10 points, was 11" in json.dumps(problem)
+    assert answer.json()["detail"].startswith("step_s: expected")
 
 
 async def test_a_forecast_at_its_limit_is_served(client: httpx.AsyncClient) -> None:

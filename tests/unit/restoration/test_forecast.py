@@ -216,7 +216,7 @@ def test_remaining_durations_have_the_moments_of_the_whole(count: int) -> None:
 def test_times_out_of_bounds_are_refused() -> None:
     ends = ends_of(flight(((0.0, 0.0),)), (0,), 80.0)
     for ahead in ([-1.0], [AHEAD_MAX_S + 1.0]):
-        with pytest.raises(ConfigurationError, match="time ahead: expected 0 to 600 s"):
+        with pytest.raises(ConfigurationError, match="time ahead: expected 0 to 720 s"):
             forecast(ends, ahead, ForecastSettings(), Habits())
     with pytest.raises(TimeOrderError):
         forecast(ends, [10.0, 5.0], ForecastSettings(), Habits())

@@ -135,7 +135,7 @@ def test_the_table_does_not_depend_on_how_outputs_are_cut(
 
 
 def test_a_horizon_beyond_the_bound_is_refused(scene: Scene) -> None:
-    with pytest.raises(ForecastError, match="600 s after the last plot") as error:
+    with pytest.raises(ForecastError, match="720 s after the last plot") as error:
         scene.view.forecast(TURNING, 1200.0, 600.0, 0.95, BUNDLE)
     assert error.value.parameter == "horizon_s"
     assert scene.view.forecast(TURNING, 1200.0, 600.0, 0.95, FILTER) is not None

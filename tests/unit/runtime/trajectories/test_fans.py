@@ -61,7 +61,7 @@ def test_a_region_grows_with_its_probability(reading: Reading) -> None:
 
 
 def test_a_time_too_far_ahead_is_refused(reading: Reading) -> None:
-    with pytest.raises(ForecastError, match="expected at most 600 s") as error:
+    with pytest.raises(ForecastError, match="expected at most 720 s") as error:
         fan_course(reading, np.array([NOW_S, NOW_S + AHEAD_MAX_S + 1.0]), 0.95)
     assert error.value.parameter == "horizon_s"
 
