@@ -17,6 +17,7 @@ TRAJECTORY_REASON_MEANINGS: dict[str, str] = {
     "TOO_FEW_PLOTS": "fewer than three plots of the track have a place.",
     "NO_TRIPLE": "no three plots of the last 90 s are 8 s and 800 m apart and lie on an arc flown "
     "at 20 to 700 m/s.",
+    "NO_COVARIANCE": "what its plots leave uncertain of the trajectories cannot be computed.",
     "NO_PLACE": "a trajectory leads out of the system plane.",
     "FAILED": "the making of bundles has stopped by a mistake of the program.",
 }

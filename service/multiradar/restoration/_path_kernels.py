@@ -15,12 +15,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.kernels import in_loop, loop
-from multiradar.restoration._layout import BEGIN, COUNT, SEGMENT_COUNT, SEGMENTS, TIME
+from multiradar.restoration._layout import (
+    BEGIN,
+    COUNT,
+    SEGMENT_COUNT,
+    SEGMENTS,
+    TIME,
+    WEIGHT,
+)
 from multiradar.restoration._settling_kernels import copy_track, settle
 from multiradar.restoration._thinning_kernels import trace
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
+Flags = NDArray[np.bool_]
 
 
 @loop
@@ -29,8 +37,13 @@ def trace_with_spreads(
     rules: Floats, columns: Integers, steps: Floats, spare: Floats, H: Floats, g: Floats,
     H2: Floats, g2: Floats, S: Floats, T: Floats, M: Floats, r: Floats, moved: Floats,
     other: Floats, slopes: Floats, states: Floats, spreads: Floats, segments: Integers,
+    sound: Flags,
 ) -> None:  # fmt: skip
-    """Write states (m, k, 4), covariances (m, k, 4, 4) and segments (m, k) of the first tracks."""
+    """Write states (m, k, 4), covariances (m, k, 4, 4) and segments (m, k) of the first tracks.
+
+    `sound` (m) tells which of them have covariances: those whose H has a Cholesky factor. Of the
+    others all that is written is zero.
+    """
     last = len(plots)
     for i in range(many):
         copy_track(tracks[i], moved)
@@ -38,6 +51,13 @@ def trace_with_spreads(
             moved, spare, anchor_s, plots, 0, last, plots[last - 1, TIME], kinds, rules, 0,
             H, g, H2, g2, S, T, M, r,
         )  # fmt: skip
+        sound[i] = moved[WEIGHT] > -np.inf
+        if not sound[i]:
+            for k in range(len(time_s)):
+                states[i, k] = 0.0
+                spreads[i, k] = 0.0
+                segments[i, k] = 0
+            continue
         size = 6 + 3 * (int(moved[COUNT]) - 1)
         for j in range(size):
             value = moved[columns[j]]

@@ -9,7 +9,7 @@ from multiradar.restoration import _layout as layout
 from multiradar.restoration._arc_kernels import state_at
 from multiradar.restoration._memory import SettlingMemory
 from multiradar.restoration._settling_kernels import settle
-from multiradar.restoration.path import Window
+from multiradar.restoration.path import Window, sound_weights
 from multiradar.restoration.reading import parameters_of, segments_of
 from multiradar.restoration.shared_errors import shared_at
 
@@ -102,7 +102,12 @@ def ends_of(tracks: Floats, weights: Floats, window: Window, memory: SettlingMem
     Returns
     -------
     TrackEnds
-        At the last plot.
+        At the last plot. A track whose covariance cannot be told weighs nothing.
+
+    Raises
+    ------
+    TrajectoryError
+        If it can be told of none: `NO_COVARIANCE`.
 
     References
     ----------
@@ -111,7 +116,8 @@ def ends_of(tracks: Floats, weights: Floats, window: Window, memory: SettlingMem
     """
     anchor_s, plots, kinds, rules = window
     count, now_s = len(weights), float(plots[-1, layout.TIME])
-    motion, covariance = np.empty((count, 6)), np.empty((count, 6, 6))
+    motion, covariance = np.empty((count, 6)), np.zeros((count, 6, 6))
+    sound = np.ones(count, np.bool_)
     kind = np.full((count, layout.SEGMENTS_MAX), -1)
     begin_s = np.full((count, layout.SEGMENTS_MAX), np.inf)
     for i in range(count):
@@ -126,6 +132,9 @@ def ends_of(tracks: Floats, weights: Floats, window: Window, memory: SettlingMem
             *memory[1:],
         )  # fmt: skip
         motion[i] = _motion(moved, anchor_s, now_s, begun - 1)
+        sound[i] = moved[layout.WEIGHT] > -np.inf
+        if not sound[i]:
+            continue
         columns, steps = parameters_of(len(segments))
         slopes = np.empty((len(columns), 6))
         for j, (column, step) in enumerate(zip(columns, steps, strict=True)):
@@ -139,8 +148,9 @@ def ends_of(tracks: Floats, weights: Floats, window: Window, memory: SettlingMem
         covariance[i] = root.T @ root
     covariance[:, :2, :2] += shared_at(plots, np.array([now_s]))
     return TrackEnds(
-        now_s, anchor_s, weights, motion, covariance, kind, begin_s, kinds[:, layout.ENDING].copy()
-    )
+        now_s, anchor_s, sound_weights(weights, sound), motion, covariance, kind, begin_s,
+        kinds[:, layout.ENDING].copy(),
+    )  # fmt: skip
 
 
 def _motion(track: Floats, anchor_s: float, time_s: float, place: int) -> Floats:

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.errors import TrajectoryError
 from multiradar.restoration import _layout as layout
 from multiradar.restoration._memory import SettlingMemory
 from multiradar.restoration._path_kernels import trace_with_spreads
@@ -88,6 +89,11 @@ def path_of(
     Path
         At these times.
 
+    Raises
+    ------
+    TrajectoryError
+        If no track has a covariance: `NO_COVARIANCE`.
+
     References
     ----------
     IMM UrO RAN report (2016), section 2.2.5, for the mean. The covariance is the project's own:
@@ -95,12 +101,13 @@ def path_of(
     """
     many, count = len(weights), len(time_s)
     states, spreads = np.empty((many, count, 4)), np.empty((many, count, 4, 4))
-    segments = np.empty((many, count), np.int64)
+    segments, sound = np.empty((many, count), np.int64), np.empty(many, np.bool_)
     trace_with_spreads(
         tracks, many, window.anchor_s, time_s, window.plots, window.kinds, window.rules, _COLUMNS,
         _STEPS, *memory, np.empty(layout.TRACK_COUNT), np.empty((count, 4)),
-        np.empty((count, 4, layout.PARAMETERS_MAX)), states, spreads, segments,
+        np.empty((count, 4, layout.PARAMETERS_MAX)), states, spreads, segments, sound,
     )  # fmt: skip
+    weights = sound_weights(weights, sound)
     at = layout.SEGMENTS + layout.SEGMENT_COUNT * segments
     rows = np.arange(many)[:, None]
     lateral, longitudinal, kind = (
@@ -120,3 +127,38 @@ def path_of(
         weights @ longitudinal,
         np.column_stack(chances),
     )
+
+
+def sound_weights(weights: Floats, sound: NDArray[np.bool_]) -> Floats:
+    """Return weights with which tracks without a covariance count for nothing.
+
+    Parameters
+    ----------
+    weights : (m,) ndarray
+        Of sum one.
+    sound : (m,) bool ndarray
+        Which tracks have a covariance: the second derivatives of their functional are positive
+        definite. What cannot be computed is no track.
+
+    Returns
+    -------
+    (m,) ndarray
+        Of sum one; those given where all are sound.
+
+    Raises
+    ------
+    TrajectoryError
+        If none with a weight is: `NO_COVARIANCE`.
+
+    References
+    ----------
+    The project's own.
+    """
+    if sound.all():
+        return weights
+    left = np.where(sound, weights, 0.0)
+    total = float(left.sum())
+    if not total > 0.0:
+        reason = f"expected a trajectory with a covariance, was none of {len(weights)}"
+        raise TrajectoryError("NO_COVARIANCE", reason)
+    return np.asarray(left / total)

@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from multiradar.errors import RestorationError
+from multiradar.errors import RestorationError, TrajectoryError
 from multiradar.restoration import _layout as layout
 from multiradar.restoration._memory import SettlingMemory, settling_memory
 from multiradar.restoration._settling_kernels import settle
 from multiradar.restoration._thinning_kernels import trace
 from multiradar.restoration.bundle import Bundle
+from multiradar.restoration.ends import ends_of
 from multiradar.restoration.estimate import BEST, WEIGHTED, velocity_states
 from multiradar.restoration.path import Window, path_of
 from multiradar.restoration.reading import parameters_of, segments_of
@@ -55,9 +56,7 @@ def plain_spreads(track: Floats, window: Window, time_s: Floats, memory: Settlin
 
 
 def test_the_kernel_does_what_the_plain_form_does(bundle: Bundle) -> None:
-    settings = BundleSettings()
-    plots = bundle._plots[bundle._first : bundle._last]
-    window = Window(bundle._anchor_s, plots, settings.kinds(), settings.rules())
+    window = window_of(bundle)
     times, weights = whole_seconds(*bundle.window_s)[::7], bundle.weights()
     found = path_of(bundle._tracks, weights, window, times, settling_memory())
     memory = settling_memory()
@@ -111,3 +110,45 @@ def test_a_copy_says_the_same_and_goes_its_own_way(bundle: Bundle) -> None:
 def test_there_is_no_path_before_the_first_triple() -> None:
     with pytest.raises(RestorationError):
         Bundle(BundleSettings()).path([0.0])
+
+
+def spoilt(bundle: Bundle, rows: slice) -> Floats:
+    """The tracks of a bundle; those rows know less than nothing of their parameters."""
+    tracks = bundle._tracks.copy()
+    tracks[rows, layout.PRIOR_INFORMATION : layout.PRIOR_LOGARITHM] = -np.eye(6).ravel()
+    return tracks
+
+
+def window_of(bundle: Bundle) -> Window:
+    settings = BundleSettings()
+    plots = bundle._plots[bundle._first : bundle._last]
+    return Window(bundle._anchor_s, plots, settings.kinds(), settings.rules())
+
+
+def test_a_track_whose_covariance_cannot_be_computed_counts_for_nothing(bundle: Bundle) -> None:
+    window, weights = window_of(bundle), bundle.weights()
+    times, tracks = whole_seconds(*bundle.window_s)[::7], spoilt(bundle, slice(1, 2))
+    others = np.delete(np.arange(len(weights)), 1)
+    left = weights[others] / weights[others].sum()
+    memory = settling_memory()
+    found = path_of(tracks, weights, window, times, memory)
+    expected = path_of(tracks[others], left, window, times, memory)
+    assert found.state == pytest.approx(expected.state, rel=1e-12, abs=1e-9)
+    assert found.covariance == pytest.approx(expected.covariance, rel=1e-9, abs=1e-9)
+    assert found.kind_probability == pytest.approx(expected.kind_probability, abs=1e-12)
+    ends = ends_of(tracks, weights, window, memory)
+    assert ends.weight[others] == pytest.approx(left, rel=1e-12)
+    assert ends.weight[1] == 0.0
+    assert np.all(np.isfinite(ends.covariance))
+
+
+def test_tracks_of_which_no_covariance_can_be_computed_are_refused(bundle: Bundle) -> None:
+    window, weights, memory = window_of(bundle), bundle.weights(), settling_memory()
+    tracks = spoilt(bundle, slice(None))
+    for call in (
+        lambda: path_of(tracks, weights, window, np.array([100.0]), memory),
+        lambda: ends_of(tracks, weights, window, memory),
+    ):
+        with pytest.raises(TrajectoryError, match="with a covariance, was none") as error:
+            call()
+        assert error.value.code == "NO_COVARIANCE"
