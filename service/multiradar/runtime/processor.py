@@ -77,7 +77,10 @@ class Processor:
         self._publication = publication
         self._rows_max = rows_max
         self._lock = threading.Lock()
+        # A lock of its own: who waits must not wait for a call of the engine to begin waiting.
+        self._settling_lock = threading.Lock()
         self._settling: list[tuple[int, Future[int]]] = []
+        self._ended: MultiradarError | None = None
         self._states: TrackStates | None = None
         self._data_time_s: float | None = None
         self._begin()
@@ -130,11 +133,16 @@ class Processor:
                 return
 
     def settled(self, sequence: int) -> Future[int]:
-        """Return a future of the last update, resolved when an entry has been processed."""
+        """Return a future of the last update, resolved when an entry has been processed.
+
+        It fails where nothing is processed any more and the entry was not.
+        """
         future: Future[int] = Future()
-        with self._lock:
+        with self._settling_lock:
             self._settling.append((sequence, future))
         self._settle()
+        if self._ended is not None:
+            self._give_up(self._ended)
         return future
 
     def close(self) -> None:
@@ -252,7 +260,7 @@ class Processor:
         self._places.forget(self._engine.waiting_from)
 
     def _settle(self) -> None:
-        with self._lock:
+        with self._settling_lock:
             processed, updates = self.processed, self._updates
             done = [future for sequence, future in self._settling if sequence <= processed]
             self._settling = [one for one in self._settling if one[0] > processed]
@@ -270,8 +278,10 @@ class Processor:
         self._backlog.abandon()
         self._give_up(self.failure)
 
+    # What waits from now on is given up by who begins to wait.
     def _give_up(self, error: MultiradarError) -> None:
-        with self._lock:
+        self._ended = error
+        with self._settling_lock:
             waiting, self._settling = self._settling, []
         for _, future in waiting:
             if future.set_running_or_notify_cancel():

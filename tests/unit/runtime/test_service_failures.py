@@ -158,6 +158,30 @@ def test_an_engine_that_always_fails_stops_the_service_and_says_so(start: Starte
         service.submit(recording(10), source="test")
 
 
+def test_who_asks_after_the_end_of_the_engine_is_told_of_it(start: Starter) -> None:
+    """Once, who asked whether all was processed after the engine had failed waited for ever."""
+
+    def crash(_batch: MeasurementBatch) -> None:
+        raise MemoryError
+
+    service = start(engine=lambda: FakeEngine(crash))
+    submit(service, recording(10))
+    with pytest.raises(PipelineError, match="no memory"):
+        service.settled().result(10)
+    with pytest.raises(PipelineError, match="no memory"):
+        service.settled().result(10)
+    service.stop()
+    with pytest.raises(PipelineError, match="no memory"):
+        service.settled().result(10)
+
+
+def test_what_was_processed_is_settled_after_a_stop(start: Starter) -> None:
+    service = start()
+    submit(service, recording(10))
+    service.stop()
+    assert service.settled().result(10) == 10
+
+
 def test_a_service_that_does_not_run_takes_nothing() -> None:
     service = Service(
         open_journal=MemoryJournal,

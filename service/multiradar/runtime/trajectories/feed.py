@@ -94,11 +94,23 @@ class TrajectoryFeed:
         """Expect output again from the beginning: what was taken is the same and is passed over."""
 
     def settle(self, timeout_s: float | None = None) -> bool:
-        """Wait until no plot waits any more; tell whether that came true in time."""
+        """Wait until no plot waits any more; tell whether that came true in time.
+
+        Raises
+        ------
+        TrajectoryError
+            If no bundles are made any more, and plots wait: `FAILED`.
+        """
+
+        def settled() -> bool:
+            return not (self._waiting.count or self._in_hand or self._gone)
+
         with self._changed:
-            return self._changed.wait_for(
-                lambda: not (self._waiting.count or self._in_hand or self._gone), timeout_s
-            )
+            self._changed.wait_for(lambda: self._closed or settled(), timeout_s)
+            if self._closed and not settled():
+                reason = "expected bundles that are made, was a service that has stopped"
+                raise TrajectoryError("FAILED", self._failure or reason)
+            return settled()
 
     def read(self, track_id: int) -> Reading:
         """Return the bundle of a track, a copy.

@@ -199,6 +199,37 @@ def test_a_service_that_stops_while_the_journal_is_played_lets_the_engine_go(
     assert not player.is_alive()
 
 
+def test_who_waits_for_bundles_is_told_that_they_have_stopped(
+    feeds: Feeds, outputs: list[EngineOutput]
+) -> None:
+    """Once it waited for ever for plots that nobody took any more."""
+    feed = feeds.make()
+    feed.begin()
+    for output in outputs:
+        feed.put(output)
+    told: list[BaseException] = []
+
+    def wait() -> None:
+        try:
+            feed.settle()
+        except TrajectoryError as error:
+            told.append(error)
+
+    waiter = threading.Thread(target=wait, daemon=True)
+    waiter.start()
+    feed.stop()
+    waiter.join(PATIENCE_S)
+    assert not waiter.is_alive()
+    with pytest.raises(TrajectoryError, match="was a service that has stopped"):
+        feed.settle(PATIENCE_S)
+    assert [str(error) for error in told] == [
+        "expected bundles that are made, was a service that has stopped"
+    ]
+    idle = feeds.make()
+    idle.stop()
+    assert idle.settle(PATIENCE_S)
+
+
 def test_a_mistake_of_ours_ends_the_bundles_and_not_the_engine(
     feeds: Feeds, outputs: list[EngineOutput], caplog: pytest.LogCaptureFixture
 ) -> None:
