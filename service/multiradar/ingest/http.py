@@ -34,6 +34,15 @@ _CIRCUMSTANCES = frozenset(
 )
 
 _SOURCE = "http"
+#: Why there is no answer in time.
+_JOURNAL_LATE = (
+    "the journal did not answer in time and may have the message or not; "
+    "send it again with the same Idempotency-Key"
+)
+_ENGINE_LATE = (
+    "what was taken before is not processed yet; "
+    "send the end of the stream again with the same Idempotency-Key"
+)
 
 
 class RefusedRow(BaseModel):
@@ -67,7 +76,8 @@ class IntakeBounds:
     threads : int
         Threads that decode bodies.
     acknowledge_deadline_s : float
-        Longest wait for the journal before a sender hears 503.
+        Longest wait for the journal, at the end of a stream for the tracker, before a sender
+        hears 503.
     """
 
     rows_max: int = 100_000
@@ -127,7 +137,7 @@ class _Intake:
                 decoded.frame, source=_SOURCE, idempotency_key=key, rejected=decoded.rejected
             )
 
-        return await self._acknowledged(hand_in)
+        return await self._acknowledged(hand_in, _JOURNAL_LATE)
 
     async def flush(self, request: Request) -> Response:
         _no_query(request)
@@ -135,23 +145,17 @@ class _Intake:
         if await _body(request):
             raise RequestError(400, "BODY_NOT_EXPECTED", "expected no body")
         return await self._acknowledged(
-            lambda: self._sink.flush(source=_SOURCE, idempotency_key=key)
+            lambda: self._sink.flush(source=_SOURCE, idempotency_key=key), _ENGINE_LATE
         )
 
-    async def _acknowledged(self, hand_in: Callable[[], Future[Receipt]]) -> Response:
+    async def _acknowledged(self, hand_in: Callable[[], Future[Receipt]], late: str) -> Response:
         loop = asyncio.get_running_loop()
         pending = asyncio.wrap_future(await loop.run_in_executor(self._threads, hand_in))
         # Not `wait_for`: what waits for the journal must not be cancelled, it may be written yet.
         await asyncio.wait({pending}, timeout=self._bounds.acknowledge_deadline_s)
         if not pending.done():
             pending.add_done_callback(_retrieved)
-            raise RequestError(
-                503,
-                "NOT_ACKNOWLEDGED",
-                "the journal did not answer in time and may have the message or not; "
-                "send it again with the same Idempotency-Key",
-                {"retry-after": "5"},
-            )
+            raise RequestError(503, "NOT_ACKNOWLEDGED", late, {"retry-after": "5"})
         return await loop.run_in_executor(self._threads, _answer, pending.result())
 
 
@@ -234,7 +238,8 @@ Rows that are refused are listed with place and reason and kept in the quarantin
 
 _FLUSH_TEXT = """\
 Mark the end of a stream: what waits to be put in order is processed now, the epoch closes, and what
-is older than the newest measurement so far is late from then on. The mark is in the journal.
+is older than the newest measurement so far is late from then on. The mark is in the journal. The
+answer comes when all that was taken before can be read.
 """
 
 _KEY_PARAMETER = {

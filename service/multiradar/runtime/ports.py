@@ -143,7 +143,7 @@ class MeasurementSink(Protocol):
         ...
 
     def flush(self, *, source: str, idempotency_key: str | None = None) -> Future[Receipt]:
-        """Hand in the end of a stream; resolved when it is on disk."""
+        """Hand in the end of a stream; resolved when what was taken before can be read."""
         ...
 
 

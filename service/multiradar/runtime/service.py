@@ -210,8 +210,28 @@ class Service:
         """Hand in the end of a stream: what waits to be put in order is released.
 
         Measurements older than the newest so far are late from then on.
+
+        Parameters
+        ----------
+        source : str
+            Who sends.
+        idempotency_key : str, optional
+            The sender's name for the message, as for `submit`.
+
+        Returns
+        -------
+        Future of Receipt
+            Resolved when all that was taken before, and what was released, can be read. Fails as
+            that of `submit` does, and with `PipelineError` when the engine stops before.
+
+        Raises
+        ------
+        QueueFullError, PipelineError, JournalError
+            As `submit`.
         """
-        return self._put(Submission(EntryKind.FLUSH, pl.DataFrame(), source, idempotency_key, ()))
+        taken = self._put(Submission(EntryKind.FLUSH, pl.DataFrame(), source, idempotency_key, ()))
+        assert self._processor is not None, "a running service has one"
+        return _when_processed(taken, self._processor)
 
     def settled(self) -> Future[int]:
         """Return a future that resolves when everything journalled so far has been processed.
@@ -219,7 +239,8 @@ class Service:
         Returns
         -------
         Future of int
-            Number of the last track update then.
+            Number of the last track update then. Fails when the service or the engine has stopped
+            and something was not processed.
         """
         if self._processor is None or self._writer is None:
             raise PipelineError("the service is not running")
@@ -316,6 +337,32 @@ class Service:
             "skipped": sorted(skipped)[:_SKIPPED_SHOWN_MAX],
             "output_sha256": None if processor is None else processor.output_sha256,
         }
+
+
+# The receipt again, once a reader can see what came of its entry. Nobody can cancel it: the thread
+# of the engine resolves it.
+def _when_processed(taken: Future[Receipt], processor: Processor) -> Future[Receipt]:
+    told: Future[Receipt] = Future()
+    told.set_running_or_notify_cancel()
+
+    def on_disk(done: Future[Receipt]) -> None:
+        error = done.exception()
+        if error is not None:
+            told.set_exception(error)
+            return
+        receipt = done.result()
+        processed = processor.settled(receipt.journal_sequence)
+        processed.add_done_callback(lambda settled: readable(settled, receipt))
+
+    def readable(settled: Future[int], receipt: Receipt) -> None:
+        error = settled.exception()
+        if error is not None:
+            told.set_exception(error)
+        else:
+            told.set_result(receipt)
+
+    taken.add_done_callback(on_disk)
+    return told
 
 
 # Has the loops compiled before the first message waits for them.

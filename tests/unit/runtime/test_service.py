@@ -269,6 +269,33 @@ def test_the_end_of_a_stream_releases_and_is_journalled(start: Starter) -> None:
     assert len(late.rejected) == 50
 
 
+def test_the_end_of_a_stream_is_answered_when_its_tracks_can_be_read(
+    start: Starter, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Once it was answered when it was on disk, and a track that it made was a 404 for a moment."""
+    service, gate = start(), threading.Event()
+    publish = service.view.publish
+
+    def publish_late(output: EngineOutput, data_time_s: float | None) -> None:
+        gate.wait(10.0)
+        publish(output, data_time_s)
+
+    monkeypatch.setattr(service.view, "publish", publish_late)
+    frame = recording(40)
+    submit(service, frame[:20])
+    ended = service.flush(source="test", idempotency_key="end")
+    # The journal takes one after the other: the end of the stream is on disk, too.
+    submit(service, frame[20:])
+    assert not ended.done()
+    assert not ended.cancel()
+    gate.set()
+    assert ended.result(10).journal_sequence == 2
+    made = service.view.tracks()["track_number"]
+    assert frame[:20]["track_number"].is_in(made.implode()).all()
+    again = service.flush(source="test", idempotency_key="end").result(10)
+    assert (again.duplicate, again.journal_sequence) == (True, 2)
+
+
 def test_messages_that_share_a_transaction_keep_their_own_rows(start: Starter) -> None:
     frame = recording(120).with_columns(
         sensor_id=pl.when(pl.int_range(120) % 7 == 3).then(pl.lit("no")).otherwise("sensor_id"),

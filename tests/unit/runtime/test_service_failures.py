@@ -175,6 +175,21 @@ def test_who_asks_after_the_end_of_the_engine_is_told_of_it(start: Starter) -> N
         service.settled().result(10)
 
 
+def test_the_end_of_a_stream_fails_with_the_engine(start: Starter) -> None:
+    gate = threading.Event()
+
+    def crash(_batch: MeasurementBatch) -> None:
+        gate.wait(10.0)
+        raise MemoryError
+
+    service = start(engine=lambda: FakeEngine(crash))
+    submit(service, recording(10))
+    ended = service.flush(source="test")
+    gate.set()
+    with pytest.raises(PipelineError, match="no memory"):
+        ended.result(10)
+
+
 def test_what_was_processed_is_settled_after_a_stop(start: Starter) -> None:
     service = start()
     submit(service, recording(10))
