@@ -1,6 +1,6 @@
 """What the service needs of Zenoh: two small interfaces, and the messages that pass them."""
 
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -51,6 +51,8 @@ class Request:
         Sends an error: payload.
     finish : callable
         Ends the query.
+    repeated : tuple of str
+        Names of parameters that are given more than once; the mapping has the last value of each.
     """
 
     key: str
@@ -61,19 +63,33 @@ class Request:
     reply: Callable[[str, bytes, bytes], None]
     refuse: Callable[[bytes], None]
     finish: Callable[[], None]
+    repeated: tuple[str, ...] = ()
 
 
-def unknown_parameters(given: Iterable[str], known: Collection[str]) -> str:
-    """Return what is wrong with the names of a query's parameters; empty when nothing is.
+def wrong_parameters(request: Request, known: Collection[str]) -> tuple[str, str] | None:
+    """Return what is wrong with the names of a query's parameters.
 
-    Names that begin with an underscore are Zenoh's own.
+    Parameters
+    ----------
+    request : Request
+        The query. Names that begin with an underscore are Zenoh's own.
+    known : collection of str
+        Names that it may have, each once.
+
+    Returns
+    -------
+    tuple of str, or None
+        Code and reason, as over HTTP; None when nothing is wrong.
     """
-    unknown = [name for name in given if name not in known and not name.startswith("_")]
-    if not unknown:
-        return ""
-    shown = ", ".join(ascii(name)[1:-1][:64] for name in unknown[:8])
-    expected = f"one of {', '.join(sorted(known))}" if known else "no parameters"
-    return f"expected {expected}, was {shown}"
+    unknown = [one for one in request.parameters if one not in known and not one.startswith("_")]
+    if unknown:
+        shown = ", ".join(ascii(name)[1:-1][:64] for name in unknown[:8])
+        expected = f"one of {', '.join(sorted(known))}" if known else "no parameters"
+        return "UNKNOWN_PARAMETER", f"expected {expected}, was {shown}"
+    repeated = [name for name in request.repeated if name in known]
+    if repeated:
+        return "INVALID_PARAMETER", "; ".join(f"{name}: expected once" for name in repeated)
+    return None
 
 
 class Stream(Protocol):

@@ -20,7 +20,7 @@ from multiradar.errors import (
     QueueFullError,
 )
 from multiradar.ingest.bodies import Decoded
-from multiradar.ingest.zenoh.bus import Message, Request, unknown_parameters
+from multiradar.ingest.zenoh.bus import Message, Request, wrong_parameters
 from multiradar.ingest.zenoh.counts import ZenohCounts
 from multiradar.ingest.zenoh.keys import MEASUREMENTS
 from multiradar.ingest.zenoh.payload import PayloadBounds, read_payload
@@ -112,9 +112,9 @@ class MeasurementInlet:
 
     def _handed_in(self, request: Request) -> "Future[Receipt]":
         idempotency_key = _idempotency_key(request.attachment)
-        unknown = unknown_parameters(request.parameters, _PARAMETERS)
-        if unknown:
-            raise PayloadError("UNKNOWN_PARAMETER", unknown)
+        wrong = wrong_parameters(request, _PARAMETERS)
+        if wrong is not None:
+            raise PayloadError(*wrong)
         if "flush" in request.parameters and not request.payload:
             return self._intake.flush(source=SOURCE, idempotency_key=idempotency_key)
         if request.payload is None:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from multiradar.errors import ForecastError, RequestError, TrajectoryError
-from multiradar.ingest.zenoh.bus import Request, unknown_parameters
+from multiradar.ingest.zenoh.bus import Request, wrong_parameters
 from multiradar.ingest.zenoh.catch_up import CatchUp
 from multiradar.ingest.zenoh.counts import ZenohCounts
 from multiradar.ingest.zenoh.keys import (
@@ -105,7 +105,7 @@ class Answers:
     ) -> Callable[[Request], None]:
         def answered(request: Request) -> None:
             try:
-                _refuse_unknown(request.parameters, parameters)
+                _refuse_wrong(request, parameters)
                 answer(request)
             except RequestError as error:
                 self._refuse(request, error.code, str(error))
@@ -279,10 +279,10 @@ def _number(parameters: Mapping[str, str], name: str, absent: float) -> float:
     return value
 
 
-def _refuse_unknown(parameters: Mapping[str, str], known: frozenset[str]) -> None:
-    reason = unknown_parameters(parameters, known)
-    if reason:
-        raise RequestError(_BAD_REQUEST, "UNKNOWN_PARAMETER", reason)
+def _refuse_wrong(request: Request, known: frozenset[str]) -> None:
+    wrong = wrong_parameters(request, known)
+    if wrong is not None:
+        raise RequestError(_BAD_REQUEST, *wrong)
 
 
 def _bad(name: str, expected: str, text: str) -> RequestError:

@@ -16,6 +16,7 @@ Why it is built as it is (measured with 1.10, see docs/zenoh.md):
 """
 
 import json
+from collections import Counter
 from collections.abc import Callable
 from typing import Any
 
@@ -245,9 +246,11 @@ def _listening(config: zenoh.Config) -> tuple[str, ...]:
 
 def _request(query: zenoh.Query) -> Request:
     payload = query.payload
+    pairs = _pairs(str(query.parameters))
+    times = Counter(name for name, _ in pairs)
     return Request(
         key=str(query.key_expr),
-        parameters=dict(_pairs(str(query.parameters))),
+        parameters=dict(pairs),
         payload=None if payload is None else payload.to_bytes(),
         media_type="" if query.encoding is None else str(query.encoding),
         attachment=_bytes(query.attachment),
@@ -256,6 +259,7 @@ def _request(query: zenoh.Query) -> Request:
         ),
         refuse=lambda content: query.reply_err(content, encoding=JSON),
         finish=query.drop,
+        repeated=tuple(name for name, count in times.items() if count > 1),
     )
 
 
