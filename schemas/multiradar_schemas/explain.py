@@ -43,7 +43,14 @@ _OUT_OF_RANGE = frozenset(
 )
 _NUMBER_TYPES = frozenset({"float_type", "int_type", "float_parsing", "int_parsing"})
 _TYPES = _NUMBER_TYPES | {"string_type"}
-_TIMES = {"one_time": "none", "many_times": "more than one"}
+# Of faults of a row as a whole; the row itself is no part of them.
+_ONE_TIME = "expected exactly one of time_s, time_ns and time, was "
+_SENTENCES = {
+    "union_tag_not_found": "kind: expected a value, was absent",
+    "one_time": f"{_ONE_TIME}none",
+    "many_times": f"{_ONE_TIME}more than one",
+    "whole_source": "{missing}: expected all of {fields} or none, was absent",
+}
 _BOUNDS = ("greater than", "less than")
 
 
@@ -106,12 +113,10 @@ def _sentence(kind: str, details: Mapping[str, Any], value: object) -> str:
     context = details.get("ctx", {})
     if kind == "union_tag_invalid":
         return f"kind: expected one of {context['expected_tags']}, was {_tag(value)}"
-    if kind == "union_tag_not_found":
-        return "kind: expected a value, was absent"
     if kind == "string_pattern_mismatch":
         return f"expected text of the form {context['pattern']}, was {shown(value)}"
-    if kind in _TIMES:
-        return f"expected exactly one of time_s, time_ns and time, was {_TIMES[kind]}"
+    if kind in _SENTENCES:
+        return _SENTENCES[kind].format(**context)
     message = str(details["msg"])
     for opening in ("Input should be ", "Value error, expected "):
         if message.startswith(opening):

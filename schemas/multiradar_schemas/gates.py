@@ -123,11 +123,14 @@ def _needs() -> tuple[Gate, ...]:
     )
 
 
-def _whole_source() -> Gate:
-    absent = [pl.col(name).is_null() for name in SOURCE_FIELDS]
-    refuses = pl.any_horizontal(absent) & ~pl.all_horizontal(absent)
+# The first that is absent is told, as in JSON.
+def _whole_source() -> tuple[Gate, ...]:
+    given = pl.any_horizontal(pl.col(name).is_not_null() for name in SOURCE_FIELDS)
     expected = f"all of {SOURCE} or none"
-    return Gate(RejectCode.MISSING_FIELD, SOURCE_FIELDS[0], expected, refuses)
+    return tuple(
+        Gate(RejectCode.MISSING_FIELD, name, expected, given & pl.col(name).is_null())
+        for name in SOURCE_FIELDS
+    )
 
 
 _time = pl.col("time_s")
@@ -174,5 +177,5 @@ PHYSICAL_GATES: tuple[Gate, ...] = (
     *_between("source_latitude_deg", -LATITUDE_MAX_DEG, LATITUDE_MAX_DEG, "degrees"),
     *_between("source_longitude_deg", -LONGITUDE_MAX_DEG, LONGITUDE_MAX_DEG, "degrees"),
     *_between("source_height_m", HEIGHT_MIN_M, HEIGHT_MAX_M, "m"),
-    _whole_source(),
+    *_whole_source(),
 )

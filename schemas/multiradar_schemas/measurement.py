@@ -228,7 +228,9 @@ class _Common(Record):
         missing = [name for name in SOURCE_FIELDS if getattr(self, name) is None]
         if 0 < len(missing) < len(SOURCE_FIELDS):
             raise PydanticCustomError(
-                "whole_source", "Input should be all of {fields} or none", {"fields": SOURCE}
+                "whole_source",
+                "Input should be all of {fields} or none",
+                {"fields": SOURCE, "missing": missing[0]},
             )
         return self
 

@@ -100,6 +100,16 @@ def test_what_cannot_be_is_refused_alike_in_every_encoding(
     assert [why.partition(":")[0] for why in taken(MOVING, row)[1]] == [str(code)]
 
 
+@pytest.mark.parametrize("missing", list(SOURCE))
+def test_half_a_place_of_the_source_is_refused_in_one_sentence(missing: str) -> None:
+    """Once the sentence ended with the whole row."""
+    row = BEARING | {name: value for name, value in SOURCE.items() if name != missing}
+    expected = f"{missing}: expected all of {', '.join(SOURCE)} or none, was absent"
+    assert [one.reason for one in parse_json(json.dumps([row]).encode()).rejected] == [expected]
+    frame = pl.DataFrame([row], schema={name: MEASUREMENT_SCHEMA[name] for name in row})
+    assert [one.reason for one in parse_arrow(encode_rows(frame)).rejected] == [expected]
+
+
 def test_a_sensor_gives_only_what_it_is_said_to_measure() -> None:
     plot = BEARING | {"sensor_id": "radar", "kind": "radar", "range_m": 9e4}
     for table, row, words in (
