@@ -4,7 +4,9 @@ JSON Schema (draft 2020-12) of each model, and the Arrow schemas as text, into t
 beside this module. A test fails when the files differ from the models.
 """
 
+import argparse
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -114,8 +116,11 @@ def _arrow_schema(schema: pl.Schema, required: tuple[str, ...]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def main() -> None:
-    """Write all files."""
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Write all files; the arguments, of which there are none, are those of the process."""
+    argparse.ArgumentParser(
+        prog="python -m multiradar_schemas.export", description=f"Write all schemas into {FOLDER}."
+    ).parse_args(arguments)
     FOLDER.mkdir(exist_ok=True)
     for name, text in documents().items():
         (FOLDER / name).write_text(text, encoding="utf-8")

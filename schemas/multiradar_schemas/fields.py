@@ -1,7 +1,7 @@
 """Writes `docs/fields.md` from the models: `python -m multiradar_schemas.fields docs/fields.md`."""
 
-import sys
-from collections.abc import Iterator
+import argparse
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -97,6 +97,19 @@ number of their trajectory, from 0, in `segment_trajectory`; and paths at multip
 def page() -> str:
     """Return the text of the page."""
     return "\n".join(_lines()) + "\n"
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Write the page; the arguments are those of the process unless they are given."""
+    parser = argparse.ArgumentParser(
+        prog="python -m multiradar_schemas.fields", description="Write the page of all fields."
+    )
+    parser.add_argument("file", metavar="FILE", type=Path, help="Where to: docs/fields.md.")
+    file: Path = parser.parse_args(arguments).file
+    try:
+        file.write_text(page(), encoding="utf-8")
+    except OSError as error:
+        parser.exit(1, f"{file}: cannot be written ({error.strerror})\n")
 
 
 def _lines() -> Iterator[str]:
@@ -233,4 +246,4 @@ def _said(schema: dict[str, Any]) -> dict[str, str]:
 
 
 if __name__ == "__main__":
-    Path(sys.argv[1]).write_text(page(), encoding="utf-8")
+    main()
