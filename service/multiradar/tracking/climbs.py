@@ -1,7 +1,7 @@
 """Heights of live tracks with their rates of climb, as the filter of heights knows them."""
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from multiradar.estimation.filters._height_kernels import (
     BY_HEIGHT,
@@ -96,9 +96,31 @@ def moved_climbs(states: Floats, ahead_s: Floats) -> Floats:
     rate_variance = states[:, CLIMB_RATE_VARIANCE]
     noise = CLIMB_DENSITY * ahead_s
     moved[:, CLIMB_HEIGHT] += ahead_s * states[:, CLIMB_RATE]
-    moved[:, CLIMB_VARIANCE] += ahead_s * (
-        2.0 * states[:, CLIMB_COMMON] + ahead_s * (rate_variance + noise / 3.0)
-    )
+    covariance = states[:, CLIMB_VARIANCE : CLIMB_RATE_VARIANCE + 1]
+    moved[:, CLIMB_VARIANCE] = later_variance(covariance, CLIMB_DENSITY, ahead_s)
     moved[:, CLIMB_COMMON] += ahead_s * (rate_variance + 0.5 * noise)
     moved[:, CLIMB_RATE_VARIANCE] += noise
     return moved
+
+
+def later_variance(covariance: Floats, density: ArrayLike, ahead_s: Floats) -> Floats:
+    """Return the variances of heights after a time.
+
+    Parameters
+    ----------
+    covariance : (n, 3) ndarray
+        Of height and rate before it, upper triangle: m², m²/s, m²/s².
+    density : array_like
+        Of the white vertical acceleration, m²/s³: one for all, or (n,).
+    ahead_s : (n,) ndarray
+        The times, s.
+
+    Returns
+    -------
+    (n,) ndarray
+        Variances, m².
+    """
+    variance, common, rate_variance = covariance.T
+    noise = np.asarray(density, np.float64) * ahead_s
+    later: Floats = variance + ahead_s * (2.0 * common + ahead_s * (rate_variance + noise / 3.0))
+    return later

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters._height_kernels import CLIMB_DENSITY
-from multiradar.tracking.climbs import CLIMB_KIND
+from multiradar.tracking.climbs import CLIMB_KIND, later_variance
 from multiradar.tracking.encounters import _approach_kernels as kernels
 from multiradar.tracking.encounters._chance_kernels import (
     CLIMB_NOISE,
@@ -149,8 +149,8 @@ def height_at(between: Floats, time_s: Floats) -> tuple[Floats, Floats]:
     height_m, sigma_m : (m,) float64
         The height of the second above the first, and its standard deviation.
     """
-    height, rate, variance, common, rate_variance, noise = between.T
-    spread = variance + time_s * (2.0 * common + time_s * (rate_variance + time_s * noise / 3.0))
+    height, rate, density = between[:, HEIGHT], between[:, HEIGHT + 1], between[:, CLIMB_NOISE]
+    spread = later_variance(between[:, 2:CLIMB_NOISE], density, time_s)
     return height + time_s * rate, np.sqrt(np.maximum(spread, 0.0))
 
 
