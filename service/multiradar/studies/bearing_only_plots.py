@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.report.content import Plot, Series, Value
+from multiradar.report.content import Plot, Series
 from multiradar.studies.bearing_only_runs import (
     BEARINGS,
     DURATION_S,
@@ -14,9 +14,9 @@ from multiradar.studies.bearing_only_runs import (
     START_M,
     VELOCITY_MPS,
 )
+from multiradar.studies.time_series import Row, series_by_time
 
 Floats = NDArray[np.float64]
-Row = dict[str, Value]
 
 
 def plots(rows: list[Row]) -> list[Plot]:
@@ -42,9 +42,7 @@ def plots(rows: list[Row]) -> list[Plot]:
 
 def _errors(rows: list[Row], title: str, quantity: str, unit: str, name: str) -> Plot:
     scene = SCENES[0]
-    series = tuple(
-        _series(rows, scene.name, scheme, quantity) for scheme in (BEARINGS, PLACES, LED_ON)
-    )
+    series = tuple(_series(rows, scheme, quantity) for scheme in (BEARINGS, PLACES, LED_ON))
     return Plot(
         title=title,
         x_label="t, s",
@@ -64,7 +62,7 @@ def _highest(series: tuple[Series, ...]) -> float:
 
 def _consistency(rows: list[Row]) -> Plot:
     band = next(row for row in rows if row["quantity"] == "nees" and row["time_s"] is not None)
-    nees = _series(rows, SCENES[0].name, BEARINGS, "nees")
+    nees = _series(rows, BEARINGS, "nees")
     edges = [np.full(len(nees.x), float(band[name] or 0.0)) for name in ("band_low", "band_high")]
     return Plot(
         title="NEES of the bearings",
@@ -95,15 +93,6 @@ def _geometry() -> Plot:
     )
 
 
-def _series(rows: list[Row], scene: str, scheme: str, quantity: str) -> Series:
-    chosen = [
-        row
-        for row in rows
-        if (row["scene"], row["scheme"], row["quantity"]) == (scene, scheme, quantity)
-        and row["time_s"] is not None
-    ]
-    return Series(
-        scheme,
-        np.array([row["time_s"] for row in chosen], np.float64),
-        np.array([row["value"] for row in chosen], np.float64),
-    )
+def _series(rows: list[Row], scheme: str, quantity: str) -> Series:
+    wanted = {"scene": SCENES[0].name, "scheme": scheme, "quantity": quantity}
+    return series_by_time(rows, scheme, wanted)

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from multiradar.report.content import Plot, Series, Value
+from multiradar.report.content import Plot, Series
 from multiradar.restoration.manoeuvre_plane import LEVEL
 from multiradar.studies.manoeuvre_plane_runs import (
     PRINTED,
@@ -15,9 +15,9 @@ from multiradar.studies.manoeuvre_plane_runs import (
     Case,
     path,
 )
+from multiradar.studies.time_series import Row, series_by_time
 
 Floats = NDArray[np.float64]
-Row = dict[str, Value]
 
 
 def plots(rows: list[Row]) -> list[Plot]:
@@ -101,14 +101,5 @@ def _path() -> Plot:
 
 
 def _line(rows: list[Row], label: str, quantity: str, radius: float, key: str = "") -> Series:
-    chosen = [
-        row
-        for row in rows
-        if (row["part"], row["radius_m"], row["quantity"]) == ("example", radius, quantity)
-    ]
-    return Series(
-        label,
-        np.array([row["time_s"] for row in chosen], np.float64),
-        np.array([row["value"] for row in chosen], np.float64),
-        key=key or label,
-    )
+    wanted: Row = {"part": "example", "radius_m": radius, "quantity": quantity}
+    return series_by_time(rows, label, wanted, key)
