@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.errors import ForecastError, OutsidePlaneError
+from multiradar.errors import ForecastError
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.restoration.fan import LATER_NAMES, REGION_MEMBERS, Fan, Members
 from multiradar.restoration.forecast import forecast
@@ -107,7 +107,8 @@ def told_members(course: FanCourse, plane: SystemPlane, height_m: float) -> list
         that have left the plane.
     """
     members, fan = course.members, course.fan
-    inside = (members.weight > 0.0) & _inside(plane, members.state[..., :2])
+    places = members.state[..., :2]
+    inside = (members.weight > 0.0) & plane.contains(places[..., 0], places[..., 1])
     time = np.nonzero(inside)[0]
     state, member = members.state[inside], members.member[inside]
     latitude_rad, longitude_rad = plane.to_geodetic(state[:, 0], state[:, 1])
@@ -140,20 +141,3 @@ def _named(fan: Fan, member: int) -> dict[str, Any]:
         "lasts_s": lasts_s if np.isfinite(lasts_s) else None,
         "later": LATER_NAMES[int(fan.later[member])],
     }
-
-
-# Which places are on the plane; asked one by one only where one is not.
-def _inside(plane: SystemPlane, place: Floats) -> NDArray[np.bool_]:
-    try:
-        plane.to_geodetic(place[..., 0].ravel(), place[..., 1].ravel())
-    except OutsidePlaneError:
-        return np.apply_along_axis(lambda one: _is_inside(plane, one), -1, place)
-    return np.ones(place.shape[:-1], np.bool_)
-
-
-def _is_inside(plane: SystemPlane, place: Floats) -> bool:
-    try:
-        plane.to_geodetic(place[:1], place[1:])
-    except OutsidePlaneError:
-        return False
-    return True
