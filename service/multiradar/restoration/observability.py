@@ -15,7 +15,7 @@ from multiradar.estimation.measurement.sensors import PARAMETER_AZIMUTH_OFFSET, 
 from multiradar.geodesy import _kernels as geodesy
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.restoration.plot_positions import Plots
-from multiradar.restoration.straight_flight import Directions, crossing_in_straight_flight
+from multiradar.restoration.straight_flight import Sightings, crossing_in_straight_flight
 
 Floats = NDArray[np.float64]
 
@@ -63,7 +63,7 @@ def observability(
     sensors: SensorTable,
     biases: ArrayLike,
     place: tuple[float, float, float],
-    directions: Directions | None = None,
+    directions: Sightings | None = None,
 ) -> Observability:
     """Say what measurements determine of the place of a track.
 
@@ -77,7 +77,7 @@ def observability(
         Estimates for each sensor and kind of parameter, 0 where there is none: measured minus true.
     place : tuple of float
         Latitude and longitude, rad, and height, m, where the track is taken to be.
-    directions : Directions, optional
+    directions : Sightings, optional
         What the measurements tell beside azimuths, where a source moves or measures elevations.
 
     Returns

@@ -34,7 +34,7 @@ _NO_HEIGHT = 1e-12
 _BEARING = 2
 
 
-class Directions(NamedTuple):
+class Sightings(NamedTuple):
     """What measurements tell beside azimuths, and where the aircraft was taken to be.
 
     Attributes
@@ -53,7 +53,7 @@ class Directions(NamedTuple):
 
 
 def crossing_in_straight_flight(
-    plots: Plots, told: Directions, sensors: SensorTable, place: tuple[float, float, float]
+    plots: Plots, told: Sightings, sensors: SensorTable, place: tuple[float, float, float]
 ) -> float:
     """Return how many sigmas of the place the nearest source is off.
 
@@ -61,7 +61,7 @@ def crossing_in_straight_flight(
     ----------
     plots : Plots
         What was measured, by ascending time; bearings are looked at.
-    told : Directions
+    told : Sightings
         What they tell beside azimuths.
     sensors : SensorTable
         By whom.

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.restoration.observability import observability
-from multiradar.restoration.straight_flight import Directions
+from multiradar.restoration.straight_flight import Sightings
 from multiradar.runtime.track_windows import bias_estimates, window_plots
 
 
@@ -51,9 +51,9 @@ def observability_of_track(
     }
 
 
-def _directions(rows: NDArray[np.void]) -> Directions | None:
+def _directions(rows: NDArray[np.void]) -> Sightings | None:
     told = rows["directions"]
     if np.isnan(told).all():
         return None
     ways = [rows[name] for name in ("track_latitude_rad", "track_longitude_rad", "track_height_m")]
-    return Directions(told[:, 0], told[:, 1:], np.nan_to_num(np.column_stack(ways)))
+    return Sightings(told[:, 0], told[:, 1:], np.nan_to_num(np.column_stack(ways)))

@@ -8,7 +8,7 @@ from multiradar.estimation.measurement.sensors import PARAMETER_AZIMUTH_OFFSET, 
 from multiradar.geodesy.polar import slant_range_azimuth
 from multiradar.restoration.observability import Observability, observability
 from multiradar.restoration.plot_positions import Plots
-from multiradar.restoration.straight_flight import Directions
+from multiradar.restoration.straight_flight import Sightings
 from multiradar.wire import measurement_batch
 from support import bearing_scene, moving_scene
 
@@ -110,7 +110,7 @@ def judged(
     last = ways[-1].tolist()
     directions = None
     if told is not None:
-        directions = Directions(told.elevation_rad, np.column_stack(told[1:]), ways)
+        directions = Sightings(told.elevation_rad, np.column_stack(told[1:]), ways)
     return observability(plots, MOVERS, NO_BIAS, (last[0], last[1], last[2]), directions)
 
 
