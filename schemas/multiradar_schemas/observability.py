@@ -46,7 +46,9 @@ class Observability(Record):
         described(
             "By how many of their errors the lines of sight of the bearings cross, condition (10) "
             "of Nenartovich and Isakov; 0 from one place. With sources that move or measure "
-            "elevations: how many sigmas of the place, in straight flight, the nearest is off",
+            "elevations: how many sigmas of the place, in straight flight, the nearest is off. "
+            "Errors are random ones, and what is not known of the azimuth bias of each source, "
+            "which all its bearings have in common; elevations are taken to have no bias",
             unit="1",
             source="restoration",
         ),

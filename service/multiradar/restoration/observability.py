@@ -64,6 +64,8 @@ def observability(
     biases: ArrayLike,
     place: tuple[float, float, float],
     directions: Sightings | None = None,
+    *,
+    bias_sigma_rad: ArrayLike = 0.0,
 ) -> Observability:
     """Say what measurements determine of the place of a track.
 
@@ -79,6 +81,9 @@ def observability(
         Latitude and longitude, rad, and height, m, where the track is taken to be.
     directions : Sightings, optional
         What the measurements tell beside azimuths, where a source moves or measures elevations.
+    bias_sigma_rad : (m,) array_like
+        Standard deviation of what is not known of the azimuth bias of each sensor: an error that
+        all its bearings have in common. One number is that of all; none is unknown by default.
 
     Returns
     -------
@@ -88,15 +93,16 @@ def observability(
     References
     ----------
     Nenartovich, Isakov, condition (10), weighted with the errors of the angles. That one fixed
-    place does not do is the project's own addition.
+    place does not do, and that biases are errors, too, is the project's own addition.
     """
     bearings = plots.take(plots.kind == _BEARING)
     ranges = len(plots.time_s) - len(bearings.time_s)
     own = np.unique(bearings.sensor).tolist()
+    unknown = np.broadcast_to(np.asarray(bias_sigma_rad, np.float64), (len(sensors),))
     places = _places(sensors, [one for one in own if not sensors.moving[one]])
     if directions is not None:
         moving = int(sensors.moving[own].sum())
-        found = crossing_in_straight_flight(plots, directions, sensors, place)
+        found = crossing_in_straight_flight(plots, directions, sensors, place, unknown)
         return Observability(ranges, len(bearings.time_s), places + moving, found)
     if places < 2:
         return Observability(ranges, len(bearings.time_s), places, 0.0)
@@ -118,9 +124,18 @@ def observability(
         sine, cosine = np.sin(azimuth), np.cos(azimuth)
         n0, n1 = across / length
         normals = np.stack([cosine * n0 + sine * n1, cosine * n1 - sine * n0])
-        crossing += normals @ normals.T / sensors.azimuth_sigma_rad[sensor] ** 2
+        crossing += _known(normals, sensors.azimuth_sigma_rad[sensor], unknown[sensor])
     least = float(np.linalg.eigvalsh(crossing)[0])
     return Observability(ranges, len(bearings.time_s), places, float(np.sqrt(max(least, 0.0))))
+
+
+# Σ n nᵀ/σ² of the lines of one source, less what its bias b hides: N (σ² I + b² 1 1ᵀ)⁻¹ Nᵀ by
+# Sherman and Morrison. However many there are, together they are no better than b.
+def _known(normals: Floats, sigma: float, bias_sigma: float) -> Floats:
+    information = normals @ normals.T / sigma**2
+    total = normals.sum(axis=1) / sigma**2
+    hidden = bias_sigma**2 / (1.0 + normals.shape[1] * (bias_sigma / sigma) ** 2)
+    return np.asarray(information - hidden * np.outer(total, total))
 
 
 def _places(sensors: SensorTable, own: list[int]) -> int:

@@ -26,8 +26,6 @@ Floats = NDArray[np.float64]
 
 #: What is known of each component of a velocity beforehand, m/s: aircraft fly no faster.
 SPEED_SIGMA_MPS = 300.0
-# Unknown: east, north, their rates, height.
-_UNKNOWN = 5
 # Nothing is known of a height below this information, 1/m²; above, it is the prior of a height.
 _NO_HEIGHT = 1e-12
 # Kind of measurement without a range, as in `SensorTable.kinds`.
@@ -53,7 +51,11 @@ class Sightings(NamedTuple):
 
 
 def crossing_in_straight_flight(
-    plots: Plots, told: Sightings, sensors: SensorTable, place: tuple[float, float, float]
+    plots: Plots,
+    told: Sightings,
+    sensors: SensorTable,
+    place: tuple[float, float, float],
+    bias_sigma_rad: Floats,
 ) -> float:
     """Return how many sigmas of the place the nearest source is off.
 
@@ -67,6 +69,9 @@ def crossing_in_straight_flight(
         By whom.
     place : tuple of float
         Latitude and longitude, rad, and height, m, of the aircraft at the end.
+    bias_sigma_rad : (m,) ndarray
+        Standard deviation of what is not known of the azimuth bias of each sensor; 0 where it is
+        known.
 
     Returns
     -------
@@ -75,14 +80,18 @@ def crossing_in_straight_flight(
 
     References
     ----------
-    Nenartovich, Isakov, condition (10), with the velocity among the unknown; the project's own.
+    Nenartovich, Isakov, condition (10), with the velocity and the biases among the unknown; the
+    project's own.
     """
     frame = SystemPlane(place[0], place[1])
     own = np.flatnonzero(plots.kind == _BEARING)
     heard = ~np.isnan(plots.height_m[own])
     known = COARSE_STEP_M**-2 if heard.any() else _NO_HEIGHT
     loose = SPEED_SIGMA_MPS**-2
-    information = np.diag([0.0, 0.0, loose, loose, known])
+    seen_by = np.unique(plots.sensor[own])
+    biased = seen_by[bias_sigma_rad[seen_by] > 0.0].tolist()
+    # Unknown: east, north, their rates, height, biases.
+    information = np.diag([0.0, 0.0, loose, loose, known, *bias_sigma_rad[biased] ** -2.0])
     nearest = np.inf
     for row in own.tolist():
         sensor = int(plots.sensor[row])
@@ -90,7 +99,11 @@ def crossing_in_straight_flight(
         sigmas = sensors.azimuth_sigma_rad[sensor], sensors.elevation_sigma_rad[sensor]
         slopes = _slopes(frame, site, told.ways[row], sigmas, not np.isnan(told.elevation_rad[row]))
         ago = plots.time_s[row] - plots.time_s[-1]
-        whole = np.column_stack([slopes[:, :2], ago * slopes[:, :2], slopes[:, 2]])
+        # The bias turns the azimuth, which comes first; elevations have none.
+        turned = np.zeros((len(slopes), len(biased)))
+        if sensor in biased:
+            turned[0, biased.index(sensor)] = 1.0 / sigmas[0]
+        whole = np.column_stack([slopes[:, :2], ago * slopes[:, :2], slopes[:, 2], turned])
         information += whole.T @ whole
         nearest = min(nearest, float(np.hypot(site[geodesy.PE], site[geodesy.PN])))
     return nearest / _sigma(information) if len(own) else 0.0
@@ -126,7 +139,7 @@ def _sigma(information: Floats) -> float:
     scale = np.sqrt(np.where(np.diag(information) > 0.0, np.diag(information), 1.0))
     scaled = information / np.outer(scale, scale)
     values, vectors = np.linalg.eigh(scaled)
-    if not values[0] > np.finfo(np.float64).eps * _UNKNOWN:
+    if not values[0] > np.finfo(np.float64).eps * len(values):
         return np.inf
     covariance = (vectors / values) @ vectors.T / np.outer(scale, scale)
     return float(np.sqrt(np.linalg.eigvalsh(covariance[:2, :2])[-1]))

@@ -8,7 +8,11 @@ from numpy.typing import NDArray
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.restoration.observability import observability
 from multiradar.restoration.straight_flight import Sightings
-from multiradar.runtime.track_windows import bias_estimates, window_plots
+from multiradar.runtime.track_windows import (
+    azimuth_bias_sigmas,
+    bias_estimates,
+    window_plots,
+)
 
 
 def observability_of_track(
@@ -39,8 +43,14 @@ def observability_of_track(
         0.0 if np.isnan(height_m) else height_m,
     )  # fmt: skip
     plots = window_plots(rows, window_s)
-    estimates = bias_estimates(biases, len(sensors))
-    found = observability(plots, sensors, estimates, place, _directions(rows[-len(plots.time_s) :]))
+    found = observability(
+        plots,
+        sensors,
+        bias_estimates(biases, len(sensors)),
+        place,
+        _directions(rows[-len(plots.time_s) :]),
+        bias_sigma_rad=azimuth_bias_sigmas(biases, sensors),
+    )
     return {
         "track_id": int(last["track_id"]),
         "time_s": float(last["time_s"]),

@@ -13,7 +13,11 @@ import polars as pl
 from numpy.typing import NDArray
 
 from multiradar.errors import PlaneError
-from multiradar.estimation.measurement.sensors import PARAMETER_NAMES, SensorTable
+from multiradar.estimation.measurement.sensors import (
+    PARAMETER_AZIMUTH_OFFSET,
+    PARAMETER_NAMES,
+    SensorTable,
+)
 from multiradar.restoration.plot_positions import Plots
 from multiradar.runtime.bias_board import BiasBoard
 from multiradar.runtime.history import TrackHistory
@@ -113,6 +117,19 @@ def bias_estimates(records: NDArray[np.void], sensors: int) -> NDArray[np.float6
     estimates = np.zeros((sensors, len(PARAMETER_NAMES)))
     estimates[records["sensor"], records["parameter"]] = records["estimate"]
     return estimates
+
+
+def azimuth_bias_sigmas(records: NDArray[np.void], sensors: SensorTable) -> NDArray[np.float64]:
+    """Return what is not known of the azimuth bias of each sensor, rad.
+
+    That of the records, before there are any that of the prior; 0 where no bias is estimated.
+    """
+    sigmas = np.zeros(len(sensors))
+    own = sensors.parameter_kind == PARAMETER_AZIMUTH_OFFSET
+    sigmas[sensors.parameter_sensor[own]] = sensors.prior_sigma[own]
+    told = records[records["parameter"] == PARAMETER_AZIMUTH_OFFSET]
+    sigmas[told["sensor"]] = told["sigma"]
+    return sigmas
 
 
 class WindowTable:

@@ -76,6 +76,45 @@ def test_biases_turn_the_lines() -> None:
     assert observability(plots, SENSORS, NONE, PLACE).crossing > 50.0
 
 
+def test_many_bearings_of_a_pair_are_no_better_than_their_biases_are_known() -> None:
+    """Lines that cross at 3°, a thousand of 0.2° each, and biases of 1° that nobody knows."""
+    north, south = bearings("df-1", "df-2").azimuth_rad
+    many = Plots(*(np.tile(column, 1000) for column in bearings("df-1", "df-2")))
+    biases = NONE.copy()
+    # As if `df-1` were turned so far that the lines cross at 3° only.
+    biases[SENSORS.ids.index("df-1"), PARAMETER_AZIMUTH_OFFSET] = north - south - np.radians(3.0)
+    known = observability(many, SENSORS, biases, PLACE)
+    assert known.crossing > 100.0
+    unknown = observability(many, SENSORS, biases, PLACE, bias_sigma_rad=np.radians(1.0))
+    assert not unknown.is_observable
+    # Two lines, each 1° off: the lean of the meridians is 0.8°.
+    apart_deg = 3.0 + np.array([-0.8, 0.8])
+    least, most = np.sqrt(1.0 - np.cos(np.radians(apart_deg))) / np.radians(1.0)
+    assert least < unknown.crossing < most
+    wide = observability(many, SENSORS, NONE, PLACE, bias_sigma_rad=np.radians(1.0))
+    assert wide.is_observable
+
+
+def test_what_a_bias_hides_of_crossing_lines_is_that_of_its_errors() -> None:
+    """Σ n nᵀ/σ² with a covariance that all bearings of a source share, as a whole matrix."""
+    looks = [bearings("df-1", "df-2", offset_rad=turn) for turn in np.linspace(-0.2, 0.2, 9)]
+    many = Plots(*(np.concatenate(columns) for columns in zip(*looks, strict=True)))
+    bias = np.radians(0.7)
+    information = np.zeros((2, 2))
+    for name in ("df-1", "df-2"):
+        one = SENSORS.ids.index(name)
+        azimuth = many.azimuth_rad[many.sensor == one]
+        # The lean of the meridians, up to 1.5°, counts for little here.
+        normals = np.stack([np.cos(azimuth), -np.sin(azimuth)])
+        sigma = SENSORS.azimuth_sigma_rad[one]
+        covariance = sigma**2 * np.eye(len(azimuth)) + bias**2
+        information += normals @ np.linalg.solve(covariance, normals.T)
+    expected = np.sqrt(np.linalg.eigvalsh(information)[0])
+    found = observability(many, SENSORS, NONE, PLACE, bias_sigma_rad=bias)
+    assert found.crossing == pytest.approx(expected, rel=0.1)
+    assert found.crossing < 0.9 * observability(many, SENSORS, NONE, PLACE).crossing
+
+
 def test_nothing_is_not_observable() -> None:
     found = observability(bearings(), SENSORS, NONE, PLACE)
     assert tuple(found) == (0, 0, 0, 0.0)
@@ -91,7 +130,7 @@ STRAIGHT = moving_scene.Path((0.0, 0.0), (200.0, 0.0), height_m=3000.0)
 
 def judged(
     sensor: str, target: moving_scene.Path, source: moving_scene.Path | None, *,
-    elevations: bool = False, heights: bool = False, until_s: float = 120.0,
+    elevations: bool = False, heights: bool = False, until_s: float = 120.0, bias_deg: float = 0.0,
 ) -> Observability:  # fmt: skip
     """What two minutes of one sensor say of a target, linearised at the truth."""
     time_s = np.arange(0.0, until_s, 2.0)
@@ -111,7 +150,9 @@ def judged(
     directions = None
     if told is not None:
         directions = Sightings(told.elevation_rad, np.column_stack(told[1:]), ways)
-    return observability(plots, MOVERS, NO_BIAS, (last[0], last[1], last[2]), directions)
+    place = last[0], last[1], last[2]
+    unknown = np.radians(bias_deg)
+    return observability(plots, MOVERS, NO_BIAS, place, directions, bias_sigma_rad=unknown)
 
 
 def test_a_moving_source_tells_a_distance_by_out_manoeuvring_its_target() -> None:
@@ -137,9 +178,10 @@ def test_an_elevation_tells_a_distance_where_a_height_is_heard() -> None:
     assert azimuths.crossing == 0.0
 
 
-def test_the_crossing_of_a_moving_source_is_that_of_its_errors() -> None:
-    """On a flat plane, by least squares over many draws of the angles."""
-    found = judged(moving_scene.FLYING, TARGET, CIRCLING, until_s=300.0)
+@pytest.mark.parametrize("bias_deg", [0.0, 1.0])
+def test_the_crossing_of_a_moving_source_is_that_of_its_errors(bias_deg: float) -> None:
+    """On a flat plane, by least squares over many draws of the angles and of their bias."""
+    found = judged(moving_scene.FLYING, TARGET, CIRCLING, until_s=300.0, bias_deg=bias_deg)
     rng = np.random.default_rng(7)
     time_s = np.arange(0.0, 300.0, 2.0)
     ago = time_s - time_s[-1]
@@ -147,10 +189,12 @@ def test_the_crossing_of_a_moving_source_is_that_of_its_errors() -> None:
     line = true - source
     squared = (line**2).sum(axis=1)
     slopes = np.column_stack([line[:, 1], -line[:, 0]]) / squared[:, None]
-    whole = np.column_stack([slopes, ago[:, None] * slopes]) / np.radians(0.2)
-    prior = np.diag([0.0, 0.0, 300.0**-2, 300.0**-2])
+    turned = np.full(len(time_s), np.radians(bias_deg))
+    whole = np.column_stack([slopes, ago[:, None] * slopes, turned]) / np.radians(0.2)
+    prior = np.diag([0.0, 0.0, 300.0**-2, 300.0**-2, 1.0])
     gain = np.linalg.solve(whole.T @ whole + prior, whole.T)
-    errors = gain @ rng.standard_normal((len(time_s), 4000))
+    noise = rng.standard_normal((len(time_s), 4000))
+    errors = gain @ (noise + np.outer(turned, rng.standard_normal(4000)) / np.radians(0.2))
     worst = np.sqrt(np.linalg.eigvalsh(np.cov(errors[:2]))[-1])
     nearest = np.hypot(*(source - true[-1]).T).min()
     assert found.crossing == pytest.approx(nearest / worst, rel=0.05)

@@ -7,13 +7,15 @@ import polars as pl
 import pytest
 
 from multiradar.errors import PlaneError
+from multiradar.estimation.measurement.sensors import PARAMETER_AZIMUTH_OFFSET
 from multiradar.geodesy.polar import slant_range_azimuth
 from multiradar.geodesy.system_plane import SystemPlane
+from multiradar.runtime.bias_board import BIAS_DTYPE
 from multiradar.runtime.engine import Engine
 from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.manoeuvre_planes import plane_of_track
 from multiradar.runtime.publication import Publication
-from multiradar.runtime.track_windows import WINDOW_DEFAULT_S, WindowTable
+from multiradar.runtime.track_windows import WINDOW_DEFAULT_S, WindowTable, azimuth_bias_sigmas
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.wire import measurement_batch
 from multiradar_schemas.arrow import MANOEUVRE_PLANE_SCHEMA, MEASUREMENT_SCHEMA
@@ -171,3 +173,17 @@ def test_plots_that_were_dropped_from_memory_are_no_plane() -> None:
     found.push(scene(20.0))
     with pytest.raises(PlaneError, match="points"):
         found.view.manoeuvre_plane(TURNING, 60.0)
+
+
+def test_what_is_not_known_of_an_azimuth_bias_is_its_prior_until_it_is_told() -> None:
+    own = np.flatnonzero(TABLE.parameter_kind == PARAMETER_AZIMUTH_OFFSET)
+    beforehand = np.zeros(len(TABLE))
+    beforehand[TABLE.parameter_sensor[own]] = TABLE.prior_sigma[own]
+    assert 0 < np.count_nonzero(beforehand) < len(TABLE)
+    assert azimuth_bias_sigmas(np.empty(0, BIAS_DTYPE), TABLE).tolist() == beforehand.tolist()
+    first = int(TABLE.parameter_sensor[own[0]])
+    told = np.zeros(2, BIAS_DTYPE)
+    told["sensor"], told["parameter"] = first, (PARAMETER_AZIMUTH_OFFSET, 0)
+    told["sigma"] = 1e-4, 30.0
+    beforehand[first] = 1e-4
+    assert azimuth_bias_sigmas(told, TABLE).tolist() == beforehand.tolist()
