@@ -13,6 +13,7 @@ import typer
 
 from multiradar.cli.inputs import load_sensor_table
 from multiradar.cli.options import ConfigOption, FilterOption
+from multiradar.cli.stopping import leave
 from multiradar.errors import PipelineError
 
 if TYPE_CHECKING:
@@ -156,9 +157,6 @@ def run_service(settings: "Settings", json_wanted: bool) -> None:
             stop.started()
             _tell(application, json_wanted)
             stop.wait()
-        except KeyboardInterrupt:
-            # Told to stop before it was up.
-            return
         finally:
             stop.started()
             application.stop()
@@ -168,7 +166,8 @@ def run_service(settings: "Settings", json_wanted: bool) -> None:
 
 
 class _Stop:
-    # Set by the first signal; a start that has not finished yet is interrupted.
+    # Set by the first signal. A start that has not finished yet ends with the process, without an
+    # exception, which could rise within compiled code: all that was acknowledged is on disk.
     def __init__(self) -> None:
         self._told = threading.Event()
         self._starting = True
@@ -176,7 +175,7 @@ class _Stop:
     def on_signal(self, _number: int, _frame: FrameType | None) -> None:
         self._told.set()
         if self._starting:
-            raise KeyboardInterrupt
+            leave(0)
 
     def set(self) -> None:
         self._told.set()

@@ -4,6 +4,7 @@ import json
 import signal
 import socket
 import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -92,6 +93,38 @@ def test_a_service_that_is_not_there_costs_the_retries_asked_for(
     assert done.stderr.startswith(f"multiradar: {to}: no answer")
     assert "gave up after 1 retries" in done.stderr
     assert done.stderr.count("\n") == 1
+
+
+# A service whose start drops the exception of a signal, as compiled code may.
+_DEAF = """
+import os, signal, sys, time
+from contextlib import suppress
+from multiradar.app import Application
+from multiradar.cli import main
+
+number = signal.Signals[sys.argv.pop()]
+
+def start(application):
+    with suppress(BaseException):
+        os.kill(os.getpid(), number)
+        time.sleep(0.0)
+    time.sleep(60.0)
+
+Application.start = start
+main.main()
+"""
+
+
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
+def test_a_service_that_is_stopped_while_it_starts_ends_at_once(
+    name: str, scene: tuple[Path, Path], tmp_path: Path
+) -> None:
+    options = ["--sensors", str(scene[1]), "--state", str(tmp_path / "state"), "--no-zenoh"]
+    line = [sys.executable, "-c", _DEAF, "serve", *options, "--port", "0", name]
+    done = subprocess.run(
+        line, capture_output=True, text=True, check=False, timeout=50.0, env=environment()
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
 
 
 def test_a_port_in_use_is_one_sentence(scene: tuple[Path, Path], tmp_path: Path) -> None:
