@@ -13,6 +13,8 @@ from multiradar.tracking.outputs import (
     BiasRecords,
     EndedTracks,
     EngineOutput,
+    StateSample,
+    TrackStates,
     TrackUpdates,
 )
 from multiradar.tracking.plots import TrackPlots
@@ -43,7 +45,17 @@ class Bias(NamedTuple):
     estimate: float
 
 
-Event = Update | End | Bias
+class Sample(NamedTuple):
+    """The end of an epoch at which states are sampled: none are."""
+
+    time_s: float
+    epoch: int
+
+
+NO_STATES = TrackStates(
+    np.empty(0, np.int64), np.empty(0), np.empty((0, 4)), np.empty((0, 4, 4)), np.empty(0)
+)
+Event = Update | End | Bias | Sample
 
 
 def output_of(events: Sequence[Event]) -> EngineOutput:
@@ -76,6 +88,11 @@ def output_of(events: Sequence[Event]) -> EngineOutput:
             into_track_id=np.full(len(ends), -1, np.int64),
         ),
         plots=TrackPlots(tracks, replace(_zeros(none, len(updates)), time_s=times)),
+        samples=tuple(
+            StateSample(one.epoch, one.time_s, NO_STATES)
+            for one in events
+            if isinstance(one, Sample)
+        ),
     )  # fmt: skip
 
 

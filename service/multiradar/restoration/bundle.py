@@ -126,6 +126,16 @@ class Bundle:
         now_s = self._now_s()
         return max(self._anchor_s, now_s - self._settings.window_s), now_s
 
+    @property
+    def plots_s(self) -> Floats:
+        """Times of the plots in the window, (n,), ascending.
+
+        References
+        ----------
+        The project's own.
+        """
+        return self._plots[self._first : self._last, layout.TIME].copy()
+
     def take(
         self,
         time_s: float,
@@ -408,12 +418,9 @@ class Bundle:
             )
 
     def _append(
-        self,
-        time_s: float,
-        position_m: ArrayLike,
-        covariance_m2: ArrayLike,
+        self, time_s: float, position_m: ArrayLike, covariance_m2: ArrayLike,
         shared_m2: ArrayLike | None,
-    ) -> None:
+    ) -> None:  # fmt: skip
         plot = measurement_track(
             [time_s], np.asarray(position_m)[None], np.asarray(covariance_m2)[None], [0]
         )
@@ -431,11 +438,9 @@ class Bundle:
         self._last += 1
 
     def _lost(self) -> bool:
-        if not self._live:
-            return False
         first = max(self._first, self._last - RECENT)
-        count = surprises(self._tracks[0], self._anchor_s, self._plots, first, self._last)
-        return bool(count >= SURPRISES_MAX)
+        best = self._tracks[0], self._anchor_s, self._plots, first, self._last
+        return bool(self._live and surprises(*best) >= SURPRISES_MAX)
 
     # The first of the last plots that the best track does not know: before it two in a row fit.
     def _strange(self) -> int:

@@ -108,7 +108,7 @@ def _by_plan(known: Known, ahead_s: Floats, plan: Plan) -> Course:
 
 
 def by_bundle(probability: float, known: Known, ahead_s: Floats) -> Course:
-    """Forecast by the fan of the track's bundle: regions are those of its mixture."""
+    """Forecast by the fan of the track's bundle, with regions as past errors ask."""
     time_s = known.states.time_s[known.place] + ahead_s
     return course_of_bundle(known.bundle(), time_s, probability)
 
@@ -116,9 +116,7 @@ def by_bundle(probability: float, known: Known, ahead_s: Floats) -> Course:
 def course_of_bundle(reading: Reading, time_s: Floats, probability: float) -> Course:
     """Forecast by the fan of a bundle at ascending data times, s."""
     fan = fan_course(reading, time_s, probability)
-    # No earlier forecast has told anything of its regions.
-    calibrated = np.zeros(len(time_s), np.bool_)
-    return Course(fan.means, fan.covariances, fan.factors, calibrated, BUNDLE, fan)
+    return Course(fan.means, fan.covariances, fan.factors, fan.calibrated, BUNDLE, fan)
 
 
 def by_polynomial(probability: float, known: Known, ahead_s: Floats) -> Course:

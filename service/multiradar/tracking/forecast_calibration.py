@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from multiradar.estimation.filters.bank import find_filter
 from multiradar.tracking.forecast_family import ForecastFamily
-from multiradar.tracking.forecast_scores import HORIZONS_S, ForecastScores, Plan
+from multiradar.tracking.forecast_scores import HORIZONS_S, ForecastScores, Plan, standardised
 from multiradar.tracking.outputs import EngineOutput, StateSample, TrackStates
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.tracking.state_samples import SAMPLE_EVERY_S, SAMPLE_TRACKS_MAX, drawn
@@ -17,8 +17,6 @@ Floats = NDArray[np.float64]
 
 #: A place between updates so far apart is not known well enough to judge a forecast, s.
 GAP_MAX_S = 15.0
-#: Most of an error of a forecast that a later update is taken to have still.
-LEFT_MAX = 0.5
 #: From the first so many samples all is learnt, then from every `LATER_EVERY`-th.
 EAGER_SAMPLES = 75
 LATER_EVERY = 2
@@ -227,13 +225,7 @@ class ForecastCalibration:
         np.divide(made.due_s - made.before[:, 0], apart_s, out=part, where=apart_s > 0.0)
         truth = made.before[:, 1:] + part[:, None] * (after[:, :2] - made.before[:, 1:])
         spread = np.stack([after[:, [2, 3]], after[:, [3, 4]]], axis=1)
-        inverse = np.linalg.inv(made.covariance)
-        # Where forecasts are right, what a track has moved by when the time has come has the
-        # covariance C − P: the part P C⁻¹ of the error it still has.
-        left = np.minimum(0.5 * np.einsum("njik,nki->nj", inverse, spread), LEFT_MAX)
-        error = truth[:, None] - made.mean
-        scores = np.einsum("nji,njik,njk->nj", error, inverse, error) / (1.0 - left)
-        sizes = 0.5 * np.log(np.linalg.det(made.covariance))
+        scores, sizes = standardised(truth[:, None] - made.mean, made.covariance, spread)
         for horizon in np.unique(made.horizon[near]).tolist():
             mine = near & (made.horizon == horizon)
             self._scores.take(horizon, scores[mine], sizes[mine])

@@ -34,6 +34,8 @@ HEARD = 8.0
 CALIBRATED = 60.0
 #: Regions of these probabilities are compared: how far off most are, and how far the worst.
 COMPARED = (0.5, 0.95)
+#: Most of an error of a forecast that a later place is taken to have still.
+LEFT_MAX = 0.5
 
 
 class Plan(NamedTuple):
@@ -58,11 +60,35 @@ class Plan(NamedTuple):
     single: float
 
 
-class _Settled(NamedTuple):
-    # Shares of errors by motion and horizon, the motion that fits best, how far it is calibrated.
+class Learnt(NamedTuple):
+    """What was learnt up to some time; it stays as it is while more is learnt.
+
+    Attributes
+    ----------
+    shares : (j, h, cells) float64
+        Shares of errors by motion and horizon.
+    motion : int
+        The motion that fits best.
+    calibrated_to_s : float
+        How far ahead its regions are known.
+    """
+
     shares: Floats
     motion: int
     calibrated_to_s: float
+
+    def plan(self, ahead_s: Floats, probability: float, motion: int | None = None) -> Plan:
+        """Return the motion and the size of the region at times ahead: `ForecastScores.plan`."""
+        one = gaussian_factor(probability)
+        single = np.log(one)
+        chosen = self.motion if motion is None else motion
+        learnt = np.log(_quantiles(self.shares[chosen], probability))
+        ahead = np.asarray(ahead_s, np.float64)
+        # Logarithms of factors lie on lines over that of the time.
+        knots = np.log1p(np.r_[0.0, HORIZONS_S] / HORIZONS_S[0])
+        factor = np.interp(np.log1p(ahead / HORIZONS_S[0]), knots, np.r_[single, learnt])
+        calibrated = ahead <= self.calibrated_to_s
+        return Plan(chosen, calibrated, np.exp(np.where(calibrated, factor, single)), one)
 
 
 class ForecastScores:
@@ -95,6 +121,11 @@ class ForecastScores:
     def motion(self) -> int:
         """The motion that fits best."""
         return self._settled.motion
+
+    @property
+    def learnt(self) -> Learnt:
+        """What has been learnt until now."""
+        return self._settled
 
     def take(self, horizon: int, scores: Floats, sizes: Floats) -> None:
         """Count forecasts whose truth has become known; `settle` makes them tell.
@@ -135,18 +166,8 @@ class ForecastScores:
             Beyond the longest horizon as there; before the shortest on the way from the
             covariance itself.
         """
-        one = gaussian_factor(probability)
-        single = np.log(one)
         # Read at once, for any thread may ask while another one learns.
-        settled = self._settled
-        chosen = settled.motion if motion is None else motion
-        learnt = np.log(_quantiles(settled.shares[chosen], probability))
-        ahead = np.asarray(ahead_s, np.float64)
-        # Logarithms of factors lie on lines over that of the time.
-        knots = np.log1p(np.r_[0.0, HORIZONS_S] / HORIZONS_S[0])
-        factor = np.interp(np.log1p(ahead / HORIZONS_S[0]), knots, np.r_[single, learnt])
-        calibrated = ahead <= settled.calibrated_to_s
-        return Plan(chosen, calibrated, np.exp(np.where(calibrated, factor, single)), one)
+        return self._settled.plan(ahead_s, probability, motion)
 
     def settle(self) -> None:
         """Find the motion that fits best, and how far its regions are known."""
@@ -162,12 +183,37 @@ class ForecastScores:
             scale = _quantiles(shares[:, told], probability) / gaussian_factor(probability)
             cost += np.log(scale).sum(axis=1) / len(COMPARED)
         enough = int(np.cumprod(self._heard > CALIBRATED).sum())
-        self._settled = _Settled(
+        self._settled = Learnt(
             shares,
             int(np.argmin(cost)) if told[0] else self._first_motion,
             # What holds at the longest horizon is taken to hold beyond it.
             float(np.r_[0.0, HORIZONS_S[:-1], np.inf][enough]),
         )
+
+
+def standardised(error_m: Floats, covariance_m2: Floats, left_m2: Floats) -> tuple[Floats, Floats]:
+    """Return errors of forecasts as `ForecastScores.take` takes them.
+
+    Parameters
+    ----------
+    error_m : (n, j, 2) ndarray
+        From where each motion expected an aircraft to where it is said to be later.
+    covariance_m2 : (n, j, 2, 2) ndarray
+        Of the forecasts.
+    left_m2 : (n, 2, 2) ndarray
+        Of the errors that what is said later has itself.
+
+    Returns
+    -------
+    scores, sizes : (n, j) ndarray
+        error² / sigma², and the logarithm of the area of one sigma.
+    """
+    inverse = np.linalg.inv(covariance_m2)
+    # Where forecasts are right, what a track has moved by when the time has come has the
+    # covariance C − P: the part P C⁻¹ of the error it still has.
+    left = np.minimum(0.5 * np.einsum("njik,nki->nj", inverse, left_m2), LEFT_MAX)
+    scores = np.einsum("nji,njik,njk->nj", error_m, inverse, error_m) / (1.0 - left)
+    return scores, 0.5 * np.log(np.linalg.det(covariance_m2))
 
 
 # The error² / sigma² below which a share of the errors lies, on a line within its cell.

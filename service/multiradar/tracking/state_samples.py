@@ -44,7 +44,9 @@ def is_due(epoch: int, epoch_s: float) -> bool:
     return math.floor(end_s / SAMPLE_EVERY_S) > math.floor(begin_s / SAMPLE_EVERY_S)
 
 
-def drawn(track_id: NDArray[np.int64], epoch: int) -> NDArray[np.intp]:
+def drawn(
+    track_id: NDArray[np.int64], epoch: int, most: int = SAMPLE_TRACKS_MAX
+) -> NDArray[np.intp]:
     """Draw the tracks by which forecasts are judged: others each time, the same every run.
 
     Parameters
@@ -53,11 +55,13 @@ def drawn(track_id: NDArray[np.int64], epoch: int) -> NDArray[np.intp]:
         Tracks, in any order.
     epoch : int
         Number of the epoch.
+    most : int
+        How many at most, at least 1.
 
     Returns
     -------
     (m,) int
-        Places of at most `SAMPLE_TRACKS_MAX` of them, by ascending identifier. Of those that are
+        Places of at most so many of them, by ascending identifier. Of those that are
         drawn all are drawn again.
     """
     with np.errstate(over="ignore"):
@@ -65,6 +69,6 @@ def drawn(track_id: NDArray[np.int64], epoch: int) -> NDArray[np.intp]:
         number = (track_id.astype(np.uint64) + np.uint64(epoch)) * _SCATTER
         number = (number ^ (number >> np.uint64(30)) ^ np.uint64(epoch)) * _MIX
     few = np.arange(len(number))
-    if len(number) > SAMPLE_TRACKS_MAX:
-        few = np.argpartition(number, SAMPLE_TRACKS_MAX)[:SAMPLE_TRACKS_MAX]
+    if len(number) > most:
+        few = np.argpartition(number, most)[:most]
     return few[np.argsort(track_id[few])]

@@ -9,16 +9,17 @@ from multiradar.errors import ForecastError
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.restoration.fan import LATER_NAMES, REGION_MEMBERS, Fan, Members
 from multiradar.restoration.forecast import forecast
-from multiradar.restoration.forecast_settings import AHEAD_MAX_S, ForecastSettings
+from multiradar.restoration.forecast_settings import AHEAD_MAX_S
 from multiradar.runtime.trajectories.document import require_tracks
+from multiradar.runtime.trajectories.fan_scores import SETTINGS
 from multiradar.runtime.trajectories.pool import Reading
-from multiradar.tracking.regions import region_factors
+from multiradar.tracking.forecast_scores import Plan
+from multiradar.tracking.regions import mixed, region_factors
 
 Floats = NDArray[np.float64]
 
 #: So many members are told one by one, the rest as one more.
 MEMBERS_MAX = 15
-_SETTINGS = ForecastSettings()
 
 
 class FanCourse(NamedTuple):
@@ -30,6 +31,9 @@ class FanCourse(NamedTuple):
         East and north in the plane, m and m².
     factors : (k,) float64
         The region of the probability asked for is {x : (x − m)ᵀ C⁻¹ (x − m) ≤ factor}.
+    calibrated : (k,) bool
+        Whether earlier forecasts as far ahead have told how large it must be; elsewhere it is that
+        of the mixture.
     fan : Fan
         All of it.
     members : Members
@@ -39,6 +43,7 @@ class FanCourse(NamedTuple):
     means: Floats
     covariances: Floats
     factors: Floats
+    calibrated: NDArray[np.bool_]
     fan: Fan
     members: Members
 
@@ -78,14 +83,30 @@ def fan_course(reading: Reading, time_s: Floats, probability: float) -> FanCours
             f"was {ahead_s[-1]:.1f} s"
         )
         raise ForecastError("horizon_s", reason)
-    fan = forecast(ends, ahead_s, _SETTINGS, bundle.habits)
-    places = fan.heaviest(REGION_MEMBERS)
-    factors = region_factors(
-        places.weight, places.state[..., :2], places.covariance[..., :2, :2], probability
-    )
+    fan = forecast(ends, ahead_s, SETTINGS, bundle.habits)
+    covariances = fan.spread()[:, :2, :2]
+    now = mixed(ends.weight, ends.motion[:, :2], ends.covariance[:, :2, :2])[1]
+    plan = reading.learnt.plan(ahead_s, probability)
+    factors = _factors(plan, fan, now, probability)
     return FanCourse(
-        fan.mean()[:, :2], fan.spread()[:, :2, :2], factors, fan, fan.heaviest(MEMBERS_MAX)
+        fan.mean()[:, :2], covariances, factors, plan.calibrated, fan, fan.heaviest(MEMBERS_MAX)
     )
+
+
+# As large as past errors ask, or as the mixture itself where none have been judged.
+def _factors(plan: Plan, fan: Fan, now: Floats, probability: float) -> Floats:
+    # No surer than of the place now: what all bundles share, such as biases, none of them tells.
+    part = np.linalg.solve(fan.spread()[:, :2, :2], now)
+    least = 0.5 * plan.single * np.trace(part, axis1=1, axis2=2)
+    factors: Floats = np.maximum(plan.factor, least)
+    untold = ~plan.calibrated
+    if untold.any():
+        places = fan.heaviest(REGION_MEMBERS)
+        factors[untold] = region_factors(
+            places.weight[untold], places.state[untold, :, :2],
+            places.covariance[untold, :, :2, :2], probability,
+        )  # fmt: skip
+    return factors
 
 
 def told_members(course: FanCourse, plane: SystemPlane, height_m: float) -> list[list[Any]]:

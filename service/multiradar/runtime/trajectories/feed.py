@@ -15,7 +15,7 @@ from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.trajectories.options import TrajectoryOptions
 from multiradar.runtime.trajectories.plots import PlotPlaces
 from multiradar.runtime.trajectories.pool import TAKEN, BundlePool, Reading, warm_up
-from multiradar.runtime.trajectories.roster import LetGo, Order, Roster
+from multiradar.runtime.trajectories.roster import LetGo, Order, Roster, Sampled
 from multiradar.runtime.trajectories.waiting import Next, WaitingPlots
 from multiradar.tracking.outputs import EngineOutput
 from multiradar.tracking.settings import TrackingSettings
@@ -51,10 +51,9 @@ class TrajectoryFeed:
         self._changed = threading.Condition()
         # Guards the pool; held while one plot is taken.
         self._using = threading.Lock()
-        # Tracks that have ended, whose bundles are still there.
-        self._gone: set[int] = set()
         # Plots that were taken from those that wait, and not yet by their bundle.
         self._in_hand = 0
+        self._busy = False
         self._closed = False
         self._failure: str | None = None
         self._patient = True
@@ -94,16 +93,16 @@ class TrajectoryFeed:
         """Expect output again from the beginning: what was taken is the same and is passed over."""
 
     def settle(self, timeout_s: float | None = None) -> bool:
-        """Wait until no plot waits any more; tell whether that came true in time.
+        """Wait until nothing waits any more; tell whether that came true in time.
 
         Raises
         ------
         TrajectoryError
-            If no bundles are made any more, and plots wait: `FAILED`.
+            If no bundles are made any more, and something waits: `FAILED`.
         """
 
         def settled() -> bool:
-            return not (self._waiting.count or self._in_hand or self._gone)
+            return not (len(self._waiting) or self._busy)
 
         with self._changed:
             self._changed.wait_for(lambda: self._closed or settled(), timeout_s)
@@ -170,10 +169,6 @@ class TrajectoryFeed:
     # ---------------------------------------------------------------- inside
 
     def _put(self, order: Order) -> None:
-        if isinstance(order, LetGo):
-            self._waiting.drop(order.track_id)
-            self._gone.add(order.track_id)
-            return
         while self._patient and not self._closed and not self._waiting.fits(order):
             self._changed.notify_all()
             self._changed.wait()
@@ -194,31 +189,35 @@ class TrajectoryFeed:
         self._failure = f"trajectories are not made any more: {error!r}"
         self._closed = True
 
-    def _next(self) -> Next | None:
+    def _next(self) -> Next | LetGo | Sampled | None:
         with self._changed:
-            self._in_hand = 0
-            while not self._closed:
-                gone, self._gone = self._gone, set()
-                self._let_go(gone)
-                following = self._waiting.take()
-                self._in_hand = 0 if following is None else len(following.plots)
-                self._changed.notify_all()
-                if following is not None:
-                    return following
-                self._changed.wait_for(lambda: self._closed or self._gone or self._waiting.count)
-        return None
+            self._busy, self._in_hand = False, 0
+            self._changed.notify_all()
+            self._changed.wait_for(lambda: self._closed or len(self._waiting))
+            if self._closed:
+                return None
+            following = self._waiting.take()
+            self._busy = following is not None
+            self._in_hand = len(following.plots) if isinstance(following, Next) else 0
+            self._changed.notify_all()
+            return following
 
-    def _let_go(self, tracks: set[int]) -> None:
+    def _let_go(self, track_id: int) -> None:
         with self._using:
-            for track_id in tracks:
-                self._pool.let_go(track_id)
+            self._pool.let_go(track_id)
 
-    def _take(self, following: Next) -> None:
-        if following.anew:
-            self._let_go({following.track_id})
+    def _take(self, following: Next | LetGo | Sampled) -> None:
+        if isinstance(following, Sampled):
+            with self._using:
+                self._pool.sample(following)
+            return
+        if isinstance(following, LetGo) or following.anew:
+            self._let_go(following.track_id)
+        if isinstance(following, LetGo):
+            return
         for plot in following.plots:
-            # The track may end, or the service stop, meanwhile.
-            if self._closed or following.track_id in self._gone:
+            # The service may stop meanwhile.
+            if self._closed:
                 return
             with self._using:
                 self._pool.take(following.track_id, plot, following.published)

@@ -12,6 +12,7 @@ from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.restoration._memory import scratch
 from multiradar.restoration.bundle import Bundle
 from multiradar.restoration.settings import BundleSettings
+from multiradar.runtime.trajectories.fan_scores import NOTHING_LEARNT, FanScores
 from multiradar.runtime.trajectories.plots import (
     PLOT_DTYPE,
     PlotPlaces,
@@ -19,6 +20,8 @@ from multiradar.runtime.trajectories.plots import (
     Unplaced,
     known_beforehand,
 )
+from multiradar.runtime.trajectories.roster import Sampled
+from multiradar.tracking.forecast_scores import Learnt
 from multiradar.tracking.measurements import KIND_BEARING
 
 _log = logging.getLogger(__name__)
@@ -48,11 +51,14 @@ class Reading(NamedTuple):
         Plots that it has taken.
     height_m : float
         Height of the last of them, m; NaN where neither it nor its track told one.
+    learnt : Learnt
+        What forecasts of bundles have taught until then.
     """
 
     bundle: Bundle
     plots: int
     height_m: float
+    learnt: Learnt = NOTHING_LEARNT
 
 
 @dataclass(slots=True)
@@ -60,6 +66,8 @@ class _Kept:
     bundle: Bundle
     plots: int = 0
     height_m: float = np.nan
+    # Whether it has taken a plot since the last sample.
+    fresh: bool = False
 
 
 class BundlePool:
@@ -78,6 +86,9 @@ class BundlePool:
         self._scratch = scratch(settings)
         self._kept: dict[int, _Kept] = {}
         self._restarts = 0
+        self._fans = FanScores()
+        # Plots that were taken since the last sample.
+        self._since = 0
         #: Plots by what became of them: `TAKEN`, an `Unplaced`, or why a bundle refused them.
         self.outcomes: Counter[str] = Counter()
 
@@ -109,18 +120,53 @@ class BundlePool:
         except Exception as error:
             _log.error("the bundle of track %d begins anew", track_id, exc_info=error)
             self.outcomes[FAILED] += 1
+            self._fans.forget(track_id)
             self.let_go(track_id)
+
+    def sample(self, sampled: Sampled) -> None:
+        """Learn from forecasts whose time has come, and forecast a few tracks.
+
+        Parameters
+        ----------
+        sampled : Sampled
+            The epoch that has ended; each bundle has taken all its plots up to there, none from
+            later on.
+        """
+        for track_id in sorted(self._kept):
+            self._judge(track_id, self._kept[track_id].bundle, sampled.time_s)
+        self._fans.settle()
+        fresh = sorted(one for one, kept in self._kept.items() if kept.fresh and len(kept.bundle))
+        for track_id in self._fans.chosen(fresh, sampled.epoch, self._since):
+            try:
+                self._fans.make(track_id, self._kept[track_id].bundle)
+            except Exception as error:
+                _log.error("track %d is not forecast", track_id, exc_info=error)
+        self._since = 0
+        for kept in self._kept.values():
+            kept.fresh = False
 
     def let_go(self, track_id: int) -> None:
         """Let the bundle of a track go, if there is one."""
         kept = self._kept.pop(track_id, None)
         if kept is not None:
             self._restarts += kept.bundle.restarts
+            self._judge(track_id, kept.bundle, None)
+            self._fans.forget(track_id)
+
+    # A mistake of ours costs what is learnt of one track, and nothing else.
+    def _judge(self, track_id: int, bundle: Bundle, time_s: float | None) -> None:
+        try:
+            self._fans.judge(track_id, bundle, time_s)
+        except Exception as error:
+            _log.error("forecasts of track %d are not judged", track_id, exc_info=error)
+            self._fans.forget(track_id)
 
     def read(self, track_id: int) -> Reading | None:
         """Return the bundle of a track as it is now; None where there is none yet."""
         kept = self._kept.get(track_id)
-        return None if kept is None else Reading(kept.bundle.copy(), kept.plots, kept.height_m)
+        if kept is None:
+            return None
+        return Reading(kept.bundle.copy(), kept.plots, kept.height_m, self._fans.learnt)
 
     def _taken(self, kept: _Kept, plot: np.void, published: Published) -> str:
         placed = self._places.place(plot, published)
@@ -131,6 +177,8 @@ class BundlePool:
         except MultiradarError as error:
             return REFUSALS.get(type(error), REFUSED)
         kept.plots += 1
+        kept.fresh = True
+        self._since += 1
         kept.height_m = float(plot["track_height_m"])
         return TAKEN
 

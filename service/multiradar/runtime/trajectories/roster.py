@@ -36,7 +36,14 @@ class LetGo(NamedTuple):
     track_id: int
 
 
-Order = Take | LetGo
+class Sampled(NamedTuple):
+    """An epoch has ended at whose end forecasts are made and judged: all plots before came."""
+
+    epoch: int
+    time_s: float
+
+
+Order = Take | LetGo | Sampled
 
 
 class Roster:
@@ -59,6 +66,7 @@ class Roster:
         self._waiting: set[int] = set()
         self._sequence = 0
         self._reached_s = -np.inf
+        self._epoch = -1
 
     @property
     def held(self) -> int:
@@ -83,8 +91,8 @@ class Roster:
 
         Yields
         ------
-        Take or LetGo
-            What happens to bundles, in order for each track.
+        Take, LetGo or Sampled
+            What happens to bundles, in order for each track; samples in order for all of them.
         """
         updates = output.updates
         fresh = updates.sequence > self._sequence
@@ -103,6 +111,7 @@ class Roster:
             yield from self._plots(plots[begin:end], confirmed[begin:end])
             begin = max(begin, end)
             self._publish(time_s)
+            yield from self._sampled(output, time_s)
             for track_id in output.ended.track_id[output.ended.time_s == time_s].tolist():
                 yield from self._end(track_id)
         yield from self._plots(plots[begin:], confirmed[begin:])
@@ -112,7 +121,15 @@ class Roster:
         times = np.concatenate([self._pending.time_s, output.ended.time_s])
         found: list[float] = np.unique(times[times <= self._reached_s]).tolist()
         ends = np.unique(output.ended.time_s)
-        return sorted({*found, *ends.tolist()})
+        samples = [one.time_s for one in output.samples]
+        return sorted({*found, *ends.tolist(), *samples})
+
+    # What was told already may come again when the engine is built anew.
+    def _sampled(self, output: EngineOutput, time_s: float) -> Iterator[Order]:
+        for sample in output.samples:
+            if sample.time_s == time_s and sample.epoch > self._epoch:
+                self._epoch = sample.epoch
+                yield Sampled(sample.epoch, sample.time_s)
 
     # What was applied already may come again when the engine is built anew.
     def _note(self, records: BiasRecords) -> None:

@@ -13,7 +13,7 @@ from multiradar.runtime.trajectories.document import POINTS_DEFAULT, trajectorie
 from multiradar.runtime.trajectories.options import TrajectoryOptions
 from multiradar.runtime.trajectories.plots import PlotPlaces
 from multiradar.runtime.trajectories.pool import TAKEN, BundlePool, Reading
-from multiradar.runtime.trajectories.roster import Order, Roster, Take
+from multiradar.runtime.trajectories.roster import Order, Roster, Sampled, Take
 from multiradar.tracking.outputs import EngineOutput
 from multiradar.tracking.settings import TrackingSettings
 from multiradar_schemas.arrow import TRAJECTORY_SCHEMA
@@ -64,15 +64,12 @@ class TrajectoryTable:
         if len(output.updates):
             reached = float(np.floor(output.updates.time_s.max() / self._epoch_s))
             self._epoch = max(self._epoch, reached)
-        for track_id, (epoch, _) in list(self._last.items()):
-            if epoch < self._epoch:
-                self._tell(track_id)
+        self._tell_before(self._epoch)
         return self._frame(self._epoch)
 
     def finish(self) -> pl.DataFrame:
         """Return the rows of the last epoch."""
-        for track_id in list(self._last):
-            self._tell(track_id)
+        self._tell_before(np.inf)
         return self._frame(np.inf)
 
     def said_also(self) -> list[dict[str, Any]]:
@@ -91,6 +88,9 @@ class TrajectoryTable:
         }
 
     def _follow(self, order: Order) -> None:
+        if isinstance(order, Sampled):
+            self._sample(order)
+            return
         track_id = order.track_id
         if not isinstance(order, Take):
             self._tell(track_id)
@@ -102,6 +102,16 @@ class TrajectoryTable:
                 self._tell(track_id)
             self._pool.take(track_id, plot, order.published)
             self._last[track_id] = epoch, float(plot["time_s"])
+
+    # What a bundle says at the end of an epoch rests on what was learnt until then.
+    def _sample(self, sampled: Sampled) -> None:
+        self._tell_before(sampled.epoch)
+        self._pool.sample(sampled)
+        self._tell_before(sampled.epoch + 1)
+
+    def _tell_before(self, epoch: float) -> None:
+        for track_id in [one for one, (last, _) in self._last.items() if last < epoch]:
+            self._tell(track_id)
 
     # What the bundle says at the end of an epoch of its track, if it took a plot in it.
     def _tell(self, track_id: int) -> None:

@@ -11,6 +11,7 @@ from multiradar.runtime.engine import Engine
 from multiradar.runtime.forecast_methods import BUNDLE, FILTER
 from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.publication import Publication
+from multiradar.runtime.trajectories import fan_scores
 from multiradar.runtime.trajectories.feed import TrajectoryFeed
 from multiradar.runtime.trajectories.forecast_rows import BundleForecasts, BundleForecastTable
 from multiradar.runtime.trajectories.options import TrajectoryOptions
@@ -18,11 +19,13 @@ from multiradar.runtime.trajectories.table import TrajectoryTable
 from multiradar.tracking.forecast_scores import HORIZONS_S
 from multiradar.tracking.outputs import EngineOutput
 from multiradar.tracking.settings import TrackingSettings
+from multiradar.tracking.state_samples import Sampling
 from multiradar.wire import measurement_batch
 from multiradar_schemas.arrow import FORECAST_SCHEMA
 from multiradar_schemas.forecast import ForecastPoint, ForecastRow
+from support.engine_outputs import End, Sample, output_of
 from support.live_scene import START_S
-from support.trajectory_scene import PLANE, TABLE, TURNING, flown, recording
+from support.trajectory_scene import PLANE, REPORTING, TABLE, TURNING, flown, recording
 
 TRACKING = TrackingSettings(reorder_horizon_s=0.0)
 OPTIONS = TrajectoryOptions(10, 1000)
@@ -33,9 +36,9 @@ SECONDS = 80.0
 class Scene:
     """What the engine puts out of the scene, and what a service says of it."""
 
-    def __init__(self) -> None:
-        self.engine = Engine(TABLE, TRACKING)
-        parts = recording(SECONDS).iter_slices(20)
+    def __init__(self, seconds: float = SECONDS, sampling: Sampling = Sampling.NONE) -> None:
+        self.engine = Engine(TABLE, TRACKING, sampling=sampling)
+        parts = recording(seconds).iter_slices(20)
         self.outputs = [self.engine.push(measurement_batch(part, TABLE)[0]) for part in parts]
         self.outputs.append(self.engine.flush())
         self.view = Publication(TABLE, TRACKING, RuntimeLimits())
@@ -162,3 +165,76 @@ def test_a_service_without_bundles_says_so(scene: Scene) -> None:
         view.forecast(TURNING, 10.0, 10.0, 0.95, BUNDLE)
     assert error.value.code == "TRAJECTORIES_OFF"
     assert view.forecast(99, 10.0, 10.0, 0.95, BUNDLE) is None
+
+
+LONG_S = 280.0
+
+
+@pytest.fixture(scope="module")
+def learning() -> Iterator[Scene]:
+    """A scene long enough, with forecasts frequent enough, to learn from."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(fan_scores, "PLOTS_EACH", 4.0)
+        found = Scene(LONG_S, Sampling.DRAWN)
+        found.publish(START_S + LONG_S)
+        yield found
+        found.feed.stop()
+
+
+@pytest.fixture(scope="module")
+def learnt(learning: Scene) -> pl.DataFrame:
+    return table_of(learning.outputs, 8.0)
+
+
+def test_the_table_and_the_service_learn_the_same(learning: Scene, learnt: pl.DataFrame) -> None:
+    row = learnt.filter(track_id=TURNING, horizon_s=10.0).row(-1, named=True)
+    track = learning.view.track(TURNING)
+    assert track is not None
+    assert row["made_s"] == track["time_s"]
+    ahead_s = row["time_s"] - track["time_s"] - track["age_s"]
+    points = learning.view.forecast(TURNING, ahead_s, ahead_s, 0.95, BUNDLE)
+    assert points is not None
+    assert row["calibrated"]
+    assert points[-1]["calibrated"]
+    assert points[-1]["region_factor"] == pytest.approx(row["region_factor"], rel=1e-9)
+    # Of the longest horizon nothing is known yet.
+    assert learnt.filter(horizon_s=300.0)["calibrated"].sum() == 0
+    early = learnt.filter(pl.col("made_s") < START_S + 60.0)
+    assert early["calibrated"].sum() == 0
+
+
+def test_what_the_table_learns_does_not_depend_on_how_outputs_are_cut(
+    learning: Scene, learnt: pl.DataFrame
+) -> None:
+    engine = Engine(TABLE, TRACKING, sampling=Sampling.ALL)
+    rows = recording(LONG_S)
+    cuts = (rows[:300], rows[300:])
+    outputs = [engine.push(measurement_batch(part, TABLE)[0]) for part in cuts]
+    assert table_of([*outputs, engine.flush()], 8.0).equals(learnt)
+
+
+def test_a_track_that_ends_while_plots_wait_teaches_as_much_as_one_that_ends_later(
+    learning: Scene,
+) -> None:
+    """After a restart all plots of an ended track may still wait when its end is told."""
+    last = learning.outputs[-1].updates
+    end_s = float(last.time_s[-1]) + 1.0
+    epoch = learning.outputs[-1].samples[-1].epoch + 1
+    after = output_of([End(end_s, TURNING), Sample(end_s + 7.0, epoch)])
+    found = []
+    for patient in (True, False):
+        feed = TrajectoryFeed(TrajectoryOptions(10, 10_000), TABLE, TRACKING)
+        if not patient:
+            feed.start()
+        for output in (*learning.outputs, after):
+            feed.put(output)
+            assert patient or feed.settle(PATIENCE_S)
+        if patient:
+            feed.start()
+        assert feed.settle(PATIENCE_S)
+        found.append(feed.read(REPORTING).learnt)
+        feed.stop()
+    np.testing.assert_array_equal(found[0].shares, found[1].shares)
+    assert found[0].calibrated_to_s == found[1].calibrated_to_s >= 10.0
+    before = learning.feed.read(REPORTING).learnt
+    assert not np.array_equal(before.shares, found[0].shares)

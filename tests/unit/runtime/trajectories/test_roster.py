@@ -5,9 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from multiradar.runtime.trajectories.roster import LetGo, Roster, Take
+from multiradar.runtime.trajectories.roster import LetGo, Order, Roster, Sampled, Take
 from support import live_scene
-from support.engine_outputs import Bias, End, Event, Update, output_of
+from support.engine_outputs import Bias, End, Event, Sample, Update, output_of
 
 TABLE = live_scene.sensors()
 
@@ -20,6 +20,7 @@ def followed(
     found: dict[int, list[tuple[float, float] | str]] = {}
     for events in outputs:
         for order in roster.take(output_of(events)):
+            assert not isinstance(order, Sampled)
             own = found.setdefault(order.track_id, [])
             if isinstance(order, Take):
                 bias = float(order.published.estimate[0, 0])
@@ -108,3 +109,29 @@ def test_output_that_comes_again_is_passed_over() -> None:
 def test_a_track_that_ends_in_the_output_of_its_last_plot_is_let_go_after_it(room: int) -> None:
     events: list[Event] = [Update(1, 1.0, 1), Update(2, 2.0, 1), End(3.0, 1)]
     assert followed([events], room)[1] == [(1.0, 0.0), (2.0, 0.0), "gone"]
+
+
+def told(outputs: Sequence[Sequence[Event]]) -> list[float | str]:
+    """Times of plots, ends and samples in their order, those of plots of one order sorted."""
+    roster, orders = Roster(10, TABLE), list[Order]()
+    for events in outputs:
+        orders += roster.take(output_of(events))
+    found: list[float | str] = []
+    for order in orders:
+        if isinstance(order, Take):
+            found += order.plots["time_s"].tolist()
+        else:
+            found.append(f"epoch {order.epoch}" if isinstance(order, Sampled) else "gone")
+    return found
+
+
+def test_a_sample_stands_between_the_plots_before_and_after_it_however_outputs_are_cut() -> None:
+    events: list[Event] = [
+        Update(1, 1.0, 1), Update(2, 7.5, 2), Sample(8.0, 1), Update(3, 8.0, 1), End(9.0, 2),
+        Update(4, 15.0, 1), Sample(16.0, 3), Update(5, 17.0, 1),
+    ]  # fmt: skip
+    expected = [1.0, 7.5, "epoch 1", 8.0, "gone", 15.0, "epoch 3", 17.0]
+    assert told([events]) == expected
+    assert told([[event] for event in events]) == expected
+    # All of it comes again after a failure of the engine.
+    assert told([events[:4], events]) == expected

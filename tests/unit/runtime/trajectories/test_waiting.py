@@ -1,10 +1,10 @@
-"""Plots that wait for their bundles: each track in its turn, and never more than may wait."""
+"""Plots that wait for their bundles: in the order of the engine, and no more than may wait."""
 
 import numpy as np
 
 from multiradar.runtime.trajectories.plots import PLOT_DTYPE, Published
-from multiradar.runtime.trajectories.roster import Take
-from multiradar.runtime.trajectories.waiting import WaitingPlots
+from multiradar.runtime.trajectories.roster import LetGo, Sampled, Take
+from multiradar.runtime.trajectories.waiting import Next, WaitingPlots
 
 NOTHING = Published(np.zeros((1, 4)), np.zeros((1, 4)))
 
@@ -15,33 +15,52 @@ def take(track_id: int, first_s: float, count: int) -> Take:
     return Take(track_id, plots, NOTHING)
 
 
-def drained(waiting: WaitingPlots) -> list[tuple[int, bool, list[float]]]:
-    found = []
+def drained(
+    waiting: WaitingPlots,
+) -> list[tuple[int, bool, list[float]] | LetGo | Sampled]:
+    found: list[tuple[int, bool, list[float]] | LetGo | Sampled] = []
     while (following := waiting.take()) is not None:
-        times = following.plots["time_s"].tolist()
-        found.append((following.track_id, following.anew, times))
+        if isinstance(following, Next):
+            times = following.plots["time_s"].tolist()
+            found.append((following.track_id, following.anew, times))
+        else:
+            found.append(following)
+    assert len(waiting) == waiting.count == 0
     return found
 
 
-def test_tracks_are_served_in_turn_and_each_in_order() -> None:
+def test_all_is_served_in_the_order_in_which_it_came() -> None:
+    """Or what is learnt at a sample would depend on how far other tracks are."""
     waiting = WaitingPlots(100)
-    for one in (take(1, 0.0, 2), take(1, 2.0, 1), take(2, 5.0, 1), take(1, 3.0, 1)):
+    for one in (
+        take(1, 0.0, 2), take(2, 5.0, 1), Sampled(3, 8.0), take(1, 3.0, 1), LetGo(1),
+        Sampled(4, 16.0),
+    ):  # fmt: skip
         waiting.put(one)
-    assert waiting.count == 5
+    assert (waiting.count, len(waiting)) == (4, 6)
     assert drained(waiting) == [
-        (1, False, [0.0, 1.0]), (2, False, [5.0]), (1, False, [2.0]), (1, False, [3.0]),
+        (1, False, [0.0, 1.0]), (2, False, [5.0]), Sampled(3, 8.0), (1, False, [3.0]), LetGo(1),
+        Sampled(4, 16.0),
     ]  # fmt: skip
-    assert waiting.count == 0
 
 
-def test_a_track_that_has_ended_is_forgotten() -> None:
-    waiting = WaitingPlots(100)
-    waiting.put(take(1, 0.0, 3))
-    waiting.put(take(2, 0.0, 1))
-    waiting.drop(1)
-    waiting.drop(7)
-    assert waiting.count == 1
-    assert drained(waiting) == [(2, False, [0.0])]
+def test_a_track_ends_although_its_plots_were_lost() -> None:
+    """Its bundle would stay for ever."""
+    waiting = WaitingPlots(3)
+    for one in (take(1, 0.0, 3), LetGo(1), take(2, 0.0, 2)):
+        waiting.put(one)
+    assert waiting.lost == 3
+    assert drained(waiting) == [LetGo(1), (2, False, [0.0, 1.0])]
+
+
+def test_samples_without_plots_are_bounded_too() -> None:
+    waiting = WaitingPlots(3)
+    samples = [Sampled(epoch, 4.0 * epoch) for epoch in range(5)]
+    for number, sample in enumerate(samples):
+        assert waiting.fits(sample) == (number < 3)
+        waiting.put(sample)
+    assert waiting.lost == 0
+    assert drained(waiting) == samples[2:]
 
 
 def test_without_room_the_longest_queue_is_lost_and_begins_anew() -> None:
@@ -53,7 +72,7 @@ def test_without_room_the_longest_queue_is_lost_and_begins_anew() -> None:
     assert (waiting.count, waiting.lost) == (3, 3)
     waiting.put(take(1, 9.0, 1))
     # The plots of track 1 are not those that follow the ones it had.
-    assert drained(waiting) == [(2, False, [0.0, 1.0]), (1, True, [9.0]), (2, False, [2.0])]
+    assert drained(waiting) == [(2, False, [0.0, 1.0]), (2, False, [2.0]), (1, True, [9.0])]
     waiting.put(take(1, 10.0, 1))
     assert drained(waiting) == [(1, False, [10.0])]
 
@@ -66,12 +85,14 @@ def test_what_was_served_or_forgotten_makes_no_queue_longer() -> None:
     # One plot of track 1 is left, two of track 2.
     waiting.put(take(3, 0.0, 4))
     assert (waiting.count, waiting.lost) == (3, 4)
-    waiting.drop(2)
-    waiting.put(take(2, 5.0, 2))
+    following = waiting.take()
+    assert isinstance(following, Next)
+    assert following.track_id == 1
     waiting.put(take(4, 0.0, 3))
-    waiting.put(take(1, 4.0, 1))
-    assert (waiting.count, waiting.lost) == (4, 7)
-    assert [track_id for track_id, _, _ in drained(waiting)] == [1, 2, 1]
+    waiting.put(take(1, 4.0, 3))
+    # Two of track 2 were left, three of 4 and of 1: of equals the lower number is lost.
+    assert (waiting.count, waiting.lost) == (5, 7)
+    assert drained(waiting) == [(2, False, [0.0, 1.0]), (4, False, [0.0, 1.0, 2.0])]
 
 
 def test_more_than_may_wait_at_all_is_lost() -> None:

@@ -1,0 +1,188 @@
+"""Forecasts from bundles that learn from how far earlier ones were off.
+
+Where an epoch ends at which states are sampled, the fans of a few bundles are kept. When a bundle
+has gone on long enough, it says where its aircraft was at those times, and the errors are counted
+as those of the filter's forecasts are. All of it happens in the thread that owns the bundles, at
+the ends of epochs, so that what is learnt is a function of the measurements.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar.restoration.bundle import Bundle
+from multiradar.restoration.forecast import forecast
+from multiradar.restoration.forecast_settings import ForecastSettings
+from multiradar.tracking.forecast_calibration import GAP_MAX_S
+from multiradar.tracking.forecast_scores import HORIZONS_S, ForecastScores, Learnt, standardised
+from multiradar.tracking.state_samples import SAMPLE_TRACKS_MAX, drawn
+
+Floats = NDArray[np.float64]
+
+SETTINGS = ForecastSettings()
+#: A bundle is asked where its aircraft was when it has gone on for so long, s; or when its track
+#: ends.
+SETTLED_S = 15.0
+#: It is asked of all times at once when the first of them was so long ago, s: well within its
+#: window.
+ASKED_AFTER_S = 45.0
+#: Plots for which one forecast is made: the time that learning takes is a share of that of bundles.
+PLOTS_EACH = 32.0
+#: Most forecasts, each of one horizon, that wait for their time: a bound of memory. Those of the
+#: longest horizon and all shorter ones are half as many.
+WAITING_MAX = 2000
+#: Errors are taken to be as large as regions of this probability say.
+PROBABILITY = 0.95
+#: What is known at first.
+NOTHING_LEARNT = ForecastScores(1, 0).learnt
+
+
+class _Made(NamedTuple):
+    # A forecast of one horizon.
+    due_s: float
+    horizon: int
+    mean: Floats
+    covariance: Floats
+
+
+class _Judged(NamedTuple):
+    # One whose error is known.
+    track_id: int
+    due_s: float
+    horizon: int
+    score: float
+    size: float
+
+
+class FanScores:
+    """What past forecasts from bundles tell of future ones; one owner."""
+
+    def __init__(self) -> None:
+        self._scores = ForecastScores(1, 0)
+        self._waiting: dict[int, list[_Made]] = {}
+        self._judged: list[_Judged] = []
+        self._allowed = 0.0
+        # How much larger than claimed the covariances of forecasts are, by horizon.
+        self._excess = np.ones(len(HORIZONS_S))
+
+    @property
+    def learnt(self) -> Learnt:
+        """What was learnt until the last sample."""
+        return self._scores.learnt
+
+    @property
+    def heard(self) -> Floats:
+        """Forecasts that count, by horizon; old ones count less."""
+        return self._scores.heard
+
+    @property
+    def waiting(self) -> int:
+        """Number of forecasts, each of one horizon, that wait for their time."""
+        return sum(len(made) for made in self._waiting.values())
+
+    def chosen(self, tracks: Sequence[int], epoch: int, plots: int) -> list[int]:
+        """Return the tracks that are forecast at a sample, others each time.
+
+        Parameters
+        ----------
+        tracks : sequence of int
+            Those that may be, ascending.
+        epoch : int
+            Number of the epoch.
+        plots : int
+            Plots that bundles took since the sample before.
+
+        Returns
+        -------
+        list of int
+            One at least where there are any, one for `PLOTS_EACH` plots, and never more than
+            `SAMPLE_TRACKS_MAX`.
+        """
+        self._allowed = min(self._allowed + plots / PLOTS_EACH, float(SAMPLE_TRACKS_MAX))
+        count = min(max(int(self._allowed), 1), len(tracks))
+        self._allowed = max(self._allowed - count, 0.0)
+        places = drawn(np.array(tracks, np.int64), epoch, count)
+        return [tracks[place] for place in places.tolist()]
+
+    def make(self, track_id: int, bundle: Bundle) -> None:
+        """Forecast by a bundle with tracks, at all horizons, and wait for their times."""
+        if self.waiting + len(HORIZONS_S) > WAITING_MAX:
+            return
+        fan = forecast(bundle.ends(), HORIZONS_S, SETTINGS, bundle.habits)
+        due_s, mean, spread = fan.time_s + HORIZONS_S, fan.mean()[:, :2], fan.spread()[:, :2, :2]
+        made = zip(due_s.tolist(), range(len(HORIZONS_S)), mean, spread, strict=True)
+        self._waiting.setdefault(track_id, []).extend(_Made(*one) for one in made)
+
+    def judge(self, track_id: int, bundle: Bundle, time_s: float | None) -> None:
+        """Compare forecasts whose time has come with where the bundle says that its aircraft was.
+
+        Parameters
+        ----------
+        track_id : int
+            A track.
+        bundle : Bundle
+            Its bundle.
+        time_s : float or None
+            Data time of now, s; None when this is the last that is heard of the track.
+        """
+        waiting = self._waiting.get(track_id)
+        if not waiting or not len(bundle):
+            return
+        begin_s, now_s = bundle.window_s
+        until_s = now_s
+        if time_s is not None:
+            # No plot comes any more that would be near enough.
+            silent_s = max(now_s, time_s - GAP_MAX_S)
+            waiting = [one for one in waiting if not now_s < one.due_s < silent_s]
+            until_s = now_s - SETTLED_S
+            if min((one.due_s for one in waiting), default=np.inf) > now_s - ASKED_AFTER_S:
+                until_s = -np.inf
+        self._waiting[track_id] = [one for one in waiting if one.due_s > until_s]
+        come = [one for one in waiting if begin_s <= one.due_s <= until_s]
+        plots_s = bundle.plots_s
+        made = [one for one in come if _is_told(plots_s, one.due_s)]
+        made.sort(key=lambda one: (one.due_s, one.horizon))
+        if made:
+            self._compare(track_id, made, bundle)
+
+    def forget(self, track_id: int) -> None:
+        """Wait for nothing more of a track."""
+        self._waiting.pop(track_id, None)
+
+    def settle(self) -> None:
+        """Learn from all that was judged since the last time, in an order of its own."""
+        if not self._judged:
+            return
+        judged, self._judged = sorted(self._judged), []
+        for horizon in range(len(HORIZONS_S)):
+            own = [(one.score, one.size) for one in judged if one.horizon == horizon]
+            if own:
+                scores, sizes = np.array(own).T
+                self._scores.take(horizon, scores[:, None], sizes[:, None])
+        self._scores.settle()
+        plan = self._scores.plan(HORIZONS_S, PROBABILITY)
+        self._excess = plan.factor / plan.single
+
+    def _compare(self, track_id: int, made: list[_Made], bundle: Bundle) -> None:
+        path = bundle.path([one.due_s for one in made])
+        error = path.state[:, :2] - np.array([one.mean for one in made])
+        # A fan claims more than errors are where nobody manoeuvres: the part of them that the
+        # bundle still has is one of the errors as they are.
+        excess = self._excess[[one.horizon for one in made]][:, None]
+        covariance = excess[..., None] * np.array([one.covariance for one in made])
+        left = path.covariance[:, :2, :2]
+        scores, sizes = standardised(error[:, None], covariance[:, None], left)
+        scores *= excess
+        rows = zip(made, scores[:, 0].tolist(), sizes[:, 0].tolist(), strict=True)
+        self._judged += [_Judged(track_id, one.due_s, one.horizon, *row) for one, *row in rows]
+
+
+# Whether a bundle is sure of a time: one between plots that are not too far apart.
+def _is_told(plots_s: Floats, time_s: float) -> bool:
+    after = int(np.searchsorted(plots_s, time_s))
+    if after == len(plots_s):
+        return False
+    before = max(after - 1, 0)
+    return bool(plots_s[after] - plots_s[before] <= GAP_MAX_S)
