@@ -4,16 +4,19 @@
 
     python docs/check_bundle_forecasts.py              # three seeds of two traffics, some minutes
     python docs/check_bundle_forecasts.py --straight 300 --first-seed 40 --runs 1
+    python docs/check_bundle_forecasts.py --minutes 40 --bundle-alone    # long enough to learn
 
 Aircraft fly as in check_restoration.py, banks of at most 22°: legs between whose manoeuvres lie two
 minutes on average, and legs without any. Ten seconds after ten seconds each aircraft is forecast
 10 to 300 s ahead, by its bundle (`restoration.forecast`), by the modes of `imm`
 (`tracking.forecast`) and by a polynomial (`tracking.polynomial_forecast`), from the same plots, and
-compared with where it is then. Settings were chosen on seeds 20 and 21; the table is of others.
+compared with where it is then. "bundle" has the regions of its mixture, "bundle, learnt" those that
+past errors ask for (`runtime.trajectories.fan_scores`), from the beginning of the scene, when they
+are the same. Settings were chosen on seeds 20 and 21; the table is of others.
 """
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from time import process_time
 
@@ -23,15 +26,18 @@ from check_smoothers import in_place
 from numpy.typing import NDArray
 
 from multiradar.restoration.bundle import Bundle
-from multiradar.restoration.fan import REGION_MEMBERS, Fan
 from multiradar.restoration.forecast import forecast
 from multiradar.restoration.forecast_settings import ForecastSettings
 from multiradar.restoration.settings import BundleSettings
 from multiradar.runtime.engine import Engine
+from multiradar.runtime.trajectories.fan_scores import FanScores
+from multiradar.runtime.trajectories.fans import fan_course
+from multiradar.runtime.trajectories.pool import Reading
 from multiradar.simulation.paths import fly
 from multiradar.tracking.forecast import forecast_modes_of, forecast_of_modes
+from multiradar.tracking.forecast_scores import Learnt
 from multiradar.tracking.polynomial_forecast import polynomial_forecast
-from multiradar.tracking.regions import gaussian_factor, region_factors
+from multiradar.tracking.regions import gaussian_factor
 from multiradar.tracking.settings import TrackingSettings
 
 Floats = NDArray[np.float64]
@@ -41,8 +47,12 @@ Said = dict[tuple[int, float], tuple[Floats, Floats]]
 
 AHEAD_S = np.array([10.0, 30.0, 60.0, 120.0, 300.0])
 PROBABILITY = 0.95
-RUN_S = 600.0
-GRID_S = np.arange(65.0, RUN_S, 10.0)
+MINUTES = 10.0
+GRID_FIRST_S, GRID_STEP_S, SAMPLE_S = 65.0, 10.0, 8.0
+#: What the rows of each method are called.
+METHODS = {
+    "bundle": "bundle", "learnt": "bundle, learnt", "imm": "imm", "polynomial": "polynomial",
+}  # fmt: skip
 #: No legs between manoeuvres end within the scene.
 NEVER_S = 1e6
 
@@ -61,6 +71,7 @@ class Found:
     """All methods over one scene, what each aircraft did, and the time for a fan, s."""
 
     bundle: Judged
+    learnt: Judged
     imm: Judged
     polynomial: Judged
     doing: Integers
@@ -73,39 +84,46 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=3, help="seeds")
     parser.add_argument("--first-seed", type=int, default=0)
     parser.add_argument("--aircraft", type=int, default=12, help="in each run")
+    parser.add_argument("--minutes", type=float, default=MINUTES)
+    parser.add_argument("--bundle-alone", action="store_true", help="no other methods' rows")
     parser.add_argument("--straight", type=float, nargs="+", default=[120.0, NEVER_S],
                         help="mean straight leg, s")  # fmt: skip
     options = parser.parse_args()
+    run_s = 60.0 * options.minutes
+    methods = ("bundle", "learnt") if options.bundle_alone else METHODS
     seeds = range(options.first_seed, options.first_seed + options.runs)
     for straight_s in options.straight:
         found = []
         for seed in seeds:
             (flown,) = flights(
-                1, aircraft=options.aircraft, duration_s=RUN_S + AHEAD_S[-1], known=True,
+                1, aircraft=options.aircraft, duration_s=run_s + AHEAD_S[-1], known=True,
                 straight_s=straight_s, first_seed=seed, bank_max_deg=22.0,
             )  # fmt: skip
-            found.append(compare(flown))
+            found.append(compare(flown, run_s))
         print(f"**a manoeuvre after {straight_s:g} s of straight flight on average**\n")
-        report(found)
+        report(found, methods)
 
 
-def compare(flown: Flown) -> Found:
+def compare(flown: Flown, run_s: float) -> Found:
     """Forecast all aircraft of a scene by all methods."""
     # Legs are flown without random numbers.
     paths = [
-        fly(one, RUN_S + AHEAD_S[-1], np.random.Generator(np.random.PCG64(0)))
+        fly(one, run_s + AHEAD_S[-1], np.random.Generator(np.random.PCG64(0)))
         for one in flown.fliers
     ]
-    said_by_imm = by_modes(flown)
-    bundles, modes, polynomials, doing, spent = [], [], [], [], []
+    said_by_imm = by_modes(flown, run_s)
+    bundles, learnt, modes, polynomials, doing, spent = [], [], [], [], [], []
     sightings = in_place(flown).sightings
-    for key, bundle in bundles_of(flown, said_by_imm):
+    for key, bundle, told in bundles_of(flown, said_by_imm, run_s):
         began = process_time()
         fan = forecast(bundle.ends(), AHEAD_S, ForecastSettings(), bundle.habits)
         spent.append(process_time() - began)
         truth = paths[key[0]].place(fan.time_s + AHEAD_S)
         factors = np.full(len(AHEAD_S), gaussian_factor(PROBABILITY))
-        bundles.append(judged_fan(fan, truth))
+        course = fan_course(Reading(bundle, 0, np.nan), fan.time_s + AHEAD_S, PROBABILITY)
+        bundles.append(judge(*course[:3], truth))
+        course = fan_course(Reading(bundle, 0, np.nan, told), fan.time_s + AHEAD_S, PROBABILITY)
+        learnt.append(judge(*course[:3], truth))
         modes.append(judge(*said_by_imm[key], factors, truth))
         mine = (sightings.aircraft == key[0]) & (sightings.time_s <= fan.time_s)
         polynomial = polynomial_forecast(
@@ -115,31 +133,52 @@ def compare(flown: Flown) -> Found:
         polynomials.append(judge(*polynomial, factors, truth))
         doing.append(doing_at(flown.fliers[key[0]], fan.time_s))
     doings, seconds = np.array(doing), float(np.median(spent))
-    return Found(joined(bundles), joined(modes), joined(polynomials), doings, seconds)
+    return Found(
+        joined(bundles), joined(learnt), joined(modes), joined(polynomials), doings, seconds
+    )
 
 
-def bundles_of(flown: Flown, wanted: Said) -> Iterator[tuple[tuple[int, float], Bundle]]:
-    """Follow each aircraft; yield its bundle after the plots that are asked for."""
+def bundles_of(
+    flown: Flown, wanted: Said, run_s: float
+) -> Iterator[tuple[tuple[int, float], Bundle, Learnt]]:
+    """Follow all aircraft; yield a bundle and what was learnt when it has a plot asked for."""
     sightings = in_place(flown).sightings
-    for aircraft in np.unique(sightings.aircraft).tolist():
-        rows = np.flatnonzero((sightings.aircraft == aircraft) & (sightings.time_s < RUN_S))
-        bundle = Bundle(BundleSettings())
-        for row in rows:
-            time_s = float(sightings.time_s[row])
-            bundle.take(time_s, sightings.position_m[row], sightings.covariance_m2[row])
-            key = aircraft, time_s
-            if key in wanted and len(bundle):
-                yield key, bundle
+    bundles = {one: Bundle(BundleSettings()) for one in np.unique(sightings.aircraft).tolist()}
+    fans, until_s = FanScores(), SAMPLE_S
+    fresh: list[int] = []
+    order = np.argsort(sightings.time_s, kind="stable")
+    for row in order[sightings.time_s[order] < run_s].tolist():
+        aircraft, time_s = int(sightings.aircraft[row]), float(sightings.time_s[row])
+        while time_s >= until_s:
+            sample(fans, bundles, fresh, until_s)
+            fresh, until_s = [], until_s + SAMPLE_S
+        bundle = bundles[aircraft]
+        bundle.take(time_s, sightings.position_m[row], sightings.covariance_m2[row])
+        fresh.append(aircraft)
+        key = aircraft, time_s
+        if key in wanted and len(bundle):
+            yield key, bundle, fans.learnt
 
 
-def by_modes(flown: Flown) -> Said:
+def sample(fans: FanScores, bundles: dict[int, Bundle], fresh: list[int], time_s: float) -> None:
+    """Learn from past forecasts and make some, as `runtime.trajectories.pool` does."""
+    for aircraft, bundle in bundles.items():
+        fans.judge(aircraft, bundle, time_s)
+    fans.settle()
+    seen = [one for one in sorted(set(fresh)) if len(bundles[one])]
+    for aircraft in fans.chosen(seen, int(time_s / SAMPLE_S), len(fresh)):
+        fans.make(aircraft, bundles[aircraft])
+
+
+def by_modes(flown: Flown, run_s: float) -> Said:
     """Return what the modes of `imm` say, from the last plots before the same times."""
     settings = TrackingSettings(filter_name="imm")
     engine, table = Engine(flown.sensors, settings), forecast_modes_of(settings)
+    grid_s = np.arange(GRID_FIRST_S, run_s, GRID_STEP_S)
     number: dict[int, int] = {}
     said: Said = {}
     before = 0
-    for cut in np.searchsorted(flown.batch.time_s, GRID_S).tolist():
+    for cut in np.searchsorted(flown.batch.time_s, grid_s).tolist():
         updates = engine.push(flown.batch.take(slice(before, cut))).updates
         number |= dict(zip(updates.track_id.tolist(), updates.track_number.tolist(), strict=True))
         before = cut
@@ -153,15 +192,6 @@ def by_modes(flown: Flown) -> Said:
             key = number[track] - 1, float(states.time_s[place])
             said[key] = mean[:, :2], covariance[:, :2, :2]
     return said
-
-
-def judged_fan(fan: Fan, truth: Floats) -> Judged:
-    """Judge a fan by the ellipse that holds its probability."""
-    members = fan.heaviest(REGION_MEMBERS)
-    factors = region_factors(
-        members.weight, members.state[..., :2], members.covariance[..., :2, :2], PROBABILITY
-    )
-    return judge(fan.mean()[:, :2], fan.spread()[:, :2, :2], factors, truth)
 
 
 def judge(place_m: Floats, covariance_m2: Floats, factors: Floats, truth: Floats) -> Judged:
@@ -181,7 +211,7 @@ def joined(parts: list[Judged]) -> Judged:
     )
 
 
-def report(found: list[Found]) -> None:
+def report(found: list[Found], methods: Iterable[str]) -> None:
     """Print the table of one traffic."""
     doing = np.concatenate([one.doing for one in found])
     print(f"| | {' | '.join(f'{one:g} s' for one in AHEAD_S)} |\n|{'---|' * (1 + len(AHEAD_S))}")
@@ -189,7 +219,7 @@ def report(found: list[Found]) -> None:
         chosen = np.isin(doing, kinds)
         if not chosen.any() or (name != "all" and chosen.all()):
             continue
-        for method in ("bundle", "imm", "polynomial"):
+        for method in methods:
             each = joined_scenes([getattr(one, method) for one in found])
             error = np.sqrt(np.mean(each.squared_m2[chosen], axis=0))
             held = 100.0 * np.mean(each.held[chosen], axis=0)
@@ -198,7 +228,7 @@ def report(found: list[Found]) -> None:
                 f"{m:.0f} m, {h:.1f} %, {a:.3g} km²"
                 for m, h, a in zip(error, held, area, strict=True)
             ]
-            print(f"| {name}, {method} | {' | '.join(cells)} |")
+            print(f"| {name}, {METHODS[method]} | {' | '.join(cells)} |")
     spent = 1e3 * np.mean([one.seconds for one in found])
     print(f"\n{len(doing)} forecasts; a fan takes {spent:.2f} ms\n", flush=True)
 

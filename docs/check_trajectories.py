@@ -27,10 +27,11 @@ from multiradar.runtime.trajectories.document import (
 from multiradar.runtime.trajectories.options import trajectory_options
 from multiradar.runtime.trajectories.plots import PlotPlaces
 from multiradar.runtime.trajectories.pool import BundlePool
-from multiradar.runtime.trajectories.roster import Order, Roster, Take
+from multiradar.runtime.trajectories.roster import Order, Roster, Sampled, Take
 from multiradar.storage.recording import Recording
 from multiradar.tracking.outputs import EngineOutput
 from multiradar.tracking.settings import TrackingSettings
+from multiradar.tracking.state_samples import Sampling
 from multiradar.wire import measurement_batch
 
 BATCH_ROWS, RUNS, MANY = 200, 3, 100
@@ -52,9 +53,12 @@ def main() -> None:
     all_plots = sum(len(output.plots) for output in outputs)
     sorting_s, pool = _least(lambda: _orders(outputs, sensors)), _pool(orders, sensors)
     taking_s = _least(lambda: _pool(orders, sensors))
+    unlearnt = [order for order in orders if not isinstance(order, Sampled)]
+    learning_s = taking_s - _least(lambda: _pool(unlearnt, sensors))
     print(f"{plots} plots of {all_plots} to {len(pool)} bundles")
     print(f"engine's thread: {1e6 * sorting_s / all_plots:.1f} µs a plot")
     print(f"bundles' thread: {1e3 * taking_s / plots:.2f} ms a plot, places included")
+    print(f"of that to learn from forecasts: {1e3 * learning_s / plots:.3f} ms a plot")
     readings = [pool.read(track) for track in range(1, 200)]
     told = [one for one in readings if one is not None and len(one.bundle) > 1][:20]
     plane = PlotPlaces(sensors, TRACKING).plane
@@ -75,7 +79,7 @@ def main() -> None:
 
 
 def _outputs(path: Path, sensors: SensorTable, count: int) -> list[EngineOutput]:
-    engine = Engine(sensors, TRACKING)
+    engine = Engine(sensors, TRACKING, sampling=Sampling.DRAWN)
     rows = (part for block in Recording(path).blocks() for part in block.iter_slices(BATCH_ROWS))
     return [engine.push(measurement_batch(part, sensors)[0]) for part in islice(rows, count)]
 
@@ -96,6 +100,8 @@ def _pool(orders: list[Order], sensors: SensorTable) -> BundlePool:
         if isinstance(order, Take):
             for plot in order.plots:
                 pool.take(order.track_id, plot, order.published)
+        elif isinstance(order, Sampled):
+            pool.sample(order)
         else:
             pool.let_go(order.track_id)
     return pool

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 TRACKS_FILE = "tracks.parquet"
 BIASES_FILE = "biases.parquet"
-FORECASTS_FILE = "forecasts.parquet"
+FORECAST_FILES = ("forecasts.parquet", "bundle_forecasts.parquet")
 TRUTH_FILE = "truth.parquet"
 TRUE_BIASES_FILE = "truth_biases.parquet"
 SYSTEM_TRACKS_FILE = "system_tracks.parquet"
@@ -277,7 +277,7 @@ def read_biases(given: Path, known: Known) -> list[BiasHistory]:
     return _biases(given, known.true_biases)
 
 
-def read_forecasts(given: Path) -> tuple[pl.DataFrame, str] | None:
+def read_forecasts(given: Path) -> list[tuple[pl.DataFrame, str]]:
     """Read the forecasts beside the tracks.
 
     Parameters
@@ -287,18 +287,18 @@ def read_forecasts(given: Path) -> tuple[pl.DataFrame, str] | None:
 
     Returns
     -------
-    (DataFrame, str) or None
-        The table, and what it is called in errors; None where there is none.
+    list of (DataFrame, str)
+        Each table, and what it is called in errors.
 
     Raises
     ------
     InputError
-        It is no Parquet.
+        One is no Parquet.
     """
-    path = given / FORECASTS_FILE
-    if not given.is_dir() or not path.exists():
-        return None
-    return read_table(path, "forecasts"), str(path)
+    if not given.is_dir():
+        return []
+    paths = [given / name for name in FORECAST_FILES]
+    return [(read_table(path, "forecasts"), str(path)) for path in paths if path.exists()]
 
 
 def read_table(path: Path, what: str) -> pl.DataFrame:

@@ -1,6 +1,7 @@
 """Forecasts against where the aircraft went: how far off, and how often inside their regions."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
 
 import numpy as np
 import polars as pl
@@ -16,7 +17,7 @@ from multiradar.evaluation.trajectories import (
     places_at,
 )
 
-#: Columns that are used of `forecasts.parquet`.
+#: Columns that are used of tables of forecasts.
 FORECAST_COLUMNS = (
     "track_id", "made_s", "horizon_s", "time_s", "probability", "latitude_deg", "longitude_deg",
     "covariance_east_m2", "covariance_east_north_m2", "covariance_north_m2", "region_major_m",
@@ -62,7 +63,7 @@ def forecast_errors(
     Parameters
     ----------
     frame : DataFrame
-        `forecasts.parquet`.
+        `forecasts.parquet` or `bundle_forecasts.parquet`.
     source : str
         What it is called in errors.
     tracks : Tracks
@@ -109,6 +110,16 @@ def forecast_errors(
         error_m=np.hypot(*off.T),
         normalised=_normalised(off, columns),
         radius_m=np.sqrt(major * minor),
+    )
+
+
+def joined(parts: Sequence[ForecastErrors]) -> ForecastErrors | None:
+    """Return all forecasts as one; None where there are no tables of any."""
+    if not parts:
+        return None
+    names = [one.name for one in fields(ForecastErrors)]
+    return ForecastErrors(
+        **{name: np.concatenate([getattr(one, name) for one in parts]) for name in names}
     )
 
 

@@ -15,7 +15,7 @@ from multiradar.evaluation.errors_of_updates import (
     aircraft_of_updates,
     errors_of_updates,
 )
-from multiradar.evaluation.forecast_errors import ForecastErrors, forecast_errors
+from multiradar.evaluation.forecast_errors import ForecastErrors, forecast_errors, joined
 from multiradar.evaluation.identity import Identity, identity_over_time
 from multiradar.evaluation.instants import Instants, look
 from multiradar.evaluation.plots_on_tracks import first_plots, plots_on_the_right_track
@@ -97,7 +97,7 @@ def evaluate(
     *,
     plots: pl.DataFrame | None = None,
     biases: Sequence[BiasHistory] = (),
-    forecasts: tuple[pl.DataFrame, str] | None = None,
+    forecasts: Sequence[tuple[pl.DataFrame, str]] = (),
 ) -> Scorecard:
     """Compare tracks with a reference.
 
@@ -115,8 +115,8 @@ def evaluate(
         `time_s`, `sensor_id` and `name` (of the aircraft, null where unknown) of the plots tracked.
     biases : sequence of BiasHistory
         Biases to show with the rest.
-    forecasts : (DataFrame, str), optional
-        `forecasts.parquet`, and what it is called in errors.
+    forecasts : sequence of (DataFrame, str)
+        `forecasts.parquet` and `bundle_forecasts.parquet`, and what each is called in errors.
 
     Returns
     -------
@@ -168,7 +168,7 @@ def evaluate(
         judgements=judge(presets, Evidence(errors, updates, where, interval_s)),
         plots=on_track,
         biases=list(biases),
-        forecasts=None
-        if forecasts is None
-        else forecast_errors(*forecasts, tracks, reference, aircraft),
+        forecasts=joined(
+            [forecast_errors(*table, tracks, reference, aircraft) for table in forecasts]
+        ),
     )

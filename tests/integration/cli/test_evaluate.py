@@ -1,6 +1,7 @@
 """`multiradar evaluate` on simulated scenes and on the sample recording."""
 
 import json
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -49,6 +50,22 @@ def test_forecasts_beside_the_tracks_are_judged_by_horizon(
     assert rows["forecasts.parquet"] == len(written) > samples[0]
     alone = evaluated(capsys, scene / "tracks" / "tracks.parquet", "--truth", scene / "made")
     assert alone["forecasts"] == []
+
+
+def test_forecasts_of_bundles_are_judged_beside_the_others(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shutil.copy(scene / "tracks" / "tracks.parquet", tmp_path)
+    written = pl.read_parquet(scene / "tracks" / "forecasts.parquet")
+    written.write_parquet(tmp_path / "forecasts.parquet")
+    every_third = written.with_columns(by=pl.lit("bundle", written.schema["by"]))[::3]
+    every_third.write_parquet(tmp_path / "bundle_forecasts.parquet")
+    found = evaluated(capsys, tmp_path, "--truth", scene / "made")["forecasts"]
+    samples = {
+        by: sum(one["samples"] for one in found if one["by"] == by) for by in ("filter", "bundle")
+    }
+    assert len(found) == 8
+    assert samples["bundle"] == pytest.approx(samples["filter"] / 3, rel=0.05)
 
 
 def test_the_names_of_presets_are_those_of_the_catalogue() -> None:

@@ -29,7 +29,7 @@ SETTLED_S = 15.0
 #: window.
 ASKED_AFTER_S = 45.0
 #: Plots for which one forecast is made: the time that learning takes is a share of that of bundles.
-PLOTS_EACH = 32.0
+PLOTS_EACH = 50.0
 #: Most forecasts, each of one horizon, that wait for their time: a bound of memory. Those of the
 #: longest horizon and all shorter ones are half as many.
 WAITING_MAX = 2000
@@ -182,7 +182,6 @@ class FanScores:
 # Whether a bundle is sure of a time: one between plots that are not too far apart.
 def _is_told(plots_s: Floats, time_s: float) -> bool:
     after = int(np.searchsorted(plots_s, time_s))
-    if after == len(plots_s):
+    if not 0 < after < len(plots_s):
         return False
-    before = max(after - 1, 0)
-    return bool(plots_s[after] - plots_s[before] <= GAP_MAX_S)
+    return bool(plots_s[after] - plots_s[after - 1] <= GAP_MAX_S)

@@ -1,0 +1,152 @@
+"""Regions of bundles' forecasts become as large as past errors ask."""
+
+import numpy as np
+import pytest
+
+from multiradar.restoration.bundle import Bundle
+from multiradar.restoration.forecast import forecast
+from multiradar.restoration.settings import BundleSettings
+from multiradar.runtime.trajectories import fan_scores
+from multiradar.runtime.trajectories.fan_scores import ASKED_AFTER_S, PLOTS_EACH, FanScores
+from multiradar.tracking.forecast_scores import CALIBRATED, HORIZONS_S
+from multiradar.tracking.regions import gaussian_factor
+from multiradar.tracking.state_samples import SAMPLE_TRACKS_MAX
+
+SPEED_MPS, NOISE_M, PLOT_EVERY_S = 200.0, 40.0, 4.0
+AIRCRAFT, SECONDS = 6, 400.0
+NOISE = NOISE_M**2 * np.eye(2)
+
+
+def plot(bundle: Bundle, number: int, time_s: float, random: np.random.Generator) -> None:
+    there = np.array([SPEED_MPS * time_s, 1e4 * number])
+    bundle.take(time_s, there + random.normal(0.0, NOISE_M, 2), NOISE)
+
+
+def flown(seconds: float, number: int = 0) -> Bundle:
+    """The bundle of an aircraft that flies straight on."""
+    bundle, random = Bundle(BundleSettings()), np.random.default_rng(number)
+    for time_s in np.arange(0.0, seconds, PLOT_EVERY_S).tolist():
+        plot(bundle, number, time_s, random)
+    return bundle
+
+
+@pytest.fixture(scope="module")
+def taught() -> FanScores:
+    """What aircraft teach that never manoeuvre."""
+    fans, random = FanScores(), np.random.default_rng(9)
+    bundles = {number: Bundle(BundleSettings()) for number in range(AIRCRAFT)}
+    for time_s in np.arange(0.0, SECONDS, PLOT_EVERY_S).tolist():
+        for number, bundle in bundles.items():
+            plot(bundle, number, time_s, random)
+        if time_s > 60.0 and time_s % 8.0 == 0.0:
+            for number, bundle in bundles.items():
+                fans.judge(number, bundle, time_s)
+            fans.settle()
+            for number, bundle in bundles.items():
+                fans.make(number, bundle)
+    return fans
+
+
+def test_where_nobody_manoeuvres_regions_shrink(taught: FanScores) -> None:
+    plan = taught.learnt.plan(HORIZONS_S, 0.95)
+    assert plan.calibrated.tolist() == [True, True, True, True, False]
+    assert (plan.factor[1:3] < 0.2 * gaussian_factor(0.95)).all()
+    assert taught.heard[0] > CALIBRATED
+    assert taught.heard[-1] == 0.0
+
+
+def test_learnt_regions_hold_as_many_as_they_say(taught: FanScores) -> None:
+    """The truth is known here; what teaches is the bundle's own word."""
+    inside = []
+    plan = taught.learnt.plan(HORIZONS_S, 0.95)
+    for number in range(100, 140):
+        bundle = flown(100.0 + number % 7, number)
+        fan = forecast(bundle.ends(), HORIZONS_S, fan_scores.SETTINGS, bundle.habits)
+        at_s = fan.time_s + HORIZONS_S
+        truth = np.stack([SPEED_MPS * at_s, np.full(len(at_s), 1e4 * number)], axis=1)
+        off = truth - fan.mean()[:, :2]
+        spread = fan.spread()[:, :2, :2]
+        square = np.einsum("ki,ki->k", off, np.linalg.solve(spread, off[..., None])[..., 0])
+        inside.append(square <= plan.factor)
+    # Of forty, and learnt from six aircraft: 95 % to 9 %.
+    assert (np.mean(inside, axis=0)[:3] > 0.86).all()
+
+
+def test_what_a_sample_costs_is_a_share_of_the_plots() -> None:
+    tracks = list(range(1, 30))
+    fans = FanScores()
+    assert len(fans.chosen(tracks, 1, 1)) == 1
+    assert len(fans.chosen(tracks, 2, int(3 * PLOTS_EACH))) == 3
+    assert len(fans.chosen(tracks, 3, int(100 * PLOTS_EACH))) == SAMPLE_TRACKS_MAX
+    assert fans.chosen([], 4, 1000) == []
+    assert fans.chosen([7], 5, 1000) == [7]
+    counts = [len(FanScores().chosen(tracks, epoch, int(2 * PLOTS_EACH))) for epoch in range(9)]
+    assert counts == [2] * 9
+    drawn = {one for epoch in range(60) for one in FanScores().chosen(tracks, epoch, 1)}
+    assert len(drawn) > 15
+
+
+def test_a_time_without_plots_around_it_teaches_nothing() -> None:
+    fans, random = FanScores(), np.random.default_rng(3)
+    bundle = flown(100.0)
+    fans.make(0, bundle)
+    last_s = bundle.window_s[1]
+    # Silence from 5 to 35 s after the forecast: 10 and 30 s lie in it.
+    for time_s in (last_s + 5.0, *(last_s + np.arange(35.0, 120.0, PLOT_EVERY_S)).tolist()):
+        plot(bundle, 0, time_s, random)
+    fans.judge(0, bundle, last_s + 120.0)
+    fans.settle()
+    assert fans.heard.tolist() == [0.0, 0.0, 1.0, 0.0, 0.0]
+    assert fans.waiting == 2
+
+
+def test_a_track_that_was_heard_no_more_is_not_waited_for() -> None:
+    fans, bundle = FanScores(), flown(100.0)
+    fans.make(0, bundle)
+    last_s = bundle.window_s[1]
+    fans.judge(0, bundle, last_s + 80.0)
+    # Those of 120 and 300 s may still come.
+    assert fans.waiting == 2
+    fans.forget(0)
+    assert fans.waiting == 0
+
+
+def test_a_track_that_ends_tells_what_it_knows() -> None:
+    fans, random = FanScores(), np.random.default_rng(3)
+    bundle = flown(100.0)
+    fans.make(0, bundle)
+    last_s = bundle.window_s[1]
+    for time_s in (last_s + np.arange(PLOT_EVERY_S, 33.0, PLOT_EVERY_S)).tolist():
+        plot(bundle, 0, time_s, random)
+    assert last_s + 33.0 < last_s + HORIZONS_S[0] + ASKED_AFTER_S
+    fans.judge(0, bundle, last_s + 33.0)
+    fans.settle()
+    assert fans.heard.tolist() == [0.0] * 5
+    fans.judge(0, bundle, None)
+    fans.settle()
+    assert fans.heard.tolist() == [1.0, 1.0, 0.0, 0.0, 0.0]
+
+
+def test_no_more_forecasts_wait_than_may(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(fan_scores, "WAITING_MAX", 12)
+    fans, bundle = FanScores(), flown(100.0)
+    for track_id in range(4):
+        fans.make(track_id, bundle)
+    assert fans.waiting == 2 * len(HORIZONS_S)
+
+
+def test_the_order_of_the_tracks_leaves_no_trace() -> None:
+    learnt = []
+    for order in ((1, 2, 3), (3, 1, 2)):
+        fans = FanScores()
+        bundles = {number: flown(100.0, number) for number in order}
+        random = {number: np.random.default_rng(number + 50) for number in order}
+        for number, bundle in bundles.items():
+            fans.make(number, bundle)
+        for number, bundle in bundles.items():
+            for time_s in np.arange(100.0, 180.0, PLOT_EVERY_S).tolist():
+                plot(bundle, number, time_s, random[number])
+            fans.judge(number, bundle, 180.0)
+        fans.settle()
+        learnt.append(fans.learnt.shares)
+    np.testing.assert_array_equal(learnt[0], learnt[1])
