@@ -99,13 +99,13 @@ def main() -> None:
                 1, aircraft=options.aircraft, duration_s=run_s + AHEAD_S[-1], known=True,
                 straight_s=straight_s, first_seed=seed, bank_max_deg=22.0,
             )  # fmt: skip
-            found.append(compare(flown, run_s))
+            found.append(compare(flown, run_s, alone=options.bundle_alone))
         print(f"**a manoeuvre after {straight_s:g} s of straight flight on average**\n")
         report(found, methods)
 
 
-def compare(flown: Flown, run_s: float) -> Found:
-    """Forecast all aircraft of a scene by all methods."""
+def compare(flown: Flown, run_s: float, *, alone: bool) -> Found:
+    """Forecast all aircraft of a scene by all methods, or by bundles alone."""
     # Legs are flown without random numbers.
     paths = [
         fly(one, run_s + AHEAD_S[-1], np.random.Generator(np.random.PCG64(0)))
@@ -124,6 +124,9 @@ def compare(flown: Flown, run_s: float) -> Found:
         bundles.append(judge(*course[:3], truth))
         course = fan_course(Reading(bundle, 0, np.nan, told), fan.time_s + AHEAD_S, PROBABILITY)
         learnt.append(judge(*course[:3], truth))
+        doing.append(doing_at(flown.fliers[key[0]], fan.time_s))
+        if alone:
+            continue
         modes.append(judge(*said_by_imm[key], factors, truth))
         mine = (sightings.aircraft == key[0]) & (sightings.time_s <= fan.time_s)
         polynomial = polynomial_forecast(
@@ -131,7 +134,6 @@ def compare(flown: Flown, run_s: float) -> Found:
             fan.time_s + AHEAD_S,
         )  # fmt: skip
         polynomials.append(judge(*polynomial, factors, truth))
-        doing.append(doing_at(flown.fliers[key[0]], fan.time_s))
     doings, seconds = np.array(doing), float(np.median(spent))
     return Found(
         joined(bundles), joined(learnt), joined(modes), joined(polynomials), doings, seconds

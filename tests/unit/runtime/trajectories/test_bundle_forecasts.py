@@ -16,6 +16,7 @@ from multiradar.runtime.trajectories.feed import TrajectoryFeed
 from multiradar.runtime.trajectories.forecast_rows import BundleForecasts, BundleForecastTable
 from multiradar.runtime.trajectories.options import TrajectoryOptions
 from multiradar.runtime.trajectories.table import TrajectoryTable
+from multiradar.tracking import forecast_scores
 from multiradar.tracking.forecast_scores import HORIZONS_S
 from multiradar.tracking.outputs import EngineOutput
 from multiradar.tracking.settings import TrackingSettings
@@ -25,7 +26,7 @@ from multiradar_schemas.arrow import FORECAST_SCHEMA
 from multiradar_schemas.forecast import ForecastPoint, ForecastRow
 from support.engine_outputs import End, Sample, output_of
 from support.live_scene import START_S
-from support.trajectory_scene import PLANE, REPORTING, TABLE, TURNING, flown, recording
+from support.trajectory_scene import MUTE, PLANE, REPORTING, TABLE, TURNING, flown, recording
 
 TRACKING = TrackingSettings(reorder_horizon_s=0.0)
 OPTIONS = TrajectoryOptions(10, 1000)
@@ -167,7 +168,7 @@ def test_a_service_without_bundles_says_so(scene: Scene) -> None:
     assert view.forecast(99, 10.0, 10.0, 0.95, BUNDLE) is None
 
 
-LONG_S = 280.0
+LONG_S = 168.0
 
 
 @pytest.fixture(scope="module")
@@ -175,6 +176,7 @@ def learning() -> Iterator[Scene]:
     """A scene long enough, with forecasts frequent enough, to learn from."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(fan_scores, "PLOTS_EACH", 4.0)
+        patch.setattr(forecast_scores, "CALIBRATED", 20.0)
         found = Scene(LONG_S, Sampling.DRAWN)
         found.publish(START_S + LONG_S)
         yield found
@@ -204,13 +206,20 @@ def test_the_table_and_the_service_learn_the_same(learning: Scene, learnt: pl.Da
 
 
 def test_what_the_table_learns_does_not_depend_on_how_outputs_are_cut(
-    learning: Scene, learnt: pl.DataFrame
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    engine = Engine(TABLE, TRACKING, sampling=Sampling.ALL)
-    rows = recording(LONG_S)
-    cuts = (rows[:300], rows[300:])
-    outputs = [engine.push(measurement_batch(part, TABLE)[0]) for part in cuts]
-    assert table_of([*outputs, engine.flush()], 8.0).equals(learnt)
+    """One of the aircraft is seen every twelve seconds: its last plot is of an earlier epoch."""
+    monkeypatch.setattr(fan_scores, "PLOTS_EACH", 2.0)
+    monkeypatch.setattr(forecast_scores, "CALIBRATED", 10.0)
+    often = (pl.col("track_number") != MUTE) | (pl.col("time_s") % 12.0 < 4.0)
+    rows = recording(200.0).filter(often)
+    tables = []
+    for count, sampling in ((20, Sampling.DRAWN), (len(rows), Sampling.ALL)):
+        engine = Engine(TABLE, TRACKING, sampling=sampling)
+        parts = [measurement_batch(part, TABLE)[0] for part in rows.iter_slices(count)]
+        tables.append(table_of([*map(engine.push, parts), engine.flush()], 8.0))
+    assert tables[0].equals(tables[1])
+    assert tables[0].filter(pl.col("calibrated"))["track_id"].n_unique() > 2
 
 
 def test_a_track_that_ends_while_plots_wait_teaches_as_much_as_one_that_ends_later(
