@@ -45,6 +45,8 @@ class TrackEnds:
         When each begins; infinite where there is none.
     ending_rate : (5,) float64
         Rates at which the bundle took segments of each kind to end, 1/s.
+    shared_m2 : (2, 2) float64
+        The part of the covariance of each place that plots share.
 
     References
     ----------
@@ -59,6 +61,7 @@ class TrackEnds:
     segment_kind: Integers
     segment_begin_s: Floats
     ending_rate: Floats
+    shared_m2: Floats
 
     def __len__(self) -> int:
         """Return the number of tracks."""
@@ -146,10 +149,11 @@ def ends_of(tracks: Floats, weights: Floats, window: Window, memory: SettlingMem
         factor = np.tril(memory.H[: len(columns), : len(columns)])
         root = np.linalg.solve(factor, slopes)
         covariance[i] = root.T @ root
-    covariance[:, :2, :2] += shared_at(plots, np.array([now_s]))
+    shared = shared_at(plots, np.array([now_s]))
+    covariance[:, :2, :2] += shared
     return TrackEnds(
         now_s, anchor_s, sound_weights(weights, sound), motion, covariance, kind, begin_s,
-        kinds[:, layout.ENDING].copy(),
+        kinds[:, layout.ENDING].copy(), shared[0],
     )  # fmt: skip
 
 

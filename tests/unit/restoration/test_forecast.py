@@ -52,7 +52,7 @@ def ends_of(controls: ControlTrack, kinds: tuple[int, ...], now_s: float) -> Tra
     covariance = np.diag([400.0, 400.0, 1.0, 3e-5, 0.01, 1e-4])
     return TrackEnds(
         now_s, float(begins[0]), np.ones(1), motion[None], covariance[None],
-        np.array([kinds]), begins[None], rates,
+        np.array([kinds]), begins[None], rates, np.zeros((2, 2)),
     )  # fmt: skip
 
 

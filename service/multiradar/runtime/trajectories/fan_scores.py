@@ -30,6 +30,9 @@ SETTLED_S = 15.0
 ASKED_AFTER_S = 45.0
 #: Plots for which one forecast is made: the time that learning takes is a share of that of bundles.
 PLOTS_EACH = 50.0
+#: At the first so many samples so many tracks at least are forecast, for something is to be known
+#: soon; at later ones one.
+EAGER_SAMPLES, EAGER_TRACKS = 40, 3
 #: Most forecasts, each of one horizon, that wait for their time: a bound of memory. Those of the
 #: longest horizon and all shorter ones are half as many.
 WAITING_MAX = 2000
@@ -63,7 +66,7 @@ class FanScores:
         self._scores = ForecastScores(1, 0)
         self._waiting: dict[int, list[_Made]] = {}
         self._judged: list[_Judged] = []
-        self._allowed = 0.0
+        self._allowed, self._samples = 0.0, 0
         # How much larger than claimed the covariances of forecasts are, by horizon.
         self._excess = np.ones(len(HORIZONS_S))
 
@@ -97,11 +100,13 @@ class FanScores:
         Returns
         -------
         list of int
-            One at least where there are any, one for `PLOTS_EACH` plots, and never more than
-            `SAMPLE_TRACKS_MAX`.
+            One at least where there are any, `EAGER_TRACKS` at first, one for `PLOTS_EACH` plots,
+            and never more than `SAMPLE_TRACKS_MAX`.
         """
+        self._samples += 1
+        least = EAGER_TRACKS if self._samples <= EAGER_SAMPLES else 1
         self._allowed = min(self._allowed + plots / PLOTS_EACH, float(SAMPLE_TRACKS_MAX))
-        count = min(max(int(self._allowed), 1), len(tracks))
+        count = min(max(int(self._allowed), least), len(tracks))
         self._allowed = max(self._allowed - count, 0.0)
         places = drawn(np.array(tracks, np.int64), epoch, count)
         return [tracks[place] for place in places.tolist()]

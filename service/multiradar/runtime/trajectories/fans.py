@@ -14,7 +14,7 @@ from multiradar.runtime.trajectories.document import require_tracks
 from multiradar.runtime.trajectories.fan_scores import SETTINGS
 from multiradar.runtime.trajectories.pool import Reading
 from multiradar.tracking.forecast_scores import Plan
-from multiradar.tracking.regions import mixed, region_factors
+from multiradar.tracking.regions import region_factors
 
 Floats = NDArray[np.float64]
 
@@ -85,18 +85,17 @@ def fan_course(reading: Reading, time_s: Floats, probability: float) -> FanCours
         raise ForecastError("horizon_s", reason)
     fan = forecast(ends, ahead_s, SETTINGS, bundle.habits)
     covariances = fan.spread()[:, :2, :2]
-    now = mixed(ends.weight, ends.motion[:, :2], ends.covariance[:, :2, :2])[1]
     plan = reading.learnt.plan(ahead_s, probability)
-    factors = _factors(plan, fan, now, probability)
+    factors = _factors(plan, fan, ends.shared_m2, probability)
     return FanCourse(
         fan.mean()[:, :2], covariances, factors, plan.calibrated, fan, fan.heaviest(MEMBERS_MAX)
     )
 
 
 # As large as past errors ask, or as the mixture itself where none have been judged.
-def _factors(plan: Plan, fan: Fan, now: Floats, probability: float) -> Floats:
-    # No surer than of the place now: what all bundles share, such as biases, none of them tells.
-    part = np.linalg.solve(fan.spread()[:, :2, :2], now)
+def _factors(plan: Plan, fan: Fan, shared_m2: Floats, probability: float) -> Floats:
+    # No surer than of what plots share, such as biases: no later place of a bundle tells that.
+    part = np.linalg.solve(fan.spread()[:, :2, :2], shared_m2)
     least = 0.5 * plan.single * np.trace(part, axis1=1, axis2=2)
     factors: Floats = np.maximum(plan.factor, least)
     untold = ~plan.calibrated

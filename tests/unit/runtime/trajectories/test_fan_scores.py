@@ -7,7 +7,13 @@ from multiradar.restoration.bundle import Bundle
 from multiradar.restoration.forecast import forecast
 from multiradar.restoration.settings import BundleSettings
 from multiradar.runtime.trajectories import fan_scores
-from multiradar.runtime.trajectories.fan_scores import ASKED_AFTER_S, PLOTS_EACH, FanScores
+from multiradar.runtime.trajectories.fan_scores import (
+    ASKED_AFTER_S,
+    EAGER_SAMPLES,
+    EAGER_TRACKS,
+    PLOTS_EACH,
+    FanScores,
+)
 from multiradar.tracking.forecast_scores import CALIBRATED, HORIZONS_S
 from multiradar.tracking.regions import gaussian_factor
 from multiradar.tracking.state_samples import SAMPLE_TRACKS_MAX
@@ -72,8 +78,14 @@ def test_learnt_regions_hold_as_many_as_they_say(taught: FanScores) -> None:
     assert (np.mean(inside, axis=0)[:3] > 0.86).all()
 
 
-def test_what_a_sample_costs_is_a_share_of_the_plots() -> None:
+def test_what_a_sample_costs_is_a_share_of_the_plots(monkeypatch: pytest.MonkeyPatch) -> None:
     tracks = list(range(1, 30))
+    first = FanScores()
+    assert [len(first.chosen(tracks, epoch, 1)) for epoch in range(EAGER_SAMPLES)] == (
+        [EAGER_TRACKS] * EAGER_SAMPLES
+    )
+    assert len(first.chosen(tracks, 99, 1)) == 1
+    monkeypatch.setattr(fan_scores, "EAGER_SAMPLES", 0)
     fans = FanScores()
     assert len(fans.chosen(tracks, 1, 1)) == 1
     assert len(fans.chosen(tracks, 2, int(3 * PLOTS_EACH))) == 3
