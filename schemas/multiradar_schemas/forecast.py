@@ -134,7 +134,7 @@ class ForecastPoint(Record):
         bool,
         described(
             "Whether enough earlier forecasts as far ahead have been judged; else the ellipse "
-            "covers what aircraft may do at worst",
+            "covers what aircraft may do at worst, or is that of the mixture of a bundle",
             unit="true or false",
             source="tracker",
         ),
