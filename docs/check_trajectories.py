@@ -53,7 +53,7 @@ def main() -> None:
     all_plots = sum(len(output.plots) for output in outputs)
     sorting_s, pool = _least(lambda: _orders(outputs, sensors)), _pool(orders, sensors)
     taking_s = _least(lambda: _pool(orders, sensors))
-    unlearnt = [order for order in orders if not isinstance(order, Sampled)]
+    unlearnt: list[Order] = [order for order in orders if not isinstance(order, Sampled)]
     learning_s = taking_s - _least(lambda: _pool(unlearnt, sensors))
     print(f"{plots} plots of {all_plots} to {len(pool)} bundles")
     print(f"engine's thread: {1e6 * sorting_s / all_plots:.1f} µs a plot")

@@ -199,6 +199,7 @@ def warm_up(places: PlotPlaces, settings: BundleSettings, sensors: SensorTable) 
     pool, published = BundlePool(places, settings), known_beforehand(sensors)
     for plot in plots:
         pool.take(1, plot, published)
+    pool.sample(Sampled(0, float(plots["time_s"][-1])))
     reading = pool.read(1)
     if reading is not None and len(reading.bundle):
         reading.bundle.estimate()
