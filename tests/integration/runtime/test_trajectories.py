@@ -24,7 +24,7 @@ from support.trajectory_scene import MUTE, TABLE, TURNING, recording
 from support.zenoh_scene import free_endpoint
 from support.zenoh_subscriber import client_config
 
-PATIENCE_S = 60.0
+PATIENCE_S = 120.0
 TOLD = (TURNING, MUTE, 3, 4)
 FORECAST = "by=bundle;horizon_s=30;step_s=10"
 
