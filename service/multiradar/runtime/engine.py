@@ -120,7 +120,10 @@ class Engine:
         self._association = Association(sensors, settings)
         self._shared = shared_plots(settings, self._filter, sizes)
         self._bearing_starts = BearingStarts(
-            sensors, settings.speed_sigma_mps, active=self._filter.takes_bearings
+            sensors,
+            settings.speed_sigma_mps,
+            settings.speed_max_mps,
+            active=self._filter.takes_bearings,
         )
         self._transitions = TransitionLog(settings.coast_after_s)
         self._health = SensorHealth(

@@ -3,6 +3,10 @@
 It flies straight meanwhile. With an elevation the height is looked for as well: what was heard of
 it, or what is assumed of every aircraft, is its prior, so that a height that is known makes the
 elevation a distance, and one that is not is told by elevations of a place that is.
+
+A place is believed where the search came to rest, ahead of all sources, at a speed that aircraft
+fly, with bearings that are as far from it as their errors; and where the distance is told as well
+as asked.
 """
 
 from typing import NamedTuple
@@ -20,7 +24,7 @@ from multiradar.estimation.filters._kernels import (
     SEVERAL,
 )
 from multiradar.estimation.filters.arrays import Model
-from multiradar.estimation.filters.bearings_only import DISTANCE_SHARE_MAX, begin
+from multiradar.estimation.filters.bearings_only import begin
 from multiradar.estimation.gaussian import symmetric_part
 from multiradar.estimation.measurement._kernels import (
     KIND_DIRECTION,
@@ -36,10 +40,31 @@ from multiradar.tracking.pool import Start
 
 Floats = NDArray[np.float64]
 
-# Rounds on the ellipsoid, from a start that is metres to a kilometre off; with elevations it may be
-# far off.
-_ROUNDS = 4
-_ELEVATION_ROUNDS = 12
+# Rounds on the ellipsoid, each of them shortened until it fits better; a handful is usual. It is at
+# rest when a round moves it by less than a hundredth of its errors.
+_ROUNDS_MAX = 40
+_HALVINGS_MAX = 12
+_SETTLED_SIGMAS = 1e-2
+# Bearings are of one aircraft that flies straight up to so many sigmas of the sum of their squares.
+_MISFIT_SIGMAS_MAX = 5.0
+
+
+class Bounds(NamedTuple):
+    """What is asked of a place at which a track begins.
+
+    Attributes
+    ----------
+    speed_sigma_mps : float
+        What is known beforehand of each component of the velocity, m/s.
+    speed_max_mps : float
+        No aircraft is faster, m/s.
+    distance_share_max : float
+        Worst sigma of the place over the distance of the nearest source.
+    """
+
+    speed_sigma_mps: float
+    speed_max_mps: float
+    distance_share_max: float
 
 
 class Seen(NamedTuple):
@@ -102,7 +127,7 @@ def seen_in(window: Window, row: int, model: Model) -> Seen:
 def locate(
     seen: list[Seen],
     sensors: SensorTable,
-    speed_sigma_mps: float,
+    bounds: Bounds,
     model: Model,
     biases: BiasState,
 ) -> Start | None:
@@ -114,8 +139,8 @@ def locate(
         In the order of time.
     sensors : SensorTable
         The sensors.
-    speed_sigma_mps : float
-        What is known beforehand of each component of the velocity, m/s.
+    bounds : Bounds
+        What is asked of the place.
     model : Model
         The sensors on the plane.
     biases : BiasState
@@ -124,7 +149,8 @@ def locate(
     Returns
     -------
     Start or None
-        Of the time of the last bearing; None where the place would be too loose.
+        Of the time of the last bearing; None where the place would be too loose, or no aircraft
+        flew as the bearings say.
 
     Raises
     ------
@@ -133,12 +159,14 @@ def locate(
     LinAlgError
         If the search runs away.
     """
-    fit = _Fit(seen, sensors, speed_sigma_mps, model, biases)
+    fit = _Fit(seen, sensors, bounds.speed_sigma_mps, model, biases)
     mean, covariance, sensitivity = fit.solved()
+    if not (np.hypot(*mean[2:4]) <= bounds.speed_max_mps and fit.explains(mean, biases)):
+        return None
     spread = covariance + sensitivity @ biases.covariance @ sensitivity.T
     nearest = min(float(np.hypot(*(mean[:2] - _place(one.site)))) for one in seen)
     worst = float(np.sqrt(np.linalg.eigvalsh(spread[:2, :2])[-1]))
-    if not worst <= DISTANCE_SHARE_MAX * nearest:
+    if not worst <= bounds.distance_share_max * nearest:
         return None
     bare = mean - sensitivity @ biases.estimate
     height_m, height_variance_m2 = fit.height_m, fit.height_sigma_m**2
@@ -178,30 +206,64 @@ class _Fit:
             # A bearing does not ask for the height.
             self.height_m = float(options[ASSUMED_HEIGHT])
             self.height_sigma_m = float(options[ASSUMED_HEIGHT_SIGMA])
+        loose = [0.0, 0.0, speed_sigma_mps**-2, speed_sigma_mps**-2]
+        known = [0.0, 0.0, 0.0, 0.0]
+        if self.elevated:
+            loose, known = [*loose, self.height_sigma_m**-2], [*known, self.height_m]
+        self._prior, self._known = np.diag(loose), np.array(known)
+        # An elevation has no bias.
+        unbiased = np.zeros((len(self._raised), self.by_bias.shape[1]))
+        self._all_by_bias = np.concatenate([self.by_bias, unbiased])
 
     @property
     def elevated(self) -> bool:
         return len(self._raised) > 0
 
-    # Flat first, for a place to linearise at, then on the ellipsoid.
+    # Flat first, for a place to linearise at, then on the ellipsoid. The covariance is of the place
+    # where the search is at rest: of the one before it may be of another distance altogether.
     def solved(self) -> tuple[Floats, Floats, Floats]:
         mean = self._guess()
-        loose = self._speed_sigma_mps**-2
-        prior = np.diag([0.0, 0.0, loose, loose])
-        known = np.zeros(len(mean))
-        if self.elevated:
-            prior = np.diag([0.0, 0.0, loose, loose, self.height_sigma_m**-2])
-            known[4] = self.height_m
-        by_bias = np.zeros((len(self._seen) + len(self._raised), self.by_bias.shape[1]))
-        by_bias[: len(self._seen)] = self.by_bias
-        for _ in range(_ELEVATION_ROUNDS if self.elevated else _ROUNDS):
+        for _ in range(_ROUNDS_MAX):
             slopes, residual, sigmas = self._rows(mean)
             weighted = slopes.T / sigmas**2
-            covariance = np.linalg.inv(weighted @ slopes + prior)
-            mean = covariance @ (weighted @ (residual + slopes @ mean) + prior @ known)
-        covariance = symmetric_part(np.asarray(covariance, np.float64))
-        # A bias turns the lines: χ = a + V ς.
-        return mean, covariance, np.asarray(-covariance @ weighted @ by_bias)
+            information = weighted @ slopes + self._prior
+            step = np.linalg.solve(
+                information, weighted @ residual + self._prior @ (self._known - mean)
+            )
+            if step @ information @ step <= _SETTLED_SIGMAS**2:
+                covariance = symmetric_part(np.asarray(np.linalg.inv(information), np.float64))
+                # A bias turns the lines: χ = a + V ς.
+                return mean, covariance, np.asarray(-covariance @ weighted @ self._all_by_bias)
+            mean = mean + self._shortened(mean, np.asarray(step), residual, sigmas) * step
+        raise BearingsError("NOT_OBSERVABLE", f"expected a place after {_ROUNDS_MAX} rounds")
+
+    def explains(self, mean: Floats, biases: BiasState) -> bool:
+        """Whether bearings are as far from a place, and it from what is known, as errors are."""
+        _, residual, sigmas = self._rows(mean)
+        if not (np.abs(residual[: len(self._seen)]) < np.pi / 2.0).all():
+            # Lines of sight cross behind a source as well, where it does not look.
+            return False
+        turned = self._all_by_bias
+        noise = np.diag(sigmas**2) + turned @ biases.covariance @ turned.T
+        off = self._known - mean
+        misfit = residual @ np.linalg.solve(noise, residual) + off @ self._prior @ off
+        n = len(residual)
+        return bool(misfit <= n + _MISFIT_SIGMAS_MAX * np.sqrt(2.0 * n))
+
+    # The share of a step that fits better than none, with the errors as they are.
+    def _shortened(self, mean: Floats, step: Floats, residual: Floats, sigmas: Floats) -> float:
+        before = self._misfit(mean, residual, sigmas)
+        share = 1.0
+        for _ in range(_HALVINGS_MAX):
+            there = mean + share * step
+            if self._misfit(there, self._rows(there)[1], sigmas) < before:
+                return share
+            share /= 2.0
+        raise BearingsError("NOT_OBSERVABLE", "expected a place that fits better nearby")
+
+    def _misfit(self, mean: Floats, residual: Floats, sigmas: Floats) -> float:
+        off = self._known - mean
+        return float(np.sum((residual / sigmas) ** 2) + off @ self._prior @ off)
 
     # Derivatives, what is measured more than expected, and sigmas, of azimuths and then elevations.
     def _rows(self, mean: Floats) -> tuple[Floats, Floats, Floats]:

@@ -3,8 +3,9 @@
 The last bearings of such an aircraft wait. When they come from two places and cross beyond their
 errors, and one more comes, the track begins at them; that one then corrects it as any other. A
 source that moves is at two places by itself, and an elevation with a height is a distance: one
-direction finder may do then. All of it follows the rows in their order, so that no cut between them
-matters.
+direction finder may do then. Who looks often enough finds a crossing among errors alone: the more
+often it was looked in vain, the better the lines have to cross. All of it follows the rows in their
+order, so that no cut between them matters.
 """
 
 from collections import OrderedDict
@@ -17,11 +18,12 @@ from numpy.typing import NDArray
 from multiradar.errors import BearingsError
 from multiradar.estimation.bias.store import BiasState
 from multiradar.estimation.filters.arrays import Model
+from multiradar.estimation.filters.bearings_only import DISTANCE_SHARE_MAX
 from multiradar.estimation.measurement._kernels import KIND_BEARING
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.tracking._kernels import identify
 from multiradar.tracking.association import Window
-from multiradar.tracking.bearing_fits import Seen, locate, seen_in
+from multiradar.tracking.bearing_fits import Bounds, Seen, locate, seen_in
 from multiradar.tracking.measurements import KIND_RADAR
 from multiradar.tracking.pool import AircraftPool, Start
 from multiradar.tracking.roster import Roster, RowIdentities
@@ -41,13 +43,17 @@ WAITING_MAX = 10_000
 _MOVING_AGE_MAX_S = 300.0
 _MOVING_MAX = 64
 # A search that found nothing is not worth another one before so much more time has passed.
-_MORE_TIME = 1.25
+_MORE_TIME = 1.12
+# A look has little in common with one a quarter of the time before.
+_LOOKS_OF_MOVING = 0.5
 
 
 class _Waiting(NamedTuple):
     seen: list[Seen]
     # When a moving source is asked again, s.
     again_s: float = -np.inf
+    # How often it was looked in vain, in looks that have little in common.
+    looks: float = 0.0
 
 
 class BearingStarts:
@@ -59,13 +65,17 @@ class BearingStarts:
         The sensors.
     speed_sigma_mps : float
         What is known beforehand of each component of a velocity, m/s.
+    speed_max_mps : float
+        No aircraft is faster, m/s.
     active : bool
         Whether tracks begin by bearings at all.
     """
 
-    def __init__(self, sensors: SensorTable, speed_sigma_mps: float, *, active: bool) -> None:
+    def __init__(
+        self, sensors: SensorTable, speed_sigma_mps: float, speed_max_mps: float, *, active: bool
+    ) -> None:
         self._sensors = sensors
-        self._speed_sigma_mps = speed_sigma_mps
+        self._speeds_mps = speed_sigma_mps, speed_max_mps
         self._active = active
         self._waiting: OrderedDict[tuple[int, int], _Waiting] = OrderedDict()
 
@@ -122,26 +132,56 @@ class BearingStarts:
         self, key: tuple[int, int], seen: Seen, model: Model, biases: BiasState
     ) -> Start | None:
         time_s = seen.time_s
-        before, again_s = self._waiting.pop(key, _Waiting([]))
-        moving = seen.moving or any(one.moving for one in before)
+        waiting = self._waiting.pop(key, _Waiting([]))
+        moving = seen.moving or any(one.moving for one in waiting.seen)
         age_max_s = _MOVING_AGE_MAX_S if moving else AGE_MAX_S
-        before = [one for one in before if time_s - one.time_s <= age_max_s]
-        self._waiting[key] = _Waiting(_kept([*before, seen], moving=moving), again_s)
+        before = [one for one in waiting.seen if time_s - one.time_s <= age_max_s]
+        if not before:
+            waiting = _Waiting([])
+        waiting = waiting._replace(seen=_kept([*before, seen], moving=moving))
+        self._waiting[key] = waiting
         if len(self._waiting) > WAITING_MAX:
             self._waiting.popitem(last=False)
-        if len(before) < BEARINGS_MIN or (moving and time_s < again_s):
+        if len(before) < BEARINGS_MIN or (moving and time_s < waiting.again_s):
             return None
+        bounds = Bounds(*self._speeds_mps, share_max(waiting.looks))
         try:
-            start = locate(before, self._sensors, self._speed_sigma_mps, model, biases)
+            start = locate(before, self._sensors, bounds, model, biases)
         except (BearingsError, np.linalg.LinAlgError):
             # They do not cross, or the search runs away from where they nearly do.
             start = None
         if start is not None:
             self._waiting.pop(key, None)
-        elif moving:
-            next_s = before[0].time_s + _MORE_TIME * (time_s - before[0].time_s)
-            self._waiting[key] = self._waiting[key]._replace(again_s=next_s)
-        return start
+            return start
+        # All but one of the bearings of the next look are those of this one, where nothing moves.
+        looks, again_s = waiting.looks + 1.0 / BEARINGS_MAX, waiting.again_s
+        if moving:
+            looks = waiting.looks + _LOOKS_OF_MOVING
+            again_s = before[0].time_s + _MORE_TIME * (time_s - before[0].time_s)
+        self._waiting[key] = waiting._replace(again_s=again_s, looks=looks)
+        return None
+
+
+def share_max(looks: float) -> float:
+    """Return how well a distance has to be told after so many looks in vain.
+
+    Parameters
+    ----------
+    looks : float
+        How many looks there were, not negative.
+
+    Returns
+    -------
+    float
+        Largest sigma of a distance over the distance.
+
+    Notes
+    -----
+    A share s says that lines cross by z = 1 / s sigmas, which errors alone reach with a chance of
+    about exp(-z² / 2). With z² = z₀² + 2 ln k the chance of look k is that of the first one over
+    k, so that all looks of an hour together have less than five times the chance of the first.
+    """
+    return float((DISTANCE_SHARE_MAX**-2 + 2.0 * np.log1p(looks)) ** -0.5)
 
 
 # The last of them; of moving sources all of the time, with fewer in it.
