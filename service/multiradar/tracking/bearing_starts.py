@@ -41,7 +41,7 @@ WAITING_MAX = 10_000
 # A source that moves needs time to tell a distance: its bearings wait longer, and of more of them
 # than this every other one goes.
 _MOVING_AGE_MAX_S = 300.0
-_MOVING_MAX = 64
+_MOVING_MAX = 128
 # A search that found nothing is not worth another one before so much more time has passed.
 _MORE_TIME = 1.12
 # A look has little in common with one a quarter of the time before.
