@@ -12,7 +12,7 @@ from multiradar.tracking.settings import TrackingSettings
 
 #: Number of the rules by which measurements become output, beside the settings; raised whenever a
 #: change of the program changes the bytes that a journal plays to.
-OUTPUT_RULES = 8
+OUTPUT_RULES = 9
 
 
 def configuration_fingerprint(

@@ -1,5 +1,6 @@
 """The study of bearings only: gains over places made first, and honest covariances."""
 
+import numpy as np
 import pytest
 
 from multiradar.studies import bearing_only
@@ -72,6 +73,36 @@ def test_the_filter_is_as_good_as_it_says(result: StudyResult, scene: str) -> No
     assert _value(result, scene, "bearings", "nees") == pytest.approx(1.0, abs=0.22)
     assert _value(result, scene, "bearings", "nees_inside") > 0.6
     assert _value(result, scene, "bearings", "crossing") > 3.0
+
+
+def test_the_band_over_all_times_counts_runs_and_holds_as_often_as_it_says() -> None:
+    """Eight seeds of twenty runs, seven scenes: 95 % of 56 less three sigma of the binomial.
+
+    By the band of each time, whose times go together, a scene was inside 66 to 100 % of them.
+    """
+    held = []
+    for seed in range(1, 9):
+        rows = bearing_only.run(StudyOptions(runs=20, seed=seed), lambda _done, _total: None).rows
+        for row in rows:
+            if (row["scheme"], row["quantity"], row["time_s"]) == ("bearings", "nees", None):
+                assert row["expected"] == 1.0
+                low, value, high = (
+                    float(row[name] or 0.0) for name in ("band_low", "value", "band_high")
+                )
+                assert high - low < 0.8
+                held.append(low <= value <= high)
+    assert len(held) == 8 * len(SCENES)
+    assert np.mean(held) >= 0.86
+
+
+def test_one_run_alone_has_no_band() -> None:
+    rows = bearing_only.run(StudyOptions(runs=1, seed=1), lambda _done, _total: None).rows
+    (row,) = (
+        one for one in rows
+        if (one["scene"], one["scheme"], one["quantity"], one["time_s"])
+        == ("turning", "bearings", "nees", None)
+    )  # fmt: skip
+    assert (row["expected"], row["band_low"], row["band_high"]) == (1.0, None, None)
 
 
 def test_every_row_has_the_same_columns(result: StudyResult) -> None:
