@@ -119,12 +119,7 @@ class Engine:
         self._pool = AircraftPool(self._filter, *sizes, compared=compared)
         self._association = Association(sensors, settings)
         self._shared = shared_plots(settings, self._filter, sizes)
-        self._bearing_starts = BearingStarts(
-            sensors,
-            settings.speed_sigma_mps,
-            settings.speed_max_mps,
-            active=self._filter.takes_bearings,
-        )
+        self._bearing_starts = BearingStarts(sensors, settings, active=self._filter.takes_bearings)
         self._transitions = TransitionLog(settings.coast_after_s)
         self._health = SensorHealth(
             sensors, settings, self._plane, trusts_biases=self._filter.bounds_bias_errors

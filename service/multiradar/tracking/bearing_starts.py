@@ -23,10 +23,12 @@ from multiradar.estimation.measurement._kernels import KIND_BEARING
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.tracking._kernels import identify
 from multiradar.tracking.association import Window
-from multiradar.tracking.bearing_fits import Bounds, Seen, locate, seen_in
+from multiradar.tracking.bearing_fits import Bounds, locate
+from multiradar.tracking.bearings_seen import Seen, seen_in
 from multiradar.tracking.measurements import KIND_RADAR
 from multiradar.tracking.pool import AircraftPool, Start
 from multiradar.tracking.roster import Roster, RowIdentities
+from multiradar.tracking.settings import TrackingSettings
 
 Floats = NDArray[np.float64]
 
@@ -63,19 +65,15 @@ class BearingStarts:
     ----------
     sensors : SensorTable
         The sensors.
-    speed_sigma_mps : float
-        What is known beforehand of each component of a velocity, m/s.
-    speed_max_mps : float
-        No aircraft is faster, m/s.
+    settings : TrackingSettings
+        What is known of speeds beforehand.
     active : bool
         Whether tracks begin by bearings at all.
     """
 
-    def __init__(
-        self, sensors: SensorTable, speed_sigma_mps: float, speed_max_mps: float, *, active: bool
-    ) -> None:
+    def __init__(self, sensors: SensorTable, settings: TrackingSettings, *, active: bool) -> None:
         self._sensors = sensors
-        self._speeds_mps = speed_sigma_mps, speed_max_mps
+        self._speeds_mps = settings.speed_sigma_mps, settings.speed_max_mps
         self._active = active
         self._waiting: OrderedDict[tuple[int, int], _Waiting] = OrderedDict()
 
