@@ -55,6 +55,11 @@ Integers = NDArray[np.int64]
 # Where so many of the last plots are outliers of the best track, the newest one too, arcs lead to
 # it, and the tracks settle in more rounds.
 RECENT, SURPRISES_MIN, RESCUE_ROUNDS = 6, 3, 6
+# After so long without a plot one that is an outlier is enough for that, s: in this time a turn
+# goes farther than settling from straight flight finds.
+RARE_S = 8.0
+# A window holds so many plots, if they are no older than so many times its length.
+WINDOW_PLOTS_MIN, LONGER = 6, 2.0
 # Cells that a gap between plots may leave to be begun at once.
 CELLS_MAX = 4
 # Tracks that are compared with each other, for each that may stay.
@@ -72,9 +77,7 @@ def take_plot(
     usual = (rules[LATERAL_MAX], rules[LONGITUDINAL_MAX])
     now_s = plots[last - 1, TIME]
     before_s = plots[last - 2, TIME]
-    while first < last - 2 and (
-        plots[first, TIME] < now_s - rules[WINDOW_S] or last - first > WINDOW_PLOTS_MAX
-    ):
+    while leaves(plots, first, last, rules[WINDOW_S]):
         for i in range(live):
             weight = tracks[i, WEIGHT]
             leave(tracks[i], anchor_s, plots, first, kinds, rules, A, B)
@@ -88,11 +91,14 @@ def take_plot(
         first += 1
     recent = max(first, last - RECENT)
     strange = surprises(tracks[0], anchor_s, plots, recent, last)
-    if strange >= SURPRISES_MIN and surprises(tracks[0], anchor_s, plots, last - 1, last):
+    if surprises(tracks[0], anchor_s, plots, last - 1, last) and (
+        strange >= SURPRISES_MIN or now_s - before_s >= RARE_S
+    ):
         rounds += RESCUE_ROUNDS
         # Rather beyond the limits than lost.
-        for part in range(2):
-            rules[LATERAL_MAX + part] = rules[LATERAL_BEYOND + part]
+        if strange >= SURPRISES_MIN:
+            for part in range(2):
+                rules[LATERAL_MAX + part] = rules[LATERAL_BEYOND + part]
         live = rescue(tracks, live, spare, anchor_s, plots, first, last, rules, g, g2)
     for i in range(live):
         settle(
@@ -122,6 +128,14 @@ def take_plot(
     chosen = thin(tracks, live, room, traces, len(grid), apart_m, order, kept)
     compact(tracks, kept, order, chosen)
     return chosen, first, anchor_s
+
+
+@in_loop
+def leaves(plots: Floats, first: int, last: int, window_s: float) -> bool:
+    """Return whether the oldest plot leaves the window: the fewer there are, the later."""
+    count, age_s = last - first, plots[last - 1, TIME] - plots[first, TIME]
+    old = age_s > window_s and (count > WINDOW_PLOTS_MIN or age_s > LONGER * window_s)
+    return count > 2 and (old or count > WINDOW_PLOTS_MAX)
 
 
 @in_loop

@@ -11,8 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from multiradar.errors import RestorationError, TimeOrderError
 from multiradar.estimation.array_checks import finite_array
 from multiradar.restoration import _layout as layout
-from multiradar.restoration._arc_kernels import misfit, surprises
-from multiradar.restoration._bundle_kernels import RECENT, take_plot
+from multiradar.restoration._bundle_kernels import take_plot
 from multiradar.restoration._memory import Scratch, scratch
 from multiradar.restoration._thinning_kernels import trace
 from multiradar.restoration.ends import TrackEnds, ends_of
@@ -25,6 +24,7 @@ from multiradar.restoration.estimate import (
 )
 from multiradar.restoration.habits import NOTED_EVERY_S, TOLD_AFTER_S, Habits
 from multiradar.restoration.initial import TRIPLE_APART_M, TRIPLE_APART_S
+from multiradar.restoration.losing import Doubted, is_likelier, knows_none, lost_from
 from multiradar.restoration.path import Path, Window, path_of
 from multiradar.restoration.plot_rows import plot_rows
 from multiradar.restoration.reading import control_track_of, kind_at, segments_of
@@ -35,14 +35,11 @@ from multiradar.restoration.tracks import GeometricTrack, MeasurementTrack, meas
 
 Floats = NDArray[np.float64]
 
-#: After so many outliers of the best track among the last six plots the bundle begins anew.
-SURPRISES_MAX = 5
 #: The initial window is so many times its length where it holds no arc: for slow aircraft, and
 #: radars that turn slowly.
 _WIDER = (1.0, 1.5, 2.0, 3.0)
-#: New tracks must fit so much better, in units of the functional; after an attempt in vain so many
-#: plots go by before the next.
-_GAIN_MIN, _PATIENCE = 10.0, 3
+#: After an attempt to begin anew in vain so long, s, before the next.
+_PATIENCE_S = 8.0
 
 
 class Bundle:
@@ -72,7 +69,8 @@ class Bundle:
         # plot that left it, or of the first there was.
         self._first = self._last = self._live = 0
         self._anchor_s = np.nan
-        self._restarts = self._wait = 0
+        self._restarts = 0
+        self._tried_s = -np.inf
         self._habits = Habits()
 
     def __len__(self) -> int:
@@ -180,9 +178,9 @@ class Bundle:
                 self._first, self._last, self._kinds, self._rules, self._settings.rounds,
                 *self._settling, *self._memory,
             )  # fmt: skip
-            if self._lost():
-                self._begin_anew()
-            self._note()
+            self._heed()
+            if self._live:
+                self._note()
         else:
             self._begin()
 
@@ -382,7 +380,7 @@ class Bundle:
         """
         other = Bundle(self._settings)
         other._live, other._anchor_s = self._live, self._anchor_s
-        other._restarts, other._wait = self._restarts, self._wait
+        other._restarts, other._tried_s = self._restarts, self._tried_s
         other._last = self._last - self._first
         other._habits = self._habits
         other._tracks[: self._live] = self._tracks[: self._live]
@@ -437,20 +435,6 @@ class Bundle:
         self._plots[self._last] = row
         self._last += 1
 
-    def _lost(self) -> bool:
-        first = max(self._first, self._last - RECENT)
-        best = self._tracks[0], self._anchor_s, self._plots, first, self._last
-        return bool(self._live and surprises(*best) >= SURPRISES_MAX)
-
-    # The first of the last plots that the best track does not know: before it two in a row fit.
-    def _strange(self) -> int:
-        row, fitting = self._last, 0
-        while row > self._first and fitting < 2:
-            row -= 1
-            strange = surprises(self._tracks[0], self._anchor_s, self._plots, row, row + 1)
-            fitting = 0 if strange else fitting + 1
-        return row + fitting
-
     # Begin with the last plots, so many as make an arc.
     def _begin(self) -> None:
         rules, times = self._settings, self._plots[: self._last, layout.TIME]
@@ -464,26 +448,23 @@ class Bundle:
                 self._take_over(tracks, first)
                 return
 
-    # Where the best track knows none of the last plots: others, if they know most of them.
-    def _begin_anew(self) -> None:
-        if self._wait:
-            self._wait -= 1
+    # Where the best track does not know the last plots: others, if those are likelier, or silence.
+    def _heed(self) -> None:
+        now_s = self._now_s()
+        best = Doubted(self._tracks[0], self._anchor_s, self._plots, self._first, self._last)
+        first = lost_from(best) if self._live else self._last
+        if first == self._last or now_s - self._tried_s < _PATIENCE_S:
             return
-        self._wait = _PATIENCE
-        first = self._strange()
-        plots = self._plots[first : self._last]
-        tracks = first_tracks(plots, self._settings, self._settling)
-        if not len(tracks):
-            return
-        begin_s, count = float(plots[0, layout.TIME]), len(plots)
-        gained = misfit(self._tracks[0], self._anchor_s, plots, 0, count) - misfit(
-            tracks[0], begin_s, plots, 0, count
-        )
-        strange = surprises(tracks[0], begin_s, plots, 0, count)
-        if gained > _GAIN_MIN and 2 * strange <= count:
+        refuted = knows_none(best)
+        tracks = first_tracks(self._plots[first : self._last], self._settings, self._settling)
+        if len(tracks):
+            self._tried_s = now_s
+        if len(tracks) and is_likelier(tracks[0], best, first, refuted=refuted):
             self._take_over(tracks, first)
             self._restarts += 1
-            self._wait = 0
+        elif refuted:
+            self._live, self._first = 0, first
+            self._restarts += 1
 
     def _take_over(self, tracks: Floats, first: int) -> None:
         self._tracks[: len(tracks)] = tracks

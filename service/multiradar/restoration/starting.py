@@ -19,6 +19,9 @@ Floats = NDArray[np.float64]
 _STATE_SIGMAS = (2000.0, 2000.0, 100.0, 1.0)
 #: Probability of straight flight before anything is known.
 _STRAIGHT_AT_FIRST = 0.6
+#: Standard deviation of a turn's acceleration at first, in the limit of accelerations, if greater
+#: than that of a turn that is seen to begin.
+_TURN_SHARE = 1.0 / 3.0
 #: Rounds in which a first track settles; far more than it needs.
 _ROUNDS = 20
 #: Plots of the initial window that make triples: 1140 of them.
@@ -60,7 +63,7 @@ def first_tracks(plots: Floats, settings: BundleSettings, memory: SettlingMemory
             share = (1.0 - _STRAIGHT_AT_FIRST) / (layout.KINDS - 1)
         settled = begun.copy()
         for track in settled:
-            _begin_as(track, kind, kinds, memory)
+            _begin_as(track, kind, settings, memory)
             track[layout.BROUGHT] = np.log(share)
             settle(
                 track, memory.spare, anchor_s, plots, 0, len(plots),
@@ -122,11 +125,13 @@ def _line(plots: Floats) -> Floats:
 
 
 # Whatever the arc says of accelerations, a kind begins with what it knows; a turn as the arc.
-def _begin_as(track: Floats, kind: int, kinds: Floats, memory: SettlingMemory) -> None:
-    mean_u, sigma_u, mean_w, sigma_w = kinds[kind, :4]
+def _begin_as(track: Floats, kind: int, settings: BundleSettings, memory: SettlingMemory) -> None:
+    mean_u, sigma_u, mean_w, sigma_w = settings.kinds()[kind, :4]
     track[layout.SEGMENTS + layout.KIND] = kind
     track[layout.SEGMENTS + layout.LONGITUDINAL] = mean_w
-    if kind not in (layout.RIGHT, layout.LEFT):
+    if kind in (layout.RIGHT, layout.LEFT):
+        sigma_u = max(sigma_u, _TURN_SHARE * settings.lateral_max_mps2)
+    else:
         track[layout.SEGMENTS + layout.LATERAL] = mean_u
     state = track[layout.EAST : layout.HEADING + 1]
     track[layout.PRIOR_MEAN : layout.PRIOR_MEAN + 6] = (*state, mean_u, mean_w)

@@ -58,6 +58,42 @@ def test_a_radar_that_turns_slowly_and_misses_a_plot_makes_tracks() -> None:
     assert np.nanmax(off) < 200.0
 
 
+def longest_run(large: NDArray[np.bool_]) -> int:
+    """How many in a row are true, at most."""
+    runs = np.split(large, np.flatnonzero(np.diff(large.astype(int))) + 1)
+    return max((len(run) for run in runs if run[0]), default=0)
+
+
+@pytest.mark.parametrize(("interval_s", "seed"), [(30.0, 0), (30.0, 1), (20.0, 2)])
+def test_a_turn_between_plots_of_a_slow_radar_is_not_lost_for_long(
+    interval_s: float, seed: int
+) -> None:
+    # Turns of 1.2 and 1.8 degrees a second: 40 s of them are a plot or two, and in as many the
+    # aircraft is 2 to 6 km from where it would have flown straight on.
+    flown = flight(((0.0, 0.0), (215.0, 3.8), (255.0, 0.0), (430.0, -5.6), (475.0, 0.0)))
+    rng = np.random.default_rng([31, seed])
+    plots = plots_of(flown, 800.0, rng, interval_s=interval_s, sigma_m=100.0)
+    off = errors_of(Bundle(BundleSettings(initial_s=60.0, lateral_max_mps2=14.0)), plots, flown)
+    assert np.isfinite(off[3:]).all()
+    # The third plot that does not fit is enough to know better: with two, they may be wrong.
+    assert longest_run(off > 1000.0) <= 2
+    assert np.median(off[3:]) < 200.0
+
+
+@pytest.mark.parametrize(("interval_s", "seed"), [(12.0, 1), (4.0, 2), (1.5, 3)])
+def test_wrong_plots_do_not_make_it_begin_anew(interval_s: float, seed: int) -> None:
+    flown = flight(((0.0, 0.0),))
+    rng = np.random.default_rng([32, seed])
+    plots = plots_of(flown, 200.0 * interval_s, rng, interval_s=interval_s, wrong=0.05)
+    # That the beginning is none of them is another matter.
+    good = np.hypot(*(plots.position_m - flown.geometric(plots.time_s).position_m).T) < 250.0
+    first = int(np.argmax(np.convolve(good, np.ones(5), mode="valid") == 5.0))
+    heard = without(plots, -1.0, float(plots.time_s[first]) - 0.1)
+    bundle = Bundle(BundleSettings())
+    errors_of(bundle, heard, flown, every=9)
+    assert bundle.restarts == 0
+
+
 def test_a_turn_beyond_the_limits_is_not_lost() -> None:
     flown = flight(STEEP)
     plots = plots_of(flown, 300.0, np.random.default_rng(23))
