@@ -69,11 +69,14 @@ CONSIDERED = 6
 @loop
 def take_plot(
     tracks: Floats, live: int, room: int, anchor_s: float, plots: Floats, first: int, last: int,
-    kinds: Floats, rules: Floats, rounds: int, spare: Floats, H: Floats, g: Floats, H2: Floats,
-    g2: Floats, S: Floats, T: Floats, M: Floats, r: Floats, A: Floats, B: Floats, grid: Floats,
-    traces: Floats, order: Integers, kept: Integers,
+    since_s: float, kinds: Floats, rules: Floats, rounds: int, spare: Floats, H: Floats, g: Floats,
+    H2: Floats, g2: Floats, S: Floats, T: Floats, M: Floats, r: Floats, A: Floats, B: Floats,
+    grid: Floats, traces: Floats, order: Integers, kept: Integers,
 ) -> tuple[int, int, float]:  # fmt: skip
-    """Take the plot in row last − 1; return the number of tracks, the first row, the anchor."""
+    """Take the plot in row last − 1; return the number of tracks, the first row, the anchor.
+
+    Cells that open after `since_s` are those in which branches begin.
+    """
     usual = (rules[LATERAL_MAX], rules[LONGITUDINAL_MAX])
     now_s = plots[last - 1, TIME]
     before_s = plots[last - 2, TIME]
@@ -91,9 +94,12 @@ def take_plot(
         first += 1
     recent = max(first, last - RECENT)
     strange = surprises(tracks[0], anchor_s, plots, recent, last)
-    if surprises(tracks[0], anchor_s, plots, last - 1, last) and (
-        strange >= SURPRISES_MIN or now_s - before_s >= RARE_S
-    ):
+    # The best track stays if it does not know the newest plot, for that may be wrong: where plots
+    # are rare, so many segments may begin between two of them that they would leave it no room.
+    kept_anyway = -1
+    if surprises(tracks[0], anchor_s, plots, last - 1, last):
+        kept_anyway = 0
+    if kept_anyway == 0 and (strange >= SURPRISES_MIN or now_s - before_s >= RARE_S):
         rounds += RESCUE_ROUNDS
         # Rather beyond the limits than lost.
         if strange >= SURPRISES_MIN:
@@ -106,7 +112,7 @@ def take_plot(
             H, g, H2, g2, S, T, M, r,
         )  # fmt: skip
     parents = live
-    live = branch(tracks, live, before_s, now_s, kinds, rules)
+    live = branch(tracks, live, since_s, now_s, kinds, rules)
     for i in range(parents, live):
         # Before it begins no plot tells of a segment.
         if tracks[i, SEGMENTS + SEGMENT_COUNT * (int(tracks[i, COUNT]) - 1) + BEGIN] < now_s:
@@ -116,7 +122,7 @@ def take_plot(
             )  # fmt: skip
     for part in range(2):
         rules[LATERAL_MAX + part] = usual[part]
-    leave_hopeless(tracks, live, CONSIDERED * room, order)
+    leave_hopeless(tracks, live, CONSIDERED * room, order, kept_anyway)
     # Whole seconds: tracks are compared at the same times whatever their switches.
     begin_s = ceil(now_s - rules[WINDOW_S])
     for k in range(len(grid)):
@@ -125,7 +131,7 @@ def take_plot(
         if tracks[i, WEIGHT] > -np.inf:
             trace(tracks[i], anchor_s, grid, traces[i])
     apart_m = max(rules[APART_M], rules[APART_SIGMAS] * sigma_of(plots, first, last))
-    chosen = thin(tracks, live, room, traces, len(grid), apart_m, order, kept)
+    chosen = thin(tracks, live, room, traces, len(grid), apart_m, order, kept, kept_anyway)
     compact(tracks, kept, order, chosen)
     return chosen, first, anchor_s
 
@@ -189,11 +195,12 @@ def branch(
 
 
 @in_loop
-def leave_hopeless(tracks: Floats, live: int, most: int, order: Integers) -> None:
-    """Take the weight of all but the best tracks: there is no room for those."""
+def leave_hopeless(tracks: Floats, live: int, most: int, order: Integers, always: int) -> None:
+    """Take the weight of all but the best tracks, and one: there is no room for those."""
     rank(tracks, live, order)
     for i in range(most, live):
-        tracks[order[i], WEIGHT] = -np.inf
+        if order[i] != always:
+            tracks[order[i], WEIGHT] = -np.inf
 
 
 @in_loop

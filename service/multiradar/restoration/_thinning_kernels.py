@@ -81,16 +81,19 @@ def rank(tracks: Floats, live: int, order: Integers) -> None:
 @loop
 def thin(
     tracks: Floats, live: int, room: int, traces: Floats, points: int, apart_m: float,
-    order: Integers, kept: Integers,
+    order: Integers, kept: Integers, always: int,
 ) -> int:  # fmt: skip
     """Write the tracks that stay into `kept`, the best first, and return how many they are.
 
     Of a group of tracks that are less than `apart_m` apart the best stays, with the weight of all.
+    The track `always` (−1: none) has its place, whatever others weigh.
     """
     rank(tracks, live, order)
-    chosen = 0
+    chosen, taken = 0, 1 if always >= 0 else 0
     for i in range(live):
         one = order[i]
+        if one == always:
+            taken = 0
         group = -1
         for j in range(chosen):
             if are_close(traces[one], traces[kept[j]], points, apart_m):
@@ -100,7 +103,7 @@ def thin(
             more = log1p(exp(tracks[one, WEIGHT] - tracks[group, WEIGHT]))
             tracks[group, BROUGHT] += more
             tracks[group, WEIGHT] += more
-        elif chosen < room and tracks[one, WEIGHT] > -np.inf:
+        elif chosen < room - taken and tracks[one, WEIGHT] > -np.inf:
             kept[chosen] = one
             chosen += 1
     return chosen

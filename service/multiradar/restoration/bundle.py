@@ -173,11 +173,7 @@ class Bundle:
             self._live, self._first = 0, self._last - 1
             self._restarts += 1
         if self._live:
-            self._live, self._first, self._anchor_s = take_plot(
-                self._tracks, self._live, self._settings.tracks_max, self._anchor_s, self._plots,
-                self._first, self._last, self._kinds, self._rules, self._settings.rounds,
-                *self._settling, *self._memory,
-            )  # fmt: skip
+            self._step(float(self._plots[self._last - 2, layout.TIME]))
             self._heed()
             if self._live:
                 self._note()
@@ -466,10 +462,21 @@ class Bundle:
             self._live, self._first = 0, first
             self._restarts += 1
 
+    # First tracks are of one segment: that the aircraft may have begun or ended to turn before it
+    # was followed, they branch in the cells since then.
     def _take_over(self, tracks: Floats, first: int) -> None:
         self._tracks[: len(tracks)] = tracks
         self._live, self._first = len(tracks), first
         self._anchor_s = float(self._plots[first, layout.TIME])
+        self._step(self._anchor_s)
+
+    # Take the newest plot; segments may begin after a time.
+    def _step(self, since_s: float) -> None:
+        self._live, self._first, self._anchor_s = take_plot(
+            self._tracks, self._live, self._settings.tracks_max, self._anchor_s, self._plots,
+            self._first, self._last, since_s, self._kinds, self._rules, self._settings.rounds,
+            *self._settling, *self._memory,
+        )  # fmt: skip
 
     # Of a time before a longer silence than the window nothing is known.
     def _silent(self) -> bool:

@@ -50,6 +50,16 @@ class Doubted(NamedTuple):
     def outliers(self, first: int, last: int) -> int:
         """Return how many plots of some rows are likelier outliers than plots of the track.
 
+        Parameters
+        ----------
+        first, last : int
+            Rows first … last − 1.
+
+        Returns
+        -------
+        int
+            Their number.
+
         References
         ----------
         The project's own.

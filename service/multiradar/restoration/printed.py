@@ -150,6 +150,7 @@ class PrintedBundle:
         stay = thin(
             self._tracks, len(self), self._settings.tracks_max, traces, len(grid),
             self._settings.apart_m if grouped else 0.0, np.zeros(len(self), np.int64), kept,
+            -1,
         )  # fmt: skip
         self._tracks = self._tracks[kept[:stay]].copy()
 

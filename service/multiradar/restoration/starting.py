@@ -19,9 +19,18 @@ Floats = NDArray[np.float64]
 _STATE_SIGMAS = (2000.0, 2000.0, 100.0, 1.0)
 #: Probability of straight flight before anything is known.
 _STRAIGHT_AT_FIRST = 0.6
-#: Standard deviation of a turn's acceleration at first, in the limit of accelerations, if greater
-#: than that of a turn that is seen to begin.
-_TURN_SHARE = 1.0 / 3.0
+#: Share of turns and changes of speed of any size within the limits: standard deviations of their
+#: accelerations are a third of the limits. Who climbs from a runway speeds up by 4 m/s².
+_ANY_SIZE, _LIMIT_SHARE = 0.3, 1.0 / 3.0
+#: What an aircraft may do at first: kind, whether of any size, probability.
+_BEGINNINGS = (
+    (layout.STRAIGHT, False, _STRAIGHT_AT_FIRST),
+    *(
+        (kind, wide, share * (1.0 - _STRAIGHT_AT_FIRST) / (layout.KINDS - 1))
+        for wide, share in ((False, 1.0 - _ANY_SIZE), (True, _ANY_SIZE))
+        for kind in range(1, layout.KINDS)
+    ),
+)
 #: Rounds in which a first track settles; far more than it needs.
 _ROUNDS = 20
 #: Plots of the initial window that make triples: 1140 of them.
@@ -45,8 +54,8 @@ def first_tracks(plots: Floats, settings: BundleSettings, memory: SettlingMemory
     Returns
     -------
     (k, TRACK_COUNT) ndarray
-        One for each kind of motion, the best first, with the first plot's time for their anchor;
-        none where no triple of plots makes an arc.
+        Two for each kind of motion, one for straight flight, the best first, with the first plot's
+        time for their anchor; none where no triple of plots makes an arc.
 
     References
     ----------
@@ -57,14 +66,13 @@ def first_tracks(plots: Floats, settings: BundleSettings, memory: SettlingMemory
     anchor_s = float(plots[0, layout.TIME])
     begun = _begun(plots, settings)
     found = []
-    for kind in range(layout.KINDS if len(begun) else 0):
-        share = _STRAIGHT_AT_FIRST
-        if kind != layout.STRAIGHT:
-            share = (1.0 - _STRAIGHT_AT_FIRST) / (layout.KINDS - 1)
+    for kind, wide, chance in _BEGINNINGS if len(begun) else ():
         settled = begun.copy()
         for track in settled:
-            _begin_as(track, kind, settings, memory)
-            track[layout.BROUGHT] = np.log(share)
+            _begin_as(track, kind, settings.kinds()[kind, :4], memory)
+            if wide:
+                _widen(track, kind, settings, memory)
+            track[layout.BROUGHT] = np.log(chance)
             settle(
                 track, memory.spare, anchor_s, plots, 0, len(plots),
                 float(plots[-1, layout.TIME]), kinds, rules, _ROUNDS, *memory[1:],
@@ -125,16 +133,23 @@ def _line(plots: Floats) -> Floats:
 
 
 # Whatever the arc says of accelerations, a kind begins with what it knows; a turn as the arc.
-def _begin_as(track: Floats, kind: int, settings: BundleSettings, memory: SettlingMemory) -> None:
-    mean_u, sigma_u, mean_w, sigma_w = settings.kinds()[kind, :4]
+def _begin_as(track: Floats, kind: int, controls: Floats, memory: SettlingMemory) -> None:
+    mean_u, sigma_u, mean_w, sigma_w = controls
     track[layout.SEGMENTS + layout.KIND] = kind
     track[layout.SEGMENTS + layout.LONGITUDINAL] = mean_w
-    if kind in (layout.RIGHT, layout.LEFT):
-        sigma_u = max(sigma_u, _TURN_SHARE * settings.lateral_max_mps2)
-    else:
+    if kind not in (layout.RIGHT, layout.LEFT):
         track[layout.SEGMENTS + layout.LATERAL] = mean_u
     state = track[layout.EAST : layout.HEADING + 1]
     track[layout.PRIOR_MEAN : layout.PRIOR_MEAN + 6] = (*state, mean_u, mean_w)
     covariance = np.diag(np.square([*_STATE_SIGMAS, sigma_u, sigma_w]))
     track[layout.PRIOR_COVARIANCE : layout.PRIOR_COVARIANCE + 36] = covariance.ravel()
+    inform(track, memory.H, memory.H2)
+
+
+# The acceleration that a kind means may be of any size within the limits.
+def _widen(track: Floats, kind: int, settings: BundleSettings, memory: SettlingMemory) -> None:
+    turns = kind in (layout.RIGHT, layout.LEFT)
+    limit = settings.lateral_max_mps2 if turns else settings.longitudinal_max_mps2
+    at = layout.PRIOR_COVARIANCE + (28 if turns else 35)
+    track[at] = max(track[at], (_LIMIT_SHARE * limit) ** 2)
     inform(track, memory.H, memory.H2)

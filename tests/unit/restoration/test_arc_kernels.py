@@ -180,11 +180,13 @@ def apart_m(traces: Floats) -> Floats:
     return np.asarray(np.hypot(off[..., 0], off[..., 1]).mean(axis=-1))
 
 
-def thinned(tracks: Floats, traces: Floats, room: int, apart_m: float) -> list[int]:
+def thinned(
+    tracks: Floats, traces: Floats, room: int, apart_m: float, always: int = -1
+) -> list[int]:
     kept = np.zeros(len(tracks), np.int64)
     order = np.zeros(len(tracks), np.int64)
     points = traces.shape[1]
-    stay = thin(tracks, len(tracks), room, traces, points, apart_m, order, kept)
+    stay = thin(tracks, len(tracks), room, traces, points, apart_m, order, kept, always)
     return [int(one) for one in kept[:stay]]
 
 
@@ -196,6 +198,14 @@ def test_by_weight_alone_a_bundle_becomes_one_kind_of_motion() -> None:
     assert apart_m(traces)[0, alone].max() < 2.0
     grouped = thinned(tracks.copy(), traces, 8, 20.0)
     assert grouped == [0, 12, 13, 14]
+
+
+def test_a_track_may_have_its_place_whatever_others_weigh() -> None:
+    tracks, traces = bundle_of_turns()
+    assert thinned(tracks.copy(), traces, 2, 20.0) == [0, 12]
+    assert thinned(tracks.copy(), traces, 2, 20.0, 14) == [0, 14]
+    # What is the same as a better one needs no place.
+    assert thinned(tracks.copy(), traces, 3, 20.0, 5) == [0, 12, 13]
 
 
 def test_a_group_leaves_its_weight_to_its_best() -> None:
@@ -217,5 +227,5 @@ def test_thinning_is_that_of_the_plain_form() -> None:
             expected.append(one)
     assert thinned(tracks.copy(), traces, 64, 20.0) == expected
     memory = np.zeros((2, len(tracks)), np.int64)
-    stay = plain(thin)(tracks, len(tracks), 64, traces, 41, 20.0, *memory)
+    stay = plain(thin)(tracks, len(tracks), 64, traces, 41, 20.0, *memory, -1)
     assert memory[1, :stay].tolist() == expected

@@ -80,7 +80,7 @@ def test_a_turn_between_plots_of_a_slow_radar_is_not_lost_for_long(
     assert np.median(off[3:]) < 200.0
 
 
-@pytest.mark.parametrize(("interval_s", "seed"), [(12.0, 1), (4.0, 2), (1.5, 3)])
+@pytest.mark.parametrize(("interval_s", "seed"), [(30.0, 0), (12.0, 1), (4.0, 2), (1.5, 3)])
 def test_wrong_plots_do_not_make_it_begin_anew(interval_s: float, seed: int) -> None:
     flown = flight(((0.0, 0.0),))
     rng = np.random.default_rng([32, seed])
@@ -92,6 +92,27 @@ def test_wrong_plots_do_not_make_it_begin_anew(interval_s: float, seed: int) -> 
     bundle = Bundle(BundleSettings())
     errors_of(bundle, heard, flown, every=9)
     assert bundle.restarts == 0
+
+
+def test_an_aircraft_that_speeds_up_at_the_beginning_and_then_flies_on_is_followed() -> None:
+    # From 50 to 170 m/s in 30 s, seen first at once; noise as far out as 200 km.
+    times = np.arange(0.0, 120.0, 2.0)
+    speeding = np.minimum(times, 30.0)
+    flown_m = 50.0 * times + 4.0 * speeding * (times - 0.5 * speeding)
+    true = np.stack([flown_m, np.zeros_like(times)], axis=-1)
+    noise = 22500.0 * np.eye(2)
+    settings = BundleSettings(longitudinal_max_mps2=4.0)
+    for seed in range(4):
+        rng = np.random.default_rng([33, seed])
+        places = true + 150.0 * rng.normal(size=true.shape)
+        bundle, off = Bundle(settings), []
+        for time_s, place, at in zip(times, places, true, strict=True):
+            bundle.take(float(time_s), place, noise)
+            if len(bundle):
+                off.append(float(np.hypot(*(bundle.estimate().state[:2] - at))))
+        assert bundle.restarts == 0
+        # Three sigmas of one plot along one axis.
+        assert max(off) < 450.0
 
 
 def test_a_turn_beyond_the_limits_is_not_lost() -> None:
