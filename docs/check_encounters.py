@@ -3,6 +3,7 @@
 ::
 
     python docs/check_encounters.py                 # five minutes
+    python docs/check_encounters.py --settled 450   # when forecasts of 300 s have been judged
 
 Made traffic is tracked with the radars of the sample recording, biases estimated, and every twenty
 seconds asked for encounters. The least distance that the aircraft then really have within the
@@ -25,14 +26,15 @@ from multiradar.runtime.engine import Engine
 from multiradar.runtime.history import update_rows
 from multiradar.runtime.live_tracks import LiveTracks
 from multiradar.simulation.paths import Path, fly
+from multiradar.tracking.forecast_calibration import calibration_for
 from multiradar.tracking.settings import TrackingSettings
+from multiradar.tracking.state_samples import Sampling
 
 Floats = NDArray[np.float64]
 
 #: Mean time of straight flight, s: nobody turns, as on airways, as near airports.
 TRAFFIC = {"straight": 1e5, "a turn in ten minutes": 600.0, "a turn in two minutes": 120.0}
 FILTERS = ("two-stage", "imm")
-SETTLED_S = 120.0
 EVERY_S = 20.0
 #: Bounds of the times to the closest approach, s.
 AHEAD_S = (0.0, 15.0, 30.0, 60.0, 120.0, 300.0)
@@ -49,8 +51,15 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=3, help="seeds")
     parser.add_argument("--aircraft", type=int, default=40, help="in each run")
     parser.add_argument("--duration", type=float, default=1200.0, help="of each run, s")
+    parser.add_argument("--settled", type=float, default=120.0, help="asked from then on, s")
     options = parser.parse_args()
-    columns = ["together", *(f"{a:g} to {b:g} s" for a, b in pairwise(AHEAD_S)), "all", "height"]
+    columns = [
+        "together",
+        *(f"{a:g} to {b:g} s" for a, b in pairwise(AHEAD_S)),
+        "all",
+        "width",
+        "height",
+    ]
     print(f"| traffic, filter | {' | '.join(columns)} |")
     print("|" + "---|" * (1 + len(columns)))
     reliability = []
@@ -61,42 +70,44 @@ def main() -> None:
         )  # fmt: skip
         for filter_name in FILTERS:
             settings = TrackingSettings(filter_name=filter_name)
-            judged = np.concatenate([judge(one, settings, options.duration) for one in flown])
+            times_s = np.arange(options.settled, options.duration - QUERY.horizon_s, EVERY_S)
+            judged = np.concatenate([judge(one, settings, times_s) for one in flown])
             print(f"| {name}, `{filter_name}` | {' | '.join(shares(judged))} |", flush=True)
             reliability.append(f"| {name}, `{filter_name}` | {' | '.join(likely(judged))} |")
-    columns = [f"told {a:g} to {b:g}" for a, b in pairwise(CHANCES)]
+    columns = [*(f"told {a:g} to {b:g}" for a, b in pairwise(CHANCES)), "mean square"]
     print(f"\n| traffic, filter | {' | '.join(columns)} |")
     print("|" + "---|" * (1 + len(columns)))
     print("\n".join(reliability))
 
 
-def judge(one: Flown, settings: TrackingSettings, duration_s: float) -> NDArray[np.void]:
-    """Return a row for each encounter that was told, with what came of it."""
-    paths = [
-        fly(flier, duration_s, np.random.Generator(np.random.PCG64(0))) for flier in one.fliers
-    ]
+def judge(one: Flown, settings: TrackingSettings, times_s: Floats) -> NDArray[np.void]:
+    """Return a row for each encounter that was told at these times, with what came of it."""
+    end_s = float(times_s[-1]) + EVERY_S + QUERY.horizon_s
+    paths = [fly(flier, end_s, np.random.Generator(np.random.PCG64(0))) for flier in one.fliers]
     kinds = [
         ("ahead_s", np.float64), ("together", np.bool_), ("held", np.bool_),
-        ("height_held", np.float64), ("probability", np.float64), ("came", np.bool_),
+        ("width_m", np.float64), ("height_held", np.float64), ("probability", np.float64),
+        ("came", np.bool_),
     ]  # fmt: skip
-    return np.array(list(outcomes(one, settings, duration_s, paths)), np.dtype(kinds))
+    return np.array(list(outcomes(one, settings, times_s, paths)), np.dtype(kinds))
 
 
 def outcomes(
-    one: Flown, settings: TrackingSettings, duration_s: float, paths: list[Path]
-) -> Iterator[tuple[float, bool, bool, float, float, bool]]:
+    one: Flown, settings: TrackingSettings, times_s: Floats, paths: list[Path]
+) -> Iterator[tuple[float, bool, bool, float, float, float, bool]]:
     """Walk through the scene and yield what came of each encounter."""
-    engine, live = Engine(one.sensors, settings), LiveTracks()
-    times_s = np.arange(SETTLED_S, duration_s - QUERY.horizon_s, EVERY_S)
+    engine, live = Engine(one.sensors, settings, sampling=Sampling.DRAWN), LiveTracks()
+    calibration = calibration_for(settings)
     before = 0
     whose: dict[int, int] = {}
     for cut in np.searchsorted(one.batch.time_s, times_s).tolist():
-        updates = engine.push(one.batch.take(slice(before, cut))).updates
-        before = cut
+        output = engine.push(one.batch.take(slice(before, cut)))
+        updates, before = output.updates, cut
+        calibration.take(output)
         live.update(update_rows(updates))
         whose |= dict(zip(updates.track_id.tolist(), updates.track_number.tolist(), strict=True))
         sky = Sky(float(one.batch.time_s[cut - 1]), live.all(), engine.tracks())
-        answer = encounters(sky, QUERY, engine.plane, settings)
+        answer = encounters(sky, QUERY, engine.plane, settings, calibration)
         dense_s = answer["time_s"] + np.arange(0.0, QUERY.horizon_s + DENSE_S, DENSE_S)
         for told in answer["encounters"]:
             first, second = (
@@ -111,6 +122,7 @@ def outcomes(
             yield (
                 told["time_to_closest_s"], told["together"],
                 told["distance_low_m"] <= least_m <= told["distance_high_m"],
+                told["distance_high_m"] - told["distance_low_m"],
                 float(abs(error_m) <= HEIGHT_SIGMAS * told["vertical_sigma_m"]),
                 told["probability"], least_m <= QUERY.distance_m,
             )  # fmt: skip
@@ -136,11 +148,12 @@ def shares(judged: NDArray[np.void]) -> list[str]:
         f"{judged['held'][rows].mean():.1%} of {rows.sum()}" if rows.any() else "–"
         for rows in chosen
     ]
-    return [*cells, f"{judged['height_held'].mean():.1%}"]
+    width = f"{np.median(judged['width_m']):.0f} m"
+    return [*cells, width, f"{judged['height_held'].mean():.1%}"]
 
 
 def likely(judged: NDArray[np.void]) -> list[str]:
-    """Return mean of the probabilities told, and share that came, by probability."""
+    """Return mean of the probabilities told, and share that came, by probability; and the error."""
     cells = []
     for low, high in pairwise(CHANCES):
         told = judged["probability"]
@@ -150,7 +163,7 @@ def likely(judged: NDArray[np.void]) -> list[str]:
             if rows.any()
             else "–"
         )
-    return cells
+    return [*cells, f"{np.mean((judged['probability'] - judged['came']) ** 2):.4f}"]
 
 
 if __name__ == "__main__":

@@ -27,6 +27,7 @@ sys.path.insert(0, str(TESTS))
 from benchmark.encounters import NOW_S, PLANE, airspace  # noqa: E402
 from multiradar.runtime.encounter_query import EncounterQuery  # noqa: E402
 from multiradar.runtime.encounters import Sky, encounters  # noqa: E402
+from multiradar.tracking.forecast_calibration import calibration_for  # noqa: E402
 from multiradar.tracking.settings import TrackingSettings  # noqa: E402
 
 AIRCRAFT = (150, 1000, 4000, 15_000)
@@ -40,13 +41,14 @@ def main() -> None:
     """Print a line for each number of aircraft."""
     detect = conflict_detection(Path(sys.argv[1]) / "bluesky")
     settings = TrackingSettings()
+    rest = QUERY, PLANE, settings, calibration_for(settings)
     for count in AIRCRAFT:
         scene = airspace(count, modes=0)
         scene.states.time_s[:] = NOW_S
         scene.rows["time_s"] = NOW_S
-        encounters(scene, QUERY, PLANE, settings)
+        encounters(scene, *rest)
         begin = process_time()
-        answer = encounters(scene, QUERY, PLANE, settings)
+        answer = encounters(scene, *rest)
         own_s = process_time() - begin
         traffic = as_traffic(scene)
         zone = (np.full(count, each) for each in (QUERY.distance_m, ANY_HEIGHT_M, QUERY.horizon_s))

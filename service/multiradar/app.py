@@ -32,7 +32,6 @@ from multiradar.runtime.encounter_query import EncounterQuery
 from multiradar.runtime.encounters import Sky, encounters
 from multiradar.runtime.engine import Engine
 from multiradar.runtime.fingerprint import configuration_fingerprint
-from multiradar.runtime.forecasts import propagated
 from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.live_tracks import LiveTracks
 from multiradar.runtime.output_feed import OutputFeed
@@ -41,6 +40,7 @@ from multiradar.runtime.trajectories.feed import TrajectoryFeed
 from multiradar.runtime.trajectories.options import trajectory_options
 from multiradar.settings import Settings
 from multiradar.storage.sqlite_journal import SqliteJournal
+from multiradar.tracking.forecast_calibration import calibration_for
 from multiradar.tracking.measurements import MISSING_INTEGER, MeasurementBatch
 from multiradar.tracking.state_samples import Sampling
 from multiradar_converters.asterix.editions import parse_editions
@@ -280,11 +280,11 @@ def warm_up(sensors: SensorTable, settings: Settings) -> None:
         )
     )
     engine.flush()
-    states = engine.tracks()
-    if len(states):
-        propagated(states, 0, settings.tracking_settings(), np.ones(1))
+    states, tracking = engine.tracks(), settings.tracking_settings()
+    calibration = calibration_for(tracking)
+    calibration.family.forecast_all(states, np.ones(1))
     nobody = Sky(0.0, LiveTracks().all(), states)
-    encounters(nobody, EncounterQuery(), engine.plane, settings.tracking_settings())
+    encounters(nobody, EncounterQuery(), engine.plane, tracking, calibration)
     engine.close()
 
 

@@ -24,7 +24,7 @@ def straight_paths(
         times_s,
         np.array([means for means, _ in found]).reshape(count, len(times_s), 4),
         now,
-        walks_of(times_s, now, spreads),
+        np.tile(walks_of(times_s, now, spreads), 2),
         np.full(count, len(times_s)),
         np.full((count, CLIMB_COUNT), np.nan),
         np.zeros((count, 4, 0)),

@@ -19,6 +19,7 @@ from multiradar.runtime.receipt import Receipt
 from multiradar.runtime.service import Service
 from multiradar.storage.sqlite_journal import SqliteJournal
 from multiradar.tracking.settings import TrackingSettings
+from multiradar.tracking.state_samples import Sampling
 from support.live_scene import sensors
 
 TESTS = Path(__file__).parents[1]
@@ -30,7 +31,7 @@ def live_service(journal: Path, workers: int = 1) -> Service:
     fingerprint = configuration_fingerprint(table, tracking)
     return Service(
         open_journal=lambda: SqliteJournal(journal, fingerprint),
-        open_engine=lambda: Engine(table, tracking, workers),
+        open_engine=lambda: Engine(table, tracking, workers, sampling=Sampling.DRAWN),
         sensors=table,
         tracking=tracking,
     )

@@ -4,7 +4,9 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from multiradar.api.limits import HttpLimits
 from multiradar.app import build_service, trajectory_feed, warm_up, zenoh_options
@@ -19,6 +21,9 @@ from multiradar.settings import HttpSettings, RuntimeSettings, load_settings
 from multiradar.tracking.encounters._approach_kernels import find_approaches
 from multiradar.tracking.encounters._chance_kernels import find_bounds, find_chances
 from multiradar.tracking.encounters._search_kernels import find_pairs
+from multiradar.tracking.forecast_calibration import calibration_for
+from multiradar.tracking.forecast_family import ForecastFamily
+from multiradar.tracking.outputs import TrackStates
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.wire import measurement_batch
 from support import live_scene
@@ -45,13 +50,18 @@ def test_warming_up_needs_no_more_than_the_sensors() -> None:
 
 def test_warming_up_makes_the_first_forecast_ready(monkeypatch: pytest.MonkeyPatch) -> None:
     """Its kernel would else be compiled while somebody waits for an answer."""
-    ahead: list[float] = []
-    monkeypatch.setattr(
-        "multiradar.app.propagated",
-        lambda states, place, settings, ahead_s: ahead.extend(ahead_s[: len(states)].tolist()),
-    )
+    tracks: list[int] = []
+    forecast_all = ForecastFamily.forecast_all
+
+    def counted(
+        family: ForecastFamily, states: TrackStates, ahead_s: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        tracks.append(len(states))
+        return forecast_all(family, states, ahead_s)
+
+    monkeypatch.setattr(ForecastFamily, "forecast_all", counted)
     warm_up(live_scene.sensors(), load_settings(None, {"tracking": {"filter_name": "imm"}}))
-    assert ahead
+    assert tracks[0] > 0
 
 
 def test_warming_up_makes_the_first_answer_about_encounters_ready() -> None:
@@ -66,7 +76,8 @@ def test_warming_up_makes_the_first_answer_about_encounters_ready() -> None:
         update_rows(engine.push(measurement_batch(live_scene.recording(900), table)[0]).updates)
     )
     sky = Sky(live_scene.START_S, live.all(), engine.tracks())
-    found = encounters(sky, EncounterQuery(distance_m=2e4, height_m=500.0), engine.plane, settings)
+    query, calibration = EncounterQuery(distance_m=2e4, height_m=500.0), calibration_for(settings)
+    found = encounters(sky, query, engine.plane, settings, calibration)
     assert found["count"] > 0
     assert [set(kernel.signatures) for kernel in kernels] == before
 

@@ -1,5 +1,8 @@
 """Encounters of a recording: a table with those of the end of each epoch."""
 
+from itertools import islice
+from math import floor
+
 import numpy as np
 import polars as pl
 
@@ -8,6 +11,7 @@ from multiradar.runtime.encounter_query import EncounterQuery
 from multiradar.runtime.encounters import Sky, encounters
 from multiradar.runtime.history import update_rows
 from multiradar.runtime.live_tracks import LiveTracks
+from multiradar.tracking.forecast_calibration import calibration_for
 from multiradar.tracking.outputs import EngineOutput
 from multiradar.tracking.settings import TrackingSettings
 from multiradar_schemas.arrow import ENCOUNTER_SCHEMA
@@ -30,6 +34,7 @@ class EncounterTable:
         self, query: EncounterQuery, plane: SystemPlane, settings: TrackingSettings
     ) -> None:
         self._query, self._plane, self._settings = query, plane, settings
+        self._calibration = calibration_for(settings)
         self._live = LiveTracks()
         # Comparisons that were left out because too many tracks were in one place.
         self._pairs_left_out = 0
@@ -37,15 +42,23 @@ class EncounterTable:
     def take(self, output: EngineOutput) -> pl.DataFrame:
         """Return the rows of the epochs that an output of the engine ends."""
         rows = update_rows(output.updates)
-        found, done = [], 0
+        found, done, learnt = [], 0, 0
+        parts = self._calibration.parts(output)
         for picture in output.pictures:
             until = int(np.searchsorted(rows["time_s"], picture.time_s, side="right"))
             self._live.update(rows[done:until])
             done = max(done, until)
+            epoch = floor(picture.time_s / self._settings.epoch_s)
+            lessons = sum(sample.epoch <= epoch for sample in output.samples)
+            # What the samples until then teach, and no more, is what was known then.
+            for _ in islice(parts, lessons - learnt):
+                learnt += 1
             sky = Sky(picture.time_s, self._live.all(), picture.states)
-            answer = encounters(sky, self._query, self._plane, self._settings)
+            answer = encounters(sky, self._query, self._plane, self._settings, self._calibration)
             self._pairs_left_out += answer["pairs_left_out"]
             found += answer["encounters"]
+        for _ in parts:
+            continue
         self._live.update(rows[done:])
         self._live.end(output.ended.track_id)
         return pl.DataFrame(found, schema=ENCOUNTER_SCHEMA)

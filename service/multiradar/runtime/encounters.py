@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.encounter_query import BY_PROBABILITY, EncounterQuery
-from multiradar.runtime.forecasts import points_inside, propagated
+from multiradar.runtime.forecasts import points_inside
 from multiradar.runtime.live_tracks import ages_and_states
 from multiradar.tracking.climbs import CLIMB_COUNT, CLIMB_HEIGHT, CLIMB_RATE, moved_climbs
 from multiradar.tracking.encounters.approaches import (
@@ -19,7 +19,9 @@ from multiradar.tracking.encounters.approaches import (
     heights_between,
     least_heights,
 )
-from multiradar.tracking.encounters.pairs import Pairs, Paths, near_pairs, walks_of
+from multiradar.tracking.encounters.learnt_courses import learnt_courses
+from multiradar.tracking.encounters.pairs import Pairs, Paths, near_pairs
+from multiradar.tracking.forecast_calibration import ForecastCalibration
 from multiradar.tracking.outputs import STATE_NAMES, STATE_TENTATIVE, TrackStates
 from multiradar.tracking.settings import TrackingSettings
 
@@ -74,7 +76,11 @@ class _Found(NamedTuple):
 
 
 def encounters(
-    sky: Sky, query: EncounterQuery, plane: SystemPlane, settings: TrackingSettings
+    sky: Sky,
+    query: EncounterQuery,
+    plane: SystemPlane,
+    settings: TrackingSettings,
+    calibration: ForecastCalibration,
 ) -> dict[str, Any]:
     """Return the encounters that are expected among live tracks.
 
@@ -87,7 +93,9 @@ def encounters(
     plane : SystemPlane
         The plane of the states.
     settings : TrackingSettings
-        How aircraft are taken to move.
+        When tracks coast.
+    calibration : ForecastCalibration
+        What the run has taught of forecasts.
 
     Returns
     -------
@@ -99,11 +107,10 @@ def encounters(
     chosen = _chosen(sky, time_s, settings)
     ahead_s = time_s - sky.states.time_s[chosen.places]
     times_s = np.append(np.arange(0.0, query.horizon_s, PIECE_S), query.horizon_s)
-    paths = _paths(sky.states, chosen.places, ahead_s, times_s, settings)
+    paths = _paths(calibration, sky.states.at(chosen.places), ahead_s, times_s)
     paths = paths._replace(points=points_inside(plane, paths.means))
     pairs = near_pairs(paths, query.distance_m * _METRE_MAX)
-    found = _ordered(_found(paths, pairs, query, plane), query)
-    told = found.take(np.arange(len(found.tracks))[: query.limit])
+    found, told = _selected(_found(paths, pairs, query, plane), query)
     return {
         **no_encounters(query),
         "time_s": time_s,
@@ -111,7 +118,7 @@ def encounters(
         "tracks_tentative": chosen.tentative,
         "tracks_off_plane": int(np.count_nonzero(paths.points < 2)),
         "pairs_left_out": pairs.left_out,
-        "total": len(found.tracks),
+        "total": found,
         "count": len(told.tracks),
         "encounters": _told(told, chosen, time_s, plane, paths),
     }
@@ -143,29 +150,28 @@ def _chosen(sky: Sky, time_s: float, settings: TrackingSettings) -> _Chosen:
 
 
 def _paths(
-    states: TrackStates, places: NDArray[np.intp], ahead_s: Floats, times_s: Floats,
-    settings: TrackingSettings,
-) -> Paths:  # fmt: skip
-    means = np.empty((len(places), len(times_s), 4))
-    now, spreads = np.empty((len(places), 10)), np.empty((len(places), len(times_s), 3))
-    upper = np.triu_indices(4)
-    for row, place in enumerate(places.tolist()):
-        means[row], covariances = propagated(states, place, settings, ahead_s[row] + times_s)
-        now[row] = covariances[0, upper[0], upper[1]]
-        spreads[row] = covariances[:, [0, 0, 1], [0, 1, 1]]
-    shared = np.zeros((len(places), 4, 0))
+    calibration: ForecastCalibration, states: TrackStates, ahead_s: Floats, times_s: Floats
+) -> Paths:
+    courses = learnt_courses(calibration, states, ahead_s, times_s)
+    shared = np.zeros((len(states), 4, 0))
     if states.shared is not None:
-        shared = states.shared[places]
+        shared = states.shared.copy()
         shared[:, :2] += ahead_s[:, None, None] * shared[:, 2:]
-    points = np.full(len(places), len(times_s))
-    heights, walks = _heights(states, places, ahead_s), walks_of(times_s, now, spreads)
-    return Paths(times_s, means, now, walks, points, heights, shared)
+    return Paths(
+        times_s,
+        courses.means,
+        courses.now,
+        courses.walks,
+        np.full(len(states), len(times_s)),
+        _heights(states, ahead_s),
+        shared,
+    )
 
 
-def _heights(states: TrackStates, places: NDArray[np.intp], ahead_s: Floats) -> Floats:
+def _heights(states: TrackStates, ahead_s: Floats) -> Floats:
     if states.climbs is None:
-        return np.full((len(places), CLIMB_COUNT), np.nan)
-    return moved_climbs(states.climbs[places], ahead_s)
+        return np.full((len(states), CLIMB_COUNT), np.nan)
+    return moved_climbs(states.climbs, ahead_s)
 
 
 def _found(paths: Paths, pairs: Pairs, query: EncounterQuery, plane: SystemPlane) -> _Found:
@@ -183,22 +189,36 @@ def _found(paths: Paths, pairs: Pairs, query: EncounterQuery, plane: SystemPlane
     if query.height_m is not None:
         # Written so that unknown heights stay.
         kept &= ~(least_heights(approaches, between, query.distance_m) > query.height_m)
-    approaches, between = approaches.take(kept), between[kept]
-    within, both = chances(approaches, between, query.distance_m, query.height_m)
-    found = _Found(tracks[kept], approaches, between, within, both)
-    return found.take(_probability(found) >= query.probability_min)
+    unknown = np.full(np.count_nonzero(kept), np.nan)
+    return _Found(tracks[kept], approaches.take(kept), between[kept], unknown, unknown)
+
+
+# How many there are, and those that are told.
+def _selected(found: _Found, query: EncounterQuery) -> tuple[int, _Found]:
+    # Chances cost most: where they decide nothing only those of who is told are asked for.
+    decisive = query.order == BY_PROBABILITY or query.probability_min > 0.0
+    if decisive:
+        found = _with_chances(found, query)
+        found = found.take(_probability(found) >= query.probability_min)
+    ordered = found.take(_order(found, query)[: query.limit])
+    return len(found.tracks), ordered if decisive else _with_chances(ordered, query)
+
+
+def _with_chances(found: _Found, query: EncounterQuery) -> _Found:
+    within, both = chances(found.approaches, found.between, query.distance_m, query.height_m)
+    return found._replace(within=within, both=both)
 
 
 def _probability(found: _Found) -> Floats:
     return np.where(np.isnan(found.both), found.within, found.both)
 
 
-def _ordered(found: _Found, query: EncounterQuery) -> _Found:
+def _order(found: _Found, query: EncounterQuery) -> NDArray[np.intp]:
     second, first = found.tracks[:, 1], found.tracks[:, 0]
     keys: tuple[NDArray[Any], ...] = (second, first, found.approaches.time_s)
     if query.order == BY_PROBABILITY:
         keys = (*keys, -_probability(found))
-    return found.take(np.lexsort(keys))
+    return np.lexsort(keys)
 
 
 def _told(

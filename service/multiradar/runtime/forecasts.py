@@ -9,15 +9,8 @@ from multiradar.errors import ForecastError
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.forecast_methods import Course, Known, Method
 from multiradar.runtime.trajectories.fans import told_members
-from multiradar.tracking.forecast import (
-    density_of,
-    forecast,
-    forecast_modes_of,
-    forecast_of_modes,
-)
 from multiradar.tracking.outputs import TrackStates
 from multiradar.tracking.regions import ellipses
-from multiradar.tracking.settings import TrackingSettings
 
 #: Bounds of a forecast and what is taken where nothing is said, the same for everybody who asks, s.
 HORIZON_DEFAULT_S = 60.0
@@ -199,41 +192,6 @@ def forecast_from(
     ahead_s = ahead_of(known.states, known.place, track, steps_s)
     course = method(known, ahead_s)
     return forecast_points(course, known.states.time_s[known.place] + ahead_s, track, plane)
-
-
-def propagated(
-    states: TrackStates, place: int, settings: TrackingSettings, ahead_s: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return where a track is expected to be on the plane, as its filter takes it to move.
-
-    Parameters
-    ----------
-    states : TrackStates
-        States of the filter.
-    place : int
-        Which of them.
-    settings : TrackingSettings
-        How aircraft are taken to move.
-    ahead_s : (k,) ndarray
-        Times after the state, s, ascending.
-
-    Returns
-    -------
-    means : (k, 4) ndarray
-        East and north, m, and their rates, m/s.
-    covariances : (k, 4, 4) ndarray
-        Their covariances.
-    """
-    mean, modes = states.mean[place], states.modes
-    if modes is None:
-        return forecast(mean, states.covariance[place], density_of(settings, mean[2:]), ahead_s)
-    return forecast_of_modes(
-        modes.probability[place],
-        modes.mean[place],
-        modes.covariance[place],
-        forecast_modes_of(settings),
-        ahead_s,
-    )
 
 
 def points_inside(plane: SystemPlane, means: NDArray[np.float64]) -> NDArray[np.int64]:

@@ -216,7 +216,10 @@ def track_recording(
         Read is not accepted + rejected.
     """
     pictures = job.encounters is not None
-    sampling = Sampling.NONE if job.forecasts_every_s is None else Sampling.ALL
+    # Encounters learn from forecasts of a few tracks, as live.
+    sampling = Sampling.DRAWN if pictures else Sampling.NONE
+    if job.forecasts_every_s is not None:
+        sampling = Sampling.ALL
     engine = Engine(job.sensors, job.settings, job.workers, pictures=pictures, sampling=sampling)
     run: _Run | None = None
     try:

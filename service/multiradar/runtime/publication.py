@@ -214,10 +214,10 @@ class Publication:
             return no_encounters(query)
         states, plane = self._states()
         with self._lock:
-            rows, data_time_s = self._live.all(), self._data_time_s
-        if data_time_s is None:
+            rows, now_s = self._live.all(), self._data_time_s
+        if now_s is None:
             return no_encounters(query)
-        return encounters(Sky(data_time_s, rows, states), query, plane, self._tracking)
+        return encounters(Sky(now_s, rows, states), query, plane, self._tracking, self._calibration)
 
     def manoeuvre_plane(self, track_id: int, window_s: float) -> dict[str, Any] | None:
         """Return the plane through the last plots of a live track.

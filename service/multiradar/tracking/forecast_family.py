@@ -61,8 +61,8 @@ class ForecastFamily:
             Which of `names`.
         states : TrackStates
             Of n tracks.
-        ahead_s : (k,) ndarray
-            Times after the states, s, not negative, ascending.
+        ahead_s : (k,) or (n, k) ndarray
+            Times after the states, s, not negative, ascending; the same for all, or those of each.
 
         Returns
         -------
@@ -78,7 +78,18 @@ class ForecastFamily:
         if name == STRAIGHT:
             densities = densities_of(self._settings, states.mean[:, 2:])
             return straight_on(states.mean, states.covariance, densities, ahead_s)
-        return self._by_modes(states.modes, ahead_s)
+        means, covariances = self._by_modes(states.modes, ahead_s)
+        return means[..., :2], covariances
+
+    def courses(self, motion: int, states: TrackStates, ahead_s: Floats) -> tuple[Floats, Floats]:
+        """Do as `forecast`, with the velocities too: means (n, k, 4), m and m/s."""
+        name = self.names[motion]
+        if name == MODES:
+            return self._by_modes(states.modes, ahead_s)
+        means, covariances = self.forecast(motion, states, ahead_s)
+        fading = np.exp(-WALKS_PER_S.get(name, 0.0) * ahead_s)
+        rates = np.broadcast_to(fading[..., None] * states.mean[:, None, 2:], means.shape)
+        return np.concatenate([means, rates], axis=-1), covariances
 
     def careful_covariances(self, means: Floats, states: TrackStates, ahead_s: Floats) -> Floats:
         """Return how far from forecasts aircraft are that turn all the time.
@@ -110,7 +121,11 @@ class ForecastFamily:
         assert modes is not None
         assert self._modes is not None
         table = self._modes
+        count = len(modes.probability)
+        times_s = np.broadcast_to(ahead_s, (count, np.shape(ahead_s)[-1]))
+        means, covariances = np.empty((*times_s.shape, 4)), np.empty((*times_s.shape, 2, 2))
         known = zip(modes.probability, modes.mean, modes.covariance, strict=True)
-        found = [forecast_of_modes(*one, table, ahead_s) for one in known]
-        means, covariances = zip(*found, strict=True)
-        return np.stack(means)[..., :2], np.stack(covariances)[..., :2, :2]
+        for row, one in enumerate(known):
+            means[row], whole = forecast_of_modes(*one, table, times_s[row])
+            covariances[row] = whole[:, :2, :2]
+        return means, covariances

@@ -127,6 +127,11 @@ class ForecastScores:
         """What has been learnt until now."""
         return self._settled
 
+    @property
+    def calibrated_to_s(self) -> float:
+        """How far ahead enough forecasts have been judged, s: 0 at first, infinite in the end."""
+        return self._settled.calibrated_to_s
+
     def take(self, horizon: int, scores: Floats, sizes: Floats) -> None:
         """Count forecasts whose truth has become known; `settle` makes them tell.
 

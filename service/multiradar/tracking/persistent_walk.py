@@ -29,8 +29,8 @@ def walked(
         heading walks in a second, rad²/s.
     density : float
         Spectral density of white acceleration beside it, m²/s³.
-    ahead_s : (k,) ndarray
-        Times after the states, s, not negative.
+    ahead_s : (k,) or (n, k) ndarray
+        Times after the states, s, not negative; the same for all, or those of each.
 
     Returns
     -------
@@ -55,14 +55,14 @@ def walked(
     forward = velocity[:, :, None] * velocity[:, None, :]
     left = np.stack([-velocity[:, 1], velocity[:, 0]], axis=-1)
     sideward = left[:, :, None] * left[:, None, :]
-    means = mean[:, None, :2] + velocity[:, None] * way[:, None]
-    carried = _carried(covariance, way)
+    means = mean[:, None, :2] + velocity[:, None] * way[..., None]
+    known = carried(covariance, way)
     noise = density * t**3 / 3.0
     return means, (
-        carried
-        + forward[:, None] * along[:, None, None]
-        + sideward[:, None] * across[:, None, None]
-        + noise[:, None, None] * np.eye(2)
+        known
+        + forward[:, None] * along[..., None, None]
+        + sideward[:, None] * across[..., None, None]
+        + noise[..., None, None] * np.eye(2)
     )
 
 
@@ -79,8 +79,8 @@ def straight_on(
         Covariances of `mean`.
     densities : (n, 2, 2) ndarray
         Spectral densities of the accelerations, m²/s³.
-    ahead_s : (k,) ndarray
-        Times after the states, s, not negative.
+    ahead_s : (k,) or (n, k) ndarray
+        Times after the states, s, not negative; the same for all, or those of each.
 
     Returns
     -------
@@ -90,14 +90,27 @@ def straight_on(
         Their covariances: the positions of `forecast.forecast`, for many aircraft at once.
     """
     t = np.asarray(ahead_s, np.float64)
-    means = mean[:, None, :2] + mean[:, None, 2:] * t[:, None]
-    noise = densities[:, None] * (t**3 / 3.0)[:, None, None]
-    return means, _carried(covariance, t) + noise
+    means = mean[:, None, :2] + mean[:, None, 2:] * t[..., None]
+    noise = densities[:, None] * (t**3 / 3.0)[..., None, None]
+    return means, carried(covariance, t) + noise
 
 
-# Covariances of position + way · velocity.
-def _carried(covariance: Floats, way: Floats) -> Floats:
+def carried(covariance: Floats, way: Floats) -> Floats:
+    """Return covariances of position + way · velocity.
+
+    Parameters
+    ----------
+    covariance : (n, 4, 4) ndarray
+        Covariances of positions and velocities.
+    way : (k,) or (n, k) ndarray
+        Times, s.
+
+    Returns
+    -------
+    (n, k, 2, 2) ndarray
+        m².
+    """
     place, cross, rate = covariance[:, :2, :2], covariance[:, :2, 2:], covariance[:, 2:, 2:]
     both = cross + cross.swapaxes(-1, -2)
-    w = way[:, None, None]
+    w = way[..., None, None]
     return np.asarray(place[:, None] + w * both[:, None] + w * w * rate[:, None])

@@ -24,7 +24,8 @@ from support.zenoh_scene import free_endpoint
 from support.zenoh_subscriber import client_config
 
 PATIENCE_S = 20.0
-ROWS = 1500
+#: After a minute and a half forecasts of ten seconds have been judged.
+ROWS = 2400
 ASKED = {"horizon_s": 90, "distance_m": 12000, "height_m": 250}
 QUERY = EncounterQuery(90.0, 12_000.0, 250.0, limit=None)
 
@@ -59,7 +60,7 @@ async def test_http_zenoh_and_offline_tell_the_same(tmp_path: Path, batch_rows: 
     table = pl.read_parquet(tmp_path / "out" / ENCOUNTERS_FILE)
     assert dict(table.schema) == dict(ENCOUNTER_SCHEMA)
     assert result.window_rows[ENCOUNTERS_FILE] == len(table)
-    assert table["time_s"].n_unique() == 19, "one picture for each epoch of 4 s of 75 s"
+    assert table["time_s"].n_unique() == 30, "one picture for each epoch of 4 s of 120 s"
     last = table.filter(pl.col("time_s") == table["time_s"].max())
 
     service = live_service(tmp_path / "journal.sqlite")

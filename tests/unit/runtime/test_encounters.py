@@ -29,6 +29,7 @@ from multiradar.tracking.outputs import (
     TrackStates,
 )
 from multiradar.tracking.settings import TrackingSettings
+from multiradar.tracking.state_samples import Sampling
 from multiradar.wire import measurement_batch
 from multiradar_schemas.encounter import Encounters
 from support.encounter_paths import covariance
@@ -62,7 +63,8 @@ def sky(means: list[list[float]], ages_s: list[float] | None = None) -> Sky:
 
 def asked(scene: Sky, **query: Any) -> Encounters:
     """Ask for encounters; the answer keeps to its schema."""
-    return Encounters.model_validate(encounters(scene, EncounterQuery(**query), PLANE, SETTINGS))
+    answer = encounters(scene, EncounterQuery(**query), PLANE, SETTINGS, calibration_for(SETTINGS))
+    return Encounters.model_validate(answer)
 
 
 def test_two_that_cross_meet_where_their_forecasts_say() -> None:
@@ -245,9 +247,10 @@ def test_what_the_biases_do_to_both_alike_does_not_part_them() -> None:
     assert states.shared is not None
     seen = Sky(float(scene.batch.time_s[-1]), live.all(), states)
     settings = TrackingSettings()
-    (found,) = encounters(seen, EncounterQuery(), engine.plane, settings)["encounters"]
+    rest = EncounterQuery(), engine.plane, settings, calibration_for(settings)
+    (found,) = encounters(seen, *rest)["encounters"]
     alone = seen._replace(states=replace(states, shared=None))
-    (apart,) = encounters(alone, EncounterQuery(), engine.plane, settings)["encounters"]
+    (apart,) = encounters(alone, *rest)["encounters"]
     position_m = float(np.sqrt(np.trace(states.covariance[0, :2, :2])))
     assert position_m > 800.0
     assert apart["distance_sigma_m"] > 600.0
@@ -261,20 +264,27 @@ def _states_of(engine: Engine) -> tuple[TrackStates, SystemPlane]:
 
 @pytest.mark.parametrize("filter_name", ["two-stage", "imm"])
 def test_a_row_of_the_table_is_what_was_answered_at_the_end_of_its_epoch(filter_name: str) -> None:
-    """Streams that end within the recording, asked at once, beside the table of the whole."""
+    """Streams that end within the recording, asked at once, beside the table of the whole.
+
+    In the end forecasts of ten seconds have been judged, so that it is of what was learnt.
+    """
     settings = TrackingSettings(filter_name=filter_name, reorder_horizon_s=0.0)
-    batch, _ = measurement_batch(recording(900).sort("time_s"), sensors())
+    batch, _ = measurement_batch(recording(2400).sort("time_s"), sensors())
     query = EncounterQuery(60.0, 12_000.0, 200.0, limit=None)
-    engine = Engine(sensors(), settings, pictures=True)
+    engine = Engine(sensors(), settings, pictures=True, sampling=Sampling.ALL)
     table = EncounterTable(query, engine.plane, settings)
-    parts = [table.take(engine.push(batch.take(slice(k, k + 130)))) for k in range(0, 900, 130)]
+    parts = [table.take(engine.push(batch.take(slice(k, k + 530)))) for k in range(0, 2400, 530)]
     rows = pl.concat([*parts, table.take(engine.flush()), table.finish()])
     ends_s = rows["time_s"].unique().sort().to_list()
-    assert len(ends_s) == 12, "45 s have as many epochs"
-    for end_s in (ends_s[4], ends_s[-1]):
+    assert len(ends_s) == 30, "120 s have as many epochs"
+    calibration = calibration_for(settings)
+    short = Engine(sensors(), settings, sampling=Sampling.DRAWN)
+    calibration.take(short.push(batch))
+    assert calibration.scores.calibrated_to_s >= 10.0
+    for end_s in (ends_s[4], ends_s[-8], ends_s[-1]):
         view = Publication(sensors(), settings, RuntimeLimits())
         assert view.encounters(query)["time_s"] is None
-        short = Engine(sensors(), settings)
+        short = Engine(sensors(), settings, sampling=Sampling.DRAWN)
         view.attach(partial(_states_of, short), dict)
         assert view.encounters(query)["encounters"] == []
         view.publish(short.push(batch.take(batch.time_s <= end_s)), end_s)

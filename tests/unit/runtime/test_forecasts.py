@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from multiradar.geodesy.polar import slant_range_azimuth
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.forecast_methods import Course, known_of
-from multiradar.runtime.forecasts import ahead_of, forecast_points, propagated
+from multiradar.runtime.forecasts import ahead_of, forecast_points
+from multiradar.tracking.forecast import forecast
 from multiradar.tracking.forecast_calibration import calibration_for
 from multiradar.tracking.outputs import TrackStates
 from multiradar.tracking.settings import TrackingSettings
@@ -45,7 +46,8 @@ def _points(
     states: TrackStates, track: dict[str, Any], steps_s: Floats, settings: TrackingSettings
 ) -> list[dict[str, Any]]:
     ahead_s = ahead_of(states, 0, track, steps_s)
-    means, covariances = propagated(states, 0, settings, ahead_s)
+    density = settings.acceleration_density
+    means, covariances = forecast(states.mean[0], states.covariance[0], density, ahead_s)
     known = np.ones(len(ahead_s), np.bool_)
     course = Course(means[:, :2], covariances[:, :2, :2], np.full(len(known), 4.0), known, "any")
     return forecast_points(course, states.time_s[0] + ahead_s, track, PLANE)

@@ -4,7 +4,8 @@ What two tracks err by is taken for independent but for the biases that they sha
 t = time from now, p, w = position of the second track relative to the first and its mean rate since
 now, in true metres where they meet; A, C, U = covariance of the position now, of it with the
 velocity now, and of that velocity; V = covariance of w, so that the position at t has the
-covariance A + t (C + Cᵀ) + t² V; T = true metres by metres on the plane.
+covariance A + t (C + Cᵀ) + t² V; T = true metres by metres on the plane. A track has two V, the
+usual one and, in the share `RARE_SHARE` of cases, the rare one: so a pair has four.
 
 At the closest approach p ⟂ w, so that to the first order the distance errs by what p errs by
 across w, and the time by what p errs by along w, and w across p. Far from zero that is the whole;
@@ -27,7 +28,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.kernels import in_loop, loop
-from multiradar.tracking.encounters._path_kernels import cubic, cubic_rate, nearest_part
+from multiradar.tracking.encounters._path_kernels import cubic, cubic_rate, is_within, nearest_part
+from multiradar.tracking.encounters._relative_kernels import (
+    RARE_SHARE,
+    common_covariance,
+    relative_covariance,
+    relative_walk,
+)
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -39,10 +46,12 @@ Integers = NDArray[np.int64]
 ) = range(10)  # fmt: skip
 FOUND_COUNT = 10
 #: Columns of a straight relative motion: position now and velocity; covariance of the position,
-#: upper triangle; of the position and the velocity, row by row; of the velocity, upper triangle;
-#: how long it lasts.
-CHORD_P, CHORD_W, CHORD_A, CHORD_C, CHORD_V, CHORD_END = 0, 2, 4, 7, 11, 14
-CHORD_COUNT = 15
+#: upper triangle; of the position and the velocity, row by row; how long it lasts; covariance of
+#: the velocity, upper triangle, for each of the `VARIANTS`.
+CHORD_P, CHORD_W, CHORD_A, CHORD_C, CHORD_END, CHORD_V = 0, 2, 4, 7, 11, 12
+#: Both tracks have the usual V, the first has the rare one, the second, both.
+VARIANTS = 4
+CHORD_COUNT = CHORD_V + 3 * VARIANTS
 #: The relative velocity of two tracks that fly together is none that could be told from zero:
 #: the 99 % point of χ² with two degrees of freedom.
 TOGETHER_CHI_SQUARED = 9.21
@@ -59,15 +68,17 @@ def find_approaches(
 ) -> None:  # fmt: skip
     """Fill the rows of ``found`` and ``chords``.
 
-    ``now`` (n, 10) and ``walks`` (n, k, 3) are A, C, U and V of the tracks, ``matrices`` (m, 4) T
-    of the pairs, row by row; ``shared`` (n, 4, c) is what a standard deviation of each bias does.
+    ``now`` (n, 10) and ``walks`` (n, k, 6) are A, C, U and both V of the tracks, ``matrices``
+    (m, 4) T of the pairs, row by row; ``shared`` (n, 4, c) is what a standard deviation of each
+    bias does.
     """
     for row in range(pairs.shape[0]):
         i, j = pairs[row, 0], pairs[row, 1]
         last = min(points[i], points[j]) - 1
         k, u = nearest_point(t, means, i, j, last, matrices[row])
         begin = relative_state(t, means, i, j, 0, 0.0, matrices[row])
-        spread = relative_covariance(now, shared, i, j, matrices[row])
+        common = common_covariance(shared, i, j)
+        spread = relative_covariance(now, common, i, j, matrices[row])
         slow = is_slow(begin[2], begin[3], spread)
         together = slow and begin[0] * begin[0] + begin[1] * begin[1] <= distance * distance
         if together:
@@ -75,7 +86,7 @@ def find_approaches(
         dt = t[k + 1] - t[k]
         there = relative_state(t, means, i, j, k, u, matrices[row])
         time = t[k] + u * dt
-        walk = relative_walk(t, walks, shared, i, j, k, u, matrices[row])
+        walk = relative_walk(walks, common, i, j, k, u, RARE_SHARE, RARE_SHARE, matrices[row])
         turns = 0.0 < time < t[last]
         found[row, TIME] = time
         found[row, TOGETHER] = 1.0 if together else 0.0
@@ -88,16 +99,47 @@ def find_approaches(
         for axis in range(2):
             found[row, FIRST_EAST + axis] = place_at(means, i, k, u, dt, axis)
             found[row, SECOND_EAST + axis] = place_at(means, j, k, u, dt, axis)
-        # Where the relative velocity is as good as none the approach may be at any time.
-        reach = t[last] if slow else min(max(time, CHORD_MIN_S), t[last])
+        reach = min(max(time, CHORD_MIN_S), t[last])
+        if slow:
+            # The relative velocity is as good as none: the approach may be at any time.
+            reach = t[last]
+        elif time == 0.0:
+            reach = t[likely_return(t, means, walks, common, i, j, last, matrices[row], spread)]
         k = 0
         while k < last - 1 and t[k + 1] < reach:
             k += 1
         u = (reach - t[k]) / (t[k + 1] - t[k])
         end = relative_state(t, means, i, j, k, u, matrices[row])
-        walk = relative_walk(t, walks, shared, i, j, k, u, matrices[row])
-        lay_chord(begin, spread, end, walk, reach, chords[row])
+        lay_chord(begin, spread, end, reach, chords[row])
         chords[row, CHORD_END] = t[last]
+        for variant in range(VARIANTS):
+            first, second = float(variant % 2), float(variant // 2)
+            walk = relative_walk(walks, common, i, j, k, u, first, second, matrices[row])
+            for column in range(3):
+                chords[row, CHORD_V + 3 * variant + column] = walk[column]
+
+
+@in_loop
+def likely_return(
+    t: Floats, means: Floats, walks: Floats,
+    common: tuple[float, float, float, float, float, float, float, float, float, float],
+    i: int, j: int, last: int, matrix: Floats,
+    spread: tuple[float, float, float, float, float, float, float, float, float, float],
+) -> int:  # fmt: skip
+    """Return the point at which two that fly apart are likeliest to be near again.
+
+    It is where the distance is least beside what it errs by.
+    """
+    likeliest, least = 1, np.inf
+    for k in range(1, last + 1):
+        x, y, _, _ = relative_point(means, i, j, k, matrix)
+        v00, _, v11 = relative_walk(walks, common, i, j, k - 1, 1.0, RARE_SHARE, RARE_SHARE, matrix)
+        crossed = 2.0 * t[k] * (spread[2] + spread[6])
+        variance = spread[0] + spread[4] + crossed + t[k] * t[k] * (v00 + v11)
+        ratio = (x * x + y * y) / max(variance, VELOCITY_FLOOR)
+        if ratio < least:
+            likeliest, least = k, ratio
+    return likeliest
 
 
 @in_loop
@@ -145,86 +187,22 @@ def nearest_point(
 ) -> tuple[int, float]:
     """Return the piece, and the part of it, in which the expected positions are nearest."""
     nearest, at, part = np.inf, 0, 0.0
+    known = np.inf
+    for k in range(last + 1):
+        x, y, _, _ = relative_point(means, i, j, k, matrix)
+        known = min(known, x * x + y * y)
+    known = sqrt(known)
     b = relative_point(means, i, j, 0, matrix)
     for k in range(last):
         a = b
         b = relative_point(means, i, j, k + 1, matrix)
-        u, square = nearest_part(
-            t[k + 1] - t[k], a[0], a[1], b[0], b[1], a[2], a[3], b[2], b[3]
-        )  # fmt: skip
-        if square < nearest:
-            nearest, at, part = square, k, u
+        dt = t[k + 1] - t[k]
+        # A piece all of which is farther than a point of another needs no search.
+        if is_within(known, dt, a[0], a[1], b[0], b[1], a[2], a[3], b[2], b[3]):
+            u, square = nearest_part(dt, a[0], a[1], b[0], b[1], a[2], a[3], b[2], b[3])
+            if square < nearest:
+                nearest, at, part = square, k, u
     return at, part
-
-
-@in_loop
-def turned(
-    t00: float, t01: float, t10: float, t11: float, a: float, b: float, c: float, d: float
-) -> tuple[float, float, float, float]:
-    """Return T M Tᵀ of M = (a b; c d)."""
-    ta, tb = t00 * a + t01 * c, t00 * b + t01 * d
-    tc, td = t10 * a + t11 * c, t10 * b + t11 * d
-    return (ta * t00 + tb * t01, ta * t10 + tb * t11, tc * t00 + td * t01, tc * t10 + td * t11)
-
-
-@in_loop
-def relative_covariance(
-    now: Floats, shared: Floats, i: int, j: int, matrix: Floats
-) -> tuple[float, float, float, float, float, float, float, float, float, float]:
-    """Return the covariance of position and velocity now, upper triangle, in true metres."""
-    x = common_covariance(shared, i, j)
-    a, b = now[i], now[j]
-    m0, m1, m2, m3 = matrix[0], matrix[1], matrix[2], matrix[3]
-    s01, s23 = a[1] + b[1] - x[1], a[8] + b[8] - x[8]
-    p = turned(m0, m1, m2, m3, a[0] + b[0] - x[0], s01, s01, a[4] + b[4] - x[4])
-    c = turned(
-        m0, m1, m2, m3, a[2] + b[2] - x[2], a[3] + b[3] - x[3], a[5] + b[5] - x[5],
-        a[6] + b[6] - x[6],
-    )  # fmt: skip
-    v = turned(m0, m1, m2, m3, a[7] + b[7] - x[7], s23, s23, a[9] + b[9] - x[9])
-    return p[0], p[1], c[0], c[1], p[3], c[2], c[3], v[0], v[1], v[3]
-
-
-@in_loop
-def relative_walk(
-    t: Floats, walks: Floats, shared: Floats, i: int, j: int, k: int, u: float, matrix: Floats
-) -> tuple[float, float, float]:
-    """Return V within piece k, upper triangle, in true metres."""
-    x = common_covariance(shared, i, j)
-    a, b, c, d = walks[i, k], walks[i, k + 1], walks[j, k], walks[j, k + 1]
-    rest = 1.0 - u
-    v00 = rest * (a[0] + c[0]) + u * (b[0] + d[0]) - x[7]
-    v01 = rest * (a[1] + c[1]) + u * (b[1] + d[1]) - x[8]
-    v11 = rest * (a[2] + c[2]) + u * (b[2] + d[2]) - x[9]
-    v = turned(matrix[0], matrix[1], matrix[2], matrix[3], v00, v01, v01, v11)
-    return v[0], v[1], v[3]
-
-
-@in_loop
-def common_covariance(
-    shared: Floats, i: int, j: int
-) -> tuple[float, float, float, float, float, float, float, float, float, float]:
-    """Return what the biases make common to two tracks, counted twice, upper triangle."""
-    x00, x01, x02, x03, x11 = 0.0, 0.0, 0.0, 0.0, 0.0
-    x12, x13, x22, x23, x33 = 0.0, 0.0, 0.0, 0.0, 0.0
-    for bias in range(shared.shape[2]):
-        a0, a1, a2, a3 = (
-            shared[i, 0, bias], shared[i, 1, bias], shared[i, 2, bias], shared[i, 3, bias],
-        )  # fmt: skip
-        b0, b1, b2, b3 = (
-            shared[j, 0, bias], shared[j, 1, bias], shared[j, 2, bias], shared[j, 3, bias],
-        )  # fmt: skip
-        x00 += 2.0 * a0 * b0
-        x01 += a0 * b1 + b0 * a1
-        x02 += a0 * b2 + b0 * a2
-        x03 += a0 * b3 + b0 * a3
-        x11 += 2.0 * a1 * b1
-        x12 += a1 * b2 + b1 * a2
-        x13 += a1 * b3 + b1 * a3
-        x22 += 2.0 * a2 * b2
-        x23 += a2 * b3 + b2 * a3
-        x33 += 2.0 * a3 * b3
-    return x00, x01, x02, x03, x11, x12, x13, x22, x23, x33
 
 
 @in_loop
@@ -285,10 +263,9 @@ def sigma_of_time(
 def lay_chord(
     begin: tuple[float, float, float, float],
     spread: tuple[float, float, float, float, float, float, float, float, float, float],
-    end: tuple[float, float, float, float],
-    walk: tuple[float, float, float], reach: float, chord: Floats,
+    end: tuple[float, float, float, float], reach: float, chord: Floats,
 ) -> None:  # fmt: skip
-    """Fill a straight motion from now to a later time, and its covariance."""
+    """Fill a straight motion from now to a later time, and the covariance of its beginning."""
     scale = 1.0 / reach
     chord[CHORD_P], chord[CHORD_P + 1] = begin[0], begin[1]
     chord[CHORD_W] = (end[0] - begin[0]) * scale
@@ -296,4 +273,3 @@ def lay_chord(
     chord[CHORD_A], chord[CHORD_A + 1], chord[CHORD_A + 2] = spread[0], spread[1], spread[4]
     chord[CHORD_C], chord[CHORD_C + 1] = spread[2], spread[3]
     chord[CHORD_C + 2], chord[CHORD_C + 3] = spread[5], spread[6]
-    chord[CHORD_V], chord[CHORD_V + 1], chord[CHORD_V + 2] = walk[0], walk[1], walk[2]

@@ -12,6 +12,8 @@ With heights, the same points have an offset and a difference of rates of climb 
 aircraft are within D the height between them runs through an interval, and the chance that it comes
 within h of zero is again a difference of normal distributions.
 
+V is one of four, by whether either of the two strays: each has its share of the points.
+
 Symbols: A = covariance of p, C of p with w, V of w = L Lᵀ; G = C L⁻ᵀ; z = normal numbers, R turns
 them; e along w, n across it.
 
@@ -36,6 +38,7 @@ from multiradar.tracking.encounters._approach_kernels import (
     CHORD_P,
     CHORD_V,
     CHORD_W,
+    VARIANTS,
 )
 
 Floats = NDArray[np.float64]
@@ -48,6 +51,9 @@ LINE_COUNT = 5
 HEIGHT, RATE, HEIGHT_VARIANCE, HEIGHT_RATE, RATE_VARIANCE, CLIMB_NOISE = range(6)
 #: Columns of the chances: across, and in height too.
 WITHIN, WITHIN_BOTH = 0, 1
+#: Of sixteen points those of each variant of a chord begin here; the last one ends here.
+VARIANT_BEGINS = (0, 9, 12, 15, 16)
+SIXTEEN = 16
 #: Steps of the search for a bound of the least distance; it ends where the bound is so narrow, in
 #: sigmas, or its chance so near.
 BOUND_STEPS_MAX = 60
@@ -145,12 +151,23 @@ def across(px: float, py: float, wx: float, wy: float, end: float) -> tuple[floa
 
 @in_loop
 def draw_lines(chord: Floats, points: Floats, lines: Floats) -> None:
-    """Fill ``lines`` with the line of each point."""
+    """Fill ``lines`` with the line of each point; the points of a variant follow each other."""
+    for variant in range(VARIANTS):
+        first = points.shape[0] * VARIANT_BEGINS[variant] // SIXTEEN
+        last = points.shape[0] * VARIANT_BEGINS[variant + 1] // SIXTEEN
+        draw_variant(chord, CHORD_V + 3 * variant, points, first, last, lines)
+
+
+@in_loop
+def draw_variant(
+    chord: Floats, walk: int, points: Floats, first: int, last: int, lines: Floats
+) -> None:
+    """Fill ``lines`` from ``first`` to ``last``, V being in the columns from ``walk`` on."""
     px, py, wx, wy = chord[CHORD_P], chord[CHORD_P + 1], chord[CHORD_W], chord[CHORD_W + 1]
     end = chord[CHORD_END]
-    l00 = sqrt(max(chord[CHORD_V], _FLOOR))
-    l10 = chord[CHORD_V + 1] / l00
-    l11 = sqrt(max(chord[CHORD_V + 2] - l10 * l10, _FLOOR))
+    l00 = sqrt(max(chord[walk], _FLOOR))
+    l10 = chord[walk + 1] / l00
+    l11 = sqrt(max(chord[walk + 2] - l10 * l10, _FLOOR))
     g00 = chord[CHORD_C] / l00
     g10 = chord[CHORD_C + 2] / l00
     g01 = (chord[CHORD_C + 1] - g00 * l10) / l11
@@ -169,7 +186,7 @@ def draw_lines(chord: Floats, points: Floats, lines: Floats) -> None:
     if size == 0.0:
         c, size = 1.0, 1.0
     c, s = c / size, s / size
-    for m in range(points.shape[0]):
+    for m in range(first, last):
         z0 = c * points[m, 0] - s * points[m, 1]
         z1 = s * points[m, 0] + c * points[m, 1]
         vx, vy = wx + l00 * z0, wy + l10 * z0 + l11 * z1

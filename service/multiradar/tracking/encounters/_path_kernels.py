@@ -9,6 +9,8 @@ J. Stoer, R. Bulirsch, "Introduction to Numerical Analysis", Springer 2002, sect
 interpolation. The project's own: the search for the nearest place.
 """
 
+from math import hypot
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -45,6 +47,24 @@ def cubic_bend(u: float, dt: float, x0: float, x1: float, v0: float, v1: float) 
     rise = 6.0 * (1.0 - 2.0 * u) * (x1 - x0) / dt
     bend: float = (rise + (6.0 * u - 4.0) * v0 + (6.0 * u - 2.0) * v1) / dt
     return bend
+
+
+@in_loop
+def is_within(
+    distance: float, dt: float, x0: float, y0: float, x1: float, y1: float, vx0: float, vy0: float,
+    vx1: float, vy1: float,
+) -> bool:  # fmt: skip
+    """Return whether a cubic in the plane may come within a distance of the origin.
+
+    It lies within the hull of its Bézier points, and so of a circle around the middle of its ends.
+    """
+    third = dt / 3.0
+    x, y = 0.5 * (x0 + x1), 0.5 * (y0 + y1)
+    reach = 0.5 * hypot(x1 - x0, y1 - y0)
+    reach = max(reach, hypot(x0 + third * vx0 - x, y0 + third * vy0 - y))
+    reach = max(reach, hypot(x1 - third * vx1 - x, y1 - third * vy1 - y))
+    # The millionth is for rounding.
+    return hypot(x, y) <= (distance + reach) * (1.0 + 1e-6)
 
 
 @in_loop

@@ -180,10 +180,13 @@ def compare(
     north = middles[j, MIDDLE_NORTH] - middles[i, MIDDLE_NORTH]
     if east * east + north * north <= reach * reach:
         a0, a1, b0, b1 = means[i, k], means[i, k + 1], means[j, k], means[j, k + 1]
-        _, square = nearest_part(
-            dt, b0[0] - a0[0], b0[1] - a0[1], b1[0] - a1[0], b1[1] - a1[1],
-            b0[2] - a0[2], b0[3] - a0[3], b1[2] - a1[2], b1[3] - a1[3],
-        )  # fmt: skip
+        x0, y0, x1, y1 = b0[0] - a0[0], b0[1] - a0[1], b1[0] - a1[0], b1[1] - a1[1]
+        square = min(x0 * x0 + y0 * y0, x1 * x1 + y1 * y1)
+        # Near at an end of the piece is near; only between is there to search.
+        if square > distance * distance:
+            _, square = nearest_part(
+                dt, x0, y0, x1, y1, b0[2] - a0[2], b0[3] - a0[3], b1[2] - a1[2], b1[3] - a1[3]
+            )
         if square <= distance * distance:
             keep(i, j, pairs, counts, places)
 

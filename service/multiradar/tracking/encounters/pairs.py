@@ -30,8 +30,9 @@ class Paths(NamedTuple):
         East and north on the plane, m, and their rates, m/s.
     now : (n, 10) float64
         Upper triangles of their covariances now, row by row.
-    walks : (n, k, 3) float64
-        Upper triangles of the covariances of the mean velocities since now, see `walks_of`.
+    walks : (n, k, 6) float64
+        Upper triangles of the covariances of the mean velocities since now, see `walks_of`: the
+        usual one, and that of the share `_relative_kernels.RARE_SHARE` that strays farther.
     points : (n,) int64
         So many of the times are good; a track with fewer than two is in no pair.
     heights : (n, CLIMB_COUNT) float64

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from multiradar.tracking.encounters import _approach_kernels as kernels
+from multiradar.tracking.encounters import _relative_kernels as relative
 from multiradar.tracking.encounters.approaches import (
     bounds,
     chances,
@@ -47,9 +48,9 @@ def test_between_two_points_the_covariance_is_that_of_the_forecast(time_s: float
     paths = _paths(density=2.0)
     k = max(int(np.searchsorted(TIMES_S, time_s, side="right")) - 1, 0)
     part = (time_s - TIMES_S[k]) / (TIMES_S[k + 1] - TIMES_S[k])
-    flat, nobody = np.eye(2).ravel(), paths.shared
-    walk = np.array(kernels.relative_walk(TIMES_S, paths.walks, nobody, 0, 1, k, part, flat))
-    now = kernels.relative_covariance(paths.now, nobody, 0, 1, flat)
+    flat, nobody = np.eye(2).ravel(), relative.common_covariance(paths.shared, 0, 1)
+    walk = np.array(relative.relative_walk(paths.walks, nobody, 0, 1, k, part, 0.0, 1.0, flat))
+    now = relative.relative_covariance(paths.now, nobody, 0, 1, flat)
     start = np.array([now[0], now[1], now[4]])
     common = np.array([2.0 * now[2], now[3] + now[5], 2.0 * now[6]])
     _, (expected,) = forecast(STATES[0], SPREAD, 2.0, np.array([time_s]))
@@ -76,7 +77,8 @@ def test_true_metres_stretch_places_and_errors_alike() -> None:
     growth = TIMES_S[1:, None]
     now = stretched.now[0]
     common = np.array([2.0 * now[2], now[3] + now[5], 2.0 * now[6]])
-    stretched.walks[:, 1:] = (spreads[:, 1:] - now[[0, 1, 4]] - growth * common) / growth**2
+    walks = (spreads[:, 1:] - now[[0, 1, 4]] - growth * common) / growth**2
+    stretched.walks[:, 1:] = np.tile(walks, 2)
     expected = closest_approaches(stretched, PAIR, np.eye(2)[None], 9260.0)
     for name in ("time_s", "time_sigma_s", "distance_m", "sigma_m", "chords"):
         np.testing.assert_allclose(
@@ -144,3 +146,21 @@ def test_states_without_errors_meet_where_they_meet(rate_mps: float, together: b
     for distance_m, certain in ((found.distance_m[0] - 1.0, 0.0), (found.distance_m[0] + 1.0, 1.0)):
         within, _ = chances(found, np.full((1, 6), np.nan), distance_m, None)
         assert within[0] == certain
+
+
+def test_two_that_fly_apart_are_led_to_where_they_may_best_be_near_again() -> None:
+    """With noise that grows faster than the way it is in the end, and else at once."""
+    states = np.array([[0.0, 0.0, 60.0, 0.0], [-9_000.0, 0.0, -60.0, 0.0]])
+    times_s = np.arange(0.0, 301.0, 30.0)
+    sure = covariance(60.0, 0.01)
+    for density in (0.0, 20.0):
+        paths = straight_paths(states, np.array([sure, sure]), times_s, density)
+        found = closest_approaches(paths, PAIR, np.eye(2)[None], 9260.0)
+        assert found.time_s[0] == 0.0
+        apart = paths.means[1, :, :2] - paths.means[0, :, :2]
+        spread = [2.0 * forecast(states[0], sure, density, times_s)[1][:, i, i] for i in (0, 1)]
+        ratio = (apart**2).sum(axis=1) / (spread[0] + spread[1])
+        likeliest = 1 + int(np.argmin(ratio[1:]))
+        walk = 2.0 * paths.walks[0, likeliest, 0]
+        assert found.chords[0, kernels.CHORD_V] == pytest.approx(walk, rel=1e-9)
+        assert (likeliest == len(times_s) - 1) == (density > 0.0)

@@ -5,6 +5,7 @@ import pytest
 
 from multiradar.estimation.filters._height_kernels import CLIMB_DENSITY
 from multiradar.tracking.climbs import CLIMB_COUNT
+from multiradar.tracking.encounters._relative_kernels import RARE, RARE_SHARE
 from multiradar.tracking.encounters.approaches import (
     bounds,
     chances,
@@ -62,6 +63,34 @@ def test_the_chance_and_the_bounds_are_those_of_drawn_motions(name: str, errors:
         assert high[0] < (highest - lowest) + 0.05 * highest
     else:
         assert below == pytest.approx(0.025, abs=room)
+
+
+@pytest.mark.parametrize("name", ["crossing", "formation", "flying apart"])
+def test_some_stray_farther_and_chances_and_bounds_count_them(name: str) -> None:
+    """One of four of each of the two errs by six times as much; motions are drawn of all four."""
+    states, spreads = _meeting(name, "good")
+    far = spreads.copy()
+    far[:, 2:, 2:] *= 36.0
+    paths, strayed = (straight_paths(states, one, TIMES_S) for one in (spreads, far))
+    paths.walks[..., RARE:] = strayed.walks[..., RARE:]
+    rng = np.random.default_rng(6)
+    least = np.concatenate(
+        [
+            flown_distances(states[1] - states[0], first + second, 120.0, round(share * DRAWN), rng)
+            for first, of_first in ((spreads[0], 1.0 - RARE_SHARE), (far[0], RARE_SHARE))
+            for second, of_second in ((spreads[1], 1.0 - RARE_SHARE), (far[1], RARE_SHARE))
+            for share in (of_first * of_second,)
+        ]
+    )
+    pair = np.array([[0, 1]])
+    for distance_m in (500.0, 2_000.0):
+        found = closest_approaches(paths, pair, np.eye(2)[None], distance_m)
+        within, _ = chances(found, heights_between(paths, pair), distance_m, None)
+        # The rarest of the four has 64 points.
+        assert within[0] == pytest.approx((least < distance_m).mean(), abs=TOLERANCE)
+    low, high = bounds(found)
+    held = ((low[0] <= least) & (least <= high[0])).mean()
+    assert held == pytest.approx(0.95, abs=0.01)
 
 
 def test_an_exact_collision_is_within_its_interval() -> None:

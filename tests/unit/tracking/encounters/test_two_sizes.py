@@ -1,0 +1,33 @@
+"""Two Gaussians whose mixture has the errors that were counted."""
+
+import numpy as np
+import pytest
+
+from multiradar.tracking.encounters._relative_kernels import RARE_SHARE
+from multiradar.tracking.encounters.two_sizes import HALF, MOST, two_sizes
+from multiradar.tracking.regions import gaussian_factor
+
+
+@pytest.mark.parametrize("ratio", [4.4, 6.0, 30.0, 1e3, 1e5])
+def test_half_and_most_of_the_errors_are_within_what_was_counted(ratio: float) -> None:
+    half = np.array([0.02, 3.0])
+    usual, rare = two_sizes(half, ratio * half)
+    assert (rare > usual).all()
+    for share, within in ((HALF, half), (MOST, ratio * half)):
+        held = 1.0 - (1.0 - RARE_SHARE) * np.exp(-0.5 * within / usual)
+        held -= RARE_SHARE * np.exp(-0.5 * within / rare)
+        # Between two sizes of the table.
+        np.testing.assert_allclose(held, share, atol=2e-3)
+
+
+def test_errors_of_one_gaussian_are_of_one_size() -> None:
+    half, most = (np.array([gaussian_factor(share)]) for share in (HALF, MOST))
+    usual, rare = two_sizes(7.0 * half, 7.0 * most)
+    assert usual[0] == pytest.approx(7.0, rel=1e-9)
+    assert rare[0] == pytest.approx(7.0, rel=1e-9)
+
+
+def test_errors_with_fewer_large_ones_have_the_sizes_of_either_share() -> None:
+    half, most = (np.array([gaussian_factor(share)]) for share in (HALF, MOST))
+    usual, rare = two_sizes(7.0 * half, 5.0 * most)
+    assert (usual[0], rare[0]) == (pytest.approx(7.0), pytest.approx(5.0))
