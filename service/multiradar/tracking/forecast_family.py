@@ -112,6 +112,27 @@ class ForecastFamily:
         apart = there - means
         return np.asarray(covariances + apart[..., :, None] * apart[..., None, :])
 
+    def own_covariances(
+        self, motion: int, states: TrackStates, ahead_s: Floats, found: Floats
+    ) -> Floats:
+        """Return the covariances by the filter's own motion.
+
+        Parameters
+        ----------
+        motion : int
+            Which of `names` has been propagated.
+        states, ahead_s : TrackStates, (n, k) ndarray
+            As for `forecast`.
+        found : (n, k, 2, 2) ndarray
+            What came of it, m².
+
+        Returns
+        -------
+        (n, k, 2, 2) ndarray
+            Of the modes where the filter has such, else of straight flight, m².
+        """
+        return found if motion == 0 else self.forecast(0, states, ahead_s)[1]
+
     def forecast_all(self, states: TrackStates, ahead_s: Floats) -> tuple[Floats, Floats]:
         """Propagate the positions of tracks by every motion: (j, n, k, 2) and (j, n, k, 2, 2)."""
         found = [self.forecast(motion, states, ahead_s) for motion in range(len(self.names))]

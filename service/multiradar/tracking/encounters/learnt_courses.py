@@ -6,7 +6,8 @@ of the growth D − D₀ that is taken.
 
 What tracks err by alike parts nobody, and no later update of a track tells of it: what was learnt,
 λ C, is what errs by itself. So y is such that D₀ + y (D − D₀) is as large as λ C, on the average of
-all directions, and never surer than D₀ with half the sigma of the velocity. From the state to the
+all directions. λ C is never less than the covariance by the filter's own motion: what the traffic
+has done widens, as it does not tell what an aircraft will do next. From the state to the
 shortest time that is judged λ C goes on from D, as regions go on from the covariance; beyond the
 longest that is, λ grows with the time.
 
@@ -32,9 +33,6 @@ from multiradar.tracking.persistent_walk import carried
 
 Floats = NDArray[np.float64]
 
-#: No velocity is taken to be surer than with this part of its covariance: who is seen badly shares
-#: what was learnt with those who are seen well.
-VELOCITY_LEAST = 0.25
 #: A state that is not so old, s, has errors of its velocity as it is.
 FRESH_S = 1.0
 # Below this a share of a covariance is a rounding error.
@@ -97,7 +95,10 @@ def learnt_courses(
     led = carried(alone, at_s) - first
     parts = [np.ones_like(at_s)] * 2
     if sizes is not None:
-        parts = [_part(size, at_s, covariances, (first, growth, led)) for size in sizes]
+        own = calibration.family.own_covariances(motion, states, at_s, covariances)
+        own_size = _share(covariances, own)
+        sizes = (np.maximum(sizes[0], own_size), np.maximum(sizes[1], own_size))
+        parts = [_part(size, at_s, covariances, (first, growth)) for size in sizes]
     spreads = [first + part[..., None, None] * growth + alike for part in parts]
     mean = (1.0 - RARE_SHARE) * parts[0][:, 0] + RARE_SHARE * parts[1][:, 0]
     noise = growth[:, 0] - led[:, 0]
@@ -129,16 +130,15 @@ def _sizes(scores: ForecastScores, at_s: Floats) -> tuple[int, tuple[Floats, Flo
 
 # The y of the growth, for errors of a size.
 def _part(
-    size: Floats, at_s: Floats, covariances: Floats, matrices: tuple[Floats, Floats, Floats]
+    size: Floats, at_s: Floats, covariances: Floats, matrices: tuple[Floats, Floats]
 ) -> Floats:
-    begun, grown, led = (_share(covariances, one) for one in matrices)
+    begun, grown = (_share(covariances, one) for one in matrices)
     alone = np.clip(begun + grown, _SHARE_MIN, 1.0)
     # The part of the way to the shortest time that is judged, as regions go it.
     way = np.minimum(np.log1p(at_s / HORIZONS_S[0]) / np.log(2.0), 1.0)
     wanted = size * alone ** (1.0 - way)
     part: Floats = np.ones_like(wanted)
-    least = VELOCITY_LEAST * np.clip(led, 0.0, grown)
-    np.divide(np.maximum(wanted - begun, least), grown, out=part, where=grown > _SHARE_MIN)
+    np.divide(np.maximum(wanted - begun, 0.0), grown, out=part, where=grown > _SHARE_MIN)
     return part
 
 
