@@ -4,17 +4,13 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-# Compiled kernels are cached by the file of the outermost function alone; a cache of its own for
-# each state of the kernels keeps a change in one file from meeting stale code of another.
-KERNELS := $(shell cat $$(find service converters -name '*kernels.py' | sort) | sha256sum | cut -c1-16)
-export NUMBA_CACHE_DIR := $(CURDIR)/.numba/$(KERNELS)
-
-.PHONY: help install test lint types contracts check demo bench lock clean
+.PHONY: help install test unit lint types contracts check demo bench kernel-list lock clean
 
 help: ## Show the targets
-	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 14
+	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 14
 
-install: $(READY) ## Make .venv with the pinned versions
+install: $(READY) ## Make .venv with the pinned versions, and compile the kernels
+	$(BIN)/multiradar warm-up
 
 $(READY): constraints.txt pyproject.toml
 	$(PYTHON) -m venv $(VENV)
@@ -27,7 +23,7 @@ lint: $(READY) ## Check style
 	$(BIN)/ruff format --check .
 
 types: $(READY) ## Check types, strictly, tests included
-	$(BIN)/mypy service converters schemas tests docs
+	$(BIN)/mypy service converters schemas compiled tests docs
 
 contracts: $(READY) ## Check the import contracts
 	$(BIN)/lint-imports
@@ -35,7 +31,11 @@ contracts: $(READY) ## Check the import contracts
 check: lint types contracts ## Everything but the tests
 
 test: check ## Lint, types, import contracts and all tests
+	$(BIN)/multiradar warm-up --all
 	$(BIN)/pytest -n 2
+
+unit: $(READY) ## The unit tests alone
+	$(BIN)/pytest -n 2 tests/unit
 
 demo: $(READY) ## Convert the sample, serve it, replay it, watch tracks and biases settle
 	$(BIN)/multiradar demo $(DEMO_OPTIONS)
@@ -47,10 +47,13 @@ $(VENV)/.bench: $(READY) constraints-bench.txt
 bench: $(VENV)/.bench ## Measure speed beside peers; prints ratios and writes benchmark.json
 	cd tests && ../$(BIN)/python -m benchmark --out ../benchmark.json $(BENCH_OPTIONS)
 
+kernel-list: $(READY) ## List anew which kernels each command needs; --check compares
+	cd tests && ../$(BIN)/python -m support.kernel_list $(KERNEL_LIST_OPTIONS)
+
 lock: ## Pin all versions anew (needs uv)
 	uv pip compile --universal --generate-hashes --python-version 3.11 --no-emit-index-url --no-header --extra dev pyproject.toml -o constraints.txt
 	uv pip compile --universal --generate-hashes --python-version 3.11 --no-emit-index-url --no-header pyproject.toml --constraint constraints.txt -o constraints-run.txt
 	uv pip compile --universal --generate-hashes --python-version 3.11 --no-emit-index-url --no-header --extra dev --extra bench pyproject.toml -o constraints-bench.txt
 
 clean: ## Remove what make made
-	rm -rf $(VENV) .mypy_cache .pytest_cache .ruff_cache .import_linter_cache .numba
+	rm -rf $(VENV) .mypy_cache .pytest_cache .ruff_cache .import_linter_cache

@@ -1,17 +1,15 @@
 """Compiled writing of numbers as text, for `new4` and `plt`; the plain forms stand there."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from multiradar_compiled.kernels import in_loop, loop
 
 Bytes = NDArray[np.uint8]
 Words = NDArray[np.int64]
 #: Rows of time (s), latitude, longitude (degrees) and height (m, NaN: none); more may follow.
 Points = NDArray[np.float64]
 
-# None of these functions allocates; counting references would cost more than the work itself.
-compiled = njit(cache=True, nogil=True, _nrt=False)  # type: ignore[call-overload]  # not in its stubs
-inlined = njit(cache=True, nogil=True, _nrt=False, forceinline=True)  # type: ignore[call-overload]  # as above
 
 _TAB, _LF, _CR, _BLANK, _COMMA, _MINUS, _POINT, _ZERO, _COLON = 9, 10, 13, 32, 44, 45, 46, 48, 58
 _TEN = np.uint64(10)
@@ -24,7 +22,7 @@ _METRES_A_FOOT = 0.3048
 _NO_HEIGHT_FT = -777.0
 
 
-@inlined
+@in_loop
 def _put_digits(out: Bytes, i: int, value: np.uint64, count: int) -> int:
     """Write the last `count` digits of a number (uint64: its division by ten is the cheap one)."""
     for k in range(count):
@@ -34,7 +32,7 @@ def _put_digits(out: Bytes, i: int, value: np.uint64, count: int) -> int:
     return i + count
 
 
-@inlined
+@in_loop
 def _put_whole(out: Bytes, i: int, value: np.uint64) -> int:
     """Write a number (uint64) without leading zeros."""
     count = 1
@@ -45,14 +43,14 @@ def _put_whole(out: Bytes, i: int, value: np.uint64) -> int:
     return _put_digits(out, i, value, count)
 
 
-@inlined
+@in_loop
 def _scaled(value: float, factor: float) -> tuple[bool, np.uint64]:
     """Return whether a number is negative, and its magnitude times a factor, as uint64."""
     scaled = np.rint(value * factor)
     return scaled < 0.0, np.uint64(np.int64(abs(scaled)))
 
 
-@inlined
+@in_loop
 def _put_trimmed(
     out: Bytes, i: int, value: float, factor: float, decimals_max: int, decimals_min: int
 ) -> int:
@@ -76,7 +74,7 @@ def _put_trimmed(
     return i
 
 
-@inlined
+@in_loop
 def _put_padded(out: Bytes, i: int, value: float, factor: float, decimals: int, width: int) -> int:
     """Write a number with a fixed number of decimals, blanks before it up to a width."""
     negative, scaled = _scaled(value, factor)
@@ -102,8 +100,8 @@ def _put_padded(out: Bytes, i: int, value: float, factor: float, decimals: int, 
     return _put_digits(out, i + 1, rest, decimals)
 
 
-@inlined
-def _put_date(out: Bytes, i: int, days: int) -> int:
+@in_loop
+def _put_date(out: Bytes, i: int, days: np.int64) -> int:
     """Write days since 1970-01-01 as 01-Aug-18 (Hinnant's civil calendar)."""
     z = days + 719_468
     era = z // 146_097
@@ -124,7 +122,7 @@ def _put_date(out: Bytes, i: int, days: int) -> int:
     return _put_digits(out, i + 5, np.uint64(year % 100), 2)
 
 
-@compiled
+@loop
 def new4_lines(points: Points, out: Bytes) -> int:
     """Write `.new4` lines; return the number of bytes (see `new4.format_lines`)."""
     i = 0
@@ -143,7 +141,7 @@ def new4_lines(points: Points, out: Bytes) -> int:
     return i
 
 
-@compiled
+@loop
 def plt_lines(
     points: Points, unix_start_s: float, before_s: float, gap_s: float, out: Bytes
 ) -> int:

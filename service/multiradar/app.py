@@ -11,6 +11,7 @@ import structlog
 from multiradar.api.connections import server
 from multiradar.api.factory import create_api
 from multiradar.api.limits import HttpLimits
+from multiradar.clock import SystemClock
 from multiradar.errors import ConfigurationError
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.ingest.asterix_gateway import AsterixGateway
@@ -32,6 +33,7 @@ from multiradar.runtime.encounter_query import EncounterQuery
 from multiradar.runtime.encounters import Sky, encounters
 from multiradar.runtime.engine import Engine
 from multiradar.runtime.fingerprint import configuration_fingerprint
+from multiradar.runtime.kernel_purposes import serve_purposes
 from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.live_tracks import LiveTracks
 from multiradar.runtime.output_feed import OutputFeed
@@ -43,6 +45,8 @@ from multiradar.storage.sqlite_journal import SqliteJournal
 from multiradar.tracking.forecast_calibration import calibration_for
 from multiradar.tracking.measurements import MISSING_INTEGER, MeasurementBatch
 from multiradar.tracking.state_samples import Sampling
+from multiradar_compiled.ahead import compile_ahead
+from multiradar_compiled.wanted import kernels_for
 from multiradar_converters.asterix.editions import parse_editions
 from multiradar_converters.asterix.live import LiveDecoder, LiveOptions
 from multiradar_converters.errors import ProfileError
@@ -53,6 +57,8 @@ _log = structlog.get_logger("multiradar.app")
 LOOPBACK_NAMES = ("127.0.0.1", "localhost", "::1")
 _STOP_TIMEOUT_S = 20.0
 _BACKLOG = 128
+#: How often the log says how many kernels are compiled.
+_LOG_PERIOD_S = 5.0
 
 
 class Application:
@@ -103,14 +109,15 @@ class Application:
         return () if self._asterix is None else self._asterix.endpoints
 
     def start(self) -> None:
-        """Serve HTTP, play the journal into the engine, then take measurements.
+        """Serve HTTP, compile kernels, play the journal into the engine, then take measurements.
 
         While the journal is played, `/readyz` says so and measurements are answered 503; ASTERIX,
         which nobody would send again, waits.
         """
+        self._http.start()
+        self._compile()
         if self._asterix is not None:
             self._asterix.start()
-        self._http.start()
         warm_up(sensors=self._sensors, settings=self._settings)
         if self._sender is not None:
             self._sender.start()
@@ -129,6 +136,29 @@ class Application:
         self._unwatch = lambda: [end() for end in unwatch]
         self._started = True
         _log.info("started", http=self.http_url)
+
+    # In processes of their own, before anything here compiles the same kernels one by one.
+    def _compile(self) -> None:
+        clock = SystemClock()
+        started_s = logged_s = clock.monotonic_s()
+
+        def on_progress(done: int, total: int) -> None:
+            nonlocal logged_s
+            now_s = clock.monotonic_s()
+            self.service.note_start(f"compiling kernels, once: {done} of {total}")
+            if now_s - logged_s >= _LOG_PERIOD_S or done in (0, total):
+                logged_s = now_s
+                elapsed_s = round(now_s - started_s)
+                _log.info("compiling_kernels", done=done, total=total, elapsed_s=elapsed_s)
+
+        purposes = serve_purposes(
+            self._settings.tracking_settings().filter_name,
+            self._sensors,
+            trajectories=bool(self._settings.trajectories.aircraft_max),
+            asterix=bool(self._settings.asterix.listen),
+        )
+        compile_ahead(kernels_for(purposes), on_progress)
+        self.service.note_start("loading kernels")
 
     # The journal was played: what follows is new.
     def _begin(self) -> None:

@@ -11,7 +11,6 @@ reduction of arguments by constants in parts. The project's own: series and poly
 
 import math
 
-from multiradar.kernels import in_both
 from multiradar.lane_kernels import (
     Lanes,
     chosen,
@@ -21,6 +20,7 @@ from multiradar.lane_kernels import (
     polynomial,
     two_to_the,
 )
+from multiradar_compiled.kernels import in_both
 
 # Below this an exponential is taken for this one's: 1e-304.
 EXPONENT_MIN = -700.0

@@ -50,7 +50,7 @@ from multiradar._lane_intrinsics import (
     write_columns,
     write_part,
 )
-from multiradar.kernels import IN_LOOP
+from multiradar_compiled.kernels import IN_LOOP
 
 Lanes = NDArray[np.float64]
 #: A number, or lanes of them.

@@ -4,6 +4,7 @@ import ast
 import re
 import tomllib
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -21,6 +22,8 @@ SCALARS = {
     "float",
     "bool",
     "None",
+    "np.int64",
+    "np.uint64",
     "Triple",
     "Packed",
     "Gain",
@@ -57,10 +60,15 @@ def offences(function: ast.FunctionDef) -> list[str]:
     return found
 
 
+def sources() -> list[Path]:
+    folders = ("service", "converters", "compiled")
+    return sorted(path for name in folders for path in (ROOT / name).rglob("*.py"))
+
+
 def kernels() -> dict[str, list[ast.FunctionDef]]:
     return {
         path.relative_to(ROOT).as_posix(): uncounted(ast.parse(path.read_text(encoding="utf-8")))
-        for path in sorted((ROOT / "service").rglob("*.py"))
+        for path in sources()
     }
 
 
@@ -94,13 +102,14 @@ def test_no_function_is_compiled_to_round_as_its_compiler_likes() -> None:
     # With `fastmath`, the last bits of a filter depended on which others were compiled before it.
     told = {
         f"{path.relative_to(ROOT).as_posix()}: {ast.unparse(node)}"
-        for path in sorted((ROOT / "service").rglob("*.py"))
+        for path in sources()
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
         if (isinstance(node, ast.keyword) and node.arg == "fastmath")
         or (isinstance(node, ast.Constant) and node.value == "fastmath")
     }
     assert told == set()
-    assert not step.targetoptions.get("fastmath")
+    compiled: Any = step
+    assert not compiled.targetoptions.get("fastmath")
 
 
 def test_numba_stays_below_the_version_whose_private_option_was_not_tried() -> None:

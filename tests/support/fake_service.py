@@ -211,6 +211,7 @@ class FakeService:
     flushes: list[str] = field(default_factory=list)
     failure: Exception | None = None
     state: str = "running"
+    start_step: str = ""
     quarantine: list[Quarantined] = field(default_factory=list)
     answer: Callable[[Submission, "Future[Receipt]"], None] | None = None
     _receipts: dict[str, Receipt] = field(default_factory=dict)

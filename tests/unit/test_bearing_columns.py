@@ -9,7 +9,6 @@ import polars as pl
 import pytest
 
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.kernels import compilation_target
 from multiradar.runtime.admission import FORWARD_JUMP_MAX_S
 from multiradar.runtime.fingerprint import OUTPUT_RULES, configuration_fingerprint
 from multiradar.runtime.intake import Submission
@@ -20,6 +19,7 @@ from multiradar.tracking.measurements import MeasurementBatch
 from multiradar.tracking.order import canonical_order
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.wire import measurement_batch, measurement_rows, sensor_table
+from multiradar_compiled.kernels import compilation_target
 from multiradar_converters.normalised.arrow import parse_arrow
 from multiradar_converters.normalised.text import parse_json, parse_ndjson
 from multiradar_schemas.arrow import MEASUREMENT_DIRECTIONS, MEASUREMENT_SCHEMA

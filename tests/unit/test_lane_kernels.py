@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from multiradar.kernels import loop
 from multiradar.lane_function_kernels import angle_of, exponential, sine_and_cosine
 from multiradar.lane_kernels import (
     LANES,
@@ -28,6 +27,7 @@ from multiradar.lane_kernels import (
     turned,
     two_to_the,
 )
+from multiradar_compiled.kernels import loop
 
 Floats = NDArray[np.float64]
 

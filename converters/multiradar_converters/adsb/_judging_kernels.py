@@ -8,7 +8,7 @@ The project's own.
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar_converters.vid.text._kernels import compiled, inlined
+from multiradar_compiled.kernels import in_loop, loop
 
 Words = NDArray[np.int64]
 Numbers = NDArray[np.float64]
@@ -29,7 +29,7 @@ _HALF_DAY_S = 43_200.0
 _DAY_S = 86_400.0
 
 
-@inlined
+@in_loop
 def _distance_m(latitude: float, longitude: float, other: float, other_longitude: float) -> float:
     """Great-circle distance, degrees in; to half a percent."""
     half_north = np.radians(latitude - other) / 2.0
@@ -41,7 +41,7 @@ def _distance_m(latitude: float, longitude: float, other: float, other_longitude
     return 2.0 * _EARTH_RADIUS_M * np.arcsin(min(1.0, np.sqrt(chord)))
 
 
-@compiled
+@loop
 def judge_reports(
     time: Numbers, latitude: Numbers, longitude: Numbers, speed: Numbers, ground: Words,
     aircraft: Words, stale_m: float, speed_max_mps: float, step_s: float, state: Numbers,
@@ -92,7 +92,7 @@ def judge_reports(
         known[LAST] = time[k]
 
 
-@compiled
+@loop
 def past_midnight(time: Numbers, state: Numbers) -> None:
     """Let times of day go on past midnight, either way.
 

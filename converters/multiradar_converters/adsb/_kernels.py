@@ -12,6 +12,7 @@ The project's own.
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar_compiled.kernels import in_loop, loop
 from multiradar_converters.adsb._splitting_kernels import is_blank
 from multiradar_converters.adsb.roles import (
     ABSENT,
@@ -27,8 +28,6 @@ from multiradar_converters.vid.text._kernels import (
     _days_from_civil,
     _decimal,
     _digits,
-    compiled,
-    inlined,
 )
 
 Bytes = NDArray[np.uint8]
@@ -41,7 +40,7 @@ _OPEN, _CLOSE, _OPEN_LIST, _CLOSE_LIST = 123, 125, 91, 93
 _CALLSIGN_MAX = 8
 
 
-@inlined
+@in_loop
 def _none(text: Bytes, i: int, end: int) -> bool:
     """Tell whether nothing stands there: no byte, or null, nan, None, NA."""
     size = end - i
@@ -58,7 +57,7 @@ def _none(text: Bytes, i: int, end: int) -> bool:
     return size == 2 and int(text[i]) == 78 and int(text[i + 1]) == 65
 
 
-@inlined
+@in_loop
 def _moment(text: Bytes, i: int, end: int) -> tuple[float, bool]:
     """Read YYYY-MM-DDThh:mm:ss[.fff][Z|+00:00] (or a blank for the T)."""
     if end - i < 19 or int(text[i + 4]) != _MINUS or int(text[i + 7]) != _MINUS:
@@ -98,7 +97,7 @@ def _moment(text: Bytes, i: int, end: int) -> tuple[float, bool]:
     return float(whole) / _POWERS[decimals], i == end
 
 
-@inlined
+@in_loop
 def _code(text: Bytes, i: int, end: int) -> tuple[int, bool]:
     """Read up to four octal digits, as a table may write them: 0021, 21, 21.0."""
     value = 0
@@ -112,7 +111,7 @@ def _code(text: Bytes, i: int, end: int) -> tuple[int, bool]:
     return value, digits > 0 and i == end
 
 
-@inlined
+@in_loop
 def _callsign(text: Bytes, i: int, end: int) -> tuple[int, bool]:
     """Pack up to eight letters and digits, blanks around them left out; 0 for none."""
     while i < end and int(text[i]) == _BLANK:
@@ -130,7 +129,7 @@ def _callsign(text: Bytes, i: int, end: int) -> tuple[int, bool]:
     return value, True
 
 
-@inlined
+@in_loop
 def _truth(text: Bytes, i: int, end: int) -> tuple[int, bool]:
     """Read true or false: a word or 1 or 0."""
     c = int(text[i])
@@ -145,7 +144,7 @@ def _truth(text: Bytes, i: int, end: int) -> tuple[int, bool]:
     return 0, False
 
 
-@inlined
+@in_loop
 def _take(
     text: Bytes, i: int, end: int, role: int, worded: Flags, scale: Numbers, divisor:
     Numbers, numbers: Numbers, words: Words, row: int,
@@ -179,7 +178,7 @@ def _take(
     return good
 
 
-@inlined
+@in_loop
 def _is_literal(text: Bytes, i: int, end: int) -> bool:
     """Tell whether JSON may write this without quotes: a number without an exponent, or a word."""
     c, size = int(text[i]), end - i
@@ -208,7 +207,7 @@ def _is_literal(text: Bytes, i: int, end: int) -> bool:
     return i == end
 
 
-@inlined
+@in_loop
 def _object(
     text: Bytes, i: int, end: int, keys: Bytes, lengths: Words, roles: Words, hints: Words,
     worded: Flags, scale: Numbers, divisor: Numbers, numbers: Numbers, words: Words, row: int,
@@ -294,7 +293,7 @@ def _object(
         place += 1
 
 
-@compiled
+@loop
 def read_objects(
     text: Bytes, begins: Words, ends: Words, keys: Bytes, lengths: Words, roles: Words, hints:
     Words, worded: Flags, scale: Numbers, divisor: Numbers, numbers: Numbers, words: Words, odd:
@@ -340,7 +339,7 @@ def read_objects(
     return count
 
 
-@compiled
+@loop
 def read_columns(
     text: Bytes, begins: Words, ends: Words, separator: int, roles: Words, worded: Flags,
     scale: Numbers, divisor: Numbers, numbers: Numbers, words: Words, odd: Flags,

@@ -8,7 +8,7 @@ The project's own.
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar_converters.vid.text._kernels import compiled, inlined
+from multiradar_compiled.kernels import in_loop, loop
 
 Bytes = NDArray[np.uint8]
 Words = NDArray[np.int64]
@@ -22,13 +22,13 @@ STATE_WORDS = 7
 _SCALAR = -1
 
 
-@inlined
+@in_loop
 def is_blank(c: int) -> bool:
     """Tell whether a byte is a blank of JSON."""
     return c in (32, 9, 10, 13)
 
 
-@compiled
+@loop
 def split_elements(
     text: Bytes, start: int, stop: int, opening: int, longest: int, state: Words, begins: Words,
     ends: Words,
@@ -122,7 +122,7 @@ def split_elements(
     return i, count
 
 
-@compiled
+@loop
 def split_lines(text: Bytes, start: int, stop: int, begins: Words, ends: Words) -> tuple[int, int]:
     """Find lines that end in a line feed, without it and a carriage return before it.
 

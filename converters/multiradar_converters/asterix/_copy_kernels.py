@@ -6,21 +6,21 @@ The project's own.
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from multiradar_compiled.kernels import loop
 
 Words = NDArray[np.int64]
 Numbers = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 # Nothing here allocates.
-compiled = njit(cache=True, nogil=True, _nrt=False)  # type: ignore[call-overload]  # not in its stubs
 
 #: Records that are remembered of those that share the low bits of their keys.
 WAYS = 8
 
 
-@compiled
+@loop
 def find_copies(
     keys: Words,
     time_s: Numbers,

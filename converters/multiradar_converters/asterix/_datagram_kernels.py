@@ -5,17 +5,15 @@ References
 The project's own.
 """
 
-from numba import njit
-
+from multiradar_compiled.kernels import loop
 from multiradar_converters.asterix._kernels import Octets, Places, Words, split_blocks
 
 # Nothing here allocates.
-compiled = njit(cache=True, nogil=True, _nrt=False)  # type: ignore[call-overload]  # not in its stubs
 # The least octets of a block that is believed.
 _BLOCK_OCTETS_MIN = 4
 
 
-@compiled
+@loop
 def split_datagrams(
     data: Octets,
     begins: Words,

@@ -5,16 +5,15 @@ part of an extended item. Where a record's nodes begin is noted in a row of `sta
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from multiradar_compiled.kernels import in_loop, loop
 
 Words = NDArray[np.int64]
 Places = NDArray[np.int32]
 Octets = NDArray[np.uint8]
 
 # Nothing here allocates.
-compiled = njit(cache=True, nogil=True, _nrt=False)  # type: ignore[call-overload]  # not in its stubs
-inlined = njit(cache=True, nogil=True, _nrt=False, forceinline=True)  # type: ignore[call-overload]  # as above
 
 # Kinds of nodes.
 FIXED, EXTENDED, LIST, REPETITIVE, EXPLICIT, COMPOUND, RFS, PART = 0, 1, 2, 3, 4, 5, 6, 7
@@ -32,7 +31,7 @@ _HOPS_MAX = 3
 _FOUND_MAX, _TRIED_MAX = 4096, 16
 
 
-@inlined
+@in_loop
 def _extended_end(
     data: Octets, at: int, end: int, node: int, program: Words, starts: Places
 ) -> tuple[int, int]:
@@ -56,7 +55,7 @@ def _extended_end(
     return FITS, place
 
 
-@inlined
+@in_loop
 def _list_end(data: Octets, at: int, end: int, octets: int) -> tuple[int, int]:
     place = at + octets
     while place <= end and data[place - 1] & _FX:
@@ -64,7 +63,7 @@ def _list_end(data: Octets, at: int, end: int, octets: int) -> tuple[int, int]:
     return (FITS, place) if place <= end else (TOO_SHORT, at)
 
 
-@compiled
+@loop
 def _simple_end(
     data: Octets, at: int, end: int, node: int, program: Words, starts: Places
 ) -> tuple[int, int]:
@@ -91,7 +90,7 @@ def _simple_end(
     return FITS, place
 
 
-@compiled
+@loop
 def _compound_end(
     data: Octets, at: int, end: int, node: int, program: Words, starts: Places
 ) -> tuple[int, int, int]:
@@ -120,7 +119,7 @@ def _compound_end(
     return FITS, place, node
 
 
-@compiled
+@loop
 def _item_end(
     data: Octets, at: int, end: int, node: int, program: Words, starts: Places
 ) -> tuple[int, int, int]:
@@ -130,7 +129,7 @@ def _item_end(
     return reason, place, node
 
 
-@compiled
+@loop
 def _random_end(
     data: Octets, at: int, end: int, node: int, profile: Words, program: Words, starts: Places
 ) -> tuple[int, int, int]:
@@ -154,7 +153,7 @@ def _random_end(
     return FITS, place, node
 
 
-@compiled
+@loop
 def _record_end(
     data: Octets, at: int, end: int, profiles: Words, chooser: int, program: Words, starts: Places
 ) -> tuple[int, int, int]:
@@ -192,7 +191,7 @@ def _record_end(
     return FITS, place, -1
 
 
-@compiled
+@loop
 def walk(
     data: Octets,
     begins: Words,
@@ -256,7 +255,7 @@ def walk(
     return len(begins), count
 
 
-@compiled
+@loop
 def read_bits(
     data: Octets, places: Places, begin: int, bits: int, signed: bool, absent: int, out: Words
 ) -> None:
@@ -295,7 +294,7 @@ def read_bits(
         out[k] = value
 
 
-@compiled
+@loop
 def split_blocks(
     data: Octets,
     at: int,
@@ -376,7 +375,7 @@ def split_blocks(
     return count, gap_count, min(at, size)
 
 
-@inlined
+@in_loop
 def _block_end(data: Octets, at: int, trailer: int) -> int:
     """Return where the block ends, 0 if none begins here."""
     if at + 3 > len(data):
@@ -387,7 +386,7 @@ def _block_end(data: Octets, at: int, trailer: int) -> int:
     return at + length
 
 
-@compiled
+@loop
 def _fits(
     data: Octets,
     at: int,
@@ -428,7 +427,7 @@ def _fits(
     return False
 
 
-@compiled
+@loop
 def _leads_on(
     data: Octets,
     at: int,
@@ -465,7 +464,7 @@ def _leads_on(
     return True
 
 
-@compiled
+@loop
 def read_sources(data: Octets, begins: Words, ends: Words, out: Words) -> None:
     """Read item 010 of the first record of each block: area code times 256 and system code.
 
@@ -489,7 +488,7 @@ def read_sources(data: Octets, begins: Words, ends: Words, out: Words) -> None:
             out[k] = int(data[at + 1]) << 8 | int(data[at + 2])
 
 
-@compiled
+@loop
 def hash_records(data: Octets, begins: Words, ends: Words, out: Words) -> None:
     """Fill `out` with a number made of the octets of each record (FNV-1a, 64 bits)."""
     for k in range(len(begins)):

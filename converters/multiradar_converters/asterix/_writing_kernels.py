@@ -9,6 +9,7 @@ project's own.
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar_compiled.kernels import in_loop, loop
 from multiradar_converters.asterix._kernels import (
     COMPOUND,
     COUNT,
@@ -17,8 +18,6 @@ from multiradar_converters.asterix._kernels import (
     OCTETS,
     Octets,
     Words,
-    compiled,
-    inlined,
 )
 
 Flags = NDArray[np.bool_]
@@ -28,7 +27,7 @@ BEGIN, BITS, ROW = 0, 1, 2
 _FX, _SEVEN = 1, 7
 
 
-@inlined
+@in_loop
 def _write_part(
     k: int,
     node: int,
@@ -56,7 +55,7 @@ def _write_part(
     return end
 
 
-@compiled
+@loop
 def _write_simple(
     k: int,
     node: int,
@@ -79,7 +78,7 @@ def _write_simple(
     return end
 
 
-@inlined
+@in_loop
 def _write_specification(k: int, nodes: Words, at: int, present: Flags, out: Octets) -> int:
     """Write which of some nodes follow, seven an octet; return where the octets end."""
     last = -1
@@ -95,7 +94,7 @@ def _write_specification(k: int, nodes: Words, at: int, present: Flags, out: Oct
     return at + octets
 
 
-@compiled
+@loop
 def write_records(
     present: Flags,
     values: Words,

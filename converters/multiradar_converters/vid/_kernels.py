@@ -5,16 +5,15 @@ of a float64. Word 0 is always the time.
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from multiradar_compiled.kernels import in_loop, loop
 
 Words = NDArray[np.int64]
 Numbers = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 # Nothing here allocates, see `text._kernels`.
-compiled = njit(cache=True, nogil=True, _nrt=False)  # type: ignore[call-overload]  # not in its stubs
-inlined = njit(cache=True, nogil=True, _nrt=False, forceinline=True)  # type: ignore[call-overload]  # as above
 
 #: So many rows in a row, far from those before them but not from one another, follow a gap.
 AGREEING_ROWS = 5
@@ -34,7 +33,7 @@ _POSITIVE = 2**62 - 1
 _MIX_LOW, _MIX_HIGH, _MIX_LAST = np.uint64(2654435761), np.uint64(2246822519), np.uint64(3266489917)
 
 
-@inlined
+@in_loop
 def _hash(key: int, salt: int, bits: int) -> np.int64:
     """Spread a key over 2**bits places; products of 32-bit halves do not overflow."""
     word = np.uint64(key)
@@ -46,7 +45,7 @@ def _hash(key: int, salt: int, bits: int) -> np.int64:
     return np.int64(mixed >> np.uint64(32 - bits))
 
 
-@compiled
+@loop
 def intern(
     keys: Words,
     bits: int,
@@ -99,7 +98,7 @@ def intern(
     return len(keys), known
 
 
-@inlined
+@in_loop
 def _nearest(time: float, reference: float, of_day: bool) -> float:
     """Move a time of day by whole days to where it is nearest to a reference.
 
@@ -115,7 +114,7 @@ def _nearest(time: float, reference: float, of_day: bool) -> float:
     return float(time + days * _DAY_S)
 
 
-@inlined
+@in_loop
 def _landing(time: float, state: Numbers, of_day: bool) -> float:
     """Return where the first of several rows that agree lies, after a gap in the recording.
 
@@ -135,7 +134,7 @@ def _landing(time: float, state: Numbers, of_day: bool) -> float:
     return float(landed + _DAY_S)
 
 
-@inlined
+@in_loop
 def _follow(state: Numbers, time: float, raw: float) -> None:
     """Enter a row that was taken."""
     state[0], state[1], state[_LAST] = state[1], state[_LAST], time
@@ -143,7 +142,7 @@ def _follow(state: Numbers, time: float, raw: float) -> None:
     state[_SINCE] += 1.0
 
 
-@compiled
+@loop
 def judge_times(times: Numbers, state: Numbers, of_day: bool, kept: Flags) -> tuple[int, int]:
     """Let times of day go on past midnight, in place and in the order of the file; find outliers.
 
@@ -210,21 +209,21 @@ def judge_times(times: Numbers, state: Numbers, of_day: bool, kept: Flags) -> tu
     return begin, refused
 
 
-@compiled
+@loop
 def count_places(places: Words, counts: Words) -> None:
     """Add to `counts` how often each place is named."""
     for k in range(len(places)):
         counts[places[k]] += 1
 
 
-@compiled
+@loop
 def spread(keys: Words, salt: int, bits: int, places: Words) -> None:
     """Fill `places` with the place of each key among 2**bits; other salts mix other keys."""
     for k in range(len(keys)):
         places[k] = _hash(keys[k], salt, bits)
 
 
-@compiled
+@loop
 def distribute(records: Words, places: Words, starts: Words, out: Words) -> None:
     """Put each record where its place goes on; stable, `starts` moves along."""
     words = records.shape[1]
@@ -236,7 +235,7 @@ def distribute(records: Words, places: Words, starts: Words, out: Words) -> None
             out[target, word] = records[k, word]
 
 
-@compiled
+@loop
 def is_sorted(times: Numbers) -> bool:
     """Tell whether times never fall."""
     k = 1
@@ -245,7 +244,7 @@ def is_sorted(times: Numbers) -> bool:
     return k >= len(times)
 
 
-@compiled
+@loop
 def name_plots(
     plot_key: Words,
     plot_sensor: Words,

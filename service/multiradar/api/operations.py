@@ -29,11 +29,13 @@ async def health() -> Response:
 @router.get("/readyz", response_model=Readiness)
 async def readiness(access: Granted) -> Response:
     """Answer 200 once the journal is recovered and can be written, 503 otherwise."""
-    state = await access.workers.run(lambda: str(access.service.state))
+    state, step = await access.workers.run(
+        lambda: (str(access.service.state), access.service.start_step)
+    )
     if state != _READY_STATE:
-        raise RequestError(
-            503, "NOT_READY", f"expected a running service, was {state}", {"retry-after": "1"}
-        )
+        doing = f"; {step}" if step else ""
+        detail = f"the service is {state}{doing}"
+        raise RequestError(503, "NOT_READY", detail, {"retry-after": "1"})
     return Response(b'{"ready": true}', media_type=encoding.JSON)
 
 

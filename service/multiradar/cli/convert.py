@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from multiradar.cli.compiling import compile_kernels
 from multiradar.cli.converting import bytes_bar, conversion_faults
 from multiradar.cli.options import JsonOption
 from multiradar.errors import ConfigurationError
@@ -193,6 +194,7 @@ def convert_with_bar(dump: Path, out: Path, options: "Options") -> dict[str, Any
         The dump cannot be read; `out` does not exist.
     """
     _share_heap()
+    compile_kernels(["convert vid"])
     from multiradar_converters.vid.conversion import PASSES, convert
     from multiradar_converters.vid.survey import dump_bytes
 

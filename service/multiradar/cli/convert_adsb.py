@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
+from multiradar.cli.compiling import compile_kernels
 from multiradar.cli.converting import convert_files, records_line
 from multiradar.cli.options import JsonOption, parse_date
 
@@ -50,6 +51,7 @@ def convert_adsb(
     from multiradar_converters.adsb.options import Options
 
     options = Options(date=None if date is None else dt.date.fromisoformat(date))
+    compile_kernels(["convert adsb"])
     report = convert_files(files, lambda advance: convert(files, out, options, advance))
     print(json.dumps(report, indent=1, ensure_ascii=False) if as_json else _summary(report, out))
 

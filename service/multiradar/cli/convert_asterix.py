@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
+from multiradar.cli.compiling import compile_kernels
 from multiradar.cli.converting import convert_files, records_line
 from multiradar.cli.options import JsonOption, parse_date
 from multiradar.errors import ConfigurationError
@@ -98,6 +99,7 @@ def convert_asterix(
         )
     except SchemaError as error:
         raise ConfigurationError(str(error)) from error
+    compile_kernels(["convert asterix"])
     report = convert_files(files, lambda advance: convert(files, out, options, advance))
     print(json.dumps(report, indent=1, ensure_ascii=False) if as_json else _summary(report, out))
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from multiradar.cli.compiling import compile_kernels
 from multiradar.cli.demo_service import ServiceProcess, start_service
 from multiradar.cli.demo_truth import Truth, read_truth, sample_folder
 from multiradar.cli.demo_view import (
@@ -21,8 +22,8 @@ from multiradar.cli.demo_view import (
     plain_head,
     plain_line,
 )
-from multiradar.cli.inputs import DumpChoice
-from multiradar.cli.options import AllowMissingOption, ProfileOption
+from multiradar.cli.inputs import DumpChoice, load_sensor_table
+from multiradar.cli.options import TRACKING_DEFAULTS, AllowMissingOption, ProfileOption
 from multiradar.cli.replay import parse_speed
 from multiradar.clock import SystemClock
 from multiradar.errors import InputError, MultiradarError
@@ -37,7 +38,8 @@ if TYPE_CHECKING:
 _LOOK_PERIOD_S = 0.25
 _PLAIN_PERIOD_S = 2.0
 _BATCH_ROWS = 500
-_SETTLE_TIMEOUT_S = 60.0
+#: A service on a busy machine answers late.
+_ANSWER_TIMEOUT_S = 300.0
 _PAGE_ROWS = 1000
 
 
@@ -109,15 +111,24 @@ def _play(
     speed: float,
     leave: bool,
 ) -> None:
+    from rich.markup import escape
+
+    from multiradar.runtime.kernel_purposes import serve_purposes
     from multiradar.storage.recording import MEASUREMENTS_FILE, Recording
 
     truth = read_truth(dump)
     sensors = _sensors_file(truth, sensors, folder)
+    # Here, where progress can be shown; the service finds all of it in the cache.
+    filter_name = TRACKING_DEFAULTS.filter_name
+    table = load_sensor_table(sensors)
+    wanted = serve_purposes(filter_name, table, trajectories=False, asterix=False)
+    compile_kernels(["convert vid", *wanted])
     choice = replace(choice, date=truth.date)
     converted = _convert(console, dump, folder / "converted", choice)
     recording = Recording(converted / MEASUREMENTS_FILE)
-    console.print("[bold]2[/] starting the service (the first start compiles) …", end=" ")
-    service = start_service(sensors, folder)
+    with console.status("starting the service …") as shown:
+        service = start_service(sensors, folder, lambda line: shown.update(escape(line)))
+    console.print("[bold]2[/] started the service:", end=" ")
     try:
         endpoints = "".join(f", Zenoh at {endpoint}" for endpoint in service.zenoh)
         console.print(f"HTTP at {service.http}{endpoints}", soft_wrap=True)
@@ -171,7 +182,9 @@ class _Show:
         self._recording = recording
         self._truth = truth
         self._speed = speed
-        self._client = httpx.Client(base_url=service.http, timeout=30.0, trust_env=False)
+        self._client = httpx.Client(
+            base_url=service.http, timeout=_ANSWER_TIMEOUT_S, trust_env=False
+        )
         self._failure: BaseException | None = None
         self._stopping = threading.Event()
         self._scene = Scene(total=self._plots(), lines=self._bias_lines())
@@ -252,9 +265,10 @@ class _Show:
                 line.look(bias["estimate"], bias["sigma"])
 
     def _wait_until_processed(self) -> None:
-        deadline_s = self._clock.monotonic_s() + _SETTLE_TIMEOUT_S
-        while self._clock.monotonic_s() < deadline_s:
+        while True:
             status = self._get("/v1/status")
+            if status["failure"]:
+                raise MultiradarError(f"the service failed: {status['failure']}")
             if status["processed_sequence"] == status["journal_sequence"]:
                 break
             time.sleep(_LOOK_PERIOD_S)

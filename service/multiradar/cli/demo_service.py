@@ -7,7 +7,7 @@ import socket
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,8 +15,8 @@ from typing import Any
 
 from multiradar.errors import PeerError
 
-START_TIMEOUT_S = 120.0
 STOP_TIMEOUT_S = 30.0
+_LOOK_PERIOD_S = 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,8 +54,8 @@ class ServiceProcess:
             self.process.stdout.close()
 
 
-def start_service(sensors: Path, folder: Path) -> ServiceProcess:
-    """Start `multiradar serve` and wait until it says where it listens.
+def start_service(sensors: Path, folder: Path, on_wait: Callable[[str], None]) -> ServiceProcess:
+    """Start `multiradar serve` and wait until it says where it listens, or ends.
 
     Parameters
     ----------
@@ -63,11 +63,13 @@ def start_service(sensors: Path, folder: Path) -> ServiceProcess:
         Its sensors file.
     folder : Path
         Where its journal and its log go.
+    on_wait : callable
+        Called twice a second meanwhile with the last line of its log.
 
     Raises
     ------
     PeerError
-        If it does not come up.
+        If it ends before.
     """
     log = folder / "service.log"
     command = [
@@ -80,15 +82,16 @@ def start_service(sensors: Path, folder: Path) -> ServiceProcess:
         # A process that is there, but that we hold no handle of yet, would outlive us.
         with _signals_put_off():
             process = _launch(command, log)
-        ready = _first_line(process)
+        ready = _first_line(process, lambda: on_wait(_last_line(log)))
     except BaseException:
         if process is not None:
             _end(process)
         raise
     if ready is None:
-        _end(process)
-        lines = log.read_text(encoding="utf-8").strip().splitlines()
-        msg = f"the service did not come up: {lines[-1] if lines else 'it said nothing'}"
+        # Its output has ended, and so will it.
+        process.wait()
+        status, line = process.returncode, _last_line(log) or "the log is empty"
+        msg = f"the service stopped while it started, with status {status}: {line}"
         raise PeerError(msg)
     return ServiceProcess(process, str(ready["http"]), list(ready["zenoh"]), log)
 
@@ -128,18 +131,25 @@ def _signals_put_off() -> Iterator[None]:
         signal.raise_signal(told)
 
 
-def _first_line(process: "subprocess.Popen[str]") -> dict[str, Any] | None:
-    assert process.stdout is not None
-    watchdog = threading.Timer(START_TIMEOUT_S, process.send_signal, [signal.SIGKILL])
-    # Started where an interruption cannot leave it ticking.
-    watchdog.daemon = True
-    try:
-        watchdog.start()
-        line = process.stdout.readline()
-    finally:
-        watchdog.cancel()
+def _first_line(
+    process: "subprocess.Popen[str]", on_wait: Callable[[], None]
+) -> dict[str, Any] | None:
+    stream, lines = process.stdout, list[str]()
+    assert stream is not None
+    # However long it takes, as long as it is there: a busy machine may need minutes.
+    reader = threading.Thread(target=lambda: lines.append(stream.readline()), daemon=True)
+    reader.start()
+    while reader.is_alive():
+        reader.join(_LOOK_PERIOD_S)
+        on_wait()
+    line = lines[0] if lines else ""
     document = json.loads(line) if line.startswith("{") else None
     return document if isinstance(document, dict) else None
+
+
+def _last_line(log: Path) -> str:
+    lines = log.read_text(encoding="utf-8").strip().splitlines()
+    return lines[-1] if lines else ""
 
 
 def _free_port() -> int:

@@ -19,8 +19,8 @@ from multiradar.cli.simulate import simulate
 from multiradar.cli.stopping import EXIT_INTERRUPTED, end_on_signals, leave
 from multiradar.cli.study import study_command, study_help
 from multiradar.cli.track import track
+from multiradar.cli.warm_up import warm_up
 from multiradar.errors import MultiradarError, UnknownFilterError
-from multiradar.kernel_cache import choose_kernel_cache
 from multiradar.studies.catalogue import STUDIES
 
 EXIT_DONE = 0
@@ -52,12 +52,12 @@ app.command(name="replay")(replay)
 app.command(name="demo")(demo)
 app.command(name="simulate")(simulate)
 app.command(name="evaluate")(evaluate)
+app.command(name="warm-up")(warm_up)
 app.command(name="study", help=study_help(STUDIES))(study_command(STUDIES))
 
 
 def main(commands: typer.Typer = app) -> None:
     """Run the command of this process's arguments and leave with its exit status."""
-    choose_kernel_cache()
     end_on_signals()
     status = run(sys.argv[1:], commands)
     if status == EXIT_INTERRUPTED:

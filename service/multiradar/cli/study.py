@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from multiradar.cli.compiling import compile_kernels
 from multiradar.cli.options import JsonOption
 from multiradar.cli.progress import counting_bar
 from multiradar.studies.catalogue import FLAGS, StudyEntry
@@ -143,7 +144,11 @@ def _run(
 ) -> None:
     from multiradar.storage.output_file import free_name, new_file
     from multiradar.studies.result import StudyOptions
+    from multiradar_compiled.wanted import kernels_by_purpose
 
+    purpose = f"study {entry.name}"
+    if purpose in kernels_by_purpose():
+        compile_kernels([purpose])
     options = entry.complete(StudyOptions(seed=seed, **chosen))  # type: ignore[arg-type]
     if out is None and not json_wanted:
         out = free_name(Path(f"{entry.name}.html"))

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from multiradar.cli.asterix_file import new_recorder, print_asterix
+from multiradar.cli.compiling import compile_kernels
 from multiradar.cli.health_table import print_health
 from multiradar.cli.inputs import (
     DumpChoice,
@@ -125,6 +126,7 @@ def track(
     json_wanted: JsonOption = False,
 ) -> None:
     """Track a recording: write tracks, biases with their sigma, rejects and a report."""
+    from multiradar.runtime.kernel_purposes import track_purposes
     from multiradar.runtime.offline import OfflineJob, track_recording
     from multiradar.runtime.offline_report import REPORT_FILE, offline_report
     from multiradar.storage.output_folder import check_new, new_folder
@@ -144,8 +146,17 @@ def track(
     }
     whole = _settings(config, given)
     settings = whole.tracking_settings()
-    dump = DumpChoice(date, profile, allow_missing)
-    opened = open_measurements(measurements, dump, settings.reorder_horizon_s)
+    outputs = {
+        "--encounters": encounters,
+        "--forecasts": forecasts,
+        "--trajectories": trajectories or None,
+        "--manoeuvre-planes": manoeuvre_planes,
+        "--observability": observability,
+    }
+    compile_kernels(track_purposes(settings.filter_name, table, outputs))
+    opened = open_measurements(
+        measurements, DumpChoice(date, profile, allow_missing), settings.reorder_horizon_s
+    )
     recording_file = new_recorder(asterix, whole, table)
     with opened as recording, recording_file as recorder, new_folder(out) as folder, _naming(out):
         job = OfflineJob(

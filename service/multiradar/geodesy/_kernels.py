@@ -18,7 +18,6 @@ there are NaN (or ok = False), and every caller's gate must be written so that N
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from multiradar.geodesy.wgs84 import (
@@ -29,8 +28,8 @@ from multiradar.geodesy.wgs84 import (
     enu_rotation,
     geodetic_to_ecef,
 )
-from multiradar.kernels import in_both, in_loop
 from multiradar.lane_kernels import Numbers, chosen, root
+from multiradar_compiled.kernels import in_both, in_loop, kernel
 
 #: Cosine of the largest angle between the normals at the foot and at O (60°). Beyond it one metre
 #: on the plane is more than two metres on the ground; at 90° the plane ends.
@@ -174,7 +173,7 @@ def line_of_sight(
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def locate_polar(
     plane: NDArray[np.float64],
     site: NDArray[np.float64],
@@ -219,7 +218,7 @@ def locate_polar(
 
 
 # Newton on (range, azimuth) from a near start.
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _refine(
     plane: NDArray[np.float64],
     site: NDArray[np.float64],
@@ -245,7 +244,7 @@ def _refine(
     return False, math.nan, math.nan
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def geodetic_to_plane(
     plane: NDArray[np.float64], latitude: float, longitude: float
 ) -> tuple[float, float]:
@@ -261,7 +260,7 @@ def geodetic_to_plane(
     return radius * cosine * math.sin(turn), plane[COS] * z - plane[SIN] * x
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def plane_to_geodetic(plane: NDArray[np.float64], e: float, n: float) -> tuple[float, float]:
     """Return latitude and longitude (rad, longitude in [−π, π)) of a foot; NaN outside."""
     inside, _, g_e, g_n, g_u = _normal(plane, e, n)
@@ -273,7 +272,7 @@ def plane_to_geodetic(plane: NDArray[np.float64], e: float, n: float) -> tuple[f
     return math.atan2(z, math.hypot(g_e, x)), wrap_angle(longitude)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def local_matrix(
     plane: NDArray[np.float64], e: float, n: float, h: float
 ) -> tuple[float, float, float, float]:
@@ -311,7 +310,7 @@ def local_matrix(
 
 
 # (inside, u, g_e, g_n, g_u) of a foot.
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _normal(
     plane: NDArray[np.float64], e: float, n: float
 ) -> tuple[bool, float, float, float, float]:

@@ -15,7 +15,6 @@ from math import exp, hypot, log
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.kernels import in_loop, loop
 from multiradar.restoration._layout import (
     BEGIN,
     COUNT,
@@ -45,6 +44,7 @@ from multiradar.restoration._layout import (
 )
 from multiradar.restoration._motion_kernels import fly
 from multiradar.restoration._settling_kernels import copy_track
+from multiradar_compiled.kernels import in_loop, loop
 
 Floats = NDArray[np.float64]
 

@@ -11,7 +11,6 @@ from math import ceil, exp, floor, log, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.kernels import in_loop, loop
 from multiradar.restoration._arc_kernels import branch_by_arc, surprises
 from multiradar.restoration._layout import (
     APART_M,
@@ -48,6 +47,7 @@ from multiradar.restoration._layout import (
 from multiradar.restoration._settling_kernels import copy_track, settle
 from multiradar.restoration._thinning_kernels import rank, thin, trace
 from multiradar.restoration._window_kernels import leave
+from multiradar_compiled.kernels import in_loop, loop
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

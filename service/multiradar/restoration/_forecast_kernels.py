@@ -15,9 +15,9 @@ from math import cos, exp, sin, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.kernels import in_loop, loop
 from multiradar.restoration._functional_kernels import h_by_u
 from multiradar.restoration._motion_kernels import fly_with_slopes
+from multiradar_compiled.kernels import in_loop, loop
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

@@ -19,7 +19,6 @@ from math import exp, log, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.kernels import in_loop, loop
 from multiradar.restoration._layout import (
     BEGIN,
     COUNT,
@@ -48,6 +47,7 @@ from multiradar.restoration._layout import (
     TIME,
 )
 from multiradar.restoration._motion_kernels import fly_with_slopes
+from multiradar_compiled.kernels import in_loop, loop
 
 Floats = NDArray[np.float64]
 

@@ -13,7 +13,6 @@ search solution of numerical and statistical problems", Journal of the ACM 8 (19
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.kernels import in_loop, loop
 from multiradar.restoration._arc_kernels import misfit
 from multiradar.restoration._layout import (
     BEGIN,
@@ -24,6 +23,7 @@ from multiradar.restoration._layout import (
     SEGMENTS,
 )
 from multiradar.restoration._settling_kernels import copy_track
+from multiradar_compiled.kernels import in_loop, loop
 
 Floats = NDArray[np.float64]
 

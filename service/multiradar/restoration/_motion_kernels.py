@@ -19,7 +19,7 @@ from math import cos, exp, expm1, log1p, sin
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.kernels import in_loop, loop
+from multiradar_compiled.kernels import in_loop, loop
 
 Floats = NDArray[np.float64]
 

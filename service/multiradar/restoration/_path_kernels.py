@@ -14,7 +14,6 @@ from math import cos, sin
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.kernels import in_loop, loop
 from multiradar.restoration._layout import (
     BEGIN,
     COUNT,
@@ -25,6 +24,7 @@ from multiradar.restoration._layout import (
 )
 from multiradar.restoration._settling_kernels import copy_track, settle
 from multiradar.restoration._thinning_kernels import trace
+from multiradar_compiled.kernels import in_loop, loop
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

@@ -12,10 +12,10 @@ project's own.
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from multiradar.geodesy._kernels import locate_polar, predict_polar
+from multiradar_compiled.kernels import kernel
 
 Floats = NDArray[np.float64]
 
@@ -23,7 +23,7 @@ Floats = NDArray[np.float64]
 HEIGHT_STEP_M = 1.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def place_plot(
     plane: Floats,
     site: Floats,

@@ -17,7 +17,6 @@ from math import log, pi, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.kernels import in_loop, loop
 from multiradar.restoration._functional_kernels import assess, factorise, solve
 from multiradar.restoration._layout import (
     BEGIN,
@@ -41,6 +40,7 @@ from multiradar.restoration._layout import (
     WEIGHT,
 )
 from multiradar.restoration._motion_kernels import SPEED_MIN
+from multiradar_compiled.kernels import in_loop, loop
 
 Floats = NDArray[np.float64]
 

@@ -12,7 +12,6 @@ from math import exp, hypot, log1p
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.kernels import in_loop, loop
 from multiradar.restoration._layout import (
     BEGIN,
     BROUGHT,
@@ -28,6 +27,7 @@ from multiradar.restoration._layout import (
     WEIGHT,
 )
 from multiradar.restoration._motion_kernels import fly
+from multiradar_compiled.kernels import in_loop, loop
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

@@ -13,7 +13,7 @@ from math import asin, atan2, cos, hypot, sin
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.kernels import in_loop, loop
+from multiradar_compiled.kernels import in_loop, loop
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

@@ -17,7 +17,6 @@ from math import exp
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.kernels import in_loop, loop
 from multiradar.restoration._functional_kernels import factorise, first_parameter, h_by_u
 from multiradar.restoration._layout import (
     BEGIN,
@@ -49,6 +48,7 @@ from multiradar.restoration._layout import (
     VELOCITY_DRIFT,
 )
 from multiradar.restoration._motion_kernels import fly_with_slopes
+from multiradar_compiled.kernels import in_loop, loop
 
 Floats = NDArray[np.float64]
 

@@ -1,13 +1,13 @@
 """Compiled count of how far behind the data time measurements arrive."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from multiradar.runtime._kernels import ACCEPTED, FUTURE
+from multiradar_compiled.kernels import kernel
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def count_delays(
     time_s: NDArray[np.float64],
     sensor: NDArray[np.int32],

@@ -6,8 +6,9 @@ ever accepted, several sensors accepted].
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from multiradar_compiled.kernels import kernel
 
 ACCEPTED = 0
 LATE = 1
@@ -17,7 +18,7 @@ CLOCK, FLOOR, RUN_FIRST, RUN_LAST = range(4)
 RUN_COUNT, RUN_SENSOR, RUN_SEVERAL, SEEN_SENSOR, SEEN_SEVERAL = range(5)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def admit(
     time_s: NDArray[np.float64],
     sensor: NDArray[np.int32],
@@ -66,7 +67,7 @@ def admit(
             run[SEEN_SEVERAL] = 1
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def follow(
     previous: NDArray[np.int64],
     time_s: NDArray[np.float64],

@@ -6,9 +6,9 @@ from dataclasses import asdict, fields
 import numpy as np
 
 from multiradar.estimation.measurement.sensors import LATER_FIELDS, SensorTable
-from multiradar.kernels import compilation_target
 from multiradar.runtime.admission import FORWARD_JUMP_MAX_S
 from multiradar.tracking.settings import TrackingSettings
+from multiradar_compiled.kernels import compilation_target
 
 #: Number of the rules by which measurements become output, beside the settings; raised whenever a
 #: change of the program changes the bytes that a journal plays to.
@@ -24,7 +24,7 @@ def configuration_fingerprint(
 
     A journal that was begun with one configuration cannot go on with another: its replay would give
     other tracks than those that were told before. That holds for the kind of processor as well, on
-    which the last bits depend (`multiradar.kernels.compilation_target`).
+    which the last bits depend (`multiradar_compiled.kernels.compilation_target`).
 
     Parameters
     ----------

@@ -160,6 +160,11 @@ class ReadableService(Protocol):
         """One of stopped, recovering, running and failed."""
         ...
 
+    @property
+    def start_step(self) -> str:
+        """What a service that is starting is doing now, else empty."""
+        ...
+
     def quarantined(self, after: int, limit: int, code: str | None = None) -> Sequence[Quarantined]:
         """Return refused rows behind a number of the quarantine, or of a code, oldest first."""
         ...

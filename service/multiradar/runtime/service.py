@@ -101,6 +101,7 @@ class Service:
         self._backlog = Backlog(self._limits.backlog_rows_max)
         self._version = version("multiradar")
         self._state = ServiceState.STOPPED
+        self._start_step = ""
         self._changing = threading.Lock()
         self._journal: Journal | None = None
         self._writer: Writer | None = None
@@ -122,6 +123,15 @@ class Service:
         failures = [part.failure for part in (self._processor, self._writer) if part is not None]
         return next((failure for failure in failures if failure is not None), None)
 
+    @property
+    def start_step(self) -> str:
+        """What a service that is starting is doing now; empty once it runs."""
+        return "" if self._state is ServiceState.RUNNING else self._start_step
+
+    def note_start(self, step: str) -> None:
+        """Say what is done now so that the service can start: `/readyz` repeats it."""
+        self._start_step = step
+
     def start(self) -> None:
         """Open the journal, play it into the engine, then take measurements.
 
@@ -138,6 +148,7 @@ class Service:
             if self._journal is not None:
                 raise PipelineError("expected a service that was never started, was started before")
             self._state = ServiceState.RECOVERING
+            self.note_start("replaying the journal")
             try:
                 self._recover(self._open_journal())
             except BaseException:

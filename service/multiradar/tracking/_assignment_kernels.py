@@ -5,10 +5,10 @@ without a track), u, v = prices of rows and columns, p = row that has each colum
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from multiradar.tracking.sky import Candidates, Sky
+from multiradar_compiled.kernels import kernel
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -20,7 +20,7 @@ NONE = -1
 EXACT_ROWS_MAX = 200
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def least_cost(C: Floats, chosen: Integers) -> None:
     """Choose a column for each row, all different, so that the sum of the costs is least.
 
@@ -72,7 +72,7 @@ def least_cost(C: Floats, chosen: Integers) -> None:
             chosen[p[column] - 1] = column - 1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def root_of(parents: Integers, one: int) -> int:
     """Return the first plot of the component of a plot."""
     while parents[one] != one:
@@ -81,7 +81,7 @@ def root_of(parents: Integers, one: int) -> int:
     return one
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def assign_scan(plots: Integers, candidates: Candidates, sky: Sky, chosen: Integers) -> None:
     """Assign the plots of one scan: the sum of the scores is the greatest that there is.
 
@@ -120,7 +120,7 @@ def assign_scan(plots: Integers, candidates: Candidates, sky: Sky, chosen: Integ
             sky.owner[candidates.slot[plots[i], c]] = NONE
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def assign_component(
     first: int,
     following: Integers,
@@ -175,7 +175,7 @@ def assign_component(
         i = following[i]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def assign_greedily(
     first: int,
     following: Integers,

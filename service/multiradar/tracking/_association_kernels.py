@@ -7,7 +7,6 @@ a track, M = variance of the place (m²) for a manoeuvre that begins now, λ = d
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters._height_kernels import look_at_height
@@ -28,7 +27,6 @@ from multiradar.estimation.measurement._kernels import (
 from multiradar.geodesy._kernels import (
     wrap_angle,
 )
-from multiradar.kernels import fetch_ahead, in_loop, loop
 from multiradar.lane_kernels import LANES, load_lanes, store_row
 from multiradar.tracking._clutter_kernels import log_density_of_clutter
 from multiradar.tracking._sky_kernels import (
@@ -50,6 +48,7 @@ from multiradar.tracking.sky import (
     Candidates,
     Sky,
 )
+from multiradar_compiled.kernels import fetch_ahead, in_loop, kernel, loop
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -251,7 +250,7 @@ def identity_score(
     return score
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def find_candidates(
     first: int,
     last: int,

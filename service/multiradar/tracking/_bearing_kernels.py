@@ -13,16 +13,15 @@ first component of a bearing.
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters.arrays import Aircraft, Model, Rows
 from multiradar.estimation.measurement._kernels import KIND_DIRECTION, is_bearing
-from multiradar.kernels import loop
 from multiradar.tracking._association_kernels import LOG_TURN, judge
 from multiradar.tracking.lifecycle import TENTATIVE, Lifecycle
 from multiradar.tracking.roster import MISSING, Roster, RowIdentities
 from multiradar.tracking.sky import Sky
+from multiradar_compiled.kernels import kernel, loop
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -36,7 +35,7 @@ LOG_ANYWHERE_ABOVE = -LOG_TURN
 LOG_CLEARLY = math.log(20.0)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def give_bearings(
     first: int,
     last: int,

@@ -3,11 +3,10 @@
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from multiradar.estimation.measurement._kernels import KIND_RADAR
-from multiradar.kernels import in_loop
+from multiradar_compiled.kernels import in_loop, kernel
 
 Floats = NDArray[np.float64]
 
@@ -34,7 +33,7 @@ def log_density_of_clutter(kind: int, s: int, z0: float, log_clutters: Floats) -
     return value
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def fill_log_clutters(
     counts: Floats, turns: Floats, usual: float, prior_turns: float, log_clutters: Floats
 ) -> None:

@@ -31,7 +31,6 @@ from multiradar.estimation.measurement._kernels import (
     seen_from,
 )
 from multiradar.geodesy._kernels import wrap_angle
-from multiradar.kernels import in_loop
 from multiradar.tracking.trust import (
     EAST,
     EAST_RATE,
@@ -54,6 +53,7 @@ from multiradar.tracking.trust import (
     Trust,
     Watch,
 )
+from multiradar_compiled.kernels import in_loop
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from multiradar.estimation.filters._kernels import HEIGHT_MAX
 from multiradar.estimation.filters.arrays import Model
 from multiradar.estimation.measurement._kernels import KIND_RADAR, seen_from
-from multiradar.kernels import in_loop
 from multiradar.tracking.trust import SECTORS, Trust, Watch
+from multiradar_compiled.kernels import in_loop
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

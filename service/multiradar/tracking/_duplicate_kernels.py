@@ -11,10 +11,10 @@ are closer than its messages are rounded.
 from math import pi
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from multiradar.estimation.measurement._kernels import KIND_RADAR
+from multiradar_compiled.kernels import kernel
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -31,7 +31,7 @@ RANGE_CELL_M = 1000.0
 AZIMUTH_CELLS = 256
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def find_twins(
     first: int,
     times: Floats,
@@ -88,19 +88,19 @@ def find_twins(
     return found
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def azimuth_cell_of(azimuth: float) -> int:
     """Return the cell of an azimuth; whole turns more or less are other numbers of one cell."""
     return int(np.floor(azimuth * (AZIMUTH_CELLS / TURN_RAD)))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def range_cell_of(metres: float) -> int:
     """Return the cell of a range."""
     return int(np.floor(metres * (1.0 / RANGE_CELL_M)))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def place_of(sensor: int, azimuth_cell: int, range_cell: int, mask: int) -> int:
     """Return the place of a cell in the table (multiplicative hashing, Knuth)."""
     turned = azimuth_cell & (AZIMUTH_CELLS - 1)
@@ -108,7 +108,7 @@ def place_of(sensor: int, azimuth_cell: int, range_cell: int, mask: int) -> int:
     return ((key * 2654435761) >> 8) & mask
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def are_one(
     i: int,
     j: int,

@@ -9,7 +9,6 @@ any interval.
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters._mode_kernels import (
@@ -24,13 +23,13 @@ from multiradar.estimation.filters._mode_room_kernels import (
     prepare_room,
     store_modes,
 )
-from multiradar.kernels import in_loop, loop
 from multiradar.lane_kernels import LANES, load_row, store_row
+from multiradar_compiled.kernels import in_loop, kernel, loop
 
 Floats = NDArray[np.float64]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def forecast_modes(
     ahead: Floats, step: float, modes: Floats, probabilities: Floats, means: Floats,
     covariances: Floats, out_means: Floats, out_covariances: Floats,

@@ -26,7 +26,6 @@ from multiradar.estimation.filters._kernels import (
 )
 from multiradar.estimation.filters.arrays import Aircraft, Result, Rows
 from multiradar.estimation.measurement._kernels import KIND_RADAR, is_bearing
-from multiradar.kernels import in_loop, loop
 from multiradar.tracking.health_sums import (
     GAIN_SCALE_M,
     HEARD,
@@ -36,6 +35,7 @@ from multiradar.tracking.health_sums import (
 )
 from multiradar.tracking.lifecycle import BY_IDENTITY, CONFIRMED, Lifecycle
 from multiradar.tracking.roster import RowIdentities
+from multiradar_compiled.kernels import in_loop, loop
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

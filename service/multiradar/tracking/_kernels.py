@@ -7,7 +7,6 @@ power of two, at most a quarter full, probed one place after the other.
 from math import atan2, hypot, sqrt
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters._height_kernels import forget_height
@@ -15,9 +14,9 @@ from multiradar.estimation.filters._kernels import NO_ROOM_SLOT
 from multiradar.estimation.filters.arrays import Aircraft
 from multiradar.estimation.measurement._kernels import KIND_BEARING, KIND_POSITION
 from multiradar.geodesy._kernels import geodetic_to_plane, local_matrix, plane_to_geodetic
-from multiradar.kernels import in_loop, loop
 from multiradar.tracking.lifecycle import BY_IDENTITY, TENTATIVE, Lifecycle
 from multiradar.tracking.roster import NEW_TRACK, TWIN, Roster, RowIdentities
+from multiradar_compiled.kernels import in_loop, kernel, loop
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -45,7 +44,7 @@ def look_up(keys: Integers, values: Integers, key: int) -> int:
     return values[place] if keys[place] == key else MISSING
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def insert(keys: Integers, values: Integers, key: int, value: int) -> None:
     """Set the value of a key."""
     place = find_place(keys, key)
@@ -53,7 +52,7 @@ def insert(keys: Integers, values: Integers, key: int, value: int) -> None:
     values[place] = value
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def rebuild(roster: Roster) -> None:
     """Fill both tables anew from the aircraft in use."""
     roster.number_keys[:] = MISSING
@@ -97,7 +96,7 @@ def identify(
     return unknown
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def assign(
     first: int,
     last: int,
@@ -177,7 +176,7 @@ def assign(
     return last
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def begin_life(slot: int, stage: int, life: Lifecycle) -> None:
     """Forget what was kept of the track that had this slot before."""
     life.stage[slot] = stage
@@ -193,7 +192,7 @@ def begin_life(slot: int, stage: int, life: Lifecycle) -> None:
     life.meetings[slot] = 0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def hear_code(slot: int, code: int, roster: Roster, life: Lifecycle) -> None:
     """Take a code that was heard: by identity at once, else when it is heard twice in a row."""
     known = roster.mode_3a[slot]
@@ -204,7 +203,7 @@ def hear_code(slot: int, code: int, roster: Roster, life: Lifecycle) -> None:
         life.code_heard[slot] = MISSING if code == known else code
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def observe(
     kinds: Integers,
     ranges: Floats,
@@ -226,7 +225,7 @@ def observe(
             z[row, 1] = azimuths[row]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def describe(rows: Integers, readouts: Floats, plane: Floats, described: Floats) -> None:
     """Turn readouts into latitude, longitude, speed, heading and the two sigmas (columns)."""
     for i in range(rows.shape[0]):

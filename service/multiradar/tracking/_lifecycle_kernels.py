@@ -3,7 +3,6 @@
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters._kernels import RESTARTED
@@ -16,6 +15,7 @@ from multiradar.tracking.lifecycle import BY_IDENTITY, CONFIRMED, TENTATIVE, Lif
 from multiradar.tracking.roster import MISSING, NEW_TRACK, TWIN, Roster, RowIdentities
 from multiradar.tracking.sky import DROP_AFTER, HITS_MIN, SCORE_MIN, Candidates, Sky
 from multiradar.tracking.transitions import SILENT, UNCONFIRMED, UNLIKELY
+from multiradar_compiled.kernels import kernel
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -50,7 +50,7 @@ MERGED = 4
 TRANSITION_COUNT = 5
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def choose_tracks(
     first: int,
     last: int,
@@ -128,7 +128,7 @@ def choose_tracks(
                 life.quiet[candidates.slot[i, c]] = 1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def has_begun(
     i: int, first: int, begun: Integers, codes: Integers, rows: Rows, candidates: Candidates
 ) -> int:
@@ -151,7 +151,7 @@ def has_begun(
     return MISSING
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def settle(
     first: int,
     last: int,
@@ -212,13 +212,13 @@ def settle(
         confirmed[row] = life.stage[k] == CONFIRMED
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def missed_turns(since: float, period: float) -> float:
     """Return how many turns went by without a plot, 0 for a sensor that gave none before."""
     return max(np.floor(since / period + 0.5) - 1.0, 0.0) if since < np.inf else 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def score_by(time: float, k: int, periods: Floats, life: Lifecycle) -> float:
     """Return the score of a track with the turns that went by since each sensor's last plot.
 
@@ -233,7 +233,7 @@ def score_by(time: float, k: int, periods: Floats, life: Lifecycle) -> float:
     return score
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def find_ended(
     time: float,
     aircraft: Aircraft,

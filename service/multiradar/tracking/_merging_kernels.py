@@ -5,15 +5,14 @@ both: C = P₁ + P₂ + (V₁ − V₂) P_ς (V₁ − V₂)ᵀ.
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters.arrays import Aircraft, Model
-from multiradar.kernels import in_loop, loop
 from multiradar.tracking._sky_kernels import CELL_M, place_in_table
 from multiradar.tracking.lifecycle import BY_IDENTITY, CONFIRMED, TENTATIVE, Lifecycle
 from multiradar.tracking.roster import MISSING, Roster
 from multiradar.tracking.sky import Sky
+from multiradar_compiled.kernels import in_loop, kernel, loop
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -31,7 +30,7 @@ LEFT_ALONE = -8
 ESTABLISHED_HITS = 20
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def find_merges(
     time: float,
     longest: float,

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.kernels import in_loop, loop
+from multiradar_compiled.kernels import in_loop, loop
 
 Places = NDArray[np.intp]
 Floats = NDArray[np.float64]

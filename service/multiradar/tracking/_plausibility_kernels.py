@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from multiradar.estimation.filters._kernels import HEIGHT_MAX, IMPLAUSIBLE_SLOT, VALUE_MAX
 from multiradar.estimation.filters.arrays import Model, Rows
 from multiradar.estimation.measurement._kernels import KIND_RADAR, is_bearing
-from multiradar.kernels import in_loop, loop
 from multiradar.tracking._comparison_kernels import common_offset, compare_all, vote
 from multiradar.tracking._cover_kernels import is_ghost, sector_of, sine_of_elevation
 from multiradar.tracking._kernels import look_up
@@ -37,6 +36,7 @@ from multiradar.tracking.trust import (
     Trust,
     Watch,
 )
+from multiradar_compiled.kernels import in_loop, loop
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

@@ -20,10 +20,10 @@ project's own.
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from multiradar.tracking._assignment_kernels import least_cost, root_of
+from multiradar_compiled.kernels import kernel
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -41,7 +41,7 @@ CUT_ROWS_MAX = 64
 SCORE_MAX = 60.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def joint_probabilities(w: Floats, merged: Floats, best: bool, beta: Floats, gamma: Floats) -> None:
     """Fill β with the probabilities of pairs: of all events, or of the ``best`` for each Z and T.
 
@@ -88,7 +88,7 @@ def joint_probabilities(w: Floats, merged: Floats, best: bool, beta: Floats, gam
     gamma /= total
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def add_likeliest(
     value: Floats, choice: Integers, columns: int, beta: Floats, gamma: Floats
 ) -> None:
@@ -109,7 +109,7 @@ def add_likeliest(
                 i += 1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def add_all(w: Floats, merged: Floats, value: Floats, beta: Floats, gamma: Floats) -> None:
     """Add the weight of all events to their pairs: their own times that of events of the others."""
     rows, columns = w.shape
@@ -123,7 +123,7 @@ def add_all(w: Floats, merged: Floats, value: Floats, beta: Floats, gamma: Float
                     gamma[i, m] += one
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def weight_of_others(value: Floats, plots: int, tracks: int) -> float:
     """Return the weight of all events without these plots and tracks."""
     total = 0.0
@@ -134,7 +134,7 @@ def weight_of_others(value: Floats, plots: int, tracks: int) -> float:
     return total
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def losses(scores: Floats) -> Floats:
     """Return by how much the best event with each pair falls short of the best of all.
 
@@ -176,7 +176,7 @@ def losses(scores: Floats) -> Floats:
     return loss
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def label_clusters(linked: NDArray[np.bool_], labels: Integers) -> int:
     """Give rows (first) and columns the number of their cluster; return the largest side of one."""
     rows, columns = linked.shape
@@ -193,7 +193,7 @@ def label_clusters(linked: NDArray[np.bool_], labels: Integers) -> int:
     return int(sides.max())
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def pair_probabilities(
     scores: Floats, merged: Floats, best: bool, beta: Floats, gamma: Floats
 ) -> bool:
@@ -225,7 +225,7 @@ def pair_probabilities(
     return True
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def fill_cluster(
     scores: Floats,
     merged: Floats,

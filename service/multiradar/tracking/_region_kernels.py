@@ -8,10 +8,9 @@ exp(−n² s² / 2 r²) for n points, the radius r and the smallest sigma s.
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from multiradar.kernels import in_loop, loop
+from multiradar_compiled.kernels import in_loop, kernel, loop
 
 Floats = NDArray[np.float64]
 
@@ -25,7 +24,7 @@ PROBABILITY_ERROR = 1e-9
 STEPS_MAX = 60
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def find_radii(
     weights: Floats, means: Floats, covariances: Floats, probability: float, out_radii: Floats
 ) -> None:

@@ -14,7 +14,6 @@ two tracks, and how likely it is.
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters._kernels import choose_height
@@ -27,6 +26,7 @@ from multiradar.tracking._clutter_kernels import log_density_of_clutter
 from multiradar.tracking._probability_kernels import pair_probabilities
 from multiradar.tracking.lifecycle import Lifecycle
 from multiradar.tracking.sky import Candidates, Sky
+from multiradar_compiled.kernels import kernel
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -58,7 +58,7 @@ LOG_MISSED = math.log(0.1)
 LOG_UNRESOLVED_MIN = -6.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def share_plots(
     first: int,
     sensors: int,
@@ -118,7 +118,7 @@ def share_plots(
     return count
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def component_of(plots: Integers, candidates: Candidates, sky: Sky) -> tuple[Integers, Floats]:
     """Return the tracks of plots that hang together, and the scores of their pairs.
 
@@ -143,7 +143,7 @@ def component_of(plots: Integers, candidates: Candidates, sky: Sky) -> tuple[Int
     return tracks[:columns], scores
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def merged_scores(
     first: int,
     window_time: float,
@@ -206,7 +206,7 @@ def merged_scores(
     return merged
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def apart(
     row: int,
     k: int,
@@ -233,7 +233,7 @@ def apart(
     return p0 - there, wrap_angle(p1 - other)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def share_component(
     first: int,
     plots: Integers,
@@ -267,7 +267,7 @@ def share_component(
     return count
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def write_shares(
     first: int,
     plots: Integers,

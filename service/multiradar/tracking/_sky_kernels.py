@@ -6,7 +6,6 @@ Symbols as in `multiradar.tracking._association_kernels`.
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters._kernels import (
@@ -24,7 +23,6 @@ from multiradar.estimation.measurement._kernels import (
 )
 from multiradar.geodesy._kernels import C_NORTH, EE, EN, M_EE, M_NN, NE, NN, PE, PN, UE, UN
 from multiradar.geodesy._kernels import HEIGHT as SITE_HEIGHT
-from multiradar.kernels import in_loop
 from multiradar.lane_kernels import (
     LANES,
     every_lane,
@@ -38,6 +36,7 @@ from multiradar.lane_kernels import (
 from multiradar.tracking.lifecycle import TENTATIVE, USUAL_SPEED, YOUNG_HITS, Lifecycle
 from multiradar.tracking.roster import MISSING, Roster, RowIdentities
 from multiradar.tracking.sky import ASTRAY, SPEED_MAX, Sky
+from multiradar_compiled.kernels import in_loop, kernel
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -82,7 +81,7 @@ def place_in_table(east_cell: int, north_cell: int, mask: int) -> int:
     return (((east_cell * 73856093) ^ (north_cell * 19349663)) * 2654435761 >> 8) & mask
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def fill_sky(
     time: float,
     model: Model,
@@ -240,7 +239,7 @@ def locate_plot(
     return ok, east, north, min(COARSE_SIGMAS * math.sqrt(spread), REACH_MAX_M)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def doubt(
     first: int,
     last: int,

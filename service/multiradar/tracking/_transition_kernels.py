@@ -8,11 +8,11 @@ The project's own: what is told of a track is compared with what was told of it 
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters._kernels import RESTARTED as BEGUN_ANEW
 from multiradar.tracking import transitions as steps
+from multiradar_compiled.kernels import kernel
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -77,7 +77,7 @@ class Steps(NamedTuple):
     into: Integers
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def find_steps(
     rows: Integers,
     slots: Integers,
@@ -131,7 +131,7 @@ def find_steps(
     return count
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def take_mark(
     m: int, marks: Marks, coast_after: float, told: Told, found: Steps, count: int
 ) -> int:
@@ -152,7 +152,7 @@ def take_mark(
     return count
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def add(
     time: float, k: int, transition: int, reason: int, told: Told, found: Steps, count: int
 ) -> int:

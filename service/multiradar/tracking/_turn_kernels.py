@@ -7,7 +7,7 @@ The project's own: an antenna that turns evenly meets an aircraft once a turn.
 
 import math
 
-from multiradar.kernels import in_loop
+from multiradar_compiled.kernels import in_loop
 
 # A plot so far, in turns, from a whole number of them after the last one is hardly of the aircraft.
 PHASE_OFF = 0.2

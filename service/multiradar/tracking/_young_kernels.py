@@ -10,12 +10,10 @@ The project's own.
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters.arrays import Aircraft, Rows
 from multiradar.estimation.measurement._kernels import KIND_RADAR
-from multiradar.kernels import in_loop
 from multiradar.tracking._sky_kernels import COARSE_SIGMAS, NEAR_COLUMN
 from multiradar.tracking.lifecycle import (
     NONE,
@@ -25,6 +23,7 @@ from multiradar.tracking.lifecycle import (
     Lifecycle,
 )
 from multiradar.tracking.sky import Candidates, Sky
+from multiradar_compiled.kernels import in_loop, kernel
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -83,7 +82,7 @@ def log_anew(
     return score + around - log_clutter + LOG_ANEW
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def forget_velocity(k: int, speed_variance: float, aircraft: Aircraft, life: Lifecycle) -> None:
     """Let a track that is not confirmed begin anew with its last plot, of `Aircraft.updated`."""
     since = aircraft.time[k] - aircraft.updated[k]
@@ -119,7 +118,7 @@ def forget_velocity(k: int, speed_variance: float, aircraft: Aircraft, life: Lif
             life.heard[k, s] = -np.inf
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def score_of_twin(i: int, j: int, candidates: Candidates, log_density: float) -> float:
     """Return the score of two plots in one window, by two sensors, that begin one track.
 

@@ -85,7 +85,7 @@ def test_wrong_usage_is_one_sentence_and_status_2(
     [
         (
             ["nonsense"],
-            "expected a command of track, serve, replay, demo, simulate, evaluate, study, convert, "
+            "expected a command of track, serve, replay, demo, simulate, evaluate, warm-up, study, convert, "
             "was 'nonsense'",
         ),
         (

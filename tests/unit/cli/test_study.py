@@ -196,7 +196,8 @@ def test_ctrl_c_ends_hours_of_compiled_work(tmp_path: Path) -> None:
             _, told = one.communicate(timeout=120.0)
         finally:
             one.kill()
-    assert (one.returncode, told) == (130, "")
+    rest = [line for line in told.splitlines() if "compiling kernels, once:" not in line]
+    assert (one.returncode, rest) == (130, [])
     assert not list(tmp_path.iterdir())
 
 

@@ -8,6 +8,7 @@ from multiradar.runtime import _kernels as kernels
 from multiradar.runtime.admission import ACCEPTED, FUTURE, LATE, Admission
 from multiradar.runtime.reject_file import TimeRefusals
 from multiradar.tracking.measurements import MeasurementBatch
+from support.kernels import plain as plain_form
 from support.timed_batches import timed_batch
 
 
@@ -143,7 +144,7 @@ def test_the_compiled_loop_does_what_the_plain_one_does() -> None:
     batch = timed_batch(times.tolist(), random.integers(0, 3, 5000).tolist())
     compiled, plain = Admission(6.0), Admission(6.0)
     expected = np.empty(len(batch), np.int8)
-    kernels.admit.py_func(
+    plain_form(kernels.admit)(
         batch.time_s, batch.sensor, 6.0, 600.0, 5, 60.0, plain._clock, plain._run, expected
     )
     assert compiled.admit(batch).tolist() == expected.tolist()

@@ -7,6 +7,7 @@ import pytest
 
 from multiradar.runtime import _kernels as kernels
 from multiradar.runtime.history import UPDATE_DTYPE, TrackHistory, row_updates, update_rows
+from support.kernels import plain
 
 
 def test_identifiers_may_grow_without_end() -> None:
@@ -29,7 +30,7 @@ def test_a_batch_larger_than_the_ring_leaves_its_end() -> None:
     assert history.read(1, None, 100)["sequence"].tolist() == [7, 8, 9, 10]
 
 
-@pytest.mark.parametrize("follow", [kernels.follow, kernels.follow.py_func])
+@pytest.mark.parametrize("follow", [kernels.follow, plain(kernels.follow)])
 def test_a_link_that_leads_forward_ends_the_walk(follow: object) -> None:
     """A row that is overwritten while it is read may link anywhere."""
     assert callable(follow)

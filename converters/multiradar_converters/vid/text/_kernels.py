@@ -6,8 +6,9 @@ form, which says what is wrong with it (or that it is right after all: an expone
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from multiradar_compiled.kernels import in_loop, loop
 
 Bytes = NDArray[np.uint8]
 Words = NDArray[np.int64]
@@ -15,8 +16,6 @@ Numbers = NDArray[np.float64]
 
 # None of these functions allocates, so none needs numba's counting of references: with it, every
 # field costs several atomic operations for each array passed along (64 ns a field instead of 9).
-compiled = njit(cache=True, nogil=True, _nrt=False)  # type: ignore[call-overload]  # not in its stubs
-inlined = njit(cache=True, nogil=True, _nrt=False, forceinline=True)  # type: ignore[call-overload]  # as above
 
 _TAB, _CR, _BLANK, _PLUS, _MINUS, _POINT, _EQUALS, _SEMICOLON = 9, 13, 32, 43, 45, 46, 61, 59
 _TIME, _HEIGHT, _FIRST_INTEGER, _CODE, _ADDRESS = 0, 3, 6, 10, 11
@@ -27,7 +26,7 @@ _DECIMALS_MAX = 22
 _POWERS = 10.0 ** np.arange(_DECIMALS_MAX + 1)
 
 
-@inlined
+@in_loop
 def _decimal(text: Bytes, i: int) -> tuple[float, int, int]:
     """Return value, decimals (-1 without a point), place after it; a place of -1 is a failure."""
     c = int(text[i])
@@ -58,7 +57,7 @@ def _decimal(text: Bytes, i: int) -> tuple[float, int, int]:
     return value, i, i
 
 
-@inlined
+@in_loop
 def _digits(text: Bytes, i: int, count: int) -> int:
     """Return the number of exactly `count` digits at a place, -1 if they are not digits."""
     value = 0
@@ -70,7 +69,7 @@ def _digits(text: Bytes, i: int, count: int) -> int:
     return value
 
 
-@inlined
+@in_loop
 def _days_from_civil(year: int, month: int, day: int) -> int:
     """Days since 1970-01-01 of a Gregorian date (Hinnant's algorithm)."""
     if month <= 2:
@@ -89,7 +88,7 @@ def _days_from_civil(year: int, month: int, day: int) -> int:
     )
 
 
-@inlined
+@in_loop
 def _iso_time(text: Bytes, i: int, stop: int) -> tuple[float, int]:
     """Read YYYY-MM-DDThh:mm:ss[.fff][Z]; all else is left to the plain form."""
     if i + 20 > stop or int(text[i + 4]) != 45 or int(text[i + 7]) != 45:
@@ -128,7 +127,7 @@ def _iso_time(text: Bytes, i: int, stop: int) -> tuple[float, int]:
     return float(whole) / _POWERS[decimals], i
 
 
-@inlined
+@in_loop
 def _code(text: Bytes, i: int) -> tuple[int, int]:
     """Return four octal digits as a number and the place after them, -1 on failure."""
     value = 0
@@ -140,7 +139,7 @@ def _code(text: Bytes, i: int) -> tuple[int, int]:
     return value, i + 4
 
 
-@inlined
+@in_loop
 def _address(text: Bytes, i: int) -> tuple[int, int]:
     """Return six hexadecimal digits as a number and the place after them, -1 on failure."""
     value = 0
@@ -158,7 +157,7 @@ def _address(text: Bytes, i: int) -> tuple[int, int]:
     return value, i + 6
 
 
-@inlined
+@in_loop
 def _whole(text: Bytes, i: int) -> tuple[int, int]:
     """Return a whole number without a sign and the place after it, -1 on failure."""
     begin = i
@@ -176,7 +175,7 @@ def _whole(text: Bytes, i: int) -> tuple[int, int]:
     return value, i
 
 
-@inlined
+@in_loop
 def _value(
     text: Bytes, i: int, stop: int, role: int, iso: bool, low: Numbers, high: Numbers, scale:
     Numbers, numbers: Numbers, integers: Words, row: int,
@@ -206,20 +205,20 @@ def _value(
     return after
 
 
-@inlined
+@in_loop
 def _breaks(c: int) -> bool:
     """Tell whether a byte separates pairs."""
     return c in (_BLANK, _TAB, _SEMICOLON)
 
 
-@inlined
+@in_loop
 def _ends(text: Bytes, i: int, terminator: int) -> bool:
     """Tell whether a line ends here (its mark, or a carriage return before it)."""
     c = int(text[i])
     return c == terminator or (c == _CR and int(text[i + 1]) == terminator)
 
 
-@inlined
+@in_loop
 def _column_line(
     text: Bytes, i: int, stop: int, terminator: int, separator: int, roles: Words, iso: bool, low:
     Numbers, high: Numbers, scale: Numbers, numbers: Numbers, integers: Words, row: int,
@@ -268,7 +267,7 @@ def _column_line(
     return False, i
 
 
-@inlined
+@in_loop
 def _pair_line(
     text: Bytes, i: int, stop: int, terminator: int, keys: Bytes, lengths: Words, roles: Words,
     hints: Words, required: int, iso: bool, low: Numbers, high: Numbers, scale: Numbers, numbers:
@@ -333,7 +332,7 @@ def _pair_line(
         place += 1
 
 
-@inlined
+@in_loop
 def _skip_to_end(text: Bytes, i: int, terminator: int) -> int:
     """Return the place after the end mark of the line."""
     while int(text[i]) != terminator:
@@ -341,7 +340,7 @@ def _skip_to_end(text: Bytes, i: int, terminator: int) -> int:
     return i + 1
 
 
-@inlined
+@in_loop
 def _only_blanks(text: Bytes, i: int, terminator: int) -> bool:
     """Tell whether nothing but blanks stands before the end of the line."""
     while int(text[i]) == _BLANK or int(text[i]) == _TAB:
@@ -349,7 +348,7 @@ def _only_blanks(text: Bytes, i: int, terminator: int) -> bool:
     return _ends(text, i, terminator)
 
 
-@compiled
+@loop
 def parse_columns(
     text: Bytes, start: int, stop: int, terminator: int, separator: int, roles: Words, iso: bool,
     low: Numbers, high: Numbers, scale: Numbers, numbers: Numbers, integers: Words, begins: Words,
@@ -415,7 +414,7 @@ def parse_columns(
     return i, row, odds, lines, blank
 
 
-@compiled
+@loop
 def parse_pairs(
     text: Bytes, start: int, stop: int, terminator: int, keys: Bytes, lengths: Words, roles: Words,
     hints: Words, required: int, iso: bool, low: Numbers, high: Numbers, scale: Numbers, numbers:

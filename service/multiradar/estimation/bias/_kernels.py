@@ -6,17 +6,17 @@ IMM UrO RAN report (2016), equations (1.43) to (1.45) with χ and ς exchanged: 
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters._intersection_kernels import best_gamma
 from multiradar.estimation.filters._kernels import LOG_BIASES, SENSOR_BIASES_MAX, singular
+from multiradar_compiled.kernels import kernel
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def fold_biases(
     log: Floats,
     sensors: Integers,

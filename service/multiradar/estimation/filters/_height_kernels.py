@@ -41,7 +41,7 @@ from multiradar.estimation.measurement._kernels import (
     KIND_POSITION,
     KIND_RADAR,
 )
-from multiradar.kernels import in_loop
+from multiradar_compiled.kernels import in_loop
 
 Floats = NDArray[np.float64]
 

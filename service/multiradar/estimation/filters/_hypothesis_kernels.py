@@ -15,7 +15,6 @@ of one mode of motion. Their two-stage form, and that of interacting modes, are 
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters._kernels import RESTARTED, choose_height, read_out
@@ -24,6 +23,7 @@ from multiradar.estimation.filters._row_kernels import finish_readout
 from multiradar.estimation.filters._two_stage_kernels import component
 from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows
 from multiradar.estimation.measurement._kernels import seen_from
+from multiradar_compiled.kernels import kernel
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -32,7 +32,7 @@ Integers = NDArray[np.int64]
 NONE = -1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def copy_aircraft(slots: Integers, bounds: Integers, aircraft: Aircraft, copies: Aircraft) -> None:
     """Fill ``copies`` from ``bounds[e]`` to ``bounds[e + 1]`` with the aircraft ``slots[e]``."""
     modes = aircraft.mode_probability.shape[1]
@@ -53,7 +53,7 @@ def copy_aircraft(slots: Integers, bounds: Integers, aircraft: Aircraft, copies:
                 copies.mode_sensitivity[to] = aircraft.mode_sensitivity[of]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def copy_books(one: Aircraft, k: int, other: Aircraft, h: int) -> None:
     """Copy what is kept of an aircraft beside its estimates."""
     other.refusals[h] = one.refusals[k]
@@ -63,7 +63,7 @@ def copy_books(one: Aircraft, k: int, other: Aircraft, h: int) -> None:
     copy_height(one, k, other, h)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def copy_height(one: Aircraft, k: int, other: Aircraft, h: int) -> None:
     """Copy the height, of the time of the state."""
     other.time[h] = one.time[k]
@@ -71,7 +71,7 @@ def copy_height(one: Aircraft, k: int, other: Aircraft, h: int) -> None:
     other.vertical[h] = one.vertical[k]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def refer_plots(
     slots: Integers, bounds: Integers, aircraft: Aircraft, model: Model, times: Floats,
     copied: Rows,
@@ -101,7 +101,7 @@ def refer_plots(
             copied.z[h, 1] += late * (H[2] * v0 + H[3] * v1)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def mix_hypotheses(
     slots: Integers, owners: Integers, unseen: Integers, bounds: Integers, beta: Floats,
     copies: Aircraft, bias: Floats, aircraft: Aircraft,
@@ -145,7 +145,7 @@ def mix_hypotheses(
             copy_books(copies, owners[e], aircraft, k)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def mix_states(
     rows: Integers, beta: Floats, means: Floats, covariances: Floats, V: Floats, bias: Floats,
     mean: Floats, covariance: Floats, sensitivity: Floats,
@@ -172,7 +172,7 @@ def mix_states(
                 m += 1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def read_mixed(
     slots: Integers, plots: Integers, aircraft: Aircraft, model: Model, result: Result
 ) -> None:

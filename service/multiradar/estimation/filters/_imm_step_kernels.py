@@ -8,7 +8,6 @@ the two-stage form of each mode, and the loop itself, are the project's own.
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters._height_kernels import (
@@ -68,8 +67,8 @@ from multiradar.estimation.filters._unheard_height_kernels import (
 )
 from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows, Work
 from multiradar.estimation.measurement._kernels import KIND_BEARING
-from multiradar.kernels import fetch_ahead, in_loop, loop
 from multiradar.lane_kernels import LANES, load_row, store_row
+from multiradar_compiled.kernels import fetch_ahead, in_loop, kernel, loop
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -82,7 +81,7 @@ IMM = 12
 AIRCRAFT_AHEAD = 1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def imm_step(
     work: Work,
     rows: Rows,

@@ -16,9 +16,7 @@ search is the project's own.
 
 from math import exp, log, sqrt
 
-from numba import njit
-
-from multiradar.kernels import in_loop
+from multiradar_compiled.kernels import in_loop, kernel
 
 Triple = tuple[float, float, float]
 
@@ -90,7 +88,7 @@ def one_component(trace: float, m: float, n: float, b: float, w: float) -> float
     return gamma
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def best_gamma(trace: float, m: Triple, n: Triple, b: Triple, w: Triple) -> float:
     """Return the γ with the least F, to 1e-6 of it; 0 when no γ improves the bound (then K = 0).
 

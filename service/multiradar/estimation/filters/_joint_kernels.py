@@ -15,7 +15,6 @@ the project's own.
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters._height_kernels import (
@@ -79,6 +78,7 @@ from multiradar.estimation.measurement._kernels import (
     predict_measurement,
 )
 from multiradar.geodesy._kernels import wrap_angle
+from multiradar_compiled.kernels import kernel
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -87,7 +87,7 @@ Integers = NDArray[np.int64]
 JOINT = 10
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def joint_step(
     work: Work,
     rows: Rows,
@@ -170,7 +170,7 @@ def joint_step(
             copy_block(P, c + 4 * k, aircraft.covariance[k])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def adopt_aircraft(aircraft: Aircraft, biases: int, k: int) -> None:
     """Take up an aircraft whose mean and covariance were set from outside, as tied to nothing."""
     P = aircraft.joint
@@ -186,7 +186,7 @@ def adopt_aircraft(aircraft: Aircraft, biases: int, k: int) -> None:
             m += 1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def take_row(
     row: int,
     k: int,
@@ -258,7 +258,7 @@ def take_row(
     return outcome
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def give_birth(
     row: int,
     k: int,
@@ -314,7 +314,7 @@ def give_birth(
     return STARTED
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def correct_joint(
     row: int,
     k: int,
@@ -389,7 +389,7 @@ def correct_joint(
     return UPDATED
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def own_spread(P: Floats, first: int, last: int, J: Floats) -> tuple[float, float, float]:
     """Return J P_ς Jᵀ of the biases of one sensor: 00, 01, 11; upper triangle of P."""
     b00, b01, b11 = 0.0, 0.0, 0.0

@@ -10,18 +10,18 @@ IMM UrO RAN report (2016), equations (1.28) and (1.30) to (1.33).
 from math import sqrt
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters._kernels import SINGULAR_RATIO, inverse, singular
 from multiradar.estimation.filters.arrays import Aircraft
 from multiradar.estimation.motion._kernels import Density, predict_motion
+from multiradar_compiled.kernels import kernel
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def active_runs(times: Floats, biases: int, room: int, runs: Integers) -> int:
     """Write which columns are in use as runs from…to, ascending; return how many runs there are."""
     count = 0
@@ -38,7 +38,7 @@ def active_runs(times: Floats, biases: int, room: int, runs: Integers) -> int:
     return count + 1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def copy_block(P: Floats, first: int, upper: Floats) -> None:
     """Write the covariance of one aircraft as an upper triangle."""
     m = 0
@@ -48,7 +48,7 @@ def copy_block(P: Floats, first: int, upper: Floats) -> None:
             m += 1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def move(
     P: Floats,
     mean: Floats,
@@ -77,7 +77,7 @@ def move(
             P[first + 1, x] += dt * P[first + 3, x]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def spread_of_position(
     P: Floats, first: int, H: Floats, runs: Integers, count: int, G: Floats
 ) -> None:
@@ -93,7 +93,7 @@ def spread_of_position(
     G[1, first] = H[1, 0] * P[first, first] + H[1, 1] * P[first, first + 1]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def add_spread_of_bias(
     P: Floats, j: int, j0: float, j1: float, runs: Integers, count: int, G: Floats
 ) -> None:
@@ -107,7 +107,7 @@ def add_spread_of_bias(
             G[1, x] += j1 * P[j, x]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def correct_all(
     aircraft: Aircraft,
     bias: Floats,
@@ -152,7 +152,7 @@ def correct_all(
             line[x] = max(0.0, line[x])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def correct_one(
     aircraft: Aircraft,
     k: int,
@@ -210,7 +210,7 @@ def correct_one(
     return True
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def conditional_spread(P: Floats, first: int, c: int, H: Floats, B: Floats) -> None:
     """B ← P_χ|ς Hᵀ of one aircraft, with P_χ|ς = P_χ − P_χς P_ς⁻¹ P_ςχ.
 

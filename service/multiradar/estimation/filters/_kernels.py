@@ -14,7 +14,6 @@ project's own.
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from multiradar.estimation.measurement._kernels import (
@@ -26,8 +25,8 @@ from multiradar.estimation.measurement._kernels import (
 )
 from multiradar.estimation.motion._kernels import Packed, PackedOf, store_covariance
 from multiradar.estimation.motion.velocity_frame_noise import SLOW_SPEED_MPS
-from multiradar.kernels import in_both, in_loop
 from multiradar.lane_kernels import LANES, Numbers, every_lane, lane_of, larger, load_row
+from multiradar_compiled.kernels import in_both, in_loop, kernel
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -252,7 +251,7 @@ def corrected_covariance(
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def start_aircraft(
     mode: int,
     kind: int,
@@ -339,7 +338,7 @@ def start_aircraft(
     return STARTED
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def read_out(a: Floats, P: Floats, V: Floats, bias: Floats, factor: Floats, out: Floats) -> None:
     """Write χ = a + V ς and the covariance P + V P_ς Vᵀ; ``factor`` is L with L Lᵀ = P_ς.
 

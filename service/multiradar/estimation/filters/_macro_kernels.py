@@ -25,7 +25,6 @@ several times, are the project's own.
 from math import sqrt
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters._kernels import (
@@ -51,7 +50,7 @@ from multiradar.estimation.measurement._kernels import (
     predict_measurement,
 )
 from multiradar.geodesy._kernels import wrap_angle
-from multiradar.kernels import in_loop
+from multiradar_compiled.kernels import in_loop, kernel
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -98,7 +97,7 @@ def forget_plots(recents: Floats, k: int) -> None:
         recents[k, s, RECENT_TIME] = np.nan
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def stack_all(
     slots: Integers, model: Model, aircraft: Aircraft, information: Floats, vector: Floats
 ) -> None:
@@ -108,7 +107,7 @@ def stack_all(
         stack_plots(k, model, aircraft, information[p], vector[p])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def stack_plots(k: int, model: Model, aircraft: Aircraft, Y: Floats, y: Floats) -> None:
     """Add to Y (upper triangle) and y what the kept plots of an aircraft say; forget them.
 
@@ -145,7 +144,7 @@ def stack_plots(k: int, model: Model, aircraft: Aircraft, Y: Floats, y: Floats) 
                 Y[m, d] += N[m, d]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def eliminate(M: Floats, C: Floats) -> bool:
     """C ← L⁻¹ C with L Lᵀ = M, which is lost; return whether M is positive definite."""
     for i in range(4):
@@ -169,7 +168,7 @@ def eliminate(M: Floats, C: Floats) -> bool:
     return True
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def middle_time(recent: Floats, places: Integers) -> tuple[bool, float]:
     """Return whether plots of several places were kept, and the mean of the times of all."""
     count = 0
@@ -191,7 +190,7 @@ def middle_time(recent: Floats, places: Integers) -> tuple[bool, float]:
     return several, first + later / max(count, 1)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def add_plot(
     s: int,
     plot: Floats,

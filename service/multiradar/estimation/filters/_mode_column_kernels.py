@@ -20,7 +20,6 @@ from multiradar.estimation.filters._mode_room_kernels import (
     SHARES,
     SLOPE,
 )
-from multiradar.kernels import in_loop
 from multiradar.lane_kernels import (
     LANES,
     every_lane,
@@ -29,6 +28,7 @@ from multiradar.lane_kernels import (
     store_lanes,
     store_row,
 )
+from multiradar_compiled.kernels import in_loop
 
 Floats = NDArray[np.float64]
 

@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.motion._kernels import PackedOf
-from multiradar.kernels import in_both, in_loop
 from multiradar.lane_kernels import (
     LANES,
     Lanes,
@@ -28,6 +27,7 @@ from multiradar.lane_kernels import (
     sums_of,
     turned,
 )
+from multiradar_compiled.kernels import in_both, in_loop
 
 Floats = NDArray[np.float64]
 

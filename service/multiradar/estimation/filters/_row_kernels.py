@@ -46,7 +46,7 @@ from multiradar.estimation.measurement._kernels import (
     KIND_RADAR,
     is_bearing,
 )
-from multiradar.kernels import in_loop
+from multiradar_compiled.kernels import in_loop
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

@@ -9,7 +9,6 @@ IMM UrO RAN report (2016), equations (1.34) to (1.38), and (1.43) to (1.45).
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters._intersection_kernels import best_gamma
@@ -43,7 +42,7 @@ from multiradar.estimation.measurement._kernels import (
 )
 from multiradar.estimation.motion._kernels import Packed, load_covariance
 from multiradar.geodesy._kernels import wrap_angle
-from multiradar.kernels import in_loop
+from multiradar_compiled.kernels import in_loop, kernel
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -146,7 +145,7 @@ def correct_separated(
     return outcome, weight
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def log_half(
     kind: int,
     site: Floats,

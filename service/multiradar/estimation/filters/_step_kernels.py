@@ -7,7 +7,6 @@ measurement.
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters._height_kernels import (
@@ -51,7 +50,7 @@ from multiradar.estimation.filters._unheard_height_kernels import (
 from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows, Work
 from multiradar.estimation.measurement._kernels import KIND_BEARING, is_bearing
 from multiradar.estimation.motion._kernels import move_aircraft
-from multiradar.kernels import fetch_ahead, in_loop, loop
+from multiradar_compiled.kernels import fetch_ahead, in_loop, kernel, loop
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -67,7 +66,7 @@ ROWS_AHEAD = 12
 AIRCRAFT_AHEAD = 3
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def step(
     method: int,
     work: Work,

@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from multiradar.estimation.filters._kernels import BIASES_KEPT, STARTED, start_aircraft
 from multiradar.estimation.filters._two_stage_kernels import component
 from multiradar.estimation.measurement._kernels import PARAMETER_TIME_OFFSET
-from multiradar.kernels import in_loop
+from multiradar_compiled.kernels import in_loop
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

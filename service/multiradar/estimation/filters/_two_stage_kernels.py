@@ -13,7 +13,6 @@ biases for many aircraft, and the anchoring anew after a drift, are the project'
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters._kernels import (
@@ -43,7 +42,6 @@ from multiradar.estimation.measurement._kernels import (
 )
 from multiradar.estimation.motion._kernels import load_covariance
 from multiradar.geodesy._kernels import wrap_angle
-from multiradar.kernels import fused, in_loop
 from multiradar.lane_kernels import (
     LANES,
     every_lane,
@@ -53,6 +51,7 @@ from multiradar.lane_kernels import (
     store_lanes,
     store_row,
 )
+from multiradar_compiled.kernels import fused, in_loop, kernel
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -222,7 +221,7 @@ def spread_of_biases(U: Floats, bias_covariance: Floats, R: Floats) -> tuple[flo
     return b00, b01, b11
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def anchor_aircraft(
     used: Integers, aircraft: Aircraft, complement: Floats, G: Floats, spread: Floats
 ) -> None:
@@ -244,7 +243,7 @@ def anchor_aircraft(
             )  # fmt: skip
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def anchor_state(
     a: Floats, P: Floats, V: Floats, complement: Floats, G: Floats, spread: Floats, R: Floats
 ) -> None:

@@ -12,7 +12,6 @@ own.
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters._height_kernels import (
@@ -44,7 +43,7 @@ from multiradar.estimation.measurement._kernels import (
 )
 from multiradar.estimation.motion._kernels import load_covariance, moved_covariance
 from multiradar.geodesy._kernels import wrap_angle
-from multiradar.kernels import in_loop
+from multiradar_compiled.kernels import in_loop, kernel
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -59,7 +58,7 @@ STEEP_MAX = 0.1
 ASTRAY_SQUARED = 16.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def learn_height(
     look: Look,
     kind: int,

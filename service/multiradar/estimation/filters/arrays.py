@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from multiradar.estimation.filters._height_kernels import GUESS, VERTICAL_COUNT
 from multiradar.estimation.filters._kernels import INNOVATION_COUNT, LOG_COUNT, READOUT_COUNT
-from multiradar.kernels import in_both
+from multiradar_compiled.kernels import in_both
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

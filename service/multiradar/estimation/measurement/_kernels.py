@@ -28,12 +28,11 @@ and time offsets are the project's own.
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from multiradar.geodesy._kernels import C_EAST, C_NORTH, HEIGHT, line_of_sight, locate_polar
-from multiradar.kernels import in_both, in_loop
 from multiradar.lane_kernels import Numbers, alike, chosen, larger, root
+from multiradar_compiled.kernels import in_both, in_loop, kernel
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -72,7 +71,7 @@ def is_bearing(kind: int) -> bool:
     return kind in (KIND_BEARING, KIND_DIRECTION)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def predict_measurement(
     kind: int,
     plane: Floats,
@@ -196,7 +195,7 @@ def sine_by_height(sine: Numbers, ground: Numbers) -> Numbers:
     return level * root(level) / ground
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def locate_measurement(
     kind: int, plane: Floats, site: Floats, z0: float, z1: float, height: float
 ) -> tuple[bool, float, float]:

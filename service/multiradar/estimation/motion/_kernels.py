@@ -10,11 +10,10 @@ IMM UrO RAN report (2016), equations (1.4) and (1.30); Y. Bar-Shalom, X. R. Li, 
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from multiradar.kernels import fused, in_loop
 from multiradar.lane_kernels import Numbers
+from multiradar_compiled.kernels import fused, in_loop, kernel
 
 Floats = NDArray[np.float64]
 PackedOf = tuple[
@@ -50,7 +49,7 @@ def moved_covariance(P: Packed, dt: float, density: Density) -> Packed:
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def predict_motion(a: Floats, P: Floats, V: Floats, dt: float, density: Density) -> None:
     """Move one aircraft on by dt: a ← A a, V ← A V, P ← A P Aᵀ + Q (report, (1.4), (1.30)).
 

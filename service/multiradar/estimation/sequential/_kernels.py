@@ -13,7 +13,6 @@ recursive filtering", IEEE TAC 14 (1969), 359-367, in information form.
 from math import sqrt
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from multiradar.estimation.bias._kernels import fold_biases
@@ -23,11 +22,12 @@ from multiradar.estimation.filters._step_kernels import INTERSECTION, TWO_STAGE,
 from multiradar.estimation.filters._two_stage_kernels import anchor_aircraft
 from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows, Work
 from multiradar.estimation.sequential.arrays import Store
+from multiradar_compiled.kernels import inlined_kernel, kernel
 
 Floats = NDArray[np.float64]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined_kernel
 def take_rows(
     method: int,
     first: int,
@@ -63,7 +63,7 @@ def take_rows(
     fold_sums(model, store, result.information[0], result.vector[0])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def fold_sums(model: Model, store: Store, news: Floats, vector: Floats) -> None:
     """Y += news, ς̂ += P (vector − news ς̂); news (upper triangle) and vector are set to zero."""
     n = model.bias.shape[0]
@@ -86,7 +86,7 @@ def fold_sums(model: Model, store: Store, news: Floats, vector: Floats) -> None:
     vector[:] = 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def invert_information(model: Model, store: Store) -> None:
     """P and its factor F from Y, by R Rᵀ = Y from the last row upwards and F = R⁻¹."""
     Y, F, P = store.information, model.factor, model.bias_covariance
@@ -117,7 +117,7 @@ def invert_information(model: Model, store: Store) -> None:
             P[d, c] = x
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def inform(model: Model, store: Store) -> None:
     """Y and F from P: after P was changed by anything but measurements that inform."""
     P, Y, F = model.bias_covariance, store.information, model.factor
@@ -147,7 +147,7 @@ def inform(model: Model, store: Store) -> None:
             F[c, d] = L[d, c] * store.scale[d]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def walk(method: int, duration: float, model: Model, aircraft: Aircraft, store: Store) -> None:
     """P ← P + Q; aircraft of the two-stage filter, which depend on the biases, are anchored anew.
 

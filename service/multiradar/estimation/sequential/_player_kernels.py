@@ -7,7 +7,6 @@ walk of the biases.
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters._kernels import acceleration_density
@@ -17,11 +16,12 @@ from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows, 
 from multiradar.estimation.motion._kernels import predict_motion
 from multiradar.estimation.sequential._kernels import take_rows, walk
 from multiradar.estimation.sequential.arrays import Record, Store
+from multiradar_compiled.kernels import kernel
 
 Floats = NDArray[np.float64]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def play_rows(
     method: int,
     start: float,
@@ -48,7 +48,7 @@ def play_rows(
         write_record(t, times[t], model, aircraft, record)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def end_of_epoch(method: int, rows: Rows, first: int) -> int:
     """Return the row after the epoch: one row, or all simultaneous ones of an aircraft."""
     last = first + 1
@@ -63,7 +63,7 @@ def end_of_epoch(method: int, rows: Rows, first: int) -> int:
     return last
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def walk_until(
     time: float,
     method: int,
@@ -83,7 +83,7 @@ def walk_until(
     return walks
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def write_record(t: int, time: float, model: Model, aircraft: Aircraft, record: Record) -> None:
     """Write every aircraft, moved on to the time, with the biases in it, and the biases."""
     n = model.bias.shape[0]

@@ -18,7 +18,6 @@ response is the project's own.
 from math import sqrt
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters._joint_kernels import JOINT
@@ -32,6 +31,7 @@ from multiradar.estimation.sequential._player_kernels import (
     write_record,
 )
 from multiradar.estimation.sequential.arrays import Epoch, Record, Saved, Store
+from multiradar_compiled.kernels import inlined_kernel, kernel
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -41,7 +41,7 @@ Integers = NDArray[np.int64]
 PROBE = 1e-2
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def propagate(
     method: int,
     start: float,
@@ -106,7 +106,7 @@ def propagate(
             move_rows(path, 4 * k, -ahead)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def walk_both(
     time: float,
     method: int,
@@ -128,7 +128,7 @@ def walk_both(
     return due
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def move_truth(covariance: Floats, first: int, dt: float, density: float) -> None:
     """Σ ← A Σ Aᵀ + B V Bᵀ (1.25) for the aircraft whose rows begin at ``first``."""
     if not dt > 0.0:
@@ -144,14 +144,14 @@ def move_truth(covariance: Floats, first: int, dt: float, density: float) -> Non
         covariance[first + i + 2, first + i + 2] += density * dt
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def move_rows(path: Floats, first: int, dt: float) -> None:
     """F ← A F for the aircraft whose rows begin at ``first``."""
     for i in range(2):
         path[first + i] += dt * path[first + i + 2]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def place_on_truth(truth: Floats, dt: float, mean: Floats) -> None:
     """Put the filter's state where its prediction will be the truth."""
     mean[0] = truth[0] - dt * truth[2]
@@ -160,7 +160,7 @@ def place_on_truth(truth: Floats, dt: float, mean: Floats) -> None:
     mean[3] = truth[3]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def linearise(
     first: int,
     last: int,
@@ -193,7 +193,7 @@ def linearise(
             )
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined_kernel
 def probe(
     method: int,
     first: int,
@@ -232,7 +232,7 @@ def probe(
         model.bias[:] = 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def copy_aircraft(method: int, k: int, source: Aircraft, target: Aircraft) -> None:
     """Copy what an epoch of aircraft k may change."""
     if method == JOINT:
@@ -254,7 +254,7 @@ def copy_aircraft(method: int, k: int, source: Aircraft, target: Aircraft) -> No
     target.velocity[k] = source.velocity[k]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def read_gain(
     method: int,
     k: int,
@@ -286,7 +286,7 @@ def read_gain(
         K[q, first + c] = model.bias[c] / innovation
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def correct(covariance: Floats, k: int, sensors: Integers, model: Model, epoch: Epoch) -> None:
     """Σ ← (I − K C) Σ (I − K C)ᵀ + K W Kᵀ, (1.26)."""
     size = 2 * sensors.shape[0]
@@ -330,7 +330,7 @@ def correct(covariance: Floats, k: int, sensors: Integers, model: Model, epoch: 
             covariance[x, y] -= total
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def correct_path(path: Floats, k: int, sensors: Integers, model: Model, epoch: Epoch) -> None:
     """F ← (I − K C) F, after `correct` in the same epoch."""
     size = 2 * sensors.shape[0]

@@ -27,7 +27,6 @@ from math import hypot, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.kernels import in_loop, loop
 from multiradar.tracking.encounters._path_kernels import cubic, cubic_rate, is_within, nearest_part
 from multiradar.tracking.encounters._relative_kernels import (
     RARE_SHARE,
@@ -35,6 +34,7 @@ from multiradar.tracking.encounters._relative_kernels import (
     relative_covariance,
     relative_walk,
 )
+from multiradar_compiled.kernels import in_loop, loop
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

@@ -27,10 +27,8 @@ Control, and Dynamics 20 (1997), 588-596.
 from math import erf, hypot, sqrt
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from multiradar.kernels import in_loop, loop
 from multiradar.tracking.encounters._approach_kernels import (
     CHORD_A,
     CHORD_C,
@@ -40,6 +38,7 @@ from multiradar.tracking.encounters._approach_kernels import (
     CHORD_W,
     VARIANTS,
 )
+from multiradar_compiled.kernels import in_loop, kernel, loop
 
 Floats = NDArray[np.float64]
 
@@ -64,7 +63,7 @@ _FLOOR = 1e-9
 _HALF_ROOT = sqrt(0.5)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def find_chances(
     chords: Floats, heights: Floats, points: Floats, distance: float, separation: float,
     chances: Floats,
@@ -77,7 +76,7 @@ def find_chances(
     fill_chances(chords, heights, points, distance, separation, lines, chances)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def find_bounds(chords: Floats, points: Floats, low: float, high: float, bounds: Floats) -> None:
     """Fill the rows of ``bounds`` with an interval of the least distance.
 

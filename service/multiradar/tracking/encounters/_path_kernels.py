@@ -14,7 +14,7 @@ from math import hypot
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.kernels import in_loop
+from multiradar_compiled.kernels import in_loop
 
 Floats = NDArray[np.float64]
 

@@ -15,11 +15,10 @@ of finding fixed-radius near neighbors", Information Processing Letters 6 (1977)
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from multiradar.kernels import in_loop, loop
 from multiradar.tracking.encounters._path_kernels import nearest_part
+from multiradar_compiled.kernels import in_loop, kernel, loop
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -37,7 +36,7 @@ _MIX_EAST, _MIX_NORTH = 0x9E3779B1, 0x85EBCA6B
 _NONE = -1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def find_pairs(
     t: Floats, means: Floats, points: Integers, distance: float, looks_max: int, pairs: Integers,
     counts: Integers,

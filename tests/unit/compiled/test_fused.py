@@ -5,7 +5,7 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.kernels import fused, loop
+from multiradar_compiled.kernels import fused, loop
 
 
 @loop

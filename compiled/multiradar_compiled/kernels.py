@@ -1,28 +1,60 @@
 """How the compiled functions in the loop over plots are made."""
 
 from collections.abc import Callable
-from typing import Any, TypeVar
+from functools import cached_property
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from llvmlite import ir
-from numba import njit, types
-from numba.core.registry import cpu_target
+from numba import config, njit, types
+from numba.core.registry import CPUDispatcher, cpu_target
 from numba.extending import intrinsic, overload, register_jitable
 from numpy.typing import NDArray
 
+from multiradar_compiled.cache import keep_in_folder
+
 Kernel = TypeVar("Kernel", bound=Callable[..., object])
 
+# Which products are fused with sums would depend on what was compiled before, and so would the
+# last bits: no `fastmath`. The wrapper for C is never called.
+_OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
 # Arrays are not counted (`_nrt`): counting took more than half of the time. Such a function cannot
-# make an array that lasts, and its caller must hold on to those it hands in. No `fastmath`: which
-# products are fused with sums would depend on what was compiled before, and so would the last bits.
-_OPTIONS: dict[str, Any] = {
-    "cache": True,
-    "nogil": True,
-    "error_model": "numpy",
-    "_nrt": False,
-}
+# make an array that lasts, and its caller must hold on to those it passes.
+_UNCOUNTED: dict[str, Any] = {**_OPTIONS, "_nrt": False}
 #: Options of what becomes part of its caller.
 IN_LOOP: Any = {"forceinline": True, "_nrt": False}
+
+
+def kernel(function: Kernel) -> Kernel:
+    """Compile a function that may make arrays.
+
+    Parameters
+    ----------
+    function : callable
+        Called from Python, or from another kernel.
+
+    Returns
+    -------
+    callable
+        Compiled at its first call, or beforehand (`multiradar_compiled.ahead`).
+    """
+    return _compiled(function, _OPTIONS)
+
+
+def inlined_kernel(function: Kernel) -> Kernel:
+    """Compile a function whose types depend on its caller's as part of that caller.
+
+    Parameters
+    ----------
+    function : callable
+        May make arrays.
+
+    Returns
+    -------
+    callable
+        Compiled with its caller.
+    """
+    return _compiled(function, {**_OPTIONS, "inline": "always"})
 
 
 def in_loop(function: Kernel) -> Kernel:
@@ -39,8 +71,15 @@ def in_loop(function: Kernel) -> Kernel:
     callable
         Compiled at its first call.
     """
-    compiled: Kernel = njit(forceinline=True, **_OPTIONS)(function)
-    return compiled
+    numba_config: Any = config
+    if numba_config.DISABLE_JIT:
+        return function
+    options = {**_UNCOUNTED, "forceinline": True, "no_cpython_wrapper": True}
+    compiled: Any = _InLoop(
+        function, targetoptions={**options, "nopython": True, "boundscheck": None}
+    )
+    keep_in_folder(compiled)
+    return cast(Kernel, compiled)
 
 
 def loop(function: Kernel) -> Kernel:
@@ -54,9 +93,31 @@ def loop(function: Kernel) -> Kernel:
     Returns
     -------
     callable
-        Compiled at its first call.
+        Compiled at its first call, or beforehand.
     """
-    compiled: Kernel = njit(**_OPTIONS)(function)
+    return _compiled(function, _UNCOUNTED)
+
+
+class _InLoop(CPUDispatcher):
+    # What becomes part of its callers needs no wrapper for Python, which is a tenth of compiling.
+    # numba would call one all the same, and crash: no compiled form is made known to it. Where it
+    # is called from Python, as in tests, another form of it is compiled.
+    def add_overload(self, result: Any) -> None:
+        self.overloads[tuple(result.signature.args)] = result
+
+    def _compile_for_args(self, *arguments: Any, **named: Any) -> Any:
+        return self._for_python._compile_for_args(*arguments, **named)
+
+    @cached_property
+    def _for_python(self) -> Any:
+        compiled = njit(**_UNCOUNTED)(self.py_func)
+        keep_in_folder(compiled, "-for-python")
+        return compiled
+
+
+def _compiled(function: Kernel, options: dict[str, Any]) -> Kernel:
+    compiled: Kernel = njit(**options)(function)
+    keep_in_folder(compiled)
     return compiled
 
 

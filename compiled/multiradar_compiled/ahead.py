@@ -1,0 +1,155 @@
+"""Kernels compiled beforehand: those that a command will need, in as many processes as cores.
+
+Type inference and lowering, which take most of the time, hold Python's lock, so threads would not
+help. Of several commands that start at once, one compiles and the others wait for it.
+"""
+
+import fcntl
+import hashlib
+import json
+import os
+import subprocess
+import sys
+import threading
+from collections import deque
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import IO
+
+from multiradar_compiled.cache import kernel_folder
+from multiradar_compiled.wanted import Wanted
+
+#: Told how many kernels are compiled, and how many have to be in all.
+Progress = Callable[[int, int], None]
+
+_MARKS = "compiled"
+_LOCK = "lock"
+#: How often whoever waits looks again, and tells the progress.
+_LOOK_PERIOD_S = 0.2
+#: A process holds 300 MB; more than this many would wait for the longest kernel anyhow.
+_WORKERS_MAX = 8
+
+
+def compile_ahead(kernels: Iterable[Wanted], on_progress: Progress) -> int:
+    """Compile those of some kernels that are not yet in the cache.
+
+    Parameters
+    ----------
+    kernels : iterable of Wanted
+        As of `wanted.kernels_for`; the first are compiled first.
+    on_progress : callable
+        Called several times a second with the kernels that are compiled and those there are to
+        compile; not at all if there is nothing to do.
+
+    Returns
+    -------
+    int
+        How many kernels were missing at the beginning. What could not be compiled beforehand is
+        compiled at its first call.
+    """
+    folder = kernel_folder()
+    if folder is None or os.environ.get("NUMBA_DISABLE_JIT", "0") != "0":
+        return 0
+    marks = folder / _MARKS
+    missing = [one for one in kernels if not _mark(marks, one).exists()]
+    if missing:
+        marks.mkdir(exist_ok=True)
+        with (folder / _LOCK).open("w") as lock:
+            _compile_or_wait(lock, marks, missing, on_progress)
+    return len(missing)
+
+
+def _mark(marks: Path, one: Wanted) -> Path:
+    # An empty file tells that a kernel is in the cache; numba's own index has no public reader.
+    text = f"{one.kernel} {' '.join(one.arguments)}"
+    return marks / hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def _compile_or_wait(
+    lock: IO[str], marks: Path, missing: list[Wanted], on_progress: Progress
+) -> None:
+    total = len(missing)
+
+    def left() -> list[Wanted]:
+        return [one for one in missing if not _mark(marks, one).exists()]
+
+    wait = threading.Event()
+    while not _locked(lock):
+        # The other process may be compiling other kernels; then these are compiled after it.
+        waiting = left()
+        on_progress(total - len(waiting), total)
+        if not waiting:
+            return
+        wait.wait(_LOOK_PERIOD_S)
+    crew = _Crew(left(), marks)
+    try:
+        while crew.at_work():
+            on_progress(total - len(left()), total)
+            wait.wait(_LOOK_PERIOD_S)
+        on_progress(total - len(left()), total)
+    finally:
+        crew.dismiss()
+
+
+def _locked(lock: IO[str]) -> bool:
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    return True
+
+
+class _Crew:
+    # Processes, each with a thread that hands it one kernel after another.
+    def __init__(self, missing: list[Wanted], marks: Path) -> None:
+        self._waiting = deque(missing)
+        self._marks = marks
+        count = min(len(missing), len(os.sched_getaffinity(0)), _WORKERS_MAX)
+        self._workers = [_start_worker() for _ in range(count)]
+        self._threads = [
+            threading.Thread(target=self._serve, args=(worker,), daemon=True)
+            for worker in self._workers
+        ]
+        for thread in self._threads:
+            thread.start()
+
+    def at_work(self) -> bool:
+        return any(thread.is_alive() for thread in self._threads)
+
+    def dismiss(self) -> None:
+        self._waiting.clear()
+        for worker in self._workers:
+            worker.kill()
+            worker.wait()
+        for thread in self._threads:
+            thread.join()
+
+    def _serve(self, worker: "subprocess.Popen[str]") -> None:
+        assert worker.stdin is not None
+        assert worker.stdout is not None
+        with worker.stdin as requests, worker.stdout as answers:
+            while self._waiting:
+                try:
+                    one = self._waiting.popleft()
+                    request = {"kernel": one.kernel, "arguments": one.arguments}
+                    requests.write(json.dumps(request) + "\n")
+                    requests.flush()
+                    answer = answers.readline()
+                except (IndexError, OSError):
+                    return
+                if answer == "\n":
+                    _mark(self._marks, one).touch()
+                if not answer:
+                    return
+
+
+def _start_worker() -> "subprocess.Popen[str]":
+    return subprocess.Popen(
+        [sys.executable, "-m", "multiradar_compiled.worker"],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+        # Ctrl-C is for the command, which ends these.
+        process_group=0,
+    )

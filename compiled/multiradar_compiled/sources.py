@@ -1,0 +1,86 @@
+"""Which source files are compiled into kernels: the modules of kernels and all that they import.
+
+numba decides by the file of the outermost function whether cached code is current. Functions and
+constants of other files are compiled in as well, so cached code is named after all of them.
+"""
+
+import hashlib
+import re
+from collections.abc import Iterable
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
+
+#: The packages whose functions are compiled.
+PACKAGES = ("multiradar", "multiradar_converters", "multiradar_compiled")
+
+_KERNEL_FILES = "*kernels.py"
+_FROM = re.compile(r"^\s*from\s+([\w.]+)\s+import\s+(\([^)]*\)|[^\n]*)", re.MULTILINE)
+_IMPORT = re.compile(r"^\s*import\s+([\w.]+)", re.MULTILINE)
+_NAME = re.compile(r"(\w+)(?:\s+as\s+\w+)?\s*(?:,|$|\))", re.MULTILINE)
+
+
+@cache
+def package_folders(packages: tuple[str, ...] = PACKAGES) -> dict[str, Path]:
+    """Return where each package lies; one that is not installed is absent."""
+    folders = {}
+    for package in packages:
+        spec = find_spec(package)
+        if spec is not None and spec.submodule_search_locations:
+            folders[package] = Path(spec.submodule_search_locations[0])
+    return folders
+
+
+def compiled_sources(folders: dict[str, Path], more: Iterable[Path] = ()) -> list[Path]:
+    """Return the files whose content may be part of compiled code.
+
+    Parameters
+    ----------
+    folders : dict of str to Path
+        The packages, by name.
+    more : iterable of Path
+        Files outside of them that have kernels, too.
+
+    Returns
+    -------
+    list of Path
+        Every module of kernels of the packages, `more`, and what these import from the packages,
+        directly or not; sorted.
+    """
+    waiting = [path for folder in folders.values() for path in folder.rglob(_KERNEL_FILES)]
+    waiting += more
+    found = set(waiting)
+    while waiting:
+        for path in _imported(waiting.pop().read_text(encoding="utf-8"), folders):
+            if path not in found:
+                found.add(path)
+                waiting.append(path)
+    return sorted(found)
+
+
+def sources_digest(folders: dict[str, Path], more: Iterable[Path] = ()) -> str:
+    """Return a digest of the names and contents of `compiled_sources`, 16 hexadecimal digits."""
+    digest = hashlib.sha256()
+    for path in compiled_sources(folders, more):
+        digest.update(f"{path.name}\0{path.stat().st_size}\0".encode())
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def _imported(text: str, folders: dict[str, Path]) -> Iterable[Path]:
+    for package, names in _FROM.findall(text):
+        yield from _files(package, folders)
+        for name in _NAME.findall(names):
+            yield from _files(f"{package}.{name}", folders)
+    for module in _IMPORT.findall(text):
+        yield from _files(module, folders)
+
+
+def _files(module: str, folders: dict[str, Path]) -> Iterable[Path]:
+    package, *parts = module.split(".")
+    if package not in folders:
+        return
+    place = folders[package].joinpath(*parts)
+    for path in (place.with_suffix(".py"), place / "__init__.py"):
+        if path.is_file():
+            yield path

@@ -1,0 +1,33 @@
+"""`multiradar warm-up`: compile beforehand what the other commands need."""
+
+from typing import Annotated
+
+import typer
+
+from multiradar.cli.compiling import compile_kernels
+
+#: Filters and studies that most users never run.
+_SELDOM = ("study ", "joint", " blom", " ci")
+
+
+def warm_up(
+    *,
+    everything: Annotated[
+        bool,
+        typer.Option("--all", help="Also the filters joint, blom, blom-macro and ci, and studies."),
+    ] = False,
+) -> None:
+    """Compile the kernels of all commands now, so that none of them compiles later.
+
+    Compiled kernels are kept in a cache folder of this user until the program changes.
+    """
+    from multiradar_compiled.cache import kernel_folder
+    from multiradar_compiled.wanted import kernels_by_purpose
+
+    purposes = [
+        purpose
+        for purpose in kernels_by_purpose()
+        if everything or not any(part in purpose for part in _SELDOM)
+    ]
+    missing = compile_kernels(purposes)
+    print(f"{missing} kernels compiled; all are in {kernel_folder()}")

@@ -1,0 +1,28 @@
+"""The list of kernels is what commands call: nothing compiles after a command has begun."""
+
+from pathlib import Path
+
+import pytest
+
+from multiradar_compiled.wanted import kernels_for
+from support.kernel_list import Run, calls_of, make_inputs, runs
+
+#: One run of each kind; `make kernel-list KERNEL_LIST_OPTIONS=--check` compares all.
+PURPOSES = ("convert vid", "track imm", "serve two-stage", "track --encounters imm", "bearings imm")
+
+
+@pytest.fixture(scope="module")
+def inputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("inputs")
+    make_inputs(folder)
+    return folder
+
+
+@pytest.mark.parametrize(
+    "run", [one for one in runs() if one.purpose in PURPOSES], ids=lambda run: run.purpose
+)
+def test_all_that_a_command_calls_is_listed(run: Run, inputs: Path, tmp_path: Path) -> None:
+    listed = kernels_for([one for one in (run.builds_on, run.purpose) if one])
+    called = {one[:2] for one in calls_of(run, inputs, tmp_path)}
+    assert called
+    assert called <= {(one.kernel, one.arguments) for one in listed}

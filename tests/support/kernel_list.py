@@ -1,0 +1,324 @@
+"""Writes the list of kernels that commands compile beforehand.
+
+::
+
+    make kernel-list                                # compiles everything, 10 minutes
+    make kernel-list KERNEL_LIST_OPTIONS=--check    # what the list lacks or need not have
+
+Every command of `runs` is run as a user would run it. What it calls from Python, with the types of
+the arguments, is what its purpose needs, without the kernels of the purposes that it builds on.
+"""
+
+import argparse
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+import httpx
+
+from multiradar.clock import SystemClock
+from support.asterix_scene import datagrams
+from support.dumps import pairs, part_of_sample, write_dump
+
+ROOT = Path(__file__).parents[2]
+TESTS = ROOT / "tests"
+LIST = ROOT / "compiled" / "multiradar_compiled" / "kernels.json"
+SAMPLE = ROOT / "examples" / "vid-sample"
+SENSORS = ROOT / "examples" / "sensors-vid-sample.toml"
+FILTERS = ("two-stage", "imm", "joint", "blom", "blom-macro", "ci")
+HIDDEN = "track_number,mode_3a,mode_s_address,callsign"
+OPTIONS: dict[str, tuple[str, ...]] = {
+    "--encounters": ("120",),
+    "--forecasts": ("60",),
+    "--trajectories": (),
+    "--manoeuvre-planes": ("60",),
+    "--observability": ("60",),
+}
+#: The shortest run of each study that calls all of its kernels.
+STUDIES: dict[str, tuple[str, ...]] = {
+    "bias-estimation": ("--runs", "2", "--duration", "20"),
+    "polynomial-forecast": ("--runs", "100"),
+    "coupled-motion": ("--runs", "2", "--duration", "20"),
+    "manoeuvre-plane": ("--runs", "2"),
+    "bearing-only": ("--runs", "2"),
+    "trajectory-bundle": ("--runs", "2"),
+}
+QUERIES = (
+    "tracks", "status", "sensors", "encounters", "tracks/1", "tracks/1/history",
+    "tracks/1/forecast?horizon_s=60&step_s=10", "tracks/1/manoeuvre-plane",
+    "tracks/1/observability",
+)  # fmt: skip
+#: A type with a longer text is given a name in the list.
+NAMED_LENGTH_MIN = 40
+TIMEOUT_S = 600.0
+
+CLOCK = SystemClock()
+_INPUTS = "KERNEL_LIST_INPUTS"
+
+#: A kernel, the types of its arguments, and the seconds of compiling or loading it.
+Call = tuple[str, tuple[str, ...], float]
+Arguments = Callable[[Path, Path], list[str]]
+
+
+@dataclass(frozen=True)
+class Run:
+    """A command whose kernels are wanted.
+
+    Attributes
+    ----------
+    purpose : str
+        What they are for; several runs may have the same.
+    builds_on : str
+        A purpose whose kernels are not repeated; empty for none.
+    arguments : callable
+        Given the folder of inputs and a place for outputs, the arguments of the command.
+    """
+
+    purpose: str
+    builds_on: str
+    arguments: Arguments
+
+
+def runs() -> Iterator[Run]:
+    """Yield all runs, each after what it builds on."""
+    yield Run("convert vid", "", lambda _, out: ["convert", "vid", str(SAMPLE), str(out)])
+    yield Run("convert vid", "", lambda i, out: ["convert", "vid", str(i / "pairs"), str(out)])
+    yield Run("convert asterix", "", convert("asterix", "plots.ast"))
+    for file in ("list.json", "columns.csv"):
+        yield Run("convert adsb", "", convert("adsb", file))
+    for name in FILTERS:
+        base = f"track {name}"
+        yield Run(base, "", track(name, "sample"))
+        yield Run(base, "", track(name, "sample", "--hide", HIDDEN, "--kinds", "radar"))
+        yield Run(f"serve {name}", base, serve(name))
+    for name in ("two-stage", "imm"):
+        base = f"track {name}"
+        yield Run(f"bearings {name}", base, track(name, "bearings"))
+        for option, values in OPTIONS.items():
+            yield Run(f"track {option} {name}", base, track(name, "sample", option, *values))
+    for name, options in STUDIES.items():
+        yield Run(f"study {name}", "", study(name, *options))
+
+
+def convert(form: str, file: str) -> Arguments:
+    """Return the arguments of `convert` on one of the inputs."""
+    return lambda inputs, out: ["convert", form, str(inputs / file), "--out", str(out)]
+
+
+def serve(name: str) -> Arguments:
+    """Return the arguments of a service that is used and stopped (`use_service`)."""
+    return lambda _, out: ["serve", name, str(out)]
+
+
+def study(name: str, *options: str) -> Arguments:
+    """Return the arguments of a study."""
+    return lambda _, out: ["study", name, *options, "--out", str(out.with_suffix(".html"))]
+
+
+def track(name: str, recording: str, *options: str) -> Arguments:
+    """Return the arguments of `track` on one of the inputs."""
+
+    def arguments(inputs: Path, out: Path) -> list[str]:
+        sensors = SENSORS if recording == "sample" else inputs / recording / "sensors.toml"
+        given = [str(inputs / recording), "--sensors", str(sensors), "--out", str(out)]
+        return ["track", *given, "--filter", name, *options]
+
+    return arguments
+
+
+def make_inputs(folder: Path) -> None:
+    """Make what the runs read: recordings in every form."""
+
+    def command(*arguments: str) -> None:
+        recorded(list(arguments), folder / "inputs.ndjson", folder)
+
+    command("convert", "vid", str(SAMPLE), str(folder / "sample"), "--date", "2018-08-01")
+    command("simulate", "bearings-only", "--out", str(folder / "bearings"))
+    tracks = ("--sensors", str(SENSORS), "--kinds", "radar", "--out", str(folder / "tracks"))
+    command("track", str(folder / "sample"), *tracks)
+    write_dump(folder / "pairs", part_of_sample(500), pairs())
+    octets = b"".join(one for _, one in datagrams(30_000.0, 20))
+    (folder / "plots.ast").write_bytes(octets)
+    reports = [
+        {"timestamp": 1e9 + i, "icao24": "4b1234", "latitude": 47.0 + 0.001 * i, "longitude": 8.0,
+         "altitude": 30_000.0}
+        for i in range(60)
+    ]  # fmt: skip
+    (folder / "list.json").write_text(json.dumps(reports))
+    lines = [",".join(reports[0]), *(",".join(map(str, one.values())) for one in reports)]
+    (folder / "columns.csv").write_text("\n".join(lines) + "\n")
+
+
+def record(arguments: list[str], file: Path) -> None:
+    """Run one command in this process and write what it calls to a file, a line a call."""
+    from numba.core.dispatcher import Dispatcher
+
+    from multiradar.cli.main import run
+    from multiradar_compiled import wanted
+    from multiradar_compiled.signatures import describe
+
+    # What is compiled beforehand would not be seen to be called.
+    wanted.kernels_for = lambda purposes: []
+    original, depth = Dispatcher.compile, 0
+
+    def noting(self: Any, signature: Any) -> Any:
+        nonlocal depth
+        outermost, started_s = depth == 0, CLOCK.monotonic_s()
+        depth += 1
+        try:
+            return original(self, signature)
+        finally:
+            depth -= 1
+            module, name = self.py_func.__module__, self.py_func.__qualname__
+            if outermost and module.startswith("multiradar"):
+                seconds = CLOCK.monotonic_s() - started_s
+                call = [f"{module}:{name}", [describe(one) for one in signature], seconds]
+                with file.open("a", encoding="utf-8") as stream:
+                    stream.write(json.dumps(call) + "\n")
+
+    Dispatcher.compile = noting  # type: ignore[assignment,method-assign]
+    if arguments[0] == "serve":
+        threading.Thread(target=use_service, args=(Path(arguments[2]),), daemon=True).start()
+        arguments = [
+            "serve", "--sensors", str(SENSORS), "--state", arguments[2], "--port", "0",
+            "--filter", arguments[1], "--no-zenoh", "--json",
+        ]  # fmt: skip
+        os.dup2(os.open(Path(arguments[4]).with_suffix(".out"), os.O_CREAT | os.O_WRONLY), 1)
+    status = run(arguments)
+    sys.stdout.flush()
+    os._exit(status)
+
+
+def use_service(state: Path) -> None:
+    """Replay the sample to the service of this process, ask it everything, stop it."""
+    ready, deadline_s = state.with_suffix(".out"), CLOCK.monotonic_s() + TIMEOUT_S
+    while not (ready.exists() and ready.read_text()) and CLOCK.monotonic_s() < deadline_s:
+        time.sleep(0.2)
+    http = json.loads(ready.read_text())["http"]
+    sample = Path(os.environ[_INPUTS]) / "sample"
+    command = [sys.executable, "-m", "multiradar", "replay", str(sample), "--to", http]
+    subprocess.run([*command, "--speed", "max"], check=True, stdout=subprocess.DEVNULL)
+    for query in QUERIES:
+        httpx.get(f"{http}/v1/{query}", timeout=TIMEOUT_S, trust_env=False)
+    os.kill(os.getpid(), signal.SIGTERM)
+
+
+def recorded(arguments: list[str], calls: Path, inputs: Path, cache: Path | None = None) -> None:
+    """Run a command in a process that writes what it calls to a file."""
+    environment = {**os.environ, _INPUTS: str(inputs)}
+    if cache is not None:
+        environment["NUMBA_CACHE_DIR"] = str(cache)
+    tool = [sys.executable, "-m", "support.kernel_list", "--record", str(calls), "--"]
+    started_s = CLOCK.monotonic_s()
+    done = subprocess.run(
+        [*tool, *arguments], cwd=TESTS, env=environment, capture_output=True, text=True
+    )
+    print(f"{CLOCK.monotonic_s() - started_s:6.1f} s: {' '.join(arguments[:3])}", flush=True)
+    if done.returncode not in (0, 128 + signal.SIGTERM):
+        sys.exit(f"{' '.join(arguments)}: status {done.returncode}\n{done.stderr}")
+
+
+def calls_of(run: Run, inputs: Path, folder: Path, cache: Path | None = None) -> list[Call]:
+    """Run a command and return what it calls; outputs go to a folder."""
+    calls = folder / "calls.ndjson"
+    calls.unlink(missing_ok=True)
+    out = Path(tempfile.mkdtemp(dir=folder)) / "out"
+    recorded(run.arguments(inputs, out), calls, inputs, cache)
+    lines = calls.read_text(encoding="utf-8").splitlines() if calls.exists() else []
+    found = [json.loads(line) for line in lines]
+    return [(kernel, tuple(types), seconds) for kernel, types, seconds in found]
+
+
+def collect(folder: Path, cache: Path | None) -> Iterator[dict[str, list[Call]]]:
+    """Run everything and yield, after each run, the calls of each purpose so far."""
+    found: dict[str, list[Call]] = {}
+    for run in runs():
+        known = {one[:2] for one in found.get(run.builds_on, [])}
+        calls = calls_of(run, folder, folder, cache)
+        found.setdefault(run.purpose, []).extend(one for one in calls if one[:2] not in known)
+        yield found
+
+
+def listed(found: dict[str, list[Call]]) -> dict[str, Any]:
+    """Return the list as a JSON document: long types by name, kernels in the order of names."""
+    purposes: dict[tuple[str, tuple[str, ...]], set[str]] = {}
+    seconds: dict[tuple[str, tuple[str, ...]], float] = {}
+    for purpose, calls in found.items():
+        for kernel, types, taken in calls:
+            one = kernel, types
+            purposes.setdefault(one, set()).add(purpose)
+            seconds[one] = max(seconds.get(one, 0.0), round(taken, 1))
+    long = sorted({name for _, types in purposes for name in types if len(name) > NAMED_LENGTH_MIN})
+    names: dict[str, str] = {}
+    for text in long:
+        stem = text.partition("{")[0].rpartition(":")[2]
+        names[text] = next(
+            name for i in count() if (name := f"{stem}{i or ''}") not in names.values()
+        )
+    return {
+        "purposes": sorted(found),
+        "types": {name: text for text, name in names.items()},
+        "kernels": [
+            {
+                "kernel": kernel,
+                "arguments": [names.get(one, one) for one in types],
+                "seconds": seconds[kernel, types],
+                "purposes": sorted(purposes[kernel, types]),
+            }
+            for kernel, types in sorted(purposes)
+        ],
+    }
+
+
+def differences(new: dict[str, Any]) -> list[str]:
+    """Return in words what another list has more or less than the one that comes along."""
+    old = json.loads(LIST.read_text(encoding="utf-8"))
+
+    def flat(document: dict[str, Any]) -> set[tuple[str, ...]]:
+        return {
+            (purpose, one["kernel"], *(document["types"].get(x, x) for x in one["arguments"]))
+            for one in document["kernels"]
+            for purpose in one["purposes"]
+        }
+
+    more, less = flat(new) - flat(old), flat(old) - flat(new)
+    return [f"missing: {' '.join(one)}" for one in sorted(more)] + [
+        f"not needed: {' '.join(one)}" for one in sorted(less)
+    ]
+
+
+def main() -> None:
+    """Write the list, or compare it."""
+    parser = argparse.ArgumentParser(description="List the kernels that commands call.")
+    parser.add_argument("--check", action="store_true", help="compare instead of writing")
+    parser.add_argument("--record", type=Path, help=argparse.SUPPRESS)
+    parser.add_argument("command", nargs="*", help=argparse.SUPPRESS)
+    options = parser.parse_args()
+    if options.record:
+        record(options.command, options.record)
+        return
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        make_inputs(folder)
+        for found in collect(folder, None if options.check else folder / "cache"):
+            document = listed(found)
+            if not options.check:
+                LIST.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
+    if options.check:
+        wrong = differences(document)
+        print("\n".join(wrong) or "the list is complete")
+        sys.exit(1 if wrong else 0)
+
+
+if __name__ == "__main__":
+    main()
