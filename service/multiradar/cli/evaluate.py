@@ -209,7 +209,9 @@ def evaluate(
             text = report_page(_document(tracks, card, figures, whole=True))
             page.write_text(text, encoding="utf-8")
     if json_wanted:
-        print(json.dumps(figures, ensure_ascii=False, allow_nan=False))
+        from multiradar_schemas.rounding import rounded
+
+        print(json.dumps(rounded(figures), ensure_ascii=False, allow_nan=False))
     else:
         _print(_document(tracks, card, figures, whole=False))
         if html is not None:
@@ -311,7 +313,7 @@ def _document(tracks: Path, card: "Scorecard", figures: Any, *, whole: bool) -> 
 
     compared, reference = figures["compared"], figures["reference"]
     summary = (
-        f"{compared['tracks']} tracks with {compared['updates']} updates against "
+        f"{_headline(compared)} with {compared['updates']} updates against "
         f"{_REFERENCES[reference['kind']]}: {compared['aircraft']} aircraft with "
         f"{compared['reference_positions']} positions over {compared['duration_s']:.0f} s; "
         f"{compared['updates_compared']} updates compared."
@@ -325,6 +327,11 @@ def _document(tracks: Path, card: "Scorecard", figures: Any, *, whole: bool) -> 
         plots=card_plots(card) if whole else [],
         notes=notes_of(card, figures),
     )
+
+
+def _headline(compared: Any) -> str:
+    text = f"{compared['tracks_confirmed']} confirmed tracks"
+    return f"{text} ({compared['tracks_initiated']} initiated)"
 
 
 # What differs from the defaults alone.

@@ -158,7 +158,10 @@ def _run(
 
             partial.write_text(report_page(document_of(result)), encoding="utf-8")
     if json_wanted:
-        print(json.dumps(result.json_object(), ensure_ascii=False, allow_nan=False))
+        from multiradar_schemas.rounding import rounded_members
+
+        figures = rounded_members(result.json_object())
+        print(json.dumps(figures, ensure_ascii=False, allow_nan=False))
         return
     _print_result(result)
     print(f"report written to {out}")

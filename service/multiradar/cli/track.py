@@ -4,7 +4,6 @@ import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from math import floor, log10
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -45,10 +44,13 @@ from multiradar.cli.options import (
     hidden_fields,
 )
 from multiradar.cli.progress import progress_bar
+from multiradar.cli.stage_line import print_stages
+from multiradar.clock import SystemClock
 from multiradar.errors import InputError
 
 if TYPE_CHECKING:
     from multiradar.runtime.encounter_query import EncounterQuery
+    from multiradar.runtime.offline import OfflineResult
     from multiradar.runtime.trajectories.options import TrajectoryOptions
     from multiradar.settings import Settings
     from multiradar_schemas.report import Report
@@ -125,9 +127,14 @@ def track(
     json_wanted: JsonOption = False,
 ) -> None:
     """Track a recording: write tracks, biases with their sigma, rejects and a report."""
+    clock = SystemClock()
+    began_s = clock.monotonic_s()
     from multiradar.runtime.offline import OfflineJob, track_recording
     from multiradar.runtime.offline_report import REPORT_FILE, offline_report
+    from multiradar.runtime.stage_times import READING, StageTimes
     from multiradar.storage.output_folder import check_new, new_folder
+
+    stages = StageTimes(clock, began_s)
 
     check_new(out)
     query = _encounters(encounters, encounter_distance_m, encounter_height_m)
@@ -145,9 +152,14 @@ def track(
     whole = _settings(config, given)
     settings = whole.tracking_settings()
     dump = DumpChoice(date, profile, allow_missing)
-    opened = open_measurements(measurements, dump, settings.reorder_horizon_s)
+    opened = stages.enter(
+        READING, open_measurements(measurements, dump, settings.reorder_horizon_s)
+    )
     recording_file = new_recorder(asterix, whole, table)
-    with opened as recording, recording_file as recorder, new_folder(out) as folder, _naming(out):
+    with (
+        stages.listening(), opened as recording, recording_file as recorder,
+        new_folder(out) as folder, _naming(out),
+    ):  # fmt: skip
         job = OfflineJob(
             recording=recording,
             sensors=table,
@@ -162,24 +174,26 @@ def track(
             forecasts_every_s=forecasts,
         )
         with progress_bar("tracking", recording.rows) as on_progress:
-            result = track_recording(
-                job, folder, on_progress, None if recorder is None else recorder.take
-            )
+            on_output = None if recorder is None else stages.timed("ASTERIX", recorder.take)
+            result = track_recording(job, folder, on_progress, on_output, stages)
         check_found(result.read, kinds, measurements)
         if recorder is not None:
             result.asterix = recorder.finish()
         report = offline_report(job, result)
         text = report.model_dump_json(indent=2)
         (folder / REPORT_FILE).write_text(text + "\n", encoding="utf-8")
-    for warning in result.warnings:
-        print(f"multiradar: {warning}", file=sys.stderr)
-    _warn_of_room(result.tracker["no_room"], settings.filter_name)
+    _warn(result, settings.filter_name)
     if json_wanted:
         print(text)
     else:
         _print_report(report, out)
         if asterix is not None:
             print_asterix(result.asterix, asterix)
+        print_stages(stages.seconds())
+    _require_accepted(report, out)
+
+
+def _require_accepted(report: "Report", out: Path) -> None:
     if report.counts.accepted == 0:
         codes = codes_told({str(code): n for code, n in report.rejected_by_code.items()})
         msg = f"none of {report.counts.read} measurements accepted: {codes}; {out} says why"
@@ -226,11 +240,13 @@ def _naming(out: Path) -> Iterator[None]:
         raise InputError(msg) from error
 
 
-def _warn_of_room(untracked: int, filter_name: str) -> None:
+def _warn(result: "OfflineResult", filter_name: str) -> None:
     from multiradar.estimation.filters.bank import find_filter
     from multiradar.tracking.pool import CAPACITY_MAX
 
-    if untracked:
+    for warning in result.warnings:
+        print(f"multiradar: {warning}", file=sys.stderr)
+    if untracked := result.tracker["no_room"]:
         most = find_filter(filter_name).aircraft_max or CAPACITY_MAX
         print(
             f"multiradar: {filter_name} tracks at most {most} aircraft at once; {untracked} "
@@ -255,29 +271,27 @@ def _settings(config: Path | None, given: dict[str, Any]) -> "Settings":
     return load_settings(config, {"tracking": chosen})
 
 
-def _decimals(sigma: object) -> int:
-    # Two digits of the sigma, four decimals at least.
-    assert isinstance(sigma, float)
-    return max(4, 1 - floor(log10(sigma))) if sigma > 0.0 else 4
-
-
 def _print_report(report: "Report", out: Path) -> None:
     from rich.console import Console
     from rich.table import Table
 
+    from multiradar.report.cells import estimate_texts
+
     console = Console(highlight=False)
     counts, figures = report.counts, report.figures
     console.print(
-        f"[bold]{figures['tracks']} tracks[/] from {counts.read} measurements: "
-        f"{counts.accepted} accepted, {counts.rejected} rejected, {counts.duplicate} duplicate"
+        f"[bold]{figures['tracks_confirmed']} confirmed tracks[/] ({figures['tracks']} initiated) "
+        f"from {counts.read} measurements: {counts.accepted} accepted, {counts.rejected} rejected, "
+        f"{counts.duplicate} duplicate",
+        soft_wrap=True,
     )
     if report.rejected_by_code:
         codes = {str(code): n for code, n in report.rejected_by_code.items()}
         console.print(f"rejected: {codes_told(codes)}", soft_wrap=True)
-    table = Table(title="Biases at the end (measured minus true)", title_justify="left")
+    table = Table(title="Final bias estimates (measured − true)", title_justify="left")
     for column in ("sensor", "parameter"):
         table.add_column(column)
-    for column in ("estimate", "sigma", "of prior"):
+    for column in ("estimate", "sigma", "sigma / prior sigma"):
         table.add_column(column, justify="right")
     biases = figures["final_biases"]
     assert isinstance(biases, dict)
@@ -285,9 +299,10 @@ def _print_report(report: "Report", out: Path) -> None:
         assert isinstance(parameters, dict)
         for name, value in parameters.items():
             assert isinstance(value, dict)
-            digits = _decimals(value["sigma"])
-            numbers = f"{value['estimate']:.{digits}f}", f"{value['sigma']:.{digits}f}"
-            table.add_row(sensor, name, *numbers, f"{value['prior_ratio']:.1%}")
+            estimate, sigma, ratio = (value[one] for one in ("estimate", "sigma", "prior_ratio"))
+            assert isinstance(estimate, float)
+            assert isinstance(sigma, float)
+            table.add_row(sensor, name, *estimate_texts(estimate, sigma), f"{ratio:.1%}")
     if biases:
         console.print(table)
     print_health(report, console)
@@ -296,7 +311,7 @@ def _print_report(report: "Report", out: Path) -> None:
     for one in untold:
         assert isinstance(one, dict)
         console.print(
-            f"not observable: {one['what']}; sigma {one['prior_ratio']:.0%} of that beforehand",
+            f"not observable: {one['what']} (sigma still {one['prior_ratio']:.0%} of the prior)",
             soft_wrap=True,
         )
     outcomes = figures["measurements_by_outcome"]
