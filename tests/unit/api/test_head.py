@@ -1,9 +1,14 @@
 """HEAD is answered wherever GET is: the same status and headers, no body."""
 
+import asyncio
+from collections.abc import MutableMapping
+from typing import Any
+
 import httpx
 import pytest
 from fastapi import FastAPI
 
+_DEADLINE_S = 60.0
 _CHANGING = {"x-request-id"}
 _PATHS = [
     "/", "/docs", "/openapi.json", "/healthz", "/readyz", "/metrics", "/v1/status", "/v1/tracks",
@@ -39,13 +44,42 @@ async def test_head_answers_as_get_without_a_body(client: httpx.AsyncClient, pat
     assert told == expected
 
 
+@pytest.mark.parametrize("path", ["/v1/tracks", "/nowhere", "/v1/events"])
+async def test_no_byte_of_a_body_is_sent(application: FastAPI, path: str) -> None:
+    sent: list[dict[str, Any]] = []
+    ended = asyncio.Event()
+
+    async def receive() -> dict[str, Any]:
+        if not sent:
+            return {"type": "http.request", "body": b"", "more_body": False}
+        await ended.wait()
+        return {"type": "http.disconnect"}
+
+    async def send(message: MutableMapping[str, Any]) -> None:
+        sent.append(dict(message))
+        if message["type"] == "http.response.body" and not message.get("more_body", False):
+            ended.set()
+
+    scope = {
+        "type": "http", "asgi": {"version": "3.0"}, "http_version": "1.1", "method": "HEAD",
+        "scheme": "http", "path": path, "raw_path": path.encode(), "root_path": "",
+        "query_string": b"", "headers": [(b"host", b"127.0.0.1")], "client": None, "server": None,
+    }  # fmt: skip
+    async with asyncio.timeout(_DEADLINE_S):
+        await application(scope, receive, send)
+    assert [one["type"] for one in sent] == ["http.response.start", "http.response.body"]
+    assert sent[1]["body"] == b""
+    assert scope["method"] == "HEAD"
+
+
 async def test_head_of_a_stream_ends(client: httpx.AsyncClient) -> None:
-    head = await client.head("/v1/events")
-    assert (head.status_code, head.content) == (200, b"")
-    assert head.headers["content-type"].startswith("text/event-stream")
-    # Its place is free again: as many may ask as like.
-    for _ in range(40):
-        assert (await client.head("/v1/events?after=0")).status_code == 200
+    async with asyncio.timeout(_DEADLINE_S):
+        head = await client.head("/v1/events")
+        assert (head.status_code, head.content) == (200, b"")
+        assert head.headers["content-type"].startswith("text/event-stream")
+        # Its place is free again: as many may ask as like.
+        for _ in range(40):
+            assert (await client.head("/v1/events?after=0")).status_code == 200
 
 
 async def test_head_of_a_stream_is_refused_as_get_is(client: httpx.AsyncClient) -> None:

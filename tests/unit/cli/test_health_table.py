@@ -4,6 +4,7 @@ import io
 import re
 
 import pytest
+from pydantic import JsonValue
 from rich.console import Console
 
 from multiradar.cli.health_table import print_health
@@ -11,7 +12,7 @@ from multiradar_schemas.report import Counts, Report
 
 
 def _printed(time_s: float) -> str:
-    row = {
+    row: dict[str, JsonValue] = {
         "detection_probability": 0.9624292428553796, "range_sigma_ratio": 1.1841496496060946,
         "azimuth_sigma_ratio": 1234567.0, "silence_s": None, "alarms": "silence,noise",
     }  # fmt: skip

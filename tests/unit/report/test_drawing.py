@@ -182,7 +182,9 @@ def test_points_beyond_an_axis_are_marked_and_counted() -> None:
         "1 beyond the axis",
         "2 beyond the axis",
     ]
-    marked = {line.get_marker(): line for line in axes.lines if line.get_marker() in {"^", "v"}}
+    marked = {
+        str(line.get_marker()): line for line in axes.lines if line.get_marker() in {"^", "v"}
+    }
     assert sorted(marked) == ["^", "v"]
     above = axes.transAxes.transform(np.column_stack(marked["^"].get_data()))
     at = axes.transData.inverted().transform(above)
@@ -196,7 +198,7 @@ def test_points_beside_an_axis_and_in_a_corner_are_counted_once() -> None:
     plot = Plot("t", "x", "y", (series,), x_limits=(0.0, 2.0), y_limits=(0.0, 2.0))
     axes = draw_group([plot], _colours(plot))[0].axes[0]
     assert [text.get_text() for text in axes.texts] == ["1 beyond the axis"] * 3
-    markers = [line.get_marker() for line in axes.lines if line.get_marker() != "o"]
+    markers = [str(line.get_marker()) for line in axes.lines if line.get_marker() != "o"]
     assert sorted(markers) == ["<", ">", "^"]
 
 
