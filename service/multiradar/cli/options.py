@@ -28,7 +28,7 @@ class FilterChoice(StrEnum):
 
 
 class MotionChoice(StrEnum):
-    """How an aircraft may be taken to accelerate."""
+    """Process noise of the motion of aircraft."""
 
     WHITE_ACCELERATION = "white-acceleration"
     VELOCITY_FRAME = "velocity-frame"
@@ -76,13 +76,13 @@ MeasurementsArgument = Annotated[
     Path,
     typer.Argument(
         metavar="MEASUREMENTS",
-        help="A measurements.parquet, a folder that `convert` made, or the folder of a dump.",
+        help="A measurements.parquet, an output directory of `convert`, or a dump directory.",
         show_default=False,
     ),
 ]
 SensorsOption = Annotated[
     Path,
-    typer.Option("--sensors", metavar="FILE", help="The sensors: sensors.toml."),
+    typer.Option("--sensors", metavar="FILE", help="Sensor configuration: sensors.toml."),
 ]
 KindsOption = Annotated[
     str | None,
@@ -99,20 +99,18 @@ HideOption = Annotated[
     typer.Option(
         "--hide",
         metavar="FIELD,FIELD",
-        help=f"Keep these fields from the tracker, not from the output: {', '.join(HIDEABLE)}.",
+        help=f"Withhold these fields from the tracker, not from the output: {', '.join(HIDEABLE)}.",
         parser=parse_hidden,
         show_default="none",
     ),
 ]
-JsonOption = Annotated[
-    bool, typer.Option("--json", help="Print the figures as one JSON object, for programs.")
-]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print the results as one JSON object.")]
 DateOption = Annotated[
     str | None,
     typer.Option(
         "--date",
         metavar="YYYY-MM-DD",
-        help="Date of the first line of a dump; without it times stay times of day.",
+        help="Date of the first line of a dump; without it, times are times of day.",
         parser=parse_date,
         show_default=False,
     ),
@@ -122,7 +120,7 @@ ProfileOption = Annotated[
     typer.Option(
         "--profile",
         metavar="FILE.toml",
-        help="What a dump calls its files and columns, its units, separator, form of time.",
+        help="Layout of a dump: names of files and columns, units, separator, time format.",
         show_default="the layout of docs/converter.md",
     ),
 ]
@@ -130,7 +128,7 @@ AllowMissingOption = Annotated[
     bool,
     typer.Option(
         "--allow-missing",
-        help="Do without tracks.txt or plots_ads.txt where a dump lacks it.",
+        help="Accept dumps without tracks.txt or plots_ads.txt.",
     ),
 ]
 PlanesOption = Annotated[
@@ -230,7 +228,8 @@ ConfigOption = Annotated[
     typer.Option(
         "--config",
         metavar="FILE",
-        help="Settings in TOML; options and the environment (MULTIRADAR_…) go before it.",
+        help="Settings in TOML; command-line options and environment variables (MULTIRADAR_…) "
+        "take precedence.",
         show_default=False,
     ),
 ]
@@ -238,7 +237,7 @@ FilterOption = Annotated[
     FilterChoice | None,
     typer.Option(
         "--filter",
-        help="How motion and biases are estimated.",
+        help="Filter for motion and biases.",
         show_default=TRACKING_DEFAULTS.filter_name,
     ),
 ]

@@ -60,7 +60,7 @@ def study_command(catalogue: Mapping[str, StudyEntry]) -> Callable[..., None]:
             int | None,
             typer.Option(
                 metavar="N",
-                help="Independent realisations.",
+                help="Number of Monte Carlo runs.",
                 parser=_parse_runs,
                 show_default="of the study",
             ),
@@ -69,7 +69,7 @@ def study_command(catalogue: Mapping[str, StudyEntry]) -> Callable[..., None]:
             int,
             typer.Option(
                 metavar="N",
-                help="The same seed gives the same figures.",
+                help="Random seed; the same seed gives the same results.",
                 parser=_parse_seed,
             ),
         ] = 1,
@@ -77,7 +77,7 @@ def study_command(catalogue: Mapping[str, StudyEntry]) -> Callable[..., None]:
             str | None,
             typer.Option(
                 metavar="NAME,NAME",
-                help="Judge only these filters.",
+                help="Filters to compare.",
                 show_default="all of the study",
             ),
         ] = None,
@@ -85,7 +85,7 @@ def study_command(catalogue: Mapping[str, StudyEntry]) -> Callable[..., None]:
             float | None,
             typer.Option(
                 metavar="SECONDS",
-                help="Length of the scene.",
+                help="Duration of the scenario, s.",
                 parser=_parse_duration,
                 show_default="of the study",
             ),
@@ -94,8 +94,7 @@ def study_command(catalogue: Mapping[str, StudyEntry]) -> Callable[..., None]:
             Path | None,
             typer.Option(
                 metavar="FILE.html",
-                help="The report to write; it must not exist yet. With --json there is none unless "
-                "it is named here.",
+                help="HTML report; must not exist. With --json it is written only if named here.",
                 show_default="NAME.html, or NAME-2.html … where that exists",
             ),
         ] = None,
@@ -118,7 +117,7 @@ def study_help(catalogue: Mapping[str, StudyEntry]) -> str:
     studies = [
         f"[bold]{name}[/]: {entry.purpose} {_told(entry)}" for name, entry in catalogue.items()
     ]
-    last = "An option that a study does not take is told on standard error and not used."
+    last = "Options that a study does not support are ignored with a warning."
     return "\n\n".join((first, *studies, last))
 
 
@@ -131,7 +130,7 @@ def _told(entry: StudyEntry) -> str:
         defaults.append(f"--duration {entry.duration_s:g} ({least:g} to {most:g})")
     if entry.filters:
         defaults.append(f"--filters {','.join(entry.filters)}")
-    return f"Takes, with its defaults: {' '.join(defaults)}." if defaults else ""
+    return f"Options and defaults: {' '.join(defaults)}." if defaults else ""
 
 
 def _run(
@@ -185,7 +184,8 @@ def _tell_unused(entry: StudyEntry, chosen: Mapping[str, object]) -> None:
     ]
     if unused:
         print(
-            f"multiradar: {entry.name} does not take {', '.join(unused)}; not used", file=sys.stderr
+            f"multiradar: {entry.name} does not support {', '.join(unused)}; ignored",
+            file=sys.stderr,
         )
 
 

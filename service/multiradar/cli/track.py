@@ -63,7 +63,7 @@ def track(
     *,
     sensors: SensorsOption,
     out: Annotated[
-        Path, typer.Option("--out", metavar="DIR", help="Folder to make; it must not exist yet.")
+        Path, typer.Option("--out", metavar="DIR", help="Output directory; must not exist.")
     ],
     filter_name: FilterOption = None,
     kinds: KindsOption = None,
@@ -74,14 +74,14 @@ def track(
     epoch_s: Annotated[
         float | None,
         typer.Option(
-            help="Data time between two publications of the biases.",
+            help="Bias update interval, seconds of data time.",
             show_default=f"{TRACKING_DEFAULTS.epoch_s:g}",
         ),
     ] = None,
     reorder_horizon_s: Annotated[
         float | None,
         typer.Option(
-            help="Measurements are sorted within this much data time.",
+            help="Reordering window, seconds of data time: later measurements are rejected.",
             show_default=f"{TRACKING_DEFAULTS.reorder_horizon_s:g}",
         ),
     ] = None,
@@ -95,16 +95,18 @@ def track(
     motion: Annotated[
         MotionChoice | None,
         typer.Option(
-            help="Accelerations alike in every direction, or along and across the velocity.",
+            help="Process noise: isotropic, or along and across the velocity.",
             show_default=TRACKING_DEFAULTS.motion,
         ),
     ] = None,
     workers: Annotated[
         int | None,
-        typer.Option(min=1, help="Threads; the output is the same.", show_default="cores"),
+        typer.Option(
+            min=1, help="Worker threads; the output does not depend on it.", show_default="cores"
+        ),
     ] = None,
     batch: Annotated[
-        int, typer.Option(min=1, help="Measurements handed on at once; the output is the same.")
+        int, typer.Option(min=1, help="Batch size; the output does not depend on it.")
     ] = 8192,
     manoeuvre_planes: PlanesOption = None,
     observability: ObservabilityOption = None,

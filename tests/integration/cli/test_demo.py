@@ -48,7 +48,7 @@ def test_the_demo_ends_with_biases_near_the_truth_and_leaves_nothing(
     assert row is not None, done.stdout
     # Four sigma: one draw of the noise is as good as another.
     assert abs(float(row[1]) - 185.0) <= 4.0 * float(row[2])
-    assert "aircraft tracked" in done.stdout
+    assert "confirmed tracks (" in done.stdout
     assert "from ADS-B, which the tracker has not seen" in done.stdout
     told = re.search(r"output_sha256 (\w+)", done.stdout)
     assert told is not None

@@ -182,9 +182,8 @@ def test_points_beyond_an_axis_are_marked_and_counted() -> None:
         "1 beyond the axis",
         "2 beyond the axis",
     ]
-    marked = {
-        str(line.get_marker()): line for line in axes.lines if line.get_marker() in {"^", "v"}
-    }
+    ends = [line for line in axes.lines if line.get_marker() in {"^", "v"}]
+    marked = {str(line.get_marker()): line for line in ends}
     assert sorted(marked) == ["^", "v"]
     above = axes.transAxes.transform(np.column_stack(marked["^"].get_data()))
     at = axes.transData.inverted().transform(above)
