@@ -28,7 +28,8 @@ _VID_HELP = (
     "and SOURCE_r (plots referenced by these) as .new4 and .plt.\n\n"
     "Further files: measurements.parquet (every plot and every ADS-B row), sensors.toml (a "
     "template without the site coordinates), rejects.ndjson (every rejected line) and "
-    "report.json. The options select what goes into the .new4 and .plt files; the table always contains everything."
+    "report.json. The options select what goes into the .new4 and .plt files; the table always "
+    "contains everything."
 )
 
 convert_app = typer.Typer(

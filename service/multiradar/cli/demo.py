@@ -272,7 +272,8 @@ class _Show:
         console.print(
             f"{scene.tracks_confirmed} confirmed tracks ({scene.tracks_initiated} initiated) from "
             f"{status['accepted']:,} plots in {elapsed_s:.1f} s ({status['read']:,} read = "
-            f"{status['accepted']:,} accepted + {status['rejected']} rejected + {status['duplicate']} duplicate)",
+            f"{status['accepted']:,} accepted + {status['rejected']} rejected + "
+            f"{status['duplicate']} duplicate)",
             soft_wrap=True,
         )
         accuracy = position_accuracy(self._reports(), self._updates(scene.tracks_initiated))

@@ -102,7 +102,8 @@ def plain_head(lines: list[BiasLine], *, dated: bool) -> list[str]:
         digits = min(digits, _PLAIN_DIGITS_MAX)
         truth = "" if line.truth is None else f"{line.truth:+.{digits}f}"
         truths.append(truth.rjust(_CELL_WIDTH))
-    return [f"UTC       tracks {' '.join(names)}", f"truth            {' '.join(truths)}"]
+    time = "UTC" if dated else "time"
+    return [f"{time:9} tracks {' '.join(names)}", f"truth            {' '.join(truths)}"]
 
 
 def plain_line(scene: Scene) -> str:
