@@ -9,10 +9,10 @@ READY := $(VENV)/.ready
 KERNELS := $(shell cat $$(find service converters -name '*kernels.py' | sort) | sha256sum | cut -c1-16)
 export NUMBA_CACHE_DIR := $(CURDIR)/.numba/$(KERNELS)
 
-.PHONY: help install test lint types contracts check demo bench lock clean
+.PHONY: help install test lint types contracts check docs-check demo bench lock clean
 
 help: ## Show the targets
-	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 14
+	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 14
 
 install: $(READY) ## Make .venv with the pinned versions
 
@@ -36,6 +36,9 @@ check: lint types contracts ## Everything but the tests
 
 test: check ## Lint, types, import contracts and all tests
 	$(BIN)/pytest -n 2
+
+docs-check: $(READY) ## Compare the documents with what programs print (an hour); DOCS_OPTIONS=--write puts it right
+	$(BIN)/python docs/check_documents.py $(DOCS_OPTIONS)
 
 demo: $(READY) ## Convert the sample, serve it, replay it, watch tracks and biases settle
 	$(BIN)/multiradar demo $(DEMO_OPTIONS)
