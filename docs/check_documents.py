@@ -18,6 +18,7 @@ those of the repository. After semicolons a comment may say
 - ``mask NAME …``: what may differ, of `MASKS`,
 - ``table N``: it is the N-th table of the output, if not the first of the same header,
 - ``rows``: the output holds the rows alone,
+- ``lines PATTERN``: lines of the output that hold it are shown, no others,
 - ``json``: white space aside.
 
 ``<!-- before: COMMAND -->`` runs a command that the page does not show. `multiradar serve` listens
@@ -39,6 +40,7 @@ import sys
 import tempfile
 import textwrap
 import urllib.request
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -117,7 +119,7 @@ def steps_of(page: str, text: str) -> list[Step]:
         elif comment := _COMMENT.match(line):
             command, *rest = comment[2].split("; ")
             options = dict((*one.split(" ", 1), "")[:2] for one in rest)
-            if unknown := set(options) - {"slow", "mask", "table", "rows", "json"}:
+            if unknown := set(options) - {"slow", "mask", "table", "rows", "lines", "json"}:
                 raise ValueError(f"{page}:{number + 1}: unknown: {', '.join(sorted(unknown))}")
             shown = _block(lines, number + 1) if comment[1] == "output of" else (0, 0)
             if shown is None:
@@ -175,6 +177,8 @@ def chosen(step: Step, shown: Sequence[str], output: str) -> list[str]:
     lines = [line.rstrip() for line in output.rstrip("\n").splitlines()]
     if "json" in step.options:
         return _filled(json.dumps(json.loads(output), ensure_ascii=False))
+    if "lines" in step.options:
+        lines = [line for line in lines if re.search(step.options["lines"], line)]
     if not shown or not shown[0].startswith("|"):
         return lines
     if "rows" in step.options:
@@ -335,8 +339,8 @@ def compared(
         Whether what differs is put right in the page.
     """
     clock = SystemClock()
-    path = ROOT / page
-    lines = path.read_text(encoding="utf-8").splitlines()
+    text_before = (ROOT / page).read_text(encoding="utf-8")
+    lines = text_before.splitlines()
     found: list[tuple[Step, list[str]]] = []
     made: dict[str, Copy] = {}
     with Workspace() as workspace:
@@ -354,8 +358,8 @@ def compared(
             if text:
                 found.append((step, right))
             yield step, text, clock.monotonic_s() - begun_s
-    if write:
-        _put(path, lines, found, made)
+    if write and (found or any(copy.pictures for copy in made.values())):
+        _put(page, text_before, found, made)
     for copy in made.values():
         shutil.rmtree(copy.docs.parent)
 
@@ -371,16 +375,32 @@ def _part(step: Step, made: dict[str, Copy]) -> list[str]:
     return text.splitlines()[part.begin : part.end]
 
 
-# Pictures that a script makes are taken with its tables.
+# The page is read again: hours may have passed. Pictures that a script makes go with its tables.
 def _put(
-    path: Path, lines: list[str], found: list[tuple[Step, list[str]]], made: dict[str, Copy]
+    page: str, before: str, found: Sequence[tuple[Step, list[str]]], made: dict[str, Copy]
 ) -> None:
-    for step, right in reversed(found):
-        lines[step.begin : step.end] = right
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    places = {step.line: place for place, step in _placed(steps_of(page, before))}
+    right = {places[step.line]: lines for step, lines in found}
+    text = (ROOT / page).read_text(encoding="utf-8")
+    lines = text.splitlines()
+    for place, step in reversed(_placed(steps_of(page, text))):
+        if place in right:
+            lines[step.begin : step.end] = right[place]
+    (ROOT / page).write_text("\n".join(lines) + "\n", encoding="utf-8")
     for copy in made.values():
         for name in copy.pictures:
             shutil.copy(copy.docs / "images" / name, ROOT / "docs" / "images" / name)
+
+
+# Steps with what tells them apart: the command, what is said of it, and how often it came before.
+def _placed(steps: Sequence[Step]) -> list[tuple[tuple[str, int], Step]]:
+    seen: Counter[str] = Counter()
+    placed = []
+    for step in steps:
+        name = f"{step.command}; {step.options}"
+        placed.append(((name, seen[name]), step))
+        seen[name] += 1
+    return placed
 
 
 def main() -> int:

@@ -193,6 +193,24 @@ def test_what_differs_is_put_into_the_page(moved: Path) -> None:
     assert [text for _, text, _ in again] == [""]
 
 
+def test_a_page_that_changed_meanwhile_keeps_its_changes(moved: Path) -> None:
+    page = moved / "docs" / "p.md"
+    # The same command twice, as a replay that is done again, with other words between.
+    shown = "<!-- output of: python count.py -->\n```\n{}\n```\n"
+    text = f"a\n{shown.format('1')}b\n{shown.format('x')}c\n"
+    page.write_text(text, encoding="utf-8")
+    steps = documents.steps_of("docs/p.md", text)
+    found = [(steps[1], ["2"])]
+    page.write_text(text.replace("a\n", "a new line\nand another\n", 1), encoding="utf-8")
+    documents._put("docs/p.md", text, found, {})
+    right = f"a new line\nand another\n{shown.format('1')}b\n{shown.format('2')}c\n"
+    assert page.read_text(encoding="utf-8") == right
+
+
+def test_lines_that_hold_a_pattern_are_shown_alone() -> None:
+    assert documents.chosen(_step("lines RMS|b"), [], "a\nb RMS\nc\nRMS\n") == ["b RMS", "RMS"]
+
+
 def test_a_part_and_its_pictures_are_made_by_their_script(moved: Path) -> None:
     script = (
         "import sys, pathlib\n"
