@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: help install test unit lint types contracts check demo bench kernel-list lock clean
+.PHONY: help install test unit lint types contracts check docs-check demo bench kernel-list lock clean
 
 help: ## Show the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 14
@@ -36,6 +36,9 @@ test: check ## Lint, types, import contracts and all tests
 
 unit: $(READY) ## The unit tests alone
 	$(BIN)/pytest -n 2 tests/unit
+
+docs-check: $(READY) ## Compare the documents with what programs print (an hour); DOCS_OPTIONS=--write puts it right
+	$(BIN)/python docs/check_documents.py $(DOCS_OPTIONS)
 
 demo: $(READY) ## Convert the sample, serve it, replay it, watch tracks and biases settle
 	$(BIN)/multiradar demo $(DEMO_OPTIONS)

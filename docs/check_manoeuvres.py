@@ -44,7 +44,12 @@ RADARS = (
     ("41-10", 45.6306, 8.7231, 240.0, 6.0, 50.0, 0.08, 0.95, 250e3, 60.0, -0.08),
 )
 STRAIGHT, TURN, SPEEDING = range(3)
-CLASSES = {"straights": (STRAIGHT,), "turns": (TURN,), "speeding": (SPEEDING,), "all": range(3)}
+CLASSES = {
+    "straights": (STRAIGHT,),
+    "turns": (TURN,),
+    "changing speed": (SPEEDING,),
+    "all": range(3),
+}
 
 
 @dataclass(frozen=True)

@@ -25,6 +25,7 @@ import check_association as association
 import check_manoeuvres as manoeuvres
 import numpy as np
 import polars as pl
+from marked_parts import put
 
 from multiradar.cli.evaluate_inputs import Known, read_biases, read_reports, read_tracks
 from multiradar.evaluation.figures import figures_of
@@ -32,7 +33,7 @@ from multiradar.evaluation.scorecard import evaluate
 from multiradar.evaluation.settings import EvaluationSettings
 from multiradar.tracking.settings import TrackingSettings
 
-PAGE = Path(__file__).parent / "tracker.md"
+DOCS = Path(__file__).parent
 FILTERS = ("two-stage", "imm")
 NUMBERED = "track numbers"
 #: Presets that are to be met, and the part of a track after which its errors are told again, s.
@@ -64,14 +65,17 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--runs", type=int, default=8, help="seeds of the manoeuvres")
     parser.add_argument("--write", action="store_true", help="put them into docs/tracker.md")
+    parser.add_argument("--docs", type=Path, help="put them into the tracker.md of this folder")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as made:
         runs = list(sample_runs(Path(made)))
     parts = {"sample": sample_table(runs)}
     print(parts["sample"], flush=True)
     parts["manoeuvres"] = "\n\n".join(manoeuvre_tables(options.runs))
-    if options.write:
-        write(parts)
+    docs = DOCS if options.write else options.docs
+    if docs is not None:
+        for name, text in parts.items():
+            put(docs / "tracker.md", name, text)
 
 
 def sample_runs(folder: Path) -> Iterator[Run]:
@@ -240,19 +244,6 @@ def row(
         met = found is against or name == "`two-stage`" or change <= -BELOW.get(kind, -np.inf)
         parts.append(f"{told(text, met)}, {found[kind].nees:.2f}")
     return f"| {' | '.join(parts)} |"
-
-
-def write(parts: dict[str, str]) -> None:
-    """Replace what stands between the marks of each part of tracker.md."""
-    page = PAGE.read_text(encoding="utf-8")
-    for name, text in parts.items():
-        begin, end = f"<!-- {name}: made by check_tracker.py -->", f"<!-- end of {name} -->"
-        before, found, rest = page.partition(begin)
-        _, closed, after = rest.partition(end)
-        if not (found and closed):
-            raise SystemExit(f"expected the marks {begin} and {end}, found none")
-        page = f"{before}{begin}\n\n{text}\n\n{end}{after}"
-    PAGE.write_text(page, encoding="utf-8")
 
 
 if __name__ == "__main__":

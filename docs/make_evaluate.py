@@ -5,10 +5,12 @@
     python docs/make_evaluate.py
 """
 
-import re
+import argparse
 import sys
 import tempfile
 from pathlib import Path
+
+from marked_parts import put
 
 from multiradar.cli.evaluate_inputs import (
     Known,
@@ -24,6 +26,7 @@ from multiradar.evaluation.figures import Figures, figures_of
 from multiradar.evaluation.presets import PRESETS
 from multiradar.evaluation.scorecard import Scorecard, evaluate
 from multiradar.evaluation.settings import EvaluationSettings
+from multiradar.report.cells import plain_text
 from multiradar.report.content import Table, Value
 from multiradar.report.markdown import markdown_table, plot_svg
 
@@ -36,7 +39,10 @@ PICTURE = "errors-over-time"
 
 
 def main() -> None:
-    """Judge the sample and the scenes, and write what comes out."""
+    """Evaluate the tracks of the sample and of the scenes, and write the figures."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
+    parser.add_argument("--docs", type=Path, default=DOCS, help="folder of evaluate.md")
+    docs = parser.parse_args().docs
     with tempfile.TemporaryDirectory() as made:
         folder = Path(made)
         card = sample(folder)
@@ -45,9 +51,10 @@ def main() -> None:
     shown = [preset_table(told["sample recording"]), *card_tables(told["sample recording"])]
     plots = card_plots(card)
     plot = next(one for one in plots if one.name == PICTURE)
-    (DOCS / "images" / "evaluate.svg").write_text(plot_svg(plots, plot), encoding="utf-8")
-    write("sample", "\n".join(f"**{one.title}**\n\n{markdown_table(one)}" for one in shown))
-    write("scenes", markdown_table(comparison(told)))
+    (docs / "images" / "evaluate.svg").write_text(plot_svg(plots, plot), encoding="utf-8")
+    tables = "\n".join(f"**{one.title}**\n\n{markdown_table(one)}" for one in shown)
+    put(docs / "evaluate.md", "sample", tables)
+    put(docs / "evaluate.md", "scenes", markdown_table(comparison(told)))
 
 
 def sample(folder: Path) -> Scorecard:
@@ -108,24 +115,13 @@ def value_of(figures: Figures, part: str, name: str, key: str) -> Value:
     """Return one figure as text of at most four digits."""
     found = figures[part][name]  # type: ignore[index, call-overload]
     value = found[key] if key else found  # type: ignore[index, call-overload]
-    return f"{value:.4g}"
+    return plain_text(float(value), 4)  # type: ignore[arg-type]
 
 
 def multiradar(*arguments: object) -> None:
     """Run a command of the program, or stop."""
     if run([str(one) for one in arguments]) != 0:
         sys.exit(f"expected status 0 of {arguments}")
-
-
-def write(name: str, text: str) -> None:
-    """Replace what stands between the marks of a part of evaluate.md."""
-    page = DOCS / "evaluate.md"
-    begin, end = f"<!-- {name}: made by make_evaluate.py -->", f"<!-- end of {name} -->"
-    marked = re.compile(f"{re.escape(begin)}.*?{re.escape(end)}", re.DOTALL)
-    before = page.read_text(encoding="utf-8")
-    if not marked.search(before):
-        raise SystemExit(f"expected the marks {begin} and {end}, found none")
-    page.write_text(marked.sub(lambda _: f"{begin}\n\n{text}\n{end}", before), encoding="utf-8")
 
 
 if __name__ == "__main__":

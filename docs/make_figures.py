@@ -16,10 +16,14 @@ from typing import Any
 
 import polars as pl
 
+from multiradar.report.times import clock_text
+
 #: Left, top, width and height.
 Box = tuple[int, int, int, int]
 WIDTH, HEIGHT = 1000, 470
 INK, FAINT, GRID = "#1f2933", "#7b8794", "#e4e7eb"
+#: Time between two marks of the axes.
+TICK_S = 600
 COLOURS = ("#2a6fdb", "#d9480f", "#2b8a3e", "#862e9c")
 # Kind of sensor in the recording; the primary radar stands on the site of a secondary one.
 SECONDARY = 10
@@ -68,7 +72,8 @@ def draw_map(tracks: pl.DataFrame, radars: list[dict[str, Any]], box: Box) -> It
     def place(lat: float, lon: float) -> str:
         return f"{x + (lon - west) * stretch * scale:.1f},{y + (north - lat) * scale:.1f}"
 
-    yield text(x, y - 16, "68 aircraft, half an hour, radar plots alone", weight="bold")
+    confirmed = tracks.filter(pl.col("state") != "tentative")["track_id"].n_unique()
+    yield text(x, y - 16, f"{confirmed} confirmed tracks from radar plots alone", weight="bold")
     for (_,), track in tracks.group_by("track_id", maintain_order=True):
         # Every third update is plenty for a line of this size.
         thin = track.gather_every(3)
@@ -93,12 +98,12 @@ def draw_settling(
     x, y, width, height = box
     metres = parameter == "range_offset_m"
     limit, unit = (20.0, "m") if metres else (0.02, "°")
-    start = float(biases["time_s"].to_numpy().min())
-    minutes = 30.0
+    start, end = (float(one) for one in biases["time_s"].to_numpy()[[0, -1]])
+    start = math.floor(start / TICK_S) * TICK_S
 
     def place(time_s: float, value: float) -> str:
         clipped = max(-limit, min(limit, value))
-        px = x + (time_s - start) / 60.0 / minutes * width
+        px = x + (time_s - start) / (end - start) * width
         return f"{px:.1f},{y + height / 2 - clipped / limit * height / 2:.1f}"
 
     name = "Range" if metres else "Azimuth"
@@ -107,6 +112,7 @@ def draw_settling(
         py = y + height / 2 - step * height / 2
         yield f"<line x1='{x}' x2='{x + width}' y1='{py}' y2='{py}' stroke='{GRID}'/>"
         yield text(x - 6, py + 4, f"{step * limit:+g} {unit}", FAINT, anchor="end", size=11)
+    beyond = 0
     for colour, radar in zip(COLOURS, radars, strict=True):
         sensor = f"{radar['source']}-{radar['sensor']}"
         true = radar["bias_range"] if metres else radar["bias_azimuth_deg"]
@@ -120,13 +126,33 @@ def draw_settling(
             yield f"<polygon points='{' '.join(above + below)}' fill='{colour}' opacity='0.13'/>"
         line = " ".join(place(t, e) for t, e, _ in series)
         yield f"<polyline points='{line}' fill='none' stroke='{colour}' stroke-width='1.6'/>"
-    for minute in range(0, 31, 10):
-        px = x + minute / minutes * width
-        yield text(px, y + height + 16, f"{minute} min", FAINT, anchor="middle", size=11)
+        off = [(t, e) for t, e, _ in series if abs(e) > limit]
+        beyond += len(off)
+        yield from (beyond_mark(place(t, e), colour, up=e > 0.0) for t, e in off)
+    if beyond:
+        note = f"{beyond} beyond the axis"
+        yield text(x + width, y + height - 6, note, FAINT, anchor="end", size=11)
+    yield from draw_times(start, end, box)
     if metres:
         for index, (colour, radar) in enumerate(zip(COLOURS, radars, strict=True)):
             label = f"{radar['source']}-{radar['sensor']}"
             yield text(x + width - 220 + 58 * index, y + 14, label, colour, weight="bold", size=12)
+
+
+def draw_times(start: float, end: float, box: Box) -> Iterable[str]:
+    """Draw the marks of an axis of time."""
+    x, y, width, height = box
+    for time_s in range(int(start), int(end) + 1, TICK_S):
+        px = x + (time_s - start) / (end - start) * width
+        yield text(px, y + height + 16, clock_text(time_s)[:5], FAINT, anchor="middle", size=11)
+    yield text(x - 6, y + height + 16, "UTC", FAINT, anchor="end", size=11)
+
+
+def beyond_mark(place: str, colour: str, *, up: bool) -> str:
+    """Return a small triangle at the edge, for a point beyond it."""
+    x, y = (float(one) for one in place.split(","))
+    side = -4.0 if up else 4.0
+    return f"<path d='M{x - 3:.1f},{y} h6 l-3,{side} Z' fill='{colour}'/>"
 
 
 def text(

@@ -9,11 +9,12 @@ Of a study's plots those of `PICTURES` are taken, by their names, or else the fi
 """
 
 import argparse
-import re
 import sys
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
+
+from marked_parts import put
 
 from multiradar.report.content import Plot
 from multiradar.report.markdown import markdown_table, plot_svg
@@ -65,24 +66,13 @@ def write(result: StudyResult, docs: Path) -> None:
         pictures.append(f"![{title}]({file})\n" + (f"\n{plot.caption}\n" if plot.caption else ""))
     head = f"Made by `{command_of(result)}`.\n"
     parts = [head, f"**{result.tables[0].title}**\n", markdown_table(result.tables[0]), *pictures]
-    page = docs / "studies.md"
-    text = page.read_text(encoding="utf-8")
-    page.write_text(replaced(text, result.study, "\n".join(parts)), encoding="utf-8")
+    put(docs / "studies.md", result.study, "\n".join(parts))
 
 
 def chosen(result: StudyResult) -> Sequence[Plot]:
     """Return the plots that the document shows."""
     named = [plot for plot in result.plots if plot.name in PICTURES.get(result.study, ())]
     return named or result.plots[:1]
-
-
-def replaced(text: str, study: str, part: str) -> str:
-    """Return the page with a new text between the marks of a study."""
-    begin, end = f"<!-- {study}: made by make_study_figures.py -->", f"<!-- end of {study} -->"
-    marked = re.compile(f"{re.escape(begin)}.*?{re.escape(end)}", re.DOTALL)
-    if not marked.search(text):
-        raise SystemExit(f"expected the marks {begin} and {end}, found none")
-    return marked.sub(lambda _: f"{begin}\n\n{part}\n{end}", text)
 
 
 if __name__ == "__main__":

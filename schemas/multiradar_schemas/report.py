@@ -2,10 +2,11 @@
 
 from typing import Annotated, Any, Self
 
-from pydantic import Field, JsonValue, model_validator
+from pydantic import AfterValidator, Field, JsonValue, model_validator
 
 from multiradar_schemas.base import Record, described
 from multiradar_schemas.reject import RejectCode
+from multiradar_schemas.rounding import rounded_members
 
 Count = Annotated[int, Field(ge=0)]
 
@@ -77,8 +78,11 @@ class Report(Record):
     ] = Field(default_factory=dict)
     figures: Annotated[
         dict[str, JsonValue],
+        AfterValidator(rounded_members),
         described(
-            "Further figures, named with their unit. Of `track` also `final_biases`, and "
+            "Further figures, named with their unit, rounded below their error. Of `track` also "
+            "`tracks`, all that were initiated, those of them that were confirmed as "
+            "`tracks_confirmed`, `final_biases`, and "
             "`unobservable_biases`: combinations of biases of which the measurements told nothing, "
             "each with `what` it is, its `prior_ratio` (sigma over that beforehand) and the "
             "`weights` of its parameters in prior sigmas; and `track_transitions`: how often "

@@ -64,4 +64,6 @@ def tracks_of(
         velocity_sigma_mps=np.full(count, sigma_mps),
         measured=np.ones(count, np.bool_),
         sensor_id=np.full(count, sensor_id),
+        initiated=len(ids),
+        confirmed=len(ids),
     )

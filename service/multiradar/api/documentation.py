@@ -1,6 +1,7 @@
 """`/docs`: the OpenAPI document as one page without scripts, nothing from elsewhere."""
 
 import html
+import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -20,6 +21,7 @@ td:first-child, code { font-family: ui-monospace, monospace; white-space: nowrap
 small { opacity: .7; }
 """
 
+_CODE = re.compile(r"(`+)(.+?)\1")
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'"
 
 
@@ -28,7 +30,7 @@ router = APIRouter(include_in_schema=False)
 
 @router.get("/")
 async def front() -> RedirectResponse:
-    """Lead a person who opens the bare address to the documentation."""
+    """Redirect the bare address to the documentation."""
     return RedirectResponse("/docs")
 
 
@@ -44,8 +46,9 @@ def _page(document: Mapping[str, Any]) -> Iterator[str]:
     yield f"<!doctype html><html lang=en><meta charset=utf-8><title>{title}</title>"
     yield f"<style>{_STYLE}</style><h1>{title}</h1>"
     yield _paragraphs(document["info"].get("description", ""))
-    yield "<p>For programs: <a href=/openapi.json>openapi.json</a>. "
-    yield "WebSocket: <code>/v1/stream?after=&amp;kinds=</code>, as <code>/v1/events</code>.</p>"
+    yield "<p>Machine-readable: <a href=/openapi.json>openapi.json</a>. "
+    yield "WebSocket: <code>/v1/stream?after=&amp;kinds=</code>, with the parameters of "
+    yield "<code>/v1/events</code>. Wherever GET is answered, so is HEAD.</p>"
     for path, operations in document["paths"].items():
         for method, operation in operations.items():
             yield from _operation(method, path, operation)
@@ -61,15 +64,20 @@ def _operation(method: str, path: str, operation: Mapping[str, Any]) -> Iterator
             yield _parameter(parameter)
         yield "</table>"
     answers = ", ".join(sorted(operation.get("responses", {})))
-    yield f"<p><small>Answers {html.escape(answers)}</small></p></section>"
+    yield f"<p><small>Status {html.escape(answers)}</small></p></section>"
 
 
 def _parameter(parameter: Mapping[str, Any]) -> str:
     name = html.escape(parameter["name"])
     place = html.escape(parameter["in"])
-    text = html.escape(parameter.get("description", ""))
+    text = inline(parameter.get("description", ""))
     return f"<tr><td>{name}<td><small>{place}</small><td>{text}</tr>"
 
 
 def _paragraphs(text: str) -> str:
-    return "".join(f"<p>{html.escape(part)}</p>" for part in text.strip().split("\n\n"))
+    return "".join(f"<p>{inline(part)}</p>" for part in text.strip().split("\n\n"))
+
+
+def inline(text: str) -> str:
+    """Return a description as HTML; of Markdown, descriptions use code alone."""
+    return _CODE.sub(r"<code>\2</code>", html.escape(text))

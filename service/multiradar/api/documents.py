@@ -11,7 +11,7 @@ from multiradar_schemas.track import Track, TrackUpdate
 from multiradar_schemas.transition import Transition
 
 _CURSOR = Field(description="`cursor` of the next page; null on the last one")
-_COUNT = Field(description="Rows in this answer")
+_COUNT = Field(description="Rows in this response")
 
 
 class TrackPage(BaseModel):
@@ -31,7 +31,7 @@ class HistoryPage(BaseModel):
 
 
 class TransitionPage(BaseModel):
-    """A page of the steps in the life of one track, oldest first."""
+    """A page of the state transitions of one track, oldest first."""
 
     count: int = _COUNT
     next_cursor: str | None = _CURSOR
@@ -39,7 +39,7 @@ class TransitionPage(BaseModel):
 
 
 class BiasAnswer(BaseModel):
-    """Bias estimates of one sensor: those of now, or with `history=true` those of each epoch."""
+    """Bias estimates of one sensor: the present ones, or by epoch with `history=true`."""
 
     count: int = _COUNT
     next_cursor: str | None = _CURSOR
@@ -48,17 +48,17 @@ class BiasAnswer(BaseModel):
 
 
 class SensorState(BaseModel):
-    """A sensor as configured, with what is known of it; more members may follow."""
+    """A sensor as configured, with its present state; more members may follow."""
 
     id: str
     kind: str
     health: RadarHealth | None = Field(
-        default=None, description="Of radars, from the end of the first epoch on"
+        default=None, description="For radars, after the first epoch"
     )
 
 
 class SensorList(BaseModel):
-    """All sensors, by name."""
+    """All sensors by identifier."""
 
     count: int = _COUNT
     sensors: list[SensorState]
@@ -67,13 +67,13 @@ class SensorList(BaseModel):
 class RejectedMeasurement(BaseModel):
     """A row in the quarantine."""
 
-    number: int = Field(description="Its place in the quarantine, 1, 2, 3, …")
-    journal_sequence: int = Field(description="Entry of the journal that it belongs to")
-    source: str = Field(description="Where it came in")
-    index: int = Field(description="Place of the row in its message, from 0")
+    number: int = Field(description="Its number in the quarantine: 1, 2, 3, …")
+    journal_sequence: int = Field(description="Journal entry it belongs to")
+    source: str = Field(description="Input it came from")
+    index: int = Field(description="Index of the row in its message, from 0")
     code: str = Field(description="Stable code of the reason", examples=["OUT_OF_RANGE"])
     reason: str = Field(description="The reason in words")
-    raw: str = Field(description="What stood there; empty where it was not kept")
+    raw: str = Field(description="Original content; empty where it was not retained")
 
 
 class RejectPage(BaseModel):
@@ -85,13 +85,18 @@ class RejectPage(BaseModel):
 
 
 class Status(BaseModel):
-    """Counts, sequence numbers and hashes; more members may follow."""
+    """Counts, sequence numbers and digests; more members may follow."""
 
     version: str
+    tracks: int = Field(description="Live tracks, tentative ones included")
+    tracks_initiated: int = Field(description="All tracks so far, tentative ones included")
+    tracks_confirmed: int = Field(description="Tracks so far that were confirmed")
+    tracks_confirmed_live: int = Field(description="Live tracks that were confirmed")
+    tracks_ended: int = Field(description="Tracks so far that were dropped")
 
 
 class Readiness(BaseModel):
-    """Whether the service takes measurements and answers with recovered tracks."""
+    """Whether the service is recovered and accepts measurements."""
 
     ready: bool
 
@@ -103,7 +108,7 @@ class Health(BaseModel):
 
 
 #: The answer of routes to one thing that may not be there.
-NOT_FOUND: dict[int | str, dict[str, Any]] = {404: {"description": "No such thing"}}
+NOT_FOUND: dict[int | str, dict[str, Any]] = {404: {"description": "Not found"}}
 
 
 def table_answers(*, geojson: bool = False) -> dict[int | str, dict[str, Any]]:
@@ -113,4 +118,4 @@ def table_answers(*, geojson: bool = False) -> dict[int | str, dict[str, Any]]:
         content[GEOJSON] = {
             "schema": {"type": "object", "description": "RFC 7946 FeatureCollection"}
         }
-    return {200: {"content": content}, 406: {"description": "No such format"}}
+    return {200: {"content": content}, 406: {"description": "No such response format"}}

@@ -29,14 +29,14 @@ router = APIRouter(prefix="/v1", tags=["tracks"], dependencies=[Depends(strict_q
 
 Horizon = Annotated[
     Number,
-    Query(ge=HORIZON_MIN_S, le=HORIZON_MAX_S, description="How far ahead, s", examples=[120]),
+    Query(ge=HORIZON_MIN_S, le=HORIZON_MAX_S, description="Prediction horizon, s", examples=[120]),
 ]
 Distance = Annotated[
     Number,
     Query(
         ge=DISTANCE_MIN_M,
         le=DISTANCE_MAX_M,
-        description="Pairs whose expected positions come so near, m",
+        description="Horizontal threshold, m: pairs whose predicted positions come closer",
         examples=[9260],
     ),
 ]
@@ -45,8 +45,8 @@ Height = Annotated[
     Query(
         ge=HEIGHT_MIN_M,
         le=HEIGHT_MAX_M,
-        description="Without pairs whose heights stay farther apart all the while, m; unknown "
-        "heights stay",
+        description="Vertical threshold, m: skip pairs separated by more throughout; pairs of "
+        "unknown height are kept",
         examples=[305],
     ),
 ]
@@ -55,16 +55,16 @@ Probability = Annotated[
     Query(
         ge=0.0,
         le=1.0,
-        description="Without pairs that are less likely to come within both",
+        description="Skip pairs with a lower probability of coming within both thresholds",
         examples=[0.1],
     ),
 ]
 Order = Annotated[
     Literal["time", "probability"],
-    Query(description="Earliest closest approach first, or likeliest first"),
+    Query(description="Sort by time of closest approach, or by probability"),
 ]
 Limit = Annotated[
-    Integer, Query(ge=1, le=LIMIT_MAX, description="Most encounters in the answer", examples=[100])
+    Integer, Query(ge=1, le=LIMIT_MAX, description="Maximum number of encounters", examples=[100])
 ]
 
 
@@ -79,7 +79,7 @@ async def list_encounters(
     order: Order = "time",
     limit: Limit = LIMIT_DEFAULT,
 ) -> Response:
-    """List the pairs of tracks that are expected to come near each other, and how surely."""
+    """Predict which pairs of tracks come into proximity, when, and with which probability."""
     try:
         query = EncounterQuery(horizon_s, distance_m, height_m, probability_min, order, limit)
     except ForecastError as error:

@@ -59,6 +59,7 @@ class Exchange:
         self._hold_body = hold_body
         self._deadline_s = asyncio.get_running_loop().time() + limits.body_deadline_s
         self._body_complete = not _announces_body(scope)
+        self._bodiless = scope["method"] == "HEAD"
         self.body_bytes = 0
         self.status = 0
         self._finished = False
@@ -114,6 +115,11 @@ class Exchange:
 
     async def send(self, message: Message) -> None:
         """Pass a piece of the answer on; a client that does not read is let go after a while."""
+        if self._bodiless and message["type"] == "http.response.body":
+            # An answer without an end, such as a stream, ends here as well.
+            if self._finished:
+                return
+            message = {**message, "body": b"", "more_body": False}
         if message["type"] == "http.response.start":
             message = self._start(message)
         elif not message.get("more_body", False):

@@ -25,10 +25,10 @@ from multiradar.api.workers import Workers
 from multiradar.runtime.ports import ReadableService
 
 _DESCRIPTION = """\
-Plots of several radars in, tracks and radar biases out.
+Multi-radar tracking and bias estimation service.
 
 Units are part of the names: `_m` metre, `_s` second, `_deg` degree, `_mps` metre per second. Times
-are data times, UTC seconds. Azimuth and heading run clockwise from true north. A bias is measured
+are data times, UTC seconds. Azimuth and heading are clockwise from true north. A bias is measured
 minus true. Errors are problem documents (RFC 9457) with a stable `code`.
 """
 

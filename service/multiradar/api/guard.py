@@ -73,16 +73,19 @@ class LimitLayer:
     async def _http(self, scope: Scope, receive: Receive, send: Send) -> None:
         _name_request(scope)
         exchange = Exchange(scope, receive, send, self._limits, self._hold_body)
+        # The answer to HEAD is that to GET, but for its body, which the exchange leaves out.
+        asked = {**scope, "method": "GET"} if scope["method"] == "HEAD" else scope
         started_s = asyncio.get_running_loop().time()
         try:
-            await self._serve(scope, exchange)
+            await self._serve(asked, exchange)
         except RequestError as error:
             await exchange.refuse(error)
         except Exception as error:
             await exchange.fail(error)
         finally:
             self._bodies_bytes -= exchange.body_bytes
-            _count(scope, exchange.status, asyncio.get_running_loop().time() - started_s)
+            asked["method"] = scope["method"]
+            _count(asked, exchange.status, asyncio.get_running_loop().time() - started_s)
 
     async def _serve(self, scope: Scope, exchange: Exchange) -> None:
         self._check_origin(scope)

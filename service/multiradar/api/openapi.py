@@ -13,8 +13,8 @@ _FOREIGN_SCHEMAS = ("HTTPValidationError", "ValidationError")
 #: Refusals that any route may answer.
 _REFUSALS = {
     "422": "A parameter is unknown, repeated or out of bounds",
-    "500": "The service failed; its log has the identifier of the request",
-    "503": "Too much at once, or the service is not ready",
+    "500": "Internal error; the log has the identifier of the request",
+    "503": "Too many requests, or the service is not ready",
 }
 
 

@@ -22,13 +22,13 @@ router = APIRouter(tags=["operations"], dependencies=[Depends(strict_query)])
 
 @router.get("/healthz", response_model=Health)
 async def health() -> Response:
-    """Answer as long as the process is alive."""
+    """Liveness: answers as long as the process runs."""
     return Response(b'{"status": "alive"}', media_type=encoding.JSON)
 
 
 @router.get("/readyz", response_model=Readiness)
 async def readiness(access: Granted) -> Response:
-    """Answer 200 once the journal is recovered and can be written, 503 otherwise."""
+    """Readiness: 200 once the journal is recovered and writable, 503 otherwise."""
     state, step = await access.workers.run(
         lambda: (str(access.service.state), access.service.start_step)
     )
@@ -45,14 +45,14 @@ async def readiness(access: Granted) -> Response:
     responses={200: {"content": {"text/plain": {"schema": {"type": "string"}}}}},
 )
 async def metrics(access: Granted) -> Response:
-    """Return all counters in the Prometheus text format."""
+    """Return all metrics in the Prometheus text format."""
     text = await access.workers.run(exposition)
     return Response(text, headers={"content-type": EXPOSITION_MEDIA_TYPE})
 
 
 @router.get("/v1/status", response_model=Status)
 async def status(access: Granted) -> Response:
-    """Return counts, sequence numbers, data time, output hashes and version."""
+    """Return counts, sequence numbers, data time, output digest and version."""
     value = await access.workers.run(access.view.status)
     return json_response(value)
 
@@ -61,14 +61,14 @@ async def status(access: Granted) -> Response:
 async def list_rejects(
     access: Granted,
     after: Annotated[
-        Integer, Query(ge=0, description="`next_after` of the answer before", examples=[0])
+        Integer, Query(ge=0, description="`next_after` of the previous page", examples=[0])
     ] = 0,
     limit: Limit = 1000,
     code: Annotated[
-        RejectCode | None, Query(description="Only this reason: the last that are kept of it")
+        RejectCode | None, Query(description="Only this reason: its last retained rows")
     ] = None,
 ) -> Response:
-    """Return measurements that were refused, oldest first: source, place, code and reason."""
+    """Return rejected measurements, oldest first: source, position in it, code and reason."""
     limit = min(limit, access.view.page_rows_max)
     wanted = None if code is None else str(code)
     rows = await access.workers.run(access.service.quarantined, after, limit, wanted)

@@ -148,6 +148,8 @@ async def _framework(request: Request, error: Exception) -> Response:
         404: "nothing is served at this path",
         405: f"the method {request.method} is not served at this path",
     }.get(error.status_code, HTTPStatus(error.status_code).phrase)
-    return problem_response(
-        RequestError(error.status_code, code, detail, error.headers), request.scope
-    )
+    headers = dict(error.headers or {})
+    if headers.get("Allow") == "GET":
+        # Wherever GET is answered, so is HEAD.
+        headers["Allow"] = "GET, HEAD"
+    return problem_response(RequestError(error.status_code, code, detail, headers), request.scope)

@@ -84,20 +84,20 @@ Since = Annotated[
     float | None,
     BeforeValidator(data_time),
     Query(
-        description="Only what is of this data time or later: seconds, or ISO 8601 with Z "
-        "or an offset",
+        description="Only rows of this data time or later: seconds, or ISO 8601 with Z or "
+        "an offset",
         examples=["1767182400.0", "2026-01-31T12:00:00Z"],
     ),
 ]
 Limit = Annotated[
-    Integer, Query(ge=1, le=10_000, description="Most rows in the answer", examples=[1000])
+    Integer, Query(ge=1, le=10_000, description="Maximum rows per page", examples=[1000])
 ]
 Cursor = Annotated[
     str | None,
     Query(
         max_length=64,
         pattern=r"^[0-9A-Za-z_-]{1,64}$",
-        description="`next_cursor` of the answer before; the other parameters stay as they were",
+        description="`next_cursor` of the previous page; keep the other parameters unchanged",
     ),
 ]
 TrackId = Annotated[

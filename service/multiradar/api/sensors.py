@@ -20,23 +20,23 @@ router = APIRouter(prefix="/v1/sensors", tags=["sensors"], dependencies=[Depends
 
 History = Annotated[
     Literal["true", "false"],
-    Query(description="true: the estimates of every epoch, oldest first"),
+    Query(description="`true`: the estimates of every epoch, oldest first"),
 ]
 HistoryLimit = Annotated[
-    Integer, Query(ge=1, le=HISTORY_ROWS_MAX, description="Most rows of a history")
+    Integer, Query(ge=1, le=HISTORY_ROWS_MAX, description="Maximum rows of a history")
 ]
 
 
 @router.get("", response_model=SensorList)
 async def list_sensors(access: Granted) -> Response:
-    """List the sensors, by name, with what is known of them now."""
+    """List the sensors by identifier, with their present state."""
     sensors = await access.workers.run(access.view.sensors)
     return json_response({"count": len(sensors), "sensors": sensors})
 
 
 @router.get("/{sensor_id}", response_model=SensorState, responses=NOT_FOUND)
 async def get_sensor(sensor_id: SensorId, access: Granted) -> Response:
-    """Return one sensor with what is known of it now."""
+    """Return one sensor with its present state."""
     return json_response(await access.workers.run(_sensor, access.view, sensor_id))
 
 

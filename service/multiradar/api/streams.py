@@ -40,8 +40,8 @@ After = Annotated[
     Integer | None,
     Query(
         ge=0,
-        description="Sequence number of the last event seen; 0 begins with the oldest one kept, "
-        "absent with the next one. The header Last-Event-ID goes before it",
+        description="Sequence number of the last event received; 0: start with the oldest event "
+        "retained; absent: with the next one. The header `Last-Event-ID` overrides it",
         examples=[0],
     ),
 ]

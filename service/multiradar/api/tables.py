@@ -11,7 +11,7 @@ from starlette.responses import Response
 from multiradar.api import encoding
 from multiradar.errors import RequestError
 
-_FORMAT = Query(alias="format", description="Form of the answer; goes before the Accept header")
+_FORMAT = Query(alias="format", description="Response format; overrides Accept")
 
 TableFormat = Annotated[Literal["json", "arrow"] | None, _FORMAT]
 TrackFormat = Annotated[Literal["json", "geojson", "arrow"] | None, _FORMAT]

@@ -29,18 +29,18 @@ Window = Annotated[
     Query(
         ge=WINDOW_MIN_S,
         le=WINDOW_MAX_S,
-        description="Measurements so long before the last update are used, s",
+        description="Window: measurements of the last so many seconds are used, s",
         examples=[60],
     ),
 ]
 _ANSWERS: dict[int | str, dict[str, Any]] = NOT_FOUND | {
-    409: {"description": "The plots of the window determine no plane; `code` says why"}
+    409: {"description": "The plots of the window determine no plane; see `code`"}
 }
 
 Points = Annotated[
     Integer,
     Query(
-        ge=0, le=POINTS_MAX, description="Most points of each path, the last ones", examples=[30]
+        ge=0, le=POINTS_MAX, description="Maximum points of each path, the last ones", examples=[30]
     ),
 ]
 PointStep = Annotated[
@@ -48,12 +48,12 @@ PointStep = Annotated[
     Query(
         ge=1,
         le=PATH_STEP_MAX_S,
-        description="Whole seconds between the points of a path",
+        description="Time between the points of a path, whole seconds",
         examples=[5],
     ),
 ]
 _TRAJECTORY_ANSWERS: dict[int | str, dict[str, Any]] = NOT_FOUND | {
-    409: {"description": "There are no trajectories of the track; `code` says why"}
+    409: {"description": "There are no trajectories of the track; see `code`"}
 }
 
 
@@ -61,7 +61,7 @@ _TRAJECTORY_ANSWERS: dict[int | str, dict[str, Any]] = NOT_FOUND | {
 async def get_manoeuvre_plane(
     track_id: TrackId, access: Granted, window_s: Window = WINDOW_DEFAULT_S
 ) -> Response:
-    """Return the plane through the last plots of a live track, and whether they lie in one."""
+    """Fit a plane to the last plots of a live track and test whether they lie in it."""
     try:
         plane = await access.workers.run(access.view.manoeuvre_plane, track_id, window_s)
     except PlaneError as error:
@@ -75,7 +75,7 @@ async def get_manoeuvre_plane(
 async def get_observability(
     track_id: TrackId, access: Granted, window_s: Window = WINDOW_DEFAULT_S
 ) -> Response:
-    """Say whether ranges, or bearings that cross, tell where a live track is."""
+    """Return whether ranges or intersecting bearings make the position of a track observable."""
     found = await access.workers.run(access.view.observability, track_id, window_s)
     if found is None:
         raise track_not_found(track_id)
@@ -89,7 +89,7 @@ async def get_trajectories(
     points: Points = POINTS_DEFAULT,
     step_s: PointStep = PATH_STEP_DEFAULT_S,
 ) -> Response:
-    """Return how a live track flew over its last 90 s, in several versions with weights."""
+    """Return the reconstructed trajectories of a live track over its last 90 s, with weights."""
     try:
         told = await access.workers.run(access.view.trajectories, track_id, points, step_s)
     except TrajectoryError as error:

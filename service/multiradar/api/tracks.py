@@ -54,8 +54,8 @@ BoundingBoxText = Annotated[
     str | None,
     Query(
         max_length=200,
-        description="Box in degrees, min_lon,min_lat,max_lon,max_lat; it crosses the antimeridian "
-        "where min_lon > max_lon",
+        description="Bounding box in degrees, `min_lon,min_lat,max_lon,max_lat`; it crosses the "
+        "antimeridian where min_lon > max_lon",
         examples=["36.5,54.9,38.9,56.4"],
     ),
 ]
@@ -64,8 +64,8 @@ IdentityText = Annotated[
     Query(
         alias="identity",
         max_length=40,
-        description="Mode S address, Mode 3/A code or track number, any that match; with the "
-        "prefix mode_s:, mode_3a: or number: only that; with callsign:, a callsign",
+        description="Mode S address, Mode 3/A code or track number; the prefixes `mode_s:`, "
+        "`mode_3a:`, `number:` and `callsign:` search only that field",
         examples=["4840d6", "7000", "number:12"],
     ),
 ]
@@ -73,25 +73,28 @@ FieldsText = Annotated[
     str | None,
     Query(
         max_length=500,
-        description="Fields of the answer, separated by commas; track_id is always there",
+        description="Fields to return, separated by commas; `track_id` is always included",
         examples=["track_id,latitude_deg,longitude_deg"],
     ),
 ]
 HistoryLimit = Annotated[
-    Integer, Query(ge=1, le=HISTORY_ROWS_MAX, description="Most rows in the answer")
+    Integer, Query(ge=1, le=HISTORY_ROWS_MAX, description="Maximum rows per page")
 ]
 Horizon = Annotated[
     Number,
-    Query(gt=0.0, le=HORIZON_MAX_S, description="How far ahead, s", examples=[120]),
+    Query(gt=0.0, le=HORIZON_MAX_S, description="Prediction horizon, s", examples=[120]),
 ]
 Probability = Annotated[
     Number,
     Query(
-        ge=PROBABILITY_MIN, le=PROBABILITY_MAX, description="That of the regions", examples=[0.95]
+        ge=PROBABILITY_MIN,
+        le=PROBABILITY_MAX,
+        description="Containment probability of the regions",
+        examples=[0.95],
     ),
 ]
 _FORECAST_ANSWERS: dict[int | str, dict[str, Any]] = NOT_FOUND | {
-    409: {"description": "The track has no bundle to be forecast from; `code` says why"}
+    409: {"description": "The track has no bundle to predict from; see `code`"}
 }
 By = Annotated[str, Query(max_length=40, description=f"Method: {', '.join(METHODS)}")]
 Step = Annotated[
@@ -113,7 +116,7 @@ async def list_tracks(
     cursor: Cursor = None,
     format_: TrackFormat = None,
 ) -> Response:
-    """List the live tracks, by ascending number, a page at a time."""
+    """List the live tracks by ascending number, page by page."""
     form = chosen_form(request, format_, ("json", "geojson", "arrow"))
     condition = _condition(bbox, since, identity_, cursor)
     names = None if fields is None else columns(fields)
@@ -151,7 +154,7 @@ async def get_history(
     cursor: Cursor = None,
     format_: TableFormat = None,
 ) -> Response:
-    """Return the updates of a track that are kept, oldest first, also when the track has ended."""
+    """Return the retained updates of a track, oldest first, also after the track was dropped."""
     asked = _Asked(track_id, since, cursor, limit, chosen_form(request, format_, ("json", "arrow")))
     read = partial(access.view.history, track_id)
     return await access.workers.run(
@@ -172,7 +175,7 @@ async def get_transitions(
     cursor: Cursor = None,
     format_: TableFormat = None,
 ) -> Response:
-    """Return the steps in the life of a track and their reasons, also when the track has ended."""
+    """Return the state transitions of a track with their reasons, also after it was dropped."""
     asked = _Asked(track_id, since, cursor, limit, chosen_form(request, format_, ("json", "arrow")))
     read = partial(access.view.transitions, track_id)
     return await access.workers.run(
@@ -190,7 +193,7 @@ async def get_forecast(
     probability: Probability = PROBABILITY_DEFAULT,
     by: By = FILTER,
 ) -> Response:
-    """Return where a track is expected to be, with covariances and regions of a probability."""
+    """Predict the position of a track, with covariances and containment regions."""
     try:
         points = await access.workers.run(
             access.view.forecast, track_id, horizon_s, step_s, probability, by

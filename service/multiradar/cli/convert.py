@@ -24,17 +24,18 @@ _M_ARENA_MAX = -8
 
 _VID_HELP = (
     "Convert the text dump of a VID recording.\n\n"
-    "DUMP is a folder with tracks.txt, plots.txt and plots_ads.txt. OUT is made: one folder for "
-    "each aircraft (the dump's global) with ads, 240_mr, SOURCE_mr (tracks of one radar) and "
-    "SOURCE_r (plots that these name) as .new4 and .plt.\n\n"
-    "Beside them: measurements.parquet (every plot and every ADS-B row), sensors.toml (a skeleton, "
-    "positions to be filled in), rejects.ndjson (every broken line) and report.json. The options "
-    "choose what goes into the .new4 and .plt files; the table always holds everything."
+    "DUMP is a directory with tracks.txt, plots.txt and plots_ads.txt. OUT is created: one "
+    "directory per aircraft (the dump's global) with ads, 240_mr, SOURCE_mr (tracks of one radar) "
+    "and SOURCE_r (plots referenced by these) as .new4 and .plt.\n\n"
+    "Further files: measurements.parquet (every plot and every ADS-B row), sensors.toml (a "
+    "template without the site coordinates), rejects.ndjson (every rejected line) and "
+    "report.json. The options select what goes into the .new4 and .plt files; the table always "
+    "contains everything."
 )
 
 convert_app = typer.Typer(
     name="convert",
-    help="Turn recordings into measurements.parquet and files for each aircraft.",
+    help="Convert recordings to measurements.parquet and track files.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
 )
@@ -42,7 +43,7 @@ convert_app = typer.Typer(
 
 @convert_app.callback()
 def _convert() -> None:
-    """Turn recordings into measurements.parquet and files for each aircraft."""
+    """Convert recordings to measurements.parquet and track files."""
 
 
 def parse_track_kinds(text: str) -> str:
@@ -68,13 +69,11 @@ def parse_date(text: str) -> str:
 def convert_vid(
     dump: Annotated[
         Path,
-        typer.Argument(metavar="DUMP", help="The folder of the dump.", show_default=False),
+        typer.Argument(metavar="DUMP", help="Dump directory.", show_default=False),
     ],
     out: Annotated[
         Path,
-        typer.Argument(
-            metavar="OUT", help="The folder to make; it must not exist.", show_default=False
-        ),
+        typer.Argument(metavar="OUT", help="Output directory; must not exist.", show_default=False),
     ],
     *,
     aircraft_max: Annotated[
@@ -82,7 +81,7 @@ def convert_vid(
         typer.Option(
             min=1,
             metavar="N",
-            help="Write at most so many aircraft, those with most ADS-B reports first. "
+            help="Maximum number of aircraft, those with most ADS-B reports first. "
             "Old name: AZN_TRACKS_MAX.",
             show_default="all",
         ),
@@ -92,8 +91,8 @@ def convert_vid(
         typer.Option(
             min=0,
             metavar="N",
-            help="Write only aircraft with at least so many ADS-B reports; 0 writes those without "
-            "ADS-B too. Old name: AZN_TRACKS_MIN_MEASUR.",
+            help="Minimum number of ADS-B reports of an aircraft; 0 includes those without ADS-B. "
+            "Old name: AZN_TRACKS_MIN_MEASUR.",
         ),
     ] = 0,
     sensor_only: Annotated[
@@ -101,8 +100,8 @@ def convert_vid(
         typer.Option(
             min=0,
             metavar="SENSOR",
-            help="Use only plots and rows of radar tracks of this kind of sensor (10: secondary, "
-            "1: primary). Old name: RADAR_SENSOR_ONLY.",
+            help="Use only plots and radar tracks of this kind of sensor (10: secondary, 1: "
+            "primary). Old name: RADAR_SENSOR_ONLY.",
             show_default="all",
         ),
     ] = None,
@@ -111,7 +110,7 @@ def convert_vid(
         typer.Option(
             min=1,
             metavar="N",
-            help="Do not write a track with fewer measurements. Old name: TRACKS_MIN_MEASUR.",
+            help="Minimum number of measurements of a track. Old name: TRACKS_MIN_MEASUR.",
         ),
     ] = 1,
     kinds: Annotated[
@@ -127,8 +126,8 @@ def convert_vid(
         str | None,
         typer.Option(
             metavar="YYYY-MM-DD",
-            help="The day of the recording. With it, times in the table are Unix times; without "
-            "it they stay times of day, and the .plt files count from 1970-01-01.",
+            help="Date of the recording. With it, times in the table are Unix times; without it, "
+            "times of day, and the .plt files start on 1970-01-01.",
             parser=parse_date,
             show_default=False,
         ),
@@ -137,15 +136,13 @@ def convert_vid(
         Path | None,
         typer.Option(
             metavar="FILE.toml",
-            help="What the dump calls its files and columns, its units, separator, form of time.",
+            help="Layout of the dump: names of files and columns, units, separator, time format.",
             show_default="the layout of docs/converter.md",
         ),
     ] = None,
     allow_missing: Annotated[
         bool,
-        typer.Option(
-            "--allow-missing", help="Do without tracks.txt or plots_ads.txt where it is missing."
-        ),
+        typer.Option("--allow-missing", help="Accept dumps without tracks.txt or plots_ads.txt."),
     ] = False,
     as_json: JsonOption = False,
 ) -> None:
@@ -221,7 +218,7 @@ def _summary(report: dict[str, Any], out: Path) -> str:
         f"rejected {counts['rejected']}{_by_code(report)}; blank {counts['blank']}",
         f"{figures['aircraft']} aircraft; tracks written: "
         + (", ".join(f"{stem} {n}" for stem, n in figures["tracks_written"].items()) or "none"),
-        f"plots that no track names: {figures['plots_named_by_no_track']}",
+        f"plots not referenced by any track: {figures['plots_named_by_no_track']}",
     ]
     if "note" in figures:
         lines.append(f"note: {figures['note']}")

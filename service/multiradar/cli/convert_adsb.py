@@ -13,13 +13,13 @@ from multiradar.cli.options import JsonOption, parse_date
 
 #: What `--help` says.
 ADSB_HELP = (
-    "Convert trajectories of aircraft heard by ADS-B.\n\n"
+    "Convert ADS-B trajectories.\n\n"
     "FILE is JSON (a list of records, a record a line, or columns), CSV with the same columns, or "
-    "a trace of readsb or tar1090, plain or packed by gzip; the content tells which. Columns are "
-    "known by their names: timestamp, latitude, longitude, icao24 and altitude, or those of "
+    "a trace of readsb or tar1090, plain or packed by gzip; the format is detected. Columns are "
+    "identified by name: timestamp, latitude, longitude, icao24 and altitude, or those of "
     "OpenSky and readsb.\n\n"
-    "DIR is made: measurements.parquet, rejects.ndjson (every record that cannot be taken), "
-    "report.json and sensors.toml (a skeleton)."
+    "DIR is created: measurements.parquet, rejects.ndjson (every rejected record), report.json and "
+    "sensors.toml (a template)."
 )
 
 
@@ -30,23 +30,21 @@ def convert_adsb(
     *,
     out: Annotated[
         Path,
-        typer.Option(
-            metavar="DIR", help="The folder to make; it must not exist.", show_default=False
-        ),
+        typer.Option(metavar="DIR", help="Output directory; must not exist.", show_default=False),
     ],
     date: Annotated[
         str | None,
         typer.Option(
             metavar="YYYY-MM-DD",
-            help="The day on which times without a date begin. With it they become Unix times; "
-            "without it they stay times of day, going on past midnight.",
+            help="Date on which times without a date start. With it they become Unix times; "
+            "without it they are times of day, counted on past midnight.",
             parser=parse_date,
             show_default=False,
         ),
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Convert trajectories of aircraft heard by ADS-B."""
+    """Convert ADS-B trajectories."""
     from multiradar_converters.adsb.conversion import convert
     from multiradar_converters.adsb.options import Options
 

@@ -16,11 +16,11 @@ from multiradar.errors import ConfigurationError
 ASTERIX_HELP = (
     "Convert ASTERIX recordings.\n\n"
     "FILE is blocks back to back (.ast, .raw), a .gps or .rply recording, or a network capture "
-    "(.pcap, .pcapng); the content tells which. Several files are one recording, the earliest "
-    "first.\n\n"
-    "DIR is made: measurements.parquet (plots of categories 001 and 048, multilateration of 020, "
-    "ADS-B of 021), rejects.ndjson (every block that cannot be decoded), report.json (records by "
-    "category, sensor and item) and sensors.toml (a skeleton)."
+    "(.pcap, .pcapng); the format is detected. Several files form one recording, the "
+    "earliest first.\n\n"
+    "DIR is created: measurements.parquet (plots of categories 001 and 048, multilateration of "
+    "020, ADS-B of 021), rejects.ndjson (every block that cannot be decoded), report.json (records "
+    "by category, sensor and item) and sensors.toml (a template)."
 )
 
 
@@ -31,15 +31,13 @@ def convert_asterix(
     *,
     out: Annotated[
         Path,
-        typer.Option(
-            metavar="DIR", help="The folder to make; it must not exist.", show_default=False
-        ),
+        typer.Option(metavar="DIR", help="Output directory; must not exist.", show_default=False),
     ],
     sensors: Annotated[
         Path | None,
         typer.Option(
             metavar="FILE.toml",
-            help="sensors.toml: its sac and sic give sensors their ids.",
+            help="sensors.toml: assigns sensor ids to SAC and SIC.",
             show_default="SAC-SIC",
         ),
     ] = None,
@@ -47,8 +45,8 @@ def convert_asterix(
         str | None,
         typer.Option(
             metavar="YYYY-MM-DD",
-            help="The day on which the recording begins. With it, times are Unix times; without "
-            "it they stay times of day, going on past midnight.",
+            help="Date on which the recording starts. With it, times are Unix times; without it, "
+            "times of day, counted on past midnight.",
             parser=parse_date,
             show_default=False,
         ),
@@ -57,7 +55,7 @@ def convert_asterix(
         list[str] | None,
         typer.Option(
             metavar="[SAC-SIC/]CATEGORY=EDITION",
-            help="Edition of a category, such as 021=0.26 or 20-130/048=1.15. May be repeated.",
+            help="Edition of a category, such as 021=0.26 or 20-130/048=1.15; repeatable.",
             show_default="the newest that fits",
         ),
     ] = None,
@@ -65,14 +63,15 @@ def convert_asterix(
         bool,
         typer.Option(
             "--all-targets",
-            help="Take test targets, simulated ones, fixed transponders and reports without a "
-            "detection too; the column flags tells them.",
+            help="Include test targets, simulated targets, fixed transponders and reports without "
+            "a detection; see the column flags.",
         ),
     ] = False,
     records: Annotated[
         bool,
         typer.Option(
-            "--records", help="Write records.ndjson too: every field of every record, in its unit."
+            "--records",
+            help="Also write records.ndjson: every field of every record, with its unit.",
         ),
     ] = False,
     as_json: JsonOption = False,

@@ -47,15 +47,13 @@ def demo(
     *,
     dump: Annotated[
         Path | None,
-        typer.Option(
-            metavar="DIR", help="Folder of a dump to show.", show_default="the sample recording"
-        ),
+        typer.Option(metavar="DIR", help="Dump directory.", show_default="the sample recording"),
     ] = None,
     sensors: Annotated[
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="Its sensors: sensors.toml.",
+            help="Sensor configuration of the dump: sensors.toml.",
             show_default="from the truth.json of the dump",
         ),
     ] = None,
@@ -64,14 +62,12 @@ def demo(
     speed: Annotated[
         float,
         typer.Option(
-            metavar="NUMBER|max", parser=parse_speed, help="Seconds of data time in a second."
+            metavar="NUMBER|max", parser=parse_speed, help="Playback speed (1 = real time)."
         ),
     ] = "150",  # type: ignore[assignment]  # given to the parser like any other text
-    leave: Annotated[
-        bool, typer.Option("--exit", help="Stop the service at the end, for scripts.")
-    ] = False,
+    leave: Annotated[bool, typer.Option("--exit", help="Stop the service at the end.")] = False,
 ) -> None:
-    """Convert the sample recording, serve it, replay it, and watch the biases settle."""
+    """Convert the sample recording, start the service, replay it and compare with the truth."""
     from rich.console import Console
 
     console = Console(highlight=False)
@@ -190,7 +186,9 @@ class _Show:
         self._scene = Scene(total=self._plots(), lines=self._bias_lines())
 
     def run(self) -> None:
-        self._console.print("[bold]3[/] replaying the radar plots; ADS-B is kept back as a check\n")
+        self._console.print(
+            "[bold]3[/] replaying the radar plots; ADS-B is withheld and used as the reference\n"
+        )
         thread = threading.Thread(target=self._replay, name="demo-replay", daemon=True)
         started_s = self._clock.monotonic_s()
         thread.start()
@@ -234,7 +232,10 @@ class _Show:
 
     def _watch(self, thread: threading.Thread) -> None:
         if not self._console.is_terminal:
-            print("\n".join(plain_head(self._scene.lines)), flush=True)
+            print(
+                "\n".join(plain_head(self._scene.lines, dated=self._truth.date is not None)),
+                flush=True,
+            )
             while thread.is_alive():
                 thread.join(_PLAIN_PERIOD_S)
                 self._look()
@@ -252,8 +253,9 @@ class _Show:
         status = self._get("/v1/status")
         scene = self._scene
         scene.data_time_s = status["data_time_s"]
-        scene.tracks = status["tracks"]
-        scene.tracks_seen = status["tracks"] + status["tracks_ended"]
+        scene.tracks = status["tracks_confirmed_live"]
+        scene.tracks_confirmed = status["tracks_confirmed"]
+        scene.tracks_initiated = status["tracks_initiated"]
         known = {
             (bias["sensor_id"], bias["parameter"]): bias
             for sensor in self.sensors
@@ -282,18 +284,19 @@ class _Show:
             line.sigmas = self._sigmas(line)
         console.print(bias_table(scene.lines))
         console.print(
-            f"{scene.tracks_seen} aircraft tracked from {status['accepted']:,} plots "
-            f"in {elapsed_s:.1f} s ({status['read']:,} read = {status['accepted']:,} accepted + "
-            f"{status['rejected']} rejected + {status['duplicate']} duplicate)",
+            f"{scene.tracks_confirmed} confirmed tracks ({scene.tracks_initiated} initiated) from "
+            f"{status['accepted']:,} plots in {elapsed_s:.1f} s ({status['read']:,} read = "
+            f"{status['accepted']:,} accepted + {status['rejected']} rejected + "
+            f"{status['duplicate']} duplicate)",
             soft_wrap=True,
         )
-        accuracy = position_accuracy(self._reports(), self._updates(scene.tracks_seen))
+        accuracy = position_accuracy(self._reports(), self._updates(scene.tracks_initiated))
         if accuracy is not None:
             console.print(
                 f"{accuracy.compared:,} track positions lie "
                 f"[bold green]{accuracy.median_m:.0f} m[/] (median) and "
-                f"[bold green]{accuracy.rms_m:.0f} m[/] (RMS) from ADS-B, which the tracker has "
-                "not seen",
+                f"[bold green]{accuracy.rms_m:.0f} m[/] (RMS) from ADS-B, which was withheld from "
+                "the tracker",
                 soft_wrap=True,
             )
         console.print(f"output_sha256 {status['output_sha256']}", soft_wrap=True)
@@ -348,12 +351,12 @@ class _Show:
 
 
 def _stay(console: "Console", service: ServiceProcess, sensors: list[str]) -> None:
-    console.print("\nThe service is still up; look around, Ctrl-C stops it:")
+    console.print("\nThe service stays up; press Ctrl-C to stop it:")
     biases = [f"/v1/sensors/{sensor}/bias" for sensor in sensors[:1]]
     for path in ("/docs", "/v1/tracks", *biases, "/v1/status"):
         console.print(f"  {service.http}{path}", soft_wrap=True)
     # In pieces: a library may have set the signals so that a long wait goes on after one.
     while (status := service.process.poll()) is None:
         time.sleep(_LOOK_PERIOD_S)
-    msg = f"the service ended on its own with status {status}"
+    msg = f"the service stopped unexpectedly with status {status}"
     raise MultiradarError(msg)

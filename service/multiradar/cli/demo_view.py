@@ -2,8 +2,9 @@
 
 import math
 from dataclasses import dataclass, field
-from datetime import UTC, datetime
 from typing import TYPE_CHECKING
+
+from multiradar.report.times import clock_text as time_of_day
 
 if TYPE_CHECKING:
     from rich.console import Group
@@ -69,8 +70,8 @@ class Scene:
         Plots in the recording.
     lines : list of BiasLine
         The biases.
-    sent, tracks, tracks_seen : int
-        Plots acknowledged; aircraft tracked now; aircraft tracked so far.
+    sent, tracks, tracks_confirmed, tracks_initiated : int
+        Plots acknowledged; confirmed tracks now; confirmed tracks so far; all tracks so far.
     data_time_s : float or None
         Data time of now.
     """
@@ -79,12 +80,21 @@ class Scene:
     lines: list[BiasLine]
     sent: int = 0
     tracks: int = 0
-    tracks_seen: int = 0
+    tracks_confirmed: int = 0
+    tracks_initiated: int = 0
     data_time_s: float | None = None
 
 
-def plain_head(lines: list[BiasLine]) -> list[str]:
-    """Return the head of the lines of `plain_line`: names, and the truth where it is known."""
+def plain_head(lines: list[BiasLine], *, dated: bool) -> list[str]:
+    """Return the head of the lines of `plain_line`: names, and the truth where it is known.
+
+    Parameters
+    ----------
+    lines : list of BiasLine
+        The biases.
+    dated : bool
+        Whether the date is known: times are UTC then, else times of day.
+    """
     names, truths = [], []
     for line in lines:
         name, unit, digits = _NAMES[line.parameter]
@@ -92,7 +102,8 @@ def plain_head(lines: list[BiasLine]) -> list[str]:
         digits = min(digits, _PLAIN_DIGITS_MAX)
         truth = "" if line.truth is None else f"{line.truth:+.{digits}f}"
         truths.append(truth.rjust(_CELL_WIDTH))
-    return [f"data time tracks {' '.join(names)}", f"truth            {' '.join(truths)}"]
+    time = "UTC" if dated else "time"
+    return [f"{time:9} tracks {' '.join(names)}", f"truth            {' '.join(truths)}"]
 
 
 def plain_line(scene: Scene) -> str:
@@ -116,8 +127,8 @@ def live_view(scene: Scene) -> "Group":
         (clock_text(scene.data_time_s), "bold cyan"),
         f"   {scene.sent:,} of {scene.total:,} plots   ",
         (f"{scene.tracks}", "bold green"),
-        " aircraft tracked now, ",
-        (f"{scene.tracks_seen}", "bold green"),
+        " confirmed tracks now, ",
+        (f"{scene.tracks_confirmed}", "bold green"),
         " so far",
     )
     bar = ProgressBar(total=max(scene.total, 1), completed=scene.sent, width=78)
@@ -178,10 +189,8 @@ def trend(values: list[float], width: int = _TREND_WIDTH) -> str:
 
 
 def clock_text(data_time_s: float | None) -> str:
-    """Return a data time as a time of day."""
-    if data_time_s is None:
-        return "--:--:--"
-    return datetime.fromtimestamp(data_time_s, UTC).strftime("%H:%M:%S")
+    """Return a data time as a time of day; dashes before the first plot."""
+    return "--:--:--" if data_time_s is None else time_of_day(data_time_s)
 
 
 def _colour(line: BiasLine) -> str:

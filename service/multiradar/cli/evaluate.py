@@ -1,4 +1,4 @@
-"""`multiradar evaluate`: tracks against what is known of the aircraft."""
+"""`multiradar evaluate`: tracks against a reference."""
 
 import dataclasses
 import json
@@ -61,7 +61,7 @@ def evaluate(
         Path,
         typer.Argument(
             metavar="TRACKS",
-            help="The folder that `track` made, or its tracks.parquet.",
+            help="Output directory of `track`, or its tracks.parquet.",
             show_default=False,
         ),
     ],
@@ -69,15 +69,15 @@ def evaluate(
     truth: Annotated[
         Path | None,
         typer.Option(
-            metavar="DIR", help="Reference: the folder that `simulate` made.", show_default=False
+            metavar="DIR", help="Reference: output directory of `simulate`.", show_default=False
         ),
     ] = None,
     adsb: Annotated[
         Path | None,
         typer.Option(
             metavar="MEASUREMENTS",
-            help="Reference: the ADS-B reports of a measurements.parquet, or of the folder that "
-            "`convert` made.",
+            help="Reference: ADS-B reports of a measurements.parquet, or of an output directory of "
+            "`convert`.",
             show_default=False,
         ),
     ] = None,
@@ -85,8 +85,8 @@ def evaluate(
         Path | None,
         typer.Option(
             metavar="MEASUREMENTS",
-            help="Reference: all measurements of a measurements.parquet, smoothed, without the "
-            "biases that TRACKS found; needs --sensors.",
+            help="Reference: all measurements of a measurements.parquet, corrected by the biases "
+            "of TRACKS and smoothed; needs --sensors.",
             show_default=False,
         ),
     ] = None,
@@ -94,8 +94,8 @@ def evaluate(
         Path | None,
         typer.Option(
             metavar="TRACKS",
-            help="Reference: the system tracks of an ASTERIX recording, the folder that `convert "
-            "asterix` made, or its system_tracks.parquet.",
+            help="Reference: system tracks of an ASTERIX recording: output directory of `convert "
+            "asterix`, or its system_tracks.parquet.",
             show_default=False,
         ),
     ] = None,
@@ -103,20 +103,20 @@ def evaluate(
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="For --smoothed: sites and errors, sensors.toml.",
+            help="For --smoothed: sensor configuration, sensors.toml.",
             show_default=False,
         ),
     ] = None,
     smoother: Annotated[
         SmootherChoice | None,
         typer.Option(
-            help="For --smoothed: how aircraft move; `imm`: straight, turning, changing speed.",
+            help="For --smoothed: motion model; `imm`: straight, turning, changing speed.",
             show_default="constant-velocity",
         ),
     ] = None,
     preset: Annotated[
         list[PresetChoice] | None,
-        typer.Option(help="Requirements to judge; may be repeated.", show_default="all of them"),
+        typer.Option(help="Requirements to evaluate; repeatable.", show_default="all of them"),
     ] = None,
     strict: Annotated[
         bool,
@@ -126,21 +126,27 @@ def evaluate(
         Path | None,
         typer.Option(
             metavar="FILE.html",
-            help="Report to write, with maps and plots; it must not exist yet.",
+            help="HTML report with maps and plots; must not exist.",
             show_default=False,
         ),
     ] = None,
-    step: Annotated[float | None, _number("--step", "Time between instants, s.", 4)] = None,
+    step: Annotated[
+        float | None, _number("--step", "Time between evaluation instants, s.", 4)
+    ] = None,
     gate: Annotated[float | None, _number("--gate", "Association radius, m.", 2000)] = None,
     age: Annotated[
-        float | None, _number("--age", "A track is carried on for so long, s.", 12)
+        float | None, _number("--age", "Maximum extrapolation (coasting) time, s.", 12)
     ] = None,
     reference_gap: Annotated[
         float | None,
-        _number("--reference-gap", "The reference is not joined over longer gaps, s.", 15),
+        _number(
+            "--reference-gap",
+            "Do not interpolate the reference across gaps longer than this, s.",
+            15,
+        ),
     ] = None,
     gap: Annotated[
-        float | None, _number("--gap", "Shortest time without update that is a gap, s.", 16.4)
+        float | None, _number("--gap", "Minimum time without an update to count as a gap, s.", 16.4)
     ] = None,
     cutoff: Annotated[
         float | None, _number("--cutoff", "Cut-off c of OSPA and GOSPA, m.", 1000)
@@ -148,13 +154,14 @@ def evaluate(
     order: Annotated[float | None, _number("--order", "Order p of OSPA and GOSPA.", 2)] = None,
     dwell: Annotated[
         float | None,
-        _number("--dwell", "Shortest stay with another aircraft that is a swap, s.", 20),
+        _number("--dwell", "Minimum dwell on another aircraft to count as a swap, s.", 20),
     ] = None,
     settling: Annotated[
-        float | None, _number("--settling", "First part of a track without errors, s.", 0)
+        float | None, _number("--settling", "Ignore errors during the first … s of a track.", 0)
     ] = None,
     reference_sigma: Annotated[
-        float | None, _number("--reference-sigma", "Error of the reference itself, m.", 0)
+        float | None,
+        _number("--reference-sigma", "Standard deviation of the reference itself, m.", 0),
     ] = None,
     density: Annotated[
         float | None,
@@ -162,21 +169,21 @@ def evaluate(
     ] = None,
     scan_period: Annotated[
         float | None,
-        _number("--scan-period", "Turn of a radar, to tell delays in scans, s.", "none"),
+        _number("--scan-period", "Scan period, to give delays in scans, s.", "none"),
     ] = None,
     partial: Annotated[
         bool,
         typer.Option(
             "--partial",
-            help="The reference may lack aircraft: tracks that meet none are not false.",
+            help="The reference may lack aircraft: tracks without one are not false.",
         ),
     ] = False,
     tentative: Annotated[
-        bool, typer.Option("--tentative", help="Tentative tracks count as well.")
+        bool, typer.Option("--tentative", help="Include tentative tracks.")
     ] = False,
     json_wanted: JsonOption = False,
 ) -> None:
-    """Judge tracks: errors, gaps, swaps, false tracks, OSPA, SIAP, NEES, and presets."""
+    """Evaluate tracks against a reference: errors, gaps, swaps, OSPA, SIAP, NEES, presets."""
     chosen = _Reference(truth, adsb, smoothed, system_tracks, sensors, smoother)
     chosen.check()
     settings = _settings(
@@ -209,7 +216,9 @@ def evaluate(
             text = report_page(_document(tracks, card, figures, whole=True))
             page.write_text(text, encoding="utf-8")
     if json_wanted:
-        print(json.dumps(figures, ensure_ascii=False, allow_nan=False))
+        from multiradar_schemas.rounding import rounded
+
+        print(json.dumps(rounded(figures), ensure_ascii=False, allow_nan=False))
     else:
         _print(_document(tracks, card, figures, whole=False))
         if html is not None:
@@ -311,7 +320,7 @@ def _document(tracks: Path, card: "Scorecard", figures: Any, *, whole: bool) -> 
 
     compared, reference = figures["compared"], figures["reference"]
     summary = (
-        f"{compared['tracks']} tracks with {compared['updates']} updates against "
+        f"{_headline(compared)} with {compared['updates']} updates against "
         f"{_REFERENCES[reference['kind']]}: {compared['aircraft']} aircraft with "
         f"{compared['reference_positions']} positions over {compared['duration_s']:.0f} s; "
         f"{compared['updates_compared']} updates compared."
@@ -325,6 +334,11 @@ def _document(tracks: Path, card: "Scorecard", figures: Any, *, whole: bool) -> 
         plots=card_plots(card) if whole else [],
         notes=notes_of(card, figures),
     )
+
+
+def _headline(compared: Any) -> str:
+    text = f"{compared['tracks_confirmed']} confirmed tracks"
+    return f"{text} ({compared['tracks_initiated']} initiated)"
 
 
 # What differs from the defaults alone.

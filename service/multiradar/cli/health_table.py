@@ -3,13 +3,14 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from pydantic import JsonValue
     from rich.console import Console
 
     from multiradar_schemas.report import Report
 
 
 def print_health(report: "Report", console: "Console") -> None:
-    """Print the last row of each radar, and the alarms in the order in which they began.
+    """Print the last row of each radar, and the alarms in the order in which they were raised.
 
     Parameters
     ----------
@@ -23,9 +24,11 @@ def print_health(report: "Report", console: "Console") -> None:
     health, alarms = report.figures["sensor_health"], report.figures["sensor_alarms"]
     assert isinstance(health, dict)
     assert isinstance(alarms, list)
-    table = Table(title="Health of the radars at the end", title_justify="left")
+    from multiradar.report.times import time_text
+
+    table = Table(title="Radar health at the end", title_justify="left")
     table.add_column("sensor")
-    for column in ("detection", "range noise", "azimuth noise", "silent for"):
+    for column in ("Pd", "range noise", "azimuth noise", "time since last plot"):
         table.add_column(column, justify="right")
     table.add_column("alarms")
     for sensor, row in health.items():
@@ -33,8 +36,8 @@ def print_health(report: "Report", console: "Console") -> None:
         table.add_row(
             sensor,
             _shown(row["detection_probability"], ".3f"),
-            _shown(row["range_sigma_ratio"], ".2f", " × told"),
-            _shown(row["azimuth_sigma_ratio"], ".2f", " × told"),
+            _shown(row["range_sigma_ratio"], ".2f", " × nominal"),
+            _shown(row["azimuth_sigma_ratio"], ".2f", " × nominal"),
             _shown(row["silence_s"], ".1f", " s"),
             str(row["alarms"]).replace(",", ", "),
         )
@@ -42,7 +45,13 @@ def print_health(report: "Report", console: "Console") -> None:
         console.print(table)
     for one in alarms:
         assert isinstance(one, dict)
-        console.print(f"alarm: {one['sensor_id']}: {one['alarm']} at {one['time_s']} s")
+        console.print(f"alarm: {one['sensor_id']}: {one['alarm']} at {time_text(_time_s(one))}")
+
+
+def _time_s(alarm: "dict[str, JsonValue]") -> float:
+    time_s = alarm["time_s"]
+    assert isinstance(time_s, float)
+    return time_s
 
 
 def _shown(value: object, form: str, unit: str = "") -> str:

@@ -35,8 +35,8 @@ _CHOICE = re.compile(r"^'(?P<was>.*)' is not one of (?P<known>.*?)\.?$")
 
 app = typer.Typer(
     name="multiradar",
-    help="Tracks of aircraft and biases of radars, estimated together.",
-    epilog="Exit status: 0 done, 1 failed on the data, 2 wrong usage.",
+    help="Joint estimation of aircraft tracks and radar biases.",
+    epilog="Exit status: 0 done, 1 failed on the data, 2 usage error.",
     add_completion=False,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
@@ -163,8 +163,8 @@ def _root(
     version: Annotated[
         bool,
         typer.Option(
-            "--version", help="Print the version and leave.", callback=_print_version, is_eager=True
+            "--version", help="Print the version and exit.", callback=_print_version, is_eager=True
         ),
     ] = False,
 ) -> None:
-    """Tracks of aircraft and biases of radars, estimated together."""
+    """Joint estimation of aircraft tracks and radar biases."""

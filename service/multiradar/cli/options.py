@@ -28,7 +28,7 @@ class FilterChoice(StrEnum):
 
 
 class MotionChoice(StrEnum):
-    """How an aircraft may be taken to accelerate."""
+    """Process noise of the motion of aircraft."""
 
     WHITE_ACCELERATION = "white-acceleration"
     VELOCITY_FRAME = "velocity-frame"
@@ -76,13 +76,13 @@ MeasurementsArgument = Annotated[
     Path,
     typer.Argument(
         metavar="MEASUREMENTS",
-        help="A measurements.parquet, a folder that `convert` made, or the folder of a dump.",
+        help="A measurements.parquet, an output directory of `convert`, or a dump directory.",
         show_default=False,
     ),
 ]
 SensorsOption = Annotated[
     Path,
-    typer.Option("--sensors", metavar="FILE", help="The sensors: sensors.toml."),
+    typer.Option("--sensors", metavar="FILE", help="Sensor configuration: sensors.toml."),
 ]
 KindsOption = Annotated[
     str | None,
@@ -99,20 +99,18 @@ HideOption = Annotated[
     typer.Option(
         "--hide",
         metavar="FIELD,FIELD",
-        help=f"Keep these fields from the tracker, not from the output: {', '.join(HIDEABLE)}.",
+        help=f"Withhold these fields from the tracker, not from the output: {', '.join(HIDEABLE)}.",
         parser=parse_hidden,
         show_default="none",
     ),
 ]
-JsonOption = Annotated[
-    bool, typer.Option("--json", help="Print the figures as one JSON object, for programs.")
-]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print the results as one JSON object.")]
 DateOption = Annotated[
     str | None,
     typer.Option(
         "--date",
         metavar="YYYY-MM-DD",
-        help="Date of the first line of a dump; without it times stay times of day.",
+        help="Date of the first line of a dump; without it, times are times of day.",
         parser=parse_date,
         show_default=False,
     ),
@@ -122,7 +120,7 @@ ProfileOption = Annotated[
     typer.Option(
         "--profile",
         metavar="FILE.toml",
-        help="What a dump calls its files and columns, its units, separator, form of time.",
+        help="Layout of a dump: names of files and columns, units, separator, time format.",
         show_default="the layout of docs/converter.md",
     ),
 ]
@@ -130,7 +128,7 @@ AllowMissingOption = Annotated[
     bool,
     typer.Option(
         "--allow-missing",
-        help="Do without tracks.txt or plots_ads.txt where a dump lacks it.",
+        help="Accept dumps without tracks.txt or plots_ads.txt.",
     ),
 ]
 PlanesOption = Annotated[
@@ -141,8 +139,8 @@ PlanesOption = Annotated[
         # The bounds are those of `runtime.track_windows`, not imported: help must be fast.
         min=5.0,
         max=600.0,
-        help="Write manoeuvre_planes.parquet: the plane of each track's plots of so long, by "
-        "epochs.",
+        help="Write manoeuvre_planes.parquet: manoeuvre plane over the last SECONDS, per epoch. "
+        "Costs 0.8 ms CPU per plot.",
         show_default="none",
     ),
 ]
@@ -153,8 +151,8 @@ ObservabilityOption = Annotated[
         metavar="SECONDS",
         min=5.0,
         max=600.0,
-        help="Write observability.parquet: whether ranges or crossing bearings of so long tell "
-        "where each track is, by epochs.",
+        help="Write observability.parquet: position observability over the last SECONDS, per "
+        "epoch. Costs 0.2 ms CPU per plot.",
         show_default="none",
     ),
 ]
@@ -166,8 +164,8 @@ EncountersOption = Annotated[
         # The bounds are those of `runtime.encounter_query`.
         min=1.0,
         max=600.0,
-        help="Write encounters.parquet: which tracks are expected to come near each other so far "
-        "ahead, by epochs.",
+        help="Write encounters.parquet: pairs of tracks predicted to come into proximity within "
+        "SECONDS, per epoch. Costs 0.05 ms CPU per plot with 30 aircraft; grows with their number.",
         show_default="none",
     ),
 ]
@@ -177,7 +175,7 @@ EncounterDistanceOption = Annotated[
         "--encounter-distance-m",
         min=1.0,
         max=100_000.0,
-        help="How near, for --encounters.",
+        help="Horizontal threshold for --encounters, m.",
         show_default="9260",
     ),
 ]
@@ -187,7 +185,7 @@ EncounterHeightOption = Annotated[
         "--encounter-height-m",
         min=1.0,
         max=20_000.0,
-        help="For --encounters: without those that stay farther apart in height.",
+        help="Vertical threshold for --encounters, m: skip pairs separated by more.",
         show_default="any height",
     ),
 ]
@@ -195,11 +193,11 @@ TrajectoriesOption = Annotated[
     bool,
     typer.Option(
         "--trajectories",
-        help="Write trajectories.parquet: how each aircraft flew over its last 90 s, by epochs. It "
-        "takes milliseconds a plot.",
+        help="Write trajectories.parquet: reconstructed trajectories over the last 90 s, per "
+        "epoch. Costs 2.5 ms CPU per plot.",
     ),
 ]
-#: Tracks with trajectories at once where nobody says otherwise: 0.2 MB each.
+#: Tracks with trajectories at once by default: 0.2 MB each.
 TRAJECTORY_AIRCRAFT_DEFAULT = 1000
 TrajectoryAircraftOption = Annotated[
     int | None,
@@ -208,7 +206,7 @@ TrajectoryAircraftOption = Annotated[
         metavar="N",
         min=1,
         max=10_000,
-        help="Tracks that have trajectories at once, at most; others wait for room.",
+        help="Maximum concurrent trajectory reconstructions; further tracks are queued.",
         show_default=f"that of the settings, else {TRAJECTORY_AIRCRAFT_DEFAULT}",
     ),
 ]
@@ -220,8 +218,8 @@ ForecastsOption = Annotated[
         # The bounds are those of `runtime.forecast_table`.
         min=8.0,
         max=600.0,
-        help="Write forecasts.parquet: where each track is expected to be 10 to 300 s later, with "
-        "the region of 95 %, every so often.",
+        help="Write forecasts.parquet: predicted positions 10 to 300 s ahead with 95 % regions, "
+        "every SECONDS. Costs 0.03 ms CPU per plot at 60 s.",
         show_default="none",
     ),
 ]
@@ -230,7 +228,8 @@ ConfigOption = Annotated[
     typer.Option(
         "--config",
         metavar="FILE",
-        help="Settings in TOML; options and the environment (MULTIRADAR_…) go before it.",
+        help="Settings in TOML; command-line options and environment variables (MULTIRADAR_…) "
+        "take precedence.",
         show_default=False,
     ),
 ]
@@ -238,7 +237,7 @@ FilterOption = Annotated[
     FilterChoice | None,
     typer.Option(
         "--filter",
-        help="How motion and biases are estimated.",
+        help="Filter for motion and biases.",
         show_default=TRACKING_DEFAULTS.filter_name,
     ),
 ]

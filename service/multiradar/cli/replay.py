@@ -57,8 +57,8 @@ def replay(
         str,
         typer.Option(
             metavar="ADDRESS",
-            help="The service: http://127.0.0.1:8321 or zenoh:tcp/127.0.0.1:7447; for an ASTERIX "
-            "recording udp:ADDRESS:PORT, unicast or a multicast group.",
+            help="Service address: http://127.0.0.1:8321 or zenoh:tcp/127.0.0.1:7447; for an "
+            "ASTERIX recording udp:ADDRESS:PORT, unicast or a multicast group.",
         ),
     ] = "http://127.0.0.1:8321",
     speed: Annotated[
@@ -66,43 +66,48 @@ def replay(
         typer.Option(
             metavar="NUMBER|max",
             parser=parse_speed,
-            help="Seconds of data time in a second; max: as fast as the service takes them.",
+            help="Playback speed (1 = real time); max: as fast as the service ingests.",
         ),
     ] = "1.0",  # type: ignore[assignment]  # given to the parser like any other text
     batch: Annotated[
-        int, typer.Option(min=1, max=_BATCH_ROWS_MAX, help="Measurements in a message at most.")
+        int,
+        typer.Option(
+            min=1, max=_BATCH_ROWS_MAX, help="Maximum number of measurements per message."
+        ),
     ] = 1000,
     encoding: Annotated[
-        EncodingChoice, typer.Option(help="How a message is written.")
+        EncodingChoice, typer.Option(help="Message encoding.")
     ] = EncodingChoice.ARROW,
     kinds: KindsOption = None,
     date: DateOption = None,
     profile: ProfileOption = None,
     allow_missing: AllowMissingOption = False,
-    flush: Annotated[bool, typer.Option(help="Tell the service that the stream has ended.")] = True,
+    flush: Annotated[
+        bool, typer.Option(help="Flush the service at the end of the recording.")
+    ] = True,
     run_name: Annotated[
         str | None,
         typer.Option(
-            help="Name of this run: under another name the same measurements are taken again.",
+            help="Name of this run; under another name the same measurements are ingested again.",
             show_default="derived from the content",
         ),
     ] = None,
     retries: Annotated[
-        int, typer.Option(min=0, help="Attempts for one message after the first.")
+        int, typer.Option(min=0, help="Maximum number of retries per message.")
     ] = 50,
     interface: Annotated[
         str,
-        typer.Option(metavar="ADDRESS", help="With udp: the interface to a multicast group."),
+        typer.Option(metavar="ADDRESS", help="With udp: interface of the multicast group."),
     ] = "127.0.0.1",
     times: Annotated[
         Times,
-        typer.Option(help="With udp: send times of day as recorded, or moved to now."),
+        typer.Option(help="With udp: times of day as recorded, or shifted to now."),
     ] = Times.RECORDED,
     json_wanted: JsonOption = False,
 ) -> None:
-    """Play a recording to a service; what was acknowledged before is not taken twice.
+    """Replay a recording to a service; already acknowledged data are not ingested again.
 
-    With udp: MEASUREMENTS is an ASTERIX recording, sent datagram by datagram as it came.
+    With udp: MEASUREMENTS is an ASTERIX recording, sent datagram by datagram as recorded.
     """
     if is_udp(to):
         if (kinds, date, profile, run_name) != (None, None, None, None):

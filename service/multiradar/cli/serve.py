@@ -1,4 +1,4 @@
-"""`multiradar serve`: the service, until it is told to stop."""
+"""`multiradar serve`: the service, until it is stopped."""
 
 import signal
 import threading
@@ -25,7 +25,7 @@ _PIECE_S = 0.5
 
 
 class LogLevel(StrEnum):
-    """Least level that is written to the log."""
+    """Minimum log level."""
 
     DEBUG = "debug"
     INFO = "info"
@@ -34,7 +34,7 @@ class LogLevel(StrEnum):
 
 
 class LogForm(StrEnum):
-    """How the log is written."""
+    """Log format."""
 
     TEXT = "text"
     JSON = "json"
@@ -45,35 +45,45 @@ def serve(
     sensors: Annotated[
         Path | None,
         typer.Option(
-            metavar="FILE", help="The sensors: sensors.toml.", show_default="sensors.toml"
+            metavar="FILE", help="Sensor configuration: sensors.toml.", show_default="sensors.toml"
         ),
     ] = None,
     state: Annotated[
         Path | None,
-        typer.Option(metavar="DIR", help="Folder of the journal.", show_default="multiradar-data"),
+        typer.Option(
+            metavar="DIR", help="Directory of the journal.", show_default="multiradar-data"
+        ),
     ] = None,
     host: Annotated[
         str | None, typer.Option(help="Address to listen on.", show_default="127.0.0.1")
     ] = None,
     port: Annotated[
         int | None,
-        typer.Option(min=0, max=65_535, help="0 takes a free one.", show_default="8321"),
+        typer.Option(
+            min=0, max=65_535, help="Port to listen on; 0: pick a free port.", show_default="8321"
+        ),
     ] = None,
     zenoh: Annotated[
-        bool | None, typer.Option(help="Take part in Zenoh.", show_default="zenoh")
+        bool | None, typer.Option(help="Enable the Zenoh interface.", show_default="zenoh")
     ] = None,
     zenoh_listen: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="ENDPOINT", help="Where Zenoh listens.", show_default="tcp/127.0.0.1:7447"
+            metavar="ENDPOINT",
+            help="Endpoint Zenoh listens on; repeatable.",
+            show_default="tcp/127.0.0.1:7447",
         ),
     ] = None,
     zenoh_connect: Annotated[
         list[str] | None,
-        typer.Option(metavar="ENDPOINT", help="A Zenoh router or peer.", show_default=False),
+        typer.Option(
+            metavar="ENDPOINT",
+            help="Zenoh router or peer to connect to; repeatable.",
+            show_default=False,
+        ),
     ] = None,
     workers: Annotated[
-        int | None, typer.Option(min=1, help="Threads of the tracker.", show_default="1")
+        int | None, typer.Option(min=1, help="Worker threads of the tracker.", show_default="1")
     ] = None,
     filter_name: FilterOption = None,
     trajectory_aircraft_max: Annotated[
@@ -82,22 +92,23 @@ def serve(
             metavar="N",
             min=0,
             max=10_000,
-            help="Tracks of which it is told how they flew, at most; 1 ms of processor a plot.",
+            help="Maximum number of tracks with trajectory reconstruction (about 1 ms CPU per "
+            "plot).",
             show_default="0: none",
         ),
     ] = None,
     config: ConfigOption = None,
     log_level: Annotated[
-        LogLevel | None, typer.Option(help="Least level logged.", show_default="info")
+        LogLevel | None, typer.Option(help="Minimum log level.", show_default="info")
     ] = None,
     log_form: Annotated[
-        LogForm | None, typer.Option(help="Form of the log.", show_default="text")
+        LogForm | None, typer.Option(help="Log format.", show_default="text")
     ] = None,
     json_wanted: Annotated[
-        bool, typer.Option("--json", help="Tell where it listens as one JSON object.")
+        bool, typer.Option("--json", help="Print the listening addresses as JSON.")
     ] = False,
 ) -> None:
-    """Take measurements, serve tracks, biases and forecasts; on loopback by default."""
+    """Ingest measurements; serve tracks, biases and predictions; on loopback by default."""
     from multiradar.settings import load_settings
 
     overrides = _overrides(
@@ -136,7 +147,7 @@ def run_service(settings: "Settings", json_wanted: bool) -> None:
     JournalError
         If the journal cannot be opened.
     PipelineError
-        If it ended without having been told to.
+        If it stopped unexpectedly.
     """
     from multiradar.app import Application
     from multiradar.clock import SystemClock
@@ -161,7 +172,7 @@ def run_service(settings: "Settings", json_wanted: bool) -> None:
             stop.started()
             application.stop()
     if failed.is_set():
-        msg = "the HTTP server ended without having been told to; the log says why"
+        msg = "the HTTP server stopped unexpectedly; see the log"
         raise PipelineError(msg)
 
 

@@ -32,7 +32,7 @@ def simulate(
         str | None,
         typer.Argument(
             metavar="SCENE",
-            help="A scene that comes with the program (see --list), or a TOML file.",
+            help="Built-in scenario (see --list), or a TOML file.",
             show_default=False,
         ),
     ] = None,
@@ -42,14 +42,17 @@ def simulate(
         typer.Option(
             "--out",
             metavar="DIR",
-            help="Folder to make; it must not exist yet.",
+            help="Output directory; must not exist.",
             show_default=False,
         ),
     ] = None,
     seed: Annotated[
         int | None,
         typer.Option(
-            min=0, max=_SEED_MAX, help="Another seed than the scene's.", show_default=False
+            min=0,
+            max=_SEED_MAX,
+            help="Random seed; default: that of the scenario.",
+            show_default=False,
         ),
     ] = None,
     duration: Annotated[
@@ -59,16 +62,16 @@ def simulate(
             metavar="S",
             min=_DURATION_MIN_S,
             max=_DURATION_MAX_S,
-            help="Another length than the scene's, in seconds.",
+            help="Duration, s; default: that of the scenario.",
             show_default=False,
         ),
     ] = None,
     list_wanted: Annotated[
-        bool, typer.Option("--list", help="Name the scenes that come with the program.")
+        bool, typer.Option("--list", help="List the built-in scenarios.")
     ] = False,
     json_wanted: JsonOption = False,
 ) -> None:
-    """Simulate a scene: write measurements, a sensors file for `track`, and the truth."""
+    """Simulate a scenario: write measurements, sensors.toml for `track`, and the truth."""
     if list_wanted:
         _print_scenes(json_wanted)
         return

@@ -61,7 +61,7 @@ def study_command(catalogue: Mapping[str, StudyEntry]) -> Callable[..., None]:
             int | None,
             typer.Option(
                 metavar="N",
-                help="Independent realisations.",
+                help="Number of Monte Carlo runs.",
                 parser=_parse_runs,
                 show_default="of the study",
             ),
@@ -70,7 +70,7 @@ def study_command(catalogue: Mapping[str, StudyEntry]) -> Callable[..., None]:
             int,
             typer.Option(
                 metavar="N",
-                help="The same seed gives the same figures.",
+                help="Random seed; the same seed gives the same results.",
                 parser=_parse_seed,
             ),
         ] = 1,
@@ -78,7 +78,7 @@ def study_command(catalogue: Mapping[str, StudyEntry]) -> Callable[..., None]:
             str | None,
             typer.Option(
                 metavar="NAME,NAME",
-                help="Judge only these filters.",
+                help="Filters to compare.",
                 show_default="all of the study",
             ),
         ] = None,
@@ -86,7 +86,7 @@ def study_command(catalogue: Mapping[str, StudyEntry]) -> Callable[..., None]:
             float | None,
             typer.Option(
                 metavar="SECONDS",
-                help="Length of the scene.",
+                help="Duration of the scenario, s.",
                 parser=_parse_duration,
                 show_default="of the study",
             ),
@@ -95,8 +95,7 @@ def study_command(catalogue: Mapping[str, StudyEntry]) -> Callable[..., None]:
             Path | None,
             typer.Option(
                 metavar="FILE.html",
-                help="The report to write; it must not exist yet. With --json there is none unless "
-                "it is named here.",
+                help="HTML report; must not exist. With --json it is written only if named here.",
                 show_default="NAME.html, or NAME-2.html … where that exists",
             ),
         ] = None,
@@ -119,7 +118,7 @@ def study_help(catalogue: Mapping[str, StudyEntry]) -> str:
     studies = [
         f"[bold]{name}[/]: {entry.purpose} {_told(entry)}" for name, entry in catalogue.items()
     ]
-    last = "An option that a study does not take is told on standard error and not used."
+    last = "Options that a study does not support are ignored with a warning."
     return "\n\n".join((first, *studies, last))
 
 
@@ -132,7 +131,7 @@ def _told(entry: StudyEntry) -> str:
         defaults.append(f"--duration {entry.duration_s:g} ({least:g} to {most:g})")
     if entry.filters:
         defaults.append(f"--filters {','.join(entry.filters)}")
-    return f"Takes, with its defaults: {' '.join(defaults)}." if defaults else ""
+    return f"Options and defaults: {' '.join(defaults)}." if defaults else ""
 
 
 def _run(
@@ -163,7 +162,10 @@ def _run(
 
             partial.write_text(report_page(document_of(result)), encoding="utf-8")
     if json_wanted:
-        print(json.dumps(result.json_object(), ensure_ascii=False, allow_nan=False))
+        from multiradar_schemas.rounding import rounded_members
+
+        figures = rounded_members(result.json_object())
+        print(json.dumps(figures, ensure_ascii=False, allow_nan=False))
         return
     _print_result(result)
     print(f"report written to {out}")
@@ -187,7 +189,8 @@ def _tell_unused(entry: StudyEntry, chosen: Mapping[str, object]) -> None:
     ]
     if unused:
         print(
-            f"multiradar: {entry.name} does not take {', '.join(unused)}; not used", file=sys.stderr
+            f"multiradar: {entry.name} does not support {', '.join(unused)}; ignored",
+            file=sys.stderr,
         )
 
 

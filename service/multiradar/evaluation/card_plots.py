@@ -1,4 +1,4 @@
-"""The scorecard as plots: map, errors, picture, claims, biases."""
+"""The scorecard as plots: map, errors, air picture, consistency, biases."""
 
 from collections.abc import Iterator
 
@@ -9,8 +9,8 @@ from multiradar.evaluation.consistency import Consistency
 from multiradar.evaluation.scorecard import Scorecard
 from multiradar.evaluation.trajectories import Flags, Floats, Indices, joined, places_at
 from multiradar.report.content import Plot, Series, Style
+from multiradar.report.times import axis_label, time_text
 
-_MINUTE_S = 60.0
 #: Points of a map that are drawn of tracks, and of the reference.
 _MAP_POINTS_MAX = 12_000
 #: Bins of a plot over time, and of a histogram.
@@ -35,18 +35,20 @@ def card_plots(card: Scorecard) -> list[Plot]:
     list of Plot
         The map first; biases last.
     """
-    start_s = float(card.instants.time_s[0]) if len(card.instants.time_s) else 0.0
+    # One label for all axes of time, so that those side by side have the same limits.
+    instants_s = card.instants.time_s
+    time_label = axis_label(instants_s[[0, -1]].tolist() if len(instants_s) else [])
     plots = [_map(card)]
     if len(card.errors.time_s):
-        plots += [*_worst(card, start_s), _errors_over_time(card, start_s), *_distributions(card)]
-    plots += _picture(card, start_s)
+        plots += [*_worst(card), _errors_over_time(card, time_label), *_distributions(card)]
+    plots += _picture(card, time_label)
     for name, unit, found in (
         ("position", "Position", card.position),
         ("velocity", "Velocity", card.velocity),
     ):
         if found is not None:
-            plots.append(_claims(name, unit, found, start_s))
-    plots += [_bias(one, start_s) for one in card.biases[:_BIASES_MAX]]
+            plots.append(_consistency(name, unit, found, time_label))
+    plots += [_bias(one, time_label) for one in card.biases[:_BIASES_MAX]]
     return plots
 
 
@@ -76,7 +78,7 @@ def _map(card: Scorecard) -> Plot:
 
 
 # What happened around the largest error that is no beginning of a track.
-def _worst(card: Scorecard, start_s: float) -> Iterator[Plot]:
+def _worst(card: Scorecard) -> Iterator[Plot]:
     errors, tracks, reference = card.errors, card.tracks, card.reference
     age_s = (
         errors.time_s - tracks.time_s[np.searchsorted(tracks.track, tracks.track)][errors.update]
@@ -89,10 +91,9 @@ def _worst(card: Scorecard, start_s: float) -> Iterator[Plot]:
     when = np.arange(time_s - _AROUND_S, time_s + _AROUND_S, 1.0)
     flown = places_at(reference, np.full(len(when), aircraft), when).position_m / 1000.0
     worst = tracks.position_m[errors.update[row]] / 1000.0
-    minute = (time_s - start_s) / _MINUTE_S
     yield Plot(
         title=f"The largest error of a settled track: {errors.position_m[row]:.0f} m, "
-        f"aircraft {reference.names[aircraft]}, minute {minute:.1f}",
+        f"aircraft {reference.names[aircraft]}, {time_text(time_s)}",
         x_label="east, km",
         y_label="north, km",
         series=(
@@ -121,11 +122,10 @@ def _lines(label: str, place_m: Floats, ends: Flags, style: Style, key: str = ""
     return Series(label, east, north, style, key=key)
 
 
-def _errors_over_time(card: Scorecard, start_s: float) -> Plot:
+def _errors_over_time(card: Scorecard, time_label: str) -> Plot:
     errors = card.errors
-    minutes = (errors.time_s - start_s) / _MINUTE_S
-    edges = np.linspace(minutes.min(), minutes.max() + 1e-9, _BINS + 1)
-    number = np.clip(np.searchsorted(edges, minutes, side="right") - 1, 0, _BINS - 1)
+    edges = np.linspace(errors.time_s.min(), errors.time_s.max(), _BINS + 1)
+    number = np.clip(np.searchsorted(edges, errors.time_s, side="right") - 1, 0, _BINS - 1)
     middle = 0.5 * (edges[:-1] + edges[1:])
     told: dict[str, Floats] = {name: np.full(_BINS, np.nan) for name in ("RMS", "median", "95 %")}
     for one in range(_BINS):
@@ -135,10 +135,11 @@ def _errors_over_time(card: Scorecard, start_s: float) -> Plot:
             told["median"][one], told["95 %"][one] = np.percentile(own, [50.0, 95.0])
     return Plot(
         title="Position errors over time",
-        x_label="minutes",
+        x_label=time_label,
+        x_scale="time",
         y_label="position error, m",
         series=(
-            Series("updates", minutes, errors.position_m, "points", key="updates"),
+            Series("updates", errors.time_s, errors.position_m, "points", key="updates"),
             *(Series(name, middle, values) for name, values in told.items()),
         ),
         y_limits=(0.0, float(max(np.nanmax(told["95 %"]) * 1.3, 1.0))),
@@ -181,23 +182,23 @@ def _steps(edges: Floats, count: Indices) -> tuple[Floats, Floats]:
     return np.repeat(edges, 2)[1:-1], np.repeat(count, 2).astype(np.float64)
 
 
-def _picture(card: Scorecard, start_s: float) -> Iterator[Plot]:
+def _picture(card: Scorecard, time_label: str) -> Iterator[Plot]:
     instants, found = card.instants, card.distances
-    minutes = (instants.time_s - start_s) / _MINUTE_S
-    count = len(minutes)
-    group = "Picture over time"
+    count = len(instants.time_s)
+    group = "Air picture over time"
     judged = instants.track_instant[instants.judged]
     tracked = instants.aircraft_instant[instants.track_of >= 0]
     yield Plot(
         title="Aircraft and tracks",
-        x_label="minutes",
+        x_label=time_label,
+        x_scale="time",
         y_label="number",
         series=tuple(
-            Series(label, minutes, np.bincount(rows, minlength=count).astype(np.float64))
+            Series(label, instants.time_s, np.bincount(rows, minlength=count).astype(np.float64))
             for label, rows in (
                 ("aircraft", instants.aircraft_instant),
                 ("aircraft with a track", tracked),
-                ("tracks judged", judged),
+                ("tracks evaluated", judged),
             )
         ),
         group=group,
@@ -205,51 +206,52 @@ def _picture(card: Scorecard, start_s: float) -> Iterator[Plot]:
     )
     yield Plot(
         title=f"OSPA (c = {card.settings.cutoff_m:g} m, p = {card.settings.order:g})",
-        x_label="minutes",
+        x_label=time_label,
+        x_scale="time",
         y_label="OSPA, m",
-        series=(Series("OSPA", minutes, np.where(found.present, found.ospa_m, np.nan)),),
+        series=(Series("OSPA", instants.time_s, np.where(found.present, found.ospa_m, np.nan)),),
         group=group,
         name="ospa",
     )
 
 
-def _claims(name: str, told: str, found: Consistency, start_s: float) -> Plot:
-    minutes = (found.time_s - start_s) / _MINUTE_S
+def _consistency(name: str, title: str, found: Consistency, time_label: str) -> Plot:
     top = float(max(np.percentile(found.mean_by_time, 98.0), found.high.max())) * 1.2
     return Plot(
-        title=told,
-        x_label="minutes",
+        title=title,
+        x_label=time_label,
+        x_scale="time",
         y_label=f"NEES of {name}, for each dimension",
         series=(
-            Series("95 % band", minutes, found.low, "band", found.high, key="band"),
-            Series("mean over the aircraft", minutes, found.mean_by_time, key="mean"),
+            Series("95 % band", found.time_s, found.low, "band", found.high, key="band"),
+            Series("mean over the aircraft", found.time_s, found.mean_by_time, key="mean"),
         ),
-        group="Errors squared over what was claimed",
+        group="Covariance consistency (NEES)",
         y_limits=(0.0, top),
         name=f"nees-{name}",
     )
 
 
-def _bias(one: BiasHistory, start_s: float) -> Plot:
-    minutes = (one.time_s - start_s) / _MINUTE_S
+def _bias(one: BiasHistory, time_label: str) -> Plot:
     unit = _UNITS.get(one.parameter, "")
     series = [
         Series(
-            "2 sigma", minutes, one.estimate - 2.0 * one.sigma, "band",
+            "2 sigma", one.time_s, one.estimate - 2.0 * one.sigma, "band",
             one.estimate + 2.0 * one.sigma, key="estimate",
         ),
-        Series("estimate", minutes, one.estimate, key="estimate"),
+        Series("estimate", one.time_s, one.estimate, key="estimate"),
     ]  # fmt: skip
     if np.isfinite(one.true).any():
-        series.append(Series("truth", minutes, one.true, "dashed", key="ink"))
-    late = slice(len(minutes) // 10, None)
+        series.append(Series("truth", one.time_s, one.true, "dashed", key="ink"))
+    late = slice(len(one.time_s) // 10, None)
     low = float(np.min(one.estimate[late] - 3.0 * one.sigma[late]))
     high = float(np.max(one.estimate[late] + 3.0 * one.sigma[late]))
     limits = (low, high) if high > low else None
     name = one.parameter.removesuffix("_m").removesuffix("_deg").removesuffix("_s")
     return Plot(
         title=f"{one.sensor_id}: {name.replace('_', ' ')}",
-        x_label="minutes",
+        x_label=time_label,
+        x_scale="time",
         y_label=f"{name.replace('_', ' ')}, {unit}",
         series=tuple(series),
         group="Biases",

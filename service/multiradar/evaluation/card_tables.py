@@ -5,12 +5,13 @@ from typing import cast
 
 from multiradar.evaluation.figures import Figure, Figures
 from multiradar.evaluation.scorecard import Scorecard
+from multiradar.report.cells import NONE, estimate_texts, plain_text
 from multiradar.report.content import Table, Value
 
 _ERRORS = {
     "position_m": "position, m",
     "along_m": "along the course, m",
-    "across_m": "across it, right positive, m",
+    "across_m": "across the course, right positive, m",
     "velocity_mps": "velocity, m/s",
     "speed_mps": "speed, m/s",
     "heading_deg": "heading, °",
@@ -18,8 +19,8 @@ _ERRORS = {
     "climb_mps": "rate of climb, m/s",
 }
 _DEFINITIONS = (
-    "Median, 95 % and largest are of the amounts. Errors are those of measured updates at their "
-    "own times."
+    "Median, 95 % and largest are of absolute values. Errors are those of measured updates at "
+    "their own times."
 )
 
 
@@ -45,7 +46,7 @@ def preset_table(figures: Figures) -> Table:
         rows.append(
             (one["preset"], one["requirement"], limit, found, one["verdict"], one["samples"])
         )
-    header = ("preset", "requirement", "limit", "found", "verdict", "samples")
+    header = ("preset", "requirement", "limit", "found", "result", "samples")
     return Table("Presets", header, _cells(rows))
 
 
@@ -60,9 +61,9 @@ def card_tables(figures: Figures) -> list[Table]:
     Returns
     -------
     list of Table
-        Errors, picture, tracks, claims; biases and forecasts where there are any.
+        Errors, air picture, tracks, consistency; biases and forecasts where there are any.
     """
-    tables = [_errors(figures), _picture(figures), _tracks(figures), _claims(figures)]
+    tables = [_errors(figures), _picture(figures), _tracks(figures), _consistency(figures)]
     optional = {"biases": _biases, "forecasts": _forecasts}
     return [*tables, *(made(figures) for name, made in optional.items() if figures[name])]
 
@@ -86,7 +87,7 @@ def aircraft_table(figures: Figures, most: int | None = None) -> Table:
         _list(figures["aircraft"]),
         key=lambda one: (one["rms_m"] is not None, -float(one["rms_m"] or 0.0)),
     )
-    told = "Aircraft" if most is None or most >= len(rows) else f"The {most} worst aircraft"
+    title = "Aircraft" if most is None or most >= len(rows) else f"The {most} worst aircraft"
     header = (
         "aircraft", "tracked", "tracks", "updates", "RMS, m", "median, m", "95 %, m",
         "along RMS, m", "across RMS, m", "delay, s", "longest gap, s",
@@ -99,7 +100,7 @@ def aircraft_table(figures: Figures, most: int | None = None) -> Table:
         tuple(_percent(one[name]) if name == "completeness" else one[name] for name in names)
         for one in rows[:most]
     ]
-    return Table(told, header, _cells(cells))
+    return Table(title, header, _cells(cells))
 
 
 def notes_of(card: Scorecard, figures: Figures) -> list[str]:
@@ -124,22 +125,22 @@ def notes_of(card: Scorecard, figures: Figures) -> list[str]:
     ]
     if card.reference.velocity_mps is None:
         notes.append(
-            "The reference is joined by straight lines: in turns it cuts corners, and its "
-            "velocity is a mean between reports; that is part of every error told here."
+            "The reference is interpolated linearly: interpolation cuts corners in turns, and its "
+            "velocity is a mean between reports; both are included in all errors."
         )
     if _dict(figures["reference"])["kind"] == "smoothed":
         notes.append(
-            "The reference is made of the plots that the tracks are made of, and of their biases: "
-            "it knows what comes later, but errors that plots share with tracks are not told here."
+            "The reference is made of the same plots and biases as the tracks. It uses later plots "
+            "as well, but errors that it shares with the tracks are not included."
         )
     unjudged = _dict(figures["tracks"])["not_judged"]
     if unjudged:
         notes.append(
-            f"{unjudged} tracks live where or when the reference says nothing, and are not judged."
+            f"{unjudged} tracks lie outside the reference, in time or place, and are not evaluated."
         )
     if settings.partial:
         notes.append(
-            "The reference may lack aircraft: tracks that meet none are not counted as false."
+            "The reference may lack aircraft: tracks without one are not counted as false."
         )
     return notes
 
@@ -159,7 +160,7 @@ def _picture(figures: Figures) -> Table:
     rows = [
         ("completeness", _percent(siap["completeness"]), "aircraft that have a track"),
         ("ambiguity", _text(siap["ambiguity"], 4), "tracks for each aircraft that has one"),
-        ("spuriousness", _percent(siap["spuriousness"]), "tracks that are nobody's"),
+        ("spuriousness", _percent(siap["spuriousness"]), "spurious tracks"),
         ("positional accuracy", _unit(siap["positional_accuracy_m"], "m"), "mean distance"),
         ("velocity accuracy", _unit(siap["velocity_accuracy_mps"], "m/s"), "mean error"),
         ("track number changes", _unit(siap["number_changes_per_h"], "/h"), "tracked time"),
@@ -167,7 +168,7 @@ def _picture(figures: Figures) -> Table:
         ("OSPA", _unit(ospa["mean_m"], "m"), _ospa_told(ospa)),
         ("GOSPA", _unit(gospa["mean_m"], "m"), _gospa_told(gospa)),
     ]
-    return Table("Picture", ("measure", "value", "what it is"), _cells(rows))
+    return Table("Air picture (SIAP)", ("measure", "value", "definition"), _cells(rows))
 
 
 def _ospa_told(ospa: Figures) -> str:
@@ -177,7 +178,7 @@ def _ospa_told(ospa: Figures) -> str:
 def _gospa_told(gospa: Figures) -> str:
     parts = (f"{name} {_percent(gospa[f'{name}_share'])}" for name in
              ("localisation", "missed", "false"))  # fmt: skip
-    return f"mean; of its power {', '.join(parts)}"
+    return f"mean; contribution to GOSPA^p: {', '.join(parts)}"
 
 
 def _tracks(figures: Figures) -> Table:
@@ -196,7 +197,7 @@ def _tracks(figures: Figures) -> Table:
         ("plots on the right track", _plots(who)),
         ("false tracks", _with_longest(kinds, "false")),
         ("duplicate tracks", _with_longest(kinds, "duplicate")),
-        ("tracks not judged", _number(kinds["not_judged"])),
+        ("tracks not evaluated", _number(kinds["not_judged"])),
     ]
     if "median_scans" in begin:
         scans = f"{_number(begin['median_scans'])}, longest {_number(begin['longest_scans'])}"
@@ -219,7 +220,7 @@ def _plots(who: Figures) -> str | None:
     return f"{_percent(who['plots_on_right_track'])} of {who['plots_judged']}"
 
 
-def _claims(figures: Figures) -> Table:
+def _consistency(figures: Figures) -> Table:
     rows = []
     for name, one in _dict(figures["nees"]).items():
         found = _dict(one)
@@ -232,9 +233,14 @@ def _claims(figures: Figures) -> Table:
                 _percent(found["bins_inside_95"]),
             )
         )
-    header = ("NEES of", "samples", "mean", "within own 95 %", "means within 95 % band")
-    caption = "The mean is for each dimension: 1 where the claimed sigma is right."
-    return Table("Claims", header, _cells(rows), caption)
+    header = (
+        "NEES of", "samples", "mean", "inside the 95 % region", "means inside the 95 % band",
+    )  # fmt: skip
+    caption = (
+        "The mean is per dimension: 1 where the reported covariance is right, above 1 where it is "
+        "too small."
+    )
+    return Table("Covariance consistency (NEES)", header, _cells(rows), caption)
 
 
 def _biases(figures: Figures) -> Table:
@@ -242,13 +248,14 @@ def _biases(figures: Figures) -> Table:
         (
             one["sensor_id"],
             one["parameter"],
-            *(_text(one[name], 4) for name in ("estimate", "sigma", "true", "error")),
+            *estimate_texts(cast(float, one["estimate"]), cast(float, one["sigma"])),
+            *(_text(one[name], 4) for name in ("true", "error")),
             _text(one["error_over_sigma"], 3),
         )
         for one in _list(figures["biases"])
     ]
     header = ("sensor", "parameter", "estimate", "sigma", "true", "error", "error / sigma")
-    return Table("Biases at the end (measured minus true)", header, _cells(rows))
+    return Table("Final bias estimates (measured − true)", header, _cells(rows))
 
 
 def _forecasts(figures: Figures) -> Table:
@@ -257,18 +264,18 @@ def _forecasts(figures: Figures) -> Table:
             one["by"],
             f"{one['horizon_s']:g} s",
             one["samples"],
-            f"{_percent(one['inside'])} of {_percent(one['probability'])}",
+            f"{_percent(one['inside'])} (nominal {_percent(one['probability'])})",
             *(_text(one[name], 3) for name in ("radius_median_m", "median_m", "rms_m", "nees")),
         )
         for one in _list(figures["forecasts"])
     ]
     header = (
-        "by", "ahead", "samples", "inside the region", "its radius (median), m",
+        "by", "ahead", "samples", "containment", "radius of the region (median), m",
         "error (median), m", "RMS, m", "error² / sigma²",
     )  # fmt: skip
     caption = (
-        "A region is as large as earlier errors ask, so that it holds the aircraft as often as it "
-        "says also where error² / sigma², of the covariance alone, is not 1."
+        "Regions are scaled by earlier errors, so that their containment is right also where "
+        "error² / sigma², of the covariance alone, is not 1."
     )
     return Table("Forecasts", header, _cells(rows), caption)
 
@@ -286,7 +293,7 @@ def _cells(rows: Sequence[tuple[object, ...]]) -> tuple[tuple[Value, ...], ...]:
 
 
 def _percent(value: object) -> str | None:
-    return None if value is None else f"{100.0 * cast(float, value):.4g} %"
+    return None if value is None else f"{plain_text(100.0 * cast(float, value), 4)} %"
 
 
 def _unit(value: object, unit: str) -> str | None:
@@ -294,8 +301,8 @@ def _unit(value: object, unit: str) -> str | None:
 
 
 def _text(value: object, digits: int) -> str | None:
-    return None if value is None else f"{cast(float, value):.{digits}g}"
+    return None if value is None else plain_text(cast(float, value), digits)
 
 
 def _number(value: object) -> str:
-    return "–" if value is None else f"{cast(float, value):.4g}"
+    return NONE if value is None else plain_text(cast(float, value), 4)

@@ -85,7 +85,7 @@ def summary(values: Floats) -> Figures:
     Returns
     -------
     dict
-        Median, 95 % and largest are of the amounts; None where there are no values.
+        Median, 95 % and largest are of absolute values; None where there are no values.
     """
     known = values[np.isfinite(values)]
     names = ("mean", "rms", "median", "p95", "largest")
@@ -148,6 +148,8 @@ def _compared(card: Scorecard) -> Figures:
         "aircraft": len(card.reference.names),
         "reference_positions": len(card.reference.time_s),
         "tracks": len(card.tracks.ids),
+        "tracks_initiated": card.tracks.initiated,
+        "tracks_confirmed": card.tracks.confirmed,
         "updates": len(card.tracks.time_s),
         "updates_compared": len(card.errors.update),
         "begin_s": float(times[0]) if len(times) else None,

@@ -21,7 +21,7 @@ class Siap:
     ambiguity : float
         Tracks for each aircraft that has one; 1 is best.
     spuriousness : float
-        Share of the tracks that are nobody's; 0 is best.
+        Fraction of the tracks that are spurious; 0 is best.
     positional_accuracy_m, velocity_accuracy_mps : float
         Mean distance and mean velocity error of the assigned tracks.
     number_changes_per_h : float

@@ -136,7 +136,8 @@ def tracks_of(frame: pl.DataFrame, source: str, plane: SystemPlane, *, tentative
     if frame["track_id"].null_count() or not frame["track_id"].dtype.is_integer():
         msg = f"{source}: expected a whole number in every row of track_id"
         raise InputError(msg)
-    shown = frame if tentative else frame.filter(pl.col("state") != "tentative")
+    firm = frame.filter(pl.col("state") != "tentative")
+    shown = frame if tentative else firm
     _require_rows(shown, "confirmed tracks", source)
     rows = shown.sort("track_id", "time_s", maintain_order=True)
     ids, track = np.unique(rows["track_id"].to_numpy(), return_inverse=True)
@@ -154,6 +155,8 @@ def tracks_of(frame: pl.DataFrame, source: str, plane: SystemPlane, *, tentative
         velocity_sigma_mps=rows["velocity_sigma_mps"].cast(pl.Float64).to_numpy(),
         measured=(rows["state"] != "coasting").to_numpy(),
         sensor_id=rows["sensor_id"].cast(pl.String).fill_null("").to_numpy().astype(np.str_),
+        initiated=frame["track_id"].n_unique(),
+        confirmed=firm["track_id"].n_unique(),
     )
 
 

@@ -43,6 +43,9 @@ class Tracks:
         False where a track only coasted.
     sensor_id : (n,) str
         What measured.
+    initiated, confirmed : int
+        Number of all tracks that there were, tentative ones included, and of those that were
+        confirmed.
     """
 
     ids: Indices
@@ -57,6 +60,8 @@ class Tracks:
     velocity_sigma_mps: Floats
     measured: Flags
     sensor_id: NDArray[np.str_]
+    initiated: int
+    confirmed: int
 
 
 @dataclass(frozen=True, slots=True, eq=False)

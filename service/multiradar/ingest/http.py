@@ -231,23 +231,24 @@ def _idempotency_key(request: Request) -> str | None:
 
 
 _MEASUREMENTS_TEXT = """\
-Take a message of measurements: a JSON array (or one object), NDJSON, or an Arrow IPC stream with
-the columns of `measurements.parquet`. The answer comes when the message is in the journal, on disk.
-Rows that are refused are listed with place and reason and kept in the quarantine; the others count.
+Post measurements: a JSON array (or one object), NDJSON, or an Arrow IPC stream with the columns of
+`measurements.parquet`. The response is sent when the message is in the journal, on disk. Rejected
+rows are listed with their index and reason and kept in the quarantine; the others are ingested.
 """
 
 _FLUSH_TEXT = """\
-Mark the end of a stream: what waits to be put in order is processed now, the epoch closes, and what
-is older than the newest measurement so far is late from then on. The mark is in the journal. The
-answer comes when all that was taken before can be read.
+Mark the end of a stream: buffered measurements are processed immediately, the epoch closes, and
+measurements older than the newest one are late from then on. The mark is in the journal. The
+response is sent when the results of all earlier measurements can be read.
 """
 
 _KEY_PARAMETER = {
     "name": "Idempotency-Key",
     "in": "header",
     "required": False,
-    "description": f"The sender's name for the message: {IDEMPOTENCY_KEY_FORM}. Sent "
-    "again with the same key, a message is taken once and answered with `duplicate: true`",
+    "description": f"The sender's identifier of the message: {IDEMPOTENCY_KEY_FORM}. A "
+    "message that is sent again with the same key is ingested once; the response then has "
+    "`duplicate: true`",
     "schema": {"type": "string", "minLength": 1, "maxLength": IDEMPOTENCY_KEY_LENGTH_MAX},
 }
 
@@ -281,11 +282,11 @@ _REQUEST_BODY: dict[str, Any] = {
 }
 
 _ANSWERS: dict[int | str, dict[str, Any]] = {
-    400: {"description": "The body as a whole cannot be read"},
-    413: {"description": "The body is too long; said before it is read whole"},
-    415: {"description": "Another media type, or a compressed body; `Accept-Post` names what is"},
-    422: {"description": "No row could be read as a measurement; `rejected` says why"},
-    429: {"description": "Too much waits for the journal; `Retry-After` says when to come back"},
+    400: {"description": "The body cannot be read"},
+    413: {"description": "The body is too long; reported before it is read whole"},
+    415: {"description": "Unsupported media type, or a compressed body; see `Accept-Post`"},
+    422: {"description": "No row could be read as a measurement; see `rejected`"},
+    429: {"description": "Back-pressure: the journal is behind; see `Retry-After`"},
     503: {"description": "The journal failed, or the service is not ready"},
-    507: {"description": "No room on the disk; nothing was taken"},
+    507: {"description": "Disk full; nothing was ingested"},
 }

@@ -7,6 +7,8 @@ from multiradar.report.content import Table, Value
 
 #: What stands where there is no value.
 NONE = "–"
+_NOTHING = 1e-9
+_SIGMA_DIGITS = 2
 
 # Numbers, also several of them: a range, a value with its error.
 _NUMBER = re.compile(r"(?=.*\d)[-+−±\d\s.,…–e%°()<>≤≥]+")
@@ -29,7 +31,7 @@ def table_texts(table: Table) -> list[list[str]]:
     chosen = [_is_chosen([row[i] for row in table.rows]) for i in range(len(table.header))]
     return [
         [
-            f"{value:g}" if short and isinstance(value, float) else cell_text(value)
+            plain_text(value) if short and isinstance(value, float) else cell_text(value)
             for value, short in zip(row, chosen, strict=True)
         ]
         for row in table.rows
@@ -67,17 +69,43 @@ def cell_text(value: Value) -> str:
     return str(value) if isinstance(value, int) else number_text(float(value))
 
 
-def number_text(number: float) -> str:
-    """Return a number with three significant digits, all of them before the point."""
+def number_text(number: float, digits: int = 3) -> str:
+    """Return a number with so many significant digits, all of those before its point kept.
+
+    Parameters
+    ----------
+    number : float
+        Any; a dash stands for what is not finite.
+    digits : int
+        Significant digits.
+
+    Returns
+    -------
+    str
+        Never with an exponent: readers of tables compare digits, not powers. What is smaller than
+        1e-9 is the rounding of a computation and shown as 0.
+    """
     if not math.isfinite(number):
         return NONE
-    size = abs(number)
-    if size == 0.0:
+    if abs(number) < _NOTHING:
         return "0"
-    if size < 1e-4 or size >= 1e7:
-        mantissa, _, exponent = f"{number:.1e}".partition("e")
-        return f"{mantissa}e{int(exponent)}"
-    return f"{number:.0f}" if size >= 99.95 else f"{number:#.3g}"
+    exponent = int(f"{number:.{digits - 1}e}".partition("e")[2])
+    return f"{number:.{max(0, digits - 1 - exponent)}f}"
+
+
+def plain_text(number: float, digits: int = 6) -> str:
+    """Return a number as `number_text` does, without zeros at the end of its decimals."""
+    text = number_text(number, digits)
+    return text.rstrip("0").rstrip(".") if "." in text else text
+
+
+def estimate_texts(estimate: float, sigma: float) -> tuple[str, str]:
+    """Return an estimate and its standard deviation, both to the second digit of the latter."""
+    if not (math.isfinite(sigma) and sigma > _NOTHING):
+        return plain_text(estimate), number_text(sigma)
+    exponent = int(f"{sigma:.{_SIGMA_DIGITS - 1}e}".partition("e")[2])
+    decimals = max(0, _SIGMA_DIGITS - 1 - exponent)
+    return f"{estimate:.{decimals}f}", f"{sigma:.{decimals}f}"
 
 
 def numeric_columns(table: Table) -> tuple[bool, ...]:

@@ -15,7 +15,8 @@ Value = float | str | bool | None
 #: points), ``track`` (solid, its start marked),
 #: ``reference`` (thin and grey: what is expected).
 Style = Literal["line", "dashed", "dotted", "thin", "band", "points", "rings", "track", "reference"]
-Scale = Literal["linear", "log"]
+#: ``time`` is linear, with data times of day for marks.
+Scale = Literal["linear", "log", "time"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,14 +72,16 @@ class Plot:
     series : tuple of Series
         Drawn in this order.
     x_scale, y_scale : Scale
-        Logarithmic where values span decades; what is not positive is left out then.
+        Logarithmic where values span decades; what is not positive is left out then. Data times
+        are shown as times of day; `multiradar.report.times.axis_label` names their axis.
     equal_axes : bool
         Whether a metre is as long on both axes, as on a map.
     group : str
         Heading of a group: plots of one group that follow each other stand side by side with one
         legend, and with the same limits where axes have the same label. Empty stands alone.
     x_limits, y_limits : tuple of float, optional
-        Ends of the axes; None takes those of the series.
+        Ends of the axes; None takes those of the series. Points beyond them are marked at the edge
+        and counted.
     name : str
         Name of the picture's file where the plot is written to one, such as ``range-bias``.
     """

@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 
+from multiradar.report.clipping import mark_beyond
 from multiradar.report.colours import (
     FAINT,
     GRID,
@@ -19,6 +20,7 @@ from multiradar.report.colours import (
 )
 from multiradar.report.content import Plot, Series
 from multiradar.report.thinning import thin
+from multiradar.report.time_axis import set_times
 
 #: Inches at 72 points each: the viewBox of a plot that stands alone, of one in a group, of a map
 #: that stands alone, of one in a group.
@@ -83,13 +85,15 @@ def draw_group(
         figures.append(figure)
     _share_limits([figure.axes[0] for figure in figures], plots)
     for figure, plot in zip(figures, plots, strict=True):
+        mark_beyond(figure.axes[0], plot, colours)
         _finish(figure, plot, titled=titled)
     return figures
 
 
 def _draw(axes: Axes, plot: Plot, colours: Mapping[str, Colour], columns: int) -> None:
-    axes.set_xscale(plot.x_scale)
-    axes.set_yscale(plot.y_scale, nonpositive="mask") if plot.y_scale == "log" else None
+    for scale, put in ((plot.x_scale, axes.set_xscale), (plot.y_scale, axes.set_yscale)):
+        if scale == "log":
+            put("log", nonpositive="mask")
     for series in plot.series:
         mark = series_colour(series, colours).mark
         _draw_series(axes, thin(series, columns), mark, wide=is_wide(series, plot))
@@ -188,6 +192,8 @@ def _finish(figure: Figure, plot: Plot, *, titled: bool) -> None:
         axis.set_major_formatter(FuncFormatter(_tick_text))
         if scale == "log":
             _set_decades(axes, "x" if axis is axes.xaxis else "y")
+        elif scale == "time":
+            set_times(axis)
         else:
             axis.set_major_locator(MaxNLocator(nbins=6, steps=[1, 2, 2.5, 5, 10]))
     axes.set_xlabel(plot.x_label, color=FAINT.mark, labelpad=6)

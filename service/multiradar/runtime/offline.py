@@ -14,6 +14,7 @@ import numpy as np
 import polars as pl
 
 from multiradar import wire
+from multiradar.clock import SystemClock
 from multiradar.errors import AccountingError
 from multiradar.estimation.bias.observability import Untold
 from multiradar.estimation.measurement.sensors import SensorTable
@@ -29,6 +30,8 @@ from multiradar.runtime.manoeuvre_planes import plane_of_track
 from multiradar.runtime.observabilities import observability_of_track
 from multiradar.runtime.places import Places
 from multiradar.runtime.reject_file import RejectFile, TimeRefusals
+from multiradar.runtime.stage_times import READING, TRACKING, WRITING, StageTimes
+from multiradar.runtime.track_tally import TrackTally
 from multiradar.runtime.track_windows import Judge, WindowTable
 from multiradar.runtime.trajectories.forecast_rows import BundleForecasts, BundleForecastTable
 from multiradar.runtime.trajectories.options import TrajectoryOptions
@@ -125,9 +128,9 @@ class OfflineResult:
         Those of them of each sensor that has some.
     rejected : Counter
         Those refused, by code.
-    updates, tracks, bias_rows, health_rows, steps : int
-        Rows of `tracks.parquet`, different tracks in it, rows of `biases.parquet`, of
-        `health.parquet` and of `transitions.parquet`.
+    updates, tracks, tracks_confirmed, bias_rows, health_rows, steps : int
+        Rows of `tracks.parquet`, different tracks in it, those of them that were confirmed, rows of
+        `biases.parquet`, of `health.parquet` and of `transitions.parquet`.
     window_rows : dict
         Rows of the tables by epochs that were asked for, by file.
     final_biases : dict
@@ -161,6 +164,7 @@ class OfflineResult:
     rejected: Counter[str] = field(default_factory=Counter)
     updates: int = 0
     tracks: int = 0
+    tracks_confirmed: int = 0
     bias_rows: int = 0
     health_rows: int = 0
     steps: int = 0
@@ -188,6 +192,7 @@ def track_recording(
     folder: Path,
     on_progress: Callable[[int], None] = lambda _rows: None,
     on_output: Callable[[EngineOutput], None] | None = None,
+    stages: StageTimes | None = None,
 ) -> OfflineResult:
     """Track a recording and write tracks, biases and rejects.
 
@@ -202,6 +207,8 @@ def track_recording(
         Told the number of measurements that are done, after every batch.
     on_output : callable, optional
         Given all that the engine puts out.
+    stages : StageTimes, optional
+        Told what is being done.
 
     Returns
     -------
@@ -221,11 +228,12 @@ def track_recording(
     if job.forecasts_every_s is not None:
         sampling = Sampling.ALL
     engine = Engine(job.sensors, job.settings, job.workers, pictures=pictures, sampling=sampling)
+    stages = stages or StageTimes(SystemClock())
     run: _Run | None = None
     try:
-        run = _Run(job, folder, engine, on_output)
+        run = _Run(job, folder, engine, on_output, stages)
         done = 0
-        for block in job.recording.blocks(job.kinds):
+        for block in stages.each(READING, job.recording.blocks(job.kinds)):
             for rows in run.take(block):
                 on_progress(done + rows)
             done += len(block)
@@ -244,8 +252,10 @@ class _Run:
         folder: Path,
         engine: Engine,
         on_output: Callable[[EngineOutput], None] | None,
+        stages: StageTimes,
     ) -> None:
         self._on_output = on_output
+        self._stages = stages
         self._sensors = job.sensors
         self._batch_rows = job.batch_rows
         self._engine = engine
@@ -253,6 +263,7 @@ class _Run:
         self._arrivals = ArrivalBoard(job.sensors, horizon_s)
         self._admission = Admission(horizon_s, arrivals=self._arrivals)
         self._digest = OutputDigest()
+        self._tally = TrackTally()
         self._tracks = TableWriter(folder / TRACKS_FILE, TRACK_SCHEMA)
         self._biases = TableWriter(folder / BIASES_FILE, BIAS_SCHEMA)
         self._health = TableWriter(folder / HEALTH_FILE, HEALTH_SCHEMA)
@@ -264,38 +275,42 @@ class _Run:
 
     # Takes one block; yields how many of its rows are done, batch after batch.
     def take(self, block: pl.DataFrame) -> Iterator[int]:
-        measured, refused = wire.measurement_batch(block.drop(INDEX_COLUMN), self._sensors)
+        with self._stages.measure(READING):
+            measured, refused = wire.measurement_batch(block.drop(INDEX_COLUMN), self._sensors)
         clock_s = self._admission.data_clock_s
         codes = np.zeros(len(measured), np.int8)
         at = np.delete(block[INDEX_COLUMN].cast(pl.Int64).to_numpy(), refused.index)
         outputs = []
         for start in range(0, len(measured), self._batch_rows):
             rows = slice(start, start + self._batch_rows)
-            batch = measured.take(rows)
-            codes[rows] = self._admission.admit(batch)
-            taken = codes[rows] == ACCEPTED
-            self._places.add(0, int(np.count_nonzero(taken)), at[rows][taken])
-            outputs.append(self._engine.push(batch if taken.all() else batch.take(taken)))
+            with self._stages.measure(TRACKING):
+                batch = measured.take(rows)
+                codes[rows] = self._admission.admit(batch)
+                taken = codes[rows] == ACCEPTED
+                self._places.add(0, int(np.count_nonzero(taken)), at[rows][taken])
+                outputs.append(self._engine.push(batch if taken.all() else batch.take(taken)))
             yield min(rows.stop, len(block))
-        self._write(outputs)
         self._result.read += len(block)
         self._result.accepted += int(np.count_nonzero(codes == ACCEPTED))
         times = TimeRefusals(self._admission, clock_s, measured.time_s, codes)
-        self._result.rejected += self._rejects.write(block, refused, times)
-        self._write_duplicates(outputs)
+        with self._stages.measure(WRITING):
+            self._write(outputs)
+            self._result.rejected += self._rejects.write(block, refused, times)
+            self._write_duplicates(outputs)
 
     def finish(self) -> OfflineResult:
-        last = self._engine.flush()
-        self._write([last])
-        self._write_duplicates([last])
-        self._rejects.finish()
-        self._tracks.finish()
-        self._biases.finish()
-        self._health.finish()
-        self._transitions.finish()
+        with self._stages.measure(TRACKING):
+            last = self._engine.flush()
+        with self._stages.measure(WRITING):
+            self._write([last])
+            self._write_duplicates([last])
+            self._rejects.finish()
+            for one in (self._tracks, self._biases, self._health, self._transitions):
+                one.finish()
         for file, (table, writer) in self._windows.items():
-            self._keep_windows(file, writer, table.finish())
-            writer.finish()
+            with self._stages.measure(_stage_of(file)):
+                self._keep_windows(file, writer, table.finish())
+                writer.finish()
             if isinstance(table, TrajectoryTable):
                 self._result.trajectories = table.counts()
             if isinstance(table, EncounterTable):
@@ -309,6 +324,7 @@ class _Run:
         late = outcomes.pop("LATE")
         result.tracker = {name.lower(): count for name, count in outcomes.items()}
         _check(result, late)
+        result.tracks, result.tracks_confirmed = self._tally.initiated, self._tally.confirmed
         result.transitions = self._engine.transitions
         result.arrivals = self._arrivals.records()
         result.warnings += self._arrivals.warnings()
@@ -322,8 +338,10 @@ class _Run:
     def _write(self, outputs: Sequence[EngineOutput]) -> None:
         for output in outputs:
             self._digest.add(output)
+            self._tally.take(output)
             for file, (table, writer) in self._windows.items():
-                self._keep_windows(file, writer, table.take(output))
+                with self._stages.measure(_stage_of(file)):
+                    self._keep_windows(file, writer, table.take(output))
             if self._on_output is not None:
                 self._on_output(output)
         updates = TrackUpdates.concatenate([output.updates for output in outputs])
@@ -331,8 +349,6 @@ class _Run:
         if len(updates):
             self._tracks.append(wire.tracks_frame(updates, self._sensors))
             self._result.updates += len(updates)
-            # Tracks are numbered from 1 without gaps by first appearance.
-            self._result.tracks = max(self._result.tracks, int(updates.track_id.max()))
         steps = TrackTransitions.concatenate([output.transitions for output in outputs])
         if len(steps):
             self._transitions.append(wire.transitions_frame(steps))
@@ -378,6 +394,10 @@ class _Run:
             of_sensor[row["parameter"]] = {
                 name: row[name] for name in ("estimate", "sigma", "prior_ratio")
             }
+
+
+def _stage_of(file: str) -> str:
+    return Path(file).stem.replace("_", " ")
 
 
 class _Table(Protocol):

@@ -79,6 +79,7 @@ def offline_report(job: OfflineJob, result: OfflineResult) -> Report:
         figures={
             "sorted": recording.sorted,
             "tracks": result.tracks,
+            "tracks_confirmed": result.tracks_confirmed,
             "measurements_by_outcome": dict(sorted(result.tracker.items())),
             "arrivals": {name: {**record} for name, record in result.arrivals.items()},
             "warnings": [*result.warnings],

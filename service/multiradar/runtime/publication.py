@@ -37,6 +37,7 @@ from multiradar.runtime.output_feed import OutputReader
 from multiradar.runtime.polynomial_forecasts import last_plots
 from multiradar.runtime.reject_board import RejectBoard
 from multiradar.runtime.sensor_board import SensorBoard
+from multiradar.runtime.track_tally import TrackTally
 from multiradar.runtime.track_windows import PLOT_DTYPE, POINTS_MAX, Told, plot_rows
 from multiradar.runtime.trajectories.document import trajectories_of
 from multiradar.runtime.trajectories.feed import TrajectoryFeed, required_feed
@@ -348,7 +349,7 @@ class Publication:
             known: dict[str, Any] = {
                 "data_time_s": self._data_time_s,
                 "tracks": len(self._live),
-                "tracks_ended": self._ended,
+                **self._tally.counts(),
                 "output_sequence": self._updates,
                 "event_sequence": self._ring.head,
                 "subscribers": self._ring.subscriber_count,
@@ -427,7 +428,7 @@ class Publication:
                 self._transitions.append(transition_rows(output.transitions))
             self._calibration.take(output)
             self._live.end(output.ended.track_id)
-            self._ended += len(output.ended)
+            self._tally.take(output)
             self._version += 1
         self._tell(output)
         for feed in self._feeds:
@@ -472,10 +473,9 @@ class Publication:
         self._biases = BiasBoard(self._sensors, self._limits.bias_history_rows_max)
         self._board = SensorBoard(self._sensors)
         self._data_time_s = None
-        self._reached_s = -np.inf
-        self._last_mark = np.nan
+        self._reached_s, self._last_mark = -np.inf, np.nan
         self._updates = 0
-        self._ended = 0
+        self._tally = TrackTally()
         self._version = 0
         self._frame_version = -1
 

@@ -111,8 +111,9 @@ class _Study(Protocol):
 BIAS_ESTIMATION = StudyEntry(
     name="bias-estimation",
     title="Joint estimation of motion and radar biases",
-    purpose="Compare the filters on the scene of the report's section 1.6: errors of position, "
-    "velocity and biases beside the theoretical and the reported ones, with drift and without.",
+    purpose="Compare the filters on the scenario of the report's section 1.6: errors of "
+    "position, velocity and biases with the theoretical and the reported ones, with and without "
+    "drift.",
     module="multiradar.studies.bias_estimation",
     runs=20,
     duration_s=1000.0,
@@ -123,7 +124,7 @@ POLYNOMIAL_FORECAST = StudyEntry(
     name="polynomial-forecast",
     title="Filtering and forecast of a polynomial trajectory",
     purpose="Reproduce the variance tables of Koptev, Rozov and Romanovsky: exact values, a Monte "
-    "Carlo with its band, and what the paper prints.",
+    "Carlo with its band, and the values of the paper.",
     module="multiradar.studies.polynomial_forecast",
     runs=10_000,
 )
@@ -131,7 +132,7 @@ COUPLED_MOTION = StudyEntry(
     name="coupled-motion",
     title="Motion models in the velocity frame",
     purpose="Draw figures 1 and 3 of Vasiliev and Mattis, show that accelerations in the velocity "
-    "frame do not depend on the heading, and what each motion model is worth in a filter.",
+    "frame do not depend on the heading, and compare the motion models in a filter.",
     module="multiradar.studies.coupled_motion",
     runs=100,
     duration_s=300.0,
@@ -149,15 +150,15 @@ MANOEUVRE_PLANE = StudyEntry(
     name="manoeuvre-plane",
     title="The plane of a manoeuvre",
     purpose="Reproduce the example of Korobochkin: errors of the plane of a circle, how often a "
-    "plane motion is refused, and whether a helix is told from it.",
+    "plane motion is rejected, and how often a helix is detected.",
     module="multiradar.studies.manoeuvre_plane",
     runs=100,
 )
 BEARING_ONLY = StudyEntry(
     name="bearing-only",
     title="A trajectory from angles alone",
-    purpose="Compare the filter of Nenartovich and Isakov, which takes each angle as it comes, "
-    "with the usual scheme that makes a place of the angles first.",
+    purpose="Compare the filter of Nenartovich and Isakov, which updates with each angle, with the "
+    "usual scheme that first computes positions from the angles.",
     module="multiradar.studies.bearing_only",
     runs=200,
 )
@@ -165,7 +166,7 @@ TRAJECTORY_BUNDLE = StudyEntry(
     name="trajectory-bundle",
     title="A bundle of trajectories, step by step",
     purpose="Draw figures 2.2 to 2.4 of the report on an S-shaped flight, the bundle before and "
-    "after each step, and show how its tracks are kept from ending at the last plot.",
+    "after each step, and how its branches are extended beyond the last plot.",
     module="multiradar.studies.trajectory_bundle",
     runs=20,
 )

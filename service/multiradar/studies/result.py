@@ -8,6 +8,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from itertools import count
+from typing import Any
 
 import numpy as np
 
@@ -94,7 +95,7 @@ class StudyResult:
     summary: str = ""
     options: Mapping[str, Value | list[str]] = field(default_factory=dict)
 
-    def json_object(self) -> dict[str, object]:
+    def json_object(self) -> dict[str, Any]:
         """Return the object that ``--json`` prints.
 
         Returns

@@ -48,8 +48,8 @@ def test_the_demo_ends_with_biases_near_the_truth_and_leaves_nothing(
     assert row is not None, done.stdout
     # Four sigma: one draw of the noise is as good as another.
     assert abs(float(row[1]) - 185.0) <= 4.0 * float(row[2])
-    assert "aircraft tracked" in done.stdout
-    assert "from ADS-B, which the tracker has not seen" in done.stdout
+    assert "confirmed tracks (" in done.stdout
+    assert "from ADS-B, which was withheld from the tracker" in done.stdout
     told = re.search(r"output_sha256 (\w+)", done.stdout)
     assert told is not None
     assert told[1] == _offline_digest(short_dump, tmp_path)
@@ -110,7 +110,7 @@ def _read_until(process: "subprocess.Popen[str]", wanted: str) -> str:
 def test_ctrl_c_stops_the_service_and_removes_everything(short_dump: Path, tmp_path: Path) -> None:
     temporary = tmp_path / "tmp"
     with _demo(short_dump, temporary) as process:
-        assert "still up" in _read_until(process, "/v1/status")
+        assert "stays up" in _read_until(process, "/v1/status")
         assert _processes_that_name(temporary)
         process.send_signal(signal.SIGINT)
         assert process.wait(60.0) == 0

@@ -119,7 +119,14 @@ def test_the_terminal_and_the_page_show_the_same_scorecard(
     arguments = ["evaluate", str(scene / "tracks"), "--truth", str(scene / "made")]
     assert run([*arguments, "--html", str(page)]) == 0
     told = capsys.readouterr().out
-    for heading in ("Presets", "Errors", "Picture", "Tracks", "Claims", "The 8 worst aircraft"):
+    for heading in (
+        "Presets",
+        "Errors",
+        "Air picture (SIAP)",
+        "Tracks",
+        "Covariance consistency (NEES)",
+        "The 8 worst aircraft",
+    ):
         assert f"\n{heading}" in told
     text = page.read_text(encoding="utf-8")
     assert "<script" not in text

@@ -1,6 +1,7 @@
 """`multiradar track` from the command line: files when it worked, nothing when it did not."""
 
 import json
+import re
 import resource
 import signal
 import subprocess
@@ -45,6 +46,39 @@ def test_a_run_writes_its_five_files_and_prints_the_biases(
     assert "range_offset_m" in told.out
     assert not told.err
     assert [path.name for path in tmp_path.iterdir()] == ["out"]
+
+
+def test_the_headline_counts_the_tracks_of_the_table(
+    scene: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    # Beside the scene some plots without identity: tracks that are never confirmed.
+    rows = pl.read_parquet(scene[0])
+    alone = rows.filter(pl.int_range(pl.len()) % 97 == 0).with_columns(
+        range_m=pl.col("range_m") * 1.4, track_number=pl.lit(None, pl.Int64),
+        mode_3a=pl.lit(None, pl.String),
+    )  # fmt: skip
+    cluttered, out = tmp_path / "cluttered.parquet", tmp_path / "out"
+    pl.concat([rows, alone.select(rows.columns)]).sort("time_s").write_parquet(cluttered)
+    assert _track(cluttered, "--sensors", scene[1], "--out", out) == 0
+    tracks = pl.read_parquet(out / "tracks.parquet")
+    initiated = tracks["track_id"].n_unique()
+    confirmed = tracks.filter(pl.col("state") != "tentative")["track_id"].n_unique()
+    assert 0 < confirmed < initiated
+    said = capsys.readouterr().out
+    assert said.startswith(f"{confirmed} confirmed tracks ({initiated} initiated) from ")
+    figures = json.loads((out / "report.json").read_text())["figures"]
+    assert (figures["tracks_confirmed"], figures["tracks"]) == (confirmed, initiated)
+
+
+def test_the_time_by_stage_is_printed_and_not_written(
+    scene: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out"
+    assert _track(scene[0], "--sensors", scene[1], "--out", out, "--encounters", 60) == 0
+    last = capsys.readouterr().out.splitlines()[-1]
+    assert re.fullmatch(r"[\d.]+ s: ([a-zA-Z ]+ [\d.]+ s(, |$))+", last), last
+    assert "tracking" in last
+    assert "compiling" not in (out / "report.json").read_text()
 
 
 def test_encounters_are_written_when_they_are_asked_for(
@@ -94,7 +128,7 @@ def test_what_one_radar_alone_cannot_tell_is_said(
     out = tmp_path / "out"
     assert _track(alone, "--sensors", sensors, "--out", out) == 0
     told = capsys.readouterr().out
-    sentence = "not observable: range offset of 41-10; sigma 100% of that beforehand"
+    sentence = "not observable: range offset of 41-10 (sigma still 100% of the prior)"
     assert sentence in told
     assert "100.0%" in told
     figures = json.loads((out / "report.json").read_text())["figures"]

@@ -7,6 +7,8 @@ import httpx
 import pytest
 from fastapi import FastAPI
 
+from multiradar.api import documentation
+
 _PATHS = {
     "/healthz": ["get"],
     "/metrics": ["get"],
@@ -102,3 +104,25 @@ async def test_the_page_names_every_path_and_fetches_nothing_from_elsewhere(
 async def test_the_bare_address_leads_to_the_page(client: httpx.AsyncClient) -> None:
     answer = await client.get("/")
     assert (answer.status_code, answer.headers["location"]) == (307, "/docs")
+
+
+async def test_the_page_shows_no_markdown(client: httpx.AsyncClient) -> None:
+    answer = await client.get("/docs")
+    assert "`" not in answer.text
+    assert "<code>next_cursor</code>" in answer.text
+    # A docstring's sections are for those who read the code.
+    assert "----" not in answer.text
+    assert "Parameters" not in answer.text
+
+
+@pytest.mark.parametrize(
+    ("text", "page"),
+    [
+        ("one `a_b` and `c`", "one <code>a_b</code> and <code>c</code>"),
+        ("``x`y``", "<code>x`y</code>"),
+        ("a < b & `<i>`", "a &lt; b &amp; <code>&lt;i&gt;</code>"),
+        ("one ` alone", "one ` alone"),
+    ],
+)
+def test_code_in_a_description_is_code_on_the_page(text: str, page: str) -> None:
+    assert documentation.inline(text) == page

@@ -132,7 +132,7 @@ async def test_an_unknown_parameter_is_named_with_those_that_are_known(
 
 async def test_a_405_says_what_is_allowed(client: httpx.AsyncClient) -> None:
     answer = await client.post("/v1/tracks")
-    assert answer.headers["allow"] == "GET"
+    assert answer.headers["allow"] == "GET, HEAD"
 
 
 async def test_a_failure_inside_tells_its_identifier_and_nothing_else(

@@ -93,7 +93,9 @@ def test_lines_show_the_estimate_with_its_sigma_and_the_table_its_error() -> Non
     scene.data_time_s = 1533110700.0
     assert "08:05:00" in plain_line(scene)
     assert "+183.5 ± 2.0" in plain_line(scene)
-    assert "+185.0" in plain_head(scene.lines)[1]
+    assert plain_head(scene.lines, dated=True)[0].startswith("UTC       tracks ")
+    assert plain_head(scene.lines, dated=False)[0].startswith("time      tracks ")
+    assert "+185.0" in plain_head(scene.lines, dated=True)[1]
     assert line.error == -1.5
     assert unknown.error is None
     assert bias_table(scene.lines).row_count == 2

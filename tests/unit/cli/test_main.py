@@ -85,8 +85,8 @@ def test_wrong_usage_is_one_sentence_and_status_2(
     [
         (
             ["nonsense"],
-            "expected a command of track, serve, replay, demo, simulate, evaluate, warm-up, study, convert, "
-            "was 'nonsense'",
+            "expected a command of track, serve, replay, demo, simulate, evaluate, warm-up, study, "
+            "convert, was 'nonsense'",
         ),
         (
             ["serve", "--filter", "foo"],

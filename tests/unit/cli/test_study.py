@@ -128,7 +128,7 @@ def test_an_option_that_a_study_does_not_take_is_told_and_not_used(
 ) -> None:
     assert _study("fixed", "--runs", 5, "--filters", "x", "--json") == 0
     told = capsys.readouterr()
-    assert told.err == "multiradar: fixed does not take --runs, --filters; not used\n"
+    assert told.err == "multiradar: fixed does not support --runs, --filters; ignored\n"
     assert json.loads(told.out)["options"] == {"runs": None, "duration_s": None, "filters": []}
 
 

@@ -4,8 +4,10 @@ import pytest
 
 from multiradar.report.cells import (
     cell_text,
+    estimate_texts,
     number_text,
     numeric_columns,
+    plain_text,
     table_texts,
 )
 from multiradar.report.content import Table, Value
@@ -22,14 +24,53 @@ from multiradar.report.content import Table, Value
         (99.96, "100"),
         (1234.5, "1234"),
         (-0.25, "-0.250"),
-        (2.13e-9, "2.1e-9"),
-        (3.2e8, "3.2e8"),
+        (0.00009996, "0.000100"),
+        (-0.0000123, "-0.0000123"),
+        (2.13e-9, "0.00000000213"),
+        (5.36e-14, "0"),
+        (3.2e8, "320000000"),
         (float("nan"), "–"),
         (float("inf"), "–"),
     ],
 )
 def test_a_number_has_three_digits_that_mean_something(number: float, text: str) -> None:
     assert number_text(number) == text
+
+
+@pytest.mark.parametrize(
+    ("number", "text"),
+    [
+        (0.0, "0"),
+        (1.0, "1"),
+        (70.0, "70"),
+        (0.5400, "0.54"),
+        (471.94, "471.9"),
+        (9999.6, "10000"),
+        (123456.7, "123457"),
+        (-0.00001, "-0.00001"),
+        (float("inf"), "–"),
+    ],
+)
+def test_a_plain_number_has_no_zeros_behind_and_no_exponent(number: float, text: str) -> None:
+    assert plain_text(number, 4) == text
+
+
+@pytest.mark.parametrize(
+    ("estimate", "sigma", "texts"),
+    [
+        (184.1167, 0.71462, ("184.12", "0.71")),
+        (-0.190187, 0.00076797, ("-0.19019", "0.00077")),
+        (62.7928, 3.36904, ("62.8", "3.4")),
+        (1234.5, 523.4, ("1234", "523")),
+        (10.004, 0.0999, ("10.00", "0.10")),
+        (1.5, 0.0, ("1.5", "0")),
+        (1.5, float("inf"), ("1.5", "–")),
+    ],
+)
+def test_an_estimate_ends_with_the_second_digit_of_its_sigma(
+    estimate: float, sigma: float, texts: tuple[str, str]
+) -> None:
+    assert estimate_texts(estimate, sigma) == texts
 
 
 @pytest.mark.parametrize(
@@ -59,3 +100,8 @@ def test_values_that_were_chosen_are_shown_as_short_as_they_are() -> None:
         ["10", "1", "2.12", "–"],
         ["–", "0.025", "100", "0.5"],
     ]
+
+
+def test_small_and_large_values_that_were_chosen_have_no_exponent() -> None:
+    rows: tuple[tuple[Value, ...], ...] = ((0.00002, 99_000.0), (0.003, 1.0))
+    assert table_texts(Table("t", ("a", "b"), rows)) == [["0.00002", "99000"], ["0.003", "1"]]

@@ -18,6 +18,7 @@ from multiradar.report.content import Plot, Series, Style, Table
 from multiradar.report.drawing import draw_group, plain_state
 from multiradar.report.markdown import markdown_table, plot_svg
 from multiradar.report.thinning import POINTS_MAX, thin
+from multiradar.report.time_axis import step_of
 from multiradar.studies.result import StudyOptions
 from support.fake_study import ENTRY
 
@@ -167,3 +168,77 @@ def test_maps_of_a_group_are_square_and_of_one_scale_without_a_word(
         assert south < 0.0
         assert north > 30.0
     assert not caplog.records
+
+
+def test_points_beyond_an_axis_are_marked_and_counted() -> None:
+    cloud = Series(
+        "updates", np.arange(6.0), np.array([1.0, 9.0, 2.0, 30.0, np.nan, 3.0]), "points"
+    )
+    line = Series("RMS", np.arange(6.0), np.array([1.0, 1.0, -7.0, 1.0, 1.0, 1.0]))
+    band = Series("band", np.arange(6.0), np.full(6, -50.0), "band", np.full(6, 50.0))
+    plot = Plot("t", "x", "y", (cloud, line, band), y_limits=(0.0, 5.0))
+    axes = draw_group([plot], _colours(plot))[0].axes[0]
+    assert sorted(text.get_text() for text in axes.texts) == [
+        "1 beyond the axis",
+        "2 beyond the axis",
+    ]
+    ends = [line for line in axes.lines if line.get_marker() in {"^", "v"}]
+    marked = {str(line.get_marker()): line for line in ends}
+    assert sorted(marked) == ["^", "v"]
+    above = axes.transAxes.transform(np.column_stack(marked["^"].get_data()))
+    at = axes.transData.inverted().transform(above)
+    assert at[:, 0] == pytest.approx([1.0, 3.0], abs=0.07)
+    assert at[:, 1] == pytest.approx([5.0, 5.0])
+    assert marked["v"].get_color() != marked["^"].get_color()
+
+
+def test_points_beside_an_axis_and_in_a_corner_are_counted_once() -> None:
+    series = Series("a", np.array([-1.0, 1.0, 4.0, 4.0]), np.array([1.0, 1.0, 1.0, 9.0]), "rings")
+    plot = Plot("t", "x", "y", (series,), x_limits=(0.0, 2.0), y_limits=(0.0, 2.0))
+    axes = draw_group([plot], _colours(plot))[0].axes[0]
+    assert [text.get_text() for text in axes.texts] == ["1 beyond the axis"] * 3
+    markers = [str(line.get_marker()) for line in axes.lines if line.get_marker() != "o"]
+    assert sorted(markers) == ["<", ">", "^"]
+
+
+def test_values_without_a_logarithm_are_beyond_the_low_end() -> None:
+    y = np.array([0.0, -1.0, np.nan, 1e-3, 1e3])
+    plot = Plot("t", "x", "y", (Series("a", np.arange(5.0), y),), y_scale="log")
+    axes = draw_group([plot], _colours(plot))[0].axes[0]
+    assert [text.get_text() for text in axes.texts] == ["2 beyond the axis"]
+
+
+def test_a_plot_that_shows_all_its_points_has_no_note() -> None:
+    plots = [_plot("a"), _plot("a", scale=5.0, style="points")]
+    fixed = Plot("t", "x", "y", plots[0].series, x_limits=(0.0, 10.0), y_limits=(0.0, 10.0))
+    for figure in draw_group([*plots, fixed], _colours(*plots)):
+        assert not figure.axes[0].texts
+
+
+@pytest.mark.parametrize(
+    ("start_s", "length_s", "marks"),
+    [
+        (1533110400.0, 1800.0, ["08:00", "08:05", "08:10", "08:15", "08:20", "08:25", "08:30"]),
+        (86_390.0, 20.0, ["23:59:50", "23:59:55", "00:00:00", "00:00:05", "00:00:10"]),
+    ],
+)
+def test_an_axis_of_data_times_shows_the_time_of_day(
+    start_s: float, length_s: float, marks: list[str]
+) -> None:
+    times = np.linspace(start_s, start_s + length_s, 50)
+    plot = Plot("t", "UTC", "y", (Series("a", times, times - start_s),), x_scale="time")
+    axes = draw_group([plot], _colours(plot))[0].axes[0]
+    shown = [
+        axes.xaxis.get_major_formatter()(value)
+        for value in axes.get_xticks()
+        if start_s <= value <= start_s + length_s
+    ]
+    assert shown == marks
+
+
+@pytest.mark.parametrize(
+    ("span_s", "step_s"),
+    [(0.5, 1.0), (7.0, 1.0), (7.1, 2.0), (604_800.0, 86_400.0), (1e6, 172_800.0)],
+)
+def test_an_axis_of_data_times_has_seven_marks_at_most(span_s: float, step_s: float) -> None:
+    assert step_of(span_s) == step_s
