@@ -2,7 +2,7 @@
 
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -207,7 +207,7 @@ def track(
 
 
 def _compile(
-    stages: "StageTimes", filter_name: str, sensors: "SensorTable", outputs: dict[str, object]
+    stages: "StageTimes", filter_name: str, sensors: "SensorTable", outputs: Mapping[str, object]
 ) -> None:
     from multiradar.runtime.kernel_purposes import track_purposes
     from multiradar.runtime.stage_times import COMPILING
