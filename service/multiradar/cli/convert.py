@@ -11,6 +11,7 @@ import typer
 from multiradar.cli.converting import bytes_bar, conversion_faults
 from multiradar.cli.options import JsonOption
 from multiradar.errors import ConfigurationError
+from multiradar_schemas.names import unknown
 
 if TYPE_CHECKING:
     from multiradar_converters.vid.options import Options
@@ -48,8 +49,7 @@ def parse_track_kinds(text: str) -> str:
     """Check a list of kinds of track files, separated by commas."""
     for kind in text.split(","):
         if kind.strip() not in TRACK_KIND_CHOICES:
-            msg = f"expected kinds of {', '.join(TRACK_KIND_CHOICES)}, was {kind.strip()!r}"
-            raise typer.BadParameter(msg)
+            raise typer.BadParameter(unknown("kind", kind.strip(), TRACK_KIND_CHOICES))
     return text
 
 
@@ -165,7 +165,7 @@ def convert_vid(
             allow_missing=allow_missing,
         )
     except ProfileError as error:
-        raise ConfigurationError(str(error)) from error
+        raise ConfigurationError(str(error), error.source, error.reasons) from error
     report = convert_with_bar(dump, out, options)
     print(json.dumps(report, indent=1, ensure_ascii=False) if as_json else _summary(report, out))
 

@@ -8,8 +8,8 @@ from typing import Annotated, Any
 import typer
 
 from multiradar.cli.converting import convert_files, records_line
+from multiradar.cli.inputs import read_sensors
 from multiradar.cli.options import JsonOption, parse_date
-from multiradar.errors import ConfigurationError
 
 #: What `--help` says.
 ASTERIX_HELP = (
@@ -81,23 +81,18 @@ def convert_asterix(
     from multiradar_converters.asterix.editions import parse_editions
     from multiradar_converters.asterix.options import Options
     from multiradar_converters.errors import ProfileError
-    from multiradar_schemas.errors import SchemaError
-    from multiradar_schemas.sensor import load_sensors
 
     try:
         editions = parse_editions(edition or [])
     except ProfileError as error:
         raise typer.BadParameter(str(error), param_hint="--edition") from error
-    try:
-        options = Options(
-            sensors=None if sensors is None else load_sensors(sensors),
-            date=None if date is None else dt.date.fromisoformat(date),
-            editions=editions,
-            all_targets=all_targets,
-            records=records,
-        )
-    except SchemaError as error:
-        raise ConfigurationError(str(error)) from error
+    options = Options(
+        sensors=None if sensors is None else read_sensors(sensors),
+        date=None if date is None else dt.date.fromisoformat(date),
+        editions=editions,
+        all_targets=all_targets,
+        records=records,
+    )
     report = convert_files(files, lambda advance: convert(files, out, options, advance))
     print(json.dumps(report, indent=1, ensure_ascii=False) if as_json else _summary(report, out))
 

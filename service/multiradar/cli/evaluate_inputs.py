@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import polars as pl
 
-from multiradar.errors import ConfigurationError, InputError
+from multiradar.cli.inputs import read_sensors
+from multiradar.errors import InputError
 from multiradar.evaluation.bias_errors import BiasHistory, bias_histories
 from multiradar.evaluation.settings import EvaluationSettings
 from multiradar.evaluation.tables import (
@@ -194,13 +195,8 @@ def read_smoothed(
         The sensors cannot be used.
     """
     from multiradar.evaluation.smoothed_reference import smoothed_reference
-    from multiradar_schemas.errors import SchemaError
-    from multiradar_schemas.sensor import load_sensors
 
-    try:
-        known_sensors = load_sensors(sensors).sensor
-    except SchemaError as error:
-        raise ConfigurationError(str(error)) from error
+    known_sensors = read_sensors(sensors).sensor
     frame, source = _measurements(given)
     biases = _biases(tracks, None)
     made = smoothed_reference(

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from multiradar.estimation.measurement.sensors import SensorTable
     from multiradar.storage.recording import Recording
     from multiradar_converters.vid.options import Options
+    from multiradar_schemas.sensor import SensorsFile
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +51,7 @@ class DumpChoice:
         try:
             profile = load_profile(self.profile)
         except ProfileError as error:
-            raise ConfigurationError(str(error)) from error
+            raise ConfigurationError(str(error), error.source, error.reasons) from error
         day = None if self.date is None else dt.date.fromisoformat(self.date)
         return Options(date=day, profile=profile, allow_missing=self.allow_missing, **more)
 
@@ -64,13 +65,19 @@ def load_sensor_table(path: Path) -> "SensorTable":
         The file cannot be read or says something impossible.
     """
     from multiradar import wire
-    from multiradar_schemas.errors import SchemaError
+
+    return wire.sensor_table(read_sensors(path))
+
+
+def read_sensors(path: Path) -> "SensorsFile":
+    """Return a `sensors.toml` as it is written; see `load_sensor_table`."""
+    from multiradar_schemas.errors import DocumentError
     from multiradar_schemas.sensor import load_sensors
 
     try:
-        return wire.sensor_table(load_sensors(path))
-    except SchemaError as error:
-        raise ConfigurationError(str(error)) from error
+        return load_sensors(path)
+    except DocumentError as error:
+        raise ConfigurationError(str(error), error.source, error.reasons) from error
 
 
 @contextmanager

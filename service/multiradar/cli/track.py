@@ -133,7 +133,6 @@ def track(
     query = _encounters(encounters, encounter_distance_m, encounter_height_m)
     if not trajectories:
         _require_none("--trajectories", {"--trajectory-aircraft-max": trajectory_aircraft_max})
-    table = load_sensor_table(sensors)
     given = {
         "filter_name": None if filter_name is None else filter_name.value,
         "epoch_s": epoch_s,
@@ -144,6 +143,7 @@ def track(
     }
     whole = _settings(config, given)
     settings = whole.tracking_settings()
+    table = load_sensor_table(sensors)
     dump = DumpChoice(date, profile, allow_missing)
     opened = open_measurements(measurements, dump, settings.reorder_horizon_s)
     recording_file = new_recorder(asterix, whole, table)

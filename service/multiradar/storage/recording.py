@@ -52,7 +52,7 @@ class Recording:
         self.path = path
         self.sorted = False
         if not path.is_file():
-            msg = f"{path}: expected a file of measurements, found none"
+            msg = f"{path}: no such file" if not path.exists() else f"{path}: not a file"
             raise InputError(msg)
         try:
             self._scan = pl.scan_parquet(path)

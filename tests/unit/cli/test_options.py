@@ -58,5 +58,7 @@ def test_a_field_that_cannot_be_hidden_is_named(capsys: pytest.CaptureFixture[st
     line = ["track", "here", "--sensors", "s.toml", "--out", "o", "--hide", "track_number,height_m"]
     assert run(line) == 2
     told = capsys.readouterr().err
-    assert "expected fields of track_number, mode_3a, mode_s_address, callsign" in told
+    assert (
+        "unknown field 'height_m'; known: track_number, mode_3a, mode_s_address, callsign" in told
+    )
     assert "height_m" in told
