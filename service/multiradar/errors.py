@@ -315,8 +315,19 @@ class PeerError(MultiradarError):
 
 
 class UnavailableError(PeerError):
-    """The service cannot take the batch now; the same batch may be sent again."""
+    """The service cannot take the batch now; the same batch may be sent again.
 
-    def __init__(self, reason: str, retry_after_s: float | None = None) -> None:
+    Attributes
+    ----------
+    retry_after_s : float, optional
+        When it may be, s, as the service said; None where it said nothing.
+    answered : bool
+        Whether the service is there: it answered that it cannot.
+    """
+
+    def __init__(
+        self, reason: str, retry_after_s: float | None = None, *, answered: bool = False
+    ) -> None:
         self.retry_after_s = retry_after_s
+        self.answered = answered
         super().__init__(reason)

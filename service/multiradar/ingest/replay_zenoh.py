@@ -67,6 +67,10 @@ class ZenohDestination:
         """Tell the end of the stream."""
         self._ask(f"{_KEY}?flush", attachment=key.encode())
 
+    def starting(self) -> str | None:
+        """Return nothing: the service answers queries from its start on, and not before."""
+        return None
+
     def close(self) -> None:
         """Close the session."""
         self._session.close()  # type: ignore[no-untyped-call]  # so in its stubs
@@ -83,7 +87,7 @@ class ZenohDestination:
                 return _document(reply.ok.payload)
             if reply.err is not None:
                 raise self._refusal(_document(reply.err.payload))
-        raise UnavailableError(f"{self._endpoint}: nobody answers for {_KEY}")
+        raise UnavailableError(f"zenoh:{self._endpoint}: no service answers for {_KEY}")
 
     def _refusal(self, document: Mapping[str, Any]) -> PeerError:
         code, reason = str(document.get("code")), str(document.get("reason"))
@@ -92,7 +96,8 @@ class ZenohDestination:
             # A query that Zenoh itself gave up has no code of ours: the answer was lost.
             return PeerError(msg) if "code" in document else UnavailableError(msg)
         after_s = document.get("retry_after_s")
-        return UnavailableError(msg, float(after_s) if isinstance(after_s, (int, float)) else None)
+        pause_s = float(after_s) if isinstance(after_s, (int, float)) else None
+        return UnavailableError(msg, pause_s, answered=True)
 
 
 def _document(payload: zenoh.ZBytes) -> Mapping[str, Any]:

@@ -1,0 +1,59 @@
+"""Data times as people read them: UTC where the date is known, else the time of day."""
+
+from collections.abc import Iterable
+from datetime import UTC, datetime
+
+_DAY_S = 86_400.0
+#: Times of day go on past midnight, but no recording without a date is a year long; times with a
+#: date are seconds since 1970.
+_DATED_FROM_S = 366 * _DAY_S
+
+
+def is_dated(time_s: float) -> bool:
+    """Return whether a data time says on which day it is."""
+    return abs(time_s) >= _DATED_FROM_S
+
+
+def clock_text(time_s: float) -> str:
+    """Return the time of day of a data time, in whole seconds, such as ``08:12:31``."""
+    seconds = int(time_s // 1.0 % _DAY_S)
+    return f"{seconds // 3600:02d}:{seconds // 60 % 60:02d}:{seconds % 60:02d}"
+
+
+def time_text(time_s: float) -> str:
+    """Return a data time in words.
+
+    Parameters
+    ----------
+    time_s : float
+        Seconds since 1970, or of the day, going on past midnight.
+
+    Returns
+    -------
+    str
+        ``2018-08-01 08:12:31 UTC``, or ``08:12:31`` where the date is not known; after midnight
+        ``00:12:31 (day 2)``.
+    """
+    if is_dated(time_s):
+        return f"{_date_text(time_s)} {clock_text(time_s)} UTC"
+    day = int(time_s // _DAY_S)
+    return clock_text(time_s) + (f" (day {day + 1})" if day else "")
+
+
+def axis_label(times_s: Iterable[float]) -> str:
+    """Return the label of an axis of data times: the date where it is known.
+
+    Parameters
+    ----------
+    times_s : iterable of float
+        Data times, the first and the last among them.
+    """
+    times = list(times_s)
+    if not times or not is_dated(times[0]):
+        return "time of day"
+    first, last = _date_text(min(times)), _date_text(max(times))
+    return f"UTC, {first}" if first == last else f"UTC, {first} to {last}"
+
+
+def _date_text(time_s: float) -> str:
+    return datetime.fromtimestamp(time_s // 1.0, UTC).strftime("%Y-%m-%d")
