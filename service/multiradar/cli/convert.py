@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from multiradar.cli.converting import bytes_bar, conversion_faults
+from multiradar.cli.converting import bytes_bar, conversion_faults, times_line
 from multiradar.cli.options import JsonOption
 from multiradar.errors import ConfigurationError
 from multiradar_schemas.names import unknown
@@ -27,9 +27,10 @@ _VID_HELP = (
     "DUMP is a folder with tracks.txt, plots.txt and plots_ads.txt. OUT is made: one folder for "
     "each aircraft (the dump's global) with ads, 240_mr, SOURCE_mr (tracks of one radar) and "
     "SOURCE_r (plots that these name) as .new4 and .plt.\n\n"
-    "Beside them: measurements.parquet (every plot and every ADS-B row), sensors.toml (a skeleton, "
-    "positions to be filled in), rejects.ndjson (every broken line) and report.json. The options "
-    "choose what goes into the .new4 and .plt files; the table always holds everything."
+    "Beside them: measurements.parquet (every plot and every ADS-B row), sensors.toml (scan "
+    "periods and ranges as found, positions to be filled in), rejects.ndjson (every broken line) "
+    "and report.json. The options choose what goes into the .new4 and .plt files; the table always "
+    "holds everything."
 )
 
 convert_app = typer.Typer(
@@ -71,9 +72,7 @@ def convert_vid(
     ],
     out: Annotated[
         Path,
-        typer.Argument(
-            metavar="OUT", help="The folder to make; it must not exist.", show_default=False
-        ),
+        typer.Argument(metavar="OUT", help="Output directory; must not exist.", show_default=False),
     ],
     *,
     aircraft_max: Annotated[
@@ -219,7 +218,8 @@ def _summary(report: dict[str, Any], out: Path) -> str:
         f"rejected {counts['rejected']}{_by_code(report)}; blank {counts['blank']}",
         f"{figures['aircraft']} aircraft; tracks written: "
         + (", ".join(f"{stem} {n}" for stem, n in figures["tracks_written"].items()) or "none"),
-        f"plots that no track names: {figures['plots_named_by_no_track']}",
+        f"plots not referenced by any track: {figures['plots_named_by_no_track']}",
+        times_line(figures["first_s"], figures["last_s"]),
     ]
     if "note" in figures:
         lines.append(f"note: {figures['note']}")

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from multiradar.cli.converting import convert_files, records_line
+from multiradar.cli.converting import convert_files, records_line, times_line
 from multiradar.cli.options import JsonOption, parse_date
 
 #: What `--help` says.
@@ -18,7 +18,7 @@ ADSB_HELP = (
     "known by their names: timestamp, latitude, longitude, icao24 and altitude, or those of "
     "OpenSky and readsb.\n\n"
     "DIR is made: measurements.parquet, rejects.ndjson (every record that cannot be taken), "
-    "report.json and sensors.toml (a skeleton)."
+    "report.json and sensors.toml (what it says of them)."
 )
 
 
@@ -29,9 +29,7 @@ def convert_adsb(
     *,
     out: Annotated[
         Path,
-        typer.Option(
-            metavar="DIR", help="The folder to make; it must not exist.", show_default=False
-        ),
+        typer.Option(metavar="DIR", help="Output directory; must not exist.", show_default=False),
     ],
     date: Annotated[
         str | None,
@@ -62,6 +60,7 @@ def _summary(report: dict[str, Any], out: Path) -> str:
             f"{figures['aircraft']} aircraft; old positions under new times: {figures['stale']}, "
             f"repeated: {figures['repeated']}, jumps: {figures['jumps']}, times going backwards: "
             f"{figures['backwards']}",
+            times_line(figures["first_s"], figures["last_s"]),
             f"wrote {out}",
         ]
     )

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from multiradar.cli.converting import convert_files, records_line
+from multiradar.cli.converting import convert_files, records_line, times_line
 from multiradar.cli.inputs import read_sensors
 from multiradar.cli.options import JsonOption, parse_date
 
@@ -19,7 +19,8 @@ ASTERIX_HELP = (
     "first.\n\n"
     "DIR is made: measurements.parquet (plots of categories 001 and 048, multilateration of 020, "
     "ADS-B of 021), rejects.ndjson (every block that cannot be decoded), report.json (records by "
-    "category, sensor and item) and sensors.toml (a skeleton)."
+    "category, sensor and item) and sensors.toml (scan periods, ranges, and sites where they are "
+    "reported)."
 )
 
 
@@ -30,9 +31,7 @@ def convert_asterix(
     *,
     out: Annotated[
         Path,
-        typer.Option(
-            metavar="DIR", help="The folder to make; it must not exist.", show_default=False
-        ),
+        typer.Option(metavar="DIR", help="Output directory; must not exist.", show_default=False),
     ],
     sensors: Annotated[
         Path | None,
@@ -112,6 +111,7 @@ def _summary(report: dict[str, Any], out: Path) -> str:
                 for output in report["outputs"]
                 if output["file"] == "system_tracks.parquet"
             ),
+            times_line(figures["first_s"], figures["last_s"]),
             f"wrote {out}",
         ]
     )

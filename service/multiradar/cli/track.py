@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from multiradar.cli.asterix_file import new_recorder, print_asterix
+from multiradar.cli.converting import times_line
 from multiradar.cli.health_table import print_health
 from multiradar.cli.inputs import (
     DumpChoice,
@@ -166,6 +167,7 @@ def track(
                 job, folder, on_progress, None if recorder is None else recorder.take
             )
         check_found(result.read, kinds, measurements)
+        times = times_line(*(recording.span_s(chosen_kinds(kinds)) or (None, None)))
         if recorder is not None:
             result.asterix = recorder.finish()
         report = offline_report(job, result)
@@ -177,6 +179,7 @@ def track(
     if json_wanted:
         print(text)
     else:
+        print(times)
         _print_report(report, out)
         if asterix is not None:
             print_asterix(result.asterix, asterix)

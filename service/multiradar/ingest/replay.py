@@ -33,7 +33,8 @@ SILENCE_MAX_S = 60.0
 #: What a service may ask for at most in Retry-After.
 RETRY_AFTER_MAX_S = 60.0
 _KEY_HASH_CHARACTERS = 16
-_NOT_RUNNING = "start the service with `multiradar serve`, or name its address with --to"
+#: What to do about a service that never answered.
+NOT_RUNNING = "start the service with `multiradar serve`, or name its address with --to"
 
 _T = TypeVar("_T")
 
@@ -241,7 +242,7 @@ class Replay:
         left_s = phase.since_s + most_s - now_s
         if left_s <= 0.0:
             msg = f"{error}; gave up after {most_s:g} s"
-            raise PeerError(msg if self._answered else f"{msg}; {_NOT_RUNNING}") from error
+            raise PeerError(msg if self._answered else f"{msg}; {NOT_RUNNING}") from error
         phase.say(self.on_wait, f"{error}; retrying for {most_s:g} s")
         return min(pause_s, left_s)
 

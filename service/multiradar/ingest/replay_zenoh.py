@@ -8,7 +8,7 @@ import polars as pl
 import zenoh
 
 from multiradar.errors import PeerError, UnavailableError
-from multiradar.ingest.replay import Answer
+from multiradar.ingest.replay import NOT_RUNNING, Answer
 from multiradar.ingest.replay_http import MEDIA_TYPES, Encoding, encode
 from multiradar.ingest.zenoh.keys import MEASUREMENTS
 from multiradar.ingest.zenoh.options import ZenohOptions
@@ -47,7 +47,8 @@ class ZenohDestination:
         try:
             self._session = zenoh.open(config)
         except zenoh.ZError as error:
-            raise PeerError(f"zenoh:{endpoint}: {first_line(error)}") from error
+            msg = f"zenoh:{endpoint}: no connection ({first_line(error)}); {NOT_RUNNING}"
+            raise PeerError(msg) from error
 
     def send(self, frame: pl.DataFrame, key: str) -> Answer:
         """Ask with a batch under its key; return the counts of the answer."""

@@ -120,6 +120,18 @@ class Recording:
                 raise _unreadable(self.path, error) from error
             yield block["time_s"].to_numpy()
 
+    def span_s(self, kinds: Collection[str] | None = None) -> tuple[float, float] | None:
+        """Return the first and the last time of the kinds wanted, s; None where there is none."""
+        time_s = pl.col("time_s").cast(pl.Float64)
+        rows = self._scan.filter(time_s.is_finite())
+        if kinds is not None:
+            rows = rows.filter(pl.col("kind").cast(pl.String).is_in(sorted(kinds)))
+        try:
+            first, last = rows.select(time_s.min(), time_s.max().alias("last")).collect().row(0)
+        except (pl.exceptions.PolarsError, OSError) as error:
+            raise _unreadable(self.path, error) from error
+        return None if first is None else (first, last)
+
     def in_order_of(self, file: Path) -> "Recording":
         """Return this recording read in the order of another file, which has `index`, too.
 

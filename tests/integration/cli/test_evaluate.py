@@ -244,12 +244,12 @@ def test_the_sample_passes_the_presets_that_it_is_made_for(
     alone = evaluated(capsys, tracks, "--system-tracks", one, "--partial")
     assert alone["compared"]["aircraft"] == 1
     assert alone["tracks"]["false"] == 0
-    dump = ROOT / "examples" / "vid-sample"
-    known = evaluated(capsys, tracks, "--adsb", converted, "--truth", dump / "truth.json")
-    assert known["reference"] == found["reference"] | {"truth": str(dump / "truth.json")}
+    sample = ROOT / "examples" / "vid-sample"
+    known = evaluated(capsys, tracks, "--adsb", converted, "--truth", sample / "truth.json")
+    assert known["reference"] == found["reference"] | {"truth": str(sample / "truth.json")}
     assert len(known["biases"]) == 8
     assert all(abs(one["error"]) < 4.0 * one["sigma"] for one in known["biases"])
-    by_itself = evaluated(capsys, tracks, "--truth", dump)
+    by_itself = evaluated(capsys, tracks, "--truth", sample)
     assert by_itself["biases"] == known["biases"]
     assert by_itself["errors"] == found["errors"]
     assert by_itself["reference"]["kind"] == "recorded"

@@ -150,7 +150,7 @@ def test_a_journal_of_other_sensors_is_refused_in_a_sentence(
     moved = tmp_path / "moved.toml"
     moved.write_text(sensors.read_text().replace("50.0", "50.1"))
     # All that is logged: a service that never started does not say that it stopped.
-    options = [*_options(moved, tmp_path / "state"), "--no-zenoh", "--log-level", "info"]
+    options = [*_options(moved, tmp_path / "state")[:-2], "--no-zenoh", "--log-level", "info"]
     done = command("serve", *options)
     assert done.returncode == 1
     assert done.stderr.startswith("multiradar: ")
