@@ -37,7 +37,8 @@ def key_lines(text: str) -> dict[Path, int]:
             held.read(line)
         elif header := _HEADER.match(line):
             table = _opened(header[2], tables, many=header[1] == "[[")
-            lines.setdefault(table, number)
+            for length in range(1, len(table) + 1):
+                lines.setdefault(table[:length], number)
         elif assignment := _ASSIGNMENT.match(line):
             path = table
             for part in _split(assignment[1]):

@@ -317,10 +317,26 @@ def _check_environment(environment: Mapping[str, str]) -> None:
     for name, value in environment.items():
         key = name.upper().removeprefix(ENVIRONMENT_PREFIX)
         section, delimiter, _ = key.partition(ENVIRONMENT_DELIMITER)
-        if name.upper() == key or not delimiter or section.lower() in sections:
+        if name.upper() == key:
+            continue
+        if not delimiter:
+            _check_variable(name, key.lower())
+            continue
+        if section.lower() in sections:
             continue
         reason = unknown("section", section.lower(), sections)
         raise ConfigurationError(f"environment: {name} (= {shown(value)}): {reason}")
+
+
+def _check_variable(name: str, key: str) -> None:
+    # Other parts have variables of their own; one that names a setting without its section, or with
+    # one underscore, was meant as a setting and would do nothing.
+    for section, kind in _sections().items():
+        for field in kind.model_fields:
+            if key in (field, f"{section}_{field}"):
+                meant = f"{ENVIRONMENT_PREFIX}{section}{ENVIRONMENT_DELIMITER}{field}".upper()
+                msg = f"environment: unknown variable {name} (did you mean {meant}?)"
+                raise ConfigurationError(msg)
 
 
 def _sections() -> dict[str, type[Section]]:

@@ -101,6 +101,16 @@ def test_a_wrong_key_or_value_is_told_in_one_sentence(text: str, sentence: str, 
             "server: unknown setting 'prot' (did you mean 'port'?); known: host, port",
         ),
         (
+            "MULTIRADAR_PORT",
+            "1",
+            "unknown variable MULTIRADAR_PORT (did you mean MULTIRADAR_SERVER__PORT?)",
+        ),
+        (
+            "MULTIRADAR_TRACKING_EPOCH_S",
+            "1",
+            "MULTIRADAR_TRACKING_EPOCH_S (did you mean MULTIRADAR_TRACKING__EPOCH_S?)",
+        ),
+        (
             "MULTIRADAR_SERVR__PORT",
             "1",
             "MULTIRADAR_SERVR__PORT (= '1'): unknown section 'servr' (did you mean 'server'",

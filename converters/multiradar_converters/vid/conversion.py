@@ -197,6 +197,7 @@ class _Conversion:
         self._read(fields.REPORTS, self._take_reports)
         self._read(fields.TRACKS, self._take_tracks)
         source_of_sensor, names = self._sensor_names()
+        self._check_sensor(names)
         self._figures.reserve(len(names))
         namer = PlotNamer(source_of_sensor, self._options.profile.naming_tolerance_s)
         reports = len(self._reports)
@@ -231,6 +232,14 @@ class _Conversion:
             last_s=None if not self._times_s else self._times_s[-1] + start_s,
         )
         return report_json(self._folder / "report.json", findings, self._options)
+
+    def _check_sensor(self, names: list[tuple[int, int]]) -> None:
+        """Refuse to write only the tracks of a sensor that is not in the dump."""
+        only, found = self._options.sensor_only, sorted({sensor for _, sensor in names})
+        if only is not None and only not in found:
+            known = ", ".join(map(str, found))
+            msg = f"--sensor-only: no row is of sensor {only}; found: {known}"
+            raise LayoutError(msg)
 
     def close(self) -> None:
         """Close the working files, whatever has happened."""

@@ -35,7 +35,5 @@ def no_such(path: Path, wanted: str) -> str:
         return f"{path}: expected {wanted}, was another file"
     found = next((what for name, what in _MARKS if (folder / name).exists()), None)
     if found is None:
-        empty = not any(folder.iterdir())
-        found = "an empty folder" if empty else f"a folder without {path.name}"
-        found = found if path != folder else "another folder"
+        found = "another folder" if any(folder.iterdir()) else "an empty folder"
     return f"{folder}: expected {wanted}, was {found}"

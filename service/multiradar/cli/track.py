@@ -247,13 +247,13 @@ def _settings(config: Path | None, given: dict[str, Any]) -> "Settings":
     from pydantic import ValidationError
 
     from multiradar.settings import TrackingSection, load_settings
-    from multiradar_schemas.explain import explain
+    from multiradar_schemas.mistakes import mistakes_in
 
     chosen = {name: value for name, value in given.items() if value is not None}
     try:
         TrackingSection.model_validate(chosen)
     except ValidationError as error:
-        name, _, reason = explain(error.errors(include_url=False)[0])[1].partition(": ")
+        name, _, reason = mistakes_in(error, TrackingSection, chosen, {})[0].partition(": ")
         raise typer.BadParameter(f"--{name.replace('_', '-')}: {reason}") from error
     return load_settings(config, {"tracking": chosen})
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from multiradar.errors import InputError, MissingColumnError
 from multiradar_schemas.arrow import MEASUREMENT_LATER, MEASUREMENT_SCHEMA
+from multiradar_schemas.measurement import TIME_MAX_S
 
 #: Rows that are in memory at once.
 BLOCK_ROWS = 65_536
@@ -123,7 +124,8 @@ class Recording:
     def span_s(self, kinds: Collection[str] | None = None) -> tuple[float, float] | None:
         """Return the first and the last time of the kinds wanted, s; None where there is none."""
         time_s = pl.col("time_s").cast(pl.Float64)
-        rows = self._scan.filter(time_s.is_finite())
+        # Others are refused.
+        rows = self._scan.filter(time_s.abs() < TIME_MAX_S)
         if kinds is not None:
             rows = rows.filter(pl.col("kind").cast(pl.String).is_in(sorted(kinds)))
         try:

@@ -69,6 +69,10 @@ def test_a_sensor_without_id_is_named_by_its_numbers(numbers: str, name: str) ->
         ),
         (RADAR + "range_sigma = 3", "sensor a: unknown key 'range_sigma' (did you mean 'range_sig"),
         ("colour = 3", "line 1: unknown key 'colour'; known: sensor"),
+        (
+            RADAR + "range_max_m = 300",
+            "range_max_m: expected a number from 500 to 1000000 (m), was",
+        ),
         (RADAR + "range_sigma_m = inf", "range_sigma_m: expected a finite number, was inf"),
         (
             RADAR.replace("55.0", "true"),

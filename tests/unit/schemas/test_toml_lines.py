@@ -53,7 +53,9 @@ id = "b"
         (("sensor", 0, "leg", 1, "x"), 24),
         (("sensor", 1, "id"), 27),
         (("sensor", 1, "latitude_deg"), 26),
-        (("sensor", 2), None),
+        (("sensor", 2), 17),
+        (("sensor",), 17),
+        (("absent",), None),
         ((), None),
     ],
 )

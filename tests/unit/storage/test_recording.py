@@ -126,7 +126,7 @@ def test_the_content_hash_follows_the_bytes(tmp_path: Path) -> None:
 
 def test_the_span_is_that_of_the_kinds_chosen_and_of_times_that_are_numbers(tmp_path: Path) -> None:
     path = tmp_path / "measurements.parquet"
-    times = pl.Series("time_s", [5.0, None, 3.0, float("nan"), 9.0, float("inf"), 4.0])
+    times = pl.Series("time_s", [5.0, None, 3.0, float("nan"), 9.0, 1e11, 4.0])
     _measurements(7).with_columns(times).write_parquet(path)
     assert Recording(path).span_s() == (3.0, 9.0)
     assert Recording(path).span_s({"adsb"}) == (9.0, 9.0)
