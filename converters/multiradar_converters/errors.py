@@ -15,7 +15,12 @@ class ConversionError(Exception):
 
 
 class ProfileError(ConversionError):
-    """A dump profile cannot be used."""
+    """A dump profile cannot be used; of a file with `source` and a sentence for each mistake."""
+
+    def __init__(self, sentence: str, source: str = "", reasons: tuple[str, ...] = ()) -> None:
+        self.source = source
+        self.reasons = reasons
+        super().__init__(sentence)
 
 
 class LayoutError(ConversionError):

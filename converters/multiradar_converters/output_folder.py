@@ -82,7 +82,7 @@ class OutputFolder:
 
     def _refuse_if_taken(self) -> None:
         if os.path.lexists(self._target):
-            msg = f"{self._target} exists: expected the name of a folder to make"
+            msg = f"{self._target}: already exists; choose another output directory or remove it"
             raise OutputTakenError(msg)
 
 

@@ -8,6 +8,9 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from multiradar_schemas.report import Report
 
 
@@ -81,6 +84,13 @@ def write_report(path: Path, converted: Converted) -> dict[str, object]:
     path.write_text(text + "\n", encoding="utf-8")
     loaded: dict[str, object] = json.loads(text)
     return loaded
+
+
+def extremes(time_s: NDArray[np.float64]) -> tuple[float | None, float | None]:
+    """Return the first and the last of times, s; none where there is none."""
+    if not len(time_s):
+        return None, None
+    return float(np.min(time_s)), float(np.max(time_s))
 
 
 def _summed(counts: Iterable[dict[str, int]]) -> Counter[str]:

@@ -15,12 +15,21 @@ class SchemaError(ValueError):
 
 
 class DocumentError(SchemaError):
-    """A file holds a value that is not what its model expects."""
+    """A file holds values that are not what its model expects.
 
-    def __init__(self, source: str, reason: str) -> None:
+    Attributes
+    ----------
+    source : str
+        The file.
+    reasons : tuple of str
+        A sentence for each mistake.
+    """
+
+    def __init__(self, source: str, *reasons: str) -> None:
         self.source = source
-        self.reason = reason
-        super().__init__(f"{source}: {reason}")
+        self.reasons = reasons
+        many = f"{len(reasons)} mistakes: " if len(reasons) > 1 else ""
+        super().__init__(f"{source}: {many}{'; '.join(reasons)}")
 
 
 class BodyError(SchemaError):

@@ -3,13 +3,14 @@
 from collections.abc import Mapping
 from typing import Any
 
+from multiradar_schemas.names import shown
 from multiradar_schemas.reject import RejectCode
-
-#: Longest piece of a wrong value that a sentence repeats.
-SHOWN_LENGTH_MAX = 60
 
 #: Type of the errors whose message is the whole sentence.
 SENTENCE_ERROR = "sentence"
+
+#: Type of the errors of a field that a table of its kind cannot do without.
+ABSENT_ERROR = "absent"
 
 _CODES = {
     "missing": RejectCode.MISSING_FIELD,
@@ -39,6 +40,7 @@ _OUT_OF_RANGE = frozenset(
         "iso_8601",
         "int_parsing_size",
         "value_error",
+        SENTENCE_ERROR,
     }
 )
 _NUMBER_TYPES = frozenset({"float_type", "int_type", "float_parsing", "int_parsing"})
@@ -69,17 +71,21 @@ def explain(details: Mapping[str, Any]) -> tuple[RejectCode, str]:
     str
         A sentence of the form "field: expected …, was …".
     """
+    kind, value = str(details["type"]), details.get("input")
+    return _code(kind, value), f"{place(details['loc'])}{reason_of(details)}"
+
+
+def reason_of(details: Mapping[str, Any]) -> str:
+    """Return what is wrong with a value, without its place; see `explain`."""
     kind = str(details["type"])
     value = details.get("input")
     if kind == "missing" or (value is None and kind in _TYPES):
-        found = "absent" if kind == "missing" else "null"
-        return RejectCode.MISSING_FIELD, f"{place(details['loc'])}expected a value, was {found}"
+        return f"expected a value, was {'absent' if kind == 'missing' else 'null'}"
     if kind == "extra_forbidden":
-        sentence = f"{place(details['loc'])}expected no such field, was {shown(value)}"
-        return RejectCode.UNKNOWN_FIELD, sentence
+        return f"expected no such field, was {shown(value)}"
     if kind == SENTENCE_ERROR:
-        return RejectCode.OUT_OF_RANGE, f"{place(details['loc'])}{details['msg']}"
-    return _code(kind, value), f"{place(details['loc'])}{_sentence(kind, details, value)}"
+        return str(details["msg"])
+    return _sentence(kind, details, value)
 
 
 def place(location: tuple[int | str, ...]) -> str:
@@ -90,18 +96,9 @@ def place(location: tuple[int | str, ...]) -> str:
     return f"{path.removeprefix('.')}: " if path else ""
 
 
-def shown(value: object) -> str:
-    """Return a value as a short, printable, plain ASCII text."""
-    if value is None or isinstance(value, bool):
-        return {None: "null", True: "true", False: "false"}[value]
-    try:
-        text = ascii(value)
-    except (ValueError, RecursionError):  # An integer of thousands of digits, a very deep list.
-        text = f"a {type(value).__name__} too large to print"
-    return text if len(text) <= SHOWN_LENGTH_MAX else f"{text[:SHOWN_LENGTH_MAX]}…"
-
-
 def _code(kind: str, value: object) -> RejectCode:
+    if value is None and kind in _TYPES:
+        return RejectCode.MISSING_FIELD
     if kind in _NUMBER_TYPES and isinstance(value, str):
         return RejectCode.NOT_A_NUMBER
     if kind in _OUT_OF_RANGE:

@@ -7,7 +7,6 @@ import numpy as np
 import polars as pl
 from numpy.typing import NDArray
 
-from multiradar_schemas.explain import shown
 from multiradar_schemas.measurement import (
     AZIMUTH_END_DEG,
     CALLSIGN_PATTERN,
@@ -26,6 +25,7 @@ from multiradar_schemas.measurement import (
     SOURCE_FIELDS,
     TIME_MAX_S,
 )
+from multiradar_schemas.names import shown
 from multiradar_schemas.reject import RejectCode
 
 

@@ -1,14 +1,26 @@
 """Sensors and what is known of their biases: the model of `sensors.toml`."""
 
+import math
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BeforeValidator, ConfigDict, Field, StringConstraints, model_validator
+from pydantic import (
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ModelWrapValidatorHandler,
+    StringConstraints,
+    ValidationError,
+    model_validator,
+)
+from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from multiradar_schemas import sensor_bounds as bounds
 from multiradar_schemas.base import Record
-from multiradar_schemas.documents import parse_toml, read_toml, validated
+from multiradar_schemas.documents import Document, parse_toml, read_toml, validated
+from multiradar_schemas.explain import ABSENT_ERROR, SENTENCE_ERROR
 from multiradar_schemas.measurement import SENSOR_ID_PATTERN
 from multiradar_schemas.sensor_bias import FILE, BiasParameter, SensorBias, of_file, within
 from multiradar_schemas.tables import Table, wrong
@@ -167,13 +179,26 @@ class Sensor(Table):
                 return {**data, "id": f"{data[first]}-{data[second]}"}
         return data
 
-    @model_validator(mode="after")
-    def _site_is_known(self) -> Self:
-        if self.kind in ("radar", "direction-finder"):
-            for name in ("latitude_deg", "longitude_deg", "height_m"):
-                if getattr(self, name) is None:
-                    raise wrong(f"expected {name} for the {self.kind} {self.id}, was absent")
-        return self
+    @model_validator(mode="wrap")
+    @classmethod
+    def _site_is_known(cls, data: Any, check: ModelWrapValidatorHandler[Self]) -> Self:
+        # Beside the mistakes of other fields, so that all are told at once.
+        absent = _absent_site(data)
+        if absent:
+            data = {name: value for name, value in data.items() if name not in absent}
+        errors = [
+            InitErrorDetails(
+                type=PydanticCustomError(ABSENT_ERROR, "missing"), loc=(one,), input=None
+            )
+            for one in absent
+        ]
+        try:
+            made = check(data)
+        except ValidationError as error:
+            errors += _line_errors(error)
+        if errors:
+            raise ValidationError.from_exception_data(cls.__name__, errors)
+        return made
 
     @model_validator(mode="after")
     def _directions_fit_the_kind(self) -> Self:
@@ -231,6 +256,30 @@ class Sensor(Table):
         return name in ESTIMATED_BY_KIND[self.kind] if known.estimate is None else known.estimate
 
 
+# What a radar cannot do without; nan stands where a template leaves it to be filled in.
+def _absent_site(data: Any) -> list[str]:
+    if not isinstance(data, dict) or data.get("kind") not in ("radar", "direction-finder"):
+        return []
+    site = {name: data.get(name) for name in ("latitude_deg", "longitude_deg", "height_m")}
+    return [name for name, value in site.items() if value is None or _is_nan(value)]
+
+
+def _is_nan(value: Any) -> bool:
+    return isinstance(value, float) and math.isnan(value)
+
+
+def _line_errors(error: ValidationError) -> list[InitErrorDetails]:
+    return [
+        InitErrorDetails(
+            type=wrong(one["msg"]) if one["type"] == SENTENCE_ERROR else one["type"],
+            loc=one["loc"],
+            input=one["input"],
+            ctx=one.get("ctx", {}),
+        )
+        for one in error.errors(include_url=False)
+    ]
+
+
 class SensorsFile(Table):
     """All sensors of an installation."""
 
@@ -268,15 +317,16 @@ def load_sensors(path: Path) -> SensorsFile:
         When the file cannot be read, is no TOML, or holds a value that does not belong; the
         sentence names the place and says what was expected and what was there.
     """
-    return _sensors(read_toml(path), str(path))
+    return _sensors(read_toml(path))
 
 
 def parse_sensors(text: str, *, source: str = FILE) -> SensorsFile:
     """Read the text of a `sensors.toml`; see `load_sensors`."""
-    return _sensors(parse_toml(text, source=source), source)
+    return _sensors(parse_toml(text, source=source))
 
 
-def _sensors(table: dict[str, Any], source: str) -> SensorsFile:
-    if isinstance(table.get("sensor"), list):
-        table = {**table, "sensor": tuple(table["sensor"])}
-    return validated(SensorsFile, table, source=source)
+def _sensors(document: Document) -> SensorsFile:
+    listed = document.values.get("sensor")
+    if isinstance(listed, list):
+        document = replace(document, values=document.values | {"sensor": tuple(listed)})
+    return validated(SensorsFile, document)

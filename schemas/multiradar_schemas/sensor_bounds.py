@@ -39,7 +39,8 @@ HEIGHT_M = Bounds(-1000.0, 10_000.0)
 RANGE_SIGMA_M = Bounds(0.1, 1e4)
 AZIMUTH_SIGMA_DEG = Bounds(1e-4, 10.0)
 POSITION_SIGMA_M = Bounds(0.1, 1e4)
-RANGE_MAX_M = Bounds(1.0, 1e6)
+#: No radar is meant that reaches less: such a number is of kilometres or nautical miles.
+RANGE_MAX_M = Bounds(500.0, 1e6)
 ROTATION_PERIOD_S = Bounds(0.1, 3600.0)
 
 RANGE_OFFSET_M = ParameterBounds(2e4, Bounds(1e-9, 1e4), 100.0)

@@ -1,12 +1,9 @@
-"""Tables of the files that people write: unknown keys and wrong wholes, told in one sentence."""
+"""Tables of the files that people write, and what is wrong with one as a whole."""
 
-from typing import Any
-
-from pydantic import model_validator
 from pydantic_core import PydanticCustomError
 
 from multiradar_schemas.base import Record
-from multiradar_schemas.explain import SENTENCE_ERROR, shown
+from multiradar_schemas.explain import SENTENCE_ERROR
 
 
 def wrong(sentence: str) -> PydanticCustomError:
@@ -15,12 +12,4 @@ def wrong(sentence: str) -> PydanticCustomError:
 
 
 class Table(Record):
-    """A table of a file; a key that it does not know is refused with those that it does."""
-
-    @model_validator(mode="before")
-    @classmethod
-    def _keys_are_known(cls, data: Any) -> Any:
-        for key in data if isinstance(data, dict) else ():
-            if key not in cls.model_fields:
-                raise wrong(f"expected a key of {', '.join(cls.model_fields)}, was {shown(key)}")
-        return data
+    """A table of a file; a key that it does not know is refused."""

@@ -43,7 +43,20 @@ class MultiradarError(Exception):
 
 
 class ConfigurationError(MultiradarError):
-    """A setting, sensors file or option cannot be used."""
+    """A setting, sensors file or option cannot be used.
+
+    Attributes
+    ----------
+    source : str
+        The file, where it is one with several mistakes.
+    mistakes : tuple of str
+        A sentence for each of them.
+    """
+
+    def __init__(self, sentence: str, source: str = "", mistakes: Sequence[str] = ()) -> None:
+        self.source = source
+        self.mistakes = tuple(mistakes)
+        super().__init__(sentence)
 
 
 class InputError(MultiradarError):
@@ -57,9 +70,10 @@ class MissingColumnError(InputError):
         self.source = source
         self.missing = tuple(missing)
         self.found = tuple(found)
+        columns = "column" if len(self.missing) == 1 else "columns"
         super().__init__(
-            f"{source}: expected the columns {', '.join(self.missing)}, "
-            f"found only {', '.join(self.found) or 'none'}"
+            f"{source}: missing {columns} {', '.join(self.missing)}; "
+            f"found: {', '.join(self.found) or 'none'}"
         )
 
 
@@ -102,7 +116,7 @@ class UnknownFilterError(ConfigurationError):
     def __init__(self, name: str, known: Sequence[str]) -> None:
         self.name = name
         self.known = tuple(known)
-        super().__init__(f"expected a filter of {', '.join(self.known)}, was {name!r}")
+        super().__init__(f"unknown filter {name!r}; known: {', '.join(self.known)}")
 
 
 class UnknownPresetError(ConfigurationError):
@@ -111,7 +125,7 @@ class UnknownPresetError(ConfigurationError):
     def __init__(self, name: str, known: Sequence[str]) -> None:
         self.name = name
         self.known = tuple(known)
-        super().__init__(f"expected a preset of {', '.join(self.known)}, was {name!r}")
+        super().__init__(f"unknown preset {name!r}; known: {', '.join(self.known)}")
 
 
 class UnknownParameterError(ConfigurationError):
@@ -120,7 +134,7 @@ class UnknownParameterError(ConfigurationError):
     def __init__(self, kind: object, names: Sequence[str]) -> None:
         self.kind = kind
         known = ", ".join(f"{number} ({name})" for number, name in enumerate(names))
-        super().__init__(f"kind of bias parameter: expected one of {known}, was {kind!r}")
+        super().__init__(f"unknown kind of bias parameter {kind!r}; known: {known}")
 
 
 class SensorPositionError(ConfigurationError):
@@ -301,8 +315,19 @@ class PeerError(MultiradarError):
 
 
 class UnavailableError(PeerError):
-    """The service cannot take the batch now; the same batch may be sent again."""
+    """The service cannot take the batch now; the same batch may be sent again.
 
-    def __init__(self, reason: str, retry_after_s: float | None = None) -> None:
+    Attributes
+    ----------
+    retry_after_s : float, optional
+        When it may be, s, as the service said; None where it said nothing.
+    answered : bool
+        Whether the service is there: it answered that it cannot.
+    """
+
+    def __init__(
+        self, reason: str, retry_after_s: float | None = None, *, answered: bool = False
+    ) -> None:
         self.retry_after_s = retry_after_s
+        self.answered = answered
         super().__init__(reason)

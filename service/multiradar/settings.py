@@ -5,6 +5,7 @@ A key `epoch_s` of the section `tracking` is `[tracking] epoch_s = 4.0` in the f
 """
 
 import os
+import re
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
@@ -23,14 +24,16 @@ from multiradar.asterix_settings import AsterixSettings
 from multiradar.errors import ConfigurationError
 from multiradar.setting_types import Count, Endpoint, Port, Seconds, Section, plain_number
 from multiradar.tracking.settings import IMM_MODES_MAX, IMM_MODES_MIN, TrackingSettings
-from multiradar_schemas.documents import read_toml
+from multiradar_schemas.documents import Document, read_toml
 from multiradar_schemas.errors import DocumentError
-from multiradar_schemas.explain import explain, shown
+from multiradar_schemas.mistakes import mistakes_in
+from multiradar_schemas.names import shown, unknown
 
 ENVIRONMENT_PREFIX = "MULTIRADAR_"
 ENVIRONMENT_DELIMITER = "__"
 
 _MIB = 1024 * 1024
+_UNKNOWN = re.compile(r"unknown setting '(\w+)'")
 
 
 class ServerSettings(Section):
@@ -242,7 +245,7 @@ def load_settings(path: Path | None = None, overrides: Mapping[str, Any] | None 
         When the file cannot be read, a key is not known or a value is wrong; the sentence names the
         key, what was expected and what was there.
     """
-    table = _table(path)
+    document = _document(path)
     _check_environment(os.environ)
 
     class _Loaded(Settings):
@@ -255,13 +258,12 @@ def load_settings(path: Path | None = None, overrides: Mapping[str, Any] | None 
             dotenv_settings: PydanticBaseSettingsSource,
             file_secret_settings: PydanticBaseSettingsSource,
         ) -> tuple[PydanticBaseSettingsSource, ...]:
-            return init_settings, env_settings, InitSettingsSource(settings_cls, table)
+            return init_settings, env_settings, InitSettingsSource(settings_cls, document.values)
 
     try:
         loaded = _Loaded(**dict(overrides or {}))
     except ValidationError as error:
-        _, reason = explain(error.errors(include_url=False)[0])
-        raise ConfigurationError(f"settings: {reason}") from error
+        raise _wrong(error, document, dict(overrides or {})) from error
     except SettingsError as error:
         raise ConfigurationError(f"settings: expected JSON for a list, was not: {error}") from error
     return Settings.model_construct(
@@ -269,30 +271,78 @@ def load_settings(path: Path | None = None, overrides: Mapping[str, Any] | None 
     )
 
 
-def _table(path: Path | None) -> dict[str, Any]:
+def _document(path: Path | None) -> Document:
     if path is None:
-        return {}
+        return Document("settings", {}, {})
     try:
         return read_toml(path)
     except DocumentError as error:
         raise ConfigurationError(str(error)) from error
 
 
+def _wrong(
+    error: ValidationError, document: Document, overrides: dict[str, Any]
+) -> ConfigurationError:
+    # What an option or a variable says has no line in the file, though its key may stand there.
+    lines = {path: line for path, line in document.lines.items() if _of_file(path, overrides)}
+    values = document.values
+    mistakes = mistakes_in(error, Settings, values, lines, key="setting")
+    source = document.source if any(one.startswith("line ") for one in mistakes) else "settings"
+    told = DocumentError(source, *(_placed(one) for one in mistakes))
+    return ConfigurationError(str(told), source, told.reasons)
+
+
+def _of_file(path: tuple[int | str, ...], overrides: dict[str, Any]) -> bool:
+    names = [part for part in path if isinstance(part, str)]
+    variable = ENVIRONMENT_PREFIX + ENVIRONMENT_DELIMITER.join(names).upper()
+    found: Any = overrides
+    for name in names:
+        found = found.get(name) if isinstance(found, dict) else None
+    return found is None and variable not in os.environ
+
+
+# A setting that stands outside its section is the commonest mistake.
+def _placed(mistake: str) -> str:
+    found = _UNKNOWN.search(mistake)
+    if found is None:
+        return mistake
+    homes = [name for name, section in _sections().items() if found[1] in section.model_fields]
+    if not homes:
+        return mistake
+    return f"{mistake[: found.end()]}; it belongs to [{'] or ['.join(homes)}]"
+
+
 def _check_environment(environment: Mapping[str, str]) -> None:
-    sections = [
-        name for name, kind in Settings.model_fields.items() if _is_section(kind.annotation)
-    ]
+    sections = _sections()
     for name, value in environment.items():
         key = name.upper().removeprefix(ENVIRONMENT_PREFIX)
         section, delimiter, _ = key.partition(ENVIRONMENT_DELIMITER)
-        if name.upper() == key or not delimiter or section.lower() in sections:
+        if name.upper() == key:
             continue
-        expected = ", ".join(sections)
-        raise ConfigurationError(
-            f"environment: {name}: expected a section of {expected}, was {shown(section.lower())} "
-            f"(= {shown(value)})"
-        )
+        if not delimiter:
+            _check_variable(name, key.lower())
+            continue
+        if section.lower() in sections:
+            continue
+        reason = unknown("section", section.lower(), sections)
+        raise ConfigurationError(f"environment: {name} (= {shown(value)}): {reason}")
 
 
-def _is_section(annotation: object) -> bool:
-    return isinstance(annotation, type) and issubclass(annotation, Section)
+def _check_variable(name: str, key: str) -> None:
+    # Other parts have variables of their own; one that names a setting without its section, or with
+    # one underscore, was meant as a setting and would do nothing.
+    for section, kind in _sections().items():
+        for field in kind.model_fields:
+            if key in (field, f"{section}_{field}"):
+                meant = f"{ENVIRONMENT_PREFIX}{section}{ENVIRONMENT_DELIMITER}{field}".upper()
+                msg = f"environment: unknown variable {name} (did you mean {meant}?)"
+                raise ConfigurationError(msg)
+
+
+def _sections() -> dict[str, type[Section]]:
+    kinds = {name: field.annotation for name, field in Settings.model_fields.items()}
+    return {
+        name: kind
+        for name, kind in kinds.items()
+        if isinstance(kind, type) and issubclass(kind, Section)
+    }

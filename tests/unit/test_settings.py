@@ -49,28 +49,37 @@ def test_lists_come_as_json_from_the_environment(monkeypatch: pytest.MonkeyPatch
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
-        ("[tracking]\nepoch = 3", "tracking.epoch: expected no such field, was 3"),
+        (
+            "[tracking]\nepoch = 3",
+            "line 2: tracking: unknown setting 'epoch' (did you mean 'epoch_s'?); known: filter_na",
+        ),
         ("[tracking]\nepoch_s = true", "tracking.epoch_s: expected a number, was true"),
         (
             "[tracking]\nepoch_s = 0",
-            "tracking.epoch_s: expected a value greater than or equal to 0.001",
+            "line 2: tracking.epoch_s: expected a number from 0.001 to 3600, was 0",
         ),
         ("[tracking]\nepoch_s = nan", "tracking.epoch_s: expected a finite number, was nan"),
-        ("[tracking]\nepoch_s = 'x'", "tracking.epoch_s: expected a valid number"),
-        ("[server]\nport = 65536", "server.port: expected a value less than or equal to 65535"),
-        ("[http]\nbody_bytes_max = 0", "http.body_bytes_max: expected a value greater than"),
-        ("[zenoh]\nmode = 'star'", "zenoh.mode: expected 'peer', 'client' or 'router', was 'star'"),
+        ("[tracking]\nepoch_s = 'x'", "tracking.epoch_s: expected a number, was 'x'"),
+        (
+            "[server]\nport = 65536",
+            "line 2: server.port: expected a number from 0 to 65535, was 65536",
+        ),
+        (
+            "[http]\nbody_bytes_max = 0",
+            "http.body_bytes_max: expected a number of at least 1, was 0",
+        ),
+        ("[zenoh]\nmode = 'star'", "zenoh.mode: unknown name 'star'; known: peer, client, router"),
         ("[zenoh]\nlisten = ['here']", "zenoh.listen[0]: expected text of the form"),
         (
             "[trajectories]\naircraft_max = -1",
-            "trajectories.aircraft_max: expected a value greater than or equal to 0",
+            "line 2: trajectories.aircraft_max: expected a number from 0 to 10000, was -1",
         ),
-        ("[trajectories]\naircraft_max = 10001", "expected a value less than or equal to 10000"),
+        ("[trajectories]\naircraft_max = 10001", "expected a number from 0 to 10000, was 10001"),
         ("[trajectories]\nplots_waiting_max = 0", "trajectories.plots_waiting_max: expected a"),
         ("[trajectories]\nlateral_max_mps2 = nan", "lateral_max_mps2: expected a"),
-        ("[radar]\nx = 1", "radar: expected no such field"),
-        ("server = 3", "server: expected a valid dictionary"),
-        ("[", "expected TOML, was not"),
+        ("[radar]\nx = 1", "line 1: unknown setting 'radar'; known: sensors, workers"),
+        ("server = 3", "line 1: server: expected a table, was 3"),
+        ("[", "not valid TOML: "),
     ],
 )
 def test_a_wrong_key_or_value_is_told_in_one_sentence(text: str, sentence: str, file: Path) -> None:
@@ -85,9 +94,27 @@ def test_a_wrong_key_or_value_is_told_in_one_sentence(text: str, sentence: str, 
     ("variable", "value", "sentence"),
     [
         ("MULTIRADAR_SERVER__PORT", "1_0", "server.port: expected a number, was '1_0'"),
-        ("MULTIRADAR_SERVER__PORT", "x", "server.port: expected a valid integer"),
-        ("MULTIRADAR_SERVER__PROT", "1", "server.prot: expected no such field"),
-        ("MULTIRADAR_SERVR__PORT", "1", "MULTIRADAR_SERVR__PORT: expected a section of server"),
+        ("MULTIRADAR_SERVER__PORT", "x", "server.port: expected a whole number, was 'x'"),
+        (
+            "MULTIRADAR_SERVER__PROT",
+            "1",
+            "server: unknown setting 'prot' (did you mean 'port'?); known: host, port",
+        ),
+        (
+            "MULTIRADAR_PORT",
+            "1",
+            "unknown variable MULTIRADAR_PORT (did you mean MULTIRADAR_SERVER__PORT?)",
+        ),
+        (
+            "MULTIRADAR_TRACKING_EPOCH_S",
+            "1",
+            "MULTIRADAR_TRACKING_EPOCH_S (did you mean MULTIRADAR_TRACKING__EPOCH_S?)",
+        ),
+        (
+            "MULTIRADAR_SERVR__PORT",
+            "1",
+            "MULTIRADAR_SERVR__PORT (= '1'): unknown section 'servr' (did you mean 'server'",
+        ),
     ],
 )
 def test_a_wrong_variable_is_told(
@@ -100,7 +127,7 @@ def test_a_wrong_variable_is_told(
 
 
 def test_a_missing_file_is_told(file: Path) -> None:
-    with pytest.raises(ConfigurationError, match="expected a file, was: No such file"):
+    with pytest.raises(ConfigurationError, match=r"multiradar\.toml: no such file$"):
         load_settings(file)
 
 
@@ -135,12 +162,15 @@ def test_listeners_and_outputs_are_bounded(file: Path) -> None:
     ("text", "sentence"),
     [
         ("address = 'radar.example'\nport = 1", "listen[0].address: expected an IPv4 address"),
-        ("port = 65536", "listen[0].port: expected a value less than or equal to 65535"),
-        ("address = '127.0.0.1'", "listen[0].port: expected a value, was absent"),
-        ("port = 1\nname = 'a b'", "listen[0].name: expected text of the form"),
+        (
+            "port = 65536",
+            "line 2: asterix.listen[0].port: expected a number from 0 to 65535, was 65536",
+        ),
+        ("address = '127.0.0.1'", "line 1: asterix.listen[0].port: missing"),
+        ("port = 1\nname = 'a b'", "line 3: asterix.listen a b: name: expected text of the form"),
         (
             "port = 1\nreceive_buffer_octets = 2147483648",
-            "listen[0].receive_buffer_octets: expected a value less than or equal to 2147483647",
+            "listen[0].receive_buffer_octets: expected a number from 1 to 2147483647, was 214748",
         ),
         ("port = 1\n[[asterix.listen]]\nport = 1", "each listener's name once, was twice"),
     ],
@@ -165,12 +195,12 @@ def test_system_tracks_go_nowhere_unless_told_and_then_to_loopback(file: Path) -
     [
         ("sac = 1", "output[0]: expected a table with a port or a file, and not both"),
         ("port = 1\nfile = 'x'", "output[0]: expected a table with a port or a file, and not both"),
-        ("port = 0", "output[0].port: expected a value greater than or equal to 1"),
+        ("port = 0", "output[0].port: expected a number of at least 1, was 0"),
         (
             "port = 1\nsend_buffer_octets = 2147483648",
-            "output[0].send_buffer_octets: expected a value less than or equal to 2147483647",
+            "output[0].send_buffer_octets: expected a number from 1 to 2147483647, was 2147483648",
         ),
-        ("port = 1\nsac = 256", "output[0].sac: expected a value less than or equal to 255"),
+        ("port = 1\nsac = 256", "output[0].sac: expected a number from 0 to 255, was 256"),
         ("port = 1\nperiod_s = 0.7", "output[0].period_s: expected a multiple of 0.5"),
         (
             "port = 1\narea_deg = [0, 50, 5, 40]",
@@ -186,3 +216,22 @@ def test_a_wrong_output_is_told(text: str, sentence: str, file: Path) -> None:
     with pytest.raises(ConfigurationError) as fault:
         load_settings(file)
     assert sentence in str(fault.value)
+
+
+def test_all_mistakes_of_a_file_are_told_with_their_lines(file: Path) -> None:
+    file.write_text("epoch_s = 4\n\n[tracking]\nepochs = 4\n\n[server]\nport = -1\n")
+    with pytest.raises(ConfigurationError) as fault:
+        load_settings(file)
+    assert fault.value.source == str(file)
+    assert [one.partition("; known")[0] for one in fault.value.mistakes] == [
+        "line 1: unknown setting 'epoch_s'; it belongs to [tracking]",
+        "line 4: tracking: unknown setting 'epochs' (did you mean 'epoch_s'?)",
+        "line 7: server.port: expected a number from 0 to 65535, was -1",
+    ]
+
+
+def test_what_an_option_says_wrong_has_no_line_of_the_file(file: Path) -> None:
+    file.write_text("[server]\nport = 1\n")
+    with pytest.raises(ConfigurationError) as fault:
+        load_settings(file, {"server": {"port": -1}})
+    assert "line" not in str(fault.value)

@@ -1,12 +1,17 @@
-"""The skeleton of `sensors.toml`: who sent the positions, and a place to track at."""
+"""`sensors.toml`: who sent the positions, and a place to track at."""
 
 import numpy as np
 
 from multiradar_converters.adsb.table import Written
+from multiradar_converters.sensors_template import (
+    MIDDLE_OF_REPORTS,
+    FoundSensor,
+    sensors_text,
+)
 
 
 def sensors_toml(written: Written) -> str:
-    """Write the skeleton.
+    """Write `sensors.toml`.
 
     Parameters
     ----------
@@ -18,21 +23,14 @@ def sensors_toml(written: Written) -> str:
     str
         TOML that can be loaded as it is.
     """
-    parts = [
-        "# Sensors found in the trajectories. Radars that saw the same aircraft may be added.\n"
-    ]
+    found = []
     for kind, count in written.kinds.items():
         if not count:
             continue
         x, y, z = written.middle[kind].tolist()
         latitude = float(np.degrees(np.arctan2(z, np.hypot(x, y))))
         longitude = float(np.degrees(np.arctan2(y, x)))
-        parts.append(
-            f'\n[[sensor]]\nid = "{kind}"\nkind = "{kind}"\n'
-            f"# {count} report{'' if count == 1 else 's'}\n"
-            "# the middle of its reports, for a plane to track in\n"
-            f"latitude_deg = {latitude:.2f}\n"
-            f"longitude_deg = {longitude:.2f}\n"
-            "height_m = 0.0\n"
-        )
-    return "".join(parts)
+        reports = f"{count} report{'' if count == 1 else 's'}"
+        site = (latitude, longitude, 0.0)
+        found.append(FoundSensor(kind, kind, reports, site=site, site_source=MIDDLE_OF_REPORTS))
+    return sensors_text(found)

@@ -20,12 +20,15 @@ from multiradar_converters.asterix.report import (
     SYSTEM_TRACKS_FILE,
     FileAccount,
     Findings,
+    Sweep,
     report_json,
 )
 from multiradar_converters.asterix.sensors import SensorNames, sensors_toml
 from multiradar_converters.asterix.timing import KINDS, Timed, Turned, into_days, time_targets
 from multiradar_converters.errors import LayoutError
 from multiradar_converters.output_folder import OutputFolder
+from multiradar_converters.report_file import extremes
+from multiradar_converters.scan_period import scan_period_s
 from multiradar_converters.vid.times import unix_start
 from multiradar_schemas.reject import Reject, RejectCode
 
@@ -256,8 +259,13 @@ def _frames(
     )
     findings.measurements = {names.of(*pair): n for pair, n in names.counts.items()}
     ids = [names.of(source, KINDS[kind]) for source, kind in pairs.tolist()]
+    findings.first_s, findings.last_s = extremes(kept["time_s"])
     for place, name in enumerate(ids):
         own = places.ravel() == place
+        findings.sweeps[name] = Sweep(
+            scan_period_s(kept["time_s"][own], kept["azimuth_deg"][own]),
+            float(np.max(np.nan_to_num(kept["range_m"][own]), initial=0.0)),
+        )
         findings.middles[name] = (
             float(np.median(kept["latitude_deg"][own])),
             float(np.median(kept["longitude_deg"][own])),

@@ -50,6 +50,14 @@ class FileAccount:
         }
 
 
+@dataclass(frozen=True)
+class Sweep:
+    """What the plots of a sensor show: scan period, s (NaN: none), and the farthest range, m."""
+
+    period_s: float
+    range_max_m: float
+
+
 @dataclass
 class Findings:
     """All that a conversion counted."""
@@ -64,6 +72,9 @@ class Findings:
     flags: Counter[str] = field(default_factory=Counter)
     measurements: dict[str, int] = field(default_factory=dict)
     middles: dict[str, tuple[float, float]] = field(default_factory=dict)
+    sweeps: dict[str, Sweep] = field(default_factory=dict)
+    first_s: float | None = None
+    last_s: float | None = None
     duplicates: int = 0
     rows: int = 0
     system_tracks: int = 0
@@ -126,6 +137,8 @@ def _figures(findings: Findings, options: Options) -> dict[str, object]:
         "flags": dict(sorted(findings.flags.items())),
         "time_from": dict(sorted(findings.time_origins.items())),
         "sensor_status": findings.status,
+        "first_s": findings.first_s,
+        "last_s": findings.last_s,
         "antennas": {source_name(s): _antenna(t) for s, t in sorted(findings.turned.items())},
     }
 

@@ -1,10 +1,16 @@
-"""Names of sensors, and the skeleton of `sensors.toml`."""
+"""Names of sensors, and `sensors.toml`."""
 
+import math
 from collections import Counter
 
 from multiradar_converters.asterix.editions import source_name
 from multiradar_converters.asterix.report import Findings
 from multiradar_converters.asterix.timing import KINDS
+from multiradar_converters.sensors_template import (
+    MIDDLE_OF_REPORTS,
+    FoundSensor,
+    sensors_text,
+)
 from multiradar_schemas.sensor import SensorsFile
 
 
@@ -37,7 +43,7 @@ class SensorNames:
 
 
 def sensors_toml(names: SensorNames, findings: Findings) -> str:
-    """Write the skeleton.
+    """Write `sensors.toml`.
 
     Parameters
     ----------
@@ -49,46 +55,35 @@ def sensors_toml(names: SensorNames, findings: Findings) -> str:
     Returns
     -------
     str
-        TOML; it can be loaded once the positions of the radars are filled in. Other sensors have
-        the middle of their reports, for a recording without radars needs a place to track at.
+        TOML; it can be used once the positions of radars that do not report theirs are filled in.
+        Other sensors have the middle of their reports, for a recording without radars needs a
+        place to track at.
     """
-    parts = [
-        "# Sensors found in the recording. Fill in the position of each radar (WGS 84) and take\n"
-        "# the comment marks of these lines away; the other values are defaults to be improved.\n"
-    ]
-    for source, kind in sorted(names.counts):
-        count = names.counts[source, kind]
-        identifier = names.of(source, kind)
-        parts.append(f'\n[[sensor]]\nid = "{identifier}"\nkind = "{kind}"\n')
-        if source >= 0 and not identifier.endswith(f"-{kind}"):
-            parts.append(f"sac = {source >> 8}\nsic = {source & 255}\n")
-        parts.append(f"# {count} measurement{'' if count == 1 else 's'}\n")
-        if kind == "radar":
-            parts.append(_antenna(findings, source))
-        else:
-            latitude, longitude = findings.middles[identifier]
-            parts.append(
-                "# the middle of its reports, for a plane to track in\n"
-                f"latitude_deg = {latitude:.2f}\n"
-                f"longitude_deg = {longitude:.2f}\n"
-                "height_m = 0.0\n"
-            )
-    return "".join(parts)
+    return sensors_text(
+        [_found(names, findings, source, kind) for source, kind in sorted(names.counts)]
+    )
 
 
-def _antenna(findings: Findings, source: int) -> str:
-    turned = findings.turned.get(source)
-    lines = []
-    if turned is not None and turned.turn_s == turned.turn_s:
-        lines.append(f"rotation_period_s = {turned.turn_s:.3f}\n")
-    if turned is not None and turned.site is not None:
-        latitude, longitude, height = turned.site
-        lines.append(
-            f"# as item 034/120 says, to 10 m or so and above mean sea level\n"
-            f"# latitude_deg = {latitude:.6f}\n"
-            f"# longitude_deg = {longitude:.6f}\n"
-            f"# height_m = {height:.0f}\n"
+def _found(names: SensorNames, findings: Findings, source: int, kind: str) -> FoundSensor:
+    count, identifier = names.counts[source, kind], names.of(source, kind)
+    numbered = source >= 0 and not identifier.endswith(f"-{kind}")
+    numbers = (("sac", source >> 8), ("sic", source & 255)) if numbered else ()
+    found = f"{count} measurement{'' if count == 1 else 's'}"
+    if kind != "radar":
+        latitude, longitude = findings.middles[identifier]
+        return FoundSensor(
+            identifier, kind, found, numbers, (latitude, longitude, 0.0), MIDDLE_OF_REPORTS
         )
-    else:
-        lines.append("# latitude_deg =\n# longitude_deg =\n# height_m =\n")
-    return "".join(lines)
+    turned, sweep = findings.turned.get(source), findings.sweeps[identifier]
+    stated = turned is not None and not math.isnan(turned.turn_s)
+    return FoundSensor(
+        identifier,
+        kind,
+        found,
+        numbers,
+        None if turned is None else turned.site,
+        "item 034/120: to about 10 m, height above mean sea level",
+        turned.turn_s if turned is not None and stated else sweep.period_s,
+        "service messages" if stated else "measured from its plots",
+        sweep.range_max_m,
+    )

@@ -24,8 +24,9 @@ from multiradar_converters.normalised.parsed import (
     rows_frame,
 )
 from multiradar_schemas.errors import BodyError
-from multiradar_schemas.explain import explain, shown
+from multiradar_schemas.explain import explain
 from multiradar_schemas.measurement import MEASUREMENT, Measurement, RadarMeasurement
+from multiradar_schemas.names import shown
 from multiradar_schemas.reject import RejectCode
 
 #: Digits from which an integer is read as a float: no field holds one so long, and reading it

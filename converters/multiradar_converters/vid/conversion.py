@@ -165,6 +165,8 @@ class _Conversion:
         self._reports_of = np.zeros(0, dtype=np.int64)
         self._figures = SensorFigures()
         self._plots_repeated = 0
+        # First and last time of each block of the table.
+        self._times_s: list[float] = []
         # Of all files, or of none: a dump of dates and times of day is one of dates.
         self._of_day = all(file.layout.time_form == "seconds-of-day" for file in files)
         self._unix_start_s = unix_start(options.date)
@@ -195,10 +197,12 @@ class _Conversion:
         self._read(fields.REPORTS, self._take_reports)
         self._read(fields.TRACKS, self._take_tracks)
         source_of_sensor, names = self._sensor_names()
+        self._check_sensor(names)
         self._figures.reserve(len(names))
         namer = PlotNamer(source_of_sensor, self._options.profile.naming_tolerance_s)
         reports = len(self._reports)
         named = self._named(namer, source_of_sensor, names)
+        start_s = self._unix_start_s if self._of_day else 0.0
         rows = write_table(
             self._folder / "measurements.parquet",
             self._shown(
@@ -206,7 +210,7 @@ class _Conversion:
                 len(self._plots) + reports,
             ),
             [f"{source}-{sensor}" for source, sensor in names],
-            self._unix_start_s if self._of_day else 0.0,
+            start_s,
         )
         chosen = self._chosen()
         written = self._write_tracks(chosen)
@@ -224,8 +228,18 @@ class _Conversion:
             aircraft_not_chosen=0 if chosen is None else len(self._aircraft) - len(chosen),
             table_rows=rows,
             of_day=self._of_day,
+            first_s=None if not self._times_s else self._times_s[0] + start_s,
+            last_s=None if not self._times_s else self._times_s[-1] + start_s,
         )
         return report_json(self._folder / "report.json", findings, self._options)
+
+    def _check_sensor(self, names: list[tuple[int, int]]) -> None:
+        """Refuse to write only the tracks of a sensor that is not in the dump."""
+        only, found = self._options.sensor_only, sorted({sensor for _, sensor in names})
+        if only is not None and only not in found:
+            known = ", ".join(map(str, found))
+            msg = f"--sensor-only: no row is of sensor {only}; found: {known}"
+            raise LayoutError(msg)
 
     def close(self) -> None:
         """Close the working files, whatever has happened."""
@@ -356,6 +370,7 @@ class _Conversion:
     def _shown(self, blocks: Iterator[Records], count: int) -> Iterator[Records]:
         """Pass blocks on, telling of progress as if the dump were read once more."""
         for block in blocks:
+            self._times_s += [times(block)[0], times(block)[-1]] if len(block) else []
             yield block
             self._progress(self._size * len(block) // count)
 

@@ -28,33 +28,20 @@ Every key is optional; the defaults read the layout of `docs/converter.md`::
 
 import codecs
 import math
-import tomllib
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field
 
 from multiradar_converters.errors import ProfileError
 from multiradar_converters.vid import fields
 from multiradar_converters.vid.fields import NAMES, OPTIONAL_ROLES, TABLES, Table
-
-if TYPE_CHECKING:
-    from pydantic_core import ErrorDetails
-
-# What is expected, by the type of pydantic's complaint.
-_EXPECTED = {
-    "literal_error": "{expected}",
-    "string_type": "text",
-    "int_type": "a whole number",
-    "float_type": "a number",
-    "finite_number": "a finite number",
-    "greater_than": "a number above {gt:g}",
-    "greater_than_equal": "at least {ge}",
-    "less_than_equal": "at most {le:g}",
-    "dict_type": "a section",
-    "model_type": "a section",
-    "list_type": "a list",
-}
+from multiradar_schemas.documents import read_toml, validated
+from multiradar_schemas.errors import DocumentError
+from multiradar_schemas.names import unknown
+from multiradar_schemas.toml_lines import Path as Location
+from multiradar_schemas.toml_lines import line_of
 
 _LENGTHS_M = {"m": 1.0, "km": 1000.0, "NM": 1852.0, "ft": 0.3048, "FL": 30.48}
 _ANGLES_DEG = {"degree": 1.0, "radian": math.degrees(1.0), "ACP": 360.0 / 4096.0}
@@ -133,65 +120,46 @@ def load_profile(path: Path | None) -> Profile:
     if path is None:
         return Profile()
     try:
-        profile = Profile.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
-    except OSError as error:
-        msg = f"{path}: cannot read the profile: {error.strerror}"
-        raise ProfileError(msg) from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        msg = f"{path}: expected TOML: {error}"
-        raise ProfileError(msg) from error
-    except ValidationError as error:
-        first = error.errors(include_url=False)[0]
-        place = ".".join(str(part) for part in first["loc"])
-        msg = f"{path}: {place}: {_said(first)}"
-        raise ProfileError(msg) from error
-    _check_names(path, profile)
+        document = read_toml(path)
+        profile = validated(Profile, document)
+        reasons = tuple(_wrong_names(profile, document.lines))
+        if reasons:
+            raise DocumentError(str(path), *reasons)
+    except DocumentError as error:
+        raise ProfileError(str(error), error.source, error.reasons) from error
     return profile
 
 
-def _said(error: "ErrorDetails") -> str:
-    """Return what was expected of a key, and what it was."""
-    kind, context = error["type"], error.get("ctx", {})
-    if kind == "extra_forbidden":
-        return f"expected one of the keys {', '.join(_keys(error['loc'][:-1]))}, was another"
-    expected = _EXPECTED.get(kind, "").format(**context)
-    if not expected:
-        message = error["msg"]
-        expected = message[:1].lower() + message[1:]
-    return f"expected {expected}, was {str(error['input'])[:80]!r}"
-
-
-def _keys(place: tuple[int | str, ...]) -> list[str]:
-    """Return the keys of a section of a profile."""
-    sections: dict[str, type[_Strict]] = {"files": Files, "units": Units}
-    section = sections[str(place[0])] if place else Profile
-    return list(section.model_fields)
-
-
-def _check_names(path: Path, profile: Profile) -> None:
-    """Refuse names of tables, fields and encodings that do not exist."""
+def _wrong_names(profile: Profile, lines: Mapping[Location, int]) -> Iterator[str]:
+    """Yield what is wrong with names of tables, fields and encodings."""
     tables = {table.name: table for table in TABLES}
     for section, names in (("columns", profile.columns), ("headers", profile.headers)):
-        for name in set(names) - set(tables):
-            msg = f"{path}: {section}.{name}: expected one of {', '.join(tables)}"
-            raise ProfileError(msg)
+        for name in names:
+            if name not in tables:
+                yield f"{_line((section, name), lines)}{section}: {unknown('table', name, tables)}"
     for name, columns in profile.columns.items():
-        _check_columns(path, tables[name], columns)
+        if name in tables:
+            yield from _wrong_columns(tables[name], columns, lines)
     if profile.encoding != "auto":
         try:
             codecs.lookup(profile.encoding)
-        except LookupError as error:
-            msg = f"{path}: encoding: {profile.encoding!r} is not known"
-            raise ProfileError(msg) from error
+        except LookupError:
+            where = _line(("encoding",), lines)
+            yield f"{where}encoding: unknown encoding {profile.encoding!r}"
 
 
-def _check_columns(path: Path, table: Table, columns: dict[str, str]) -> None:
+def _wrong_columns(
+    table: Table, columns: dict[str, str], lines: Mapping[Location, int]
+) -> Iterator[str]:
     known = {NAMES[role]: role for role in table.roles}
     for field, column in columns.items():
-        place = f"{path}: columns.{table.name}.{field}"
+        where = f"{_line(('columns', table.name, field), lines)}columns.{table.name}"
         if field not in known:
-            msg = f"{place}: expected one of {', '.join(known)}"
-            raise ProfileError(msg)
-        if not column and known[field] not in OPTIONAL_ROLES:
-            msg = f"{place}: only h and code may be missing in a dump"
-            raise ProfileError(msg)
+            yield f"{where}: {unknown('field', field, known)}"
+        elif not column and known[field] not in OPTIONAL_ROLES:
+            yield f"{where}.{field}: only h and code may be missing in a dump"
+
+
+def _line(location: Location, lines: Mapping[Location, int]) -> str:
+    line = line_of(location, lines)
+    return "" if line is None else f"line {line}: "

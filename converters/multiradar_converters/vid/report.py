@@ -24,6 +24,8 @@ class Findings:
     aircraft_not_chosen: int
     table_rows: int
     of_day: bool
+    first_s: float | None
+    last_s: float | None
 
 
 def report_json(path: Path, findings: Findings, options: Options) -> dict[str, object]:
@@ -94,6 +96,8 @@ def _figures(findings: Findings, options: Options) -> dict[str, object]:
         "plots_repeated": findings.plots_repeated,
         "track_rows_naming_a_plot": naming.found + naming.lost,
         "track_rows_whose_plot_is_missing": naming.lost,
+        "first_s": findings.first_s,
+        "last_s": findings.last_s,
     }
     if findings.of_day and options.date is None:
         figures["note"] = "without a date, the .plt files count times of day from 1970-01-01"

@@ -1,15 +1,18 @@
-"""The skeleton of `sensors.toml`: every sensor of a dump, its position left to fill in."""
+"""`sensors.toml` of a dump: every sensor of it, its position left to fill in."""
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar_converters.scan_period import PLOTS_MAX, scan_period_s
+from multiradar_converters.sensors_template import FoundSensor, sensors_text
 from multiradar_converters.vid.naming import NamedPlots
-from multiradar_converters.vid.records import decimal, sensor_of
+from multiradar_converters.vid.records import Records, decimal, sensor_of, times
 from multiradar_converters.vid.table import ADSB_ID
 
-_RANGE = 1
+_RANGE, _AZIMUTH, _SWEEP = 1, 2, 3
 
 
 @dataclass
@@ -27,25 +30,38 @@ class SensorFigures:
     plots: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     named: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     range_max_m: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
+    _first: list[list[Records]] = field(default_factory=list)
 
     def reserve(self, sensors: int) -> None:
         """Make room for so many sensors."""
         self.plots = np.zeros(sensors, dtype=np.int64)
         self.named = np.zeros(sensors, dtype=np.int64)
         self.range_max_m = np.zeros(sensors)
+        self._first = [[] for _ in range(sensors)]
 
     def add(self, named: NamedPlots) -> None:
         """Take plots into account."""
         sensor = sensor_of(named.plots[:, -1])
+        for number in np.flatnonzero(self.plots < PLOTS_MAX).tolist():
+            own = named.plots[sensor == number]
+            if len(own):
+                self._first[number].append(own[: PLOTS_MAX - int(self.plots[number]), :_SWEEP])
         self.plots += np.bincount(sensor, minlength=len(self.plots))
         self.named += np.bincount(sensor[named.aircraft >= 0], minlength=len(self.plots))
         np.maximum.at(self.range_max_m, sensor, decimal(named.plots, _RANGE))
+
+    def scan_period_s(self, number: int) -> float:
+        """Return the scan period that the first plots of a sensor show, s; NaN for none."""
+        if not self._first[number]:
+            return math.nan
+        plots = np.concatenate(self._first[number])
+        return scan_period_s(times(plots), decimal(plots, _AZIMUTH))
 
 
 def sensors_toml(
     names: list[tuple[int, int]], figures: SensorFigures, reports: int, multiradar_source: int
 ) -> str:
-    """Write the skeleton.
+    """Write `sensors.toml`.
 
     Parameters
     ----------
@@ -61,31 +77,24 @@ def sensors_toml(
     Returns
     -------
     str
-        TOML; it can be loaded once the three lines of each radar's position are filled in.
+        TOML; it can be used once the position of each radar is filled in.
     """
-    parts = [
-        "# Sensors found in the dump. Fill in the position of each radar (WGS 84) and take the\n"
-        "# comment marks of these lines away; the other values are defaults to be improved.\n"
-    ]
     radars = sorted(
         (name, number) for number, name in enumerate(names) if name[0] != multiradar_source
     )
-    for (source, sensor), number in radars:
-        parts.append(
-            f"\n[[sensor]]\n"
-            f'id = "{source}-{sensor}"\n'
-            f'kind = "radar"\n'
-            f"source = {source}\n"
-            f"sensor = {sensor}\n"
-            f"# {_said(figures, number)}\n"
-            f"# latitude_deg =\n"
-            f"# longitude_deg =\n"
-            f"# height_m =\n"
+    found = [
+        FoundSensor(
+            identifier=f"{source}-{sensor}",
+            kind="radar",
+            found=_said(figures, number),
+            numbers=(("source", source), ("sensor", sensor)),
+            rotation_period_s=figures.scan_period_s(number),
+            range_max_m=float(figures.range_max_m[number]),
         )
-    parts.append(
-        f'\n[[sensor]]\nid = "{ADSB_ID}"\nkind = "adsb"\n# {_counted(reports, "report")}\n'
-    )
-    return "".join(parts)
+        for (source, sensor), number in radars
+    ]
+    adsb = FoundSensor(identifier=ADSB_ID, kind="adsb", found=_counted(reports, "report"))
+    return sensors_text([*found, adsb])
 
 
 def _said(figures: SensorFigures, number: int) -> str:
@@ -93,10 +102,9 @@ def _said(figures: SensorFigures, number: int) -> str:
     plots, named = int(figures.plots[number]), int(figures.named[number])
     if not plots:
         return "no plots, seen in tracks only"
-    far = f"{figures.range_max_m[number]:.0f} m"
     if plots == 1:
-        return f"1 plot, {'named' if named else 'not named'} by tracks, at {far}"
-    return f"{plots} plots, {named} of them named by tracks, the farthest at {far}"
+        return f"1 plot, {'' if named else 'not '}referenced by tracks"
+    return f"{plots} plots, {named} of them referenced by tracks"
 
 
 def _counted(count: int, what: str) -> str:

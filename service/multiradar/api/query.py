@@ -9,6 +9,7 @@ from pydantic import BeforeValidator
 
 from multiradar.api.problems import parameter_error
 from multiradar_schemas.measurement import SENSOR_ID_PATTERN, TIME_MAX_S
+from multiradar_schemas.names import did_you_mean
 
 # ASCII only: Python's float() and int() also take "1_0" and digits of other scripts.
 _NUMBER = re.compile(
@@ -118,10 +119,11 @@ def strict_query(request: Request) -> None:
     """
     known = {field.alias for field in request.scope["route"].dependant.query_params}
     given = [name for name, _ in request.query_params.multi_items()]
-    unknown = {name: f"expected one of {', '.join(sorted(known)) or 'no parameters'}"
-               for name in given if name not in known}  # fmt: skip
-    if unknown:
-        shown = {ascii(name)[1:-1][:64]: reason for name, reason in list(unknown.items())[:8]}
+    wrong = {name: f"unknown parameter{did_you_mean(name, known)}; "
+                   f"known: {', '.join(sorted(known)) or 'none'}"
+             for name in given if name not in known}  # fmt: skip
+    if wrong:
+        shown = {ascii(name)[1:-1][:64]: reason for name, reason in list(wrong.items())[:8]}
         raise parameter_error(shown, code="UNKNOWN_PARAMETER")
     repeated = {name: "expected once" for name in given if given.count(name) > 1}
     if repeated:

@@ -9,6 +9,7 @@ from multiradar.api.problems import parameter_error
 from multiradar.api.query import number
 from multiradar_schemas.arrow import TRACK_SCHEMA
 from multiradar_schemas.measurement import LATITUDE_MAX_DEG, LONGITUDE_MAX_DEG
+from multiradar_schemas.names import did_you_mean
 
 #: Columns of a live track: those of `tracks.parquet`, and the age of the track.
 TRACK_COLUMNS = (*TRACK_SCHEMA.names(), "age_s")
@@ -59,8 +60,10 @@ def columns(text: str) -> list[str]:
     wanted = set(text.split(","))
     unknown = sorted(wanted - set(TRACK_COLUMNS))
     if unknown:
-        shown = ", ".join(ascii(name)[1:-1][:40] for name in unknown[:8])
-        raise _wrong("fields", f"expected names of {', '.join(TRACK_COLUMNS)}; was {shown}")
+        named = ", ".join(
+            f"'{ascii(name)[1:-1][:40]}'{did_you_mean(name, TRACK_COLUMNS)}" for name in unknown[:8]
+        )
+        raise _wrong("fields", f"unknown {named}; known: {', '.join(TRACK_COLUMNS)}")
     return [name for name in TRACK_COLUMNS if name in wanted or name == "track_id"]
 
 

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from multiradar.cli.compiling import compile_kernels
-from multiradar.cli.converting import bytes_bar, conversion_faults
+from multiradar.cli.converting import bytes_bar, conversion_faults, times_line
 from multiradar.cli.options import JsonOption
 from multiradar.errors import ConfigurationError
+from multiradar_schemas.names import unknown
 
 if TYPE_CHECKING:
     from multiradar_converters.vid.options import Options
@@ -28,9 +29,9 @@ _VID_HELP = (
     "directory per aircraft (the dump's global) with ads, 240_mr, SOURCE_mr (tracks of one radar) "
     "and SOURCE_r (plots referenced by these) as .new4 and .plt.\n\n"
     "Further files: measurements.parquet (every plot and every ADS-B row), sensors.toml (a "
-    "template without the site coordinates), rejects.ndjson (every rejected line) and "
-    "report.json. The options select what goes into the .new4 and .plt files; the table always "
-    "contains everything."
+    "template with measured scan periods and ranges, site coordinates to be filled in), "
+    "rejects.ndjson (every rejected line) and report.json. The options select what goes into the "
+    ".new4 and .plt files; the table always contains everything."
 )
 
 convert_app = typer.Typer(
@@ -50,8 +51,7 @@ def parse_track_kinds(text: str) -> str:
     """Check a list of kinds of track files, separated by commas."""
     for kind in text.split(","):
         if kind.strip() not in TRACK_KIND_CHOICES:
-            msg = f"expected kinds of {', '.join(TRACK_KIND_CHOICES)}, was {kind.strip()!r}"
-            raise typer.BadParameter(msg)
+            raise typer.BadParameter(unknown("kind", kind.strip(), TRACK_KIND_CHOICES))
     return text
 
 
@@ -163,7 +163,7 @@ def convert_vid(
             allow_missing=allow_missing,
         )
     except ProfileError as error:
-        raise ConfigurationError(str(error)) from error
+        raise ConfigurationError(str(error), error.source, error.reasons) from error
     report = convert_with_bar(dump, out, options)
     print(json.dumps(report, indent=1, ensure_ascii=False) if as_json else _summary(report, out))
 
@@ -219,6 +219,7 @@ def _summary(report: dict[str, Any], out: Path) -> str:
         f"{figures['aircraft']} aircraft; tracks written: "
         + (", ".join(f"{stem} {n}" for stem, n in figures["tracks_written"].items()) or "none"),
         f"plots not referenced by any track: {figures['plots_named_by_no_track']}",
+        times_line(figures["first_s"], figures["last_s"]),
     ]
     if "note" in figures:
         lines.append(f"note: {figures['note']}")

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from multiradar.cli.compiling import compile_kernels
-from multiradar.cli.converting import convert_files, records_line
+from multiradar.cli.converting import convert_files, records_line, times_line
 from multiradar.cli.options import JsonOption, parse_date
 
 #: What `--help` says.
@@ -62,6 +62,7 @@ def _summary(report: dict[str, Any], out: Path) -> str:
             f"{figures['aircraft']} aircraft; old positions under new times: {figures['stale']}, "
             f"repeated: {figures['repeated']}, jumps: {figures['jumps']}, times going backwards: "
             f"{figures['backwards']}",
+            times_line(figures["first_s"], figures["last_s"]),
             f"wrote {out}",
         ]
     )

@@ -8,9 +8,9 @@ from typing import Annotated, Any
 import typer
 
 from multiradar.cli.compiling import compile_kernels
-from multiradar.cli.converting import convert_files, records_line
+from multiradar.cli.converting import convert_files, records_line, times_line
+from multiradar.cli.inputs import read_sensors
 from multiradar.cli.options import JsonOption, parse_date
-from multiradar.errors import ConfigurationError
 
 #: What `--help` says.
 ASTERIX_HELP = (
@@ -20,7 +20,8 @@ ASTERIX_HELP = (
     "earliest first.\n\n"
     "DIR is created: measurements.parquet (plots of categories 001 and 048, multilateration of "
     "020, ADS-B of 021), rejects.ndjson (every block that cannot be decoded), report.json (records "
-    "by category, sensor and item) and sensors.toml (a template)."
+    "by category, sensor and item) and sensors.toml (scan periods, ranges, and sites "
+    "where they are reported)."
 )
 
 
@@ -81,23 +82,18 @@ def convert_asterix(
     from multiradar_converters.asterix.editions import parse_editions
     from multiradar_converters.asterix.options import Options
     from multiradar_converters.errors import ProfileError
-    from multiradar_schemas.errors import SchemaError
-    from multiradar_schemas.sensor import load_sensors
 
     try:
         editions = parse_editions(edition or [])
     except ProfileError as error:
         raise typer.BadParameter(str(error), param_hint="--edition") from error
-    try:
-        options = Options(
-            sensors=None if sensors is None else load_sensors(sensors),
-            date=None if date is None else dt.date.fromisoformat(date),
-            editions=editions,
-            all_targets=all_targets,
-            records=records,
-        )
-    except SchemaError as error:
-        raise ConfigurationError(str(error)) from error
+    options = Options(
+        sensors=None if sensors is None else read_sensors(sensors),
+        date=None if date is None else dt.date.fromisoformat(date),
+        editions=editions,
+        all_targets=all_targets,
+        records=records,
+    )
     compile_kernels(["convert asterix"])
     report = convert_files(files, lambda advance: convert(files, out, options, advance))
     print(json.dumps(report, indent=1, ensure_ascii=False) if as_json else _summary(report, out))
@@ -118,6 +114,7 @@ def _summary(report: dict[str, Any], out: Path) -> str:
                 for output in report["outputs"]
                 if output["file"] == "system_tracks.parquet"
             ),
+            times_line(figures["first_s"], figures["last_s"]),
             f"wrote {out}",
         ]
     )

@@ -85,6 +85,29 @@ def convert_files(
         return convert(advance)
 
 
+def times_line(first_s: float | None, last_s: float | None) -> str:
+    """Say of which time a recording is, in UTC where its date is known.
+
+    Parameters
+    ----------
+    first_s, last_s : float, optional
+        First and last time, s; None where it has none.
+
+    Returns
+    -------
+    str
+        One line.
+    """
+    from multiradar.report.times import is_dated, time_text
+
+    if first_s is None or last_s is None:
+        return "times: none"
+    span = f"times: {time_text(first_s)} to {time_text(last_s)}"
+    if is_dated(last_s):
+        return span
+    return f"{span}, without a date; convert with --date YYYY-MM-DD to compare with other data"
+
+
 def records_line(report: dict[str, Any]) -> str:
     """Say what became of the records of a conversion."""
     counts = report["counts"]

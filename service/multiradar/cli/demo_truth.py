@@ -56,6 +56,17 @@ def read_truth(dump: Path) -> Truth:
     path = dump / TRUTH_FILE
     if not path.exists():
         return Truth(date=None, biases={}, sensors_toml=None)
+    return read_truth_file(path)
+
+
+def read_truth_file(path: Path) -> Truth:
+    """Read a file such as `truth.json`.
+
+    Raises
+    ------
+    InputError
+        It cannot be used.
+    """
     try:
         document = json.loads(path.read_text(encoding="utf-8"))
         radars = document["radars"]
@@ -64,7 +75,7 @@ def read_truth(dump: Path) -> Truth:
             biases=dict(pair for radar in radars for pair in _biases(radar)),
             sensors_toml="\n".join([*(_radar_toml(radar) for radar in radars), _ADSB_TOML]),
         )
-    except (ValueError, KeyError, TypeError) as error:
+    except (OSError, ValueError, KeyError, TypeError) as error:
         msg = f"{path}: expected the truth of a recording ({error!r})"
         raise InputError(msg) from error
 

@@ -30,6 +30,7 @@ _UNIT = re.compile(r"(_max)?_(m|s)$")
 _WIDTH_UNKNOWN = 160
 _REFERENCES = {
     "truth": "the truth of a simulation",
+    "recorded": "the ADS-B reports of the dump",
     "adsb": "ADS-B reports",
     "smoothed": "all measurements, smoothed",
     "system-tracks": "the system tracks of another processor",
@@ -69,7 +70,10 @@ def evaluate(
     truth: Annotated[
         Path | None,
         typer.Option(
-            metavar="DIR", help="Reference: output directory of `simulate`.", show_default=False
+            metavar="DIR",
+            help="Reference: output directory of `simulate`. Or the truth.json of a dump: true "
+            "biases beside another reference, without one beside the dump's ADS-B.",
+            show_default=False,
         ),
     ] = None,
     adsb: Annotated[
@@ -94,8 +98,8 @@ def evaluate(
         Path | None,
         typer.Option(
             metavar="TRACKS",
-            help="Reference: system tracks of an ASTERIX recording: output directory of `convert "
-            "asterix`, or its system_tracks.parquet.",
+            help="Reference: system tracks of a recording: output directory of `convert "
+            "asterix` or `convert vid` (240_mr), or one file of it.",
             show_default=False,
         ),
     ] = None,
@@ -237,30 +241,51 @@ class _Reference:
     smoother: SmootherChoice | None
 
     def check(self) -> None:
-        given = (self.truth, self.adsb, self.smoothed, self.system_tracks)
-        if sum(one is not None for one in given) != 1:
-            msg = (
-                "expected one reference of --truth DIR, --adsb MEASUREMENTS, "
-                "--smoothed MEASUREMENTS and --system-tracks TRACKS"
-            )
-            raise typer.BadParameter(msg)
-        if (self.smoothed is None) != (self.sensors is None):
-            msg = "expected --smoothed MEASUREMENTS and --sensors FILE together, was one of them"
-            raise typer.BadParameter(msg)
+        options = {
+            "--truth DIR": self.truth,
+            "--adsb MEASUREMENTS": self.adsb,
+            "--smoothed MEASUREMENTS": self.smoothed,
+            "--system-tracks TRACKS": self.system_tracks,
+        }
+        given = [name for name, one in options.items() if one is not None]
+        others = [name for name in given if name != "--truth DIR"]
+        # The truth of a dump goes with another reference.
+        if len(given) != 1 and not (len(others) == 1 and self._recorded()):
+            known = ", ".join(options)
+            if given:
+                msg = f"expected one reference, was {' and '.join(given)}"
+                raise typer.BadParameter(msg)
+            raise typer.BadParameter(f"missing reference: one of {known}")
+        if self.smoothed is not None and self.sensors is None:
+            raise typer.BadParameter("missing option --sensors FILE, which --smoothed needs")
+        if self.smoothed is None and self.sensors is not None:
+            raise typer.BadParameter("--sensors FILE is for --smoothed only")
         if self.smoothed is None and self.smoother is not None:
-            msg = "expected --smoother with --smoothed MEASUREMENTS alone"
-            raise typer.BadParameter(msg)
+            raise typer.BadParameter("--smoother is for --smoothed only")
+
+    def _recorded(self) -> bool:
+        from multiradar.cli.evaluate_recorded import is_recorded_truth
+
+        return is_recorded_truth(self.truth)
 
     def read(self, tracks: Path, settings: "EvaluationSettings") -> "Known":
+        from multiradar.cli.evaluate_inputs import read_recorded, read_truth
+
+        if self.truth is None:
+            return self._read(tracks, settings)
+        if not self._recorded():
+            return read_truth(self.truth, settings)
+        alone = self.adsb is self.smoothed is self.system_tracks is None
+        known = None if alone else self._read(tracks, settings)
+        return read_recorded(self.truth, known, settings)
+
+    def _read(self, tracks: Path, settings: "EvaluationSettings") -> "Known":
         from multiradar.cli.evaluate_inputs import (
             read_reports,
             read_smoothed,
             read_system_tracks,
-            read_truth,
         )
 
-        if self.truth is not None:
-            return read_truth(self.truth, settings)
         if self.adsb is not None:
             return read_reports(self.adsb, settings)
         if self.system_tracks is not None:
@@ -291,6 +316,7 @@ def _evaluated(
 ) -> "tuple[Scorecard, Figures]":
     from multiradar.cli.evaluate_inputs import read_biases, read_forecasts, read_tracks
     from multiradar.evaluation.figures import figures_of
+    from multiradar.evaluation.overlap import check_matched, outside
     from multiradar.evaluation.scorecard import evaluate as evaluate_tracks
 
     known = chosen.read(tracks, settings)
@@ -304,6 +330,9 @@ def _evaluated(
         biases=read_biases(tracks, known),
         forecasts=read_forecasts(tracks),
     )
+    check_matched(judged, known.reference, card.instants.track_of, settings.gate_m)
+    for sentence in outside(judged, known.reference, settings.gate_m):
+        print(f"multiradar: {sentence}", file=sys.stderr)
     what: Figures = {"kind": known.kind, "path": str(known.path), **known.claimed}
     return card, {"reference": what, **figures_of(card)}
 
@@ -346,7 +375,10 @@ def _command(tracks: Path, figures: Any) -> str:
     from multiradar.evaluation.settings import EvaluationSettings
 
     reference = figures["reference"]
-    parts = ["multiradar evaluate", str(tracks), f"--{reference['kind']}", reference["path"]]
+    option = "truth" if reference["kind"] == "recorded" else reference["kind"]
+    parts = ["multiradar evaluate", str(tracks), f"--{option}", reference["path"]]
+    if "truth" in reference:
+        parts += ["--truth", reference["truth"]]
     if "sensors" in reference:
         parts += ["--sensors", reference["sensors"]]
     if reference.get("smoother") == SmootherChoice.IMM:

@@ -1,12 +1,22 @@
 """What an evaluation reads: tracks and biases, and the reference beside the plots it is of."""
 
+import dataclasses
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import polars as pl
 
-from multiradar.errors import ConfigurationError, InputError
+from multiradar.cli.evaluate_recorded import (
+    dump_tracks,
+    has_dump_tracks,
+    recorded_truth,
+    reports_of_dump,
+    true_biases,
+)
+from multiradar.cli.folders import no_such
+from multiradar.cli.inputs import read_sensors
+from multiradar.errors import InputError, MissingColumnError, OutsidePlaneError
 from multiradar.evaluation.bias_errors import BiasHistory, bias_histories
 from multiradar.evaluation.settings import EvaluationSettings
 from multiradar.evaluation.tables import (
@@ -38,15 +48,15 @@ class Known:
     Attributes
     ----------
     kind : str
-        truth, adsb, smoothed or system-tracks.
+        truth, recorded, adsb, smoothed or system-tracks.
     path : Path
         As it was given.
     reference : Reference
         Where the aircraft are.
     plots : DataFrame
         `time_s`, `sensor_id` and `name` (of the aircraft, null where unknown) of the plots.
-    true_biases : Path, optional
-        Where the true biases are.
+    true_biases : (DataFrame, str), optional
+        The true biases, and what they are called in errors.
     claimed : dict of str to float or str
         What a reference that is estimated is made with, and says of itself.
     """
@@ -55,7 +65,7 @@ class Known:
     path: Path
     reference: "Reference"
     plots: pl.DataFrame
-    true_biases: Path | None = None
+    true_biases: tuple[pl.DataFrame, str] | None = None
     claimed: dict[str, float | str] = field(default_factory=dict)
 
 
@@ -80,7 +90,7 @@ def read_truth(given: Path, settings: EvaluationSettings) -> Known:
         It is not there or cannot be used.
     """
     path = given / TRUTH_FILE if given.is_dir() else given
-    frame = read_table(path, "the truth of a simulation")
+    frame = read_table(path, "the output of `simulate`")
     reference = reference_of_truth(frame, str(path), settings.reference_gap_s)
     plots = pl.DataFrame(schema=_NO_PLOTS)
     if "sensor_id" in frame.columns:
@@ -89,7 +99,39 @@ def read_truth(given: Path, settings: EvaluationSettings) -> Known:
             pl.col("time_s").cast(pl.Float64), pl.col("sensor_id").cast(pl.String), name
         )
     beside = path.parent / TRUE_BIASES_FILE
-    return Known("truth", given, reference, plots, beside if beside.exists() else None)
+    biases = (read_table(beside, "true biases"), str(beside)) if beside.exists() else None
+    return Known("truth", given, reference, plots, biases)
+
+
+def read_recorded(given: Path, known: Known | None, settings: EvaluationSettings) -> Known:
+    """Read the `truth.json` of a dump: the true biases of its radars.
+
+    Parameters
+    ----------
+    given : Path
+        The file, or the folder of the dump.
+    known : Known, optional
+        Where the aircraft are; without it the ADS-B reports of the dump say.
+    settings : EvaluationSettings
+        Of which the gap of the reference is used.
+
+    Returns
+    -------
+    Known
+        With true biases.
+
+    Raises
+    ------
+    InputError
+        It is not there or cannot be used, or nothing says where the aircraft are.
+    """
+    truth, path = recorded_truth(given)
+    biases = (true_biases(truth), str(path))
+    if known is not None:
+        claimed = known.claimed | {"truth": str(given)}
+        return dataclasses.replace(known, true_biases=biases, claimed=claimed)
+    reports = _reports("recorded", given, *reports_of_dump(path, truth), settings)
+    return dataclasses.replace(reports, true_biases=biases)
 
 
 def read_reports(given: Path, settings: EvaluationSettings) -> Known:
@@ -112,23 +154,29 @@ def read_reports(given: Path, settings: EvaluationSettings) -> Known:
     InputError
         It is not there, cannot be used, or has no ADS-B reports.
     """
-    frame, source = _measurements(given)
+    return _reports("adsb", given, *_measurements(given), settings)
+
+
+def _reports(
+    kind: str, given: Path, frame: pl.DataFrame, source: str, settings: EvaluationSettings
+) -> Known:
     heard = frame.filter(pl.col("kind") == "adsb")
     if heard.is_empty():
-        msg = f"{source}: expected ADS-B reports as a reference, was none"
+        msg = f"{source}: no ADS-B reports, which --adsb takes as the reference"
         raise InputError(msg)
     reference = reference_of_reports(heard, source, settings.reference_gap_s)
     others = frame.filter(pl.col("kind") != "adsb")
-    return Known("adsb", given, reference, others.select("time_s", "sensor_id", aircraft_name()))
+    return Known(kind, given, reference, others.select("time_s", "sensor_id", aircraft_name()))
 
 
 def read_system_tracks(given: Path, settings: EvaluationSettings) -> Known:
-    """Read the system tracks of an ASTERIX recording.
+    """Read the system tracks of a recording.
 
     Parameters
     ----------
     given : Path
-        The folder that `convert asterix` made, or its `system_tracks.parquet`.
+        The folder that `convert asterix` made, or its `system_tracks.parquet`; or the folder that
+        `convert vid` made, that of one aircraft in it, or a `240_mr.new4`.
     settings : EvaluationSettings
         Of which the gap of the reference is used.
 
@@ -144,19 +192,22 @@ def read_system_tracks(given: Path, settings: EvaluationSettings) -> Known:
         It is not there, cannot be used, or is of several processors.
     """
     path = given / SYSTEM_TRACKS_FILE if given.is_dir() else given
-    frame = read_table(path, "system tracks of an ASTERIX recording")
+    plots = pl.DataFrame(schema=_NO_PLOTS)
+    if has_dump_tracks(given) and not (given / SYSTEM_TRACKS_FILE).exists():
+        reference = reference_of_reports(dump_tracks(given), str(given), settings.reference_gap_s)
+        return Known("system-tracks", given, reference, plots)
+    frame = read_table(path, "system tracks (of `convert asterix` or `convert vid`)")
     missing = [name for name in ("state", "sensor_id") if name not in frame.columns]
     if missing:
-        msg = f"{path}: expected a column {missing[0]}, was none"
-        raise InputError(msg)
+        raise MissingColumnError(str(path), missing, frame.columns)
     told = frame.filter(~pl.col("state").is_in(_NOT_SEEN)).drop_nulls("latitude_deg")
     processors = told["sensor_id"].unique().sort().to_list()
     if len(processors) != 1:
         named = ", ".join(map(str, processors)) or "none"
-        msg = f"{path}: expected system tracks of one processor, was of {named}"
+        msg = f"{path}: expected system tracks of one processor, was: {named}"
         raise InputError(msg)
     reference = reference_of_reports(told, str(path), settings.reference_gap_s)
-    return Known("system-tracks", given, reference, pl.DataFrame(schema=_NO_PLOTS))
+    return Known("system-tracks", given, reference, plots)
 
 
 def read_smoothed(
@@ -194,13 +245,8 @@ def read_smoothed(
         The sensors cannot be used.
     """
     from multiradar.evaluation.smoothed_reference import smoothed_reference
-    from multiradar_schemas.errors import SchemaError
-    from multiradar_schemas.sensor import load_sensors
 
-    try:
-        known_sensors = load_sensors(sensors).sensor
-    except SchemaError as error:
-        raise ConfigurationError(str(error)) from error
+    known_sensors = read_sensors(sensors).sensor
     frame, source = _measurements(given)
     biases = _biases(tracks, None)
     made = smoothed_reference(
@@ -250,8 +296,15 @@ def read_tracks(given: Path, known: Known, settings: EvaluationSettings) -> "Tra
         It is not there or cannot be used.
     """
     path = given / TRACKS_FILE if given.is_dir() else given
-    frame = read_table(path, "tracks")
-    return tracks_of(frame, str(path), known.reference.plane, tentative=settings.tentative)
+    frame = read_table(path, "the output of `track`")
+    try:
+        return tracks_of(frame, str(path), known.reference.plane, tentative=settings.tentative)
+    except OutsidePlaneError as error:
+        msg = (
+            f"{path}: the tracks are on another side of the Earth than the reference {known.path}: "
+            "another recording, or swapped coordinates?"
+        )
+        raise InputError(msg) from error
 
 
 def read_biases(given: Path, known: Known) -> list[BiasHistory]:
@@ -322,30 +375,31 @@ def read_table(path: Path, what: str) -> pl.DataFrame:
         It is not there, or is no Parquet.
     """
     if not path.is_file():
-        msg = f"{path}: expected {what}, found no such file"
-        raise InputError(msg)
+        raise InputError(no_such(path, what))
     try:
         return pl.read_parquet(path)
     except (pl.exceptions.PolarsError, OSError) as error:
         reason = str(error).strip().split("\n", maxsplit=1)[0]
-        msg = f"{path}: expected {what} as Parquet ({reason})"
+        msg = f"{path}: expected {what} in Parquet, cannot be read as such ({reason})"
         raise InputError(msg) from error
 
 
-def _biases(given: Path, true_biases: Path | None) -> list[BiasHistory]:
+def _biases(given: Path, truth: tuple[pl.DataFrame, str] | None) -> list[BiasHistory]:
     path = given / BIASES_FILE
     if not given.is_dir() or not path.exists():
         return []
-    truth = None if true_biases is None else read_table(true_biases, "true biases")
     found = read_table(path, "biases")
-    return bias_histories(found, str(path), truth, str(true_biases))
+    return bias_histories(found, str(path), *(truth or (None, "")))
 
 
 def _measurements(given: Path) -> tuple[pl.DataFrame, str]:
     from multiradar.storage.recording import Recording, measurements_path
 
-    recording = Recording(measurements_path(given))
+    path = measurements_path(given)
+    if not path.is_file():
+        raise InputError(no_such(path, "the output of `convert` or `simulate`"))
+    recording = Recording(path)
     if recording.rows == 0:
-        msg = f"{recording.path}: expected measurements, was none"
+        msg = f"{recording.path}: no measurements in it"
         raise InputError(msg)
     return pl.concat(recording.blocks()), str(recording.path)

@@ -8,6 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import typer
+
+from multiradar.cli.folders import no_such
 from multiradar.errors import ConfigurationError, InputError
 from multiradar_converters.leftovers import temporary_folder
 
@@ -15,6 +18,7 @@ if TYPE_CHECKING:
     from multiradar.estimation.measurement.sensors import SensorTable
     from multiradar.storage.recording import Recording
     from multiradar_converters.vid.options import Options
+    from multiradar_schemas.sensor import SensorsFile
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +39,18 @@ class DumpChoice:
     profile: Path | None = None
     allow_missing: bool = False
 
+    def check_unused(self, given: Path) -> None:
+        """Refuse what is said of a dump where there is none: it would do nothing."""
+        said = {
+            "--date": self.date is not None,
+            "--profile": self.profile is not None,
+            "--allow-missing": self.allow_missing,
+        }
+        for option, wanted in said.items():
+            if wanted:
+                msg = f"{option} is for the folder of a dump; {given} is converted already"
+                raise typer.BadParameter(msg)
+
     def options(self, **more: Any) -> "Options":
         """Return them as the converter takes them.
 
@@ -50,7 +66,7 @@ class DumpChoice:
         try:
             profile = load_profile(self.profile)
         except ProfileError as error:
-            raise ConfigurationError(str(error)) from error
+            raise ConfigurationError(str(error), error.source, error.reasons) from error
         day = None if self.date is None else dt.date.fromisoformat(self.date)
         return Options(date=day, profile=profile, allow_missing=self.allow_missing, **more)
 
@@ -64,13 +80,19 @@ def load_sensor_table(path: Path) -> "SensorTable":
         The file cannot be read or says something impossible.
     """
     from multiradar import wire
-    from multiradar_schemas.errors import SchemaError
+
+    return wire.sensor_table(read_sensors(path))
+
+
+def read_sensors(path: Path) -> "SensorsFile":
+    """Return a `sensors.toml` as it is written; see `load_sensor_table`."""
+    from multiradar_schemas.errors import DocumentError
     from multiradar_schemas.sensor import load_sensors
 
     try:
-        return wire.sensor_table(load_sensors(path))
-    except SchemaError as error:
-        raise ConfigurationError(str(error)) from error
+        return load_sensors(path)
+    except DocumentError as error:
+        raise ConfigurationError(str(error), error.source, error.reasons) from error
 
 
 @contextmanager
@@ -99,14 +121,14 @@ def open_measurements(given: Path, dump: DumpChoice, horizon_s: float) -> Iterat
     from multiradar.storage.recording import MEASUREMENTS_FILE, Recording, measurements_path
 
     if not given.is_dir() or (given / MEASUREMENTS_FILE).exists():
+        dump.check_unused(given)
         with _in_order(Recording(measurements_path(given)), given, horizon_s) as recording:
             yield recording
         return
     options = dump.options(kinds=())
     plots = options.profile.files.plots
     if not (given / plots).exists():
-        msg = f"{given}: expected {MEASUREMENTS_FILE} or the {plots} of a dump, found neither"
-        raise InputError(msg)
+        raise InputError(no_such(given, f"a folder with {MEASUREMENTS_FILE}, or a dump"))
     with temporary_folder("multiradar-dump-") as temporary:
         from multiradar.cli.convert import convert_with_bar
 
@@ -123,7 +145,7 @@ def _in_order(recording: "Recording", given: Path, horizon_s: float) -> Iterator
     from multiradar.storage.time_order import disorder_s, in_time_order
 
     if recording.rows == 0:
-        msg = f"{given}: expected measurements, found an empty table"
+        msg = f"{given}: no measurements in it"
         raise InputError(msg)
     apart_s = disorder_s(recording)
     if apart_s <= horizon_s:
@@ -140,7 +162,7 @@ def _in_order(recording: "Recording", given: Path, horizon_s: float) -> Iterator
 def check_found(found: int, kinds: str | None, given: Path) -> None:
     """Raise `InputError` when there is no measurement of the kinds chosen."""
     if found == 0:
-        msg = f"{given}: expected measurements of the kinds {kinds}, found none"
+        msg = f"{given}: no measurements of the kinds {kinds}"
         raise InputError(msg)
 
 

@@ -1,10 +1,9 @@
 """The command `multiradar`: verbs, one sentence on errors, exit status 0, 1 or 2."""
 
 import os
-import re
 import sys
-from collections.abc import Iterable, Sequence
-from typing import Annotated
+from collections.abc import Sequence
+from typing import Annotated, Any
 
 import typer
 
@@ -19,9 +18,11 @@ from multiradar.cli.simulate import simulate
 from multiradar.cli.stopping import EXIT_INTERRUPTED, end_on_signals, leave
 from multiradar.cli.study import study_command, study_help
 from multiradar.cli.track import track
+from multiradar.cli.usage import check_arguments, usage_sentence
 from multiradar.cli.warm_up import warm_up
-from multiradar.errors import MultiradarError, UnknownFilterError
+from multiradar.errors import ConfigurationError, MultiradarError, UnknownFilterError
 from multiradar.studies.catalogue import STUDIES
+from multiradar_schemas.names import unknown
 
 EXIT_DONE = 0
 EXIT_FAILED = 1
@@ -29,9 +30,6 @@ EXIT_USAGE = 2
 
 #: Set to 1 to see the traceback of an error that is our own mistake.
 TRACEBACK_VARIABLE = "MULTIRADAR_TRACEBACK"
-
-_CHOICE = re.compile(r"^'(?P<was>.*)' is not one of (?P<known>.*?)\.?$")
-
 
 app = typer.Typer(
     name="multiradar",
@@ -78,18 +76,19 @@ def run(arguments: Sequence[str], commands: typer.Typer = app) -> int:
     Returns
     -------
     int
-        0 done, 1 failed on data, 2 wrong usage, 130 stopped by Ctrl-C.
+        0 done, 1 failed on data, 2 usage error, 130 stopped by Ctrl-C.
     """
+    root = typer.main.get_command(commands)
     try:
-        return _invoke(arguments, commands)
+        return _invoke(arguments, root)
     except BrokenPipeError:
         return _leave_broken_pipe()
     except (KeyboardInterrupt, typer.Abort):
         return EXIT_INTERRUPTED
     except (typer.TyperException, UnknownFilterError) as error:
-        return _say(_usage(error), EXIT_USAGE)
+        return _say(_usage(error, arguments, root), EXIT_USAGE)
     except (MultiradarError, OSError) as error:
-        return _say(_describe(error), EXIT_FAILED)
+        return _say(_describe(error), EXIT_FAILED, getattr(error, "mistakes", ()))
     except Exception as error:
         if os.environ.get(TRACEBACK_VARIABLE) == "1":
             raise
@@ -97,48 +96,36 @@ def run(arguments: Sequence[str], commands: typer.Typer = app) -> int:
         return _say(f"internal error, {type(error).__name__}: {error} ({hint})", EXIT_FAILED)
 
 
-def _invoke(arguments: Sequence[str], commands: typer.Typer) -> int:
-    for argument in arguments:
-        # Octets that are no UTF-8 come as half characters, which no report and no table can hold.
-        if any("\ud800" <= letter <= "\udfff" for letter in argument):
-            raise typer.BadParameter(f"expected arguments in UTF-8, was {argument!r}")
-    command = typer.main.get_command(commands)
-    status = command.main(args=list(arguments), prog_name="multiradar", standalone_mode=False)
+def _invoke(arguments: Sequence[str], root: Any) -> int:
+    check_arguments(arguments, root)
+    status = root.main(args=list(arguments), prog_name="multiradar", standalone_mode=False)
     sys.stdout.flush()
     return status if isinstance(status, int) else EXIT_DONE
 
 
-def _usage(error: Exception) -> str:
-    # A value that an option's type refuses is told without the name of the option.
-    options = getattr(getattr(error, "param", None), "opts", ())
-    sentence = str(error).removeprefix("Value error, ")
-    if options and sentence.startswith("Missing parameter"):
-        return f"expected a value for {options[0]}, was none"
-    sentence = _expectation(sentence, getattr(getattr(error, "cmd", None), "commands", {}))
-    return f"{options[0]}: {sentence}" if options else sentence
+def _usage(error: Exception, arguments: Sequence[str], root: Any) -> str:
+    if isinstance(error, UnknownFilterError):
+        return unknown("filter", error.name, error.known)
+    return usage_sentence(error, arguments, root)
 
 
-def _expectation(sentence: str, commands: Iterable[str]) -> str:
-    if choice := _CHOICE.match(sentence):
-        known = choice["known"].replace("'", "")
-        return f"expected one of {known}, was {choice['was']!r}"
-    if sentence.startswith("Input should be "):
-        return f"expected {sentence.removeprefix('Input should be ')}"
-    if sentence.startswith("No such command "):
-        was = sentence.removeprefix("No such command ").rstrip(".")
-        return f"expected a command of {', '.join(commands)}, was {was}"
-    return sentence
-
-
-def _say(sentence: str, status: int) -> int:
+def _say(sentence: str, status: int, mistakes: Sequence[str] = ()) -> int:
     # Nothing is said where help was asked for by saying nothing, and has been given.
     if sentence:
-        one_line = " ".join(sentence.split())
-        print(f"multiradar: {one_line}", file=sys.stderr)
+        print(f"multiradar: {_one_line(sentence)}", file=sys.stderr)
+    # A file with several mistakes: a line for each.
+    for mistake in mistakes if len(mistakes) > 1 else ():
+        print(f"  {_one_line(mistake)}", file=sys.stderr)
     return status
 
 
+def _one_line(text: str) -> str:
+    return " ".join(text.split())
+
+
 def _describe(error: Exception) -> str:
+    if isinstance(error, ConfigurationError) and len(error.mistakes) > 1:
+        return f"{error.source}: {len(error.mistakes)} mistakes"
     if isinstance(error, OSError) and error.strerror:
         return f"{error.filename}: {error.strerror}" if error.filename else error.strerror
     return str(error) or type(error).__name__

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from multiradar.tracking.settings import HIDEABLE, TrackingSettings
+from multiradar_schemas.names import unknown
 
 #: Defaults of the tracker, as help shows them.
 TRACKING_DEFAULTS = TrackingSettings()
@@ -38,8 +39,7 @@ def parse_kinds(text: str) -> str:
     """Check a list of kinds of measurement, separated by commas."""
     for kind in text.split(","):
         if kind.strip() not in KIND_CHOICES:
-            msg = f"expected kinds of {', '.join(KIND_CHOICES)}, was {kind.strip()!r}"
-            raise typer.BadParameter(msg)
+            raise typer.BadParameter(unknown("kind", kind.strip(), KIND_CHOICES))
     return text
 
 
@@ -47,8 +47,7 @@ def parse_hidden(text: str) -> str:
     """Check a list of fields to hide, separated by commas."""
     for name in text.split(","):
         if name.strip() not in HIDEABLE:
-            msg = f"expected fields of {', '.join(HIDEABLE)}, was {name.strip()!r}"
-            raise typer.BadParameter(msg)
+            raise typer.BadParameter(unknown("field", name.strip(), HIDEABLE))
     return text
 
 

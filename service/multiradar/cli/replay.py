@@ -1,6 +1,7 @@
 """`multiradar replay`: a recording played to a running service, in data time."""
 
 import math
+import sys
 import time
 from enum import StrEnum
 from typing import TYPE_CHECKING, Annotated
@@ -92,9 +93,16 @@ def replay(
             show_default="derived from the content",
         ),
     ] = None,
-    retries: Annotated[
-        int, typer.Option(min=0, help="Maximum number of retries per message.")
-    ] = 50,
+    wait: Annotated[
+        float,
+        typer.Option(
+            metavar="SECONDS",
+            min=0.0,
+            max=86_400.0,
+            help="How long a service that went away is retried; one that never answered for 5 s at "
+            "most, one that is starting as long as it answers.",
+        ),
+    ] = 120.0,
     interface: Annotated[
         str,
         typer.Option(metavar="ADDRESS", help="With udp: interface of the multicast group."),
@@ -131,7 +139,7 @@ def replay(
         kinds=chosen_kinds(kinds),
         run_name=_checked_run_name(run_name),
         flush=flush,
-        retries_max=retries,
+        away_max_s=wait,
     )
     dump = DumpChoice(date, profile, allow_missing)
     # The horizon of a service whose settings are the defaults.
@@ -147,6 +155,7 @@ def replay(
                     SystemClock(),
                     time.sleep,
                     lambda counts: show(counts.read),
+                    _say_wait,
                 )
                 counts = play.run()
         finally:
@@ -156,6 +165,10 @@ def replay(
     if counts.rejected == counts.read:
         msg = f"none of {counts.read} measurements accepted: {codes_told(counts.rejected_by_code)}"
         raise InputError(msg)
+
+
+def _say_wait(sentence: str) -> None:
+    print(f"multiradar: {sentence}", file=sys.stderr, flush=True)
 
 
 def _checked_run_name(name: str | None) -> str | None:
@@ -176,7 +189,7 @@ def _destination(to: str, encoding: EncodingChoice) -> "Destination":
         from multiradar.ingest.replay_zenoh import ZenohDestination
 
         return ZenohDestination(to.removeprefix("zenoh:"), Encoding(encoding.value))
-    msg = f"expected http://…, zenoh:… or udp:… for --to, was {to!r}"
+    msg = f"--to: expected http://ADDRESS, zenoh:ENDPOINT or udp:ADDRESS:PORT, was {to!r}"
     raise typer.BadParameter(msg)
 
 

@@ -3,6 +3,7 @@
 import json
 import math
 import re
+import sys
 import time
 from enum import StrEnum
 from ipaddress import IPv4Address
@@ -11,7 +12,7 @@ from pathlib import Path
 import typer
 
 from multiradar.cli.progress import progress_bar
-from multiradar.errors import InputError
+from multiradar.errors import InputError, PeerError
 
 _PREFIX = "udp:"
 _DAY_S = 86_400.0
@@ -65,12 +66,25 @@ def replay_datagrams(
     except LayoutError as error:
         raise InputError(str(error)) from error
     if not len(sending.datagrams):
-        msg = f"{recording}: expected an ASTERIX recording, found no block in it"
+        msg = f"{recording}: no ASTERIX block in it"
         raise InputError(msg)
     sink = UdpSink(address, port, _ipv4(interface, "--interface"))
     try:
         with progress_bar("sending", len(sending.datagrams)) as show:
-            octets = send_all(sending, sink, speed, clock=clock, pause=time.sleep, on_sent=show)
+            octets = send_all(
+                sending,
+                sink,
+                speed,
+                clock=clock,
+                pause=time.sleep,
+                on_sent=show,
+                on_refused=lambda: print(
+                    f"multiradar: {to}: nobody listens there yet; sending on", file=sys.stderr
+                ),
+            )
+    except PeerError as error:
+        message = str(error)
+        raise PeerError(message if message.startswith(to) else f"{to}: {message}") from error
     finally:
         sink.close()
     counts = {
@@ -88,7 +102,7 @@ def replay_datagrams(
 def _target(to: str) -> tuple[str, int]:
     match = _ADDRESS.fullmatch(to.removeprefix(_PREFIX))
     if match is None or not 0 < int(match[2]) <= 65_535:
-        msg = f"expected udp:ADDRESS:PORT for --to, was {to!r}"
+        msg = f"--to: expected udp:ADDRESS:PORT, was {to!r}"
         raise typer.BadParameter(msg)
     return _ipv4(match[1], "--to"), int(match[2])
 
@@ -97,5 +111,5 @@ def _ipv4(text: str, option: str) -> str:
     try:
         return str(IPv4Address(text))
     except ValueError as error:
-        msg = f"expected an IPv4 address for {option}, was {text!r}"
+        msg = f"{option}: expected an IPv4 address, was {text!r}"
         raise typer.BadParameter(msg) from error

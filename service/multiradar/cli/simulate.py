@@ -11,6 +11,7 @@ import typer
 from multiradar.cli.options import JsonOption
 from multiradar.cli.progress import progress_bar
 from multiradar.errors import ConfigurationError
+from multiradar_schemas.names import unknown
 
 if TYPE_CHECKING:
     from multiradar.simulation.observation import Observation
@@ -76,10 +77,10 @@ def simulate(
         _print_scenes(json_wanted)
         return
     if scene is None:
-        msg = "expected the name of a scene (see --list) or a TOML file, was none"
+        msg = "missing argument SCENARIO: a built-in scenario (see --list) or a TOML file"
         raise typer.BadParameter(msg)
     if out is None:
-        msg = "expected a folder to make, as --out DIR, was none"
+        msg = "missing option --out DIR"
         raise typer.BadParameter(msg)
     from multiradar.storage.output_folder import check_new, new_folder
 
@@ -120,8 +121,7 @@ def _table(named: str) -> "SceneTable":
     path = Path(named)
     if path.suffix == ".toml" or path.exists():
         return load_table(path)
-    msg = f"expected a scene of {', '.join(builtin_names())}, or a TOML file, was {named!r}"
-    raise typer.BadParameter(msg)
+    raise typer.BadParameter(unknown("scenario or TOML file", named, builtin_names()))
 
 
 def _write(

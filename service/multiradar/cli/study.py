@@ -14,6 +14,7 @@ from multiradar.cli.compiling import compile_kernels
 from multiradar.cli.options import JsonOption
 from multiradar.cli.progress import counting_bar
 from multiradar.studies.catalogue import FLAGS, StudyEntry
+from multiradar_schemas.names import unknown
 
 if TYPE_CHECKING:
     from multiradar.studies.result import StudyResult
@@ -42,8 +43,7 @@ def study_command(catalogue: Mapping[str, StudyEntry]) -> Callable[..., None]:
 
     def known_name(text: str) -> str:
         if text not in catalogue:
-            msg = f"expected one of {', '.join(catalogue)}, was {text!r}"
-            raise typer.BadParameter(msg)
+            raise typer.BadParameter(unknown("study", text, catalogue))
         return text
 
     def command(

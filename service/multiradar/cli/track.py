@@ -11,6 +11,7 @@ import typer
 
 from multiradar.cli.asterix_file import new_recorder, print_asterix
 from multiradar.cli.compiling import compile_kernels
+from multiradar.cli.converting import times_line
 from multiradar.cli.health_table import print_health
 from multiradar.cli.inputs import (
     DumpChoice,
@@ -51,8 +52,9 @@ from multiradar.errors import InputError
 
 if TYPE_CHECKING:
     from multiradar.estimation.measurement.sensors import SensorTable
+    from multiradar.runtime.asterix.recording import AsterixRecorder
     from multiradar.runtime.encounter_query import EncounterQuery
-    from multiradar.runtime.offline import OfflineResult
+    from multiradar.runtime.offline import OfflineJob, OfflineResult
     from multiradar.runtime.stage_times import StageTimes
     from multiradar.runtime.trajectories.options import TrajectoryOptions
     from multiradar.settings import Settings
@@ -136,7 +138,7 @@ def track(
     Costs are those of the sample recording; without options 3 s CPU for 24,000 plots.
     """
     clock, began_s = SystemClock(), SystemClock().monotonic_s()
-    from multiradar.runtime.offline import OfflineJob, track_recording
+    from multiradar.runtime.offline import OfflineJob
     from multiradar.runtime.offline_report import REPORT_FILE, offline_report
     from multiradar.runtime.stage_times import READING, StageTimes
     from multiradar.storage.output_folder import check_new, new_folder
@@ -146,7 +148,6 @@ def track(
     query = _encounters(encounters, encounter_distance_m, encounter_height_m)
     if not trajectories:
         _require_none("--trajectories", {"--trajectory-aircraft-max": trajectory_aircraft_max})
-    table = load_sensor_table(sensors)
     given = {
         "filter_name": None if filter_name is None else filter_name.value,
         "epoch_s": epoch_s,
@@ -164,6 +165,7 @@ def track(
         "--manoeuvre-planes": manoeuvre_planes,
         "--observability": observability,
     }
+    table = load_sensor_table(sensors)
     _compile(stages, settings.filter_name, table, outputs)
     opened = open_measurements(
         measurements, DumpChoice(date, profile, allow_missing), settings.reorder_horizon_s
@@ -186,10 +188,9 @@ def track(
             trajectories=_trajectories(whole, trajectory_aircraft_max) if trajectories else None,
             forecasts_every_s=forecasts,
         )
-        with progress_bar("tracking", recording.rows) as on_progress:
-            on_output = None if recorder is None else stages.timed("ASTERIX", recorder.take)
-            result = track_recording(job, folder, on_progress, on_output, stages)
+        result = _track(job, folder, recorder, stages)
         check_found(result.read, kinds, measurements)
+        times = times_line(*(recording.span_s(chosen_kinds(kinds)) or (None, None)))
         if recorder is not None:
             result.asterix = recorder.finish()
         report = offline_report(job, result)
@@ -199,6 +200,7 @@ def track(
     if json_wanted:
         print(text)
     else:
+        print(times)
         _print_report(report, out)
         if asterix is not None:
             print_asterix(result.asterix, asterix)
@@ -214,6 +216,16 @@ def _compile(
 
     with stages.measure(COMPILING):
         compile_kernels(track_purposes(filter_name, sensors, outputs))
+
+
+def _track(
+    job: "OfflineJob", folder: Path, recorder: "AsterixRecorder | None", stages: "StageTimes"
+) -> "OfflineResult":
+    from multiradar.runtime.offline import track_recording
+
+    on_output = None if recorder is None else stages.timed("ASTERIX", recorder.take)
+    with progress_bar("tracking", job.recording.rows) as on_progress:
+        return track_recording(job, folder, on_progress, on_output, stages)
 
 
 def _require_accepted(report: "Report", out: Path) -> None:
@@ -283,13 +295,13 @@ def _settings(config: Path | None, given: dict[str, Any]) -> "Settings":
     from pydantic import ValidationError
 
     from multiradar.settings import TrackingSection, load_settings
-    from multiradar_schemas.explain import explain
+    from multiradar_schemas.mistakes import mistakes_in
 
     chosen = {name: value for name, value in given.items() if value is not None}
     try:
         TrackingSection.model_validate(chosen)
     except ValidationError as error:
-        name, _, reason = explain(error.errors(include_url=False)[0])[1].partition(": ")
+        name, _, reason = mistakes_in(error, TrackingSection, chosen, {})[0].partition(": ")
         raise typer.BadParameter(f"--{name.replace('_', '-')}: {reason}") from error
     return load_settings(config, {"tracking": chosen})
 

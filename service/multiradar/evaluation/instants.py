@@ -10,6 +10,7 @@ import numpy as np
 
 from multiradar.errors import InputError
 from multiradar.evaluation.matching import best_pairs, near_pairs
+from multiradar.evaluation.overlap import check_times
 from multiradar.evaluation.settings import EvaluationSettings
 from multiradar.evaluation.trajectories import (
     Flags,
@@ -132,14 +133,8 @@ def look(tracks: Tracks, reference: Reference, settings: EvaluationSettings) -> 
 
 
 def _instants(tracks: Tracks, reference: Reference, step_s: float) -> Floats:
+    check_times(tracks, reference)
     begin, end = float(reference.time_s.min()), float(reference.time_s.max())
-    first, last = float(tracks.time_s.min()), float(tracks.time_s.max())
-    if last < begin or first > end:
-        msg = (
-            f"expected a reference of the time of the tracks, {first:.3f} s to {last:.3f} s, "
-            f"was {begin:.3f} s to {end:.3f} s"
-        )
-        raise InputError(msg)
     if (end - begin) / step_s > INSTANTS_MAX:
         msg = (
             f"expected at most {INSTANTS_MAX} instants, was {(end - begin) / step_s:.0f} "

@@ -23,13 +23,18 @@ from multiradar.storage.recording import INDEX_COLUMN, Recording
 PACE_INTERVAL_S = 0.25
 BACKOFF_FIRST_S = 0.1
 BACKOFF_MAX_S = 5.0
-#: About four minutes of an unreachable service, with the back-off above.
-RETRIES_MAX = 50
+#: How long a service that never answered is tried for, s: long enough for a restart of its host's
+#: network, short enough for a wrong address.
+FIRST_CONTACT_S = 5.0
+#: How long a service that answered before is waited for, s: one that starts again is back sooner.
+AWAY_MAX_S = 120.0
 #: Data time without a measurement that is waited for; a longer silence is cut to this.
 SILENCE_MAX_S = 60.0
 #: What a service may ask for at most in Retry-After.
 RETRY_AFTER_MAX_S = 60.0
 _KEY_HASH_CHARACTERS = 16
+#: What to do about a service that never answered.
+NOT_RUNNING = "start the service with `multiradar serve`, or name its address with --to"
 
 _T = TypeVar("_T")
 
@@ -73,6 +78,10 @@ class Destination(Protocol):
         """Say that the stream has ended; raise `UnavailableError` when it may be tried again."""
         ...
 
+    def starting(self) -> str | None:
+        """Return what a service that is there says of its start; None where it has started."""
+        ...
+
     def close(self) -> None:
         """Let go of the connection."""
         ...
@@ -95,8 +104,10 @@ class ReplayPlan:
         makes the service take the same recording again.
     flush : bool
         Whether the end of the stream is told.
-    retries_max : int
-        Attempts for one batch after the first.
+    away_max_s : float
+        How long a service that went away, or takes nothing, is tried for, s. One that never
+        answered is tried for `FIRST_CONTACT_S` at most, one that is starting for as long as it
+        says so.
     """
 
     batch_rows: int = 1000
@@ -104,7 +115,7 @@ class ReplayPlan:
     kinds: Collection[str] | None = None
     run_name: str | None = None
     flush: bool = True
-    retries_max: int = RETRIES_MAX
+    away_max_s: float = AWAY_MAX_S
 
 
 @dataclass(slots=True)
@@ -148,7 +159,9 @@ class Replay:
     pause : callable
         Waits for a number of seconds.
     on_batch : callable
-        Told the counts after every batch.
+        Called with the counts after every batch.
+    on_wait : callable
+        Called with a sentence when waiting for the service begins, changes or ends.
     """
 
     recording: Recording
@@ -157,7 +170,9 @@ class Replay:
     clock: Clock
     pause: Callable[[float], None]
     on_batch: Callable[[ReplayCounts], None] = lambda _counts: None
+    on_wait: Callable[[str], None] = lambda _sentence: None
     counts: ReplayCounts = field(default_factory=ReplayCounts)
+    _answered: bool = False
 
     def run(self) -> ReplayCounts:
         """Send every batch when it is due, then the end of the stream.
@@ -170,7 +185,7 @@ class Replay:
         Raises
         ------
         PeerError
-            The service refused a batch for good, or stayed away for all retries.
+            The service refused a batch for good, or stayed away for too long.
         """
         plan = self.plan
         run_name = plan.run_name or derived_run_name(self.recording, plan.kinds)
@@ -195,16 +210,41 @@ class Replay:
             self.pause(remaining_s)
 
     def _insist(self, attempt: Callable[[], _T]) -> _T:
-        for retry in range(self.plan.retries_max + 1):
+        phase = _Phase(self.clock.monotonic_s())
+        retry = 0
+        while True:
             try:
-                return attempt()
+                answer = attempt()
             except UnavailableError as error:
-                if retry == self.plan.retries_max:
-                    msg = f"{error} (gave up after {retry} retries of one batch)"
-                    raise PeerError(msg) from error
+                self._answered |= error.answered
+                pause_s = self._wait(phase, error, backoff_s(retry, error.retry_after_s))
                 self.counts.retries += 1
-                self.pause(backoff_s(retry, error.retry_after_s))
-        raise AssertionError
+                self.pause(pause_s)
+                retry += 1
+                continue
+            if phase.said:
+                waited_s = self.clock.monotonic_s() - phase.first_s
+                self.on_wait(f"the service answers after {waited_s:.0f} s; the replay goes on")
+            self._answered = True
+            return answer
+
+    def _wait(self, phase: "_Phase", error: UnavailableError, pause_s: float) -> float:
+        # The pause before the next attempt; an error where there is none.
+        now_s = self.clock.monotonic_s()
+        starting = self.destination.starting() if error.answered else None
+        if starting is not None:
+            phase.since_s = now_s + pause_s
+            phase.say(self.on_wait, f"{error}: the service is starting: {starting}; waiting")
+            return pause_s
+        most_s = self.plan.away_max_s
+        if not self._answered:
+            most_s = min(most_s, FIRST_CONTACT_S)
+        left_s = phase.since_s + most_s - now_s
+        if left_s <= 0.0:
+            msg = f"{error}; gave up after {most_s:g} s"
+            raise PeerError(msg if self._answered else f"{msg}; {NOT_RUNNING}") from error
+        phase.say(self.on_wait, f"{error}; retrying for {most_s:g} s")
+        return min(pause_s, left_s)
 
     def _count(self, batch: ReplayBatch, answer: Answer) -> None:
         rows = len(batch.frame)
@@ -226,6 +266,22 @@ class Replay:
         for code, rows_rejected in answer.codes.items():
             known = counts.rejected_by_code.get(code, 0)
             counts.rejected_by_code[code] = known + rows_rejected
+
+
+@dataclass(slots=True)
+class _Phase:
+    # Attempts for one message: since when it fails without a word of a start, and what was said.
+    first_s: float
+    since_s: float = field(init=False)
+    said: str = ""
+
+    def __post_init__(self) -> None:
+        self.since_s = self.first_s
+
+    def say(self, on_wait: Callable[[str], None], sentence: str) -> None:
+        if sentence != self.said:
+            on_wait(sentence)
+            self.said = sentence
 
 
 def backoff_s(retry: int, retry_after_s: float | None) -> float:

@@ -1,5 +1,7 @@
 """A recording sent as UDP datagrams, in the time in which it came or faster."""
 
+import errno
+import socket
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Protocol
@@ -9,8 +11,8 @@ from numpy.typing import NDArray
 
 from multiradar.clock import Clock
 from multiradar.errors import PeerError
-from multiradar.ingest.replay import SILENCE_MAX_S
-from multiradar.ingest.udp import open_sending
+from multiradar.ingest.replay import FIRST_CONTACT_S, SILENCE_MAX_S
+from multiradar.ingest.udp import is_group, open_sending
 from multiradar_converters.asterix.sending import Sending
 
 #: At the highest speed so many datagrams are sent, then a listener gets a moment to read them.
@@ -23,6 +25,10 @@ class DatagramSink(Protocol):
 
     def send(self, octets: bytes) -> None:
         """Send a datagram; raise `PeerError` when it cannot be."""
+        ...
+
+    def refused(self) -> int:
+        """Return how many datagrams the other machine refused, as nobody listens there."""
         ...
 
     def close(self) -> None:
@@ -50,8 +56,12 @@ class UdpSink:
 
     def __init__(self, address: str, port: int, interface: str) -> None:
         self._target = (address, port)
+        self._refused = 0
         try:
             self._socket = open_sending(address, interface)
+            if not is_group(address):
+                # Only then the system says that nobody listens, at the datagram after.
+                self._socket.connect(self._target)
         except OSError as error:
             msg = f"udp:{address}:{port}: cannot send by {interface}, {error.strerror}"
             raise PeerError(msg) from error
@@ -59,10 +69,27 @@ class UdpSink:
     def send(self, octets: bytes) -> None:
         """Send a datagram; nobody says whether it arrives."""
         try:
-            self._socket.sendto(octets, self._target)
+            self._send(octets)
         except OSError as error:
             address, port = self._target
             raise PeerError(f"udp:{address}:{port}: cannot send there, {error.strerror}") from error
+
+    def refused(self) -> int:
+        """Return how many datagrams were refused; those to a group never are."""
+        if self._socket.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR) == errno.ECONNREFUSED:
+            self._refused += 1
+        return self._refused
+
+    def _send(self, octets: bytes) -> None:
+        if is_group(self._target[0]):
+            self._socket.sendto(octets, self._target)
+            return
+        try:
+            self._socket.send(octets)
+        except ConnectionRefusedError:
+            # What was refused is the datagram before; this one has not been sent.
+            self._refused += 1
+            self._socket.send(octets)
 
     def close(self) -> None:
         """Let go of the port."""
@@ -79,6 +106,10 @@ class MemorySink:
     def send(self, octets: bytes) -> None:
         """Keep a datagram."""
         self.sent.append(octets)
+
+    def refused(self) -> int:
+        """Return none: all are kept."""
+        return 0
 
     def close(self) -> None:
         """Note that nothing more comes."""
@@ -132,6 +163,7 @@ def send_all(
     clock: Clock,
     pause: Callable[[float], None],
     on_sent: Callable[[int], None] = lambda _count: None,
+    on_refused: Callable[[], None] = lambda: None,
 ) -> int:
     """Send every datagram when it is due.
 
@@ -148,7 +180,9 @@ def send_all(
     pause : callable
         Waits for a number of seconds.
     on_sent : callable
-        Told how many were sent, from time to time.
+        Called with how many were sent, from time to time.
+    on_refused : callable
+        Called when the first one is refused.
 
     Returns
     -------
@@ -158,10 +192,10 @@ def send_all(
     Raises
     ------
     PeerError
-        A datagram cannot be sent.
+        A datagram cannot be sent, or most are refused for `FIRST_CONTACT_S` or to the end.
     """
     datagrams = sending.datagrams
-    start_s, octets = clock.monotonic_s(), 0
+    start_s, sent, octets, refused = clock.monotonic_s(), 0, 0, 0
     for k, (begin, end, wall_s) in enumerate(
         zip(
             datagrams.begins.tolist(),
@@ -178,5 +212,13 @@ def send_all(
             pause(BURST_PAUSE_S)
         sink.send(datagrams.data[begin:end].tobytes())
         octets += end - begin
-    on_sent(len(datagrams))
+        sent += 1
+        before, refused = refused, sink.refused()
+        if refused and not before:
+            on_refused()
+        if 2 * refused > sent and clock.monotonic_s() - start_s >= FIRST_CONTACT_S:
+            break
+    on_sent(sent)
+    if 2 * refused > sent:
+        raise PeerError(f"nobody listens there: {refused} of {sent} datagrams were refused")
     return octets

@@ -1,6 +1,7 @@
 """A replay's way to a service over HTTP."""
 
 import io
+import re
 from enum import StrEnum
 from typing import Any
 
@@ -18,6 +19,7 @@ ANSWER_TIMEOUT_S = 60.0
 #: The service, or something before it, asks to come back later.
 _COME_BACK = frozenset({408, 429, 502, 503, 504, 507})
 _TAKEN = 200
+_NOT_READY = 503
 #: None of the rows could be read; the answer counts them like any other.
 _NONE_TAKEN = 422
 
@@ -85,6 +87,19 @@ class HttpDestination:
         if response.status_code != _TAKEN:
             raise _refusal(response, _document(response))
 
+    def starting(self) -> str | None:
+        """Ask `/readyz` for what the service is doing before it takes measurements."""
+        try:
+            response = self._client.get("/readyz")
+        except httpx.TransportError:
+            return None
+        document = _document(response)
+        # A service that failed says so, too, and never takes anything again.
+        if response.status_code != _NOT_READY or document.get("code") != "NOT_READY":
+            return None
+        reason = str(document.get("detail", "not ready yet"))
+        return None if "failed" in reason else reason
+
     def close(self) -> None:
         """Close the connection."""
         self._client.close()
@@ -93,11 +108,11 @@ class HttpDestination:
         try:
             response = self._client.post(path, content=body, headers=headers)
         except httpx.TransportError as error:
-            msg = f"{self._client.base_url}: no answer ({error or type(error).__name__})"
+            msg = f"{self._client.base_url}: no answer ({_cause(error)})"
             raise UnavailableError(msg) from error
         if response.status_code in _COME_BACK:
             msg = f"{response.url}: answered {response.status_code} {response.reason_phrase}"
-            raise UnavailableError(msg, _retry_after_s(response))
+            raise UnavailableError(msg, _retry_after_s(response), answered=True)
         if response.status_code not in (_TAKEN, _NONE_TAKEN):
             raise _refusal(response, _document(response))
         return response
@@ -137,6 +152,11 @@ def _check_address(url: str) -> None:
     if not host or any(character.isspace() for character in url):
         msg = f"expected an address such as http://127.0.0.1:8321, was {url!r}"
         raise ConfigurationError(msg)
+
+
+def _cause(error: httpx.TransportError) -> str:
+    # As the system says it, without the number of the error.
+    return re.sub(r"^\[Errno -?\d+\] ", "", str(error)) or type(error).__name__
 
 
 def _retry_after_s(response: httpx.Response) -> float | None:

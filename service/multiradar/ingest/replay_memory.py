@@ -17,6 +17,8 @@ class MemoryDestination:
         Raised one by one, before anything is taken, until none is left.
     lost_answers : list of Exception
         Raised one by one after a batch was taken: its answer does not arrive.
+    starts : list of str
+        What it says of its start, one by one.
     batches : dict
         What was taken, by key, in order.
     flushes : list of str
@@ -25,6 +27,7 @@ class MemoryDestination:
 
     failures: list[Exception] = field(default_factory=list)
     lost_answers: list[Exception] = field(default_factory=list)
+    starts: list[str] = field(default_factory=list)
     batches: dict[str, pl.DataFrame] = field(default_factory=dict)
     flushes: list[str] = field(default_factory=list)
     closed: bool = False
@@ -44,6 +47,10 @@ class MemoryDestination:
         if self.failures:
             raise self.failures.pop(0)
         self.flushes.append(key)
+
+    def starting(self) -> str | None:
+        """Return the next of what it says of its start, then None."""
+        return self.starts.pop(0) if self.starts else None
 
     def close(self) -> None:
         """Note that the connection is no longer needed."""

@@ -8,7 +8,7 @@ import polars as pl
 import zenoh
 
 from multiradar.errors import PeerError, UnavailableError
-from multiradar.ingest.replay import Answer
+from multiradar.ingest.replay import NOT_RUNNING, Answer
 from multiradar.ingest.replay_http import MEDIA_TYPES, Encoding, encode
 from multiradar.ingest.zenoh.keys import MEASUREMENTS
 from multiradar.ingest.zenoh.options import ZenohOptions
@@ -47,7 +47,8 @@ class ZenohDestination:
         try:
             self._session = zenoh.open(config)
         except zenoh.ZError as error:
-            raise PeerError(f"zenoh:{endpoint}: {first_line(error)}") from error
+            msg = f"zenoh:{endpoint}: no connection ({first_line(error)}); {NOT_RUNNING}"
+            raise PeerError(msg) from error
 
     def send(self, frame: pl.DataFrame, key: str) -> Answer:
         """Ask with a batch under its key; return the counts of the answer."""
@@ -67,6 +68,10 @@ class ZenohDestination:
         """Tell the end of the stream."""
         self._ask(f"{_KEY}?flush", attachment=key.encode())
 
+    def starting(self) -> str | None:
+        """Return nothing: the service answers queries from its start on, and not before."""
+        return None
+
     def close(self) -> None:
         """Close the session."""
         self._session.close()  # type: ignore[no-untyped-call]  # so in its stubs
@@ -83,7 +88,7 @@ class ZenohDestination:
                 return _document(reply.ok.payload)
             if reply.err is not None:
                 raise self._refusal(_document(reply.err.payload))
-        raise UnavailableError(f"{self._endpoint}: nobody answers for {_KEY}")
+        raise UnavailableError(f"zenoh:{self._endpoint}: no service answers for {_KEY}")
 
     def _refusal(self, document: Mapping[str, Any]) -> PeerError:
         code, reason = str(document.get("code")), str(document.get("reason"))
@@ -92,7 +97,8 @@ class ZenohDestination:
             # A query that Zenoh itself gave up has no code of ours: the answer was lost.
             return PeerError(msg) if "code" in document else UnavailableError(msg)
         after_s = document.get("retry_after_s")
-        return UnavailableError(msg, float(after_s) if isinstance(after_s, (int, float)) else None)
+        pause_s = float(after_s) if isinstance(after_s, (int, float)) else None
+        return UnavailableError(msg, pause_s, answered=True)
 
 
 def _document(payload: zenoh.ZBytes) -> Mapping[str, Any]:

@@ -7,6 +7,8 @@ _DAY_S = 86_400.0
 #: Times of day go on past midnight, but no recording without a date is a year long; times with a
 #: date are seconds since 1970.
 _DATED_FROM_S = 366 * _DAY_S
+#: The years 1 to 9999, which a calendar date can name; others are a count of days since 1970.
+_FIRST_S, _END_S = -62_135_596_800.0, 253_402_300_800.0
 
 
 def is_dated(time_s: float) -> bool:
@@ -56,4 +58,6 @@ def axis_label(times_s: Iterable[float]) -> str:
 
 
 def _date_text(time_s: float) -> str:
+    if not _FIRST_S <= time_s < _END_S:
+        return f"day {time_s // _DAY_S:.0f}"
     return datetime.fromtimestamp(time_s // 1.0, UTC).strftime("%Y-%m-%d")

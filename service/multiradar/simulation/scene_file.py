@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydantic import ValidationError
 
 from multiradar.errors import ConfigurationError, OutsidePlaneError
 from multiradar.estimation.measurement.sensors import PARAMETER_AZIMUTH_OFFSET, PARAMETER_NAMES
@@ -36,9 +35,9 @@ from multiradar.simulation.scene_tables import (
     TrafficTable,
 )
 from multiradar.simulation.toml_text import toml_text
-from multiradar_schemas.documents import parse_toml, read_toml
-from multiradar_schemas.errors import SchemaError
-from multiradar_schemas.explain import explain
+from multiradar_schemas.documents import Document, parse_toml, read_toml, validated
+from multiradar_schemas.errors import DocumentError
+from multiradar_schemas.names import unknown
 
 _FOLDER = "scenes"
 _SUFFIX = ".toml"
@@ -88,28 +87,30 @@ def load_scene(path: Path) -> Scene:
 def builtin_table(name: str) -> SceneTable:
     """Return the table of a scene that comes with the package; see `builtin_scene`."""
     if name not in builtin_names():
-        msg = f"expected a scene of {', '.join(builtin_names())}, or a TOML file, was {name!r}"
-        raise ConfigurationError(msg)
+        raise ConfigurationError(unknown("scenario", name, builtin_names()))
     resource = files("multiradar.simulation") / _FOLDER / f"{name}{_SUFFIX}"
-    return scene_table(parse_toml(resource.read_text(encoding="utf-8"), source=name), source=name)
+    return _checked(parse_toml(resource.read_text(encoding="utf-8"), source=name))
 
 
 def load_table(path: Path) -> SceneTable:
     """Return the table of a TOML file; see `load_scene`."""
     try:
-        values = read_toml(path)
-    except SchemaError as error:
+        document = read_toml(path)
+    except DocumentError as error:
         raise ConfigurationError(str(error)) from error
-    return scene_table(values, source=str(path))
+    return _checked(document)
 
 
 def scene_table(values: dict[str, Any], *, source: str) -> SceneTable:
-    """Return what was read as a table, checked; `source` names the file in errors."""
+    """Return values as a table, checked; `source` names them in errors."""
+    return _checked(Document(source, values, {}))
+
+
+def _checked(document: Document) -> SceneTable:
     try:
-        return SceneTable.model_validate(values)
-    except ValidationError as error:
-        _, reason = explain(error.errors(include_url=False)[0])
-        raise ConfigurationError(f"{source}: {reason}") from error
+        return validated(SceneTable, document)
+    except DocumentError as error:
+        raise ConfigurationError(str(error), error.source, error.reasons) from error
 
 
 def changed(
@@ -124,9 +125,8 @@ def changed(
     """
     given = {"seed": seed, "duration_s": duration_s}
     chosen = {name: value for name, value in given.items() if value is not None}
-    return scene_table(
-        table.model_dump(exclude_unset=True) | chosen, source=table.title or "the scene"
-    )
+    values = table.model_dump(exclude_unset=True) | chosen
+    return scene_table(values, source=table.title or "the scenario")
 
 
 def table_text(table: SceneTable) -> str:

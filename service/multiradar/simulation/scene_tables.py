@@ -9,7 +9,6 @@ from pydantic import AfterValidator, BeforeValidator, Field, StringConstraints, 
 from multiradar.simulation.bias_tables import BiasesTable
 from multiradar.simulation.scene import HEARD, SITED, Heard, PlaneKind, SensorKind
 from multiradar_schemas import sensor_bounds as bounds
-from multiradar_schemas.explain import shown
 from multiradar_schemas.measurement import (
     LATITUDE_MAX_DEG,
     LONGITUDE_MAX_DEG,
@@ -17,6 +16,7 @@ from multiradar_schemas.measurement import (
     MODE_S_ADDRESS_PATTERN,
     SENSOR_ID_PATTERN,
 )
+from multiradar_schemas.names import shown
 from multiradar_schemas.sensor_bias import within
 from multiradar_schemas.tables import Table, wrong
 

@@ -88,4 +88,4 @@ def _finish(partial: Path, path: Path) -> None:
 
 
 def _taken(path: Path) -> OutputExistsError:
-    return OutputExistsError(f"{path}: expected a file that does not exist yet, it does")
+    return OutputExistsError(f"{path}: already exists; choose another file or remove it")

@@ -53,7 +53,7 @@ def new_folder(path: Path) -> Iterator[Path]:
 def check_new(path: Path) -> None:
     """Raise `OutputExistsError` when there is something of that name."""
     if os.path.lexists(path):
-        msg = f"{path}: expected a folder that does not exist yet, it does"
+        msg = f"{path}: already exists; choose another output directory or remove it"
         raise OutputExistsError(msg)
 
 

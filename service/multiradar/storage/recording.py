@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from multiradar.errors import InputError, MissingColumnError
 from multiradar_schemas.arrow import MEASUREMENT_LATER, MEASUREMENT_SCHEMA
+from multiradar_schemas.measurement import TIME_MAX_S
 
 #: Rows that are in memory at once.
 BLOCK_ROWS = 65_536
@@ -52,7 +53,7 @@ class Recording:
         self.path = path
         self.sorted = False
         if not path.is_file():
-            msg = f"{path}: expected a file of measurements, found none"
+            msg = f"{path}: no such file" if not path.exists() else f"{path}: not a file"
             raise InputError(msg)
         try:
             self._scan = pl.scan_parquet(path)
@@ -119,6 +120,19 @@ class Recording:
             except (pl.exceptions.PolarsError, OSError) as error:
                 raise _unreadable(self.path, error) from error
             yield block["time_s"].to_numpy()
+
+    def span_s(self, kinds: Collection[str] | None = None) -> tuple[float, float] | None:
+        """Return the first and the last time of the kinds wanted, s; None where there is none."""
+        time_s = pl.col("time_s").cast(pl.Float64)
+        # Others are refused.
+        rows = self._scan.filter(time_s.abs() < TIME_MAX_S)
+        if kinds is not None:
+            rows = rows.filter(pl.col("kind").cast(pl.String).is_in(sorted(kinds)))
+        try:
+            first, last = rows.select(time_s.min(), time_s.max().alias("last")).collect().row(0)
+        except (pl.exceptions.PolarsError, OSError) as error:
+            raise _unreadable(self.path, error) from error
+        return None if first is None else (first, last)
 
     def in_order_of(self, file: Path) -> "Recording":
         """Return this recording read in the order of another file, which has `index`, too.

@@ -1,6 +1,7 @@
 """The sample recording, converted, against plain Python readings of the same files."""
 
 import datetime as dt
+import re
 from pathlib import Path
 from typing import Any
 
@@ -158,11 +159,25 @@ def test_the_skeleton_loads_once_positions_are_filled_in(converted: Path) -> Non
 
     text = (converted / "sensors.toml").read_text(encoding="utf-8")
     filled = (
-        text.replace("# latitude_deg =", "latitude_deg = 46.5")
-        .replace("# longitude_deg =", "longitude_deg = 8.5")
-        .replace("# height_m =", "height_m = 500.0")
+        text.replace("latitude_deg = nan", "latitude_deg = 46.5")
+        .replace("longitude_deg = nan", "longitude_deg = 8.5")
+        .replace("height_m = nan", "height_m = 500.0")
     )
     path = converted.parent / "filled.toml"
     path.write_text(filled, encoding="utf-8")
     sensors = load_sensors(path)
     assert [sensor.id for sensor in sensors.sensor] == ["26-10", "35-10", "41-1", "41-10", "adsb"]
+    # The periods of truth.json, and ranges within which all plots lie.
+    radars = sensors.sensor[:4]
+    assert [one.rotation_period_s for one in radars] == [4.9, 4.0, 6.0, 6.0]
+    assert [one.range_max_m for one in radars] == [301e3, 261e3, 120e3, 250e3]
+    # Every default in a comment is one.
+    commented = re.sub(
+        r"^# ((?:range|azimuth|position)_sigma\w* = |bias\.)", r"\1", filled, flags=re.M
+    )
+    path.write_text(commented, encoding="utf-8")
+    assert commented != filled
+    told = load_sensors(path).sensor
+    for one, other in zip(told, sensors.sensor, strict=True):
+        assert one.estimated_biases() == other.estimated_biases()
+        assert one.model_copy(update={"bias": other.bias}) == other

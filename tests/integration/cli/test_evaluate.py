@@ -133,7 +133,7 @@ def test_the_terminal_and_the_page_show_the_same_scorecard(
     for heading in ("Tracks over the reference", "Biases", "Position errors over time", "Aircraft"):
         assert f">{heading}</h2>" in text
     assert run([*arguments, "--html", str(page)]) == 1
-    assert "expected a file that does not exist yet" in capsys.readouterr().err
+    assert "already exists; choose another file" in capsys.readouterr().err
 
 
 def test_strict_is_status_1_where_a_requirement_is_not_met(
@@ -173,27 +173,27 @@ def test_two_tracks_whose_names_are_exchanged_are_two_swaps(
 # Each spoils a file and returns what is said of it.
 def _remove(path: Path) -> str:
     path.unlink()
-    return "found no such file"
+    return "expected the output of"
 
 
 def _spoil(path: Path) -> str:
     path.write_text("no Parquet", encoding="utf-8")
-    return "as Parquet"
+    return "in Parquet"
 
 
 def _later(path: Path) -> str:
     pl.read_parquet(path).with_columns(pl.col("time_s") + 1e6).write_parquet(path)
-    return "expected a reference of the time of the tracks"
+    return "tracks and reference have no time in common: tracks "
 
 
 def _narrow(path: Path) -> str:
     pl.read_parquet(path).drop("latitude_deg").write_parquet(path)
-    return "expected the columns latitude_deg"
+    return "missing column latitude_deg; found: time_s"
 
 
 def _empty(path: Path) -> str:
     pl.read_parquet(path).clear().write_parquet(path)
-    return "was none"
+    return " in it\n"
 
 
 @pytest.mark.parametrize("name", ["tracks/tracks.parquet", "made/truth.parquet"])
@@ -222,7 +222,7 @@ def test_a_recording_without_adsb_is_no_reference(
     frame = pl.read_parquet(scene / "made" / "measurements.parquet")
     frame.filter(kind="radar").write_parquet(tmp_path / "measurements.parquet")
     assert run(["evaluate", str(scene / "tracks"), "--adsb", str(tmp_path)]) == 1
-    assert "expected ADS-B reports as a reference, was none" in capsys.readouterr().err
+    assert "no ADS-B reports, which --adsb takes" in capsys.readouterr().err
 
 
 def test_the_sample_passes_the_presets_that_it_is_made_for(
@@ -242,3 +242,52 @@ def test_the_sample_passes_the_presets_that_it_is_made_for(
     assert 30.0 < found["errors"]["position_m"]["median"] < 45.0
     assert found["errors"]["position_m"]["rms"] < 80.0
     assert found["errors"]["height_m"]["rms"] < 5.0
+    assert all(one["true"] is None for one in found["biases"])
+    own = evaluated(capsys, tracks, "--system-tracks", converted)
+    assert own["reference"]["kind"] == "system-tracks"
+    assert own["compared"]["aircraft"] == 68
+    assert 20.0 < own["errors"]["position_m"]["median"] < 70.0
+    one = next(converted.glob("*/240_mr.new4"))
+    alone = evaluated(capsys, tracks, "--system-tracks", one, "--partial")
+    assert alone["compared"]["aircraft"] == 1
+    assert alone["tracks"]["false"] == 0
+    sample = ROOT / "examples" / "vid-sample"
+    known = evaluated(capsys, tracks, "--adsb", converted, "--truth", sample / "truth.json")
+    assert known["reference"] == found["reference"] | {"truth": str(sample / "truth.json")}
+    assert len(known["biases"]) == 8
+    assert all(abs(one["error"]) < 4.0 * one["sigma"] for one in known["biases"])
+    by_itself = evaluated(capsys, tracks, "--truth", sample)
+    assert by_itself["biases"] == known["biases"]
+    assert by_itself["errors"] == found["errors"]
+    assert by_itself["reference"]["kind"] == "recorded"
+    assert run(["evaluate", str(converted), "--adsb", str(tracks)]) == 1
+    assert capsys.readouterr().err == (
+        f"multiradar: {tracks}: expected the output of `convert` or `simulate`, was the output of "
+        "`track`\n"
+    )
+    assert run(["evaluate", str(converted), "--adsb", str(converted)]) == 1
+    assert capsys.readouterr().err == (
+        f"multiradar: {converted}: expected the output of `track`, was the output of `convert`\n"
+    )
+
+
+def test_a_reference_of_another_area_or_mostly_of_another_time_is_told(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    truth = pl.read_parquet(scene / "made" / "truth.parquet")
+    begin_s = pl.col("time_s").min()
+    for name, changed in (
+        ("area", pl.col("longitude_deg") + 8.0),
+        ("other side", pl.col("longitude_deg") * 0.0 - 120.0),
+        ("time", begin_s + 220.0 + 4.0 * (pl.col("time_s") - begin_s)),
+    ):
+        truth.with_columns(changed).write_parquet(tmp_path / f"{name}.parquet")
+    line = ["evaluate", str(scene / "tracks"), "--truth"]
+    assert run([*line, str(tmp_path / "area.parquet")]) == 1
+    assert "no track comes within 2000 m (--gate)" in capsys.readouterr().err
+    assert run([*line, str(tmp_path / "other side.parquet")]) == 1
+    assert "on another side of the Earth" in capsys.readouterr().err
+    assert run([*line, str(tmp_path / "time.parquet"), "--gate", "500000"]) == 0
+    assert (
+        "of the reference lies outside the time of the tracks: tracks 0" in capsys.readouterr().err
+    )

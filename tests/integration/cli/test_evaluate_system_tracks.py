@@ -106,9 +106,9 @@ def test_a_recording_without_system_tracks_or_with_those_of_two_is_refused(
     assert run(["convert", "asterix", str(tmp_path / "both.ast"), *out]) == EXIT_DONE
     tracks = str(folder / "tracks")
     for reference, sentence in (
-        (folder / "p", "expected system tracks of an ASTERIX recording, found no such file"),
-        (folder / "tracks" / "biases.parquet", "expected a column state, was none"),
-        (tmp_path / "both", "expected system tracks of one processor, was of 0-4, 0-5"),
+        (folder / "p", "was the output of `convert`"),
+        (folder / "tracks" / "biases.parquet", "missing column state; found: time_s"),
+        (tmp_path / "both", "expected system tracks of one processor, was: 0-4, 0-5"),
     ):
         assert run(["evaluate", tracks, "--system-tracks", str(reference)]) == EXIT_FAILED
         assert sentence in capsys.readouterr().err

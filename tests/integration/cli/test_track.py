@@ -239,7 +239,7 @@ def test_what_stands_in_the_way_is_left_alone(
     out.mkdir()
     (out / "mine").write_text("mine")
     assert _track(measurements, "--sensors", sensors, "--out", out) == 1
-    assert "expected a folder that does not exist yet" in capsys.readouterr().err
+    assert "already exists; choose another output directory" in capsys.readouterr().err
     assert [path.name for path in out.iterdir()] == ["mine"]
 
 
@@ -261,9 +261,9 @@ def _spoil(kind: str, measurements: Path, folder: Path) -> Path:
 @pytest.mark.parametrize(
     ("kind", "sentence"),
     [
-        ("missing file", "expected a file of measurements, found none"),
+        ("missing file", "spoilt.parquet: no such file"),
         ("no parquet", "expected a Parquet file"),
-        ("missing column", "expected the columns range_m"),
+        ("missing column", "missing column range_m; found: "),
         ("truncated", "expected a Parquet file"),
         ("empty folder", "expected measurements.parquet or the plots.txt of a dump"),
     ],
@@ -289,8 +289,8 @@ def test_measurements_that_cannot_be_read_are_one_sentence_and_no_output(
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
-        (None, "expected a file"),
-        ("[[sensor]\n", "expected TOML"),
+        (None, "sensors.toml: no such file"),
+        ("[[sensor]\n", "not valid TOML"),
         ('[[sensor]]\nid = "a"\nkind = "sonar"\n', "sonar"),
         ('[[sensor]]\nid = "adsb"\nkind = "adsb"\n', "at least one sensor with a position"),
     ],
@@ -376,9 +376,9 @@ def test_nothing_to_track_is_one_sentence_and_no_output(
     empty, out = tmp_path / "empty.parquet", tmp_path / "out"
     pl.read_parquet(scene[0]).clear().write_parquet(empty)
     assert _track(empty, "--sensors", scene[1], "--out", out) == 1
-    assert "expected measurements, found an empty table" in capsys.readouterr().err
+    assert "no measurements in it" in capsys.readouterr().err
     assert _track(scene[0], "--sensors", scene[1], "--out", out, "--kinds", "mlat") == 1
-    assert "expected measurements of the kinds mlat, found none" in capsys.readouterr().err
+    assert "no measurements of the kinds mlat" in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == [empty]
 
 

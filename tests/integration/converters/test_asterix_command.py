@@ -418,7 +418,7 @@ def test_the_skeleton_can_be_read_once_the_site_is_filled_in(tmp_path: Path) -> 
     out = converted(tmp_path, block(48, plot_048(1.0)))
     text = (out / "sensors.toml").read_text()
     for name in ("latitude_deg", "longitude_deg", "height_m"):
-        text = text.replace(f"# {name} =", f"{name} = 1.0")
+        text = text.replace(f"{name} = nan", f"{name} = 1.0")
     (out / "filled.toml").write_text(text)
     (sensor,) = load_sensors(out / "filled.toml").sensor
     assert (sensor.id, sensor.kind, sensor.sac, sensor.sic) == ("20-130", "radar", 20, 130)

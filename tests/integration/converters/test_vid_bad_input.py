@@ -200,11 +200,17 @@ def test_text_in_windows_1251_is_told_as_it_was(tmp_path: Path, dump: Path) -> N
     [
         ("unit = 1", "unit"),
         ("[units]\nrange = 'mile'", r"units\.range"),
-        ("[columns.plots]\nspeed = 'v'", r"columns\.plots\.speed: expected one of"),
+        (
+            "[columns.plots]\nspeed = 'v'",
+            r"line 2: columns\.plots: unknown field 'speed'; known: time",
+        ),
         ("[columns.plots]\nrange = ''", "only h and code may be missing"),
-        ("[columns.radar]\nrange = 'r'", "expected one of plots, plots_ads, tracks"),
+        (
+            "[columns.radar]\nrange = 'r'",
+            "columns: unknown table 'radar'; known: plots, plots_ads, tracks",
+        ),
         ("encoding = 'klingon'", "klingon"),
-        ("= 1", "expected TOML"),
+        ("= 1", "not valid TOML"),
     ],
 )
 def test_a_profile_without_meaning_is_refused_by_key(tmp_path: Path, text: str, said: str) -> None:
@@ -212,5 +218,5 @@ def test_a_profile_without_meaning_is_refused_by_key(tmp_path: Path, text: str, 
     path.write_text(text)
     with pytest.raises(ProfileError, match=said):
         load_profile(path)
-    with pytest.raises(ProfileError, match="cannot read"):
+    with pytest.raises(ProfileError, match="no such file"):
         load_profile(tmp_path / "none.toml")

@@ -63,7 +63,7 @@ def test_the_skeleton_speaks_of_sensors_without_plots_and_of_one_plot(tmp_path: 
     }
     dumps.run(dumps.write_dump(tmp_path / "dump", rows, dumps.columns()), tmp_path / "out")
     text = (tmp_path / "out" / "sensors.toml").read_text()
-    assert "# 1 plot, not named by tracks, at 57015 m\n" in text
+    assert "# 1 plot, not referenced by tracks\n" in text
     assert "# no plots, seen in tracks only\n" in text
     assert "# 1 report\n" in text
 
@@ -71,12 +71,18 @@ def test_the_skeleton_speaks_of_sensors_without_plots_and_of_one_plot(tmp_path: 
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("unit = 1", "unit: expected one of the keys encoding, form, .*, was another"),
-        ("[units]\nspeed = 'm'", r"units\.speed: expected one of the keys range, height, azimuth"),
-        ("form = 'rows'", "form: expected 'auto', 'columns' or 'pairs', was 'rows'"),
-        ("naming_tolerance_s = 0.0", "naming_tolerance_s: expected a number above 0, was '0.0'"),
+        (
+            "unit = 1",
+            r"line 1: unknown key 'unit' \(did you mean 'units'\?\); known: encoding, form, ",
+        ),
+        (
+            "[units]\nspeed = 'm'",
+            r"line 2: units: unknown key 'speed'; known: range, height, azimuth$",
+        ),
+        ("form = 'rows'", "line 1: form: unknown name 'rows'; known: auto, columns, pairs"),
+        ("naming_tolerance_s = 0.0", "naming_tolerance_s: expected a number above 0, was 0.0"),
         ("multiradar_source = 'x'", "multiradar_source: expected a whole number, was 'x'"),
-        ("units = 'm'", "units: expected a section, was 'm'"),
+        ("units = 'm'", "units: expected a table, was 'm'"),
         ("[headers]\nplots = 'time'", r"headers\.plots: expected a list, was 'time'"),
     ],
 )

@@ -125,7 +125,8 @@ async def test_an_unknown_parameter_is_named_with_those_that_are_known(
     assert document["errors"] == [
         {
             "parameter": "bbx",
-            "reason": "expected one of bbox, cursor, fields, format, identity, limit, since",
+            "reason": "unknown parameter (did you mean 'bbox'?); known: bbox, cursor, fields, "
+            "format, identity, limit, since",
         }
     ]
 

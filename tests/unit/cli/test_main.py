@@ -85,15 +85,59 @@ def test_wrong_usage_is_one_sentence_and_status_2(
     [
         (
             ["nonsense"],
-            "expected a command of track, serve, replay, demo, simulate, evaluate, warm-up, study, "
-            "convert, was 'nonsense'",
+            "unknown command 'nonsense'; known: track, serve, replay, demo, simulate, evaluate, "
+            "warm-up, study, convert",
+        ),
+        (
+            ["trakc"],
+            "unknown command 'trakc' (did you mean 'track'?); known: track, serve, replay, demo, "
+            "simulate, evaluate, warm-up, study, convert",
+        ),
+        (
+            ["convert", "vidd"],
+            "unknown command 'vidd' (did you mean 'vid'?); known: vid, asterix, adsb",
         ),
         (
             ["serve", "--filter", "foo"],
-            "--filter: expected one of two-stage, imm, joint, blom, blom-macro, ci, was 'foo'",
+            "--filter: unknown filter 'foo'; known: two-stage, imm, joint, blom, blom-macro, ci",
         ),
-        (["replay", "m", "--batch", "0"], "--batch: expected greater than or equal to 1"),
-        (["track", "m"], "expected a value for --sensors, was none"),
+        (
+            ["replay", "m", "--batch", "0"],
+            "--batch: expected a whole number from 1 to 65536, was '0'",
+        ),
+        (["track", "m"], "missing option --sensors FILE"),
+        (["track"], "missing argument MEASUREMENTS"),
+        (["track", "m", "--sensors"], "missing value of option --sensors FILE"),
+        (["track", "m", "-q"], "unknown option '-q'; see --help"),
+        (
+            ["track", "m", "-s", "s.toml"],
+            "unknown option '-s' (did you mean '--sensors'?); see --help",
+        ),
+        (
+            ["track", "m", "--sesnors", "s.toml"],
+            "unknown option '--sesnors' (did you mean '--sensors'?); see --help",
+        ),
+        (
+            ["track", "m", "--kinds", "radar,asdb"],
+            "--kinds: unknown kind 'asdb' (did you mean 'adsb'?); "
+            "known: radar, adsb, mlat, bearing",
+        ),
+        (
+            ["convert", "vid", "a", "b", "c d"],
+            "unexpected argument 'c d'; a name with blanks needs quotes",
+        ),
+        (["serve", "--port", "x"], "--port: expected a whole number from 0 to 65535, was 'x'"),
+        (["serve", "--port=-1"], "--port: expected a whole number from 0 to 65535, was '-1'"),
+        (
+            ["track", "m", "--sensors", "a", "--workers", "0"],
+            "--workers: expected a whole number of at least 1, was '0'",
+        ),
+        (["track", "m", "--out", "a", "--out=b"], "--out: given 2 times, expected once"),
+        (
+            ["serve", "--zenoh", "--no-zenoh"],
+            "--zenoh and --no-zenoh: given 2 times, expected once",
+        ),
+        (["track", ""], "empty argument after 'track' (an unset variable of the shell?)"),
     ],
 )
 def test_wrong_usage_names_the_option_and_what_was_expected(
@@ -127,7 +171,7 @@ def _failing(error: BaseException) -> typer.Typer:
     ("error", "status", "sentence"),
     [
         (InputError("a.parquet: expected\n a file"), 1, "multiradar: a.parquet: expected a file\n"),
-        (UnknownFilterError("x", ["ci"]), 2, "multiradar: expected a filter of ci, was 'x'\n"),
+        (UnknownFilterError("x", ["ci"]), 2, "multiradar: unknown filter 'x'; known: ci\n"),
         (FileNotFoundError(2, "No such file", "a"), 1, "multiradar: a: No such file\n"),
         (OSError("disk"), 1, "multiradar: disk\n"),
         (KeyboardInterrupt(), 130, ""),

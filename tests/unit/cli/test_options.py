@@ -7,7 +7,7 @@ from multiradar.cli.options import KIND_CHOICES, FilterChoice, chosen_kinds, hid
 from multiradar.cli.replay import _BATCH_ROWS_MAX, EncodingChoice
 from multiradar.cli.serve import LogForm, LogLevel
 from multiradar.estimation.filters.bank import FILTERS
-from multiradar.ingest.replay import RETRIES_MAX, ReplayPlan
+from multiradar.ingest.replay import AWAY_MAX_S, ReplayPlan
 from multiradar.ingest.replay_http import Encoding
 from multiradar.settings import load_settings
 from multiradar.storage.recording import BLOCK_ROWS
@@ -20,7 +20,7 @@ def test_the_choices_are_those_of_the_core() -> None:
     assert set(KIND_CHOICES) == set(KINDS)
     assert {choice.value for choice in EncodingChoice} == {one.value for one in Encoding}
     assert BLOCK_ROWS == _BATCH_ROWS_MAX
-    assert ReplayPlan().retries_max == RETRIES_MAX == 50
+    assert ReplayPlan().away_max_s == AWAY_MAX_S == 120.0
 
 
 def test_the_defaults_that_help_shows_are_those_of_the_tracker(
@@ -58,5 +58,7 @@ def test_a_field_that_cannot_be_hidden_is_named(capsys: pytest.CaptureFixture[st
     line = ["track", "here", "--sensors", "s.toml", "--out", "o", "--hide", "track_number,height_m"]
     assert run(line) == 2
     told = capsys.readouterr().err
-    assert "expected fields of track_number, mode_3a, mode_s_address, callsign" in told
+    assert (
+        "unknown field 'height_m'; known: track_number, mode_3a, mode_s_address, callsign" in told
+    )
     assert "height_m" in told

@@ -94,8 +94,8 @@ def test_standard_output_stays_pure_while_a_bar_is_drawn(
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
-        ((), "expected a value for study, was none"),
-        (("nonsense",), "study: expected one of fake, fixed, was 'nonsense'"),
+        ((), "missing argument NAME"),
+        (("nonsense",), "unknown study 'nonsense'; known: fake, fixed"),
         (("fake", "--runs", "0"), "--runs: expected a whole number from 1 to 1000000, was '0'"),
         (("fake", "--runs", "2.5"), "--runs: expected a whole number from 1 to 1000000, was '2.5'"),
         (
@@ -109,8 +109,11 @@ def test_standard_output_stays_pure_while_a_bar_is_drawn(
             )
             for duration in ("0", "-5", "nan", "inf", "1e9", "long")
         ),
-        (("fake", "--filters", "x"), "expected a filter of joint, two-stage, ci, was 'x'"),
-        (("fake", "--filters", ""), "expected a filter of joint, two-stage, ci, was ''"),
+        (("fake", "--filters", "x"), "unknown filter 'x'; known: joint, two-stage, ci"),
+        (
+            ("fake", "--filters", "tow-stage"),
+            "unknown filter 'tow-stage' (did you mean 'two-stage'?); known: joint, two-stage, ci",
+        ),
     ],
 )
 def test_wrong_usage_is_one_sentence_status_2_and_no_file(
@@ -139,7 +142,7 @@ def test_a_file_that_exists_is_told_and_left_alone(
     taken.write_text("precious")
     assert _study("fake", "--out", taken) == 1
     assert capsys.readouterr().err == (
-        f"multiradar: {taken}: expected a file that does not exist yet, it does\n"
+        f"multiradar: {taken}: already exists; choose another file or remove it\n"
     )
     assert taken.read_text() == "precious"
     assert list(tmp_path.iterdir()) == [taken]

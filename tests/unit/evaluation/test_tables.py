@@ -111,9 +111,9 @@ def _reports(frame: pl.DataFrame) -> object:
 @pytest.mark.parametrize(
     ("read", "frame", "told"),
     [
-        (_tracks, TRACKS.drop("speed_mps"), "expected the columns speed_mps, found only time_s"),
-        (_tracks, TRACKS.clear(), "expected tracks, was none"),
-        (_tracks, TRACKS.filter(state="tentative"), "expected confirmed tracks, was none"),
+        (_tracks, TRACKS.drop("speed_mps"), "missing column speed_mps; found: time_s"),
+        (_tracks, TRACKS.clear(), "no tracks in it"),
+        (_tracks, TRACKS.filter(state="tentative"), "no confirmed tracks in it"),
         (
             _tracks,
             TRACKS.with_columns(position_sigma_m=pl.Series([10.0, np.nan, 1.0])),
@@ -140,14 +140,14 @@ def _reports(frame: pl.DataFrame) -> object:
             "expected a number in latitude_deg of row 2, was 99",
         ),
         (_tracks, TRACKS.with_columns(longitude_deg=-170.0), "within 60 degrees"),
-        (_truth, TRUTH.drop("heading_deg"), "expected the columns heading_deg"),
-        (_truth, TRUTH.filter(pl.col("track_number").is_null()), "expected positions of aircraft"),
+        (_truth, TRUTH.drop("heading_deg"), "missing column heading_deg; found: time_s"),
+        (_truth, TRUTH.filter(pl.col("track_number").is_null()), "no positions of aircraft in it"),
         (
             _truth,
             TRUTH.with_columns(speed_mps=pl.Series([1.0, None, None])),
             "expected a number in speed_mps of row 1, was None",
         ),
-        (_reports, REPORTS[3:], "expected positions of aircraft, was none"),
+        (_reports, REPORTS[3:], "no positions of aircraft in it"),
     ],
 )
 def test_what_cannot_be_used_is_told(

@@ -9,6 +9,7 @@ from multiradar.clock import FixedClock
 from multiradar.errors import PeerError, UnavailableError
 from multiradar.ingest.replay import (
     BACKOFF_MAX_S,
+    FIRST_CONTACT_S,
     RETRY_AFTER_MAX_S,
     SILENCE_MAX_S,
     Answer,
@@ -77,17 +78,97 @@ def test_the_same_recording_sent_again_is_all_duplicates(tmp_path: Path) -> None
     assert renamed.accepted == 6
 
 
-def test_retries_are_bounded_and_the_pauses_grow(tmp_path: Path) -> None:
-    recording = _recording(tmp_path, [0.0])
-    destination = MemoryDestination(failures=[UnavailableError("no connection")] * 10)
+def _waiting(
+    recording: Recording, destination: MemoryDestination, away_max_s: float
+) -> tuple[Replay, list[float], list[str]]:
     clock = FixedClock()
     pauses: list[float] = []
-    plan = ReplayPlan(retries_max=4)
-    with pytest.raises(PeerError, match="gave up after 4 retries"):
-        Replay(recording, destination, plan, clock, pauses.append).run()
-    assert pauses == [0.1, 0.2, 0.4, 0.8]
-    assert len(destination.failures) == 5
+    said: list[str] = []
+
+    def pause(seconds: float) -> None:
+        pauses.append(seconds)
+        clock.advance(seconds)
+
+    plan = ReplayPlan(batch_rows=1, away_max_s=away_max_s)
+    return Replay(recording, destination, plan, clock, pause, on_wait=said.append), pauses, said
+
+
+def test_a_service_that_never_answered_is_given_up_within_seconds(tmp_path: Path) -> None:
+    destination = MemoryDestination(failures=[UnavailableError("no connection")] * 50)
+    replay, pauses, said = _waiting(_recording(tmp_path, [0.0]), destination, 120.0)
+    with pytest.raises(PeerError) as fault:
+        replay.run()
+    assert str(fault.value) == (
+        "no connection; gave up after 5 s; start the service with `multiradar serve`, or name its "
+        "address with --to"
+    )
+    assert said == ["no connection; retrying for 5 s"]
+    assert pauses == pytest.approx([0.1, 0.2, 0.4, 0.8, 1.6, 1.9])
+    assert sum(pauses) == pytest.approx(FIRST_CONTACT_S)
     assert not destination.batches
+
+
+def test_no_time_to_wait_is_one_attempt(tmp_path: Path) -> None:
+    destination = MemoryDestination(failures=[UnavailableError("no connection")] * 2)
+    replay, pauses, said = _waiting(_recording(tmp_path, [0.0]), destination, 0.0)
+    with pytest.raises(PeerError, match="no connection; gave up after 0 s; start the service"):
+        replay.run()
+    assert (pauses, said, len(destination.failures)) == ([], [], 1)
+
+
+def test_a_service_that_goes_away_is_waited_for_as_long_as_asked_for(tmp_path: Path) -> None:
+    recording = _recording(tmp_path, [0.0, 1.0])
+    destination = MemoryDestination(lost_answers=[UnavailableError("gone", answered=True)])
+    replay, pauses, said = _waiting(recording, destination, 20.0)
+
+    def fail(_counts: object) -> None:
+        destination.failures += [UnavailableError("away")] * 100
+
+    replay.on_batch = fail
+    with pytest.raises(PeerError, match=r"^away; gave up after 20 s$"):
+        replay.run()
+    assert said == [
+        "gone; retrying for 20 s",
+        "the service answers after 0 s; the replay goes on",
+        "away; retrying for 20 s",
+    ]
+    assert sum(pauses[1:]) == pytest.approx(20.0)
+
+
+def test_a_service_that_comes_back_is_told_once_and_the_next_wait_begins_anew(
+    tmp_path: Path,
+) -> None:
+    destination = MemoryDestination(failures=[UnavailableError("away")] * 3)
+    replay, _, said = _waiting(_recording(tmp_path, [0.0]), destination, 20.0)
+    assert replay.run().retries == 3
+    assert said == [
+        "away; retrying for 5 s",
+        "the service answers after 1 s; the replay goes on",
+    ]
+
+
+def test_a_service_that_is_starting_is_waited_for_as_long_as_it_says_so(tmp_path: Path) -> None:
+    starts = ["compiling: 1 of 3"] * 100 + ["compiling: 2 of 3"] * 100
+    busy = UnavailableError("503", 1.0, answered=True)
+    destination = MemoryDestination(failures=[busy] * 202, starts=starts)
+    replay, pauses, said = _waiting(_recording(tmp_path, [0.0]), destination, 3.0)
+    assert replay.run().accepted == 1
+    assert said == [
+        "503: the service is starting: compiling: 1 of 3; waiting",
+        "503: the service is starting: compiling: 2 of 3; waiting",
+        "503; retrying for 3 s",
+        "the service answers after 202 s; the replay goes on",
+    ]
+    assert pauses == [1.0] * 202
+
+
+def test_a_service_that_takes_nothing_is_given_up_though_it_answers(tmp_path: Path) -> None:
+    full = UnavailableError("507", 1.0, answered=True)
+    destination = MemoryDestination(failures=[full] * 50)
+    replay, pauses, _ = _waiting(_recording(tmp_path, [0.0]), destination, 3.5)
+    with pytest.raises(PeerError, match=r"^507; gave up after 3.5 s$"):
+        replay.run()
+    assert pauses == [1.0, 1.0, 1.0, 0.5]
 
 
 def test_a_refusal_for_good_is_not_retried(tmp_path: Path) -> None:

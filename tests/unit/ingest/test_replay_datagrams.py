@@ -1,13 +1,14 @@
 """Datagrams are sent when they are due, and never into the future."""
 
 import math
+import socket
 
 import numpy as np
 import pytest
 
 from multiradar.clock import FixedClock
 from multiradar.errors import PeerError
-from multiradar.ingest.replay import SILENCE_MAX_S
+from multiradar.ingest.replay import FIRST_CONTACT_S, SILENCE_MAX_S
 from multiradar.ingest.replay_datagrams import (
     MemorySink,
     UdpSink,
@@ -84,3 +85,45 @@ def test_what_cannot_be_sent_is_told() -> None:
 def test_an_interface_that_there_is_not_is_told() -> None:
     with pytest.raises(PeerError, match=r"cannot send by 192\.0\.2\.1"):
         UdpSink("239.192.0.1", 8600, "192.0.2.1")
+
+
+def test_a_port_where_nobody_listens_is_told_at_once_and_given_up_after_seconds() -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    clock, told = FixedClock(), []
+    sink = UdpSink("127.0.0.1", port, "127.0.0.1")
+    try:
+        with pytest.raises(PeerError, match="nobody listens there: 6 of 6 datagrams were refused"):
+            send_all(
+                sending(*range(100)),
+                sink,
+                1.0,
+                clock=clock,
+                pause=clock.advance,
+                on_refused=lambda: told.append(clock.now_s()),
+            )
+    finally:
+        sink.close()
+    assert told == [0.0]
+    assert clock.now_s() == FIRST_CONTACT_S
+
+
+def test_a_listener_that_comes_later_gets_the_rest() -> None:
+    listener = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    with listener, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
+        taken.bind(("127.0.0.1", 0))
+        port = taken.getsockname()[1]
+        taken.close()
+        sink, clock = UdpSink("127.0.0.1", port, "127.0.0.1"), FixedClock()
+
+        def pause(duration_s: float) -> None:
+            clock.advance(duration_s)
+            if clock.now_s() == 2.0:
+                listener.bind(("127.0.0.1", port))
+
+        octets = send_all(sending(*range(6)), sink, 1.0, clock=clock, pause=pause)
+        listener.settimeout(20.0)
+        assert [listener.recv(1) for _ in range(4)] == [b"\x02", b"\x03", b"\x04", b"\x05"]
+        assert (octets, sink.refused()) == (6, 2)
+        sink.close()

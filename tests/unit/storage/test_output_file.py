@@ -47,7 +47,7 @@ def test_a_name_that_was_taken_meanwhile_is_left_alone(
             partial.write_text("mine")
             path.write_text("theirs")
 
-    with pytest.raises(OutputExistsError, match="does not exist yet"):
+    with pytest.raises(OutputExistsError, match="already exists; choose another file"):
         overtaken()
     assert path.read_text() == "theirs"
     assert list(tmp_path.iterdir()) == [path]

@@ -41,7 +41,7 @@ def test_what_stands_there_is_left_alone(tmp_path: Path, taken: str) -> None:
         out.write_text("mine")
     else:
         out.symlink_to(tmp_path / "nowhere")
-    expected = "out: expected a folder that does not exist"
+    expected = "out: already exists; choose another output directory"
     with pytest.raises(OutputExistsError, match=expected), new_folder(out):
         pytest.fail("nothing may be written")
     assert [path.name for path in tmp_path.iterdir()] == ["out"]

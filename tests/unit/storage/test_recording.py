@@ -49,7 +49,7 @@ def test_a_choice_of_kinds_keeps_the_places_of_the_file(tmp_path: Path) -> None:
 
 
 def test_a_missing_file_is_told_with_its_name(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"nothing\.parquet: expected a file"):
+    with pytest.raises(InputError, match=r"nothing\.parquet: no such file$"):
         Recording(tmp_path / "nothing.parquet")
 
 
@@ -122,3 +122,12 @@ def test_the_content_hash_follows_the_bytes(tmp_path: Path) -> None:
     _measurements(4).write_parquet(second)
     assert Recording(first).content_sha256() == Recording(first).content_sha256()
     assert Recording(first).content_sha256() != Recording(second).content_sha256()
+
+
+def test_the_span_is_that_of_the_kinds_chosen_and_of_times_that_are_numbers(tmp_path: Path) -> None:
+    path = tmp_path / "measurements.parquet"
+    times = pl.Series("time_s", [5.0, None, 3.0, float("nan"), 9.0, 1e11, 4.0])
+    _measurements(7).with_columns(times).write_parquet(path)
+    assert Recording(path).span_s() == (3.0, 9.0)
+    assert Recording(path).span_s({"adsb"}) == (9.0, 9.0)
+    assert Recording(path).span_s({"mlat"}) is None

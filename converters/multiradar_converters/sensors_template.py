@@ -1,0 +1,157 @@
+"""`sensors.toml` as a conversion writes it: what the recording says, the rest to be filled in.
+
+What the recording tells is there; what nobody but the owner of the radar knows is `nan`, which is
+refused with the line of every such field; every other key is a comment with its default.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from multiradar_schemas.sensor import (
+    ESTIMATED_BY_KIND,
+    PARAMETERS_BY_KIND,
+    PRIOR_SIGMA_DEFAULT,
+    Sensor,
+)
+
+_HEADER = """\
+# Sensors found in the recording. Fill in what is nan (position of the antenna, WGS 84), check the
+# rest, and uncomment what differs from its default. Angles are in degrees, lengths in metres.
+"""
+#: Where the place of what is no radar is from.
+MIDDLE_OF_REPORTS = "the middle of its reports, for a plane to track in"
+#: Places of a value before its comment.
+_WIDTH = 31
+_KILOMETRE_M = 1000.0
+
+
+@dataclass(frozen=True, slots=True)
+class FoundSensor:
+    """What a recording says of one sensor.
+
+    Attributes
+    ----------
+    identifier, kind : str
+        As in `sensors.toml`.
+    found : str
+        What was found, such as "7651 plots".
+    numbers : sequence of (str, int)
+        Keys and values of the numbers by which the recording names it.
+    site : (float, float, float), optional
+        Latitude and longitude, degrees, and height, m, where the recording says them.
+    site_source : str
+        Where the site is from.
+    rotation_period_s : float
+        Scan period, s; NaN where it is not known.
+    period_source : str
+        Where that is from.
+    range_max_m : float
+        Slant range of the farthest plot, m; 0 where there is none.
+    """
+
+    identifier: str
+    kind: str
+    found: str
+    numbers: Sequence[tuple[str, int]] = ()
+    site: tuple[float, float, float] | None = None
+    site_source: str = ""
+    rotation_period_s: float = math.nan
+    period_source: str = "measured from its plots"
+    range_max_m: float = 0.0
+
+
+def sensors_text(sensors: Sequence[FoundSensor]) -> str:
+    """Write `sensors.toml`.
+
+    Parameters
+    ----------
+    sensors : sequence of FoundSensor
+        What was found.
+
+    Returns
+    -------
+    str
+        TOML; it can be used as soon as no field of it is nan.
+    """
+    return "".join([_HEADER, *(_table(one) for one in sensors)])
+
+
+def _table(one: FoundSensor) -> str:
+    lines = [
+        "",
+        "[[sensor]]",
+        f'id = "{one.identifier}"',
+        f'kind = "{one.kind}"',
+        *(f"{key} = {value}" for key, value in one.numbers),
+        f"# {one.found}",
+        *_site(one),
+    ]
+    if one.kind != "radar":
+        lines.append(_default("position_sigma_m", "random error of a position, 1 sigma each axis"))
+        return "\n".join([*lines, ""])
+    return "\n".join([*lines, *_antenna(one), *_errors(), *_biases(), ""])
+
+
+def _site(one: FoundSensor) -> list[str]:
+    if one.site is not None:
+        latitude, longitude, height = one.site
+        digits = 6 if one.kind == "radar" else 2
+        return [
+            _line("latitude_deg", f"{latitude:.{digits}f}", one.site_source),
+            _line("longitude_deg", f"{longitude:.{digits}f}", one.site_source),
+            _line("height_m", f"{height:.1f}", one.site_source),
+        ]
+    if one.kind != "radar":
+        return []
+    return [
+        _line("latitude_deg", "nan", "to fill in: decimal degrees, north positive"),
+        _line("longitude_deg", "nan", "to fill in: decimal degrees, east positive"),
+        _line("height_m", "nan", "to fill in: antenna above the WGS 84 ellipsoid, m"),
+    ]
+
+
+def _antenna(one: FoundSensor) -> list[str]:
+    lines = []
+    if math.isnan(one.rotation_period_s):
+        lines.append(_line("# rotation_period_s", "5.0", "scan period, s; not found in its plots"))
+    else:
+        period = f"{one.rotation_period_s:.3f}"
+        lines.append(_line("rotation_period_s", period, f"scan period, s: {one.period_source}"))
+    if one.range_max_m > 0.0:
+        far_km = one.range_max_m / _KILOMETRE_M
+        limit_m = math.ceil(far_km) * _KILOMETRE_M
+        comment = f"its farthest plot is at {far_km:.1f} km; the instrumented range if larger"
+        lines.append(_line("range_max_m", f"{limit_m:.1f}", comment))
+    else:
+        lines.append(_line("# range_max_m", "400000.0", "instrumented range; no limit without it"))
+    return lines
+
+
+def _errors() -> list[str]:
+    return [
+        _default("range_sigma_m", "random error of slant range, 1 sigma"),
+        _default("azimuth_sigma_deg", "random error of azimuth, 1 sigma"),
+        _line("# elevation_sigma_deg", "0.1", "random error of elevation, only where measured"),
+        _line("# also", '["ID"]', "further ids of the same radar, as of a second network"),
+    ]
+
+
+def _biases() -> list[str]:
+    lines = ["# Biases (measured minus true): whether estimated, mean and sigma beforehand, drift."]
+    for name in PARAMETERS_BY_KIND["radar"]:
+        estimate = str(name in ESTIMATED_BY_KIND["radar"]).lower()
+        sigma = PRIOR_SIGMA_DEFAULT[name]
+        lines.append(
+            f"# bias.{name} = {{ estimate = {estimate}, prior = 0.0, prior_sigma = {sigma}, "
+            "drift = 0.0 }"
+        )
+    return lines
+
+
+def _default(key: str, comment: str) -> str:
+    return _line(f"# {key}", str(Sensor.model_fields[key].default), comment)
+
+
+def _line(key: str, value: str, comment: str) -> str:
+    return f"{key} = {value}".ljust(_WIDTH) + f" # {comment}"

@@ -1,0 +1,39 @@
+"""What a folder or file holds, for the sentence about one that was named in the wrong place."""
+
+from pathlib import Path
+
+#: By which file a folder is known: what made it, the first that is there.
+_MARKS = (
+    ("tracks.parquet", "the output of `track`"),
+    ("truth.parquet", "the output of `simulate`"),
+    ("system_tracks.parquet", "the output of `convert asterix`"),
+    ("measurements.parquet", "the output of `convert`"),
+    ("plots.txt", "a dump; `convert vid` it first"),
+    ("journal.sqlite", "the state of `serve`"),
+)
+
+
+def no_such(path: Path, wanted: str) -> str:
+    """Return the sentence about a file or folder that is not what a command needs.
+
+    Parameters
+    ----------
+    path : Path
+        What was given, or the file that should be in it.
+    wanted : str
+        What is needed, such as "the output of `track`".
+
+    Returns
+    -------
+    str
+        That it is not there, or what it is instead.
+    """
+    folder = path if path.is_dir() else path.parent
+    if not path.exists() and not folder.is_dir():
+        return f"{path}: no such file or folder"
+    if path.is_file():
+        return f"{path}: expected {wanted}, was another file"
+    found = next((what for name, what in _MARKS if (folder / name).exists()), None)
+    if found is None:
+        found = "another folder" if any(folder.iterdir()) else "an empty folder"
+    return f"{folder}: expected {wanted}, was {found}"

@@ -1,0 +1,145 @@
+"""Whether tracks and a reference are of one time and one area, and what may be wrong if not."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from multiradar.errors import InputError
+from multiradar.evaluation.trajectories import Flags, Floats, Indices, Reference, Tracks
+from multiradar.report.times import is_dated, time_text
+
+#: Part of the reference outside the time or area of the tracks from which it is worth a word.
+OUTSIDE_MIN = 0.5
+#: Times that are so near whole hours apart are those of another zone, s.
+_ZONE_WITHIN_S = 300.0
+_HOUR_S, _DAY_S = 3600.0, 86_400.0
+
+
+@dataclass(frozen=True, slots=True)
+class _Span:
+    first_s: float
+    last_s: float
+
+    def __str__(self) -> str:
+        return f"{time_text(self.first_s)} to {time_text(self.last_s)}"
+
+    def meets(self, other: "_Span", later_s: float = 0.0) -> bool:
+        begins_before = self.first_s + later_s <= other.last_s
+        return begins_before and other.first_s <= self.last_s + later_s
+
+
+def check_times(tracks: Tracks, reference: Reference) -> None:
+    """Refuse a reference of another time than the tracks.
+
+    Parameters
+    ----------
+    tracks : Tracks
+        What is evaluated.
+    reference : Reference
+        What is known.
+
+    Raises
+    ------
+    InputError
+        With both times and what may be wrong.
+    """
+    own, known = _span(tracks.time_s), _span(reference.time_s)
+    if own.meets(known):
+        return
+    msg = (
+        f"tracks and reference have no time in common: tracks {own}; reference {known}; "
+        f"{_advice(own, known)}"
+    )
+    raise InputError(msg)
+
+
+def check_matched(tracks: Tracks, reference: Reference, track_of: Indices, gate_m: float) -> None:
+    """Refuse an evaluation in which no track ever meets an aircraft of the reference.
+
+    Parameters
+    ----------
+    tracks, reference : Tracks, Reference
+        What was compared.
+    track_of : (n,) int64
+        Track assigned to each aircraft at each instant; −1 for none.
+    gate_m : float
+        Association radius, m.
+
+    Raises
+    ------
+    InputError
+        With times and areas of both.
+    """
+    if np.any(track_of >= 0):
+        return
+    msg = (
+        f"no track comes within {gate_m:.12g} m (--gate) of an aircraft of the reference at any "
+        f"time: tracks {_span(tracks.time_s)}, {_area(tracks.position_m, reference)}; "
+        f"reference {_span(reference.time_s)}, {_area(reference.position_m, reference)}; "
+        "another recording, area or time zone?"
+    )
+    raise InputError(msg)
+
+
+def outside(tracks: Tracks, reference: Reference, gate_m: float) -> list[str]:
+    """Return a sentence for each way in which most of a reference lies outside the tracks.
+
+    Parameters
+    ----------
+    tracks, reference : Tracks, Reference
+        What is compared.
+    gate_m : float
+        Association radius, m.
+
+    Returns
+    -------
+    list of str
+        None where less than `OUTSIDE_MIN` of its positions lies outside.
+    """
+    own, known = _span(tracks.time_s), _span(reference.time_s)
+    late = (reference.time_s < own.first_s) | (reference.time_s > own.last_s)
+    low = tracks.position_m.min(axis=0) - gate_m
+    high = tracks.position_m.max(axis=0) + gate_m
+    place = reference.position_m
+    away: Flags = np.any((place < low) | (place > high), axis=1) & ~late
+    sentences = []
+    if late.mean() >= OUTSIDE_MIN:
+        sentences.append(
+            f"{late.mean():.0%} of the reference lies outside the time of the tracks: tracks "
+            f"{own}; reference {known}; its aircraft count as missed there"
+        )
+    if away.mean() >= OUTSIDE_MIN:
+        sentences.append(
+            f"{away.mean():.0%} of the reference lies outside the area of the tracks: tracks "
+            f"{_area(tracks.position_m, reference)}; reference {_area(place, reference)}; its "
+            "aircraft count as missed there"
+        )
+    return sentences
+
+
+def _span(time_s: Floats) -> _Span:
+    return _Span(float(time_s.min()), float(time_s.max()))
+
+
+def _advice(own: _Span, known: _Span) -> str:
+    dated = is_dated(own.last_s), is_dated(known.last_s)
+    if dated[0] != dated[1]:
+        which = "the reference" if dated[0] else "what was tracked"
+        return f"{which} has times of day only: convert the recording with --date YYYY-MM-DD"
+    later_s = known.first_s - own.first_s
+    days = round(later_s / _DAY_S)
+    if days and own.meets(known, days * _DAY_S):
+        way = "after" if days > 0 else "before"
+        count = f"{abs(days)} day{'' if abs(days) == 1 else 's'}"
+        return f"the reference is {count} {way} the tracks: wrong day (--date of `convert`)?"
+    hours = round(later_s / _HOUR_S)
+    if abs(later_s - hours * _HOUR_S) <= _ZONE_WITHIN_S and 0 < abs(hours) <= 14:
+        return f"they are {abs(hours)} h apart: another time zone, or another recording?"
+    return "another recording, or a wrong day (--date of `convert`)?"
+
+
+def _area(position_m: Floats, reference: Reference) -> str:
+    latitude, longitude = reference.plane.to_geodetic(position_m[:, 0], position_m[:, 1])
+    south, north = np.degrees([latitude.min(), latitude.max()])
+    west, east = np.degrees([longitude.min(), longitude.max()])
+    return f"latitude {south:.2f}° to {north:.2f}°, longitude {west:.2f}° to {east:.2f}°"

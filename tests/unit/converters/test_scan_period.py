@@ -1,0 +1,48 @@
+"""Scan periods from plots alone: of antennas that rotate, and none of those that do not."""
+
+import math
+
+import numpy as np
+import pytest
+
+from multiradar_converters.scan_period import PLOTS_MIN, scan_period_s
+from support.sweeps import sweep
+
+
+@pytest.mark.parametrize("period_s", [4.0, 4.9, 12.0])
+def test_traffic_in_one_direction_does_not_halve_the_period(period_s: float) -> None:
+    found = scan_period_s(*sweep(period_s, 600.0, 1, sector_deg=20.0))
+    assert found == pytest.approx(period_s, rel=2e-3)
+
+
+@pytest.mark.parametrize(("scans", "relative"), [(1.0, 0.03), (3.0, 0.01)])
+def test_a_few_scans_are_enough(scans: float, relative: float) -> None:
+    found = scan_period_s(*sweep(5.0, scans * 5.0, 2, targets=80))
+    assert found == pytest.approx(5.0, rel=relative)
+
+
+def test_clutter_among_the_plots_does_no_harm() -> None:
+    time_s, azimuth_deg = sweep(4.0, 600.0, 3)
+    generator = np.random.default_rng(4)
+    false = len(time_s) // 2
+    time_s = np.append(time_s, generator.uniform(time_s.min(), time_s.max(), false))
+    azimuth_deg = np.append(azimuth_deg, generator.uniform(0.0, 360.0, false))
+    assert scan_period_s(time_s, azimuth_deg) == pytest.approx(4.0, rel=1e-3)
+
+
+def test_what_does_not_rotate_has_none() -> None:
+    generator = np.random.default_rng(5)
+    time_s, azimuth_deg = generator.uniform(0.0, 600.0, 4000), generator.uniform(0.0, 360.0, 4000)
+    assert math.isnan(scan_period_s(time_s, azimuth_deg))
+    clockwise = sweep(4.0, 600.0, 6)
+    assert math.isnan(scan_period_s(clockwise[0], -clockwise[1] % 360.0))
+    assert math.isnan(scan_period_s(np.full(100, 7.0), generator.uniform(0.0, 360.0, 100)))
+
+
+def test_few_plots_and_those_without_azimuth_say_nothing() -> None:
+    time_s, azimuth_deg = sweep(4.0, 600.0, 7)
+    assert math.isnan(scan_period_s(time_s[: PLOTS_MIN - 1], azimuth_deg[: PLOTS_MIN - 1]))
+    assert math.isnan(scan_period_s(time_s, np.full(len(time_s), np.nan)))
+    assert math.isnan(scan_period_s(np.zeros(0), np.zeros(0)))
+    some = np.where(np.arange(len(time_s)) % 2, azimuth_deg, np.nan)
+    assert scan_period_s(time_s, some) == pytest.approx(4.0, rel=1e-3)

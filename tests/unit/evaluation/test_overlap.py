@@ -1,0 +1,87 @@
+"""A reference of another time or area than the tracks: what is said, and how much of it."""
+
+import numpy as np
+import pytest
+
+from multiradar.errors import InputError
+from multiradar.evaluation.overlap import check_matched, check_times, outside
+from support.skies import Row, reference_of, straight, tracks_of
+
+DAY_S = 86_400.0
+#: 2018-08-01 08:00:00 UTC.
+BEGIN_S = 1_533_110_400.0
+
+
+def _flight(begin_s: float, span_s: float = 600.0, east_m: float = 0.0) -> list[Row]:
+    return straight(np.arange(begin_s, begin_s + span_s, 10.0).tolist(), east_m, 0.0, 0.0, 0.0)
+
+
+def _times(own_s: float, known_s: float, span_s: float = 600.0) -> str:
+    tracks = tracks_of({1: _flight(own_s, span_s)})
+    reference = reference_of({"a": _flight(known_s, span_s)})
+    with pytest.raises(InputError) as fault:
+        check_times(tracks, reference)
+    return str(fault.value)
+
+
+def test_both_times_are_told_in_utc() -> None:
+    told = _times(BEGIN_S, BEGIN_S + 4000.0)
+    assert told == (
+        "tracks and reference have no time in common: tracks 2018-08-01 08:00:00 UTC to "
+        "2018-08-01 08:09:50 UTC; reference 2018-08-01 09:06:40 UTC to 2018-08-01 09:16:30 UTC; "
+        "another recording, or a wrong day (--date of `convert`)?"
+    )
+
+
+@pytest.mark.parametrize(
+    ("own_s", "known_s", "advice"),
+    [
+        (BEGIN_S, BEGIN_S + DAY_S + 60.0, "the reference is 1 day after the tracks: wrong day"),
+        (BEGIN_S, BEGIN_S - 3 * DAY_S, "the reference is 3 days before the tracks: wrong day"),
+        (BEGIN_S, BEGIN_S + 2 * 3600.0, "they are 2 h apart: another time zone"),
+        (BEGIN_S, 28_800.0, "the reference has times of day only: convert the recording with"),
+        (28_800.0, BEGIN_S, "what was tracked has times of day only: convert"),
+    ],
+)
+def test_what_may_be_wrong_is_said(own_s: float, known_s: float, advice: str) -> None:
+    assert advice in _times(own_s, known_s)
+
+
+def test_times_that_touch_are_no_mistake() -> None:
+    tracks = tracks_of({1: _flight(BEGIN_S, 610.0)})
+    check_times(tracks, reference_of({"a": _flight(BEGIN_S + 600.0)}))
+
+
+def test_tracks_that_meet_nothing_are_told_with_both_areas() -> None:
+    tracks = tracks_of({1: _flight(BEGIN_S)})
+    reference = reference_of({"a": _flight(BEGIN_S, east_m=90_000.0)})
+    with pytest.raises(InputError) as fault:
+        check_matched(tracks, reference, np.full(60, -1), 2000.0)
+    assert str(fault.value) == (
+        "no track comes within 2000 m (--gate) of an aircraft of the reference at any time: "
+        "tracks 2018-08-01 08:00:00 UTC to 2018-08-01 08:09:50 UTC, latitude 45.84° to 45.84°, "
+        "longitude 5.73° to 5.73°; reference 2018-08-01 08:00:00 UTC to 2018-08-01 08:09:50 UTC, "
+        "latitude 45.83° to 45.83°, longitude 6.89° to 6.89°; another recording, area or time zone?"
+    )
+    check_matched(tracks, reference, np.array([-1, 3, -1]), 2000.0)
+
+
+@pytest.mark.parametrize(("part", "sentences"), [(0.49, 0), (0.5, 1)])
+def test_most_of_a_reference_outside_the_time_of_the_tracks_is_told(
+    part: float, sentences: int
+) -> None:
+    reference = reference_of({"a": _flight(BEGIN_S, 1000.0)})
+    tracks = tracks_of({1: _flight(BEGIN_S, 1000.0 * (1.0 - part))})
+    told = outside(tracks, reference, 2000.0)
+    assert len(told) == sentences
+    assert all("lies outside the time of the tracks" in one for one in told)
+
+
+@pytest.mark.parametrize(("east_m", "sentences"), [(1999.0, 0), (2001.0, 1)])
+def test_most_of_a_reference_outside_the_area_of_the_tracks_is_told(
+    east_m: float, sentences: int
+) -> None:
+    flights = {"a": _flight(BEGIN_S), "b": _flight(BEGIN_S, east_m=east_m)}
+    told = outside(tracks_of({1: flights["a"]}), reference_of(flights), 2000.0)
+    assert len(told) == sentences
+    assert all("50% of the reference lies outside the area" in one for one in told)
