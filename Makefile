@@ -1,6 +1,7 @@
 # Everything a new machine needs: Python >= 3.11, make and git. Each target makes the environment it uses.
 PYTHON ?= python3
 VENV := .venv
+FUZZ_SECONDS ?= 120
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
@@ -9,7 +10,7 @@ READY := $(VENV)/.ready
 KERNELS := $(shell cat $$(find service converters -name '*kernels.py' | sort) | sha256sum | cut -c1-16)
 export NUMBA_CACHE_DIR := $(CURDIR)/.numba/$(KERNELS)
 
-.PHONY: help install test lint types contracts check demo bench lock clean
+.PHONY: help install test fuzz lint types contracts check demo bench lock clean
 
 help: ## Show the targets
 	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 14
@@ -36,6 +37,9 @@ check: lint types contracts ## Everything but the tests
 
 test: check ## Lint, types, import contracts and all tests
 	$(BIN)/pytest -n 2
+
+fuzz: $(READY) ## Draw new examples for all property tests (FUZZ_SECONDS=120 FUZZ_SEED=)
+	cd tests && ../$(BIN)/python -m support.fuzzing --seconds $(FUZZ_SECONDS) $(if $(FUZZ_SEED),--seed $(FUZZ_SEED))
 
 demo: $(READY) ## Convert the sample, serve it, replay it, watch tracks and biases settle
 	$(BIN)/multiradar demo $(DEMO_OPTIONS)

@@ -186,7 +186,7 @@ def literal(text: str, quoted: bool) -> str:
     st.sampled_from(["", " ", "\n\t "]),
 )
 @example([True] * 11, records_with("unix-ms", "-0"), list(range(11)), set(), "")
-@settings(deadline=None, max_examples=80)
+@settings(max_examples=80)
 def test_objects_read_the_same_both_ways(
     quoted: list[bool],
     records: tuple[TimeForm, Table],
@@ -211,7 +211,7 @@ def test_objects_read_the_same_both_ways(
 @given(tables(), st.sampled_from([b",", b";", b"\t"]))
 @example(records_with("unix-ms", "-0"), b",")
 @example(records_with("seconds-of-day", "-0.0"), b",")
-@settings(deadline=None, max_examples=80)
+@settings(max_examples=80)
 def test_lines_read_the_same_both_ways(records: tuple[TimeForm, Table], separator: bytes) -> None:
     time, table = records
     text = "\n".join(separator.decode().join(row) for row in table).encode("utf-8", "replace")
@@ -222,7 +222,7 @@ def test_lines_read_the_same_both_ways(records: tuple[TimeForm, Table], separato
 
 
 @given(st.lists(plausible, min_size=1, max_size=20))
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 def test_plain_records_are_read_by_the_compiled_form_alone(records: list[dict[str, Any]]) -> None:
     """What is plainly right is not left to the plain form: that is what makes it fast."""
     for record in records:
@@ -252,7 +252,7 @@ def cut(text: bytes, places: list[int]) -> list[bytes]:
     ),
     st.lists(st.integers(0, 10**6), max_size=8),
 )
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 def test_elements_are_those_of_the_list_however_it_is_cut(
     records: list[Any], places: list[int]
 ) -> None:
@@ -273,7 +273,7 @@ def test_elements_are_those_of_the_list_however_it_is_cut(
 
 
 @given(st.binary(max_size=400), st.lists(st.integers(0, 10**6), max_size=8))
-@settings(deadline=None, max_examples=80)
+@settings(max_examples=80)
 def test_any_bytes_are_cut_the_same_however_they_come(text: bytes, places: list[int]) -> None:
     def told(blocks: list[bytes]) -> list[Any]:
         elements, lines = Elements(0), Lines()
