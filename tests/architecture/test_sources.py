@@ -2,12 +2,13 @@
 
 import ast
 import re
-import subprocess
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
 import pytest
+
+from support.waiting import run_to_end
 
 ROOT = Path(__file__).parents[2]
 CODE = ("service", "converters", "schemas")
@@ -24,9 +25,8 @@ CORE = (
 
 @cache
 def tracked() -> tuple[str, ...]:
-    listed = subprocess.run(
-        ["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True
-    )
+    listed = run_to_end(["git", "ls-files"], cwd=ROOT)
+    assert listed.returncode == 0, listed.stderr
     return tuple(name for name in listed.stdout.splitlines() if (ROOT / name).is_file())
 
 

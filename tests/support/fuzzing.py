@@ -15,6 +15,8 @@ from pathlib import Path
 
 import pytest
 
+from support.waiting import WAIT_TIMEOUT_S
+
 TESTS = Path(__file__).parents[1]
 #: Rounds draw from consecutive seeds; a round that finds something prints its own.
 SEED_MAX = 2**32
@@ -31,7 +33,7 @@ def fuzz(
         command = [sys.executable, "-m", "pytest", "-p", "support.fuzzing", "-m", "hypothesis",
                    "-q", "--hypothesis-profile=fuzz", f"--hypothesis-seed={seed}",
                    f"--fuzz-seconds={left_s}", *_files(folder)]  # fmt: skip
-        status = subprocess.run(command, cwd=TESTS, check=False).returncode
+        status = subprocess.run(command, cwd=TESTS, check=False, timeout=WAIT_TIMEOUT_S).returncode
         if status != pytest.ExitCode.OK:
             return status
         seed += 1

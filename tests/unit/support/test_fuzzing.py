@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from support import fuzzing
+from support.waiting import WAIT_TIMEOUT_S
 
 PROPERTY = """
 from hypothesis import given, strategies as st
@@ -41,7 +42,9 @@ def test_what_is_found_is_printed_with_its_seed_and_can_be_repeated(
     example = re.search(r"number=\d+", out)
     assert example is not None
     command = [sys.executable, "-m", *printed[1].split(), "test_it.py"]
-    again = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    again = subprocess.run(
+        command, cwd=folder, capture_output=True, text=True, check=False, timeout=WAIT_TIMEOUT_S
+    )
     assert again.returncode == pytest.ExitCode.TESTS_FAILED
     assert example[0] in again.stdout
 
