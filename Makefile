@@ -1,10 +1,11 @@
 # Everything a new machine needs: Python >= 3.11, make and git. Each target makes the environment it uses.
 PYTHON ?= python3
 VENV := .venv
+FUZZ_SECONDS ?= 120
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: help install test unit lint types contracts check docs-check demo bench kernel-list lock clean
+.PHONY: help install test unit fuzz lint types contracts check docs-check demo bench kernel-list lock clean
 
 help: ## Show the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 14
@@ -39,6 +40,9 @@ unit: $(READY) ## The unit tests alone
 
 docs-check: $(READY) ## Compare the documents with what programs print (an hour); DOCS_OPTIONS=--write puts it right
 	$(BIN)/python docs/check_documents.py $(DOCS_OPTIONS)
+
+fuzz: $(READY) ## Draw new examples for all property tests (FUZZ_SECONDS=120 FUZZ_SEED=)
+	cd tests && ../$(BIN)/python -m support.fuzzing --seconds $(FUZZ_SECONDS) $(if $(FUZZ_SEED),--seed $(FUZZ_SEED))
 
 demo: $(READY) ## Convert the sample, serve it, replay it, watch tracks and biases settle
 	$(BIN)/multiradar demo $(DEMO_OPTIONS)

@@ -1,6 +1,21 @@
-"""What holds for all tests: no test asserts a time, so no generated example has a deadline."""
+"""What holds for all tests: property tests draw the same examples everywhere.
+
+`make fuzz` draws others, by the profile `fuzz`; what it finds is kept as an `@example(...)`.
+"""
 
 from hypothesis import HealthCheck, settings
+from hypothesis.internal.conjecture import providers
 
-settings.register_profile("multiradar", deadline=None, suppress_health_check=[HealthCheck.too_slow])
-settings.load_profile("multiradar")
+# No test asserts a time. A folder for a test serves all its examples, each of which fills it.
+_CHECKS = (HealthCheck.too_slow, HealthCheck.function_scoped_fixture)
+settings.register_profile(
+    "same", derandomize=True, database=None, deadline=None, suppress_health_check=_CHECKS
+)
+settings.register_profile(
+    "fuzz", derandomize=False, database=None, deadline=None, suppress_health_check=_CHECKS
+)
+settings.load_profile("same")
+
+# Hypothesis also draws constants found in the modules loaded so far, which depend on the tests that
+# ran before in the same process.
+providers._get_local_constants = lambda: providers._local_constants

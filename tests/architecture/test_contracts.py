@@ -1,21 +1,19 @@
 """The import contracts hold, and would notice if they did not."""
 
-import subprocess
 import sys
 import tomllib
 from pathlib import Path
+
+from support.waiting import run_to_end
 
 ROOT = Path(__file__).parents[2]
 CODE = ("service/multiradar", "converters/multiradar_converters", "schemas/multiradar_schemas")
 
 
 def test_imports_run_downwards_only() -> None:
-    run = subprocess.run(
+    run = run_to_end(
         [sys.executable, "-c", "from importlinter.cli import lint_imports_command as c; c()"],
         cwd=ROOT,
-        capture_output=True,
-        text=True,
-        check=False,
     )
     assert run.returncode == 0, run.stdout[-4000:]
     assert "0 broken" in run.stdout

@@ -2,12 +2,13 @@
 
 import ast
 import re
-import subprocess
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
 import pytest
+
+from support.waiting import run_to_end
 
 ROOT = Path(__file__).parents[2]
 CODE = ("service", "converters", "schemas")
@@ -24,9 +25,8 @@ CORE = (
 
 @cache
 def tracked() -> tuple[str, ...]:
-    listed = subprocess.run(
-        ["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True
-    )
+    listed = run_to_end(["git", "ls-files"], cwd=ROOT)
+    assert listed.returncode == 0, listed.stderr
     return tuple(name for name in listed.stdout.splitlines() if (ROOT / name).is_file())
 
 
@@ -178,3 +178,16 @@ def test_no_module_is_a_drawer_for_everything() -> None:
     assert [
         name for name in modules(*CODE) if drawers & set(Path(name).with_suffix("").parts)
     ] == []
+
+
+def test_property_tests_choose_how_many_examples_they_draw_and_nothing_else() -> None:
+    """All else is in the profiles, so that every property test draws the same everywhere."""
+    chosen = {
+        f"{name}:{node.lineno}: {word.arg}"
+        for name in modules("tests/")
+        if name != "tests/conftest.py"
+        for node in nodes(name)
+        if isinstance(node, ast.Call) and ast.unparse(node.func) == "settings"
+        for word in node.keywords
+    }
+    assert {one for one in chosen if not one.endswith(": max_examples")} == set()

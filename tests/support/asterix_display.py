@@ -8,6 +8,7 @@ import numpy as np
 from multiradar_converters.asterix.catalogue import layout_of
 from multiradar_converters.asterix.fields import record_fields
 from multiradar_converters.asterix.program import program_of, walk
+from support.waiting import WAIT_TIMEOUT_S
 
 EDITIONS = {62: "1.21", 63: "1.7", 65: "1.6"}
 
@@ -20,7 +21,7 @@ def display(group: str, port: int) -> socket.socket:
     member = socket.inet_aton(group) + socket.inet_aton("127.0.0.1")
     found.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, member)
     found.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 20)
-    found.settimeout(20.0)
+    found.settimeout(WAIT_TIMEOUT_S)
     return found
 
 

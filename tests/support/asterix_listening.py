@@ -1,12 +1,11 @@
 """A running service that listens to ASTERIX, as its senders and readers see it."""
 
 import socket
-import time
 from typing import Any
 
-import httpx
-
 from multiradar.app import Application
+from support import clients
+from support.waiting import WAIT_TIMEOUT_S, wait_until
 
 
 def sender() -> socket.socket:
@@ -24,23 +23,26 @@ def address(endpoint: str) -> tuple[str, int]:
 
 def status(application: Application) -> dict[str, Any]:
     """Return `GET /v1/status`."""
-    found: dict[str, Any] = httpx.get(f"{application.http_url}/v1/status").raise_for_status().json()
+    found: dict[str, Any] = (
+        clients.get(f"{application.http_url}/v1/status").raise_for_status().json()
+    )
     return found
 
 
 def settled(application: Application, octets: int) -> dict[str, Any]:
     """Wait until so many octets were heard and all of them have become something."""
-    for _ in range(1200):
-        document = status(application)
-        heard = document["asterix"]["listeners"].values()
+
+    def all_became_something() -> bool:
+        heard = status(application)["asterix"]["listeners"].values()
         became = sum(
             one[f"octets_{name}"]
             for one in heard
             for name in ("decoded", "skipped", "quarantined", "dropped")
         )
         rows = sum(one["rows_accepted"] + one["rows_rejected"] for one in heard)
-        if became == octets and rows == sum(one["records_measurement"] for one in heard):
-            application.service.settled().result(30)
-            return status(application)
-        time.sleep(0.05)
-    raise AssertionError(document)
+        measured: int = sum(one["records_measurement"] for one in heard)
+        return bool(became == octets and rows == measured)
+
+    wait_until(all_became_something, f"{octets} octets and what they become")
+    application.service.settled().result(WAIT_TIMEOUT_S)
+    return status(application)

@@ -1,7 +1,8 @@
 """A certificate authority that lives as long as a test."""
 
-import subprocess
 from pathlib import Path
+
+from support.waiting import run_to_end
 
 
 class Authority:
@@ -51,4 +52,5 @@ class Authority:
 
 
 def _openssl(*arguments: str) -> None:
-    subprocess.run(["openssl", *arguments], check=True, capture_output=True)
+    made = run_to_end(["openssl", *arguments])
+    assert made.returncode == 0, made.stderr

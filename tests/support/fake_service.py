@@ -17,6 +17,7 @@ from multiradar.runtime.receipt import Receipt, RejectedRow
 from multiradar.storage.entries import Quarantined
 from multiradar.tracking.regions import gaussian_factor
 from multiradar_schemas.arrow import BIAS_SCHEMA, TRACK_SCHEMA, TRANSITION_SCHEMA
+from support.waiting import WAIT_TIMEOUT_S
 
 LIVE_SCHEMA = pl.Schema({**TRACK_SCHEMA, "age_s": pl.Float64()})
 
@@ -78,15 +79,16 @@ class FakeView:
     plane_failure: Exception | None = None
     asked: EncounterQuery | None = None
     trajectory_failure: Exception | None = None
-    entered: threading.Event = field(default_factory=threading.Event)
+    #: Threads that have asked for all tracks.
+    readers: list[int] = field(default_factory=list)
     gate: threading.Event | None = None
 
     def tracks(self) -> pl.DataFrame:
-        self.entered.set()
+        self.readers.append(threading.get_ident())
         if self.failure is not None:
             raise self.failure
         if self.gate is not None:
-            self.gate.wait(10.0)
+            self.gate.wait(WAIT_TIMEOUT_S)
         return self.live
 
     def track(self, track_id: int) -> dict[str, Any] | None:

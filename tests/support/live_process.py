@@ -21,6 +21,7 @@ from multiradar.storage.sqlite_journal import SqliteJournal
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.tracking.state_samples import Sampling
 from support.live_scene import sensors
+from support.waiting import WAIT_TIMEOUT_S
 
 TESTS = Path(__file__).parents[1]
 
@@ -74,7 +75,7 @@ class LiveProcess:
         except BrokenPipeError:
             # Something was left in the buffer for a process that is dead, as intended.
             self._stdin = self._stdout
-        status = self._process.wait(60)
+        status = self._process.wait(WAIT_TIMEOUT_S)
         self._stdout.close()
         return status
 

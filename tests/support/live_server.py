@@ -9,6 +9,8 @@ from fastapi import FastAPI
 
 from multiradar.api.connections import server
 from multiradar.api.limits import HttpLimits
+from support import clients
+from support.waiting import WAIT_TIMEOUT_S, join
 
 
 @contextmanager
@@ -27,13 +29,21 @@ def serving(application: FastAPI, limits: HttpLimits) -> Iterator[int]:
     thread = threading.Thread(target=running.run, kwargs={"sockets": [listener]})
     thread.start()
     try:
-        assert started.wait(20.0)
+        assert started.wait(WAIT_TIMEOUT_S)
         yield int(listener.getsockname()[1])
     finally:
         running.should_exit = True
-        thread.join(20.0)
+        join(thread)
         listener.close()
-        assert not thread.is_alive()
+
+
+def dropped_connections(port: int) -> float:
+    """Return how many connections were dropped because nobody read, in this process so far."""
+    name = 'multiradar_http_connections_dropped_total{cause="does_not_read"} '
+    metrics = clients.get(f"http://127.0.0.1:{port}/metrics").text
+    return sum(
+        float(line.removeprefix(name)) for line in metrics.splitlines() if line.startswith(name)
+    )
 
 
 class RawClient:
@@ -43,7 +53,7 @@ class RawClient:
         self.socket = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
         if receive_buffer_bytes is not None:
             self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, receive_buffer_bytes)
-        self.socket.settimeout(15.0)
+        self.socket.settimeout(WAIT_TIMEOUT_S)
         self.socket.connect(("127.0.0.1", port))
 
     def send(self, text: bytes) -> None:

@@ -17,6 +17,7 @@ from multiradar.storage.memory_journal import MemoryJournal
 from multiradar.tracking.settings import TrackingSettings
 from support.fake_engine import FakeEngine
 from support.live_scene import sensors
+from support.waiting import WAIT_TIMEOUT_S
 
 TABLE = sensors()
 Starter = Callable[..., Service]
@@ -53,12 +54,12 @@ def services() -> Iterator[Starter]:
 
 def submit(service: Service, frame: pl.DataFrame, key: str | None = None) -> Receipt:
     """Hand in a message and return its receipt."""
-    return service.submit(frame, source="test", idempotency_key=key).result(10)
+    return service.submit(frame, source="test", idempotency_key=key).result(WAIT_TIMEOUT_S)
 
 
 def settled(service: Service) -> dict[str, object]:
     """Return the status when everything is processed; nothing may wait, all must be counted."""
-    service.settled().result(10)
+    service.settled().result(WAIT_TIMEOUT_S)
     status = service.view.status()
     counts = [status[name] for name in ("accepted", "duplicate", "rejected")]
     assert status["read"] == sum(counts)
@@ -75,7 +76,7 @@ class GatedJournal(MemoryJournal):
 
     def append(self, entries: Sequence[Entry]) -> list[int]:
         self.entered.set()
-        assert self.open.wait(10)
+        assert self.open.wait(WAIT_TIMEOUT_S)
         return super().append(entries)
 
 

@@ -11,13 +11,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import httpx
-
-from support import live_scene
+from support import clients, live_scene
 from support.served import SENSORS
-
-_START_TIMEOUT_S = 120.0
-_STOP_TIMEOUT_S = 60.0
+from support.waiting import WAIT_TIMEOUT_S, run_to_end, wait_until
 
 
 def write_scene(folder: Path, rows: int) -> tuple[Path, Path]:
@@ -31,9 +27,7 @@ def write_scene(folder: Path, rows: int) -> tuple[Path, Path]:
 def command(*arguments: object) -> "subprocess.CompletedProcess[str]":
     """Run a command to its end."""
     line = [sys.executable, "-m", "multiradar", *map(str, arguments)]
-    return subprocess.run(
-        line, capture_output=True, text=True, check=False, env=environment(), timeout=300.0
-    )
+    return run_to_end(line, env=environment())
 
 
 def environment() -> dict[str, str]:
@@ -51,11 +45,14 @@ class Served:
 
     def status(self) -> dict[str, Any]:
         """Return `/v1/status` once everything in the journal is processed."""
-        while True:
-            answer = httpx.get(f"{self.http}/v1/status", trust_env=False, timeout=30.0)
-            status: dict[str, Any] = answer.raise_for_status().json()
-            if status["processed_sequence"] == status["journal_sequence"]:
-                return status
+        found: dict[str, Any] = {}
+
+        def processed() -> bool:
+            found.update(clients.get(f"{self.http}/v1/status").raise_for_status().json())
+            return bool(found["processed_sequence"] == found["journal_sequence"])
+
+        wait_until(processed, "the service to process its journal")
+        return found
 
 
 @contextmanager
@@ -63,7 +60,7 @@ def serving(*options: object) -> Iterator[Served]:
     """Serve until the end of the block; the process ends gracefully if it is still there."""
     line = [sys.executable, "-m", "multiradar", "serve", "--json", *map(str, options)]
     with subprocess.Popen(line, stdout=subprocess.PIPE, text=True, env=environment()) as process:
-        watchdog = threading.Timer(_START_TIMEOUT_S, process.kill)
+        watchdog = threading.Timer(WAIT_TIMEOUT_S, process.kill)
         watchdog.start()
         try:
             assert process.stdout is not None
@@ -74,7 +71,7 @@ def serving(*options: object) -> Iterator[Served]:
             watchdog.cancel()
             process.terminate()
             try:
-                process.wait(_STOP_TIMEOUT_S)
+                process.wait(WAIT_TIMEOUT_S)
             except subprocess.TimeoutExpired:
                 process.kill()
                 raise

@@ -7,7 +7,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
-import httpx
+from support import clients
+from support.waiting import WAIT_TIMEOUT_S, run_to_end
 
 RUN = [sys.executable, "-m", "multiradar"]
 
@@ -66,29 +67,27 @@ class Served:
 
     def status(self) -> dict[str, Any]:
         """Return `GET /v1/status`."""
-        answer = httpx.get(f"{self.url}/v1/status", timeout=30.0)
+        answer = clients.get(f"{self.url}/v1/status")
         found: dict[str, Any] = answer.raise_for_status().json()
         return found
 
     def kill(self) -> None:
         """Kill it as the kernel does, without a farewell."""
         self._process.kill()
-        self._process.wait(30)
+        self._process.wait(WAIT_TIMEOUT_S)
         self._stdout.close()
 
     def stop(self) -> int:
         """Ask it to stop and return its exit status."""
         self._process.terminate()
-        status = self._process.wait(30)
+        status = self._process.wait(WAIT_TIMEOUT_S)
         self._stdout.close()
         return status
 
 
 def run(*arguments: object) -> dict[str, Any]:
     """Run a command of `multiradar` and return what it prints with `--json`."""
-    done = subprocess.run(
-        [*RUN, *map(str, arguments), "--json"], capture_output=True, text=True, timeout=240
-    )
+    done = run_to_end([*RUN, *map(str, arguments), "--json"])
     assert done.returncode == 0, done.stderr
     found: dict[str, Any] = json.loads(done.stdout)
     return found

@@ -1,6 +1,6 @@
 """A command that a signal breaks into, in places where an exception would be lost.
 
-Run as a program: the signal, the place, a folder for its output. It would go on for a minute.
+Run as a program: the signal, the place, a folder for its output. It would go on for ever.
 """
 
 import ctypes
@@ -9,7 +9,7 @@ import signal
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from threading import Thread
+from threading import Event, Thread
 from time import sleep
 
 import typer
@@ -18,8 +18,6 @@ from multiradar.cli.main import main
 from multiradar.storage.output_file import new_file
 from multiradar.storage.output_folder import new_folder
 from multiradar_converters.leftovers import temporary_folder
-
-_LONG_S = 60.0
 
 
 class _Told:
@@ -87,7 +85,7 @@ def _command(case: Callable[[_Told], None], number: int, parent: Path) -> typer.
             # Threads do not stop, and write to what is being removed.
             Thread(target=_write_on, args=(folder,), daemon=True).start()
             case(_Told(number))
-            sleep(_LONG_S)
+            Event().wait()
 
     return app
 

@@ -9,8 +9,10 @@ from typing import Any
 
 from multiradar.ingest.zenoh.gateway import ZenohGateway
 from multiradar.ingest.zenoh.options import ZenohOptions
+from multiradar.ingest.zenoh.session import ZenohBus
 from multiradar.runtime.events import Event, EventRing, Subscription
 from support.fake_service import FakeService, FakeView
+from support.waiting import pause
 
 
 def free_endpoint() -> str:
@@ -66,8 +68,14 @@ class StreamingView(FakeView):
             self.tell([1 + (told + place) % tracks for place in range(size)])
             told += size
             ahead_s = began_s + told / per_s - time.monotonic()
-            if ahead_s > 0:
-                time.sleep(ahead_s)
+            pause(max(ahead_s, 0.0))
+
+
+def connections(running: ZenohGateway) -> int:
+    """Return how many sessions are connected to a gateway."""
+    bus = running._bus
+    assert isinstance(bus, ZenohBus)
+    return len(bus._session.info.transports())
 
 
 @contextmanager

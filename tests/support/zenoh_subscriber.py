@@ -1,13 +1,13 @@
 """A subscriber in a process of its own, as somebody outside the project would write it.
 
 It takes one JSON object of options, prints a line `ready`, then one JSON object with what it
-received: as soon as it has `expect` updates, or when its time is over.
+received: as soon as it has `expect` updates, or when its time is over. With the option `sleep_at`
+it reads nothing after so many updates until it is woken by a line on standard input.
 """
 
 import json
 import subprocess
 import sys
-import time
 from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,6 +15,8 @@ from typing import Any
 
 import zenoh
 import zenoh.ext
+
+from support.waiting import WAIT_TIMEOUT_S, wait_until
 
 TESTS = Path(__file__).parents[1]
 
@@ -41,11 +43,13 @@ class SubscriberProcess:
         given = {"endpoint": endpoint, "expect": expect, **options}
         self.process = subprocess.Popen(
             [sys.executable, "-m", "support.zenoh_subscriber", json.dumps(given)],
+            stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             cwd=TESTS,
         )
+        assert self.process.stdin is not None
         assert self.process.stdout is not None
-        self._stdout = self.process.stdout
+        self._stdin, self._stdout = self.process.stdin, self.process.stdout
         assert self._stdout.readline() == b"ready\n"
 
     def __enter__(self) -> "SubscriberProcess":
@@ -53,13 +57,19 @@ class SubscriberProcess:
 
     def __exit__(self, *_: object) -> None:
         self.process.kill()
-        self.process.wait(10)
+        self.process.wait(WAIT_TIMEOUT_S)
+        self._stdin.close()
         self._stdout.close()
+
+    def wake(self) -> None:
+        """Wake it."""
+        self._stdin.write(b"\n")
+        self._stdin.flush()
 
     def result(self) -> dict[str, Any]:
         """Wait for what it received."""
         text = self._stdout.read()
-        assert self.process.wait(10) == 0
+        assert self.process.wait(WAIT_TIMEOUT_S) == 0
         found: dict[str, Any] = json.loads(text)
         return found
 
@@ -71,6 +81,10 @@ class _Received:
     out_of_order: int = 0
     mismatched: int = 0
     samples: int = 0
+
+
+def _answered(session: zenoh.Session) -> bool:
+    return any(reply.ok for reply in session.get("multiradar/v1/status", timeout=WAIT_TIMEOUT_S))
 
 
 def _say(text: str) -> None:
@@ -98,7 +112,7 @@ def _main(options: dict[str, Any]) -> None:
         received.numbers[number] += 1
         received.samples += 1
         if received.samples == options.get("sleep_at"):
-            time.sleep(options["sleep_s"])
+            sys.stdin.readline()
 
     subscriber = zenoh.ext.declare_advanced_subscriber(
         session,
@@ -107,14 +121,12 @@ def _main(options: dict[str, Any]) -> None:
         history=zenoh.ext.HistoryConfig(detect_late_publishers=options.get("detect", True)),
         recovery=zenoh.ext.RecoveryConfig(periodic_queries=None, heartbeat=True),
     )
-    # A client of a router knows what the router knows only after a moment.
-    time.sleep(0.3)
+    # What is answered after it was declared was sent by who knows of the subscription.
+    wait_until(lambda: _answered(session), "an answer of the service")
     _say("ready\n")
-    end_s = time.monotonic() + options.get("patience_s", 20.0)
-    while time.monotonic() < end_s and len(received.numbers) < options["expect"]:
-        time.sleep(0.02)
-    # Whatever comes twice would come now.
-    time.sleep(0.2)
+    wait_until(lambda: len(received.numbers) >= options["expect"], "all updates", fail=False)
+    # Whatever comes twice comes before the answer to a question asked now.
+    _answered(session)
     _say(
         json.dumps(
             {

@@ -92,7 +92,8 @@ def read_cells(cells: Mapping[int, str], layout: Layout) -> Row:
             words[roles.GROUND - roles.FIRST_WORD] = 1
         elif role in (roles.TIME, roles.POSITION_TIME):
             form = layout.time if role == roles.TIME else layout.position_time
-            numbers[role] = _time(text, form, layout.name_of(role), float(layout.divisor[role]))
+            time_s = _time(text, form, layout.name_of(role), float(layout.divisor[role]))
+            numbers[role] = time_s + 0.0  # -0 is 0, as in the compiled form
         elif role < roles.FIRST_WORD:
             numbers[role] = _number(text, layout.name_of(role)) * float(layout.scale[role]) + 0.0
         elif not (role == roles.GROUND and cells.get(roles.HEIGHT) == _GROUND):

@@ -4,24 +4,26 @@ import contextlib
 import itertools
 import json
 import socket
-import threading
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import httpx
 import pytest
 from websockets.exceptions import ConnectionClosed
-from websockets.sync.client import ClientConnection, connect
+from websockets.sync.client import ClientConnection
 from websockets.typing import Origin
 
 from multiradar.api.factory import create_api
 from multiradar.api.limits import HttpLimits
 from multiradar.runtime.events import EventRing
+from support import clients
 from support.fake_service import FakeService, FakeView
-from support.live_server import RawClient, serving
+from support.live_server import RawClient, dropped_connections, serving
+from support.waiting import WAIT_TIMEOUT_S, wait_until
 
 LIMITS = HttpLimits(
-    send_deadline_s=0.5,
+    send_deadline_s=WAIT_TIMEOUT_S,
     streams_max=60,
     stream_heartbeat_s=0.2,
     stream_batch_interval_s=0.02,
@@ -40,18 +42,26 @@ def port(view: FakeView) -> Iterator[int]:
         yield port
 
 
+@pytest.fixture(scope="module")
+def hasty(view: FakeView) -> Iterator[int]:
+    """A service that lets go soon who does not read."""
+    limits = replace(LIMITS, send_deadline_s=1.0)
+    with serving(create_api(FakeService(view), limits), limits) as port:
+        yield port
+
+
 @pytest.fixture(autouse=True)
 def _empty_ring(view: FakeView) -> None:
     view.ring.clear()
 
 
 def _socket(port: int, query: str = "") -> ClientConnection:
-    return connect(f"ws://127.0.0.1:{port}/v1/stream{query}", open_timeout=10, compression=None)
+    return clients.event_socket(f"ws://127.0.0.1:{port}/v1/stream{query}")
 
 
 def _messages(stream: ClientConnection) -> Iterator[dict[str, Any]]:
     while True:
-        message: dict[str, Any] = json.loads(stream.recv(timeout=10))
+        message: dict[str, Any] = json.loads(stream.recv(timeout=WAIT_TIMEOUT_S))
         if message["type"] == "events":
             yield message
 
@@ -66,12 +76,7 @@ def _numbers(events: Iterator[dict[str, Any]], count: int) -> list[int]:
 
 
 def _wait_for_subscribers(view: FakeView, count: int) -> None:
-    waiting = threading.Event()
-    for _ in range(500):
-        if view.ring.subscriber_count == count:
-            return
-        waiting.wait(0.01)
-    pytest.fail(f"expected {count} subscribers, was {view.ring.subscriber_count}")
+    wait_until(lambda: view.ring.subscriber_count == count, f"{count} subscribers")
 
 
 def _read_lines(response: httpx.Response) -> Iterator[dict[str, str]]:
@@ -139,7 +144,7 @@ def test_kinds_are_filtered_and_the_place_moves_on(port: int, view: FakeView) ->
     with _socket(port, "?after=0&kinds=bias") as stream:
         assert _numbers(_events(stream), 2) == [4, 5]
         while True:
-            message = json.loads(stream.recv(timeout=10))
+            message = json.loads(stream.recv(timeout=WAIT_TIMEOUT_S))
             assert message["type"] == "heartbeat"
             if message["last"] == 9:
                 break
@@ -156,11 +161,11 @@ def test_clients_with_other_filters_do_not_get_each_others_batches(
         _socket(port, "?after=0&kinds=bias") as biases,
         _socket(port, "?after=0&kinds=status") as nothing,
         _socket(port, "?after=0") as everything,
-        httpx.stream("GET", url, timeout=10) as source,
+        clients.event_source(url) as source,
     ):
         assert _numbers(_events(biases), 3) == [4, 5, 6]
         assert _numbers(_events(everything), 7) == [1, 2, 3, 4, 5, 6, 7]
-        assert json.loads(nothing.recv(timeout=10))["type"] == "heartbeat"
+        assert json.loads(nothing.recv(timeout=WAIT_TIMEOUT_S))["type"] == "heartbeat"
         blocks = itertools.islice(_read_lines(source), 1, 4)
         assert [block["id"] for block in blocks] == ["4", "5", "6"]
     with (
@@ -174,7 +179,7 @@ def test_clients_with_other_filters_do_not_get_each_others_batches(
 
 def test_silence_is_filled_with_heartbeats(port: int) -> None:
     with _socket(port) as stream:
-        assert json.loads(stream.recv(timeout=10)) == {"type": "heartbeat", "last": 0}
+        assert json.loads(stream.recv(timeout=WAIT_TIMEOUT_S)) == {"type": "heartbeat", "last": 0}
 
 
 def test_what_the_ring_has_lost_is_told_as_a_gap(port: int, view: FakeView) -> None:
@@ -201,7 +206,7 @@ def test_a_gap_is_told_whatever_the_filter(port: int, view: FakeView) -> None:
 def test_wrong_parameters_close_the_socket_with_a_reason(port: int, query: str) -> None:
     with _socket(port, query) as stream:
         with pytest.raises(ConnectionClosed) as closed:
-            stream.recv(timeout=10)
+            stream.recv(timeout=WAIT_TIMEOUT_S)
         assert closed.value.rcvd is not None
         assert closed.value.rcvd.code == 1008
         assert "expected" in closed.value.rcvd.reason
@@ -219,7 +224,9 @@ def test_a_client_that_talks_is_closed(port: int) -> None:
 def test_a_page_of_another_origin_gets_no_stream(port: int) -> None:
     with (
         pytest.raises(Exception, match="403"),
-        connect(f"ws://127.0.0.1:{port}/v1/stream", origin=Origin("https://elsewhere.example")),
+        clients.event_socket(
+            f"ws://127.0.0.1:{port}/v1/stream", origin=Origin("https://elsewhere.example")
+        ),
     ):
         pytest.fail("the socket was accepted")
 
@@ -240,23 +247,23 @@ def test_more_streams_than_places_are_told_to_come_later(port: int, view: FakeVi
             crowd.enter_context(_socket(port))
         _wait_for_subscribers(view, LIMITS.streams_max)
         with _socket(port) as late, pytest.raises(ConnectionClosed) as closed:
-            late.recv(timeout=10)
+            late.recv(timeout=WAIT_TIMEOUT_S)
         assert closed.value.rcvd is not None
         assert closed.value.rcvd.code == 1013
-        answer = httpx.get(f"http://127.0.0.1:{port}/v1/events")
+        answer = clients.get(f"http://127.0.0.1:{port}/v1/events")
         assert (answer.status_code, answer.json()["code"]) == (503, "TOO_MANY_STREAMS")
     _wait_for_subscribers(view, 0)
 
 
-def test_a_socket_that_is_not_read_is_let_go_and_delays_nobody(port: int, view: FakeView) -> None:
-    stalled = RawClient(port, receive_buffer_bytes=4096)
+def test_a_socket_that_is_not_read_is_let_go_and_delays_nobody(hasty: int, view: FakeView) -> None:
+    stalled = RawClient(hasty, receive_buffer_bytes=4096)
     stalled.send(
         b"GET /v1/stream?after=0 HTTP/1.1\r\nHost: 127.0.0.1\r\nUpgrade: websocket\r\n"
         b"Connection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
         b"Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n\r\n"
     )
     stalled.until(b"\r\n\r\n")
-    with _socket(port, "?after=0") as reader:
+    with _socket(hasty, "?after=0") as reader:
         _wait_for_subscribers(view, 2)
         events = _events(reader)
         for first in range(1, 8_001, 500):
@@ -267,41 +274,31 @@ def test_a_socket_that_is_not_read_is_let_go_and_delays_nobody(port: int, view: 
     stalled.close()
 
 
-def test_an_event_source_that_is_not_read_is_let_go(port: int, view: FakeView) -> None:
-    stalled = RawClient(port, receive_buffer_bytes=4096)
+def test_an_event_source_that_is_not_read_is_let_go(hasty: int, view: FakeView) -> None:
+    stalled, dropped = RawClient(hasty, receive_buffer_bytes=4096), dropped_connections(hasty)
     stalled.send(b"GET /v1/events?after=0 HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
     stalled.until(b"retry")
     _wait_for_subscribers(view, 1)
     view.add_events(2_000, padding=10_000)
     _wait_for_subscribers(view, 0)
-    assert _dropped_for_not_reading(port)
+    wait_until(lambda: dropped_connections(hasty) > dropped, "it to be counted")
     stalled.close()
 
 
-def _dropped_for_not_reading(port: int) -> bool:
-    line = 'multiradar_http_connections_dropped_total{cause="does_not_read"}'
-    waiting = threading.Event()
-    for _ in range(500):
-        if line in httpx.get(f"http://127.0.0.1:{port}/metrics").text:
-            return True
-        waiting.wait(0.02)
-    return False
-
-
-def test_a_stalled_socket_that_reads_again_finds_its_close_code(port: int, view: FakeView) -> None:
+def test_a_stalled_socket_that_reads_again_finds_its_close_code(hasty: int, view: FakeView) -> None:
     narrow = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     narrow.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
-    narrow.connect(("127.0.0.1", port))
-    url = f"ws://127.0.0.1:{port}/v1/stream?after=0"
-    with connect(url, sock=narrow, compression=None, max_queue=1) as stalled:
+    narrow.connect(("127.0.0.1", hasty))
+    url = f"ws://127.0.0.1:{hasty}/v1/stream?after=0"
+    with clients.event_socket(url, sock=narrow, max_queue=1) as stalled:
         _wait_for_subscribers(view, 1)
-        for _ in range(100):
+
+        def let_go() -> bool:
             # Nothing is read; the buffers on the way fill until the client is let go.
             view.add_events(500, padding=1_900)
-            threading.Event().wait(0.02)
-            if view.ring.subscriber_count == 0:
-                break
-        _wait_for_subscribers(view, 0)
+            return view.ring.subscriber_count == 0
+
+        wait_until(let_go, "the client to be let go")
         with pytest.raises(ConnectionClosed) as closed:
             _numbers(_events(stalled), 100_000)
         assert closed.value.rcvd is not None
@@ -310,10 +307,10 @@ def test_a_stalled_socket_that_reads_again_finds_its_close_code(port: int, view:
 
 def test_a_slow_reader_hears_of_its_gap_and_goes_on(view: FakeView) -> None:
     # A reader that pauses for less than the deadline stays; what the ring lost meanwhile is told.
-    limits = HttpLimits(send_deadline_s=20.0, stream_batch_events_max=100)
+    limits = HttpLimits(send_deadline_s=WAIT_TIMEOUT_S, stream_batch_events_max=100)
     slow_view = FakeView(ring=EventRing(500))
     with serving(create_api(FakeService(slow_view), limits), limits) as port:
-        source = httpx.stream("GET", f"http://127.0.0.1:{port}/v1/events?after=0", timeout=20)
+        source = clients.event_source(f"http://127.0.0.1:{port}/v1/events?after=0")
         with source as response:
             _wait_for_subscribers(slow_view, 1)
             for _ in range(40):
@@ -337,7 +334,7 @@ def test_an_event_source_resumes_by_its_last_event_id(port: int, view: FakeView)
     view.add_events(6)
     view.add_events(1, kind="status")
     url = f"http://127.0.0.1:{port}/v1/events?after=0"
-    with httpx.stream("GET", url, headers={"last-event-id": "4"}, timeout=10) as response:
+    with clients.event_source(url, headers={"last-event-id": "4"}) as response:
         assert response.headers["content-type"] == "text/event-stream; charset=utf-8"
         assert "content-length" not in response.headers
         blocks = _read_lines(response)
@@ -353,7 +350,7 @@ def test_an_event_source_resumes_by_its_last_event_id(port: int, view: FakeView)
 @pytest.mark.parametrize("last_event_id", ["x", "-1", "1.0", "9" * 30])
 def test_a_last_event_id_that_is_no_number_is_refused(port: int, last_event_id: str) -> None:
     url = f"http://127.0.0.1:{port}/v1/events"
-    answer = httpx.get(url, headers={"last-event-id": last_event_id})
+    answer = clients.get(url, headers={"last-event-id": last_event_id})
     assert (answer.status_code, answer.json()["code"]) == (422, "INVALID_PARAMETER")
 
 
@@ -361,7 +358,7 @@ def test_clients_that_leave_leave_nothing_behind(port: int, view: FakeView) -> N
     for _ in range(10):
         with _socket(port):
             pass
-        with httpx.stream("GET", f"http://127.0.0.1:{port}/v1/events", timeout=10):
+        with clients.event_source(f"http://127.0.0.1:{port}/v1/events"):
             pass
         abrupt = RawClient(port)
         abrupt.send(b"GET /v1/events HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")

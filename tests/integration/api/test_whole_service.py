@@ -7,7 +7,6 @@ from typing import Any
 
 import httpx
 import pytest
-from websockets.sync.client import connect
 
 from multiradar.app import Application
 from multiradar.settings import load_settings
@@ -16,6 +15,8 @@ from multiradar_schemas.bias import BiasEstimate
 from multiradar_schemas.forecast import Forecast
 from multiradar_schemas.sensor import parse_sensors
 from multiradar_schemas.track import Track, TrackUpdate
+from support import clients
+from support.waiting import WAIT_TIMEOUT_S
 
 _SENSORS = """
 [[sensor]]
@@ -55,6 +56,7 @@ def _application(folder: Path) -> Application:
         None,
         {
             "server": {"port": 0},
+            "http": {"acknowledge_deadline_s": WAIT_TIMEOUT_S},
             "journal": {"path": folder / "journal.sqlite"},
             "zenoh": {"enabled": False},
         },
@@ -63,7 +65,7 @@ def _application(folder: Path) -> Application:
 
 
 def _feed(application: Application) -> None:
-    with httpx.Client(base_url=application.http_url) as client:
+    with clients.client(application.http_url) as client:
         for batch in (_plots(1000.0, 10), _plots(1050.0, 10)):
             assert client.post("/v1/measurements", json=batch).json()["accepted"] == len(batch)
         # Answered when all of it can be read.
@@ -81,16 +83,16 @@ def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Application]:
 
 @pytest.fixture
 def client(running: Application) -> Iterator[httpx.Client]:
-    with httpx.Client(base_url=running.http_url) as client:
+    with clients.client(running.http_url) as client:
         yield client
 
 
 def _all_events(running: Application, after: int, last: int) -> list[dict[str, Any]]:
     url = running.http_url.replace("http", "ws") + f"/v1/stream?after={after}"
     events: list[dict[str, Any]] = []
-    with connect(url) as stream:
+    with clients.event_socket(url) as stream:
         while not events or events[-1]["sequence"] < last:
-            events += json.loads(stream.recv(timeout=10)).get("events", [])
+            events += json.loads(stream.recv(timeout=WAIT_TIMEOUT_S)).get("events", [])
     return events
 
 
@@ -164,7 +166,7 @@ def test_a_restart_serves_the_same_tracks_and_the_same_events(tmp_path: Path) ->
     first.start()
     try:
         _feed(first)
-        with httpx.Client(base_url=first.http_url) as client:
+        with clients.client(first.http_url) as client:
             before = client.get("/v1/status").json()
             tracks = client.get("/v1/tracks").content
         events = _all_events(first, 0, before["event_sequence"])
@@ -174,7 +176,7 @@ def test_a_restart_serves_the_same_tracks_and_the_same_events(tmp_path: Path) ->
     second = _application(tmp_path)
     second.start()
     try:
-        with httpx.Client(base_url=second.http_url) as client:
+        with clients.client(second.http_url) as client:
             after = client.get("/v1/status").json()
             assert client.get("/v1/tracks").content == tracks
         middle = len(events) // 2

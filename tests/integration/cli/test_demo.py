@@ -14,6 +14,7 @@ import pytest
 
 from multiradar.cli.demo_truth import read_truth
 from support.recorded_scene import command, environment
+from support.waiting import WAIT_TIMEOUT_S, wait_until
 
 SAMPLE = Path(__file__).parents[3] / "examples" / "vid-sample"
 #: Shares of the lines of each file: the first ten minutes or so.
@@ -113,7 +114,7 @@ def test_ctrl_c_stops_the_service_and_removes_everything(short_dump: Path, tmp_p
         assert "stays up" in _read_until(process, "/v1/status")
         assert _processes_that_name(temporary)
         process.send_signal(signal.SIGINT)
-        assert process.wait(60.0) == 0
+        assert process.wait(WAIT_TIMEOUT_S) == 0
         assert not _processes_that_name(temporary)
     assert not list(temporary.iterdir())
 
@@ -126,10 +127,13 @@ def test_a_demo_interrupted_while_its_service_starts_leaves_no_process(
     temporary = tmp_path / "tmp"
     with _demo(short_dump, temporary) as process:
         # As early as the service can be seen, long before it says where it listens.
-        while not _processes_that_name(temporary):
-            assert process.poll() is None
+        wait_until(
+            lambda: process.poll() is not None or _processes_that_name(temporary),
+            "the service of the demo",
+        )
+        assert process.poll() is None
         process.send_signal(number)
-        assert process.wait(60.0) == 0
+        assert process.wait(WAIT_TIMEOUT_S) == 0
         assert not _processes_that_name(temporary)
     assert not list(temporary.iterdir())
 

@@ -13,6 +13,7 @@ import pytest
 
 from support.recorded_scene import command, environment, serving, write_scene
 from support.served import RUN, free_port
+from support.waiting import WAIT_TIMEOUT_S, run_to_end, wait_until
 
 ROWS = 1500
 
@@ -67,11 +68,11 @@ def test_the_same_recording_is_taken_once_and_a_restart_changes_nothing(
         again = _replay(measurements, "--to", served.http)
         assert (again["accepted"], again["duplicate"]) == (0, ROWS)
         served.process.send_signal(signal.SIGINT)
-        assert served.process.wait(60) == 0
+        assert served.process.wait(WAIT_TIMEOUT_S) == 0
     with serving(*options) as served:
         assert served.status()["output_sha256"] == expected
         served.process.terminate()
-        assert served.process.wait(60) == 0
+        assert served.process.wait(WAIT_TIMEOUT_S) == 0
 
 
 def test_data_time_passes_at_the_speed_asked_for(scene: tuple[Path, Path], tmp_path: Path) -> None:
@@ -99,7 +100,7 @@ def test_a_service_that_is_not_there_is_given_up_with_a_word_on_what_to_do(
 
 # A service whose start drops the exception of a signal, as compiled code may.
 _DEAF = """
-import os, signal, sys, time
+import os, signal, sys, threading, time
 from contextlib import suppress
 from multiradar.app import Application
 from multiradar.cli import main
@@ -110,7 +111,7 @@ def start(application):
     with suppress(BaseException):
         os.kill(os.getpid(), number)
         time.sleep(0.0)
-    time.sleep(60.0)
+    threading.Event().wait()
 
 Application.start = start
 main.main()
@@ -123,9 +124,7 @@ def test_a_service_that_is_stopped_while_it_starts_ends_at_once(
 ) -> None:
     options = ["--sensors", str(scene[1]), "--state", str(tmp_path / "state"), "--no-zenoh"]
     line = [sys.executable, "-c", _DEAF, "serve", *options, "--port", "0", name]
-    done = subprocess.run(
-        line, capture_output=True, text=True, check=False, timeout=50.0, env=environment()
-    )
+    done = run_to_end(line, env=environment())
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
 
 
@@ -192,12 +191,15 @@ def test_a_kill_in_a_replay_over_zenoh_leaves_no_trace(
     line += ["--speed", "max", "--batch", "5", "--json"]
     with serving(*options) as served:
         replay = subprocess.Popen(line, stdout=subprocess.PIPE, text=True, env=environment())
-        while served.status()["accepted"] < 100:
-            assert replay.poll() is None
+        wait_until(
+            lambda: replay.poll() is not None or served.status()["accepted"] >= 100,
+            "100 accepted measurements",
+        )
+        assert replay.poll() is None
         served.process.kill()
     assert replay.poll() is None, "the replay ended before the kill"
     with serving(*options) as served:
-        out, _ = replay.communicate(timeout=120)
+        out, _ = replay.communicate(timeout=WAIT_TIMEOUT_S)
         assert replay.returncode == 0
         counts = json.loads(out)
         assert counts["accepted"] + counts["duplicate"] == ROWS

@@ -1,6 +1,5 @@
 """A command that is told to stop ends and leaves nothing, wherever the signal breaks into it."""
 
-import subprocess
 import sys
 from pathlib import Path
 
@@ -8,6 +7,7 @@ import pytest
 
 from support import stopped_command
 from support.recorded_scene import environment
+from support.waiting import run_to_end
 
 STOPPED = {"SIGTERM": (143, "multiradar: stopped\n"), "SIGINT": (130, "")}
 
@@ -19,12 +19,8 @@ def test_a_signal_is_not_lost_and_nothing_is_left(name: str, case: str, tmp_path
     out, temporary = tmp_path / "out", tmp_path / "tmp"
     out.mkdir()
     temporary.mkdir()
-    done = subprocess.run(
+    done = run_to_end(
         [sys.executable, stopped_command.__file__, name, case, str(out)],
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=50.0,
         env={**environment(), "TMPDIR": str(temporary)},
     )
     assert (done.returncode, done.stderr) == STOPPED[name]

@@ -16,6 +16,7 @@ from multiradar_schemas.arrow import TRAJECTORY_SCHEMA
 from multiradar_schemas.report import Report
 from support.recorded_scene import environment, write_scene
 from support.served import RUN
+from support.waiting import WAIT_TIMEOUT_S, run_to_end, wait_until
 
 SAMPLE = Path(__file__).parents[3] / "examples" / "vid-sample"
 FILES = [
@@ -405,9 +406,7 @@ def test_a_file_that_cannot_grow_is_told_with_the_name_of_the_output(
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
         resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
 
-    done = subprocess.run(
-        line, capture_output=True, text=True, check=False, env=environment(), preexec_fn=bound
-    )
+    done = run_to_end(line, env=environment(), preexec_fn=bound)
     assert done.returncode == 1
     assert str(out) in done.stderr
     assert "internal error" not in done.stderr
@@ -422,12 +421,17 @@ def test_termination_removes_the_partial_output_and_the_converted_dump(tmp_path:
     line = [*RUN, "track", str(SAMPLE), "--sensors", str(sensors), "--out", str(out)]
     own = {**environment(), "TMPDIR": str(temporary)}
     with subprocess.Popen(line, stderr=subprocess.PIPE, text=True, env=own) as process:
-        while not list(tmp_path.glob(".out.partial-*/rejects.ndjson")):
-            assert process.poll() is None
+        wait_until(
+            lambda: (
+                process.poll() is not None or list(tmp_path.glob(".out.partial-*/rejects.ndjson"))
+            ),
+            "the output to begin",
+        )
+        assert process.poll() is None
         process.terminate()
         assert process.stderr is not None
         assert process.stderr.read() == "multiradar: stopped\n"
-        assert process.wait(60.0) == 143
+        assert process.wait(WAIT_TIMEOUT_S) == 143
     assert list(tmp_path.iterdir()) == [temporary]
     assert not list(temporary.iterdir())
 

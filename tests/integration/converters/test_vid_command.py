@@ -4,7 +4,6 @@ import json
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -12,14 +11,13 @@ import pytest
 from multiradar_converters.vid.conversion import PASSES, convert
 from multiradar_converters.vid.options import Options
 from support import dumps
+from support.waiting import WAIT_TIMEOUT_S, run_to_end, wait_until
 
 COMMAND = [sys.executable, "-m", "multiradar", "convert", "vid"]
 
 
 def command(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [*COMMAND, *map(str, arguments)], capture_output=True, text=True, check=False, timeout=120
-    )
+    return run_to_end([*COMMAND, *map(str, arguments)])
 
 
 def test_it_prints_its_report_and_refuses_to_do_it_twice(tmp_path: Path) -> None:
@@ -49,12 +47,13 @@ def test_a_run_that_is_stopped_leaves_nothing_finished_and_the_next_one_cleans_u
     process = subprocess.Popen(
         [*COMMAND, str(dump), str(out)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
     )
-    deadline = time.monotonic() + 60
-    while not list(tmp_path.glob(".out.partial-*/.work")) and time.monotonic() < deadline:
-        assert process.poll() is None
-        time.sleep(0.005)
+    wait_until(
+        lambda: process.poll() is not None or list(tmp_path.glob(".out.partial-*/.work")),
+        "the work to begin",
+    )
+    assert process.poll() is None
     process.send_signal(how)
-    assert process.wait(60) != 0
+    assert process.wait(WAIT_TIMEOUT_S) != 0
     assert not out.exists()
     small = dumps.write_dump(tmp_path / "small", part, dumps.columns())
     done = command(small, out)

@@ -6,6 +6,7 @@ from multiradar.app import Application
 from multiradar.settings import load_settings
 from support.asterix_display import display, heard
 from support.live_scene import cut, recording, sensors
+from support.waiting import WAIT_TIMEOUT_S
 
 EXAMPLE = Path(__file__).parents[3] / "deploy" / "asterix.toml"
 #: Another group than that of the example, which another test may hear at the same time.
@@ -31,9 +32,9 @@ def test_a_display_gets_system_tracks(tmp_path: Path) -> None:
             application = Application(settings, sensors(), lambda: None)
             application.start()
             try:
-                application.service.submit(frame, source="test").result(20)
-                application.service.flush(source="test").result(20)
-                application.service.settled().result(20)
+                application.service.submit(frame, source="test").result(WAIT_TIMEOUT_S)
+                application.service.flush(source="test").result(WAIT_TIMEOUT_S)
+                application.service.settled().result(WAIT_TIMEOUT_S)
                 status = application.service.view.status()
             finally:
                 application.stop()

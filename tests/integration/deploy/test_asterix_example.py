@@ -3,11 +3,9 @@
 import time
 from pathlib import Path
 
-import httpx
-
 from multiradar.app import Application
 from multiradar.settings import load_settings
-from support import asterix_display, asterix_scene, live_scene
+from support import asterix_display, asterix_scene, clients, live_scene
 from support.asterix_listening import address, sender, settled
 
 EXAMPLE = Path(__file__).parents[3] / "deploy/asterix.toml"
@@ -42,7 +40,7 @@ def test_two_networks_are_heard_and_what_both_bring_counts_once(tmp_path: Path) 
             )
             assert measured == repeated == asterix_scene.records(TURNS) == document["accepted"]
             tracks = (
-                httpx.get(f"{application.http_url}/v1/tracks").raise_for_status().json()["tracks"]
+                clients.get(f"{application.http_url}/v1/tracks").raise_for_status().json()["tracks"]
             )
             assert {one["mode_s_address"] for one in tracks} == asterix_scene.addresses()
         finally:

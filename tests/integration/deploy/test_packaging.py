@@ -2,7 +2,6 @@
 
 import re
 import shutil
-import subprocess
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +9,7 @@ import pytest
 import yaml
 
 from multiradar.settings import load_settings
+from support.waiting import run_to_end
 
 ROOT = Path(__file__).parents[3]
 DEPLOY = ROOT / "deploy"
@@ -152,14 +152,7 @@ def test_systemd_understands_the_unit_and_finds_little_exposed(tmp_path: Path) -
     # The program is not installed where the unit says; everything else is taken as it stands.
     unit.write_text(text.replace("/opt/multiradar/bin/multiradar", "/bin/true"), encoding="utf-8")
     assert SYSTEMD_ANALYZE is not None
-    verified = subprocess.run(
-        [SYSTEMD_ANALYZE, "verify", str(unit)], capture_output=True, text=True, check=False
-    )
+    verified = run_to_end([SYSTEMD_ANALYZE, "verify", str(unit)])
     assert (verified.returncode, verified.stderr) == (0, "")
-    rated = subprocess.run(
-        [SYSTEMD_ANALYZE, "security", "--offline=true", "--threshold=20", str(unit)],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    rated = run_to_end([SYSTEMD_ANALYZE, "security", "--offline=true", "--threshold=20", str(unit)])
     assert rated.returncode == 0, rated.stdout[-500:]

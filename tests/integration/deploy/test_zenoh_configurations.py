@@ -1,7 +1,6 @@
 """The Zenoh configurations of deploy/, opened by the service's own session."""
 
 import json
-import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -16,11 +15,11 @@ from multiradar.ingest.zenoh.session import ZenohBus
 from support.certificates import Authority
 from support.fake_service import FakeService
 from support.live_scene import recording
-from support.zenoh_scene import StreamingView, free_endpoint
+from support.waiting import WAIT_TIMEOUT_S, wait_until
+from support.zenoh_scene import StreamingView, connections, free_endpoint
 from support.zenoh_subscriber import client_config
 
 FOLDER = Path(__file__).parents[3] / "deploy/zenoh"
-TIMEOUT_S = 3.0
 JSON = "application/json"
 
 
@@ -96,6 +95,10 @@ class Guarded:
         self.service = FakeService(view=self.view)
         self.gateway = ZenohGateway(self.service, ZenohOptions(config_file=file))
 
+    def wait_for_their_end(self) -> None:
+        """Wait until no client is connected: what they sent before came before."""
+        wait_until(lambda: connections(self.gateway) == 0, "the end of the connection")
+
     def client(self, name: str, authority: Authority | None = None) -> zenoh.Config:
         """Configuration of a client with a certificate of this common name."""
         certificate, key = (authority or self.authority).issue(name)
@@ -121,7 +124,7 @@ def guarded(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Guarded]:
 
 
 def answers(session: zenoh.Session, selector: str, **content: Any) -> list[zenoh.Reply]:
-    return list(session.get(selector, timeout=TIMEOUT_S, **content))
+    return list(session.get(selector, timeout=WAIT_TIMEOUT_S, **content))
 
 
 def document(session: zenoh.Session, selector: str, **content: Any) -> dict[str, Any]:
@@ -149,12 +152,12 @@ def test_a_feed_may_measure_under_its_own_name_only(guarded: Guarded) -> None:
         refused = answers(
             session, "multiradar/v1/measurements/41-20", payload=plots("41-20"), encoding=JSON
         )
-        session.put("multiradar/v1/measurements/41-20", plots("41-20"), encoding=JSON)
-        time.sleep(0.3)
         assert all(reply.ok is None for reply in refused)
-        assert len(guarded.service.submissions) == taken
         # Nor does it read.
         assert not [reply for reply in answers(session, "multiradar/v1/status") if reply.ok]
+        session.put("multiradar/v1/measurements/41-20", plots("41-20"), encoding=JSON)
+    guarded.wait_for_their_end()
+    assert len(guarded.service.submissions) == taken
 
 
 def test_a_display_reads_and_may_not_measure(guarded: Guarded) -> None:
@@ -169,15 +172,13 @@ def test_a_display_reads_and_may_not_measure(guarded: Guarded) -> None:
         )
         assert document(session, "multiradar/v1/status")["zenoh"]["instance"]
         guarded.view.tell([1, 2, 3])
-        end_s = time.monotonic() + TIMEOUT_S
-        while len(received) < 3 and time.monotonic() < end_s:
-            time.sleep(0.01)
+        wait_until(lambda: len(received) >= 3, "three updates")
         assert len(received) == 3
         taken = len(guarded.service.submissions)
         session.put("multiradar/v1/measurements/41-10", plots("41-10"), encoding=JSON)
-        time.sleep(0.3)
-        assert len(guarded.service.submissions) == taken
         subscriber.undeclare()  # type: ignore[no-untyped-call]  # so in its stubs
+    guarded.wait_for_their_end()
+    assert len(guarded.service.submissions) == taken
 
 
 def test_a_certificate_of_another_authority_is_refused(guarded: Guarded, tmp_path: Path) -> None:
@@ -206,5 +207,5 @@ def test_a_known_authority_does_not_give_rights_to_an_unknown_name(guarded: Guar
         assert not [reply for reply in answers(session, "multiradar/v1/status") if reply.ok]
         taken = len(guarded.service.submissions)
         session.put("multiradar/v1/measurements/41-10", plots("41-10"), encoding=JSON)
-        time.sleep(0.3)
-        assert len(guarded.service.submissions) == taken
+    guarded.wait_for_their_end()
+    assert len(guarded.service.submissions) == taken

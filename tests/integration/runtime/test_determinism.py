@@ -10,6 +10,7 @@ from multiradar.runtime.events import Event
 from multiradar.runtime.service import Service
 from support.live_process import live_service
 from support.live_scene import cut, recording
+from support.waiting import WAIT_TIMEOUT_S
 
 FRAME = recording(3000, step_s=0.05)
 
@@ -19,8 +20,8 @@ def _play(service: Service, pieces: list[pl.DataFrame]) -> tuple[list[Event], st
     futures = [service.submit(piece, source="test") for piece in pieces]
     futures.append(service.flush(source="test"))
     for future in futures:
-        future.result(60)
-    service.settled().result(60)
+        future.result(WAIT_TIMEOUT_S)
+    service.settled().result(WAIT_TIMEOUT_S)
     return _said(service)
 
 
@@ -77,8 +78,8 @@ def test_numbers_go_on_over_a_restart_in_the_middle(
     path = tmp_path / "journal.db"
     first = live_service(path)
     first.start()
-    first.submit(FRAME[:1300], source="test").result(60)
-    first.settled().result(60)
+    first.submit(FRAME[:1300], source="test").result(WAIT_TIMEOUT_S)
+    first.settled().result(WAIT_TIMEOUT_S)
     begun, _ = _said(first)
     first.stop()
     assert begun == expected[0][: len(begun)]

@@ -14,6 +14,7 @@ from multiradar.storage.sqlite_journal import SqliteJournal
 from multiradar.tracking.settings import TrackingSettings
 from support.live_process import LiveProcess, live_service
 from support.live_scene import cut, recording, sensors
+from support.waiting import WAIT_TIMEOUT_S, join
 
 #: `MULTIRADAR_KILLS=50` for the long run.
 KILLS = int(os.environ.get("MULTIRADAR_KILLS", "8"))
@@ -47,7 +48,7 @@ class _Replay:
         reader.start()
         if answers_until_kill == 0:
             threading.Timer(delay_s, process.kill).start()
-        ready.wait()
+        assert ready.wait(WAIT_TIMEOUT_S)
         try:
             for number in range(self._first_open, len(self._payloads)):
                 room.acquire()
@@ -55,7 +56,7 @@ class _Replay:
             process.send("end", b"")
         except BrokenPipeError:
             assert answers_until_kill is not None
-        reader.join()
+        join(reader)
         return process.wait()
 
     def _read(
@@ -107,9 +108,9 @@ def test_kills_at_random_moments_leave_no_trace_in_the_output(tmp_path: Path) ->
 
     undisturbed = live_service(tmp_path / "undisturbed.db")
     undisturbed.start()
-    undisturbed.submit(frame, source="test").result()
-    undisturbed.flush(source="test").result()
-    undisturbed.settled().result()
+    undisturbed.submit(frame, source="test").result(WAIT_TIMEOUT_S)
+    undisturbed.flush(source="test").result(WAIT_TIMEOUT_S)
+    undisturbed.settled().result(WAIT_TIMEOUT_S)
     expected = undisturbed.view.status()
     undisturbed.stop()
     assert expected["accepted"] == len(frame)

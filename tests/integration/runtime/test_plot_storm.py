@@ -1,7 +1,6 @@
 """Ten times as many false plots as true ones for a minute: nobody is lost, and nothing."""
 
 import threading
-import time
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
@@ -29,6 +28,8 @@ from multiradar.tracking.outputs import (
     TrackUpdates,
 )
 from multiradar.tracking.settings import TrackingSettings
+from support import clients
+from support.waiting import WAIT_TIMEOUT_S, join, wait_until
 
 SCENE = builtin_scene("plot-storm")
 STORM_S = (SCENE.sensors[0].storms[0].start_s, SCENE.sensors[0].storms[0].end_s)
@@ -104,6 +105,7 @@ def test_a_burst_over_http_loses_nothing_and_leaves_the_tracks_as_offline(
 ) -> None:
     chosen = {
         "server": {"port": 0},
+        "http": {"acknowledge_deadline_s": WAIT_TIMEOUT_S},
         "journal": {"path": tmp_path / "journal.sqlite"},
         "zenoh": {"enabled": False},
         "tracking": {"hidden_fields": NAMELESS.hidden_fields},
@@ -115,13 +117,13 @@ def test_a_burst_over_http_loses_nothing_and_leaves_the_tracks_as_offline(
         rubbish: Counter[str] = Counter()
         other = threading.Thread(target=send_rubbish, args=(application.http_url, rubbish))
         other.start()
-        with httpx.Client(base_url=application.http_url, timeout=30.0) as client:
+        with clients.client(application.http_url) as client:
             for first in range(0, len(FRAME), MESSAGE_ROWS):
                 rows = FRAME[first : first + MESSAGE_ROWS]
                 assert post(client, rows) == len(rows)
             assert client.post("/v1/flush").status_code == 200
-            other.join(60.0)
-            application.service.settled().result(60.0)
+            join(other)
+            application.service.settled().result(WAIT_TIMEOUT_S)
             status = client.get("/v1/status").json()
     finally:
         application.stop()
@@ -139,20 +141,23 @@ def post(client: httpx.Client, rows: pl.DataFrame) -> int:
     """Hand rows in, again when the service says so; return how many were accepted."""
     body = rows.write_ndjson().encode()
     kind = {"content-type": "application/x-ndjson"}
-    for _ in range(200):
+    accepted: list[int] = []
+
+    def taken() -> bool:
         answer = client.post("/v1/measurements", content=body, headers=kind)
         if answer.status_code != httpx.codes.TOO_MANY_REQUESTS:
-            accepted: int = answer.json()["accepted"]
-            return accepted
-        time.sleep(0.05)
-    pytest.fail("the service never had room")
+            accepted.append(answer.json()["accepted"])
+        return bool(accepted)
+
+    wait_until(taken, "room in the service")
+    return accepted[0]
 
 
 def send_rubbish(url: str, sent: "Counter[str]") -> None:
     """Plots of a radar that nobody knows, as many as of all others in the storm."""
     storm = FRAME.filter(pl.col("time_s").is_between(*STORM_S))
     rows = storm.with_columns(sensor_id=pl.lit("nobody"))
-    with httpx.Client(base_url=url, timeout=30.0) as client:
+    with clients.client(url) as client:
         for first in range(0, len(rows), MESSAGE_ROWS):
             part = rows[first : first + MESSAGE_ROWS]
             assert post(client, part) == 0

@@ -25,6 +25,7 @@ from multiradar.storage.sqlite_journal import SqliteJournal
 from multiradar.tracking.settings import TrackingSettings
 from support.fake_engine import FakeEngine
 from support.live_scene import cut, recording, sensors
+from support.waiting import WAIT_TIMEOUT_S, join
 
 TABLE = sensors()
 
@@ -93,8 +94,8 @@ def _play(service: Service, pieces: list[pl.DataFrame], answered: set[str]) -> d
         futures.append(future)
     futures.append(service.flush(source="test", idempotency_key="end"))
     for future in futures:
-        future.result(20)
-    service.settled().result(20)
+        future.result(WAIT_TIMEOUT_S)
+    service.settled().result(WAIT_TIMEOUT_S)
     status = service.view.status()
     service.stop()
     return status
@@ -144,7 +145,7 @@ def test_a_service_that_recovers_can_be_read_by_nobody_and_takes_nothing(tmp_pat
     class _Slow(FakeEngine):
         def push(self, batch):  # type: ignore[no-untyped-def]
             seen.set()
-            assert held.wait(10)
+            assert held.wait(WAIT_TIMEOUT_S)
             return super().push(batch)
 
     service = Service(
@@ -155,11 +156,11 @@ def test_a_service_that_recovers_can_be_read_by_nobody_and_takes_nothing(tmp_pat
     )
     starting = threading.Thread(target=service.start)
     starting.start()
-    assert seen.wait(10)
+    assert seen.wait(WAIT_TIMEOUT_S)
     assert str(service.state) == "recovering"
     with pytest.raises(Exception, match="expected a running service, was recovering"):
         service.submit(recording(1), source="test")
     held.set()
-    starting.join()
+    join(starting)
     assert str(service.state) == "running"
     service.stop()

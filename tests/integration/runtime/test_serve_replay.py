@@ -3,7 +3,7 @@
 import json
 import os
 import subprocess
-import time
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +11,7 @@ import pytest
 
 from support.live_scene import recording
 from support.served import RUN, SENSORS, Served, free_port, run
+from support.waiting import WAIT_TIMEOUT_S, pause, wait_until
 
 #: `MULTIRADAR_KILLS=50` for the long run.
 KILLS = max(int(os.environ.get("MULTIRADAR_KILLS", "3")), 1)
@@ -48,6 +49,10 @@ def test_the_output_is_that_of_track(
     assert status["output_sha256"] == expected
 
 
+def _goes_on(served: Served, accepted: int, replay: "subprocess.Popen[str]") -> bool:
+    return replay.poll() is not None or served.status()["accepted"] >= accepted
+
+
 def test_kills_of_the_service_in_a_replay_leave_no_trace(tmp_path: Path) -> None:
     rows = (KILLS + 1) * ROWS_A_KILL
     sensors, measurements, expected = _scene(tmp_path, rows)
@@ -62,15 +67,14 @@ def test_kills_of_the_service_in_a_replay_leave_no_trace(tmp_path: Path) -> None
         served = Served(sensors, tmp_path / "state", port, workers=1 + killed % 2)
         begun = served.status()["accepted"]
         # Not before the replay has come back and been heard.
-        while served.status()["accepted"] < begun + 50 and replay.poll() is None:
-            time.sleep(0.01)
-        time.sleep(float(random.uniform(0.0, 0.2)))
+        wait_until(partial(_goes_on, served, begun + 50, replay), "50 more measurements")
+        pause(float(random.uniform(0.0, 0.2)))
         served.kill()
         killed += 1
     assert killed == KILLS
     assert replay.poll() is None, "the replay ended before the kills did"
     served = Served(sensors, tmp_path / "state", port)
-    out, _ = replay.communicate(timeout=240)
+    out, _ = replay.communicate(timeout=WAIT_TIMEOUT_S)
     assert replay.returncode == 0
     status = served.status()
     assert served.stop() == 0

@@ -1,6 +1,5 @@
 """Trajectories of the whole service: HTTP, Zenoh and `track` give the same numbers."""
 
-import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -19,12 +18,13 @@ from multiradar.storage.recording import Recording
 from multiradar.tracking.settings import TrackingSettings
 from multiradar_schemas.forecast import Forecast
 from multiradar_schemas.trajectories import Trajectories
+from support import clients
 from support.live_scene import cut
 from support.trajectory_scene import MUTE, TABLE, TURNING, recording
+from support.waiting import WAIT_TIMEOUT_S, wait_until
 from support.zenoh_scene import free_endpoint
 from support.zenoh_subscriber import client_config
 
-PATIENCE_S = 120.0
 TOLD = (TURNING, MUTE, 3, 4)
 FORECAST = "by=bundle;horizon_s=30;step_s=10"
 
@@ -50,13 +50,14 @@ def _application(folder: Path) -> Application:
 
 
 def _asked(application: Application) -> _Answers:
-    with httpx.Client(base_url=application.http_url) as client:
-        end_s = time.monotonic() + PATIENCE_S
-        counts = client.get("/v1/status").json()["trajectories"]
-        while counts["plots_waiting"]:
-            assert time.monotonic() < end_s
-            time.sleep(0.05)
-            counts = client.get("/v1/status").json()["trajectories"]
+    with clients.client(application.http_url) as client:
+
+        def counted() -> dict[str, Any]:
+            found: dict[str, Any] = client.get("/v1/status").json()["trajectories"]
+            return found
+
+        wait_until(lambda: not counted()["plots_waiting"], "the bundles to have taken all plots")
+        counts = counted()
         path = f"/v1/tracks/{{}}/trajectories?step_s={STEP_S}"
         http = {track: client.get(path.format(track)).json() for track in TOLD}
         forecast = client.get(f"/v1/tracks/{TURNING}/forecast?{FORECAST.replace(';', '&')}").json()
@@ -64,12 +65,12 @@ def _asked(application: Application) -> _Answers:
     with zenoh.open(client_config(application.zenoh_endpoints[0])) as session:
         for track in TOLD:
             selector = f"multiradar/v1/trajectories/{track}?step_s={STEP_S}"
-            (reply,) = session.get(selector, timeout=PATIENCE_S)
+            (reply,) = session.get(selector, timeout=WAIT_TIMEOUT_S)
             assert reply.ok is not None
             assert str(reply.ok.key_expr) == f"multiradar/v1/trajectories/{track}"
             queried[track] = httpx.Response(200, content=reply.ok.payload.to_bytes()).json()
         selector = f"multiradar/v1/forecasts/{TURNING}?{FORECAST}"
-        (reply,) = session.get(selector, timeout=PATIENCE_S)
+        (reply,) = session.get(selector, timeout=WAIT_TIMEOUT_S)
         assert reply.ok is not None
         again = httpx.Response(200, content=reply.ok.payload.to_bytes()).json()
     return _Answers(http, queried, counts, (forecast, again))
@@ -86,9 +87,9 @@ def live(folder: Path) -> _Answers:
     application.start()
     try:
         for part in cut(recording(), [1, 70, 7]):
-            application.service.submit(part, source="test").result(PATIENCE_S)
-        application.service.flush(source="test").result(PATIENCE_S)
-        application.service.settled().result(PATIENCE_S)
+            application.service.submit(part, source="test").result(WAIT_TIMEOUT_S)
+        application.service.flush(source="test").result(WAIT_TIMEOUT_S)
+        application.service.settled().result(WAIT_TIMEOUT_S)
         return _asked(application)
     finally:
         application.stop()

@@ -3,11 +3,11 @@
 import os
 import signal
 import threading
-import time
 
 import pytest
 
-from support.zenoh_scene import StreamingView, gateway
+from support.waiting import join, pause, wait_until
+from support.zenoh_scene import StreamingView, connections, gateway
 from support.zenoh_subscriber import SubscriberProcess
 
 
@@ -49,7 +49,7 @@ def test_a_subscriber_that_joins_while_updates_flow_gets_every_update(detect: bo
         ):
             assert flow.is_alive()
             results = [first.result(), second.result()]
-        flow.join()
+        join(flow)
     assert all(complete(result, count) for result in results), results
 
 
@@ -60,14 +60,15 @@ def test_a_subscriber_that_sleeps_gets_every_update_also_of_tracks_that_began_me
     count = rounds * tracks_a_round * repeats
     with (
         gateway(view) as running,
-        SubscriberProcess(running.endpoints[0], count, sleep_at=100, sleep_s=5.0) as asleep,
+        SubscriberProcess(running.endpoints[0], count, sleep_at=100) as asleep,
         SubscriberProcess(running.endpoints[0], count) as awake,
     ):
         for number in range(rounds):
             # Enough to fill what the network holds for the one that sleeps.
             tracks = range(1 + number * tracks_a_round, 1 + (number + 1) * tracks_a_round)
             view.tell(list(tracks) * repeats, padding=900)
-            time.sleep(0.1)
+            pause(0.03)
+        asleep.wake()
         of_awake, of_asleep = awake.result(), asleep.result()
     assert complete(of_awake, count), of_awake
     assert complete(of_asleep, count), of_asleep
@@ -79,7 +80,7 @@ def test_a_subscriber_that_is_stopped_slows_nobody_and_catches_up() -> None:
     count = 30_000
     with (
         gateway(view) as running,
-        SubscriberProcess(running.endpoints[0], count, patience_s=40.0) as stopped,
+        SubscriberProcess(running.endpoints[0], count) as stopped,
         SubscriberProcess(running.endpoints[0], count) as other,
     ):
         os.kill(stopped.process.pid, signal.SIGSTOP)
@@ -94,23 +95,24 @@ def test_a_subscriber_that_is_stopped_slows_nobody_and_catches_up() -> None:
 
 def test_a_subscriber_that_lost_its_connection_gets_also_the_tracks_that_began_meanwhile() -> None:
     view = StreamingView()
-    # A track more in each round, all of them updated every 10 ms.
+    # A track more in each round, all of them updated again and again.
     rounds, repeats = 30, 10
     count = repeats * rounds * (rounds + 1) // 2
     with (
         gateway(view) as running,
         # The service hears nothing of it for so long, and closes the connection.
-        SubscriberProcess(running.endpoints[0], count, lease_ms=400) as stopped,
+        SubscriberProcess(running.endpoints[0], count, lease_ms=1000) as stopped,
         SubscriberProcess(running.endpoints[0], count) as other,
     ):
         for number in range(1, rounds + 1):
             if number == 6:
                 os.kill(stopped.process.pid, signal.SIGSTOP)
+                wait_until(lambda: connections(running) == 1, "the connection to be closed")
             if number == 21:
                 os.kill(stopped.process.pid, signal.SIGCONT)
             for _ in range(repeats):
                 view.tell(list(range(1, number + 1)))
-                time.sleep(0.01)
+                pause(0.001)
         of_other, of_stopped = other.result(), stopped.result()
     assert complete(of_other, count), of_other
     assert complete(of_stopped, count), of_stopped

@@ -20,10 +20,10 @@ from multiradar_schemas.arrow import ENCOUNTER_SCHEMA
 from multiradar_schemas.encounter import Encounters
 from support.live_process import live_service
 from support.live_scene import recording, sensors
+from support.waiting import WAIT_TIMEOUT_S
 from support.zenoh_scene import free_endpoint
 from support.zenoh_subscriber import client_config
 
-PATIENCE_S = 20.0
 #: After a minute and a half forecasts of ten seconds have been judged.
 ROWS = 2400
 ASKED = {"horizon_s": 90, "distance_m": 12000, "height_m": 250}
@@ -40,7 +40,7 @@ async def _over_http(application: Any, **asked: Any) -> dict[str, Any]:
 
 
 def _over_zenoh(session: zenoh.Session, selector: str) -> dict[str, Any]:
-    (reply,) = session.get(f"multiradar/v1/encounters{selector}", timeout=PATIENCE_S)
+    (reply,) = session.get(f"multiradar/v1/encounters{selector}", timeout=WAIT_TIMEOUT_S)
     answer = reply.ok or reply.err
     assert answer is not None
     found: dict[str, Any] = json.loads(answer.payload.to_bytes())
@@ -68,9 +68,9 @@ async def test_http_zenoh_and_offline_tell_the_same(tmp_path: Path, batch_rows: 
     gateway = ZenohGateway(service, ZenohOptions(listen=(free_endpoint(),)))
     gateway.start()
     try:
-        service.submit(frame, source="test").result(PATIENCE_S)
-        service.flush(source="test").result(PATIENCE_S)
-        service.settled().result(PATIENCE_S)
+        service.submit(frame, source="test").result(WAIT_TIMEOUT_S)
+        service.flush(source="test").result(WAIT_TIMEOUT_S)
+        service.settled().result(WAIT_TIMEOUT_S)
         http = await _over_http(create_api(service), **ASKED)
         with zenoh.open(client_config(gateway.endpoints[0])) as session:
             selector = "?" + ";".join(f"{name}={value}" for name, value in ASKED.items())

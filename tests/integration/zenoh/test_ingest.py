@@ -1,7 +1,6 @@
 """Measurements over Zenoh into the real service: acknowledged on disk, counted, never silent."""
 
 import json
-import time
 from collections.abc import Iterator
 from concurrent.futures import Future
 from pathlib import Path
@@ -21,11 +20,11 @@ from multiradar.runtime.service import Service
 from support.fake_service import FakeService
 from support.live_process import live_service
 from support.live_scene import recording
+from support.waiting import WAIT_TIMEOUT_S, wait_until
 from support.zenoh_scene import StreamingView, free_endpoint, gateway
 from support.zenoh_subscriber import SubscriberProcess, client_config
 
 MEASUREMENTS = "multiradar/v1/measurements"
-PATIENCE_S = 20.0
 
 
 @pytest.fixture
@@ -52,7 +51,7 @@ def client(running: ZenohGateway) -> Iterator[zenoh.Session]:
 
 def ask(session: zenoh.Session, selector: str, **content: Any) -> tuple[str, dict[str, Any]]:
     """Return the key and document of the one answer; the key is empty for an error."""
-    replies = list(session.get(selector, timeout=PATIENCE_S, **content))
+    replies = list(session.get(selector, timeout=WAIT_TIMEOUT_S, **content))
     assert len(replies) == 1, replies
     reply = replies[0]
     if reply.ok is not None:
@@ -66,9 +65,7 @@ def of_sensor(frame: pl.DataFrame, sensor_id: str) -> pl.DataFrame:
 
 
 def waited_for(counts: ZenohGateway, name: str, number: int) -> int:
-    end_s = time.monotonic() + PATIENCE_S
-    while counts.counts.number(name) < number and time.monotonic() < end_s:
-        time.sleep(0.01)
+    wait_until(lambda: counts.counts.number(name) >= number, f"{number} {name}")
     return counts.counts.number(name)
 
 
@@ -113,8 +110,8 @@ def test_samples_are_taken_and_the_tracks_come_out(
             f"{MEASUREMENTS}/{sensor_id}", payload, encoding="application/vnd.apache.arrow.stream"
         )
     assert waited_for(running, "messages_taken", 3) == 3
-    service.flush(source="test").result(PATIENCE_S)
-    updates = service.settled().result(PATIENCE_S)
+    service.flush(source="test").result(WAIT_TIMEOUT_S)
+    updates = service.settled().result(WAIT_TIMEOUT_S)
     assert updates > 100
     assert waited_for(running, "published_tracks", updates) == updates
     with SubscriberProcess(running.endpoints[0], updates) as subscriber:
@@ -132,7 +129,7 @@ def test_a_replay_over_zenoh_is_taken_once(running: ZenohGateway, service: Servi
         destination.flush("run-end")
     finally:
         destination.close()
-    assert service.settled().result(PATIENCE_S) > 0
+    assert service.settled().result(WAIT_TIMEOUT_S) > 0
     assert service.view.status()["accepted"] == 200
 
 
@@ -143,13 +140,12 @@ def test_a_payload_that_does_not_parse_is_counted_and_told_on_the_status_key(
     client.declare_subscriber(
         "multiradar/v1/status", lambda sample: told.append(json.loads(sample.payload.to_bytes()))
     )
-    time.sleep(0.2)
     client.put(f"{MEASUREMENTS}/41-10", b"[{", encoding="application/json")
     assert waited_for(running, "messages_malformed", 1) == 1
-    end_s = time.monotonic() + PATIENCE_S
-    while not any(status["zenoh"]["messages_malformed"] for status in told):
-        assert time.monotonic() < end_s
-        time.sleep(0.01)
+    wait_until(
+        lambda: any(status["zenoh"]["messages_malformed"] for status in told),
+        "a status that counts the message",
+    )
     alarm = told[-1]["zenoh"]["alarms"][-1]
     assert alarm["code"] == "MALFORMED_JSON"
     assert alarm["key"] == f"{MEASUREMENTS}/41-10"

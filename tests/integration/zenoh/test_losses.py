@@ -1,7 +1,6 @@
 """Routers that go and come back, instances that die, publications that fall behind."""
 
 import json
-import time
 from typing import Any
 
 import pytest
@@ -10,10 +9,9 @@ import zenoh
 from multiradar.errors import ConfigurationError
 from multiradar.ingest.zenoh.options import ZenohOptions
 from multiradar.ingest.zenoh.session import ZenohBus, zenoh_config
+from support.waiting import WAIT_TIMEOUT_S, wait_until
 from support.zenoh_scene import StreamingView, free_endpoint, gateway
 from support.zenoh_subscriber import SubscriberProcess, client_config
-
-PATIENCE_S = 20.0
 
 
 def router(endpoint: str) -> zenoh.Session:
@@ -29,16 +27,16 @@ def test_a_router_that_restarts_costs_no_update() -> None:
     view, endpoint = StreamingView(), free_endpoint()
     first = router(endpoint)
     with (
-        gateway(view, mode="client", listen=(), connect=(endpoint,)),
-        SubscriberProcess(endpoint, 3000, patience_s=40.0) as subscriber,
+        gateway(view, mode="client", listen=(), connect=(endpoint,)) as running,
+        SubscriberProcess(endpoint, 3000) as subscriber,
     ):
         view.stream(1000, tracks=20, per_s=5000)
         close(first)
         # Nobody is told of these when they happen.
         view.stream(1000, tracks=20, per_s=5000)
-        time.sleep(0.5)
+        wait_until(lambda: running.counts.number("published_tracks") == 2000, "2000 updates")
         second = router(endpoint)
-        time.sleep(2.0)
+        wait_until(lambda: len(second.info.transports()) == 2, "both to come back")
         view.stream(1000, tracks=20, per_s=1000)
         result = subscriber.result()
         close(second)
@@ -89,8 +87,8 @@ def test_others_see_an_instance_come_and_go() -> None:
             lambda sample: seen.append((str(sample.kind), str(sample.key_expr))),
         )
         with gateway(StreamingView(), mode="client", listen=(), connect=(endpoint,)):
-            _wait(lambda: len(seen) >= 1)
-        _wait(lambda: len(seen) >= 2)
+            wait_until(lambda: len(seen) >= 1, "the instance to come")
+        wait_until(lambda: len(seen) >= 2, "the instance to go")
     close(hub)
     assert [kind.rpartition(".")[2] for kind, _ in seen] == ["PUT", "DELETE"]
     assert seen[0][1] == seen[1][1]
@@ -111,7 +109,7 @@ def test_a_publication_that_fell_behind_says_so() -> None:
     with gateway(view) as running:
         gap = json.dumps({"gap": {"from": 1, "to": 9}}).encode()
         view.tell_of("gap", "", gap)
-        _wait(lambda: running.counts.number("published_gaps") == 1)
+        wait_until(lambda: running.counts.number("published_gaps") == 1, "the gap")
         with zenoh.open(client_config(running.endpoints[0])) as session:
             status = _documents(session, "multiradar/v1/status")[0]
     assert status["zenoh"]["published_gaps"] == 1
@@ -119,12 +117,5 @@ def test_a_publication_that_fell_behind_says_so() -> None:
 
 
 def _documents(session: zenoh.Session, selector: str) -> list[Any]:
-    replies = list(session.get(selector, timeout=PATIENCE_S))
+    replies = list(session.get(selector, timeout=WAIT_TIMEOUT_S))
     return [json.loads(one.ok.payload.to_bytes()) for one in replies if one.ok is not None]
-
-
-def _wait(done: Any) -> None:
-    end_s = time.monotonic() + PATIENCE_S
-    while not done():
-        assert time.monotonic() < end_s
-        time.sleep(0.01)

@@ -1,7 +1,6 @@
 """What can be asked over Zenoh: tracks, biases, forecasts, status, what follows a number."""
 
 import json
-import time
 from collections.abc import Iterator
 from typing import Any
 
@@ -18,19 +17,18 @@ from multiradar.runtime.forecasts import (
 from multiradar.runtime.service import Service
 from support.live_process import live_service
 from support.live_scene import recording
+from support.waiting import WAIT_TIMEOUT_S, wait_until
 from support.zenoh_scene import free_endpoint
 from support.zenoh_subscriber import client_config
-
-PATIENCE_S = 20.0
 
 
 @pytest.fixture(scope="module")
 def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Service]:
     running = live_service(tmp_path_factory.mktemp("journal") / "journal.sqlite")
     running.start()
-    running.submit(recording(600), source="test").result(PATIENCE_S)
-    running.flush(source="test").result(PATIENCE_S)
-    running.settled().result(PATIENCE_S)
+    running.submit(recording(600), source="test").result(WAIT_TIMEOUT_S)
+    running.flush(source="test").result(WAIT_TIMEOUT_S)
+    running.settled().result(WAIT_TIMEOUT_S)
     yield running
     running.stop()
 
@@ -40,10 +38,9 @@ def session(service: Service) -> Iterator[zenoh.Session]:
     gateway = ZenohGateway(service, ZenohOptions(listen=(free_endpoint(),)))
     gateway.start()
     updates = service.view.status()["output_sequence"]
-    end_s = time.monotonic() + PATIENCE_S
-    while gateway.counts.number("published_tracks") < updates:
-        assert time.monotonic() < end_s
-        time.sleep(0.01)
+    wait_until(
+        lambda: gateway.counts.number("published_tracks") >= updates, f"{updates} published tracks"
+    )
     with zenoh.open(client_config(gateway.endpoints[0])) as opened:
         yield opened
     gateway.stop()
@@ -53,7 +50,7 @@ def answers(session: zenoh.Session, selector: str) -> list[tuple[str, Any, str]]
     """Key, document and attachment of each answer; the key of an error is empty."""
     found = []
     for reply in session.get(
-        selector, timeout=PATIENCE_S, consolidation=zenoh.ConsolidationMode.NONE
+        selector, timeout=WAIT_TIMEOUT_S, consolidation=zenoh.ConsolidationMode.NONE
     ):
         if reply.ok is not None:
             attached = reply.ok.attachment

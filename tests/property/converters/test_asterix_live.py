@@ -70,7 +70,7 @@ def decoded(sent: list[tuple[float, bytes]], cuts: list[int]) -> list[LiveBatch]
     return [one.decode(joined(sent[first:last])) for first, last in itertools.pairwise(places)]
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(seed=st.integers(0, 1000), cuts=st.lists(st.integers(0, 220), max_size=40))
 def test_batches_do_not_matter(seed: int, cuts: list[int]) -> None:
     sent = traffic(random.Random(seed))

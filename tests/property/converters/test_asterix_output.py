@@ -20,7 +20,7 @@ NUMBERS = {
 }
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(
     numbers=st.fixed_dictionaries(
         {

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import HealthCheck, example, given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from multiradar_converters.vid import fields
@@ -126,9 +126,7 @@ def _used(rows: list[Any], roles: list[int]) -> list[list[str]]:
 
 @pytest.mark.parametrize("encoder", sorted(ENCODERS))
 @pytest.mark.parametrize("name", dumps.FILES)
-@settings(
-    max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+@settings(max_examples=60)
 @given(changes=st.lists(mutations, min_size=1, max_size=6))
 @example(changes=[[("replace", 0, "5.")], [("replace", 0, ".5")], [("cut", 0, "")]])
 @example(changes=[[("replace", 8, "")], [("replace", 9, "")], [("delete", 9, "")]])
@@ -142,9 +140,7 @@ def test_compiled_and_plain_reading_agree_on_broken_lines(
     assert found == expected
 
 
-@settings(
-    max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+@settings(max_examples=150)
 @given(
     st.lists(
         st.tuples(
@@ -174,9 +170,7 @@ def test_decimals_are_read_as_python_reads_them(tmp_path: Path, values: list[Any
         assert float(row[roles.index(fields.LATITUDE)]) == float(texts[3])
 
 
-@settings(
-    max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+@settings(max_examples=25)
 @given(data=st.data())
 def test_a_broken_line_leaves_its_neighbours_alone(
     tmp_path_factory: pytest.TempPathFactory, data: Any

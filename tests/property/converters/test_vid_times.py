@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from multiradar_converters.vid import fields
@@ -104,9 +104,7 @@ def test_disorder_of_minutes_about_midnight_is_unwrapped(tmp_path: Path) -> None
     assert found == disordered.tolist()
 
 
-@settings(
-    max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+@settings(max_examples=60)
 @given(
     parts=st.lists(
         st.tuples(st.sampled_from([10, 20000, 29800, 70000, 86390]), st.integers(1, 12)),

@@ -67,7 +67,7 @@ def observe(plot: Plot, time_s: float) -> Observation:
 
 
 @pytest.mark.parametrize("name", sorted(FILTERS))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(sequence=st.lists(plots, min_size=1, max_size=25))
 def test_any_plots_leave_covariances_behind(name: str, sequence: list[Plot]) -> None:
     one = CompiledFilter(SCENE, TrackingSettings(filter_name=name), by_epochs=True)

@@ -68,7 +68,7 @@ def hostile_model(tracking: TrackingSettings, *, timed: bool) -> Model:
 
 @pytest.mark.parametrize(("name", "timed"), CASES)
 @pytest.mark.parametrize("how", sorted(TRACKING))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(sequence=st.lists(rows, min_size=1, max_size=12))
 @example([(0, 1.0, 4, 2, 1e4, 2e4, 0.0)] * 6)
 @example([(0, 1.0, 3, 2, 5e4, 0.3, 0.0), (0, 0.5, 3, 2, 5e4, 0.3, 0.0)] * 3)

@@ -36,7 +36,7 @@ def assert_same(one: PolynomialState, other: PolynomialState, times_s: Floats) -
 
 
 @given(degree=degrees, count=st.integers(1, 12), seed=seeds, cuts=st.lists(st.integers(0, 12)))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_measurements_say_the_same_however_they_are_grouped_and_equal_times_in_any_order(
     degree: int, count: int, seed: int, cuts: list[int]
 ) -> None:
@@ -55,7 +55,7 @@ def test_measurements_say_the_same_however_they_are_grouped_and_equal_times_in_a
 
 
 @given(degree=degrees, seed=seeds, share=st.floats(1e-3, 0.999), span_s=st.floats(1e-2, 1e4))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_an_interval_split_anywhere_says_the_same(
     degree: int, seed: int, share: float, span_s: float
 ) -> None:
@@ -73,7 +73,7 @@ def test_an_interval_split_anywhere_says_the_same(
 
 
 @given(degree=st.integers(0, 8), count=st.integers(0, 10), seed=seeds, horizon=st.floats(0.0, 1e6))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_covariances_are_symmetric_and_without_negative_eigenvalues(
     degree: int, count: int, seed: int, horizon: float
 ) -> None:
@@ -92,7 +92,7 @@ def test_covariances_are_symmetric_and_without_negative_eigenvalues(
 
 
 @given(degree=degrees, seed=seeds)
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 def test_an_observation_never_makes_an_estimate_wider(degree: int, seed: int) -> None:
     rng = np.random.default_rng(seed)
     before = observe(prior(degree, 10.0, rng), [1.0, 4.0], [0.0, 0.0], 1.0)

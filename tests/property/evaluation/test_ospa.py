@@ -25,7 +25,7 @@ def ospa(first: Points, second: Points, order: float = 2.0) -> float:
     return float(set_distances(instants, CUTOFF_M, order).ospa_m[0])
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(points, points, points, st.sampled_from([1.0, 2.0]))
 def test_it_is_a_metric_bounded_by_the_cut_off(
     first: Points, second: Points, third: Points, order: float
@@ -37,7 +37,7 @@ def test_it_is_a_metric_bounded_by_the_cut_off(
     assert ab <= ospa(first, third, order) + ospa(third, second, order) + 1e-6
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(points, points, st.randoms(use_true_random=False))
 def test_the_order_and_the_names_of_tracks_play_no_part(
     first: Points, second: Points, draw: object

@@ -16,7 +16,6 @@ heights = st.floats(-1_000.0, 40_000.0)
 plane_metres = st.floats(-2e6, 2e6)
 
 
-@settings(deadline=None)
 @given(latitudes, longitudes, heights)
 def test_ecef_round_trip_is_within_a_micrometre(
     latitude: float, longitude: float, height: float
@@ -27,7 +26,6 @@ def test_ecef_round_trip_is_within_a_micrometre(
     assert abs(back[2] - height) < 1e-6
 
 
-@settings(deadline=None)
 @given(latitudes, longitudes, plane_metres, plane_metres)
 def test_plane_round_trip_is_within_a_micrometre(
     latitude: float, longitude: float, east: float, north: float
@@ -42,7 +40,7 @@ def test_plane_round_trip_is_within_a_micrometre(
     assert math.hypot(again[0] - east, again[1] - north) < 1e-6
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(
     st.tuples(latitudes, longitudes),
     st.tuples(st.floats(-0.05, 0.05), st.floats(-0.05, 0.05), st.floats(-500.0, 3_000.0)),
@@ -70,7 +68,6 @@ def test_locate_is_the_inverse_of_predict(
         assert abs(math.remainder(found[1] - azimuth, 2 * math.pi)) * found[6] < 1.1e-4
 
 
-@settings(deadline=None)
 @given(
     latitudes,
     longitudes,

@@ -21,7 +21,7 @@ def _bundle(seed: int, lateral_mps2: float, until_s: float) -> Bundle:
     return bundle
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=12)
 @given(
     st.integers(0, 2**16),
     st.floats(-4.0, 4.0),

@@ -11,7 +11,7 @@ from multiradar.tracking.sky import CANDIDATES_MAX, Candidates, Sky
 SEEDS = st.integers(0, 2**32 - 1)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(seed=SEEDS, rows=st.integers(1, 12), more=st.integers(0, 6), equal=st.booleans())
 def test_no_assignment_costs_less(seed: int, rows: int, more: int, equal: bool) -> None:
     rng = np.random.default_rng(seed)
@@ -54,7 +54,7 @@ def total(candidates: Candidates, chosen: np.ndarray) -> float:
     return float(candidates.score[taken, chosen[taken]].sum())
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(
     seed=SEEDS, plots=st.integers(1, 40), tracks=st.integers(1, 60), each=st.integers(1, 6)
 )  # fmt: skip

@@ -39,7 +39,7 @@ def traffic(rng: np.random.Generator, count: int, area_m: float) -> Paths:
     return paths._replace(points=np.where(leaves, rng.integers(0, 6, count), 5))
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(seed=SEEDS, count=st.integers(0, 40), distance_km=st.floats(0.1, 30.0))
 def test_cells_find_what_trying_all_pairs_finds(seed: int, count: int, distance_km: float) -> None:
     rng = np.random.default_rng(seed)

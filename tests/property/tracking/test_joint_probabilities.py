@@ -66,7 +66,7 @@ def expected(found: dict[Event, float], shape: tuple[int, int]) -> tuple[Floats,
 
 
 @pytest.mark.parametrize("best", [True, False])
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(seed=SEEDS, rows=st.integers(1, 4), columns=st.integers(1, 4), two=st.booleans())
 def test_probabilities_are_those_of_all_events(
     best: bool, seed: int, rows: int, columns: int, two: bool
@@ -91,7 +91,7 @@ def test_the_likeliest_events_keep_two_tracks_apart_that_all_events_draw_togethe
     assert beta[0, 1] == pytest.approx(1.0 / (1.0 + math.e), abs=1e-6)
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 @given(seed=SEEDS, rows=st.integers(1, 7), columns=st.integers(1, 7))
 def test_no_pair_loses_more_than_it_must(seed: int, rows: int, columns: int) -> None:
     rng = np.random.default_rng(seed)

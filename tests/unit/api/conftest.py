@@ -9,6 +9,7 @@ from fastapi import FastAPI
 from multiradar.api.factory import create_api
 from multiradar.ingest.http import IntakeBounds, measurement_routes
 from support.fake_service import FakeService
+from support.waiting import WAIT_TIMEOUT_S
 
 
 @pytest.fixture
@@ -18,7 +19,7 @@ def service() -> FakeService:
 
 @pytest.fixture
 def application(service: FakeService) -> FastAPI:
-    routes = measurement_routes(service, IntakeBounds(acknowledge_deadline_s=0.2))
+    routes = measurement_routes(service, IntakeBounds(acknowledge_deadline_s=WAIT_TIMEOUT_S))
     return create_api(service, routers=[routes])
 
 

@@ -1,6 +1,7 @@
 """How the server is configured, and what it does to each connection."""
 
 import asyncio
+import contextlib
 import socket
 
 from fastapi import FastAPI
@@ -9,6 +10,7 @@ from uvicorn.server import ServerState
 
 from multiradar.api.connections import server_config
 from multiradar.api.limits import HttpLimits
+from support.waiting import wait_until
 
 
 async def test_answers_do_not_wait_for_the_acknowledgement_of_their_headers(
@@ -28,15 +30,15 @@ async def test_answers_do_not_wait_for_the_acknowledgement_of_their_headers(
     serving = await asyncio.get_running_loop().create_server(protocol, sock=listener)
     async with serving:
         _, writer = await asyncio.open_connection(*listener.getsockname())
-        for _ in range(1000):
-            if made and made[0].transport is not None:
-                break
-            await asyncio.sleep(0.001)
+        await asyncio.to_thread(
+            wait_until, lambda: made and made[0].transport is not None, "the connection"
+        )
         accepted = made[0].transport.get_extra_info("socket")
         assert accepted.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY) != 0
         made[0].transport.abort()
         writer.close()
-        await asyncio.sleep(0.01)
+        with contextlib.suppress(ConnectionError):
+            await writer.wait_closed()
 
 
 def test_the_server_says_nothing_of_itself_and_trusts_no_proxy_header(

@@ -11,6 +11,7 @@ from multiradar.api.factory import create_api
 from multiradar.api.limits import HttpLimits
 from multiradar.ingest.http import measurement_routes
 from support.fake_service import FakeService
+from support.waiting import wait_until
 
 LIMITS = HttpLimits(requests_max=3, threads=8, body_bytes_max=1_000, bodies_bytes_max=1_500)
 
@@ -28,9 +29,10 @@ async def test_one_request_too_many_is_told_to_come_later_and_health_still_answe
 ) -> None:
     service.view.gate = threading.Event()
     waiting = [asyncio.create_task(narrow.get("/v1/tracks")) for _ in range(LIMITS.requests_max)]
-    await asyncio.to_thread(service.view.entered.wait, 10.0)
-    for _ in range(5):
-        await asyncio.sleep(0)
+    everybody = LIMITS.requests_max
+    await asyncio.to_thread(
+        wait_until, lambda: len(service.view.readers) == everybody, "the requests to be worked on"
+    )
     refused = await narrow.get("/v1/status")
     assert (refused.status_code, refused.json()["code"]) == (503, "TOO_MANY_REQUESTS")
     assert refused.headers["retry-after"] == "1"

@@ -272,11 +272,14 @@ async def test_a_key_of_the_greatest_length_is_taken(client: httpx.AsyncClient) 
 
 
 async def test_a_journal_that_does_not_answer_is_503_and_not_cancelled(
-    client: httpx.AsyncClient, service: FakeService
+    service: FakeService,
 ) -> None:
     waiting: list[Future[Receipt]] = []
     service.answer = lambda _, future: waiting.append(future)
-    answer = await _post(client, json.dumps([_PLOT]).encode())
+    routes = measurement_routes(service, IntakeBounds(acknowledge_deadline_s=0.01))
+    transport = httpx.ASGITransport(create_api(service, routers=[routes]))
+    async with httpx.AsyncClient(transport=transport, base_url="http://127.0.0.1") as client:
+        answer = await _post(client, json.dumps([_PLOT]).encode())
     assert (answer.status_code, answer.json()["code"]) == (503, "NOT_ACKNOWLEDGED")
     assert answer.headers["retry-after"] == "5"
     assert not waiting[0].cancelled()

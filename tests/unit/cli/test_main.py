@@ -1,6 +1,5 @@
 """The front door: help everywhere, one sentence for each error, status 0, 1 or 2."""
 
-import subprocess
 import sys
 from pathlib import Path
 
@@ -9,6 +8,7 @@ import typer
 
 from multiradar.cli.main import TRACEBACK_VARIABLE, run
 from multiradar.errors import InputError, UnknownFilterError
+from support.waiting import run_to_end
 
 COMMANDS = (
     "track", "serve", "replay", "demo", "simulate", "study", "evaluate", "convert", "convert vid",
@@ -204,7 +204,7 @@ def test_a_mistake_of_ours_is_a_sentence_that_says_how_to_see_more(
 
 def test_a_reader_that_has_gone_is_no_traceback() -> None:
     command = f"{sys.executable} -m multiradar track --help | head -c 10; exit ${{PIPESTATUS[0]}}"
-    done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False)
+    done = run_to_end(["bash", "-c", command])
     assert "Traceback" not in done.stderr
     assert done.returncode in (0, 1)
 
@@ -218,5 +218,5 @@ def test_help_imports_nothing_heavy() -> None:
         "found = heavy & set(sys.modules)\n"
         "sys.exit(f'imported {found}' if found or status else 0)\n"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    done = run_to_end([sys.executable, "-c", code])
     assert done.returncode == 0, done.stderr

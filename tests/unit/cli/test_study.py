@@ -5,7 +5,6 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
-from time import sleep
 
 import pytest
 import typer
@@ -14,6 +13,7 @@ from multiradar.cli.main import run
 from multiradar.cli.study import study_command, study_help
 from multiradar.studies.catalogue import STUDIES, StudyEntry
 from support.fake_study import ENTRY, FAILING_SEED, FIXED, HOSTILE, STOPPED_SEED
+from support.waiting import WAIT_TIMEOUT_S, run_to_end
 
 CATALOGUE: dict[str, StudyEntry] = {"fake": ENTRY, "fixed": FIXED}
 
@@ -184,19 +184,25 @@ def test_ctrl_c_ends_hours_of_compiled_work(tmp_path: Path) -> None:
     """Threads that play measurements cannot be stopped, and were once waited for."""
     code = (
         "import signal, sys\n"
+        "from concurrent.futures import ThreadPoolExecutor\n"
         "from multiradar.cli.main import main\n"
+        "submit = ThreadPoolExecutor.submit\n"
+        "def told(*work):\n"
+        "    print('begun', flush=True)\n"
+        "    return submit(*work)\n"
+        "ThreadPoolExecutor.submit = told\n"
         "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         "sys.argv = ['multiradar', 'study', 'bias-estimation', '--runs', '2000']\n"
         "main()\n"
     )
-    with subprocess.Popen([sys.executable, "-c", code], stderr=subprocess.PIPE, text=True) as one:
+    with subprocess.Popen(
+        [sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as one:
         try:
-            while not list(tmp_path.iterdir()) and one.poll() is None:
-                sleep(0.05)
-            # By now the work begins; an interrupt at any moment of it ends it.
-            sleep(2.0)
+            assert one.stdout is not None
+            assert one.stdout.readline() == "begun\n"
             one.send_signal(signal.SIGINT)
-            _, told = one.communicate(timeout=120.0)
+            _, told = one.communicate(timeout=WAIT_TIMEOUT_S)
         finally:
             one.kill()
     rest = [line for line in told.splitlines() if "compiling kernels, once:" not in line]
@@ -223,5 +229,5 @@ def test_help_of_studies_imports_nothing_heavy() -> None:
         "found = {'numba', 'numpy', 'scipy', 'matplotlib', 'polars'} & set(sys.modules)\n"
         "sys.exit(f'imported {found}' if found or status else 0)\n"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    done = run_to_end([sys.executable, "-c", code])
     assert done.returncode == 0, done.stderr

@@ -25,6 +25,7 @@ from multiradar_converters.asterix.fields import record_fields
 from multiradar_converters.asterix.program import program_of, walk
 from support.asterix_reports import SENDER
 from support.live_scene import cut, recording, sensors
+from support.waiting import WAIT_TIMEOUT_S
 
 TABLE = sensors()
 TRACKING = TrackingSettings()
@@ -172,7 +173,7 @@ def receiver(group: str | None = None) -> socket.socket:
     if group is not None:
         member = socket.inet_aton(group) + socket.inet_aton("127.0.0.1")
         found.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, member)
-    found.settimeout(10.0)
+    found.settimeout(WAIT_TIMEOUT_S)
     return found
 
 

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 import pytest
 
 from multiradar.runtime.events import GAP, TRACK, Event, EventRing, Subscription
+from support.waiting import WAIT_TIMEOUT_S, join
 
 
 def _events(first: int, count: int) -> Callable[[], Sequence[Event]]:
@@ -186,12 +187,12 @@ def test_no_wake_up_is_missed_while_two_threads_hurry() -> None:
             part = subscription.poll(7)
             found.extend(_numbers(part))
             if not part:
-                assert awake.wait(10.0)
+                assert awake.wait(WAIT_TIMEOUT_S)
                 awake.clear()
 
     reader = threading.Thread(target=read)
     reader.start()
     for _ in range(5_000):
         _fill(ring, 1)
-    reader.join(20.0)
+    join(reader)
     assert found == list(range(1, 5_001))

@@ -8,6 +8,7 @@ import pytest
 from multiradar.runtime import _kernels as kernels
 from multiradar.runtime.history import UPDATE_DTYPE, TrackHistory, row_updates, update_rows
 from support.kernels import plain
+from support.waiting import join
 
 
 def test_identifiers_may_grow_without_end() -> None:
@@ -75,5 +76,5 @@ def test_readers_see_whole_rows_of_their_track_while_it_is_written() -> None:
         history.append(rows)
     done.set()
     for reader in readers:
-        reader.join()
+        join(reader)
     assert wrong == []

@@ -8,6 +8,7 @@ from multiradar.tracking.outputs import EngineOutput
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.wire import measurement_batch
 from support.live_scene import recording, sensors
+from support.waiting import join
 
 TABLE = sensors()
 
@@ -94,5 +95,5 @@ def test_who_waits_is_woken() -> None:
     reader.start()
     feed.put(outputs[0])
     feed.close()
-    reader.join(10.0)
+    join(reader)
     assert [fed if fed is None else fed.output for fed in taken] == [outputs[0], None]

@@ -29,6 +29,7 @@ from multiradar_schemas.health import RadarHealth
 from support.fake_engine import FakeEngine
 from support.health import health_records
 from support.live_scene import START_S, recording, sensors
+from support.waiting import join
 
 TABLE = sensors()
 
@@ -365,7 +366,7 @@ def test_readers_of_all_kinds_do_not_disturb_the_writer() -> None:
         told.tell(frame[start : start + 20])
     done.set()
     for reader in readers:
-        reader.join()
+        join(reader)
     assert failures == []
     assert told.view.status()["output_sequence"] == 600
 

@@ -19,6 +19,7 @@ from multiradar.tracking.settings import TrackingSettings
 from support.batches import batch_of
 from support.live_scene import recording
 from support.live_services import TABLE, Starter, services, settled, submit
+from support.waiting import WAIT_TIMEOUT_S
 
 
 @pytest.fixture
@@ -44,7 +45,7 @@ def test_refusals_are_counted_by_reason_and_the_last_of_each_can_be_read(start: 
     service = start(engine=engine)
     submit(service, spoilt(200))
     submit(service, recording(200)[170:175])
-    service.flush(source="test").result(10)
+    service.flush(source="test").result(WAIT_TIMEOUT_S)
     status = settled(service)
     assert status["rejected_by_code"] == {"DUPLICATE": 5, "NON_FINITE": 1, "UNKNOWN_SENSOR": 4}
     assert (status["read"], status["accepted"], status["rejected"]) == (205, 200, 5)
@@ -65,7 +66,7 @@ def test_a_restart_shows_the_same_refusals(start: Starter) -> None:
     first = start(journal, engine=engine)
     submit(first, spoilt(200))
     submit(first, recording(200)[170:175])
-    first.flush(source="test").result(10)
+    first.flush(source="test").result(WAIT_TIMEOUT_S)
     before = settled(first)["rejected_by_code"], first.quarantined(0, 100, "DUPLICATE")
     first.stop()
     again = start(journal, engine=engine)

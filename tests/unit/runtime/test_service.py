@@ -2,10 +2,8 @@
 
 import io
 import threading
-import time
 from collections.abc import Iterator
 from concurrent.futures import Future
-from concurrent.futures import wait as wait_for
 
 import polars as pl
 import pytest
@@ -35,6 +33,7 @@ from support.live_services import (
     settled,
     submit,
 )
+from support.waiting import WAIT_TIMEOUT_S
 
 
 @pytest.fixture
@@ -48,7 +47,7 @@ def test_measurements_come_out_as_updates(start: Starter) -> None:
     service = start()
     receipt = submit(service, recording(100))
     assert receipt == Receipt(100, (), False, 1)
-    assert service.settled().result(10) == 100
+    assert service.settled().result(WAIT_TIMEOUT_S) == 100
     assert settled(service)["processed_sequence"] == 1
     assert len(service.view.tracks()) == 12
 
@@ -66,7 +65,9 @@ def test_every_row_is_accepted_or_refused_with_its_place_and_content(start: Star
         RejectedRow(4, "WRONG_TYPE", "no", "raw 4"),
         RejectedRow(0, "MISSING_FIELD", "no", "raw 0"),
     ]
-    receipt = service.submit(frame.with_columns(index), source="test", rejected=edge).result(10)
+    receipt = service.submit(frame.with_columns(index), source="test", rejected=edge).result(
+        WAIT_TIMEOUT_S
+    )
     assert receipt.accepted == 7
     assert [(row.index, row.code) for row in receipt.rejected] == [
         (0, "MISSING_FIELD"),
@@ -128,17 +129,17 @@ def test_a_message_that_comes_again_in_the_same_transaction_is_taken_once(start:
     service = start(gate)
     frame = recording(30)
     blocked = service.submit(frame[:10], source="test")
-    gate.entered.wait(10)
+    gate.entered.wait(WAIT_TIMEOUT_S)
     futures = [
         service.submit(frame[10:], source="test", idempotency_key="key") for _ in range(3)
     ] + [service.submit(frame[10:15], source="test", idempotency_key="key")]
     gate.open.set()
-    blocked.result(10)
-    receipts = [future.result(10) for future in futures[:3]]
+    blocked.result(WAIT_TIMEOUT_S)
+    receipts = [future.result(WAIT_TIMEOUT_S) for future in futures[:3]]
     assert [receipt.duplicate for receipt in receipts] == [False, True, True]
     assert {receipt.journal_sequence for receipt in receipts} == {2}
     with pytest.raises(IdempotencyConflictError):
-        futures[3].result(10)
+        futures[3].result(WAIT_TIMEOUT_S)
     assert settled(service)["accepted"] == 30
 
 
@@ -173,7 +174,7 @@ def test_a_key_that_is_used_for_another_message_is_refused(start: Starter) -> No
         with pytest.raises(IdempotencyConflictError, match="'key'"):
             submit(service, other, "key")
     with pytest.raises(IdempotencyConflictError):
-        service.flush(source="test", idempotency_key="key").result(10)
+        service.flush(source="test", idempotency_key="key").result(WAIT_TIMEOUT_S)
     assert settled(service)["read"] == 20
 
 
@@ -182,7 +183,7 @@ def test_a_message_of_the_wrong_form_harms_no_other(start: Starter) -> None:
     service = start(gate)
     frame = recording(60)
     service.submit(frame[:10], source="test")
-    gate.entered.wait(10)
+    gate.entered.wait(WAIT_TIMEOUT_S)
     good = [service.submit(frame[10:30], source="test")]
     bad = [
         service.submit(frame[30:40].drop("kind"), source="test"),
@@ -190,10 +191,10 @@ def test_a_message_of_the_wrong_form_harms_no_other(start: Starter) -> None:
     ]
     good.append(service.submit(frame[30:], source="test"))
     gate.open.set()
-    assert [future.result(10).accepted for future in good] == [20, 30]
+    assert [future.result(WAIT_TIMEOUT_S).accepted for future in good] == [20, 30]
     for future in bad:
         with pytest.raises(InputError):
-            future.result(10)
+            future.result(WAIT_TIMEOUT_S)
     assert settled(service)["read"] == 60
 
 
@@ -214,13 +215,13 @@ def test_a_full_intake_says_when_to_come_back_and_takes_the_rest_later(start: St
     service = start(gate, intake_batches_max=3, retry_after_s=7.0)
     frame = recording(60)
     futures = [service.submit(frame[:10], source="test")]
-    gate.entered.wait(10)
+    gate.entered.wait(WAIT_TIMEOUT_S)
     futures += [service.submit(piece, source="test") for piece in cut(frame[10:40], [10, 10])]
     with pytest.raises(QueueFullError) as full:
         service.submit(frame[40:], source="test")
     assert full.value.retry_after_s == 7.0
     gate.open.set()
-    assert [future.result(10).accepted for future in futures] == [10, 10, 10, 10]
+    assert [future.result(WAIT_TIMEOUT_S).accepted for future in futures] == [10, 10, 10, 10]
     assert submit(service, frame[40:]).accepted == 20
     assert settled(service)["read"] == 60
 
@@ -230,12 +231,12 @@ def test_the_intake_is_bounded_in_rows_and_one_large_message_still_enters(start:
     service = start(gate, intake_rows_max=20)
     frame = recording(60)
     first = service.submit(frame[:5], source="test")
-    gate.entered.wait(10)
+    gate.entered.wait(WAIT_TIMEOUT_S)
     large = service.submit(frame[5:55], source="test")
     with pytest.raises(QueueFullError):
         service.submit(frame[55:56], source="test")
     gate.open.set()
-    assert (first.result(10).accepted, large.result(10).accepted) == (5, 50)
+    assert (first.result(WAIT_TIMEOUT_S).accepted, large.result(WAIT_TIMEOUT_S).accepted) == (5, 50)
 
 
 def test_a_message_that_was_cancelled_while_it_waited_is_not_taken(start: Starter) -> None:
@@ -243,12 +244,12 @@ def test_a_message_that_was_cancelled_while_it_waited_is_not_taken(start: Starte
     service = start(gate)
     frame = recording(30)
     service.submit(frame[:10], source="test")
-    gate.entered.wait(10)
+    gate.entered.wait(WAIT_TIMEOUT_S)
     cancelled = service.submit(frame[10:20], source="test")
     kept = service.submit(frame[20:], source="test")
     assert cancelled.cancel()
     gate.open.set()
-    kept.result(10)
+    kept.result(WAIT_TIMEOUT_S)
     assert settled(service)["read"] == 20
 
 
@@ -257,7 +258,7 @@ def test_the_end_of_a_stream_releases_and_is_journalled(start: Starter) -> None:
     service = start(journal)
     frame = recording(100)
     submit(service, frame[50:])
-    assert service.flush(source="test").result(10) == Receipt(0, (), False, 2)
+    assert service.flush(source="test").result(WAIT_TIMEOUT_S) == Receipt(0, (), False, 2)
     assert settled(service)["epoch"] is not None
     assert len(submit(service, frame[:50]).rejected) == 50
     service.stop()
@@ -277,7 +278,7 @@ def test_the_end_of_a_stream_is_answered_when_its_tracks_can_be_read(
     publish = service.view.publish
 
     def publish_late(output: EngineOutput, data_time_s: float | None) -> None:
-        gate.wait(10.0)
+        gate.wait(WAIT_TIMEOUT_S)
         publish(output, data_time_s)
 
     monkeypatch.setattr(service.view, "publish", publish_late)
@@ -289,10 +290,10 @@ def test_the_end_of_a_stream_is_answered_when_its_tracks_can_be_read(
     assert not ended.done()
     assert not ended.cancel()
     gate.set()
-    assert ended.result(10).journal_sequence == 2
+    assert ended.result(WAIT_TIMEOUT_S).journal_sequence == 2
     made = service.view.tracks()["track_number"]
     assert frame[:20]["track_number"].is_in(made.implode()).all()
-    again = service.flush(source="test", idempotency_key="end").result(10)
+    again = service.flush(source="test", idempotency_key="end").result(WAIT_TIMEOUT_S)
     assert (again.duplicate, again.journal_sequence) == (True, 2)
 
 
@@ -305,12 +306,12 @@ def test_messages_that_share_a_transaction_keep_their_own_rows(start: Starter) -
     gate, apart = GatedJournal(), start()
     together = start(gate)
     futures = [together.submit(recording(1), source="test")]
-    gate.entered.wait(10)
+    gate.entered.wait(WAIT_TIMEOUT_S)
     futures += [together.submit(piece, source="test") for piece in pieces]
     gate.open.set()
     submit(apart, recording(1))
     alone = [submit(apart, piece) for piece in pieces]
-    assert [future.result(10) for future in futures[1:]] == alone
+    assert [future.result(WAIT_TIMEOUT_S) for future in futures[1:]] == alone
     assert sum(len(receipt.rejected) for receipt in alone) > 20
     assert settled(together)["output_sha256"] == settled(apart)["output_sha256"]
     for stored, receipt in zip(gate.read(1), alone, strict=True):
@@ -321,16 +322,23 @@ def test_what_is_settled_can_be_read(start: Starter, monkeypatch: pytest.MonkeyP
     """Once, a reader that came between the engine and the publication saw nothing."""
     service = start()
     publish = service.view.publish
+    begun, gate = threading.Event(), threading.Event()
 
-    def slowly(output: EngineOutput, data_time_s: float | None) -> None:
-        time.sleep(0.05)
+    def publish_late(output: EngineOutput, data_time_s: float | None) -> None:
+        begun.set()
+        assert gate.wait(WAIT_TIMEOUT_S)
         publish(output, data_time_s)
 
-    monkeypatch.setattr(service.view, "publish", slowly)
+    monkeypatch.setattr(service.view, "publish", publish_late)
     for number, piece in enumerate(cut(recording(30), [10, 10])):
+        begun.clear()
+        gate.clear()
         submit(service, piece)
-        time.sleep(0.02)
-        assert service.settled().result(10) == 10 * (number + 1)
+        assert begun.wait(WAIT_TIMEOUT_S)
+        all_can_be_read = service.settled()
+        assert not all_can_be_read.done()
+        gate.set()
+        assert all_can_be_read.result(WAIT_TIMEOUT_S) == 10 * (number + 1)
         assert service.view.status()["output_sequence"] == 10 * (number + 1)
 
 
@@ -360,7 +368,7 @@ def test_the_backlog_of_the_engine_is_bounded_and_loses_nothing(start: Starter) 
     released = threading.Event()
 
     def hold(_batch: MeasurementBatch) -> None:
-        assert released.wait(10)
+        assert released.wait(WAIT_TIMEOUT_S)
 
     service = start(
         engine=lambda: FakeEngine(hold), backlog_rows_max=50, push_rows_max=10, intake_batches_max=8
@@ -368,18 +376,16 @@ def test_the_backlog_of_the_engine_is_bounded_and_loses_nothing(start: Starter) 
     pieces = cut(recording(400), [10] * 39)
     taken: list[Future[Receipt]] = []
 
-    def fill() -> None:
-        while len(taken) < len(pieces):
-            taken.append(service.submit(pieces[len(taken)], source="test"))
-            # Those that the writer could still hand on are answered.
-            wait_for(taken[-8:-7], 0.2)
-
+    # One is held by the engine and five wait for it; the writer hands on no more.
+    for piece in pieces[:6]:
+        taken.append(service.submit(piece, source="test"))
+        taken[-1].result(WAIT_TIMEOUT_S)
     with pytest.raises(QueueFullError):
-        fill()
-    assert len(taken) >= 13
+        taken.extend(service.submit(piece, source="test") for piece in pieces[6:])
+    assert len(taken) >= 6 + 8
     assert service._backlog.rows <= 50
     released.set()
-    assert all(future.result(10).accepted == 10 for future in taken)
+    assert all(future.result(WAIT_TIMEOUT_S).accepted == 10 for future in taken)
     assert settled(service)["output_sequence"] == 10 * len(taken)
 
 

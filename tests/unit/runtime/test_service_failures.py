@@ -21,6 +21,7 @@ from multiradar.tracking.settings import TrackingSettings
 from support.fake_engine import EngineCrashError, FakeEngine
 from support.live_scene import cut, recording
 from support.live_services import TABLE, FailingJournal, Starter, services, settled, submit
+from support.waiting import WAIT_TIMEOUT_S
 
 
 @pytest.fixture
@@ -112,7 +113,7 @@ def test_who_stops_waiting_for_the_engine_does_not_stop_it(start: Starter) -> No
     view, publish = service.view, service.view.publish
 
     def publish_late(output: EngineOutput, data_time_s: float | None) -> None:
-        gate.wait(10.0)
+        gate.wait(WAIT_TIMEOUT_S)
         publish(output, data_time_s)
 
     with pytest.MonkeyPatch.context() as patch:
@@ -121,9 +122,9 @@ def test_who_stops_waiting_for_the_engine_does_not_stop_it(start: Starter) -> No
         waiting = service.settled()
         assert waiting.cancel()
         gate.set()
-        assert service.settled().result(10.0) == 10
+        assert service.settled().result(WAIT_TIMEOUT_S) == 10
     submit(service, frame[10:])
-    assert service.settled().result(10.0) == 20
+    assert service.settled().result(WAIT_TIMEOUT_S) == 20
     assert service.state is ServiceState.RUNNING
 
 
@@ -131,7 +132,7 @@ def test_who_stopped_waiting_does_not_keep_a_service_from_stopping(start: Starte
     service, gate = start(), threading.Event()
 
     def crash(output: EngineOutput, data_time_s: float | None) -> None:
-        gate.wait(10.0)
+        gate.wait(WAIT_TIMEOUT_S)
         raise OSError("no room for the output")
 
     with pytest.MonkeyPatch.context() as patch:
@@ -141,7 +142,7 @@ def test_who_stopped_waiting_does_not_keep_a_service_from_stopping(start: Starte
         assert left.cancel()
         gate.set()
         with pytest.raises(PipelineError, match="the engine has stopped"):
-            stays.result(10.0)
+            stays.result(WAIT_TIMEOUT_S)
     assert service.state is ServiceState.FAILED
 
 
@@ -152,7 +153,7 @@ def test_an_engine_that_always_fails_stops_the_service_and_says_so(start: Starte
     service = start(engine=lambda: FakeEngine(crash))
     submit(service, recording(10))
     with pytest.raises(PipelineError, match="no memory"):
-        service.settled().result(10)
+        service.settled().result(WAIT_TIMEOUT_S)
     assert service.state is ServiceState.FAILED
     with pytest.raises(PipelineError, match="no memory"):
         service.submit(recording(10), source="test")
@@ -167,19 +168,19 @@ def test_who_asks_after_the_end_of_the_engine_is_told_of_it(start: Starter) -> N
     service = start(engine=lambda: FakeEngine(crash))
     submit(service, recording(10))
     with pytest.raises(PipelineError, match="no memory"):
-        service.settled().result(10)
+        service.settled().result(WAIT_TIMEOUT_S)
     with pytest.raises(PipelineError, match="no memory"):
-        service.settled().result(10)
+        service.settled().result(WAIT_TIMEOUT_S)
     service.stop()
     with pytest.raises(PipelineError, match="no memory"):
-        service.settled().result(10)
+        service.settled().result(WAIT_TIMEOUT_S)
 
 
 def test_the_end_of_a_stream_fails_with_the_engine(start: Starter) -> None:
     gate = threading.Event()
 
     def crash(_batch: MeasurementBatch) -> None:
-        gate.wait(10.0)
+        gate.wait(WAIT_TIMEOUT_S)
         raise MemoryError
 
     service = start(engine=lambda: FakeEngine(crash))
@@ -187,14 +188,14 @@ def test_the_end_of_a_stream_fails_with_the_engine(start: Starter) -> None:
     ended = service.flush(source="test")
     gate.set()
     with pytest.raises(PipelineError, match="no memory"):
-        ended.result(10)
+        ended.result(WAIT_TIMEOUT_S)
 
 
 def test_what_was_processed_is_settled_after_a_stop(start: Starter) -> None:
     service = start()
     submit(service, recording(10))
     service.stop()
-    assert service.settled().result(10) == 10
+    assert service.settled().result(WAIT_TIMEOUT_S) == 10
 
 
 def test_a_service_that_does_not_run_takes_nothing() -> None:

@@ -2,7 +2,6 @@
 
 import shutil
 import sqlite3
-import subprocess
 import sys
 from pathlib import Path
 
@@ -13,6 +12,7 @@ from multiradar.errors import ConfigurationError, JournalError, JournalFullError
 from multiradar.storage import sqlite_journal
 from multiradar.storage.sqlite_journal import SqliteJournal
 from support.journal_entries import entry
+from support.waiting import run_to_end
 
 FINGERPRINT = "a" * 64
 
@@ -251,10 +251,9 @@ def test_a_failed_write_stops_the_journal_for_good_and_keeps_what_was_acknowledg
 ) -> None:
     path = tmp_path / "journal.db"
     tests = Path(__file__).parents[2]
-    done = subprocess.run(
-        [sys.executable, "-c", _FAILING_DISK, str(path), "150000"],
-        capture_output=True, text=True, check=True, env={"PYTHONPATH": str(tests)}, timeout=60,
-    )  # fmt: skip
+    line = [sys.executable, "-c", _FAILING_DISK, str(path), "150000"]
+    done = run_to_end(line, env={"PYTHONPATH": str(tests)})
+    assert done.returncode == 0, done.stderr
     failed, refused, readable, acknowledged = done.stdout.splitlines()
     assert failed.startswith(f"failed {path}")
     assert refused == "refused"
@@ -293,8 +292,7 @@ print(acknowledged)
 def _can_trace() -> bool:
     tracer = shutil.which("strace")
     return (
-        tracer is not None
-        and not subprocess.run([tracer, "-qq", "-o", "/dev/null", "true"]).returncode
+        tracer is not None and not run_to_end([tracer, "-qq", "-o", "/dev/null", "true"]).returncode
     )
 
 
@@ -304,11 +302,10 @@ def test_one_failed_sync_is_never_trusted_again(tmp_path: Path, call: int) -> No
     """After it the next sync succeeds, although data was lost: it must not be asked."""
     path, tests = tmp_path / "journal.db", Path(__file__).parents[2]
     inject = f"inject=fdatasync,fsync:error=EIO:when={call}"
-    done = subprocess.run(
-        ["strace", "-f", "-qq", "-o", "/dev/null", "-e", inject,
-         sys.executable, "-c", _FAILING_SYNC, str(path)],
-        capture_output=True, text=True, check=True, env={"PYTHONPATH": str(tests)}, timeout=60,
-    )  # fmt: skip
+    line = ["strace", "-f", "-qq", "-o", "/dev/null", "-e", inject]
+    line += [sys.executable, "-c", _FAILING_SYNC, str(path)]
+    done = run_to_end(line, env={"PYTHONPATH": str(tests)})
+    assert done.returncode == 0, done.stderr
     *failed, refused, acknowledged = done.stdout.splitlines()
     assert len(failed) == 20 - int(acknowledged) > 0
     assert "SQLITE_IOERR_FSYNC" in refused

@@ -6,10 +6,9 @@ from threading import Event
 import pytest
 
 from multiradar.studies.parallel import finish, processors, workers
+from support.waiting import WAIT_TIMEOUT_S
 
 TASKS = 100
-#: So long at most a thread is kept busy, s: longer than a test that works takes.
-BUSY_S = 20.0
 
 
 def test_all_is_done_and_told() -> None:
@@ -28,7 +27,7 @@ def test_what_has_not_begun_is_dropped_when_the_work_is_stopped() -> None:
 
     def busy(number: int) -> None:
         begun.append(number)
-        release.wait(BUSY_S)
+        release.wait(WAIT_TIMEOUT_S)
 
     def stop(_done: int, _total: int) -> None:
         raise KeyboardInterrupt
@@ -55,7 +54,7 @@ def test_the_first_error_ends_the_work() -> None:
         raise ZeroDivisionError
 
     def idle() -> None:
-        release.wait(BUSY_S)
+        release.wait(WAIT_TIMEOUT_S)
 
     def work() -> None:
         with workers() as executor:

@@ -26,7 +26,7 @@ times = st.lists(st.integers(0, 400).map(lambda step: step / 4.0), min_size=1, m
 
 
 @given(times, st.randoms(use_true_random=False), st.integers(1, 20))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_order_depends_neither_on_batches_nor_on_disorder_within_the_horizon(
     at: list[float], random: object, size: int
 ) -> None:

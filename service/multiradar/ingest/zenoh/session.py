@@ -5,9 +5,9 @@ Why it is built as it is (measured with 1.10, see docs/zenoh.md):
 - Everything for subscribers is sent with congestion control DROP: BLOCK lets one slow subscriber
   hold up all others and is not lossless either. What was dropped is recovered from caches.
 - Updates travel at a priority below the answers of the caches, so that a subscriber that catches
-  up is not kept from it by new updates. The first update of a stream travels above both: an
+  up is not kept from it by new updates. The first update of a stream travels with the answers: an
   advanced subscriber takes the first sample that it sees of a source for the beginning, so that
-  one must not be lost.
+  one must not be lost behind other updates, and must not overtake the end of the history.
 - An advanced publisher has one priority. Therefore it keeps the cache and the heartbeat, is
   confined to this session, and the samples are put by the session in its name.
 - Publisher detection stays off: with it, an advanced subscriber that joins while samples arrive
@@ -40,7 +40,7 @@ _PRIORITIES = (
     "data_low",
     "background",
 )
-_FIRST = zenoh.Priority.INTERACTIVE_HIGH
+_FIRST = zenoh.Priority.DATA
 _UPDATES = zenoh.Priority.DATA_LOW
 _SEQUENCE_END = 2**32
 _DROP = zenoh.CongestionControl.DROP

@@ -3,7 +3,6 @@
 import contextlib
 import random
 import struct
-import subprocess
 import sys
 
 import polars as pl
@@ -18,6 +17,7 @@ from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
 from multiradar_schemas.errors import BodyError
 from multiradar_schemas.reject import RejectCode
 from support.messages import adsb, radar, stream
+from support.waiting import run_to_end
 
 FRAME = pl.DataFrame([radar(), adsb()], schema=MEASUREMENT_SCHEMA)
 
@@ -235,13 +235,8 @@ def test_forged_streams_never_end_the_process() -> None:
     """A forged length once made the reader allocate 2^61 bytes, which aborts the whole process."""
     bases = [stream(FRAME), stream(FRAME, compat_level=pl.CompatLevel.oldest())]
     bases.append(stream(FRAME.with_columns(pl.col("kind").cast(pl.Categorical))))
-    run = subprocess.run(
-        [sys.executable, "-c", FORGERIES],
-        input="\n".join(base.hex() for base in bases),
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=120,
+    run = run_to_end(
+        [sys.executable, "-c", FORGERIES], input="\n".join(base.hex() for base in bases)
     )
     assert run.stdout == "alive\n", run.stderr[-2000:]
 

@@ -1,6 +1,5 @@
 """Listeners, their queue and their counts, with ports, service and clock from memory."""
 
-import time
 import tracemalloc
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
@@ -22,6 +21,7 @@ from multiradar_converters.asterix.datagrams import Datagrams
 from multiradar_converters.asterix.live import LiveDecoder, LiveOptions
 from multiradar_converters.asterix.live_batch import LiveBatch
 from support.asterix_octets import block, plot_048
+from support.waiting import wait_until
 
 NOON_S = 19_675 * 86_400.0 + 43_200.0
 NAMES = {(0x1482, "radar"): "20-130"}
@@ -93,11 +93,7 @@ class Listening:
 
     def until(self, name: str, number: int, listener: int = 0) -> None:
         """Wait until a counter has come so far."""
-        for _ in range(3000):
-            if self.number(name, listener) >= number:
-                return
-            time.sleep(0.01)
-        raise AssertionError(self.gateway.counts.document())
+        wait_until(lambda: self.number(name, listener) >= number, f"{number} {name}")
 
 
 @pytest.fixture

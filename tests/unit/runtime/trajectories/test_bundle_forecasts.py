@@ -27,10 +27,10 @@ from multiradar_schemas.forecast import ForecastPoint, ForecastRow
 from support.engine_outputs import End, Sample, output_of
 from support.live_scene import START_S
 from support.trajectory_scene import MUTE, PLANE, REPORTING, TABLE, TURNING, flown, recording
+from support.waiting import WAIT_TIMEOUT_S
 
 TRACKING = TrackingSettings(reorder_horizon_s=0.0)
 OPTIONS = TrajectoryOptions(10, 1000)
-PATIENCE_S = 60.0
 SECONDS = 80.0
 
 
@@ -51,7 +51,7 @@ class Scene:
         self.feed.start()
         for output in self.outputs:
             self.view.publish(output, data_time_s)
-        assert self.feed.settle(PATIENCE_S)
+        assert self.feed.settle(WAIT_TIMEOUT_S)
 
 
 @pytest.fixture(scope="module")
@@ -237,10 +237,10 @@ def test_a_track_that_ends_while_plots_wait_teaches_as_much_as_one_that_ends_lat
             feed.start()
         for output in (*learning.outputs, after):
             feed.put(output)
-            assert patient or feed.settle(PATIENCE_S)
+            assert patient or feed.settle(WAIT_TIMEOUT_S)
         if patient:
             feed.start()
-        assert feed.settle(PATIENCE_S)
+        assert feed.settle(WAIT_TIMEOUT_S)
         found.append(feed.read(REPORTING).learnt)
         feed.stop()
     np.testing.assert_array_equal(found[0].shares, found[1].shares)

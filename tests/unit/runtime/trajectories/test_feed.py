@@ -1,8 +1,7 @@
 """Bundles in a service: a thread of their own, which the engine waits for only at the start."""
 
 import threading
-import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 import pytest
@@ -28,9 +27,9 @@ from support.trajectory_scene import (
     flown,
     recording,
 )
+from support.waiting import WAIT_TIMEOUT_S, join, wait_until
 
 TRACKING = TrackingSettings(reorder_horizon_s=0.0)
-PATIENCE_S = 30.0
 
 
 @pytest.fixture(scope="module")
@@ -66,11 +65,11 @@ def followed(feed: TrajectoryFeed, outputs: Sequence[EngineOutput]) -> Trajector
     feed.begin()
     for output in outputs:
         feed.put(output)
-    assert feed.settle(PATIENCE_S)
+    assert feed.settle(WAIT_TIMEOUT_S)
     return feed
 
 
-def playing(feed: TrajectoryFeed, outputs: Sequence[EngineOutput]) -> threading.Thread:
+def playing(feed: TrajectoryFeed, outputs: Iterable[EngineOutput]) -> threading.Thread:
     def play() -> None:
         for output in outputs:
             feed.put(output)
@@ -139,7 +138,7 @@ def test_what_comes_again_after_a_failure_of_the_engine_changes_nothing(
     again.restart()
     for output in outputs:
         again.put(output)
-    assert again.settle(PATIENCE_S)
+    assert again.settle(WAIT_TIMEOUT_S)
     assert again.counts() == once.counts()
     for track in (TURNING, REPORTING):
         states = [feed.read(track).bundle.estimate().state.tolist() for feed in (once, again)]
@@ -168,7 +167,7 @@ def test_after_a_loss_a_bundle_begins_anew(feeds: Feeds, outputs: list[EngineOut
     feed.start()
     for output in outputs[4:]:
         feed.put(output)
-        assert feed.settle(PATIENCE_S)
+        assert feed.settle(WAIT_TIMEOUT_S)
     # The reporting aircraft has plots enough since.
     assert feed.read(REPORTING).bundle.window_s[0] > live_scene.START_S + 20.0
 
@@ -177,14 +176,22 @@ def test_while_the_journal_is_played_the_engine_waits_for_room(
     feeds: Feeds, outputs: list[EngineOutput]
 ) -> None:
     feed = feeds.make(plots_waiting_max=25)
-    player = playing(feed, outputs)
-    time.sleep(0.2)
-    assert player.is_alive()
-    assert 0 < feed.counts()["plots_waiting"] <= 25
+    waiting: list[int] = []
+
+    def watched() -> Iterator[EngineOutput]:
+        for output in outputs:
+            waiting.append(feed.counts()["plots_waiting"])
+            yield output
+
+    player = playing(feed, watched())
+    wait_until(lambda: feed.counts()["plots_waiting"] > 5, "plots that wait")
+    # One output more may be on its way; none after it is handed on.
+    begun = len(waiting)
     feed.start()
-    player.join(PATIENCE_S)
-    assert not player.is_alive()
-    assert feed.settle(PATIENCE_S)
+    join(player)
+    assert feed.settle(WAIT_TIMEOUT_S)
+    assert begun < len(outputs)
+    assert max(waiting) <= 25
     assert feed.counts()["plots_lost"] == 0
     assert len(feed.read(TURNING).bundle) > 0
 
@@ -195,8 +202,7 @@ def test_a_service_that_stops_while_the_journal_is_played_lets_the_engine_go(
     feed = feeds.make(plots_waiting_max=25)
     player = playing(feed, outputs)
     feed.stop()
-    player.join(PATIENCE_S)
-    assert not player.is_alive()
+    join(player)
 
 
 def test_who_waits_for_bundles_is_told_that_they_have_stopped(
@@ -218,16 +224,15 @@ def test_who_waits_for_bundles_is_told_that_they_have_stopped(
     waiter = threading.Thread(target=wait, daemon=True)
     waiter.start()
     feed.stop()
-    waiter.join(PATIENCE_S)
-    assert not waiter.is_alive()
+    join(waiter)
     with pytest.raises(TrajectoryError, match="was a service that has stopped"):
-        feed.settle(PATIENCE_S)
+        feed.settle(WAIT_TIMEOUT_S)
     assert [str(error) for error in told] == [
         "expected bundles that are made, was a service that has stopped"
     ]
     idle = feeds.make()
     idle.stop()
-    assert idle.settle(PATIENCE_S)
+    assert idle.settle(WAIT_TIMEOUT_S)
 
 
 def test_a_mistake_of_ours_ends_the_bundles_and_not_the_engine(
@@ -259,7 +264,7 @@ def test_a_coasting_track_is_marked(feeds: Feeds, outputs: list[EngineOutput]) -
     feed.start()
     for output in outputs:
         view.publish(output, live_scene.START_S + 100.0 + TRACKING.coast_after_s + 5.0)
-    assert feed.settle(PATIENCE_S)
+    assert feed.settle(WAIT_TIMEOUT_S)
     told = view.trajectories(TURNING, 0, 1)
     assert told is not None
     assert told["state"] == "coasting"
