@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from multiradar.cli.asterix_file import new_recorder, print_asterix
+from multiradar.cli.diagnoses import fail_when_diagnosed, print_diagnoses
 from multiradar.cli.health_table import print_health
 from multiradar.cli.inputs import (
     DumpChoice,
@@ -183,7 +184,9 @@ def track(
     if report.counts.accepted == 0:
         codes = codes_told({str(code): n for code, n in report.rejected_by_code.items()})
         msg = f"none of {report.counts.read} measurements accepted: {codes}; {out} says why"
+        print_diagnoses(result.diagnoses)
         raise InputError(msg)
+    fail_when_diagnosed(result.diagnoses)
 
 
 def _encounters(
