@@ -10,6 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from math import cos, pi, radians
 from pathlib import Path
+from typing import Any
 
 import polars as pl
 
@@ -105,7 +106,7 @@ def without_identity(frame: pl.DataFrame) -> pl.DataFrame:
 
 
 def settings(
-    *sensors: str, anonymous: bool = False, **values: object
+    *sensors: str, anonymous: bool = False, **values: Any
 ) -> Callable[[Sample, Path], None]:
     """Return what replaces values of some sensors in the sensors file; a callable gets the old."""
 
@@ -123,22 +124,22 @@ def settings(
     return made
 
 
-def tables_of(sample: Sample) -> list[dict[str, object]]:
+def tables_of(sample: Sample) -> list[dict[str, Any]]:
     """Return the tables of the sensors file."""
     return list(tomllib.loads(sample.sensors)["sensor"])
 
 
-def name_of(table: dict[str, object]) -> str:
+def name_of(table: dict[str, Any]) -> str:
     """Return the id of a sensor."""
     return str(table.get("id", f"{table.get('source')}-{table.get('sensor')}"))
 
 
-def text_of(tables: list[dict[str, object]]) -> str:
+def text_of(tables: list[dict[str, Any]]) -> str:
     """Return the text of a sensors file."""
     return toml_text({"sensor": tables})
 
 
-def moved(east_m: float, north_m: float) -> dict[str, Callable[[dict[str, float]], float]]:
+def moved(east_m: float, north_m: float) -> dict[str, Any]:
     """Return what moves a site."""
     return {
         "latitude_deg": lambda one: one["latitude_deg"] + north_m / 111_195.0,
@@ -293,7 +294,9 @@ CATALOGUE: tuple[Mistake, ...] = (
         "a range_max_m in nautical miles", settings(RADAR, range_max_m=162), said=("range_max_m",)
     ),
     # Azimuths.
-    Mistake("azimuths in radians", plots(RADAR, azimuth_deg=_AZIMUTH * _RADIANS), said=("radians",)),
+    Mistake(
+        "azimuths in radians", plots(RADAR, azimuth_deg=_AZIMUTH * _RADIANS), said=("radians",)
+    ),
     Mistake(
         "azimuths in radians, plots without identity",
         plots(RADAR, anonymous=True, azimuth_deg=_AZIMUTH * _RADIANS),
@@ -326,7 +329,9 @@ CATALOGUE: tuple[Mistake, ...] = (
         said=(RADAR, "anticlockwise"),
     ),
     Mistake(
-        "azimuths off by 90°", plots(RADAR, azimuth_deg=(_AZIMUTH + 90.0) % 360.0), said=(RADAR, "off by +89.8°")
+        "azimuths off by 90°",
+        plots(RADAR, azimuth_deg=(_AZIMUTH + 90.0) % 360.0),
+        said=(RADAR, "off by +89.8°"),
     ),
     Mistake(
         "azimuths off by 180°, plots without identity",
@@ -363,13 +368,19 @@ CATALOGUE: tuple[Mistake, ...] = (
         settings(RADAR, latitude_deg=lambda one: -one["latitude_deg"]),
         said=(RADAR, "latitude_deg", "sign"),
     ),
-    Mistake("a site off by 5 km", settings(RADAR, **moved(3e3, 4e3)), said=(RADAR, "site is probably 5")),
+    Mistake(
+        "a site off by 5 km", settings(RADAR, **moved(3e3, 4e3)), said=(RADAR, "site is probably 5")
+    ),
     Mistake(
         "a site off by 5 km, plots without identity",
         settings(RADAR, anonymous=True, **moved(3e3, 4e3)),
         said=(RADAR, "site is probably 5"),
     ),
-    Mistake("a site off by 50 km", settings(RADAR, **moved(-4e4, 3e4)), said=(RADAR, "site is probably 50")),
+    Mistake(
+        "a site off by 50 km",
+        settings(RADAR, **moved(-4e4, 3e4)),
+        said=(RADAR, "site is probably 50"),
+    ),
     Mistake(
         "sites of two radars exchanged", exchanged(RADAR, "35-10"), said=(RADAR, "35-10", "site")
     ),
@@ -381,7 +392,9 @@ CATALOGUE: tuple[Mistake, ...] = (
         said=(RADAR, "flight levels"),
     ),
     # Times.
-    Mistake("a clock off by 3 s", plots(RADAR, time_s=_TIME + 3.0), said=(RADAR, "clock", "s ahead")),
+    Mistake(
+        "a clock off by 3 s", plots(RADAR, time_s=_TIME + 3.0), said=(RADAR, "clock", "s ahead")
+    ),
     Mistake("a clock off by 1 h", plots(RADAR, time_s=_TIME + 3600.0), said=(RADAR, "1 h")),
     Mistake(
         "times of one radar of another day",
@@ -403,10 +416,12 @@ CATALOGUE: tuple[Mistake, ...] = (
             Sample(
                 sample.dump,
                 sample.measurements,
-                text_of([
-                    {**table, "source": 36} if name_of(table) == "35-10" else table
-                    for table in tables_of(sample)
-                ]),
+                text_of(
+                    [
+                        {**table, "source": 36} if name_of(table) == "35-10" else table
+                        for table in tables_of(sample)
+                    ]
+                ),
             ),
             folder,
         ),
@@ -433,6 +448,11 @@ CATALOGUE: tuple[Mistake, ...] = (
         "azimuth_sigma_deg 100 times too large",
         settings(RADAR, azimuth_sigma_deg=6.0),
         said=(RADAR, "azimuth_sigma_deg"),
+    ),
+    Mistake(
+        "range_sigma_m 10 times too large",
+        settings(RADAR, range_sigma_m=400),
+        said=(RADAR, "range_sigma_m"),
     ),
     Mistake(
         "range_sigma_m 100 times too small",
@@ -465,10 +485,12 @@ CATALOGUE: tuple[Mistake, ...] = (
         lambda sample, folder: write(
             folder,
             sample.measurements,
-            text_of([
-                {"id": RADAR, "kind": "adsb"} if name_of(table) == RADAR else table
-                for table in tables_of(sample)
-            ]),
+            text_of(
+                [
+                    {"id": RADAR, "kind": "adsb"} if name_of(table) == RADAR else table
+                    for table in tables_of(sample)
+                ]
+            ),
         ),
         said=(RADAR, "kind"),
     ),
@@ -497,9 +519,9 @@ CATALOGUE: tuple[Mistake, ...] = (
         "convert: another separator", dump(plots=other_separator), CONVERT, said=("plots.txt",)
     ),
     Mistake(
-        "track a dump without its date: another day is not noticed, the first instant is printed",
+        "none: a dump without its date",
         dump(),
         ("track", "dump", "--sensors", "sensors.toml", "--kinds", "radar", "--out", "out"),
         status=0,
     ),
-)  # fmt: skip
+)

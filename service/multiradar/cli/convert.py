@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from multiradar.cli.converting import bytes_bar, conversion_faults
+from multiradar.cli.diagnoses import fail_when_badly_converted
 from multiradar.cli.options import JsonOption
 from multiradar.errors import ConfigurationError
 
@@ -168,6 +169,7 @@ def convert_vid(
         raise ConfigurationError(str(error)) from error
     report = convert_with_bar(dump, out, options)
     print(json.dumps(report, indent=1, ensure_ascii=False) if as_json else _summary(report, out))
+    fail_when_badly_converted(report, out)
 
 
 def convert_with_bar(dump: Path, out: Path, options: "Options") -> dict[str, Any]:

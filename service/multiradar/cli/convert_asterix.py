@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from multiradar.cli.converting import convert_files, records_line
+from multiradar.cli.diagnoses import fail_when_badly_converted
 from multiradar.cli.options import JsonOption, parse_date
 from multiradar.errors import ConfigurationError
 
@@ -100,6 +101,7 @@ def convert_asterix(
         raise ConfigurationError(str(error)) from error
     report = convert_files(files, lambda advance: convert(files, out, options, advance))
     print(json.dumps(report, indent=1, ensure_ascii=False) if as_json else _summary(report, out))
+    fail_when_badly_converted(report, out, options.sensors)
 
 
 def _summary(report: dict[str, Any], out: Path) -> str:

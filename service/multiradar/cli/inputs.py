@@ -64,13 +64,19 @@ def load_sensor_table(path: Path) -> "SensorTable":
         The file cannot be read or says something impossible.
     """
     from multiradar import wire
+    from multiradar.diagnosis.sites import site_apart
     from multiradar_schemas.errors import SchemaError
     from multiradar_schemas.sensor import load_sensors
 
     try:
-        return wire.sensor_table(load_sensors(path))
+        table = wire.sensor_table(load_sensors(path))
     except SchemaError as error:
         raise ConfigurationError(str(error)) from error
+    apart = site_apart(table)
+    if apart is not None:
+        msg = f"{path}: {apart}"
+        raise ConfigurationError(msg)
+    return table
 
 
 @contextmanager

@@ -56,6 +56,17 @@ class Source:
     rejected: Counter[str] = field(default_factory=Counter)
     kept: list[pl.DataFrame] = field(default_factory=list)
 
+    def add(self, part: pl.DataFrame) -> None:
+        """Take measurements; columns `COLUMNS`."""
+        times = part.filter(pl.col("time_s").is_finite())["time_s"].to_numpy()
+        self.read += len(part)
+        if len(times):
+            self.first_s = float(np.fmin(self.first_s, times.min()))
+            self.last_s = float(np.fmax(self.last_s, times.max()))
+        room = ROWS_MAX - sum(len(one) for one in self.kept)
+        if room > 0:
+            self.kept.append(part.head(room))
+
     def plots(self) -> pl.DataFrame:
         """Return the plots that are retained, by time; columns `COLUMNS`."""
         found = pl.concat(self.kept) if self.kept else pl.DataFrame(schema=_SCHEMA)
@@ -139,14 +150,7 @@ class Evidence:
             source = self._source(str(name))
             if source is None:
                 continue
-            times = part.filter(pl.col("time_s").is_finite())["time_s"].to_numpy()
-            source.read += len(part)
-            if len(times):
-                source.first_s = float(np.fmin(source.first_s, times.min()))
-                source.last_s = float(np.fmax(source.last_s, times.max()))
-            room = ROWS_MAX - sum(len(one) for one in source.kept)
-            if room > 0:
-                source.kept.append(part.drop("sensor_id").head(room))
+            source.add(part.drop("sensor_id"))
 
     def hear(self, output: EngineOutput) -> None:
         """Take what came out of the engine."""

@@ -14,6 +14,7 @@ from multiradar.diagnosis.agreement import (
     seen_from,
 )
 from multiradar.diagnosis.comparison import AGREES_MIN, TESTED_MIN, Comparison
+from multiradar.diagnosis.diagnosis import Diagnosis
 from multiradar.diagnosis.hypotheses import (
     READINGS,
     Reading,
@@ -95,6 +96,50 @@ def explained(
     tried = _tried_radar if comparison.is_radar(number) else _tried_positions
     found = _best(tried(comparison, number, pairs, names), before)
     return found or _best(_clocks(comparison, number, trusted), before)
+
+
+def alike(
+    comparison: Comparison, suspects: Collection[int], names: tuple[str, ...]
+) -> list[Diagnosis]:
+    """Return the mistake that all radars have alike: sensors agree once it is corrected in all.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        The plots.
+    suspects : collection of int
+        Sensors of which none agrees with another.
+    names : tuple of str
+        Names of the sensors.
+    """
+    radars = [one for one in suspects if comparison.is_radar(one)]
+    for reading in READINGS:
+        if reading.turned:
+            continue
+        shares = [_share_alike(comparison, one, suspects, reading) for one in radars]
+        if shares and min(shares) >= AGREES_MIN:
+            return [
+                Diagnosis(
+                    names[one], reading.code,
+                    f"{names[one]}: {reading.mistake}, as those of all radars: with "
+                    f"{reading.with_it}, {share:.0%} of its plots lie where other sensors see "
+                    f"aircraft; {reading.remedy}",
+                )
+                for one, share in zip(radars, shares, strict=True)
+            ]  # fmt: skip
+    return []
+
+
+def _share_alike(
+    comparison: Comparison, number: int, others: Collection[int], reading: Reading
+) -> float:
+    plots = comparison.tested(number)
+    pairs = comparison.pairs(number, others, reading=reading.polar)
+    compared = len(np.unique(pairs.plot))
+    if compared < TESTED_MIN:
+        return 0.0
+    measured = reading.polar(plots.range_m, plots.azimuth_deg)
+    return polar_agreement(measured, comparison.site(number), pairs, compared=compared).share
 
 
 _Tried = Iterator[tuple[Callable[[Agreement, float], Explanation], Agreement]]

@@ -13,7 +13,7 @@ from multiradar.diagnosis.agreement import Agreement
 from multiradar.diagnosis.comparison import AGREES_MIN, TESTED_MIN, Comparison
 from multiradar.diagnosis.diagnosis import Diagnosis
 from multiradar.diagnosis.evidence import Evidence
-from multiradar.diagnosis.explanations import Explanation, explained
+from multiradar.diagnosis.explanations import alike, explained
 from multiradar.diagnosis.heights import height_against_others
 from multiradar.diagnosis.names import first_and_last, names_amiss
 from multiradar.diagnosis.plausibility import (
@@ -41,7 +41,7 @@ def diagnose(evidence: Evidence) -> list[Diagnosis]:
     list of Diagnosis
         The causes that were found, those of names and times first.
     """
-    found = [*names_amiss(evidence), *times_amiss(evidence)]
+    found = [*names_amiss(evidence), *times_amiss(evidence.sources)]
     named = {one.sensor_id for one in found}
     comparison = Comparison(evidence)
     known = [name for name in evidence.sensors.ids if name in evidence.sources]
@@ -91,27 +91,43 @@ def _compared(
         seen[number] = comparison.agreement(number, pairs), pairs
     suspects = [one for one in numbers if seen[one][0].share < AGREES_MIN]
     trusted = [one for one in numbers if one not in suspects]
-    explanations: dict[int, Explanation] = {}
-    for number in suspects:
-        found = explained(comparison, number, trusted or numbers, names)
-        if found is not None:
-            explanations[number] = found
-    for number in suspects:
-        if number not in explanations and comparison.is_radar(number):
-            pass
-    diagnoses = [
-        Diagnosis(names[one], why.code, why.sentence(names[one], _elsewhere(trusted, seen[one][1])))
-        for one, why in explanations.items()
-    ]
+    found = _explained(comparison, suspects, trusted, names)
     for number in trusted:
-        diagnoses += _agreeing(comparison, number, names[number], *seen[number])
-    return diagnoses
+        found += _agreeing(comparison, number, names[number], *seen[number])
+    return _undecided(found, len(numbers))
 
 
-def _elsewhere(trusted: Collection[int], pairs: Pairs) -> str:
-    if (pairs.source >= 0).any():
-        return "where other sensors see aircraft"
-    return "where the recording says the aircraft are"
+def _explained(
+    comparison: Comparison, suspects: list[int], trusted: list[int], names: tuple[str, ...]
+) -> list[Diagnosis]:
+    found = []
+    for number in suspects:
+        # Sensors that agree with nobody are first compared with the recording's own positions.
+        recorded = len(np.unique(comparison.pairs(number, ()).plot)) >= TESTED_MIN
+        asked = trusted or ([] if recorded else suspects)
+        why = explained(comparison, number, asked, names)
+        if why is not None:
+            where = "other sensors see aircraft" if asked else "the recording has the aircraft"
+            found.append(
+                Diagnosis(names[number], why.code, why.sentence(names[number], f"where {where}"))
+            )
+    if not found and not trusted:
+        return alike(comparison, suspects, names)
+    return found
+
+
+# Two sensors that only have each other: a mistake of one is the opposite mistake of the other.
+def _undecided(found: list[Diagnosis], compared: int) -> list[Diagnosis]:
+    if compared != 2 or len(found) != 2 or found[0].code != found[1].code:
+        return found
+    first, second = found
+    if first.code not in ("site", "clock", "azimuth_offset"):
+        return found
+    sentence = (
+        f"{first.sensor_id} and {second.sensor_id} contradict each other, and there is no third "
+        f"sensor to decide which is wrong: {first.sentence}; or {second.sentence}"
+    )
+    return [Diagnosis(one.sensor_id, one.code, sentence) for one in found[:1]]
 
 
 # What the small differences of a sensor that agrees show.
@@ -161,7 +177,7 @@ def _of_losses(
     found = _first(
         lost.range_end(evidence, name, losses),
         _range_unit(evidence, comparison, name) if radar else None,
-        lost.twice(name, losses),
+        lost.twice(evidence, name),
         lost.noise_amiss(evidence, name),
         scan_period(
             name, comparison.plots(number), float(evidence.sensors.rotation_period_s[number])
@@ -187,7 +203,7 @@ def _range_unit(evidence: Evidence, comparison: Comparison, name: str) -> Diagno
 def _nothing(evidence: Evidence) -> list[Diagnosis]:
     names = list(evidence.sources)
     read = sum(evidence.sources[name].read for name in names)
-    first_s, last_s = first_and_last(evidence, names)
+    first_s, last_s = first_and_last(evidence.sources, names)
     if read < TESTED_MIN:
         return []
     return [

@@ -139,21 +139,26 @@ def noise_amiss(evidence: Evidence, name: str) -> Diagnosis | None:
                 name,
                 "noise",
                 f"{name}: {setting} is probably too {way}: it is {sigma:g} in the sensors file, "
-                f"and the noise measured is {ratio:.2g} times that; correct it there",
+                f"and the noise measured is {_times(ratio)} times that; correct it there",
             )
     return None
 
 
-def twice(name: str, losses: Losses) -> Diagnosis | None:
-    """Say so where measurements come twice."""
-    if losses.known < READ_MIN or losses.duplicate <= LOST_MAX * losses.known:
+def _times(ratio: float) -> str:
+    return f"{ratio:.0f}" if ratio >= 10.0 else f"{ratio:.2g}"
+
+
+def twice(evidence: Evidence, name: str) -> Diagnosis | None:
+    """Say so where measurements come twice, alike in everything."""
+    plots = evidence.sources[name].plots()
+    again = len(plots) - plots.n_unique()
+    if len(plots) < READ_MIN or again <= LOST_MAX * len(plots):
         return None
     return Diagnosis(
         name,
         "measurements_twice",
-        f"{name}: its measurements are probably in the recording twice: "
-        f"{counted(losses.duplicate)} of {counted(losses.known)} repeat another; "
-        "record or merge each only once",
+        f"{name}: its measurements are probably in the recording twice: {again / len(plots):.0%} "
+        "repeat another in everything; record or merge each only once",
     )
 
 

@@ -1,12 +1,12 @@
 """Sources that are not in the sensors file, and sensors of it that sent nothing."""
 
 import difflib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from multiradar.diagnosis.diagnosis import Diagnosis
-from multiradar.diagnosis.evidence import Evidence
+from multiradar.diagnosis.evidence import Evidence, Source
 from multiradar.estimation.measurement._kernels import KIND_BEARING, KIND_POSITION, KIND_RADAR
 
 #: Kinds of measurement that a kind of sensor sends.
@@ -117,10 +117,10 @@ def _meant(unknown: list[str], silent: list[str]) -> dict[str, str]:
     return meant
 
 
-def first_and_last(evidence: Evidence, names: Sequence[str]) -> tuple[float, float]:
+def first_and_last(sources: Mapping[str, Source], names: Sequence[str]) -> tuple[float, float]:
     """Return the least and the greatest time of some sources, s; NaN without any."""
-    first = [evidence.sources[name].first_s for name in names]
-    last = [evidence.sources[name].last_s for name in names]
+    first = [sources[name].first_s for name in names]
+    last = [sources[name].last_s for name in names]
     if not names or np.isnan(first).all():
         return np.nan, np.nan
     return float(np.nanmin(first)), float(np.nanmax(last))

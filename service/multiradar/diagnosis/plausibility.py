@@ -15,6 +15,9 @@ ROTATES_MIN, CLOSER = 0.998, 5.0
 SCANS_MIN = 3.0
 #: Half of the aircraft of a radar fly at speeds in this range, m/s.
 SPEED_MIN_MPS, SPEED_MAX_MPS = 25.0, 400.0
+#: The farthest plot of a radar is farther than this part of its instrumented range, and none is
+#: farther than a radar on the ground sees, m.
+FARTHEST_MIN, RANGE_END_M = 0.1, 600e3
 #: Of what fits, the speed nearest to this is preferred, m/s.
 SPEED_USUAL_MPS = 200.0
 #: Plots of an aircraft from which its speed is taken are so far apart, s.
@@ -121,8 +124,11 @@ def range_unit(
         ranges, _ = reading.polar(plots.range_m, plots.azimuth_deg)
         then = median_speed(plots, ranges, site, paths)
         fits = 50.0 <= then <= 330.0 or np.isnan(then)
-        if fits and float(ranges.max()) <= 1.05 * min(range_max_m, 600e3):
-            fitting.append((reading, then, float(ranges.max())))
+        end = float(ranges.max())
+        if fits and FARTHEST_MIN * min(range_max_m, RANGE_END_M) <= end <= 1.05 * min(
+            range_max_m, RANGE_END_M
+        ):
+            fitting.append((reading, then, end))
     if not fitting:
         return None
     return _of_range(name, fitting, speed, farthest, known_end=bool(np.isfinite(range_max_m)))

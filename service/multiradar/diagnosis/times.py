@@ -1,11 +1,12 @@
 """Sources whose times are not those of the others: another day, another zone, no date."""
 
+from collections.abc import Mapping
 from datetime import UTC, datetime, timedelta
 
 import numpy as np
 
 from multiradar.diagnosis.diagnosis import Diagnosis
-from multiradar.diagnosis.evidence import Evidence
+from multiradar.diagnosis.evidence import Source
 from multiradar.diagnosis.names import first_and_last
 
 #: Times below this are times of day without a date, s.
@@ -16,19 +17,19 @@ GAP_MIN_S = 600.0
 ZONE_WITHIN_S = 120.0
 
 
-def times_amiss(evidence: Evidence) -> list[Diagnosis]:
-    """Return the sources that share no time with the others."""
-    names = [name for name, source in evidence.sources.items() if np.isfinite(source.first_s)]
+def times_amiss(sources: Mapping[str, Source]) -> list[Diagnosis]:
+    """Return the sources that share no time with the others, by name."""
+    names = [name for name, source in sources.items() if np.isfinite(source.first_s)]
     found = []
     for name in sorted(names):
         others = [one for one in names if one != name]
-        rest = _most(evidence, others)
-        own = first_and_last(evidence, [name])
-        if not rest or _overlap(own, first_and_last(evidence, rest)):
+        rest = _most(sources, others)
+        own = first_and_last(sources, [name])
+        if not rest or _overlap(own, first_and_last(sources, rest)):
             continue
         # Of two that share no time, the one with fewer measurements is named.
-        if len(rest) > 1 or evidence.sources[rest[0]].read > evidence.sources[name].read:
-            found.append(_apart(name, own, first_and_last(evidence, rest)))
+        if len(rest) > 1 or sources[rest[0]].read > sources[name].read:
+            found.append(_apart(name, own, first_and_last(sources, rest)))
     return found
 
 
@@ -44,13 +45,13 @@ def utc(time_s: float) -> str:
         return f"{time_s:g} s"
 
 
-def _most(evidence: Evidence, names: list[str]) -> list[str]:
+def _most(sources: Mapping[str, Source], names: list[str]) -> list[str]:
     """Return the sources that share the time of the largest."""
     if not names:
         return []
-    largest = max(names, key=lambda one: evidence.sources[one].read)
-    span = first_and_last(evidence, [largest])
-    return [one for one in names if _overlap(first_and_last(evidence, [one]), span)]
+    largest = max(names, key=lambda one: sources[one].read)
+    span = first_and_last(sources, [largest])
+    return [one for one in names if _overlap(first_and_last(sources, [one]), span)]
 
 
 def _overlap(one: tuple[float, float], other: tuple[float, float]) -> bool:
