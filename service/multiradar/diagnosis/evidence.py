@@ -30,7 +30,7 @@ COLUMNS = (
     "mode_3a", "mode_s_address", "track_number",
 )  # fmt: skip
 #: Reject codes by the codes of `runtime.admission`: accepted, late, future.
-ADMISSION_CODES = ("", "LATE", "FUTURE")
+ADMISSION_CODES = ("", "TIME_LATE", "TIME_FUTURE")
 _SCHEMA = {name: MEASUREMENT_SCHEMA[name] for name in COLUMNS}
 
 
@@ -121,24 +121,26 @@ class Evidence:
             What the admission says of each of `measured`: 0 accepted, else an index of
             `ADMISSION_CODES`.
         """
-        self._read(frame)
+        self.read(frame)
         for name, code in zip(
             frame["sensor_id"][refused.index].to_list(), refused.code, strict=True
         ):
-            self._reject(name or "", str(code), 1)
+            self.reject(name or "", str(code), 1)
         for number_of_code, text in enumerate(ADMISSION_CODES):
             if text:
                 at_it = measured.sensor[codes == number_of_code]
                 late = np.bincount(at_it, minlength=len(self.sensors))
                 for number in np.flatnonzero(late).tolist():
-                    self._reject(self.sensors.ids[number], text, int(late[number]))
+                    self.reject(self.sensors.ids[number], text, int(late[number]))
 
-    def _reject(self, name: str, code: str, count: int) -> None:
+    def reject(self, name: str, code: str, count: int = 1) -> None:
+        """Count measurements that were rejected: their source and the code."""
         source = self._source(name)
         if source is not None:
             source.rejected[code] += count
 
-    def _read(self, frame: pl.DataFrame) -> None:
+    def read(self, frame: pl.DataFrame) -> None:
+        """Take measurements as they came, of which `take` says what was rejected."""
         named = frame.select(
             *(
                 pl.col(name).cast(kind) if name in frame.columns else pl.lit(None, kind).alias(name)

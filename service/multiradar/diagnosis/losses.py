@@ -24,8 +24,8 @@ _RANGE_MAX_FACTOR = 1.05
 NOISE_FACTOR = 5.0
 #: What to look at for a loss that nothing explains, by what lost it.
 _SETTINGS = {
-    "LATE": "its clock, and reorder_horizon_s of the settings",
-    "FUTURE": "its clock",
+    "TIME_LATE": "its clock, and reorder_horizon_s of the settings",
+    "TIME_FUTURE": "its clock",
     "OUT_OF_RANGE": "range_max_m and the units of its columns",
     "MISSING_FIELD": "which columns its measurements fill",
     "UNKNOWN_KIND": "kind",
@@ -168,7 +168,7 @@ def unexplained(evidence: Evidence, name: str, losses: Losses) -> Diagnosis | No
         return None
     most = losses.lost.most_common(1)[0][0]
     when = ""
-    if most in ("LATE", "FUTURE"):
+    if most in ("TIME_LATE", "TIME_FUTURE"):
         source = evidence.sources[name]
         when = f" (its times: {utc(source.first_s)} to {utc(source.last_s)})"
     check = _SETTINGS.get(most, "its measurements in rejects.ndjson")
