@@ -32,6 +32,8 @@ from multiradar.diagnosis.times import times_amiss
 from multiradar.estimation.measurement.sensors import SensorTable
 
 _READINGS = (*RANGE_UNITS, *AZIMUTH_UNITS, EXCHANGED, MIRRORED)
+#: The file of what was rejected, among the outputs of a report.
+REJECTS_FILE = "rejects.ndjson"
 #: Height of a radar whose site is not known, m.
 _SITE_HEIGHT_M = 300.0
 
@@ -58,7 +60,9 @@ def diagnose_conversion(
     found = list(_rejected(report))
     sources = _sources(measurements)
     if not sources:
-        return found or [Diagnosis("", "no_measurements", _NOTHING)]
+        # A recording of system tracks alone has none.
+        written = any(one["rows"] for one in report["outputs"] if one["file"] != REJECTS_FILE)
+        return found if found or written else [Diagnosis("", "no_measurements", _NOTHING)]
     if sensors is not None:
         evidence = Evidence(sensors)
         evidence.sources = sources

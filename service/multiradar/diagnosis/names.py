@@ -10,11 +10,7 @@ from multiradar.diagnosis.evidence import Evidence, Source
 from multiradar.estimation.measurement._kernels import KIND_BEARING, KIND_POSITION, KIND_RADAR
 
 #: Kinds of measurement that a kind of sensor sends.
-_KINDS = {
-    KIND_RADAR: {"radar", "bearing"},
-    KIND_POSITION: {"adsb", "mlat"},
-    KIND_BEARING: {"bearing"},
-}
+_KINDS = {KIND_RADAR: {"radar", "bearing"}, KIND_BEARING: {"bearing"}}
 #: Names that a sentence lists.
 _LISTED_MAX = 8
 
@@ -51,12 +47,14 @@ def listed(names: Sequence[str]) -> str:
     return ", ".join(names[:_LISTED_MAX]) + (f" and {more} more" if more > 0 else "")
 
 
+# An entry for ADS-B or multilateration stands in many files whether there is any or not.
 def _expected(evidence: Evidence) -> list[str]:
     chosen = evidence.kinds
+    kinds = zip(evidence.sensors.ids, evidence.sensors.kinds.tolist(), strict=True)
     return [
         name
-        for name, kind in zip(evidence.sensors.ids, evidence.sensors.kinds.tolist(), strict=True)
-        if chosen is None or _KINDS[kind] & set(chosen)
+        for name, kind in kinds
+        if kind != KIND_POSITION and (chosen is None or _KINDS[kind] & set(chosen))
     ]
 
 
