@@ -42,15 +42,21 @@ class Agreement(NamedTuple):
         The residual of most: range m and azimuth rad, or east and north m.
     matched : (k,) int64
         Rows of the pairs behind `share`.
+    spread : (float, float)
+        Standard deviation of the residuals that are alike, by their median amount; it holds the
+        noise of both sides.
     """
 
     share: float
     compared: int
     offset: tuple[float, float]
     matched: Integers
+    spread: tuple[float, float] = (np.nan, np.nan)
 
 
 NO_AGREEMENT = Agreement(0.0, 0, (0.0, 0.0), np.empty(0, np.int64))
+#: Standard deviation of normal numbers over their median amount.
+_NORMAL_SPREAD = 1.4826
 
 
 def polar_agreement(
@@ -184,4 +190,8 @@ def _densest(
     apart_b = wrapped(b - best[1]) if circle else b - best[1]
     alike = (np.abs(a - best[0]) <= widths[0]) & (np.abs(apart_b) <= widths[1])
     share = len(np.unique(plots[alike])) / compared
-    return Agreement(share, compared, best, rows[alike])
+    spread = tuple(
+        float(_NORMAL_SPREAD * np.median(np.abs(one[alike] - np.median(one[alike]))))
+        for one in (a, b)
+    )
+    return Agreement(share, compared, best, rows[alike], (spread[0], spread[1]))

@@ -93,7 +93,11 @@ def _compared(
     trusted = [one for one in numbers if one not in suspects]
     found = _explained(comparison, suspects, trusted, names)
     for number in trusted:
-        found += _agreeing(comparison, number, names[number], *seen[number])
+        agreement, pairs = seen[number]
+        wrong = _agreeing(comparison, number, names[number], agreement, pairs)
+        if not wrong and comparison.is_radar(number):
+            wrong = _first(lost.spread_amiss(evidence, names[number], agreement.spread))
+        found += wrong
     return _undecided(found, len(numbers))
 
 
@@ -178,7 +182,7 @@ def _of_losses(
         lost.range_end(evidence, name, losses),
         _range_unit(evidence, comparison, name) if radar else None,
         lost.twice(evidence, name),
-        lost.noise_amiss(evidence, name),
+        lost.noise_amiss(evidence, name, causes=causes),
         scan_period(
             name, comparison.plots(number), float(evidence.sensors.rotation_period_s[number])
         )

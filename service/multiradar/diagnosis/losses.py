@@ -20,8 +20,11 @@ _USED = (Outcome.UPDATED, Outcome.STARTED, Outcome.CONE_OF_SILENCE)
 #: Units of range that range_max_m is given in by mistake, m.
 _RANGE_MAX_UNITS = {"kilometres": 1000.0, "nautical miles": 1852.0}
 _RANGE_MAX_FACTOR = 1.05
-#: Measured noise over configured noise beyond which a sigma is wrong, either way.
-NOISE_FACTOR = 5.0
+#: Measured noise over configured noise beyond which a sigma is wrong, and the other way round: the
+#: tracker takes time to learn that there is less, and a hundredth shows as a tenth at first.
+NOISE_FACTOR, NOISE_LOW_FACTOR = 5.0, 4.0
+#: The settings of noise.
+SIGMAS = ("range_sigma_m", "azimuth_sigma_deg")
 #: What to look at for a loss that nothing explains, by what lost it.
 _SETTINGS = {
     "TIME_LATE": "its clock, and reorder_horizon_s of the settings",
@@ -121,27 +124,68 @@ def range_end(evidence: Evidence, name: str, losses: Losses) -> Diagnosis | None
     )
 
 
-def noise_amiss(evidence: Evidence, name: str) -> Diagnosis | None:
-    """Say so where the noise is far from the sigmas that are configured."""
+def noise_amiss(evidence: Evidence, name: str, *, causes: bool) -> Diagnosis | None:
+    """Say so where the noise is far from the sigmas that are configured.
+
+    Parameters
+    ----------
+    evidence : Evidence
+        What is retained of the run.
+    name : str
+        The sensor.
+    causes : bool
+        Whether something else is wrong: noise above its sigma may then be of that.
+    """
     if name not in evidence.noise:
         return None
-    number = evidence.number(name)
-    sigma_m = float(evidence.sensors.range_sigma_m[number])
-    sigma_deg = float(np.degrees(evidence.sensors.azimuth_sigma_rad[number]))
-    measured = zip(
-        ("range_sigma_m", "azimuth_sigma_deg"), (sigma_m, sigma_deg), evidence.noise[name],
-        strict=True,
-    )  # fmt: skip
-    for setting, sigma, ratio in measured:
-        if np.isfinite(ratio) and not 1.0 / NOISE_FACTOR <= ratio <= NOISE_FACTOR:
+    for setting, sigma, ratio in zip(
+        SIGMAS, sigmas(evidence, name), evidence.noise[name], strict=True
+    ):
+        if ratio < 1.0 / NOISE_LOW_FACTOR or (ratio > NOISE_FACTOR and not causes):
             way = "large" if ratio < 1.0 else "small"
-            return Diagnosis(
-                name,
-                "noise",
-                f"{name}: {setting} is probably too {way}: it is {sigma:g} in the sensors file, "
-                f"and the noise measured is {_times(ratio)} times that; correct it there",
-            )
+            found = f"the noise measured is {_times(ratio)} times that"
+            return _of_sigma(name, setting, way, sigma, found)
     return None
+
+
+def spread_amiss(evidence: Evidence, name: str, spread: tuple[float, float]) -> Diagnosis | None:
+    """Say so where plots scatter much less about what others see than a sigma allows for.
+
+    Parameters
+    ----------
+    evidence : Evidence
+        What is retained of the run.
+    name : str
+        The radar.
+    spread : (float, float)
+        Standard deviation of the difference in range, m, and azimuth, rad; not less than the noise.
+    """
+    found = spread[0], float(np.degrees(spread[1]))
+    units = " m", "°"
+    for setting, sigma, scatter, unit in zip(
+        SIGMAS, sigmas(evidence, name), found, units, strict=True
+    ):
+        if scatter < sigma / NOISE_FACTOR:
+            words = f"its plots scatter by {scatter:.2g}{unit} about what other sensors see"
+            return _of_sigma(name, setting, "large", sigma, words)
+    return None
+
+
+def sigmas(evidence: Evidence, name: str) -> tuple[float, float]:
+    """Return the sigmas of range, m, and azimuth, degrees, that are configured."""
+    number, sensors = evidence.number(name), evidence.sensors
+    return float(sensors.range_sigma_m[number]), float(
+        np.degrees(sensors.azimuth_sigma_rad[number])
+    )
+
+
+def _of_sigma(name: str, setting: str, way: str, sigma: float, found: str) -> Diagnosis:
+    return Diagnosis(
+        name,
+        "noise",
+        f"{name}: {setting} is probably too {way}: it is {sigma:g} in the sensors file, and "
+        f"{found}; correct it there",
+    )
 
 
 def _times(ratio: float) -> str:

@@ -11,6 +11,8 @@ from multiradar.diagnosis.scans import Rotation, coherence_at, rotation
 #: Azimuths that go with time so closely are those of a rotating antenna; a unit is another one when
 #: it leaves a fifth of what is missing.
 ROTATES_MIN, CLOSER = 0.998, 5.0
+#: Nothing can be so much closer than this: other units need not be tried.
+SURELY = 0.9997
 #: Scans that a period is measured from.
 SCANS_MIN = 3.0
 #: Half of the aircraft of a radar fly at speeds in this range, m/s.
@@ -56,7 +58,7 @@ def azimuth_unit(name: str, plots: Plots) -> Diagnosis | None:
     time_s, azimuth = time_s[good], azimuth[good]
     given = rotation(time_s, np.radians(azimuth))
     best, unit = given, None
-    for reading in AZIMUTH_UNITS:
+    for reading in AZIMUTH_UNITS if given.coherence < SURELY else ():
         largest = float(np.max(reading.polar(azimuth, azimuth)[1], initial=0.0))
         if not 0.5 * np.pi <= largest <= 2.01 * np.pi:
             continue

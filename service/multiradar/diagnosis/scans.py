@@ -10,8 +10,9 @@ import numpy as np
 
 from multiradar.diagnosis.plots import Floats
 
-#: Plots are looked at in windows of so long, s, that hold so many of them; so many windows.
-WINDOW_S, WINDOW_MIN, WINDOWS_MAX = 48.0, 25, 12
+#: Plots are looked at in windows of so long, s, that hold at least so many of them; so many plots
+#: of so many windows.
+WINDOW_S, WINDOW_MIN, PLOTS_MAX, WINDOWS_MAX = 48.0, 25, 100, 5
 #: Periods that are searched, s.
 PERIOD_MIN_S, PERIOD_MAX_S = 0.8, 20.0
 #: Steps of frequency in the width of a peak.
@@ -84,7 +85,7 @@ def _windows(time_s: Floats, azimuth_rad: Floats) -> list[tuple[Floats, Floats]]
     for one in np.unique(number):
         rows = np.flatnonzero(number == one)
         if len(rows) >= WINDOW_MIN:
-            rows = rows[:400]
+            rows = rows[np.linspace(0, len(rows) - 1, min(len(rows), PLOTS_MAX)).astype(np.intp)]
             windows.append((time_s[rows] - time_s[rows[0]], azimuth_rad[rows]))
     chosen = np.unique(np.linspace(0, len(windows) - 1, WINDOWS_MAX).astype(np.intp))
     return [windows[one] for one in chosen] if windows else []

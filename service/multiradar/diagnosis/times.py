@@ -18,19 +18,16 @@ ZONE_WITHIN_S = 120.0
 
 
 def times_amiss(sources: Mapping[str, Source]) -> list[Diagnosis]:
-    """Return the sources that share no time with the others, by name."""
-    names = [name for name, source in sources.items() if np.isfinite(source.first_s)]
-    found = []
-    for name in sorted(names):
-        others = [one for one in names if one != name]
-        rest = _most(sources, others)
-        own = first_and_last(sources, [name])
-        if not rest or _overlap(own, first_and_last(sources, rest)):
-            continue
-        # Of two that share no time, the one with fewer measurements is named.
-        if len(rest) > 1 or sources[rest[0]].read > sources[name].read:
-            found.append(_apart(name, own, first_and_last(sources, rest)))
-    return found
+    """Return the sources that share no time with most others, by name."""
+    groups = _groups(sources)
+    if len(groups) < 2:
+        return []
+    most = max(groups, key=lambda names: (len(names), sum(sources[one].read for one in names)))
+    rest = first_and_last(sources, most)
+    return [
+        _apart(name, first_and_last(sources, [name]), rest)
+        for name in sorted(one for names in groups if names is not most for one in names)
+    ]
 
 
 def utc(time_s: float) -> str:
@@ -45,17 +42,17 @@ def utc(time_s: float) -> str:
         return f"{time_s:g} s"
 
 
-def _most(sources: Mapping[str, Source], names: list[str]) -> list[str]:
-    """Return the sources that share the time of the largest."""
-    if not names:
-        return []
-    largest = max(names, key=lambda one: sources[one].read)
-    span = first_and_last(sources, [largest])
-    return [one for one in names if _overlap(first_and_last(sources, [one]), span)]
-
-
-def _overlap(one: tuple[float, float], other: tuple[float, float]) -> bool:
-    return one[0] - GAP_MIN_S <= other[1] and other[0] - GAP_MIN_S <= one[1]
+# Sources by when they are: from one group to the next the data clock could not go.
+def _groups(sources: Mapping[str, Source]) -> list[list[str]]:
+    groups: list[list[str]] = []
+    end_s = -np.inf
+    timed = [name for name, source in sources.items() if np.isfinite(source.first_s)]
+    for name in sorted(timed, key=lambda one: sources[one].first_s):
+        if sources[name].first_s - end_s > GAP_MIN_S:
+            groups.append([])
+        groups[-1].append(name)
+        end_s = max(end_s, sources[name].last_s)
+    return groups
 
 
 def _apart(name: str, own: tuple[float, float], rest: tuple[float, float]) -> Diagnosis:

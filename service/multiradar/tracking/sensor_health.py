@@ -51,7 +51,7 @@ NOISE_MEMORY, NOISE_MIN, NOISE_BEGIN = 4000.0, 200.0, 50.0
 #: Noise is more than told when it is so surely above this multiple of it, in standard deviations.
 NOISE_HIGH, NOISE_SIGMAS = 2.0, 5.0
 #: It is less than configured when it is so surely below this multiple: a sigma in a wrong unit.
-NOISE_LOW = 0.2
+NOISE_LOW = 0.25
 #: A site is elsewhere when its shift is so sure, in standard deviations, and so many times the
 #: noise of range.
 SITE_SIGMAS, SITE_NOISES = 8.0, 3.0
