@@ -47,6 +47,14 @@ class BiasAnswer(BaseModel):
     biases: list[BiasEstimate]
 
 
+class SensorDiagnosis(BaseModel):
+    """What is probably wrong with a sensor."""
+
+    sensor_id: str = Field(description="The sensor, or a source that is not configured")
+    code: str = Field(description="The cause, for programs", examples=["range_unit"])
+    sentence: str = Field(description="The cause and what to do")
+
+
 class SensorState(BaseModel):
     """A sensor as configured, with its present state; more members may follow."""
 
@@ -54,6 +62,9 @@ class SensorState(BaseModel):
     kind: str
     health: RadarHealth | None = Field(
         default=None, description="For radars, after the first epoch"
+    )
+    diagnoses: list[SensorDiagnosis] = Field(
+        default=[], description="What is probably wrong with it, its settings or its data"
     )
 
 

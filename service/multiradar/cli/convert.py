@@ -10,6 +10,7 @@ import typer
 
 from multiradar.cli.compiling import compile_kernels
 from multiradar.cli.converting import bytes_bar, conversion_faults, times_line
+from multiradar.cli.diagnoses import fail_when_badly_converted
 from multiradar.cli.options import JsonOption
 from multiradar.errors import ConfigurationError
 from multiradar_schemas.names import unknown
@@ -166,6 +167,7 @@ def convert_vid(
         raise ConfigurationError(str(error), error.source, error.reasons) from error
     report = convert_with_bar(dump, out, options)
     print(json.dumps(report, indent=1, ensure_ascii=False) if as_json else _summary(report, out))
+    fail_when_badly_converted(report, out)
 
 
 def convert_with_bar(dump: Path, out: Path, options: "Options") -> dict[str, Any]:

@@ -9,6 +9,7 @@ import typer
 
 from multiradar.cli.compiling import compile_kernels
 from multiradar.cli.converting import convert_files, records_line, times_line
+from multiradar.cli.diagnoses import fail_when_badly_converted
 from multiradar.cli.options import JsonOption, parse_date
 
 #: What `--help` says.
@@ -52,6 +53,7 @@ def convert_adsb(
     compile_kernels(["convert adsb"])
     report = convert_files(files, lambda advance: convert(files, out, options, advance))
     print(json.dumps(report, indent=1, ensure_ascii=False) if as_json else _summary(report, out))
+    fail_when_badly_converted(report, out)
 
 
 def _summary(report: dict[str, Any], out: Path) -> str:

@@ -9,6 +9,7 @@ import typer
 
 from multiradar.cli.compiling import compile_kernels
 from multiradar.cli.converting import convert_files, records_line, times_line
+from multiradar.cli.diagnoses import fail_when_badly_converted
 from multiradar.cli.inputs import read_sensors
 from multiradar.cli.options import JsonOption, parse_date
 
@@ -97,6 +98,7 @@ def convert_asterix(
     compile_kernels(["convert asterix"])
     report = convert_files(files, lambda advance: convert(files, out, options, advance))
     print(json.dumps(report, indent=1, ensure_ascii=False) if as_json else _summary(report, out))
+    fail_when_badly_converted(report, out, options.sensors)
 
 
 def _summary(report: dict[str, Any], out: Path) -> str:

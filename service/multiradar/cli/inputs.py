@@ -80,8 +80,14 @@ def load_sensor_table(path: Path) -> "SensorTable":
         The file cannot be read or says something impossible.
     """
     from multiradar import wire
+    from multiradar.diagnosis.sites import site_apart
 
-    return wire.sensor_table(read_sensors(path))
+    table = wire.sensor_table(read_sensors(path))
+    apart = site_apart(table)
+    if apart is not None:
+        msg = f"{path}: {apart}"
+        raise ConfigurationError(msg)
+    return table
 
 
 def read_sensors(path: Path) -> "SensorsFile":

@@ -12,6 +12,7 @@ import typer
 from multiradar.cli.asterix_file import new_recorder, print_asterix
 from multiradar.cli.compiling import compile_kernels
 from multiradar.cli.converting import times_line
+from multiradar.cli.diagnoses import fail_when_diagnosed, print_diagnoses
 from multiradar.cli.health_table import print_health
 from multiradar.cli.inputs import (
     DumpChoice,
@@ -205,7 +206,7 @@ def track(
         if asterix is not None:
             print_asterix(result.asterix, asterix)
         print_stages(stages.seconds())
-    _require_accepted(report, out)
+    _fail_when_lost(report, result, out)
 
 
 def _compile(
@@ -228,11 +229,13 @@ def _track(
         return track_recording(job, folder, on_progress, on_output, stages)
 
 
-def _require_accepted(report: "Report", out: Path) -> None:
+def _fail_when_lost(report: "Report", result: "OfflineResult", out: Path) -> None:
     if report.counts.accepted == 0:
         codes = codes_told({str(code): n for code, n in report.rejected_by_code.items()})
         msg = f"none of {report.counts.read} measurements accepted: {codes}; {out} says why"
+        print_diagnoses(result.diagnoses)
         raise InputError(msg)
+    fail_when_diagnosed(result.diagnoses)
 
 
 def _encounters(

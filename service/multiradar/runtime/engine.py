@@ -249,7 +249,7 @@ class Engine:
             for begin, end in self._enter_steps(batch.time_s, first, last):
                 ended += self._take(run, begin, end)
             self._last_s = float(batch.time_s[last - 1])
-        updates, transitions, plots, spread = self._describe(shown, run)
+        updates, transitions, plots, spread, outcomes = self._describe(shown, run)
         return EngineOutput(
             updates=updates,
             biases=BiasRecords.concatenate([one.biases for one in closed]),
@@ -261,6 +261,7 @@ class Engine:
             spread=spread,
             pictures=self._taken_pictures(),
             samples=tuple(sample for one in closed for sample in one.samples),
+            outcomes=outcomes,
         )
 
     def _take(self, run: Run, first: int, last: int) -> list[EndedTracks]:
@@ -375,7 +376,7 @@ class Engine:
 
     def _describe(
         self, shown: MeasurementBatch, run: Run
-    ) -> tuple[TrackUpdates, TrackTransitions, TrackPlots, Floats]:
+    ) -> tuple[TrackUpdates, TrackTransitions, TrackPlots, Floats, NDArray[np.int64]]:
         batch, result, identities = run.batch, run.result, run.identities
         taken = np.flatnonzero(result.outcome <= RESTARTED)
         described = np.empty((len(taken), 6))
@@ -385,8 +386,9 @@ class Engine:
         outcomes = result.outcome.copy()
         outcomes[taken[~told]] = Outcome.UNLOCATABLE
         taken, described = taken[told], described[told]
-        for outcome, count in enumerate(np.bincount(outcomes).tolist()):
-            self._outcomes[Outcome(outcome).name] += count
+        by_sensor = np.zeros((len(self._sensors), len(Outcome)), np.int64)
+        np.add.at(by_sensor, (batch.sensor, outcomes), 1)
+        self._outcomes.update({one.name: int(by_sensor[:, one].sum()) for one in Outcome})
         first = self._sequence + 1
         self._sequence += len(taken)
         confirmed = result.readout[taken, READOUT_UPDATES] >= self._settings.confirm_updates
@@ -403,7 +405,7 @@ class Engine:
             keeps_modes=self._filter.keeps_modes,
         )  # fmt: skip
         plots = TrackPlots(updates.track_id, shown.take(taken))
-        return updates, transitions, plots, result.readout[taken][:, _SPREAD]
+        return updates, transitions, plots, result.readout[taken][:, _SPREAD], by_sensor
 
     def _close_epoch(self) -> "_Closed":
         if self._epoch is None or not self._epoch_open:

@@ -15,6 +15,9 @@ import polars as pl
 
 from multiradar import wire
 from multiradar.clock import SystemClock
+from multiradar.diagnosis.diagnosis import Diagnosis
+from multiradar.diagnosis.evidence import Evidence
+from multiradar.diagnosis.findings import diagnose
 from multiradar.errors import AccountingError
 from multiradar.estimation.bias.observability import Untold
 from multiradar.estimation.measurement.sensors import SensorTable
@@ -155,6 +158,8 @@ class OfflineResult:
         What became of the plots that bundles of trajectories were given; empty without bundles.
     asterix : dict
         Records of ASTERIX that were written, by category, and what was left out of them.
+    diagnoses : list of Diagnosis
+        What is probably wrong with sensors, their settings or the recording.
     """
 
     read: int = 0
@@ -180,6 +185,7 @@ class OfflineResult:
     output_sha256: str = ""
     trajectories: dict[str, Any] = field(default_factory=dict)
     asterix: dict[str, int] = field(default_factory=dict)
+    diagnoses: list[Diagnosis] = field(default_factory=list)
 
     @property
     def rejected_total(self) -> int:
@@ -271,6 +277,7 @@ class _Run:
         self._windows = _tables(job, folder, engine.plane)
         self._rejects = RejectFile(folder / REJECTS_FILE, job.recording.path.name)
         self._places = Places()
+        self._evidence = Evidence(job.sensors, job.kinds)
         self._result = OfflineResult()
 
     # Takes one block; yields how many of its rows are done, batch after batch.
@@ -292,6 +299,7 @@ class _Run:
             yield min(rows.stop, len(block))
         self._result.read += len(block)
         self._result.accepted += int(np.count_nonzero(codes == ACCEPTED))
+        self._evidence.take(block, refused, measured, codes)
         times = TimeRefusals(self._admission, clock_s, measured.time_s, codes)
         with self._stages.measure(WRITING):
             self._write(outputs)
@@ -330,6 +338,7 @@ class _Run:
         result.warnings += self._arrivals.warnings()
         result.untold = self._engine.untold()
         result.output_sha256 = self._digest.hexdigest()
+        result.diagnoses = diagnose(self._evidence)
         return result
 
     def close(self) -> None:
@@ -339,6 +348,7 @@ class _Run:
         for output in outputs:
             self._digest.add(output)
             self._tally.take(output)
+            self._evidence.hear(output)
             for file, (table, writer) in self._windows.items():
                 with self._stages.measure(_stage_of(file)):
                     self._keep_windows(file, writer, table.take(output))

@@ -83,6 +83,7 @@ def offline_report(job: OfflineJob, result: OfflineResult) -> Report:
             "measurements_by_outcome": dict(sorted(result.tracker.items())),
             "arrivals": {name: {**record} for name, record in result.arrivals.items()},
             "warnings": [*result.warnings],
+            "diagnoses": [{**one.document()} for one in result.diagnoses],
             "duplicates_by_sensor": dict(sorted(result.duplicates_by_sensor.items())),
             "track_transitions": {**result.transitions},
             "final_biases": biases,

@@ -30,6 +30,7 @@ from multiradar.runtime.forecasts import (
 )
 from multiradar.runtime.history import TrackHistory, row_updates, update_rows
 from multiradar.runtime.limits import RuntimeLimits
+from multiradar.runtime.live_diagnosis import LiveDiagnosis
 from multiradar.runtime.live_tracks import LiveTracks, ages_and_states
 from multiradar.runtime.manoeuvre_planes import plane_of_track
 from multiradar.runtime.observabilities import observability_of_track
@@ -72,11 +73,11 @@ class Publication:
         self._states: Callable[[], tuple[TrackStates, SystemPlane]] | None = None
         self._status: Callable[[], dict[str, Any]] = dict
         self._edges: dict[str, Callable[[], dict[str, Any]]] = {}
-        self._feeds: list[OutputReader] = []
+        self.diagnosis = LiveDiagnosis(sensors)
+        self._feeds: list[OutputReader] = [self.diagnosis]
         self._trajectories: TrajectoryFeed | None = None
         self._data_time_s: float | None = None
-        self._frame = pl.DataFrame()
-        self._frame_version = -1
+        self._frame, self._frame_version = pl.DataFrame(), -1
         #: What was refused, by reason.
         self.refusals = RejectBoard(sensors, limits.rejects_kept_max)
         self._begin()
@@ -299,7 +300,7 @@ class Publication:
         list of dict
             `id`, `kind` (radar, position or bearing), site, standard deviations, `updates`,
             `last_update_s`, `age_s`, `health` (a row of `health.parquet`; radars have one from the
-            end of the first epoch on), and `biases` as in `bias`. What a sensor has not is None.
+            end of the first epoch on), `biases` as in `bias`, `diagnoses`. What it has not is None.
         """
         with self._lock:
             records = self._board.records(self._data_time_s)
@@ -307,6 +308,7 @@ class Publication:
         biases = bias_rows_frame(rows, self._sensors).to_dicts()
         for record in records:
             record["biases"] = [bias for bias in biases if bias["sensor_id"] == record["id"]]
+            record["diagnoses"] = self.diagnosis.of(record["id"])
         return records
 
     def bias(self, sensor_id: str) -> list[dict[str, Any]]:
@@ -361,6 +363,7 @@ class Publication:
             **known,
             "rejected_by_code": self.refusals.counts,
             "duplicates_by_sensor": self.refusals.duplicates_by_sensor,
+            "diagnoses": self.diagnosis.records(),
             **{name: counts() for name, counts in self._edges.items()},
         }
 
@@ -474,22 +477,19 @@ class Publication:
         self._board = SensorBoard(self._sensors)
         self._data_time_s = None
         self._reached_s, self._last_mark = -np.inf, np.nan
-        self._updates = 0
+        self._updates = self._version = 0
         self._tally = TrackTally()
-        self._version = 0
         self._frame_version = -1
 
     def _tell(self, output: EngineOutput) -> None:
         reached_s = np.maximum.accumulate(np.r_[self._reached_s, output.updates.time_s])
-        self._reached_s = float(reached_s[-1])
-        reached_s = reached_s[1:]
+        self._reached_s, reached_s = float(reached_s[-1]), reached_s[1:]
         marks, self._last_mark = status_marks(
             reached_s, output.updates.sequence, self._last_mark, self._limits.status_period_s
         )
         order = event_order(reached_s, output, marks)
         if len(order):
-            first = self._ring.head + 1
-            table = self._sensors
+            first, table = self._ring.head + 1, self._sensors
             self._ring.append(len(order), lambda: encode_events(first, output, marks, order, table))
 
     def _honest(self, rows: NDArray[np.void], data_time_s: float | None) -> pl.DataFrame:

@@ -167,6 +167,7 @@ class Service:
                 self._backlog.close()
                 processor.join()
                 self._threads = []
+            self.view.diagnosis.stop()
             self._let_go()
             self._state = ServiceState.STOPPED
 
@@ -309,7 +310,9 @@ class Service:
             admission=admission,
             accounting=self._accounting,
             batches_max=self._limits.commit_batches_max,
+            on_taken=self.view.diagnosis.read,
         )
+        self.view.diagnosis.start()
         self._writer.head = counts.entries
         self._threads = [
             threading.Thread(target=self._writer.run, name="journal-writer", daemon=True),

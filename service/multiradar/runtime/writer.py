@@ -6,8 +6,10 @@ the journal reports before anything is changed, lets the next message try again.
 """
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+
+import polars as pl
 
 from multiradar.errors import (
     IdempotencyConflictError,
@@ -22,7 +24,7 @@ from multiradar.runtime.backlog import Backlog, Journalled
 from multiradar.runtime.intake import Intake, Submission
 from multiradar.runtime.preparation import Prepared, prepare, same_message
 from multiradar.runtime.receipt import Receipt
-from multiradar.storage.entries import Entry, StoredEntry
+from multiradar.storage.entries import Entry, RejectedRow, StoredEntry
 from multiradar.storage.journal import Journal
 
 _log = logging.getLogger(__name__)
@@ -34,6 +36,9 @@ class _Taken:
     submission: Submission
     prepared: Prepared
 
+
+#: Given the rows of a message that is in the journal, and those of it that were rejected.
+OnTaken = Callable[[pl.DataFrame, Sequence[RejectedRow]], None]
 
 # A message of a known key, and what was taken under it.
 _Again = tuple[Submission, StoredEntry | Submission]
@@ -58,6 +63,8 @@ class Writer:
         Counts rows.
     batches_max : int
         Messages in one transaction.
+    on_taken : callable
+        Given the rows of each message that is in the journal, and those of it that were rejected.
     """
 
     def __init__(
@@ -70,7 +77,11 @@ class Writer:
         admission: Admission,
         accounting: Accounting,
         batches_max: int,
+        on_taken: Callable[[pl.DataFrame, Sequence[RejectedRow]], None] = lambda _rows, _rejects: (
+            None
+        ),
     ) -> None:
+        self._on_taken = on_taken
         self._intake = intake
         self._journal = journal
         self._backlog = backlog
@@ -114,6 +125,8 @@ class Writer:
                 for sequence, one, entry in zip(sequences, taken, entries, strict=True)
             ]
         )
+        for one in taken:
+            self._on_taken(one.submission.frame, one.prepared.entry.rejects)
 
     # Messages to take, and messages of a key that is known, with what was taken under it: an entry
     # of the journal, or an earlier message of this group.

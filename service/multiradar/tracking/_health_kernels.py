@@ -43,7 +43,8 @@ Integers = NDArray[np.int64]
 # Where r² is clipped for the scale, and the mean of min(r², clip) of a normal r.
 CLIP = 1.0
 CLIPPED_MEAN = 0.516058
-# Innovations beyond this many sigmas say nothing of a pattern.
+# Innovations beyond this many sigmas speak of a pattern with less weight, inversely to their size:
+# a site that is far off has nearly all of its plots there, and they are rejected.
 PATTERN_SIGMAS = 3.0
 # So many turns without a plot are an absence, not misses.
 MISSES_MAX = 8.0
@@ -102,6 +103,7 @@ def gather(
             sums.seen[k, s, JUDGED] = time
         if known and outcome == UPDATED and compared:
             weigh_noise(innovations[row], noises[s], s, sums)
+        if known and compared:
             weigh_pattern(innovations[row], z[row, 0], z[row, 1], s, sums)
         if taken:
             if known:
@@ -158,10 +160,13 @@ def weigh_pattern(
     w0 = 1.0 / innovation[INNOVATION_COVARIANCE]
     w1 = 1.0 / innovation[INNOVATION_COVARIANCE + 2]
     e0, e1 = innovation[0], innovation[1]
-    most = PATTERN_SIGMAS * PATTERN_SIGMAS
     settled = sums.settled[s, 0] * sums.settled[s, 1]
-    if settled == 0 or e0 * e0 * w0 > most or e1 * e1 * w1 > most or not range_m > 0.0:
+    if settled == 0 or not range_m > 0.0:
         return
+    far = sqrt(max(e0 * e0 * w0, e1 * e1 * w1))
+    weight = min(PATTERN_SIGMAS / max(far, PATTERN_SIGMAS), 1.0)
+    w0 *= weight
+    w1 *= weight
     east, north = sin(azimuth), cos(azimuth)
     a0 = (1.0, 0.0, range_m / GAIN_SCALE_M, -east, -north)
     a1 = (0.0, 1.0, 0.0, -north / range_m, east / range_m)

@@ -354,6 +354,9 @@ class EngineOutput:
         The live tracks at the end of each epoch that closed, if they are asked for.
     samples : tuple of StateSample
         States at ends of epochs, where the engine was asked for them.
+    outcomes : (sensors, outcomes) int64
+        What became of the measurements in the filter, by sensor and `filters.bank.Outcome`; empty
+        without any.
     """
 
     updates: TrackUpdates
@@ -366,3 +369,4 @@ class EngineOutput:
     spread: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, SPREAD_COUNT)))
     pictures: tuple[Picture, ...] = ()
     samples: tuple[StateSample, ...] = ()
+    outcomes: NDArray[np.int64] = field(default_factory=lambda: np.empty((0, 0), np.int64))

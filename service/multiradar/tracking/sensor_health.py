@@ -50,6 +50,8 @@ PATTERN_MEMORY_S = 3600.0
 NOISE_MEMORY, NOISE_MIN, NOISE_BEGIN = 4000.0, 200.0, 50.0
 #: Noise is more than told when it is so surely above this multiple of it, in standard deviations.
 NOISE_HIGH, NOISE_SIGMAS = 2.0, 5.0
+#: It is less than configured when it is so surely below this multiple: a sigma in a wrong unit.
+NOISE_LOW = 0.25
 #: A site is elsewhere when its shift is so sure, in standard deviations, and so many times the
 #: noise of range.
 SITE_SIGMAS, SITE_NOISES = 8.0, 3.0
@@ -218,7 +220,7 @@ class SensorHealth:
         self._silent = (self._silent | begins) & (turns >= SILENT_TURNS)
 
     def _ratios(self) -> tuple[Floats, NDArray[np.bool_]]:
-        """Return the noise over that told, and where it is surely more."""
+        """Return measured over configured noise, and where it is surely far from 1."""
         ratios = np.full((len(self._sensors), 2), np.nan)
         surely = np.zeros(len(self._sensors), np.bool_)
         for s, i in zip(*np.nonzero(self._weight >= NOISE_MIN), strict=True):
@@ -228,7 +230,8 @@ class SensorHealth:
             # Of a variance from n numbers the standard deviation is √(2 / n) of it.
             sigma = NOISE_SIGMAS * scale * np.sqrt(2.0 / self._weight[s, i])
             much = noise_ratio(scale - sigma, told) > NOISE_HIGH
-            surely[s] |= much and self._trusts_biases
+            little = noise_ratio(scale + sigma, told) < NOISE_LOW
+            surely[s] |= (much or little) and self._trusts_biases
         return ratios, surely
 
     def _shifts_now(self, end_s: float) -> tuple[Floats, Floats, NDArray[np.bool_]]:

@@ -127,8 +127,9 @@ def test_what_one_radar_alone_cannot_tell_is_said(
     alone = tmp_path / "alone.parquet"
     rows.write_parquet(alone)
     out = tmp_path / "out"
-    assert _track(alone, "--sensors", sensors, "--out", out) == 0
-    told = capsys.readouterr().out
+    assert _track(alone, "--sensors", sensors, "--out", out) == 1
+    told, said = capsys.readouterr()
+    assert said.startswith("multiradar: 41-20: no measurements in the recording; ")
     sentence = "not observable: range offset of 41-10 (sigma still 100% of the prior)"
     assert sentence in told
     assert "100.0%" in told
@@ -224,8 +225,9 @@ def test_aircraft_without_room_are_told_of(
     monkeypatch.setattr(pool, "CAPACITY_FIRST", 4)
     monkeypatch.setattr(pool, "CAPACITY_MAX", 4)
     out = tmp_path / "out"
-    assert _track(measurements, "--sensors", sensors, "--out", out) == 0
+    assert _track(measurements, "--sensors", sensors, "--out", out) == 1
     figures = json.loads((out / "report.json").read_text())["figures"]
+    assert {one["code"] for one in figures["diagnoses"]} == {"measurements_lost"}
     untracked = figures["measurements_by_outcome"]["no_room"]
     assert untracked > 0
     sentence = f"two-stage tracks at most 4 aircraft at once; {untracked} measurements of others"

@@ -107,16 +107,18 @@ def plain(one: Sky) -> dict[str, NDArray[np.float64]]:
         error, spread = one.result.innovation[row, :2], one.result.innovation[row, [2, 4]]
         if known and outcome == Outcome.UPDATED:
             found["clipped"][sensor] += np.minimum(error**2 / spread, 1.0)
-            if np.all(error**2 / spread <= 9.0):
-                range_m, azimuth = one.rows.z[row]
-                away = np.array([np.sin(azimuth), np.cos(azimuth)])
-                right = np.array([np.cos(azimuth), -np.sin(azimuth)])
-                design = np.array(
-                    [[1.0, 0.0, range_m / 1e5, *-away], [0.0, 1.0, 0.0, *(-right / range_m)]]
-                )
-                weighted = design.T / spread
-                found["pattern"][sensor] += (weighted @ design)[np.triu_indices(5)]
-                found["pattern_vector"][sensor] += weighted @ error
+        if known and outcome in (Outcome.UPDATED, Outcome.REFUSED):
+            # What is far off says less, but it is not left out.
+            spread = spread * max(np.sqrt(np.max(error**2 / spread)) / 3.0, 1.0)
+            range_m, azimuth = one.rows.z[row]
+            away = np.array([np.sin(azimuth), np.cos(azimuth)])
+            right = np.array([np.cos(azimuth), -np.sin(azimuth)])
+            design = np.array(
+                [[1.0, 0.0, range_m / 1e5, *-away], [0.0, 1.0, 0.0, *(-right / range_m)]]
+            )
+            weighted = design.T / spread
+            found["pattern"][sensor] += (weighted @ design)[np.triu_indices(5)]
+            found["pattern_vector"][sensor] += weighted @ error
         if taken:
             turns = (one.rows.time[row] - heard.get((slot, sensor), -np.inf)) / PERIODS[sensor]
             if known and 0.5 < turns < 8.5:

@@ -1,0 +1,155 @@
+"""What a conversion shows of mistakes, before there are sites: units, times, names.
+
+A dump gives each plot the position that its own system found. Ranges and azimuths in the right
+units put all plots of a radar around one site, wherever that is.
+"""
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import polars as pl
+
+from multiradar.diagnosis.agreement import Agreement, best_site, polar_agreement
+from multiradar.diagnosis.comparison import AGREES_MIN, TESTED_MAX, TESTED_MIN
+from multiradar.diagnosis.diagnosis import Diagnosis
+from multiradar.diagnosis.evidence import COLUMNS, ROWS_MAX, Evidence, Source
+from multiradar.diagnosis.hypotheses import (
+    AZIMUTH_UNITS,
+    EXCHANGED,
+    MIRRORED,
+    RANGE_UNITS,
+    Polar,
+    as_given,
+)
+from multiradar.diagnosis.losses import LOST_MAX, READ_MIN
+from multiradar.diagnosis.names import counted, names_amiss
+from multiradar.diagnosis.plausibility import azimuth_unit, exchanged_columns, height_unit
+from multiradar.diagnosis.plots import Plots, Site, plots_of
+from multiradar.diagnosis.references import recorded_pairs
+from multiradar.diagnosis.times import times_amiss
+from multiradar.estimation.measurement.sensors import SensorTable
+
+_READINGS = (*RANGE_UNITS, *AZIMUTH_UNITS, EXCHANGED, MIRRORED)
+#: The file of what was rejected, among the outputs of a report.
+REJECTS_FILE = "rejects.ndjson"
+#: Height of a radar whose site is not known, m.
+_SITE_HEIGHT_M = 300.0
+
+
+def diagnose_conversion(
+    measurements: Path, report: Mapping[str, Any], sensors: SensorTable | None = None
+) -> list[Diagnosis]:
+    """Return what is probably wrong with what was converted.
+
+    Parameters
+    ----------
+    measurements : Path
+        The table of measurements that was written.
+    report : mapping
+        The report of the conversion.
+    sensors : SensorTable, optional
+        The sensors that were named for it.
+
+    Returns
+    -------
+    list of Diagnosis
+        Nothing when nothing is.
+    """
+    found = list(_rejected(report))
+    sources = _sources(measurements)
+    if not sources:
+        # A recording of system tracks alone has none.
+        written = any(one["rows"] for one in report["outputs"] if one["file"] != REJECTS_FILE)
+        return found if found or written else [Diagnosis("", "no_measurements", _NOTHING)]
+    if sensors is not None:
+        evidence = Evidence(sensors)
+        evidence.sources = sources
+        found += names_amiss(evidence)
+    found += times_amiss(sources)
+    for name, source in sources.items():
+        found += _of_units(name, plots_of(source.plots().filter(pl.col("kind") == "radar")))
+    return found
+
+
+_NOTHING = (
+    "no measurement was written; check that the files are of the form that this command reads"
+)
+
+
+def _rejected(report: Mapping[str, Any]) -> Iterator[Diagnosis]:
+    for one in report["inputs"]:
+        read, rejected = one["counts"]["read"], one["counts"]["rejected"]
+        if read >= READ_MIN and rejected > LOST_MAX * read:
+            yield Diagnosis(
+                "",
+                "records_rejected",
+                f"{one['file']}: {rejected / read:.0%} of its {counted(read)} records were "
+                "rejected; rejects.ndjson gives the reason of each: check the form of the file and "
+                "its units",
+            )
+
+
+def _sources(measurements: Path) -> dict[str, Source]:
+    scan = pl.scan_parquet(measurements)
+    names = scan.select(pl.col("sensor_id").unique().sort()).collect()["sensor_id"].to_list()
+    found = {}
+    for name in names:
+        rows = scan.filter(pl.col("sensor_id") == name)
+        source = Source()
+        source.add(rows.select(COLUMNS).head(ROWS_MAX).collect())
+        time_s = pl.col("time_s")
+        ends = rows.select(time_s.min().alias("first"), time_s.max().alias("last"), pl.len())
+        source.first_s, source.last_s, source.read = ends.collect().row(0)
+        found[str(name)] = source
+    return found
+
+
+def _of_units(name: str, plots: Plots) -> list[Diagnosis]:
+    plots = plots.take(np.isfinite(plots.range_m) & np.isfinite(plots.azimuth_deg))
+    if plots.size < TESTED_MIN:
+        return []
+    found = (
+        exchanged_columns(name, plots)
+        or azimuth_unit(name, plots)
+        or _against_positions(name, plots)
+    )
+    found = found or height_unit(name, plots, (0.0, 0.0, _SITE_HEIGHT_M))
+    return [] if found is None else [found]
+
+
+# Which reading puts the plots around one site.
+def _against_positions(name: str, plots: Plots) -> Diagnosis | None:
+    plots = plots.thinned(TESTED_MAX)
+    before, _ = _around_a_site(plots, as_given(plots.range_m, plots.azimuth_deg))
+    if before.compared < TESTED_MIN or before.share >= AGREES_MIN:
+        return None
+    for reading in _READINGS:
+        agreement, site = _around_a_site(plots, reading.polar(plots.range_m, plots.azimuth_deg))
+        if agreement.share >= AGREES_MIN:
+            latitude, longitude = np.degrees(site[:2])
+            words = {"origin": "north"}
+            return Diagnosis(
+                name,
+                reading.code,
+                f"{name}: {reading.mistake}: with {reading.with_it.format(**words)}, "
+                f"{agreement.share:.0%} of its plots fit their positions in the recording from one "
+                f"site, near {latitude:.2f}, {longitude:.2f} ({before.share:.0%} as they are); "
+                f"{reading.remedy}",
+            )
+    return None
+
+
+def _around_a_site(plots: Plots, measured: Polar) -> tuple[Agreement, Site]:
+    pairs = recorded_pairs(plots)
+    compared = len(np.unique(pairs.plot))
+    middle = (
+        float(np.radians(np.nanmedian(plots.latitude_deg))) if compared else 0.0,
+        float(np.radians(np.nanmedian(plots.longitude_deg))) if compared else 0.0,
+        _SITE_HEIGHT_M,
+    )
+    if not compared:
+        return polar_agreement(measured, middle, pairs, compared=0), middle
+    site = best_site(plots, measured, middle, pairs)
+    return polar_agreement(measured, site, pairs, compared=compared), site

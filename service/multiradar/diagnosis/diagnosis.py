@@ -1,0 +1,26 @@
+"""A diagnosis: one sentence about one sensor."""
+
+from dataclasses import asdict, dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Diagnosis:
+    """What is probably wrong.
+
+    Attributes
+    ----------
+    sensor_id : str
+        The sensor, or the name of a source that is not configured; empty when it is about all.
+    code : str
+        The cause, for programs, such as `range_unit`.
+    sentence : str
+        The cause and what to do, for people; begins with the sensor's name.
+    """
+
+    sensor_id: str
+    code: str
+    sentence: str
+
+    def document(self) -> dict[str, str]:
+        """Return it as a JSON object."""
+        return asdict(self)

@@ -1,0 +1,220 @@
+"""What is probably wrong with a run: the one place where `track` and `serve` ask.
+
+First the names and times of sources, then each sensor by itself, then each against what the others
+see. A cause is named where the plots show it; else what was lost is said, with what to check.
+"""
+
+from collections.abc import Collection
+
+import numpy as np
+
+from multiradar.diagnosis import losses as lost
+from multiradar.diagnosis.agreement import Agreement
+from multiradar.diagnosis.comparison import AGREES_MIN, TESTED_MIN, Comparison
+from multiradar.diagnosis.diagnosis import Diagnosis
+from multiradar.diagnosis.evidence import Evidence
+from multiradar.diagnosis.explanations import alike, explained
+from multiradar.diagnosis.heights import height_against_others
+from multiradar.diagnosis.names import first_and_last, names_amiss
+from multiradar.diagnosis.plausibility import (
+    azimuth_unit,
+    exchanged_columns,
+    height_unit,
+    range_unit,
+    scan_period,
+)
+from multiradar.diagnosis.references import Pairs
+from multiradar.diagnosis.registration import Registration, registered
+from multiradar.diagnosis.times import times_amiss, utc
+
+
+def diagnose(evidence: Evidence) -> list[Diagnosis]:
+    """Return what is probably wrong, by sensor; nothing when nothing is.
+
+    Parameters
+    ----------
+    evidence : Evidence
+        What is retained of the run.
+
+    Returns
+    -------
+    list of Diagnosis
+        The causes that were found, those of names and times first.
+    """
+    found = [*names_amiss(evidence), *times_amiss(evidence.sources)]
+    named = {one.sensor_id for one in found}
+    comparison = Comparison(evidence)
+    known = [name for name in evidence.sensors.ids if name in evidence.sources]
+    for name in known:
+        if name not in named:
+            found += _by_itself(evidence, comparison, name)
+    named = {one.sensor_id for one in found}
+    found += _compared(evidence, comparison, named)
+    causes = bool(found)
+    named = {one.sensor_id for one in found}
+    for name in known:
+        if name not in named:
+            found += _of_losses(evidence, comparison, name, causes=causes)
+    if not evidence.confirmed and not found:
+        found += _nothing(evidence)
+    return found
+
+
+# What a sensor shows without any other.
+def _by_itself(evidence: Evidence, comparison: Comparison, name: str) -> list[Diagnosis]:
+    number, losses = evidence.number(name), lost.losses_of(evidence, name)
+    kind = lost.wrong_kind(evidence, name, losses)
+    if kind is not None:
+        return [kind]
+    if number not in comparison.numbers or not comparison.is_radar(number):
+        return []
+    plots = comparison.plots(number)
+    return _first(
+        exchanged_columns(name, plots) or azimuth_unit(name, plots),
+        height_unit(name, plots, comparison.site(number)),
+    )
+
+
+def _first(*found: Diagnosis | None) -> list[Diagnosis]:
+    return [one for one in found if one is not None][:1]
+
+
+# Each sensor against those that agree with one another.
+def _compared(
+    evidence: Evidence, comparison: Comparison, named: Collection[str]
+) -> list[Diagnosis]:
+    names = evidence.sensors.ids
+    numbers = [one for one in comparison.numbers if names[one] not in named]
+    seen: dict[int, tuple[Agreement, Pairs]] = {}
+    for number in numbers:
+        pairs = comparison.pairs(number, numbers)
+        seen[number] = comparison.agreement(number, pairs), pairs
+    suspects = [one for one in numbers if seen[one][0].share < AGREES_MIN]
+    trusted = [one for one in numbers if one not in suspects]
+    found = _explained(comparison, suspects, trusted, names)
+    for number in trusted:
+        agreement, pairs = seen[number]
+        wrong = _agreeing(comparison, number, names[number], agreement, pairs)
+        if not wrong and comparison.is_radar(number):
+            wrong = _first(lost.spread_amiss(evidence, names[number], agreement.spread))
+        found += wrong
+    return _undecided(found, len(numbers))
+
+
+def _explained(
+    comparison: Comparison, suspects: list[int], trusted: list[int], names: tuple[str, ...]
+) -> list[Diagnosis]:
+    found = []
+    for number in suspects:
+        # Sensors that agree with nobody are first compared with the recording's own positions.
+        recorded = len(np.unique(comparison.pairs(number, ()).plot)) >= TESTED_MIN
+        asked = trusted or ([] if recorded else suspects)
+        why = explained(comparison, number, asked, names)
+        if why is not None:
+            where = "other sensors see aircraft" if asked else "the recording has the aircraft"
+            found.append(
+                Diagnosis(names[number], why.code, why.sentence(names[number], f"where {where}"))
+            )
+    if not found and not trusted:
+        return alike(comparison, suspects, names)
+    return found
+
+
+# Two sensors that only have each other: a mistake of one is the opposite mistake of the other.
+def _undecided(found: list[Diagnosis], compared: int) -> list[Diagnosis]:
+    if compared != 2 or len(found) != 2 or found[0].code != found[1].code:
+        return found
+    first, second = found
+    if first.code not in ("site", "clock", "azimuth_offset"):
+        return found
+    sentence = (
+        f"{first.sensor_id} and {second.sensor_id} contradict each other, and there is no third "
+        f"sensor to decide which is wrong: {first.sentence}; or {second.sentence}"
+    )
+    return [Diagnosis(one.sensor_id, one.code, sentence) for one in found[:1]]
+
+
+# What the small differences of a sensor that agrees show.
+def _agreeing(
+    comparison: Comparison, number: int, name: str, agreement: Agreement, pairs: Pairs
+) -> list[Diagnosis]:
+    found = _first(height_against_others(comparison, number, name, agreement, pairs))
+    if found or not comparison.is_radar(number):
+        return found
+    return _of_registration(name, registered(comparison, number, agreement, pairs))
+
+
+def _of_registration(name: str, wrong: Registration) -> list[Diagnosis]:
+    late_s = wrong.time_offset_s
+    if late_s:
+        way, where = ("ahead", "behind") if late_s > 0.0 else ("behind", "ahead of")
+        return [
+            Diagnosis(
+                name,
+                "clock",
+                f"{name}: its clock is probably {abs(late_s):.1f} s {way}: its plots lie {where} "
+                "the positions of the aircraft by other sensors, along their courses; correct its "
+                "times, or give bias.time_offset_s in the sensors file",
+            )
+        ]
+    shift_m = float(np.hypot(wrong.east_m, wrong.north_m))
+    if shift_m:
+        return [
+            Diagnosis(
+                name,
+                "site",
+                f"{name}: its site is probably {shift_m / 1e3:.1f} km from the one configured "
+                f"({wrong.east_m / 1e3:+.1f} km east, {wrong.north_m / 1e3:+.1f} km north); "
+                "correct latitude_deg and longitude_deg in the sensors file",
+            )
+        ]
+    return []
+
+
+# What remains: settings that the run itself contradicts, and losses.
+def _of_losses(
+    evidence: Evidence, comparison: Comparison, name: str, *, causes: bool
+) -> list[Diagnosis]:
+    losses = lost.losses_of(evidence, name)
+    number = evidence.number(name)
+    radar = number in comparison.numbers and comparison.is_radar(number)
+    found = _first(
+        lost.range_end(evidence, name, losses),
+        _range_unit(evidence, comparison, name) if radar else None,
+        lost.twice(evidence, name),
+        lost.noise_amiss(evidence, name, causes=causes),
+        scan_period(
+            name, comparison.plots(number), float(evidence.sensors.rotation_period_s[number])
+        )
+        if radar
+        else None,
+    )
+    # Tracks that a wrong sensor pulls aside lose plots of the right ones, too.
+    return found or ([] if causes else _first(lost.unexplained(evidence, name, losses)))
+
+
+def _range_unit(evidence: Evidence, comparison: Comparison, name: str) -> Diagnosis | None:
+    number = evidence.number(name)
+    plots = comparison.plots(number)
+    paths = next(
+        (plots.keys[:, key] for key in (0, 1) if np.mean(plots.keys[:, key] >= 0) >= 0.5),
+        np.full(plots.size, -1, np.int64),
+    )
+    end_m = float(evidence.sensors.range_max_m[number])
+    return range_unit(name, plots, comparison.site(number), paths, end_m)
+
+
+def _nothing(evidence: Evidence) -> list[Diagnosis]:
+    names = list(evidence.sources)
+    read = sum(evidence.sources[name].read for name in names)
+    first_s, last_s = first_and_last(evidence.sources, names)
+    if read < TESTED_MIN:
+        return []
+    return [
+        Diagnosis(
+            "",
+            "no_tracks",
+            f"no track was confirmed from {read} measurements ({utc(first_s)} to {utc(last_s)}); "
+            "check the sites in the sensors file, the units of ranges and azimuths, and the times",
+        )
+    ]

@@ -1,0 +1,167 @@
+"""Mistakes that are tried on the plots of a radar: what its numbers may mean instead."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from multiradar.diagnosis.plots import Floats, Site
+
+FOOT_M = 0.3048
+NAUTICAL_MILE_M = 1852.0
+
+Polar = tuple[Floats, Floats]
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """Another meaning of the columns of range and azimuth.
+
+    Attributes
+    ----------
+    code : str
+        Of the diagnosis.
+    polar : callable
+        Turns the numbers of the two columns into ranges, m, and azimuths, rad.
+    mistake : str
+        What is wrong, after the name of the sensor.
+    with_it : str
+        The same as a condition: "with ...".
+    remedy : str
+        What to do.
+    turned : bool
+        Whether any offset of azimuth goes with it.
+    """
+
+    code: str
+    polar: Callable[[Floats, Floats], Polar]
+    mistake: str
+    with_it: str
+    remedy: str
+    turned: bool = False
+
+
+def as_given(range_m: Floats, azimuth_deg: Floats) -> Polar:
+    """Return ranges, m, and azimuths, rad, of columns that are right."""
+    return range_m, np.radians(azimuth_deg)
+
+
+def _range_unit(name: str, metres: float) -> Reading:
+    return Reading(
+        "range_unit",
+        lambda ranges, azimuths: (ranges * metres, np.radians(azimuths)),
+        f"its ranges are probably in {name}",
+        f"ranges taken as {name}",
+        "convert them to metres",
+    )
+
+
+def _azimuth_unit(name: str, radians: float) -> Reading:
+    return Reading(
+        "azimuth_unit",
+        lambda ranges, azimuths: (ranges, azimuths * radians),
+        f"its azimuths are probably in {name}",
+        f"azimuths taken as {name}",
+        "convert them to degrees",
+    )
+
+
+#: Units in which ranges come, m; the last two are those of ASTERIX categories 001 and 048.
+RANGE_UNITS = (
+    _range_unit("kilometres", 1e3),
+    _range_unit("nautical miles", NAUTICAL_MILE_M),
+    _range_unit("feet", FOOT_M),
+    _range_unit("yards", 0.9144),
+    _range_unit("units of 1/128 NM", NAUTICAL_MILE_M / 128.0),
+    _range_unit("units of 1/256 NM", NAUTICAL_MILE_M / 256.0),
+)
+#: Units in which azimuths come, rad; the last two are counts of an encoder.
+AZIMUTH_UNITS = (
+    _azimuth_unit("radians", 1.0),
+    _azimuth_unit("milliradians", 1e-3),
+    _azimuth_unit("gradians", np.pi / 200.0),
+    _azimuth_unit("mils (6400 to a circle)", np.pi / 3200.0),
+    _azimuth_unit("counts of 4096 to a circle", np.pi / 2048.0),
+    _azimuth_unit("counts of 65 536 to a circle", np.pi / 32_768.0),
+)
+EXCHANGED = Reading(
+    "columns_exchanged",
+    lambda ranges, azimuths: (azimuths, np.radians(ranges)),
+    "its range and azimuth columns are probably exchanged",
+    "the two exchanged",
+    "exchange range_m and azimuth_deg",
+)
+MIRRORED = Reading(
+    "azimuth_anticlockwise",
+    lambda ranges, azimuths: (ranges, -np.radians(azimuths)),
+    "its azimuths are probably counted anticlockwise",
+    "azimuths counted anticlockwise from {origin}",
+    "count them clockwise from true north",
+    turned=True,
+)
+TURNED = Reading(
+    "azimuth_offset",
+    as_given,
+    "its azimuths are probably off by {offset}",
+    "that offset removed",
+    "{hint}",
+    turned=True,
+)
+READINGS = (*RANGE_UNITS, *AZIMUTH_UNITS, EXCHANGED, MIRRORED, TURNED)
+
+
+@dataclass(frozen=True, slots=True)
+class SiteReading:
+    """Another site of a radar.
+
+    Attributes
+    ----------
+    site : Site
+        Where it is then.
+    mistake, with_it, remedy : str
+        As of `Reading`.
+    """
+
+    site: Site
+    mistake: str
+    with_it: str
+    remedy: str
+
+
+def other_sites(site: Site, of_others: dict[str, Site]) -> Iterator[SiteReading]:
+    """Yield sites that a mistake would turn into the one configured.
+
+    Parameters
+    ----------
+    site : Site
+        As configured, rad and m.
+    of_others : dict
+        Sites of the other sensors.
+    """
+    latitude, longitude, height = site
+    if abs(longitude) <= np.pi / 2.0:
+        yield SiteReading(
+            (longitude, latitude, height),
+            "latitude_deg and longitude_deg of its site are probably exchanged",
+            "them exchanged",
+            "correct them in the sensors file",
+        )
+    for names, signs in (
+        ("latitude_deg", (-1.0, 1.0)),
+        ("longitude_deg", (1.0, -1.0)),
+        ("latitude_deg and longitude_deg", (-1.0, -1.0)),
+    ):
+        yield SiteReading(
+            (signs[0] * latitude, signs[1] * longitude, height),
+            f"{names} of its site probably {'have' if ' and ' in names else 'has'} the wrong sign",
+            "the sign changed",
+            "correct it in the sensors file (north and east are positive)",
+        )
+    for name, other in of_others.items():
+        if other[:2] != site[:2]:
+            yield SiteReading(
+                other,
+                f"its site is probably that of {name}",
+                f"the site of {name}",
+                "correct latitude_deg, longitude_deg and height_m of both in the sensors file",
+            )

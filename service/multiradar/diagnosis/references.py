@@ -1,0 +1,214 @@
+"""What other sensors say of the aircraft behind the plots of one sensor.
+
+Where plots name their aircraft, the plots of others with the same name are interpolated to the time
+of each; where they do not, all tracks that others see then are candidates.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar.diagnosis.plots import KEYS, Floats, Integers, Plots, Rows, reported
+
+#: Other plots of an aircraft are interpolated over so long, s.
+GAP_MAX_S = 30.0
+#: Plots that are farther apart than this aircraft flies are not of one aircraft, m/s.
+SPEED_MAX_MPS = 700.0
+#: Paths of unnamed aircraft that are compared with a plot.
+PATHS_MAX = 600
+#: A kind of name is used where so great a part of the plots has one that another sensor has, too.
+NAMED_MIN = 0.5
+
+#: The source of pairs with the position that the recording itself gives a plot.
+RECORDING = -1
+
+
+@dataclass(frozen=True, slots=True)
+class Paths(Rows):
+    """Plots of other sensors, each path a run of rows of one source and one aircraft by time.
+
+    Attributes
+    ----------
+    path : (n,) int64
+        Number of the path.
+    name : (n,) int64
+        The aircraft, by whatever names it.
+    source : (n,) int64
+        The sensor.
+    time_s : (n,) float64
+        Times.
+    position_m : (n, 3) float64
+        ECEF, m.
+    """
+
+    path: Integers
+    name: Integers
+    source: Integers
+    time_s: Floats
+    position_m: Floats
+
+
+@dataclass(frozen=True, slots=True)
+class Pairs(Rows):
+    """Where aircraft are that may be those of plots.
+
+    Attributes
+    ----------
+    plot : (k,) int64
+        Row of the plot.
+    source : (k,) int64
+        Who says so; `RECORDING` for the recording.
+    position_m, velocity_mps : (k, 3) float64
+        ECEF; the velocity is NaN where it is not known.
+    """
+
+    plot: Integers
+    source: Integers
+    position_m: Floats
+    velocity_mps: Floats
+
+
+NO_PAIRS = Pairs(np.empty(0, np.int64), np.empty(0, np.int64), np.empty((0, 3)), np.empty((0, 3)))
+
+
+def common_key(plots: Plots, others: Iterable[Plots]) -> int | None:
+    """Return which of `KEYS` names most of the plots and plots of others, None without such."""
+    if plots.size == 0:
+        return None
+    for place in range(len(KEYS)):
+        names = plots.keys[:, place]
+        known = [one.keys[:, place] for one in others]
+        shared = np.isin(names, np.concatenate(known)) if known else np.zeros(len(names), np.bool_)
+        if np.count_nonzero(shared & (names >= 0)) >= NAMED_MIN * len(names):
+            return place
+    return None
+
+
+def named_paths(plots: Mapping[int, Plots], positions_m: Mapping[int, Floats], key: int) -> Paths:
+    """Return the paths of named aircraft.
+
+    Parameters
+    ----------
+    plots, positions_m : mapping of int
+        Plots of each source, and where they lie.
+    key : int
+        Which of `KEYS` names them.
+    """
+    return _paths([
+        (np.full(one.size, source), one.keys[:, key], one.time_s, positions_m[source])
+        for source, one in plots.items()
+    ])  # fmt: skip
+
+
+def tracked_paths(source: Integers, track: Integers, time_s: Floats, position_m: Floats) -> Paths:
+    """Return the paths of unnamed aircraft, by the tracks that the tracker made."""
+    return _paths([(source, track, time_s, position_m)])
+
+
+def _paths(parts: list[tuple[Integers, Integers, Floats, Floats]]) -> Paths:
+    if not parts:
+        nothing = np.empty(0, np.int64)
+        return Paths(nothing, nothing, nothing, np.empty(0), np.empty((0, 3)))
+    source, name, time_s, position = (
+        np.concatenate([part[column] for part in parts]) for column in range(4)
+    )
+    good = (name >= 0) & np.isfinite(position).all(axis=1)
+    source, name, time_s, position = source[good], name[good], time_s[good], position[good]
+    order = np.lexsort((time_s, name, source))
+    source, name, time_s, position = source[order], name[order], time_s[order], position[order]
+    new = np.ones(len(name), np.bool_)
+    new[1:] = (np.diff(source) != 0) | (np.diff(name) != 0)
+    return Paths(np.cumsum(new) - 1, name, source, time_s, position)
+
+
+def named_pairs(plots: Plots, paths: Paths, key: int, late_s: float = 0.0) -> Pairs:
+    """Return for each plot where the others see its aircraft.
+
+    Parameters
+    ----------
+    plots : Plots
+        Plots of one sensor.
+    paths : Paths
+        Of the others.
+    key : int
+        Which of `KEYS` names aircraft.
+    late_s : float
+        How late the clock of the sensor is: its plots are so much older than they claim.
+    """
+    names = plots.keys[:, key]
+    parts = []
+    for source in np.unique(paths.source):
+        rows = np.flatnonzero(paths.source == source)
+        parts.append(_interpolated(names, plots.time_s - late_s, paths, rows))
+    return _joined(parts)
+
+
+def candidate_pairs(plots: Plots, paths: Paths, late_s: float = 0.0) -> Pairs:
+    """Return for each plot where the others see any aircraft at its time."""
+    if paths.size == 0:
+        return NO_PAIRS
+    lengths = np.bincount(paths.path)
+    longest = np.argsort(-lengths, kind="stable")[:PATHS_MAX]
+    longest = longest[lengths[longest] > 1]
+    rows = np.flatnonzero(np.isin(paths.path, longest))
+    plot = np.repeat(np.arange(plots.size), len(longest))
+    named = replace(paths.take(rows), name=paths.path[rows])
+    wanted = np.tile(longest, plots.size)
+    return _interpolated(wanted, plots.time_s[plot] - late_s, named, np.arange(len(rows)), plot)
+
+
+def recorded_pairs(plots: Plots) -> Pairs:
+    """Return for each plot the position that the recording itself gives it, where it does."""
+    position = reported(plots)
+    known = np.flatnonzero(np.isfinite(position).all(axis=1))
+    nothing = np.full((len(known), 3), np.nan)
+    return Pairs(known, np.full(len(known), RECORDING), position[known], nothing)
+
+
+def joined(*parts: Pairs) -> Pairs:
+    """Return the pairs of all parts."""
+    return _joined(list(parts))
+
+
+def _joined(parts: list[Pairs]) -> Pairs:
+    if not parts:
+        return NO_PAIRS
+    names = [one.name for one in fields(Pairs)]
+    return Pairs(**{name: np.concatenate([getattr(one, name) for one in parts]) for name in names})
+
+
+# Rows of paths must be by name and time. Times and names together become one number to search.
+def _interpolated(
+    names: Integers,
+    time_s: Floats,
+    paths: Paths,
+    rows: NDArray[np.intp],
+    plot: Integers | None = None,
+) -> Pairs:
+    known = paths.time_s[rows]
+    if len(rows) < 2:
+        return NO_PAIRS
+    origin = float(known.min())
+    span = float(known.max()) - origin + 4.0 * GAP_MAX_S
+    all_names, code = np.unique(paths.name[rows], return_inverse=True)
+    place = np.minimum(np.searchsorted(all_names, names), len(all_names) - 1)
+    inside = (time_s >= origin) & (time_s <= origin + span - 3.0 * GAP_MAX_S)
+    found = (all_names[place] == names) & inside
+    wanted = place * span + np.where(inside, time_s - origin, 0.0)
+    after = np.searchsorted(code * span + (known - origin), wanted)
+    found &= (after > 0) & (after < len(rows))
+    after = np.clip(after, 1, len(rows) - 1)
+    before = after - 1
+    found &= (code[before] == place) & (code[after] == place)
+    first, last = rows[before], rows[after]
+    gap = paths.time_s[last] - paths.time_s[first]
+    found &= (gap > 0.0) & (gap <= GAP_MAX_S)
+    chosen = np.flatnonzero(found)
+    first, last, gap = first[chosen], last[chosen], gap[chosen]
+    velocity = (paths.position_m[last] - paths.position_m[first]) / gap[:, None]
+    position = paths.position_m[first] + velocity * (time_s[chosen] - paths.time_s[first])[:, None]
+    credible = np.linalg.norm(velocity, axis=1) <= SPEED_MAX_MPS
+    plots = chosen if plot is None else plot[chosen]
+    return Pairs(plots, paths.source[first], position, velocity).take(credible)

@@ -1,0 +1,91 @@
+"""What the times and azimuths of plots say of the rotation of a radar.
+
+A rotating antenna looks in one direction at one time: azimuth minus 2π t / T is the same for all
+plots of some scans, for the right period T. Whatever flies, and whoever else sees it.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from multiradar.diagnosis.plots import Floats
+
+#: Plots are looked at in windows of so long, s, that hold at least so many of them; so many plots
+#: of so many windows.
+WINDOW_S, WINDOW_MIN, PLOTS_MAX, WINDOWS_MAX = 48.0, 25, 100, 5
+#: Periods that are searched, s.
+PERIOD_MIN_S, PERIOD_MAX_S = 0.8, 20.0
+#: Steps of frequency in the width of a peak.
+_STEPS = 6.0
+#: A rotation is seen when azimuths and times go together so closely (1: exactly).
+COHERENT_MIN = 0.9
+
+
+class Rotation(NamedTuple):
+    """How a radar rotates.
+
+    Attributes
+    ----------
+    period_s : float
+        Time of a scan, s; negative when azimuths are counted anticlockwise.
+    coherence : float
+        Mean length of the sum of unit vectors, from 0 to 1.
+    """
+
+    period_s: float
+    coherence: float
+
+
+NOT_SEEN = Rotation(np.nan, 0.0)
+
+
+def rotation(time_s: Floats, azimuth_rad: Floats) -> Rotation:
+    """Return the period that makes azimuths and times go together best.
+
+    Parameters
+    ----------
+    time_s, azimuth_rad : (n,) float64
+        Plots of a radar by time.
+    """
+    windows = _windows(time_s, azimuth_rad)
+    if not windows:
+        return NOT_SEEN
+    step = 1.0 / (_STEPS * WINDOW_S)
+    size = np.arange(1.0 / PERIOD_MAX_S, 1.0 / PERIOD_MIN_S, step)
+    frequency = np.concatenate([-size[::-1], size])
+    found = coherences(windows, frequency)
+    near = frequency[found.argmax()] + np.linspace(-step, step, 41)
+    near = near[np.abs(near) > 0.0]
+    finer = coherences(windows, near)
+    return Rotation(1.0 / float(near[finer.argmax()]), float(finer.max()))
+
+
+def coherence_at(time_s: Floats, azimuth_rad: Floats, period_s: float) -> float:
+    """Return how closely azimuths and times go together for a period, s, or one 3 % from it."""
+    windows = _windows(time_s, azimuth_rad)
+    if not windows:
+        return 0.0
+    return float(coherences(windows, np.linspace(0.97, 1.03, 61) / period_s).max())
+
+
+def coherences(windows: list[tuple[Floats, Floats]], frequency: Floats) -> Floats:
+    """Return the coherence at frequencies, 1/s."""
+    total = np.zeros(len(frequency))
+    for time_s, azimuth in windows:
+        phase = azimuth - 2.0 * np.pi * np.outer(frequency, time_s)
+        total += np.abs(np.exp(1j * phase).mean(axis=1))
+    return total / len(windows)
+
+
+def _windows(time_s: Floats, azimuth_rad: Floats) -> list[tuple[Floats, Floats]]:
+    if len(time_s) == 0:
+        return []
+    number = np.floor((time_s - time_s[0]) / WINDOW_S)
+    windows = []
+    for one in np.unique(number):
+        rows = np.flatnonzero(number == one)
+        if len(rows) >= WINDOW_MIN:
+            rows = rows[np.linspace(0, len(rows) - 1, min(len(rows), PLOTS_MAX)).astype(np.intp)]
+            windows.append((time_s[rows] - time_s[rows[0]], azimuth_rad[rows]))
+    chosen = np.unique(np.linspace(0, len(windows) - 1, WINDOWS_MAX).astype(np.intp))
+    return [windows[one] for one in chosen] if windows else []

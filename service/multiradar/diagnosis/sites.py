@@ -1,0 +1,54 @@
+"""Sites of a sensors file that cannot all be right: one on another continent."""
+
+import numpy as np
+
+from multiradar.diagnosis.agreement import seen_from
+from multiradar.diagnosis.hypotheses import other_sites
+from multiradar.diagnosis.plots import Site
+from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.geodesy.wgs84 import geodetic_to_ecef
+
+#: Sensors that are farther than this from all others cannot work together, m.
+APART_MAX_M = 3_000_000.0
+
+
+def site_apart(sensors: SensorTable) -> str | None:
+    """Return a sentence on a sensor whose site is far from all others, None without such.
+
+    Parameters
+    ----------
+    sensors : SensorTable
+        The sensors; those without a site do not count.
+    """
+    sited = np.flatnonzero(np.isfinite(sensors.latitude_rad)).tolist()
+    where = {one: _site(sensors, one) for one in sited}
+    for number in sited:
+        others = [where[one] for one in sited if one != number]
+        if not others or _nearest_m(where[number], others) <= APART_MAX_M:
+            continue
+        name = sensors.ids[number]
+        latitude, longitude = np.degrees(where[number][:2])
+        far = f"{name}: its site ({latitude:.4f}, {longitude:.4f}) is " + (
+            f"{_nearest_m(where[number], others) / 1e3:.0f} km from that of any other sensor"
+        )
+        right = [
+            one
+            for one in other_sites(where[number], {})
+            if _nearest_m(one.site, others) <= APART_MAX_M / 2.0
+        ]
+        why = f": {right[0].mistake}" if right else ""
+        return f"{far}{why}; correct latitude_deg and longitude_deg in the sensors file"
+    return None
+
+
+def _site(sensors: SensorTable, number: int) -> Site:
+    return (
+        float(sensors.latitude_rad[number]),
+        float(sensors.longitude_rad[number]),
+        float(sensors.height_m[number]),
+    )
+
+
+def _nearest_m(site: Site, others: list[Site]) -> float:
+    positions = geodetic_to_ecef(*(np.array(column) for column in zip(*others, strict=True)))
+    return float(seen_from(site, positions)[0].min())

@@ -1,0 +1,129 @@
+"""What is probably wrong with sensors while the service runs, from the last measurements.
+
+Measurements are retained from the start of a window of data time to its end; then a thread of its
+own diagnoses them, and the next window begins. Nothing waits for it, and no output depends on it.
+"""
+
+import json
+import logging
+import threading
+from collections.abc import Sequence
+from typing import Any
+
+import polars as pl
+
+from multiradar.diagnosis.diagnosis import Diagnosis
+from multiradar.diagnosis.evidence import ROWS_MAX, Evidence
+from multiradar.diagnosis.findings import diagnose
+from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.storage.entries import RejectedRow
+from multiradar.tracking.outputs import EngineOutput
+
+_log = logging.getLogger(__name__)
+
+#: A window ends when one of its sources spans so much data time, s, or has sent so many rows.
+WINDOW_S = 60.0
+#: How often it is looked whether it has ended, s of the machine.
+PERIOD_S = 5.0
+#: Without an aircraft in its coverage a radar sends nothing for longer than a window.
+_OF_LONGER_TIMES = ("no_measurements",)
+
+
+class LiveDiagnosis:
+    """Diagnoses what comes in; every method may be called from any thread.
+
+    Parameters
+    ----------
+    sensors : SensorTable
+        The sensors.
+    period_s : float
+        How often it is looked whether a window has ended, s.
+    """
+
+    def __init__(self, sensors: SensorTable, period_s: float = PERIOD_S) -> None:
+        self._sensors = sensors
+        self._period_s = period_s
+        self._lock = threading.Lock()
+        self._evidence = Evidence(sensors)
+        self._found: tuple[Diagnosis, ...] = ()
+        self._stopping = threading.Event()
+        self._thread: threading.Thread | None = None
+
+    def start(self) -> None:
+        """Diagnose from now on."""
+        self._thread = threading.Thread(target=self._run, name="diagnosis", daemon=True)
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End; may be called twice, and without a start."""
+        self._stopping.set()
+        if self._thread is not None:
+            self._thread.join()
+
+    def read(self, frame: pl.DataFrame, rejects: Sequence[RejectedRow]) -> None:
+        """Take measurements as they came, and what was rejected of them."""
+        if self._thread is None:
+            return
+        with self._lock:
+            if len(frame):
+                self._evidence.read(frame)
+            for row in rejects:
+                self._evidence.reject(_sensor_of(row), row.code)
+
+    def put(self, output: EngineOutput) -> None:
+        """Take what came out of the engine."""
+        if self._thread is None:
+            return
+        with self._lock:
+            self._evidence.hear(output)
+
+    def restart(self) -> None:
+        """Hear that the engine begins again: what it puts out has been diagnosed."""
+        with self._lock:
+            self._evidence = Evidence(self._sensors)
+
+    def records(self) -> list[dict[str, str]]:
+        """Return what is probably wrong now."""
+        return [one.document() for one in self._found]
+
+    def of(self, sensor_id: str) -> list[dict[str, str]]:
+        """Return what is probably wrong with a sensor now."""
+        return [one for one in self.records() if one["sensor_id"] == sensor_id]
+
+    def look(self) -> bool:
+        """Diagnose if the window has ended; return whether it had."""
+        with self._lock:
+            evidence = self._evidence
+            if not _is_over(evidence):
+                return False
+            self._evidence = Evidence(self._sensors)
+        found = tuple(one for one in diagnose(evidence) if one.code not in _OF_LONGER_TIMES)
+        known = {(one.sensor_id, one.code) for one in self._found}
+        for one in found:
+            if (one.sensor_id, one.code) not in known:
+                _log.warning("diagnosis: %s", one.sentence)
+        self._found = found
+        return True
+
+    def _run(self) -> None:
+        while not self._stopping.wait(self._period_s):
+            try:
+                self.look()
+            except Exception as error:
+                # What the service is for goes on without a diagnosis.
+                _log.error("diagnosis failed", exc_info=error)
+
+
+def _is_over(evidence: Evidence) -> bool:
+    sources = evidence.sources.values()
+    return any(one.last_s - one.first_s >= WINDOW_S or one.read >= ROWS_MAX for one in sources)
+
+
+# What was refused at the edge is text of the sender's: it may be anything.
+def _sensor_of(row: RejectedRow) -> str:
+    try:
+        raw: Any = json.loads(row.raw)
+    except ValueError:
+        return ""
+    name = raw.get("sensor_id") if isinstance(raw, dict) else None
+    return name if isinstance(name, str) else ""

@@ -1,0 +1,134 @@
+"""Mistakes of every kind end `track` and `convert` with status 1 and a diagnosis by sensor."""
+
+import json
+import shutil
+from pathlib import Path
+
+import polars as pl
+import pytest
+
+from multiradar.cli.main import run
+from multiradar.simulation.toml_text import toml_text
+from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
+from support.mistaken import RADARS, Edit, Recording, recording
+
+SAMPLE = Path(__file__).parents[3] / "examples" / "vid-sample"
+NAME = "1-10"
+RANGE, AZIMUTH = pl.col("range_m"), pl.col("azimuth_deg")
+
+
+def tracked(one: Recording, folder: Path) -> tuple[int, list[dict[str, str]]]:
+    """Track a recording; return the status and the diagnoses of its report."""
+    missing = [
+        pl.lit(None, kind).alias(name)
+        for name, kind in MEASUREMENT_SCHEMA.items()
+        if name not in one.frame.columns
+    ]
+    frame = one.frame.with_columns(missing).select(MEASUREMENT_SCHEMA.names())
+    frame.write_parquet(folder / "measurements.parquet")
+    tables = [sensor.model_dump(exclude_none=True, exclude={"bias"}) for sensor in one.sensors]
+    (folder / "sensors.toml").write_text(toml_text({"sensor": tables}))
+    out = folder / "out"
+    status = run(
+        [
+            "track", str(folder / "measurements.parquet"), "--sensors",
+            str(folder / "sensors.toml"), "--out", str(out), "--workers", "1",
+        ]
+    )  # fmt: skip
+    report = json.loads((out / "report.json").read_text())
+    assert (out / "tracks.parquet").is_file()
+    return status, report["figures"]["diagnoses"]
+
+
+@pytest.mark.parametrize("named", [True, False])
+def test_a_recording_that_is_right_ends_with_status_0(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], *, named: bool
+) -> None:
+    assert tracked(recording(named=named), tmp_path) == (0, [])
+    assert capsys.readouterr().err == ""
+
+
+# Plots without identity make tracks of their own, of which none is lost.
+@pytest.mark.parametrize("named", [True, False])
+@pytest.mark.parametrize(
+    ("edit", "code", "words"),
+    [
+        (lambda one: one.changed(NAME, range_m=RANGE / 1e3), "range_unit", "in kilometres"),
+        (
+            lambda one: one.changed(NAME, azimuth_deg=(AZIMUTH + 90.0) % 360.0),
+            "azimuth_offset", "off by +89",
+        ),
+        (
+            lambda one: one.configured(NAME, latitude_deg=RADARS[NAME][0][0] + 0.045),
+            "site", "of the one configured",
+        ),
+    ],
+)  # fmt: skip
+def test_a_mistake_is_said_and_written_and_ends_with_status_1(
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    edit: Edit,
+    code: str,
+    words: str,
+    *,
+    named: bool,
+) -> None:
+    status, found = tracked(edit(recording(named=named)), tmp_path)
+    assert status == 1
+    assert [(one["sensor_id"], one["code"]) for one in found] == [(NAME, code)]
+    assert words in found[0]["sentence"]
+    assert capsys.readouterr().err == f"multiradar: {found[0]['sentence']}\n"
+
+
+def test_noise_far_below_its_sigma_alarms_and_is_said(tmp_path: Path) -> None:
+    status, found = tracked(recording().configured(NAME, range_sigma_m=4000.0), tmp_path)
+    assert status == 1
+    assert [(one["sensor_id"], one["code"]) for one in found] == [(NAME, "noise")]
+    health = pl.read_parquet(tmp_path / "out" / "health.parquet").filter(sensor_id=NAME)
+    assert health["alarms"].str.contains("noise").any()
+
+
+def test_sensors_of_another_recording_are_said_before_what_was_rejected(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    one = recording()
+    for number, name in enumerate(RADARS):
+        one = one.configured(name, id=f"9{number}-1")
+    status, found = tracked(one, tmp_path)
+    assert status == 1
+    assert found[0]["code"] == "sensors_of_another_recording"
+    first, second = capsys.readouterr().err.splitlines()
+    assert first == f"multiradar: {found[0]['sentence']}"
+    assert "UNKNOWN_SENSOR" in second
+
+
+def test_a_site_on_another_continent_is_refused_with_its_sensor(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    sensors = (SAMPLE.parent / "sensors-vid-sample.toml").read_text()
+    (tmp_path / "sensors.toml").write_text(sensors.replace("46.4247", "-46.4247"))
+    given = [str(SAMPLE), "--sensors", str(tmp_path / "sensors.toml")]
+    assert run(["track", *given, "--out", str(tmp_path / "out")]) == 1
+    said = capsys.readouterr().err
+    assert "26-10: its site (-46.4247, 6.0994) is 9138 km from that of any other sensor" in said
+    assert "latitude_deg of its site probably has the wrong sign" in said
+
+
+def test_convert_says_that_a_dump_has_ranges_in_kilometres(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    dump = tmp_path / "dump"
+    shutil.copytree(SAMPLE, dump)
+    lines = (dump / "plots.txt").read_text().splitlines()[:2001]
+    rows = [line.split("\t") for line in lines]
+    range_at = rows[0].index("range")
+    for row in rows[1:]:
+        if len(row) == len(rows[0]) and row[range_at].replace(".", "").isdigit():
+            row[range_at] = f"{float(row[range_at]) / 1e3:.6f}"
+    (dump / "plots.txt").write_text("".join("\t".join(row) + "\n" for row in rows))
+    out = tmp_path / "out"
+    assert run(["convert", "vid", str(dump), str(out), "--kinds", "plots"]) == 1
+    said = capsys.readouterr().err.splitlines()
+    assert {line.split()[1] for line in said} == {"26-10:", "35-10:", "41-1:", "41-10:"}
+    assert all("ranges are probably in kilometres" in line for line in said)
+    assert (out / "measurements.parquet").is_file()

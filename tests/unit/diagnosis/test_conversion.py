@@ -1,0 +1,77 @@
+"""What a conversion shows of mistakes, without a sensors file."""
+
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+import pytest
+
+from multiradar.diagnosis.conversion import diagnose_conversion
+from multiradar.diagnosis.diagnosis import Diagnosis
+from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
+from support.mistaken import RADARS, Recording, recording
+
+RANGE, AZIMUTH = pl.col("range_m"), pl.col("azimuth_deg")
+
+
+def said_of(one: Recording, folder: Path, *, rejected: int = 0) -> list[Diagnosis]:
+    """Return what is said of a recording that a conversion wrote."""
+    missing = [
+        pl.lit(None, kind).alias(name)
+        for name, kind in MEASUREMENT_SCHEMA.items()
+        if name not in one.frame.columns
+    ]
+    file = folder / "measurements.parquet"
+    one.frame.with_columns(missing).select(MEASUREMENT_SCHEMA.names()).write_parquet(file)
+    counts = {"read": 1000, "accepted": 1000 - rejected, "rejected": rejected}
+    report = {
+        "inputs": [{"file": "plots.txt", "counts": counts}],
+        "outputs": [{"file": file.name, "rows": len(one.frame)}],
+    }
+    return diagnose_conversion(file, report)
+
+
+@pytest.mark.parametrize("positions", [False, True])
+def test_nothing_is_said_of_a_dump_that_is_right(tmp_path: Path, *, positions: bool) -> None:
+    assert said_of(recording(positions=positions), tmp_path) == []
+
+
+@pytest.mark.parametrize(
+    ("columns", "code"),
+    [
+        ({"range_m": RANGE / 1e3}, "range_unit"),
+        ({"range_m": RANGE / 1852.0}, "range_unit"),
+        ({"azimuth_deg": AZIMUTH * np.pi / 180.0}, "azimuth_unit"),
+        ({"azimuth_deg": 360.0 - AZIMUTH}, "azimuth_anticlockwise"),
+        ({"range_m": AZIMUTH, "azimuth_deg": RANGE}, "columns_exchanged"),
+        ({"height_m": pl.col("height_m") / 0.3048}, "height_unit"),
+        ({"time_s": pl.col("time_s") + 7200.0}, "times_apart"),
+    ],
+)
+def test_a_mistake_is_named_before_there_are_sites(
+    tmp_path: Path, columns: dict[str, pl.Expr], code: str
+) -> None:
+    found = said_of(recording(positions=True).changed("2-10", **columns), tmp_path)
+    assert [(one.sensor_id, one.code) for one in found] == [("2-10", code)]
+
+
+def test_the_site_that_makes_the_plots_fit_is_the_true_one(tmp_path: Path) -> None:
+    wrong = recording(positions=True).changed("2-10", range_m=RANGE / 1e3)
+    latitude, longitude, _ = RADARS["2-10"][0]
+    assert (
+        f"from one site, near {latitude:.2f}, {longitude:.2f}"
+        in said_of(wrong, tmp_path)[0].sentence
+    )
+
+
+def test_a_file_of_which_most_is_rejected_is_named(tmp_path: Path) -> None:
+    assert said_of(recording(), tmp_path, rejected=333) == []
+    found = said_of(recording(), tmp_path, rejected=400)
+    assert [one.code for one in found] == ["records_rejected"]
+    assert found[0].sentence.startswith("plots.txt: 40% of its 1 000 records were rejected; ")
+
+
+def test_a_conversion_that_wrote_no_measurement_is_named(tmp_path: Path) -> None:
+    one = recording()
+    found = said_of(Recording(one.frame.clear(), one.sensors), tmp_path)
+    assert [said.code for said in found] == ["no_measurements"]

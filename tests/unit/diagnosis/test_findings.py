@@ -1,0 +1,142 @@
+"""Mistakes made in a recording of three radars are found, and named, at the right sensor."""
+
+import re
+
+import numpy as np
+import polars as pl
+import pytest
+
+from support.mistaken import METRES_PER_DEGREE, RADARS, Edit, recording
+
+RANGE, AZIMUTH, TIME, HEIGHT = (
+    pl.col(name) for name in ("range_m", "azimuth_deg", "time_s", "height_m")
+)
+NAME = "1-10"
+SITE = RADARS[NAME][0]
+
+#: What is done, and the code of what is said of `NAME`.
+MISTAKES: dict[str, tuple[Edit, str]] = {
+    "kilometres": (lambda one: one.changed(NAME, range_m=RANGE / 1e3), "range_unit"),
+    "nautical miles": (lambda one: one.changed(NAME, range_m=RANGE / 1852.0), "range_unit"),
+    "feet": (lambda one: one.changed(NAME, range_m=RANGE / 0.3048), "range_unit"),
+    "radians": (
+        lambda one: one.changed(NAME, azimuth_deg=AZIMUTH * np.pi / 180.0), "azimuth_unit",
+    ),
+    "gradians": (lambda one: one.changed(NAME, azimuth_deg=AZIMUTH / 0.9), "azimuth_unit"),
+    "anticlockwise": (
+        lambda one: one.changed(NAME, azimuth_deg=360.0 - AZIMUTH), "azimuth_anticlockwise",
+    ),
+    "off by 90 degrees": (
+        lambda one: one.changed(NAME, azimuth_deg=(AZIMUTH + 90.0) % 360.0), "azimuth_offset",
+    ),
+    "magnetic north": (
+        lambda one: one.changed(NAME, azimuth_deg=(AZIMUTH + 4.0) % 360.0), "azimuth_offset",
+    ),
+    "columns exchanged": (
+        lambda one: one.changed(NAME, range_m=AZIMUTH, azimuth_deg=RANGE), "columns_exchanged",
+    ),
+    "site exchanged": (
+        lambda one: one.configured(NAME, latitude_deg=SITE[1], longitude_deg=SITE[0]), "site",
+    ),
+    "site of the wrong sign": (
+        lambda one: one.configured(NAME, longitude_deg=-SITE[1]), "site",
+    ),
+    "site off by 5 km": (
+        lambda one: one.configured(NAME, latitude_deg=SITE[0] + 5000.0 / METRES_PER_DEGREE), "site",
+    ),
+    "site off by 60 km": (
+        lambda one: one.configured(NAME, longitude_deg=SITE[1] + 0.8), "site",
+    ),
+    "heights in feet": (lambda one: one.changed(NAME, height_m=HEIGHT / 0.3048), "height_unit"),
+    "flight levels": (lambda one: one.changed(NAME, height_m=HEIGHT / 30.48), "height_unit"),
+    "clock 3 s ahead": (lambda one: one.changed(NAME, time_s=TIME + 3.0), "clock"),
+    "clock 2 s behind": (lambda one: one.changed(NAME, time_s=TIME - 2.0), "clock"),
+    "clock an hour ahead": (lambda one: one.changed(NAME, time_s=TIME + 3600.0), "times_apart"),
+    "no date": (lambda one: one.changed(NAME, time_s=TIME % 86_400.0), "times_apart"),
+    "scan period": (lambda one: one.configured(NAME, rotation_period_s=12.0), "rotation_period"),
+    "range sigma": (lambda one: one.configured(NAME, range_sigma_m=4000.0), "noise"),
+    "azimuth sigma": (lambda one: one.configured(NAME, azimuth_sigma_deg=6.0), "noise"),
+    "kind": (
+        lambda one: one.configured(
+            NAME, kind="adsb", bias={}, latitude_deg=None, longitude_deg=None, height_m=None
+        ),
+        "kind",
+    ),
+    "instrumented range in kilometres": (
+        lambda one: one.configured(NAME, range_max_m=1000.0), "range_max",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize(("positions", "named"), [(False, True), (True, True), (True, False)])
+def test_nothing_is_said_of_a_recording_that_is_right(
+    seed: int, *, positions: bool, named: bool
+) -> None:
+    assert recording(seed, positions=positions, named=named).diagnosed() == []
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+@pytest.mark.parametrize("positions", [False, True])
+def test_a_mistake_of_one_radar_is_named(mistake: str, *, positions: bool) -> None:
+    edit, code = MISTAKES[mistake]
+    assert edit(recording(positions=positions)).codes() == [(NAME, code)]
+
+
+def test_the_sentence_has_the_cause_its_support_and_what_to_do() -> None:
+    one = recording().changed(NAME, range_m=RANGE / 1e3)
+    sentence = one.diagnosed()[0].sentence
+    assert sentence.startswith("1-10: its ranges are probably in kilometres: with ranges taken as ")
+    support = re.search(r"(\d+)% of its plots lie where other sensors see aircraft", sentence)
+    assert support is not None
+    assert int(support[1]) > 90
+    assert sentence.endswith("; convert them to metres")
+
+
+def test_the_site_that_is_found_is_the_true_one() -> None:
+    far = recording().configured(NAME, longitude_deg=SITE[1] + 0.8)
+    said = far.diagnosed()[0].sentence
+    place = said.partition("with the site at ")[2].partition(", 1")[0]
+    latitude, longitude = (float(text) for text in place.split(", ")[:2])
+    # The biases of 180 m and 0.19° (330 m at 100 km) remain in it.
+    assert latitude == pytest.approx(SITE[0], abs=800.0 / METRES_PER_DEGREE)
+    assert longitude == pytest.approx(SITE[1], abs=1200.0 / METRES_PER_DEGREE)
+
+
+def test_an_offset_of_the_clock_is_measured() -> None:
+    said = recording().changed(NAME, time_s=TIME + 3.0).diagnosed()[0].sentence
+    found = re.search(r"clock is probably ([\d.]+) s ahead", said)
+    assert found is not None
+    assert float(found[1]) == pytest.approx(3.0, abs=0.3)
+
+
+def test_sites_of_two_radars_that_are_exchanged_are_both_named() -> None:
+    other = RADARS["2-10"][0]
+    one = recording()
+    for name, site in ((NAME, other), ("2-10", SITE)):
+        one = one.configured(name, latitude_deg=site[0], longitude_deg=site[1], height_m=site[2])
+    said = {found.sensor_id: found.sentence for found in one.diagnosed()}
+    assert "its site is probably that of 2-10" in said[NAME]
+    assert "its site is probably that of 1-10" in said["2-10"]
+
+
+def test_a_unit_that_all_radars_have_wrong_is_found_without_positions() -> None:
+    one = recording().changed(*RADARS, range_m=RANGE / 1e3)
+    assert one.codes() == [(name, "range_unit") for name in RADARS]
+
+
+def test_two_radars_that_contradict_each_other_are_both_named_in_one_sentence() -> None:
+    one = recording().only("1-10", "2-10").configured(NAME, longitude_deg=SITE[1] + 0.8)
+    found = one.diagnosed()
+    assert [said.code for said in found] == ["site"]
+    assert "1-10 and 2-10 contradict each other" in found[0].sentence
+
+
+@pytest.mark.parametrize("mistake", ["radians", "gradians", "anticlockwise", "kilometres"])
+def test_a_radar_alone_shows_wrong_units(mistake: str) -> None:
+    edit, code = MISTAKES[mistake]
+    assert edit(recording().only(NAME)).codes() == [(NAME, code)]
+
+
+def test_a_radar_alone_that_is_right_shows_nothing() -> None:
+    assert recording().only(NAME).diagnosed() == []

@@ -1,0 +1,99 @@
+"""What is said of losses that nothing explains, of noise and of copies."""
+
+import numpy as np
+import polars as pl
+import pytest
+
+from multiradar.diagnosis.diagnosis import Diagnosis
+from multiradar.diagnosis.evidence import Evidence
+from multiradar.diagnosis.findings import diagnose
+from multiradar.estimation.filters.bank import Outcome
+from support.mistaken import Recording, recording
+
+
+def evidence_of(one: Recording, **outcomes: int) -> Evidence:
+    """Return the evidence of a recording with outcomes of the measurements of its first sensor."""
+    evidence = Evidence(one.table())
+    evidence.read(one.frame)
+    evidence.outcomes = np.zeros((len(one.sensors), len(Outcome)), np.int64)
+    evidence.outcomes[:, Outcome.UPDATED] = 600
+    for name, count in outcomes.items():
+        evidence.outcomes[0, Outcome[name]] = count
+    evidence.confirmed = True
+    return evidence
+
+
+def said(evidence: Evidence) -> Diagnosis:
+    """Return the one diagnosis that there is."""
+    found = diagnose(evidence)
+    assert len(found) == 1
+    return found[0]
+
+
+def test_a_third_of_the_measurements_may_be_lost() -> None:
+    assert diagnose(evidence_of(recording(), UPDATED=600, REFUSED=300)) == []
+
+
+def test_more_than_a_third_is_said_with_what_lost_them_and_what_to_check() -> None:
+    found = said(evidence_of(recording(), UPDATED=600, REFUSED=301, RESTARTED=9))
+    assert (found.sensor_id, found.code) == ("1-10", "measurements_lost")
+    assert "34% of its 910 measurements were lost (301 REFUSED, 9 RESTARTED)" in found.sentence
+    assert "no single mistake explains it; check its site, range_sigma_m" in found.sentence
+
+
+def test_the_cone_of_silence_and_tracks_that_start_are_no_loss() -> None:
+    assert diagnose(evidence_of(recording(), UPDATED=1, STARTED=300, CONE_OF_SILENCE=300)) == []
+
+
+def test_late_measurements_are_said_with_their_times() -> None:
+    evidence = evidence_of(recording(), UPDATED=100)
+    evidence.reject("1-10", "TIME_LATE", 400)
+    sentence = said(evidence).sentence
+    assert "(400 TIME_LATE) (its times: 2018-08-01 08:00:0" in sentence
+    assert "check its clock, and reorder_horizon_s" in sentence
+
+
+def test_losses_beside_a_cause_that_was_found_are_not_said_again() -> None:
+    wrong = recording().changed("2-10", range_m=pl.col("range_m") / 1e3)
+    found = diagnose(evidence_of(wrong, UPDATED=100, REFUSED=300))
+    assert [(one.sensor_id, one.code) for one in found] == [("2-10", "range_unit")]
+
+
+@pytest.mark.parametrize(
+    ("noise", "words"),
+    [
+        ((0.06, 1.0), "range_sigma_m is probably too large: it is 40 in the sensors file, and the "
+         "noise measured is 0.06 times that"),
+        ((1.1, 38.2), "azimuth_sigma_deg is probably too small: it is 0.06 in the sensors file, "
+         "and the noise measured is 38 times that"),
+    ],
+)  # fmt: skip
+def test_noise_far_from_its_sigma_is_said(noise: tuple[float, float], words: str) -> None:
+    evidence = evidence_of(recording())
+    evidence.noise["1-10"] = noise
+    assert words in said(evidence).sentence
+
+
+@pytest.mark.parametrize("noise", [(0.3, 3.0), (np.nan, np.nan)])
+def test_noise_near_its_sigma_or_unknown_is_not(noise: tuple[float, float]) -> None:
+    evidence = evidence_of(recording())
+    evidence.noise["1-10"] = noise
+    assert diagnose(evidence) == []
+
+
+def test_measurements_that_come_twice_are_said_and_near_copies_are_not() -> None:
+    one = recording()
+    again = one.frame.filter(sensor_id="1-10")
+    double = Recording(pl.concat([one.frame, again]).sort("time_s"), one.sensors)
+    assert double.codes() == [("1-10", "measurements_twice")]
+    near = again.with_columns(pl.col("range_m") + 1.0)
+    copies = Recording(pl.concat([one.frame, near]).sort("time_s"), one.sensors)
+    assert copies.diagnosed() == []
+
+
+def test_no_confirmed_track_at_all_is_said_with_the_times() -> None:
+    evidence = evidence_of(recording())
+    evidence.confirmed = False
+    found = said(evidence)
+    assert (found.sensor_id, found.code) == ("", "no_tracks")
+    assert "2018-08-01 08:00:00 UTC to 2018-08-01 08:0" in found.sentence

@@ -1,0 +1,47 @@
+"""Sources that are not configured, and sensors that sent nothing."""
+
+import polars as pl
+
+from support.mistaken import RADARS, Recording, recording
+
+
+def test_an_unknown_source_is_named_with_its_count_and_the_sensor_that_was_meant() -> None:
+    one = recording().configured("2-10", id="12-10")
+    count = f"{len(one.frame.filter(sensor_id='2-10')):,}".replace(",", " ")
+    found = one.diagnosed()
+    assert [(said.sensor_id, said.code) for said in found] == [("2-10", "unknown_source")]
+    assert found[0].sentence == (
+        f"2-10 ({count} plots) is not in the sensors file (sensors.toml); it has 12-10, which sent "
+        "nothing; did you mean 2-10 in place of 12-10 there?"
+    )
+
+
+def test_several_wrong_numbers_are_matched_by_their_likeness() -> None:
+    one = recording().configured("2-10", id="22-10").configured("3-10", id="33-10")
+    said = {found.sensor_id: found.sentence for found in one.diagnosed()}
+    assert "did you mean 2-10 in place of 22-10" in said["2-10"]
+    assert "did you mean 3-10 in place of 33-10" in said["3-10"]
+
+
+def test_an_unknown_source_without_a_silent_sensor_is_to_be_added() -> None:
+    one = recording()
+    fewer = Recording(one.frame, one.sensors[:2])
+    assert fewer.codes() == [("3-10", "unknown_source")]
+    assert "add it, or remove its measurements" in fewer.diagnosed()[0].sentence
+
+
+def test_sensors_of_which_none_is_in_the_recording_are_of_another_one() -> None:
+    one = recording()
+    for number, name in enumerate(RADARS):
+        one = one.configured(name, id=f"9{number}-1")
+    found = one.diagnosed()
+    assert found[0].code == "sensors_of_another_recording"
+    assert "the recording has 1-10, 2-10, 3-10, the file has 90-1, 91-1, 92-1" in found[0].sentence
+
+
+def test_a_radar_that_sent_nothing_is_named_and_adsb_is_not() -> None:
+    one = recording()
+    fewer = Recording(one.frame.filter(pl.col("sensor_id") != "3-10"), one.sensors)
+    adsb = one.sensors[0].model_validate({"id": "adsb", "kind": "adsb"})
+    with_adsb = Recording(fewer.frame, (*one.sensors, adsb))
+    assert with_adsb.codes() == [("3-10", "no_measurements")]

@@ -1,0 +1,47 @@
+"""Periods of scans from times and azimuths."""
+
+import numpy as np
+import pytest
+
+from multiradar.diagnosis.scans import coherence_at, rotation
+
+
+def plots(period_s: float, *, seconds: float = 200.0, seed: int = 3) -> tuple[np.ndarray, ...]:
+    """Return times and azimuths of plots anywhere in the scans of a radar."""
+    rng = np.random.default_rng(seed)
+    time_s = np.sort(rng.uniform(0.0, seconds, int(4 * seconds)))
+    azimuth = 2.0 * np.pi * time_s / period_s + 0.3 + rng.normal(0.0, 0.002, len(time_s))
+    return time_s + 1e9, azimuth % (2.0 * np.pi)
+
+
+@pytest.mark.parametrize("period_s", [1.0, 2.41, 4.0, 4.9, 6.0, 12.0])
+def test_the_period_is_found(period_s: float) -> None:
+    found = rotation(*plots(period_s))
+    # A hundredth of a scan in the 48 s of a window.
+    assert found.period_s == pytest.approx(period_s, rel=0.01 * period_s / 48.0 * 2.0)
+    assert found.coherence > 0.999
+
+
+def test_a_period_below_zero_is_a_rotation_against_the_clock() -> None:
+    time_s, azimuth = plots(5.0)
+    assert rotation(time_s, -azimuth).period_s == pytest.approx(-5.0, rel=0.005)
+
+
+def test_another_period_does_not_go_with_the_azimuths() -> None:
+    time_s, azimuth = plots(4.0)
+    assert coherence_at(time_s, azimuth, 4.0) > 0.999
+    assert coherence_at(time_s, azimuth, 12.0) < 0.5
+    assert coherence_at(time_s, azimuth, 2.0) < 0.5
+
+
+def test_azimuths_that_do_not_go_round_have_no_period() -> None:
+    rng = np.random.default_rng(5)
+    time_s = np.sort(rng.uniform(0.0, 200.0, 800))
+    assert rotation(time_s, rng.uniform(0.0, 2.0 * np.pi, 800)).coherence < 0.6
+
+
+def test_too_few_plots_say_nothing() -> None:
+    time_s, azimuth = plots(4.0, seconds=5.0)
+    found = rotation(time_s, azimuth)
+    assert np.isnan(found.period_s)
+    assert found.coherence == 0.0
