@@ -1,11 +1,15 @@
 """The OpenAPI document: complete, and changed only on purpose."""
 
+import json
 from html.parser import HTMLParser
 from typing import Any
 
 import httpx
+import jsonschema
 import pytest
 from fastapi import FastAPI
+
+from multiradar_schemas.export import documents
 
 _PATHS = {
     "/healthz": ["get"],
@@ -102,3 +106,17 @@ async def test_the_page_names_every_path_and_fetches_nothing_from_elsewhere(
 async def test_the_bare_address_leads_to_the_page(client: httpx.AsyncClient) -> None:
     answer = await client.get("/")
     assert (answer.status_code, answer.headers["location"]) == (307, "/docs")
+
+
+def test_the_forms_of_a_message_are_those_that_are_taken(document: dict[str, Any]) -> None:
+    content = document["paths"]["/v1/measurements"]["post"]["requestBody"]["content"]
+    forms = {media_type: one["schema"] for media_type, one in content.items()}
+    assert forms == {
+        "application/json": {"type": "array", "items": {"type": "object"}},
+        "application/x-ndjson": {"type": "array", "items": {"type": "object"}},
+        "application/vnd.apache.arrow.stream": {"type": "string", "format": "binary"},
+    }
+    examples = [one["example"] for one in content.values() if "example" in one]
+    assert len(examples) == 2
+    for example in examples:
+        jsonschema.validate(example, json.loads(documents()["measurements.json"]))
