@@ -335,6 +335,8 @@ def test_an_event_source_resumes_by_its_last_event_id(port: int, view: FakeView)
     view.add_events(1, kind="status")
     url = f"http://127.0.0.1:{port}/v1/events?after=0"
     with clients.event_source(url, headers={"last-event-id": "4"}) as response:
+        # A browser's EventSource takes nothing but 200.
+        assert response.status_code == 200
         assert response.headers["content-type"] == "text/event-stream; charset=utf-8"
         assert "content-length" not in response.headers
         blocks = _read_lines(response)

@@ -109,6 +109,7 @@ def test_the_same_against_its_adsb_knows_only_who_reports(
     assert whole["tracks"]["of_aircraft"] == partial["tracks"]["of_aircraft"] == equipped
     assert whole["tracks"]["false"] + whole["tracks"]["duplicate"] == 25 - equipped
     assert partial["tracks"]["false"] == 0
+    assert len(partial["biases"]) == len(whole["biases"]) > 0
     assert all(one["true"] is None for one in partial["biases"])
 
 

@@ -220,3 +220,27 @@ def test_a_profile_without_meaning_is_refused_by_key(tmp_path: Path, text: str, 
         load_profile(path)
     with pytest.raises(ProfileError, match="no such file"):
         load_profile(tmp_path / "none.toml")
+
+
+@pytest.mark.parametrize(
+    ("encoding", "broken", "raw"),
+    [
+        # A line in the encoding of the file, which is not UTF-8.
+        ("cp866", "борт".encode("cp866"), "борт"),
+        ("koi8-r", "борт".encode("koi8-r"), "борт"),
+        # An octet that is no UTF-8 in a file of it: most likely it is windows-1251.
+        ("utf-8", b"\xcf", "П"),
+        ("utf-8", "борт".encode(), "борт"),
+    ],
+)
+def test_a_refused_line_is_written_in_the_encoding_of_its_file(
+    tmp_path: Path, dump: Path, encoding: str, broken: bytes, raw: str
+) -> None:
+    path = dump / "plots.txt"
+    lines = path.read_bytes().split(b"\r\n")
+    path.write_bytes(b"\r\n".join([*lines[:5], broken, *lines[5:]]))
+    profile = tmp_path / "dump" / "profile.toml"
+    profile.write_text(f"encoding = '{encoding}'\n")
+    dumps.run(dump, tmp_path / "out", profile=load_profile(profile))
+    (reject,) = dumps.rejects(tmp_path / "out")
+    assert (reject["file"], reject["line"], reject["raw"]) == ("plots.txt", 6, raw)

@@ -81,6 +81,7 @@ def test_the_skeleton_speaks_of_sensors_without_plots_and_of_one_plot(tmp_path: 
         ),
         ("form = 'rows'", "line 1: form: unknown name 'rows'; known: auto, columns, pairs"),
         ("naming_tolerance_s = 0.0", "naming_tolerance_s: expected a number above 0, was 0.0"),
+        ("multiradar_source = -1", "multiradar_source: expected"),
         ("multiradar_source = 'x'", "multiradar_source: expected a whole number, was 'x'"),
         ("units = 'm'", "units: expected a table, was 'm'"),
         ("[headers]\nplots = 'time'", r"headers\.plots: expected a list, was 'time'"),

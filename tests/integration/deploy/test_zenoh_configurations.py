@@ -40,10 +40,12 @@ def test_the_mtls_configuration_denies_what_no_rule_allows() -> None:
     access = json.loads(config.get_json("access_control"))
     assert access["enabled"] is True
     assert access["default_permission"] == "deny"
+    assert access["subjects"]
     assert all(subject["cert_common_names"] for subject in access["subjects"])
     assert json.loads(config.get_json("transport/link/tls/enable_mtls")) is True
     assert json.loads(config.get_json("transport/link/protocols")) == ["tls"]
     listens = json.loads(config.get_json("listen/endpoints"))
+    assert listens
     assert all(endpoint.startswith("tls/") for endpoint in listens)
 
 

@@ -49,6 +49,26 @@ def numbers(times: list[str], days: int = 0) -> list[float]:
     return [float(time) + days * DAY for time in times]
 
 
+@pytest.mark.parametrize(
+    ("times", "start"),
+    [
+        ([29814.0], 29814.0),
+        ([29814.0, 29815.0], 29814.0),
+        ([79814.0, 29814.0, 29815.0], 29814.0),
+        ([29814.0, 29815.0, 79814.0], 29814.0),
+    ],
+    ids=["one row", "two that agree", "outlier first", "outlier last"],
+)
+def test_a_file_begins_at_the_first_row_that_others_agree_with(
+    times: list[float], start: float
+) -> None:
+    assert agreed_start(times, "seconds-of-day") == start
+
+
+def test_a_file_without_rows_has_no_beginning() -> None:
+    assert np.isnan(agreed_start([], "seconds-of-day"))
+
+
 @pytest.mark.parametrize("wrong", ["79814.556", "9814.556", "116214.556", "99999999", "39814"])
 @pytest.mark.parametrize("place", [0, 1, 20, 39, 40])
 def test_one_wrong_time_is_refused_and_moves_no_other_row(

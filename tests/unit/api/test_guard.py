@@ -77,3 +77,19 @@ async def test_a_body_is_taken_up_to_its_limit(
     headers = {"content-type": "application/x-ndjson"}
     answer = await narrow.post("/v1/measurements", content=pieces(), headers=headers)
     assert answer.status_code == status
+
+
+@pytest.mark.parametrize(("more", "status"), [(0, 200), (1, 431)])
+async def test_headers_are_read_up_to_their_limit(
+    service: FakeService, more: int, status: int
+) -> None:
+    limits = HttpLimits(header_bytes_max=500)
+    transport = httpx.ASGITransport(create_api(service, limits))
+    async with httpx.AsyncClient(transport=transport, base_url="http://127.0.0.1") as client:
+        # Path and headers count, without what separates them.
+        request = client.build_request("GET", "/healthz", headers={"x": ""})
+        least = len("/healthz") + sum(len(name) + len(text) for name, text in request.headers.raw)
+        request.headers["x"] = "a" * (500 - least + more)
+        answer = await client.send(request)
+    assert answer.status_code == status
+    assert status == 200 or answer.json()["code"] == "HEADERS_TOO_LARGE"

@@ -1,13 +1,16 @@
 """The OpenAPI document: complete, and changed only on purpose."""
 
+import json
 from html.parser import HTMLParser
 from typing import Any
 
 import httpx
+import jsonschema
 import pytest
 from fastapi import FastAPI
 
 from multiradar.api import documentation
+from multiradar_schemas.export import documents
 
 _PATHS = {
     "/healthz": ["get"],
@@ -126,3 +129,17 @@ async def test_the_page_shows_no_markdown(client: httpx.AsyncClient) -> None:
 )
 def test_code_in_a_description_is_code_on_the_page(text: str, page: str) -> None:
     assert documentation.inline(text) == page
+
+
+def test_the_forms_of_a_message_are_those_that_are_taken(document: dict[str, Any]) -> None:
+    content = document["paths"]["/v1/measurements"]["post"]["requestBody"]["content"]
+    forms = {media_type: one["schema"] for media_type, one in content.items()}
+    assert forms == {
+        "application/json": {"type": "array", "items": {"type": "object"}},
+        "application/x-ndjson": {"type": "array", "items": {"type": "object"}},
+        "application/vnd.apache.arrow.stream": {"type": "string", "format": "binary"},
+    }
+    examples = [one["example"] for one in content.values() if "example" in one]
+    assert len(examples) == 2
+    for example in examples:
+        jsonschema.validate(example, json.loads(documents()["measurements.json"]))

@@ -331,3 +331,15 @@ async def test_the_steps_in_the_life_of_a_track_are_served_by_pages_also_when_it
     assert (seen[0].into_track_id, seen[2].into_track_id) == (None, 4)
     later = await client.get("/v1/tracks/77/transitions?since=2")
     assert later.json()["count"] == 2
+
+
+async def test_a_page_without_a_limit_has_1000_tracks(
+    client: httpx.AsyncClient, service: FakeService
+) -> None:
+    service.view.live = live_tracks(1001)
+    page = (await client.get("/v1/tracks")).json()
+    assert len(page["tracks"]) == page["count"] == 1000
+    rest = (await client.get("/v1/tracks", params={"cursor": page["next_cursor"]})).json()
+    assert [track["track_id"] for track in rest["tracks"]] == [1001]
+    service.view.live = live_tracks(1000)
+    assert (await client.get("/v1/tracks")).json()["next_cursor"] is None

@@ -182,3 +182,32 @@ def test_a_frame_of_updates_with_hidden_identity_can_be_written(scene: Scene) ->
     frame = wire.tracks_frame(played(scene, NAMELESS)[1], scene.sensors)
     assert frame["track_number"].null_count() == 0
     assert frame.filter(pl.col("state") == "confirmed").height > 0
+
+
+def test_a_plot_without_identity_beside_one_of_a_doubted_address_is_taken_too() -> None:
+    rng = np.random.default_rng(8)
+    flights = [
+        Flight(0.0, 60.0, (-6e4, 1e4, 200.0, 20.0)),
+        Flight(0.0, 60.0, (7e4, 5e4, -180.0, 0.0)),
+        Flight(0.0, 60.0, (1e4, -4e4, 100.0, 100.0)),
+    ]
+    scene = make_scene(rng, three_radars(), flights)
+    batch = scene.batch
+    first, far, nameless = (
+        np.flatnonzero(batch.track_number == number) for number in np.unique(batch.track_number)
+    )
+    known = first[batch.time_s[first] < batch.time_s[0] + 40.0]
+    # In one window: a plot with the address of the track, but far away, and one with none.
+    end_s = float(np.floor(batch.time_s[known].max())) + 1.0
+    late = np.array([far[0], nameless[0]])
+    rows = batch.take(np.concatenate([known, late]))
+    address = np.full(len(rows), 0x4B1234)
+    address[-1] = -1
+    time_s = rows.time_s.copy()
+    time_s[-2:] = end_s + 0.1, end_s + 0.2
+    settings = TrackingSettings(hidden_fields=("track_number", "mode_3a"))
+    shown = replace(rows, mode_s_address=address, time_s=time_s)
+    _, updates, engine = played(replace(scene, batch=shown), settings)
+    assert engine.counts["UNASSOCIATED"] == 0
+    assert len(updates) == len(rows)
+    assert len(np.unique(updates.track_id)) == 3

@@ -307,3 +307,14 @@ def test_an_estimate_without_a_latitude_is_counted_and_not_told(
     assert len(output.updates) == counts["UPDATED"] + counts["STARTED"] + counts["RESTARTED"]
     assert np.isfinite(output.updates.latitude_rad).all()
     assert output.updates.sequence.tolist() == list(range(1, len(output.updates) + 1))
+
+
+def test_what_is_known_of_drifting_biases_holds_from_the_first_measurement() -> None:
+    """Not from second 0 of the day: hours of drift would have passed by the first."""
+    radar = replace(three_radars()[0], drifts={PARAMETER_RANGE_OFFSET: 20.0})
+    flight = Flight(0.0, 20.0, (2e4, 3e4, 150.0, 80.0))
+    scene = make_scene(np.random.default_rng(9), [radar], [flight])
+    engine = Engine(scene.sensors, TrackingSettings())
+    engine.push(replace(scene.batch, time_s=scene.batch.time_s + 36_000.0))
+    engine.flush()
+    assert engine.biases.sigma[0] < 1.05 * scene.sensors.prior_sigma[0]

@@ -1,5 +1,6 @@
 """The journal on disk: durable, verified, used by one service at a time."""
 
+import os
 import shutil
 import sqlite3
 import sys
@@ -315,3 +316,15 @@ def test_one_failed_sync_is_never_trusted_again(tmp_path: Path, call: int) -> No
     # What was not acknowledged may be on disk all the same, but nothing after it.
     assert len(stored) - int(acknowledged) in (0, 1)
     assert stored == [entry(number) for number in range(len(stored))]
+
+
+def test_a_closed_journal_is_one_file_that_nobody_holds_open(tmp_path: Path) -> None:
+    path = tmp_path / "journal.db"
+    journal = SqliteJournal(path, FINGERPRINT)
+    journal.append([entry(1)])
+    assert len(list(journal.read(0))) == 1
+    journal.close()
+    assert {one.name for one in tmp_path.iterdir()} <= {"journal.db", "journal.db.lock"}
+    if os.path.isdir("/proc/self/fd"):
+        held = {os.path.realpath(one) for one in Path("/proc/self/fd").iterdir()}
+        assert not {one for one in held if one.startswith(str(path))}

@@ -89,7 +89,9 @@ def test_the_samples_of_an_engine_are_those_of_the_measurements() -> None:
         np.testing.assert_array_equal(one.states.mean, other.states.mean)
         np.testing.assert_array_equal(one.states.covariance, other.states.covariance)
         assert (one.states.time_s < one.time_s).all()
-    assert all(not output.samples for output in _outputs("imm", 500, Sampling.NONE))
+    outputs = _outputs("imm", 500, Sampling.NONE)
+    assert sum(len(output.updates) for output in outputs) > 0
+    assert all(not output.samples for output in outputs)
 
 
 @pytest.mark.parametrize("name", ["two-stage", "imm"])

@@ -151,3 +151,14 @@ def test_equal_octets_of_one_source_within_a_second_are_one_record() -> None:
     source = np.array([1, 1, 2, 1, 1])
     times = np.array([10.0, 10.5, 10.0, 14.0, 10.0])
     assert repeated(same, source, times).tolist() == [False, True, False, False, False]
+
+
+def test_sectors_that_repeat_or_go_back_in_time_do_not_count() -> None:
+    rows = [(SECTOR, 100.0 + k * 0.25, 22.5 * k % 360, NAN) for k in range(1, 10)]
+    repeated_sector = (SECTOR, 102.375, 202.5, NAN)
+    assert turned(*rows, repeated_sector) == pytest.approx(4.0)
+    # The clock steps back by 0.1 s between two sectors, and goes on from there.
+    stepped = [(SECTOR, time - 0.6, sector, NAN) for _, time, sector, _ in rows]
+    later = [(SECTOR, time, (sector + 225.0) % 360, NAN) for _, time, sector, _ in stepped]
+    whole = [*rows, *((kind, time + 2.0, sector, said) for kind, time, sector, said in later)]
+    assert turned(*whole) == pytest.approx(4.0)

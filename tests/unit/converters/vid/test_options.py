@@ -6,6 +6,7 @@ from pathlib import Path
 import polars as pl
 import pytest
 
+from multiradar_converters.vid.profile import load_profile
 from support import dumps
 
 PART = 6000
@@ -102,3 +103,9 @@ def test_each_kind_of_file_can_be_written_alone(
         if name.endswith(ending) and not (kind == "monoradar" and name.endswith("/240_mr"))
     }
     assert written(tmp_path / "out") == expected
+
+
+def test_the_number_of_the_multiradar_system_may_be_0(tmp_path: Path) -> None:
+    profile = tmp_path / "profile.toml"
+    profile.write_text("multiradar_source = 0\n")
+    assert load_profile(profile).multiradar_source == 0

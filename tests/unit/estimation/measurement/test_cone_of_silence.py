@@ -27,3 +27,7 @@ def test_numbers_that_are_none_are_not_trusted() -> None:
     assert not azimuth_trusted(1e5, np.nan, 0.0)
     with pytest.raises(ConfigurationError, match="cone ratio"):
         azimuth_trusted(1e5, 1e3, 0.0, cone_ratio=-1.0)
+
+
+def test_a_ratio_of_zero_is_no_cone() -> None:
+    assert azimuth_trusted(1.0, 1e4, 0.0, cone_ratio=0.0)

@@ -331,3 +331,22 @@ def test_the_example_of_the_class_is_true() -> None:
     results = doctest.testmod(filter_module)
     assert results.attempted > 5
     assert results.failed == 0
+
+
+@pytest.mark.parametrize("name", ["two-stage", "blom", "ci"])
+def test_an_aircraft_that_is_started_again_is_as_one_never_seen(name: str) -> None:
+    fresh, again = (SequentialFilter(name, radars(), aircraft_max=1) for _ in range(2))
+    again.start(7, 10.0, STATE, COVARIANCE)
+    for second in range(11, 30):
+        # A manoeuvre: the plots leave the course ever farther.
+        east = STATE[0] + 100.0 * (second - 10)
+        north = STATE[1] + 30.0 * (second - 10) ** 2
+        value = [np.hypot(east, north), np.arctan2(east, north)]
+        again.observe(7, float(second), 0, value)
+    for one in (fresh, again):
+        one.start(7, 40.0, STATE, COVARIANCE)
+    found, expected = (one._one.aircraft for one in (again, fresh))
+    for field, one, other in zip(found._fields, found, expected, strict=True):
+        # There is one aircraft; what is told of plots of its last epoch alone is left.
+        if field not in ("joint", "recent"):
+            np.testing.assert_array_equal(one, other, field)
