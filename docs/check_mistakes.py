@@ -6,6 +6,7 @@
     python docs/check_mistakes.py --only "kilometres"              # rows whose name contains this
     python docs/check_mistakes.py --json after.json                # and keep the results
     python docs/check_mistakes.py --before before.json             # with a column of other results
+    python docs/check_mistakes.py --before before.json --page docs/mistakes.md     # into the page
 
 Exit status 1 when a mistake ends with another status than the catalogue expects, or without the
 words that must be said. To see another revision's answers, put its folders into PYTHONPATH.
@@ -25,6 +26,8 @@ ROOT = Path(__file__).parent.parent
 DUMP = ROOT / "examples" / "vid-sample"
 SENSORS = ROOT / "examples" / "sensors-vid-sample.toml"
 TIMEOUT_S = 600.0
+#: Lines of a page between which the table stands.
+BEGIN, END = "<!-- mistakes: begin -->", "<!-- mistakes: end -->"
 
 
 def converted(folder: Path) -> Sample:
@@ -83,12 +86,20 @@ def _cells(row: dict[str, object] | None) -> list[str]:
     return [str(row["status"]), said.replace("|", "\\|") or "nothing"]
 
 
+def into_page(page: Path, text: str) -> None:
+    """Put the table into a page, in place of the one there."""
+    before, _, rest = page.read_text(encoding="utf-8").partition(BEGIN)
+    _, _, after = rest.partition(END)
+    page.write_text(f"{before}{BEGIN}\n{text}\n{END}{after}", encoding="utf-8")
+
+
 def main() -> None:
     """Make the mistakes and print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--only", default="", metavar="TEXT", help="Rows whose name contains this.")
     parser.add_argument("--json", type=Path, metavar="FILE", help="Keep the results here, too.")
     parser.add_argument("--before", type=Path, metavar="FILE", help="Results of another revision.")
+    parser.add_argument("--page", type=Path, metavar="FILE", help="Put the table into this page.")
     given = parser.parse_args()
     chosen = [mistake for mistake in CATALOGUE if given.only in mistake.name]
     rows = []
@@ -101,7 +112,10 @@ def main() -> None:
     if given.json:
         given.json.write_text(json.dumps(rows, indent=1, ensure_ascii=False), encoding="utf-8")
     before = json.loads(given.before.read_text(encoding="utf-8")) if given.before else []
-    print(table(rows, before))
+    text = table(rows, before)
+    if given.page:
+        into_page(given.page, text)
+    print(text)
     sys.exit(any(row["wrong"] for row in rows))
 
 
