@@ -49,8 +49,9 @@ from multiradar.clock import SystemClock
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = ("README.md", *sorted(f"docs/{one.name}" for one in (ROOT / "docs").glob("*.md")))
-#: What is different in every run, by the name that a comment gives it.
+#: What differs between runs or kinds of processor, by the name that a comment gives it.
 MASKS = {
+    "digest": r"(?<=output_sha256 )[0-9a-f]{64}",
     "ports": r"(?<=127\.0\.0\.1:)\d+",
     "seconds": r"\d+\.\d s\b",
     "stages": r"^\d+\.\d s: .*$",

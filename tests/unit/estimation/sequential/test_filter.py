@@ -346,7 +346,7 @@ def test_an_aircraft_that_is_started_again_is_as_one_never_seen(name: str) -> No
     for one in (fresh, again):
         one.start(7, 40.0, STATE, COVARIANCE)
     found, expected = (one._one.aircraft for one in (again, fresh))
-    for field, one, other in zip(found._fields, found, expected, strict=True):
-        # There is one aircraft; what is told of plots of its last epoch alone is left.
+    for field, left, right in zip(found._fields, found, expected, strict=True):
+        # The plots of the last epoch are left where they are, and not used.
         if field not in ("joint", "recent"):
-            np.testing.assert_array_equal(one, other, field)
+            np.testing.assert_array_equal(left, right, field)
