@@ -145,11 +145,11 @@ class _Crew:
 
 def _start_worker() -> "subprocess.Popen[str]":
     return subprocess.Popen(
-        [sys.executable, "-m", "multiradar_compiled.worker"],
+        [sys.executable, "-P", "-m", "multiradar_compiled.worker"],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
         text=True,
-        # Ctrl-C is for the command, which ends these.
+        # Modules of the working directory are not ours (`-P`). Ctrl-C is for the command.
         process_group=0,
     )

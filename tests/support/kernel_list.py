@@ -13,22 +13,20 @@ import argparse
 import json
 import os
 import signal
-import subprocess
 import sys
 import tempfile
 import threading
-import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import count
 from pathlib import Path
 from typing import Any
 
-import httpx
-
 from multiradar.clock import SystemClock
 from support.asterix_scene import datagrams
+from support.clients import get
 from support.dumps import pairs, part_of_sample, write_dump
+from support.waiting import run_to_end, wait_until
 
 ROOT = Path(__file__).parents[2]
 TESTS = ROOT / "tests"
@@ -60,7 +58,6 @@ QUERIES = (
 )  # fmt: skip
 #: A type with a longer text is given a name in the list.
 NAMED_LENGTH_MIN = 40
-TIMEOUT_S = 600.0
 
 CLOCK = SystemClock()
 _INPUTS = "KERNEL_LIST_INPUTS"
@@ -201,15 +198,15 @@ def record(arguments: list[str], file: Path) -> None:
 
 def use_service(state: Path) -> None:
     """Replay the sample to the service of this process, ask it everything, stop it."""
-    ready, deadline_s = state.with_suffix(".out"), CLOCK.monotonic_s() + TIMEOUT_S
-    while not (ready.exists() and ready.read_text()) and CLOCK.monotonic_s() < deadline_s:
-        time.sleep(0.2)
+    ready = state.with_suffix(".out")
+    wait_until(lambda: ready.exists() and ready.read_text(), "the service")
     http = json.loads(ready.read_text())["http"]
     sample = Path(os.environ[_INPUTS]) / "sample"
     command = [sys.executable, "-m", "multiradar", "replay", str(sample), "--to", http]
-    subprocess.run([*command, "--speed", "max"], check=True, stdout=subprocess.DEVNULL)
+    replayed = run_to_end([*command, "--speed", "max"])
+    assert replayed.returncode == 0, replayed.stderr
     for query in QUERIES:
-        httpx.get(f"{http}/v1/{query}", timeout=TIMEOUT_S, trust_env=False)
+        get(f"{http}/v1/{query}")
     os.kill(os.getpid(), signal.SIGTERM)
 
 
@@ -220,9 +217,7 @@ def recorded(arguments: list[str], calls: Path, inputs: Path, cache: Path | None
         environment["NUMBA_CACHE_DIR"] = str(cache)
     tool = [sys.executable, "-m", "support.kernel_list", "--record", str(calls), "--"]
     started_s = CLOCK.monotonic_s()
-    done = subprocess.run(
-        [*tool, *arguments], cwd=TESTS, env=environment, capture_output=True, text=True
-    )
+    done = run_to_end([*tool, *arguments], env=environment, cwd=TESTS)
     print(f"{CLOCK.monotonic_s() - started_s:6.1f} s: {' '.join(arguments[:3])}", flush=True)
     if done.returncode not in (0, 128 + signal.SIGTERM):
         sys.exit(f"{' '.join(arguments)}: status {done.returncode}\n{done.stderr}")

@@ -73,7 +73,7 @@ def start_service(sensors: Path, folder: Path, on_wait: Callable[[str], None]) -
     """
     log = folder / "service.log"
     command = [
-        sys.executable, "-m", "multiradar", "serve", "--sensors", str(sensors),
+        sys.executable, "-P", "-m", "multiradar", "serve", "--sensors", str(sensors),
         "--state", str(folder / "state"), "--port", "0",
         "--zenoh-listen", f"tcp/127.0.0.1:{_free_port()}", "--json",
     ]  # fmt: skip

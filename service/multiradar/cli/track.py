@@ -201,8 +201,7 @@ def track(
     if json_wanted:
         print(text)
     else:
-        print(times)
-        _print_report(report, out)
+        _print_report(report, times, out)
         if asterix is not None:
             print_asterix(result.asterix, asterix)
         print_stages(stages.seconds())
@@ -309,7 +308,7 @@ def _settings(config: Path | None, given: dict[str, Any]) -> "Settings":
     return load_settings(config, {"tracking": chosen})
 
 
-def _print_report(report: "Report", out: Path) -> None:
+def _print_report(report: "Report", times: str, out: Path) -> None:
     from rich.console import Console
     from rich.table import Table
 
@@ -323,6 +322,7 @@ def _print_report(report: "Report", out: Path) -> None:
         f"{counts.duplicate} duplicate",
         soft_wrap=True,
     )
+    console.print(times, soft_wrap=True)
     if report.rejected_by_code:
         codes = {str(code): n for code, n in report.rejected_by_code.items()}
         console.print(f"rejected: {codes_told(codes)}", soft_wrap=True)

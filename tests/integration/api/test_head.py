@@ -2,15 +2,13 @@
 
 import json
 
-import httpx
-
 from multiradar.api.factory import create_api
 from multiradar.api.limits import HttpLimits
+from support.clients import client, get
 from support.fake_service import FakeService
 from support.live_server import RawClient, serving
 
 _LIMITS = HttpLimits()
-_DEADLINE_S = 60.0
 
 
 def test_a_connection_goes_on_after_head() -> None:
@@ -20,7 +18,7 @@ def test_a_connection_goes_on_after_head() -> None:
         raw.send(b"GET /healthz HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n")
         head, alive, body = raw.answer().split(b"\r\n\r\n")
         raw.close()
-        length = httpx.get(f"http://127.0.0.1:{port}/v1/tracks", timeout=_DEADLINE_S).content
+        length = get(f"http://127.0.0.1:{port}/v1/tracks").content
     assert head.startswith(b"HTTP/1.1 200")
     assert b"content-length: %d" % len(length) in head.lower()
     assert alive.startswith(b"HTTP/1.1 200")
@@ -32,8 +30,8 @@ def test_head_of_the_events_ends_and_gives_its_place_back() -> None:
     application = create_api(FakeService(), limits)
     with (
         serving(application, limits) as port,
-        httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=_DEADLINE_S) as client,
+        client(f"http://127.0.0.1:{port}") as http,
     ):
         for _ in range(5):
             # The place may be free a moment after the answer has come.
-            assert any(client.head("/v1/events").status_code == 200 for _ in range(1000))
+            assert any(http.head("/v1/events").status_code == 200 for _ in range(1000))

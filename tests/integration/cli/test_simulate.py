@@ -185,7 +185,7 @@ def test_a_scene_in_which_nothing_is_measured_is_warned_of(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "blind.toml"
-    path.write_text(AWAY.replace("SPEED", "20").replace("RANGE", "1"), encoding="utf-8")
+    path.write_text(AWAY.replace("SPEED", "20").replace("RANGE", "500"), encoding="utf-8")
     assert _simulate(path, "--out", tmp_path / "out") == 0
     assert capsys.readouterr().err == f"multiradar: {path}: no sensor measured anything\n"
 

@@ -268,7 +268,10 @@ def _spoil(kind: str, measurements: Path, folder: Path) -> Path:
         ("no parquet", "expected a Parquet file"),
         ("missing column", "missing column range_m; found: "),
         ("truncated", "expected a Parquet file"),
-        ("empty folder", "expected measurements.parquet or the plots.txt of a dump"),
+        (
+            "empty folder",
+            "expected a folder with measurements.parquet, or a dump, was an empty folder",
+        ),
     ],
 )
 def test_measurements_that_cannot_be_read_are_one_sentence_and_no_output(
@@ -436,36 +439,6 @@ def test_termination_removes_the_partial_output_and_the_converted_dump(tmp_path:
         assert process.wait(WAIT_TIMEOUT_S) == 143
     assert list(tmp_path.iterdir()) == [temporary]
     assert not list(temporary.iterdir())
-
-
-def test_a_dump_of_another_layout_without_adsb_is_tracked(tmp_path: Path) -> None:
-    sensors = SAMPLE.parent / "sensors-vid-sample.toml"
-    dump, profile = tmp_path / "dump", tmp_path / "profile.toml"
-    dump.mkdir()
-    lines = (SAMPLE / "plots.txt").read_bytes().splitlines(keepends=True)
-    (dump / "radar.txt").write_bytes(b"".join(lines[:1500]))
-    profile.write_text('[files]\nplots = "radar.txt"\n')
-    options = ("--profile", profile, "--allow-missing")
-    assert _track(dump, "--sensors", sensors, "--out", tmp_path / "out", *options) == 0
-    assert _track(dump, "--sensors", sensors, "--out", tmp_path / "no", *options[:2]) == 1
-
-
-def test_a_dump_is_tracked_without_being_converted_by_hand(tmp_path: Path) -> None:
-    sensors = SAMPLE.parent / "sensors-vid-sample.toml"
-    dump = tmp_path / "dump"
-    dump.mkdir()
-    for name in ("tracks.txt", "plots.txt", "plots_ads.txt"):
-        lines = (SAMPLE / name).read_bytes().splitlines(keepends=True)
-        (dump / name).write_bytes(b"".join(lines[:1500]))
-    out, converted = tmp_path / "out", tmp_path / "converted"
-    options = ("--date", "2018-08-01")
-    assert _track(dump, "--sensors", sensors, "--out", out, *options) == 0
-    assert run(["convert", "vid", str(dump), str(converted), *options]) == 0
-    again = tmp_path / "again"
-    assert _track(converted, "--sensors", sensors, "--out", again) == 0
-    shas = {json.loads((one / "report.json").read_text())["output_sha256"] for one in (out, again)}
-    assert len(shas) == 1
-    assert pl.read_parquet(out / "tracks.parquet")["time_s"].min() >= 1533110400.0  # type: ignore[operator]
 
 
 def test_system_tracks_are_written_in_asterix_as_the_settings_say(

@@ -2,11 +2,12 @@
 
 import os
 import shutil
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+
+from support.waiting import run_to_end
 
 ROOT = Path(__file__).parents[3]
 PACKAGES = (
@@ -37,13 +38,8 @@ def run(tree: Path, cache: Path) -> tuple[float, int, int]:
     """Run the program on a copy of the sources; return its result, cache hits and misses."""
     paths = os.pathsep.join(str((tree / package).parent) for package in PACKAGES)
     environment = {**os.environ, "PYTHONPATH": paths, "NUMBA_CACHE_DIR": str(cache)}
-    done = subprocess.run(
-        [sys.executable, "-c", PROGRAM],
-        env=environment,
-        capture_output=True,
-        text=True,
-        check=True,
-    )
+    done = run_to_end([sys.executable, "-c", PROGRAM], env=environment)
+    assert done.returncode == 0, done.stderr
     east_m, hits, misses = done.stdout.split()
     return float(east_m), int(hits), int(misses)
 

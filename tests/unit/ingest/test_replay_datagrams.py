@@ -18,6 +18,7 @@ from multiradar.ingest.replay_datagrams import (
 )
 from multiradar_converters.asterix.datagrams import Datagrams
 from multiradar_converters.asterix.sending import Sending
+from support.waiting import WAIT_TIMEOUT_S
 
 
 def sending(*due_s: float) -> Sending:
@@ -123,7 +124,7 @@ def test_a_listener_that_comes_later_gets_the_rest() -> None:
                 listener.bind(("127.0.0.1", port))
 
         octets = send_all(sending(*range(6)), sink, 1.0, clock=clock, pause=pause)
-        listener.settimeout(20.0)
+        listener.settimeout(WAIT_TIMEOUT_S)
         assert [listener.recv(1) for _ in range(4)] == [b"\x02", b"\x03", b"\x04", b"\x05"]
         assert (octets, sink.refused()) == (6, 2)
         sink.close()
