@@ -88,8 +88,8 @@ class Report(Record):
             "came, how many `late` or from the `future`, and how far behind the data time half and "
             "99 % of them came, s; `sensor_health`, the last row of `health.parquet` of each "
             "radar, and `sensor_alarms`: the `time_s`, the `sensor_id` and the `alarm` of each "
-            "that began; `warnings` in words; and `diagnoses`: what is probably wrong, each with the "
-            "`sensor_id` (empty when it is about all), a `code` such as `range_unit`, and a "
+            "that began; `warnings` in words; and `diagnoses`: what is probably wrong, each with "
+            "the `sensor_id` (empty when it is about all), a `code` such as `range_unit`, and a "
             "`sentence` with the cause and what to do",
             unit="by name",
             source="run",
