@@ -236,7 +236,8 @@ FilterOption = Annotated[
     FilterChoice | None,
     typer.Option(
         "--filter",
-        help="Filter for motion and biases.",
+        help="Filter for motion and biases. With joint, the cost per plot grows with the number of "
+        "aircraft.",
         show_default=TRACKING_DEFAULTS.filter_name,
     ),
 ]

@@ -94,7 +94,15 @@ def test_a_scene_is_judged_against_its_truth(
     assert len(found["aircraft"]) == 25
     assert found["gospa"]["localisation_share"] + found["gospa"]["missed_share"] + found["gospa"][
         "false_share"
-    ] == pytest.approx(1.0)
+    ] == pytest.approx(1.0, abs=2e-6)  # three figures of six digits
+
+
+def test_the_figures_end_after_six_digits(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    found = evaluated(capsys, scene / "tracks", "--truth", scene / "made")
+    errors = list(found["errors"]["position_m"].values())
+    assert len(errors) > 4
+    for value in errors + list(found["siap"].values()):
+        assert value == float(f"{value:.6g}") or value == round(value), value
 
 
 def test_the_same_against_its_adsb_knows_only_who_reports(

@@ -47,6 +47,9 @@ def test_the_output_is_that_of_track(
     assert told["accepted"] == ROWS
     assert status["accepted"] == ROWS
     assert status["output_sha256"] == expected
+    figures = json.loads((measurements.parent / "tracks" / "report.json").read_text())["figures"]
+    assert status["tracks_initiated"] == figures["tracks"] > 0
+    assert status["tracks_confirmed"] == figures["tracks_confirmed"] > 0
 
 
 def _goes_on(served: Served, accepted: int, replay: "subprocess.Popen[str]") -> bool:

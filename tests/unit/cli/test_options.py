@@ -1,5 +1,7 @@
 """Names that are repeated on the command line, so that help is fast, are those of the core."""
 
+import re
+
 import pytest
 
 from multiradar.cli.main import run
@@ -36,6 +38,20 @@ def test_the_defaults_that_help_shows_are_those_of_the_tracker(
         assert len(told) == 1
         assert f"[default: ({getattr(defaults, option):g})]" in told[0]
     assert any(f"[default: ({defaults.filter_name})]" in line for line in lines)
+
+
+@pytest.mark.parametrize(
+    "option",
+    ["manoeuvre-planes", "observability", "encounters", "trajectories", "forecasts", "asterix"],
+)
+def test_help_gives_the_cost_of_what_is_expensive(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], option: str
+) -> None:
+    monkeypatch.setenv("COLUMNS", "300")
+    assert run(["track", "--help"]) == 0
+    lines = [line for line in capsys.readouterr().out.splitlines() if f" --{option} " in line]
+    assert len(lines) == 1
+    assert re.search(r"Costs [\d.]+ ms CPU per plot", lines[0])
 
 
 def test_every_log_option_is_a_setting() -> None:

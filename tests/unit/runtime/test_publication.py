@@ -116,7 +116,8 @@ def test_a_track_that_was_not_heard_coasts_and_one_that_ended_is_gone() -> None:
     assert told.view.tracks()["track_id"].to_list() == [101]
     assert told.view.track(number) is None
     assert told.view.forecast(number, 10.0, 5.0) is None
-    assert told.view.status()["tracks_ended"] == 1
+    status = told.view.status()
+    assert (status["tracks"], status["tracks_initiated"], status["tracks_ended"]) == (1, 101, 1)
     assert len(told.view.history(number, None, 10)) == 1
 
 
