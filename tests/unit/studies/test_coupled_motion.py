@@ -78,7 +78,7 @@ def test_a_choice_of_filters_changes_nothing_but_their_rows() -> None:
 
 
 def test_a_filter_that_is_not_known_is_named() -> None:
-    with pytest.raises(UnknownFilterError, match="was 'joint'"):
+    with pytest.raises(UnknownFilterError, match="unknown filter 'joint'"):
         run(StudyOptions(filters=("joint",)), lambda done, total: None)
 
 

@@ -119,7 +119,7 @@ def test_every_filter_has_a_plain_form() -> None:
 
 
 def test_an_unknown_filter_is_named_with_the_known() -> None:
-    with pytest.raises(UnknownFilterError, match=r"two-stage.*was 'kalman'"):
+    with pytest.raises(UnknownFilterError, match=r"unknown filter 'kalman'.*two-stage"):
         find_filter("kalman")
 
 

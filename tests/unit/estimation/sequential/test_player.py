@@ -170,7 +170,7 @@ def test_covariance_intersection_is_told_what_a_velocity_counts() -> None:
 
 def test_what_cannot_be_played_is_refused_by_name() -> None:
     scene = small_scene(7)
-    with pytest.raises(UnknownFilterError, match=r"joint.*was 'kalman'"):
+    with pytest.raises(UnknownFilterError, match=r"unknown filter 'kalman'.*joint"):
         play("kalman", scene.sensors, scene.plots, scene.starts, [1.0])
     with pytest.raises(ConfigurationError, match="form"):
         play("joint", scene.sensors, scene.plots, scene.starts, [1.0], form="square")  # type: ignore[arg-type]
