@@ -1,0 +1,123 @@
+"""Makes every mistake of docs/mistakes_catalogue.py and prints what the program says.
+
+::
+
+    python docs/check_mistakes.py                                  # all, as a Markdown table
+    python docs/check_mistakes.py --only "kilometres"              # rows whose name contains this
+    python docs/check_mistakes.py --json after.json                # and keep the results
+    python docs/check_mistakes.py --before before.json             # with a column of other results
+    python docs/check_mistakes.py --before before.json --page docs/mistakes.md     # into the page
+
+Exit status 1 when a mistake ends with another status than the catalogue expects, or without the
+words that must be said. To see another revision's answers, put its folders into PYTHONPATH.
+"""
+
+import argparse
+import json
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import polars as pl
+from mistakes_catalogue import CATALOGUE, Mistake, Sample
+
+ROOT = Path(__file__).parent.parent
+DUMP = ROOT / "examples" / "vid-sample"
+SENSORS = ROOT / "examples" / "sensors-vid-sample.toml"
+TIMEOUT_S = 600.0
+#: Lines of a page between which the table stands.
+BEGIN, END = "<!-- mistakes: begin -->", "<!-- mistakes: end -->"
+
+
+def converted(folder: Path) -> Sample:
+    """Return the sample recording, converted into a folder."""
+    out = folder / "sample"
+    run(folder, ("convert", "vid", str(DUMP), str(out), "--date", "2018-08-01"))
+    measurements = pl.read_parquet(out / "measurements.parquet")
+    return Sample(DUMP, measurements, SENSORS.read_text(encoding="utf-8"))
+
+
+def run(folder: Path, arguments: tuple[str, ...]) -> tuple[int, str]:
+    """Run `multiradar` in a folder; return its status and what it says on standard error."""
+    done = subprocess.run(
+        [sys.executable, "-m", "multiradar", *arguments],
+        cwd=folder, capture_output=True, text=True, timeout=TIMEOUT_S, check=False,
+    )  # fmt: skip
+    return done.returncode, done.stderr.strip()
+
+
+def tried(mistake: Mistake, sample: Sample) -> dict[str, object]:
+    """Make a mistake; return its name, the status, what was said, and whether both are right."""
+    with tempfile.TemporaryDirectory(prefix="multiradar-mistake-") as name:
+        mistake.made(sample, Path(name))
+        status, text = run(Path(name), mistake.command)
+    said = " ".join(text.split())
+    missing = [words for words in mistake.said if words not in said]
+    wrong = status != mistake.status or bool(missing) or (mistake.status == 0 and bool(said))
+    return {
+        "name": mistake.name,
+        "status": status,
+        "said": text,
+        "missing": missing,
+        "wrong": wrong,
+    }
+
+
+def table(rows: list[dict[str, object]], before: list[dict[str, object]]) -> str:
+    """Return the results as a Markdown table."""
+    known = {row["name"]: row for row in before}
+    head = ["mistake", *(["status before", "said before"] if before else []), "status", "said"]
+    lines = [f"| {' | '.join(head)} |", "|" + "---|" * len(head)]
+    for row in rows:
+        cells = [str(row["name"])]
+        if before:
+            cells += _cells(known.get(row["name"]))
+        lines.append(f"| {' | '.join([*cells, *_cells(row)])} |")
+    return "\n".join(lines)
+
+
+def _cells(row: dict[str, object] | None) -> list[str]:
+    if row is None:
+        return ["", ""]
+    said = "<br>".join(
+        line.removeprefix("multiradar: ") for line in str(row["said"]).splitlines() if line
+    )
+    return [str(row["status"]), said.replace("|", "\\|") or "nothing"]
+
+
+def into_page(page: Path, text: str) -> None:
+    """Put the table into a page, in place of the one there."""
+    before, _, rest = page.read_text(encoding="utf-8").partition(BEGIN)
+    _, _, after = rest.partition(END)
+    page.write_text(f"{before}{BEGIN}\n{text}\n{END}{after}", encoding="utf-8")
+
+
+def main() -> None:
+    """Make the mistakes and print the table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
+    parser.add_argument("--only", default="", metavar="TEXT", help="Rows whose name contains this.")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="Keep the results here, too.")
+    parser.add_argument("--before", type=Path, metavar="FILE", help="Results of another revision.")
+    parser.add_argument("--page", type=Path, metavar="FILE", help="Put the table into this page.")
+    given = parser.parse_args()
+    chosen = [mistake for mistake in CATALOGUE if given.only in mistake.name]
+    rows = []
+    with tempfile.TemporaryDirectory(prefix="multiradar-mistakes-") as name:
+        sample = converted(Path(name))
+        for mistake in chosen:
+            rows.append(tried(mistake, sample))
+            note = f"WRONG, missing {rows[-1]['missing']}" if rows[-1]["wrong"] else "as expected"
+            print(f"{mistake.name}: {rows[-1]['status']}, {note}", file=sys.stderr, flush=True)
+    if given.json:
+        given.json.write_text(json.dumps(rows, indent=1, ensure_ascii=False), encoding="utf-8")
+    before = json.loads(given.before.read_text(encoding="utf-8")) if given.before else []
+    text = table(rows, before)
+    if given.page:
+        into_page(given.page, text)
+    print(text)
+    sys.exit(any(row["wrong"] for row in rows))
+
+
+if __name__ == "__main__":
+    main()
