@@ -136,4 +136,4 @@ def test_what_it_cannot_be_made_of_is_told(
     told = capsys.readouterr().err
     assert re.search(rf"{one} \(\d+ measurements\) is not in \S+renamed.toml and not used", told)
     assert run(["evaluate", tracks, "--truth", str(made), "--smoother", "imm"]) == 2
-    assert "--smoother with --smoothed" in capsys.readouterr().err
+    assert "--smoother is for --smoothed only" in capsys.readouterr().err
