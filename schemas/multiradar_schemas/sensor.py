@@ -160,6 +160,10 @@ class Sensor(Table):
         pairs = ((self.source, self.sensor), (self.sac, self.sic))
         return tuple(f"{a}-{b}" for a, b in pairs if a is not None and b is not None)
 
+    def all_names(self) -> set[str]:
+        """Return every name under which measurements of the sensor come."""
+        return {self.id, *self.names_by_numbers(), *self.also}
+
     @model_validator(mode="after")
     def _id_and_numbers_agree(self) -> Self:
         names = self.names_by_numbers()
@@ -291,7 +295,7 @@ class SensorsFile(Table):
     def _names_are_unique(self) -> Self:
         seen: set[str] = set()
         for one in self.sensor:
-            names = {one.id, *one.names_by_numbers(), *one.also}
+            names = one.all_names()
             for name in sorted(names & seen):
                 raise wrong(f"expected each id and each pair of numbers once, was twice {name}")
             seen |= names

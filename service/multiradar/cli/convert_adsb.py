@@ -11,6 +11,7 @@ from multiradar.cli.compiling import compile_kernels
 from multiradar.cli.converting import convert_files, records_line, times_line
 from multiradar.cli.diagnoses import fail_when_badly_converted
 from multiradar.cli.options import JsonOption, parse_date
+from multiradar.errors import InputError
 
 #: What `--help` says.
 ADSB_HELP = (
@@ -53,7 +54,20 @@ def convert_adsb(
     compile_kernels(["convert adsb"])
     report = convert_files(files, lambda advance: convert(files, out, options, advance))
     print(json.dumps(report, indent=1, ensure_ascii=False) if as_json else _summary(report, out))
+    _fail_when_cut(report, out)
     fail_when_badly_converted(report, out)
+
+
+def _fail_when_cut(report: dict[str, Any], out: Path) -> None:
+    # How much is missing nobody knows; what was read is kept.
+    cut = [
+        name
+        for name, account in report["figures"]["files"].items()
+        if "TRUNCATED" in account["rejected_by_code"]
+    ]
+    if cut:
+        msg = f"{', '.join(cut)}: cut short, its end is missing; what was read is in {out}"
+        raise InputError(msg)
 
 
 def _summary(report: dict[str, Any], out: Path) -> str:

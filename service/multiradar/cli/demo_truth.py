@@ -76,7 +76,8 @@ def read_truth_file(path: Path) -> Truth:
             sensors_toml="\n".join([*(_radar_toml(radar) for radar in radars), _ADSB_TOML]),
         )
     except (OSError, ValueError, KeyError, TypeError) as error:
-        msg = f"{path}: expected the truth of a recording ({error!r})"
+        what = f"missing {error}" if isinstance(error, KeyError) else str(error)
+        msg = f"{path}: not the truth of a recording: {what}"
         raise InputError(msg) from error
 
 

@@ -1,6 +1,7 @@
 """What an evaluation reads: tracks and biases, and the reference beside the plots it is of."""
 
 import dataclasses
+import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -248,6 +249,7 @@ def read_smoothed(
 
     known_sensors = read_sensors(sensors).sensor
     frame, source = _measurements(given)
+    _warn_of_unknown(frame, [one.all_names() for one in known_sensors], sensors)
     biases = _biases(tracks, None)
     made = smoothed_reference(
         frame,
@@ -390,6 +392,17 @@ def _biases(given: Path, truth: tuple[pl.DataFrame, str] | None) -> list[BiasHis
         return []
     found = read_table(path, "biases")
     return bias_histories(found, str(path), *(truth or (None, "")))
+
+
+def _warn_of_unknown(frame: pl.DataFrame, known: list[set[str]], sensors: Path) -> None:
+    names = set().union(*known)
+    found = frame.group_by("sensor_id").len().sort("sensor_id").rows()
+    lost = [f"{name} ({count} measurements)" for name, count in found if name not in names]
+    if lost:
+        verb = "is" if len(lost) == 1 else "are"
+        print(
+            f"multiradar: {', '.join(lost)} {verb} not in {sensors} and not used", file=sys.stderr
+        )
 
 
 def _measurements(given: Path) -> tuple[pl.DataFrame, str]:

@@ -28,11 +28,13 @@ def no_such(path: Path, wanted: str) -> str:
     str
         That it is not there, or what it is instead.
     """
-    folder = path if path.is_dir() else path.parent
-    if not path.exists() and not folder.is_dir():
-        return f"{path}: no such file or folder"
     if path.is_file():
         return f"{path}: expected {wanted}, was another file"
+    # A file that a command looks for in the folder it was given.
+    sought = path.name in dict(_MARKS) and path.parent.is_dir()
+    if not path.is_dir() and not sought:
+        return f"{path}: no such file or folder"
+    folder = path if path.is_dir() else path.parent
     found = next((what for name, what in _MARKS if (folder / name).exists()), None)
     if found is None:
         found = "another folder" if any(folder.iterdir()) else "an empty folder"

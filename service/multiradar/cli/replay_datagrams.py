@@ -15,6 +15,8 @@ from multiradar.cli.progress import progress_bar
 from multiradar.errors import InputError, PeerError
 
 _PREFIX = "udp:"
+#: Categories of one recording; what looks like blocks in another file is of far more.
+_CATEGORIES_MAX = 16
 _DAY_S = 86_400.0
 _ADDRESS = re.compile(r"([0-9.]+):(\d{1,5})")
 
@@ -51,6 +53,8 @@ def replay_datagrams(
     json_wanted : bool
         Whether the counts are told as JSON.
     """
+    import numpy as np
+
     from multiradar.clock import SystemClock
     from multiradar.ingest.replay_datagrams import UdpSink, begin_s, send_all
     from multiradar_converters.asterix.sending import read_sending
@@ -67,6 +71,10 @@ def replay_datagrams(
         raise InputError(str(error)) from error
     if not len(sending.datagrams):
         msg = f"{recording}: no ASTERIX block in it"
+        raise InputError(msg)
+    first = sending.datagrams.data[sending.datagrams.begins]
+    if sending.left_out and len(np.unique(first)) > _CATEGORIES_MAX:
+        msg = f"{recording}: not an ASTERIX recording; its blocks would be of too many categories"
         raise InputError(msg)
     sink = UdpSink(address, port, _ipv4(interface, "--interface"))
     try:

@@ -103,10 +103,14 @@ def _of_value(sentence: str, option: Any, arguments: Sequence[str]) -> str:
 
 def _bounds(least: float | None, most: float | None) -> str:
     if least is not None and most is not None:
-        return f" from {least:.12g} to {most:.12g}"
+        return f" from {_number(least)} to {_number(most)}"
     if least is not None:
-        return f" of at least {least:.12g}"
-    return "" if most is None else f" of at most {most:.12g}"
+        return f" of at least {_number(least)}"
+    return "" if most is None else f" of at most {_number(most)}"
+
+
+def _number(value: float) -> str:
+    return str(value) if isinstance(value, int) else f"{value:.12g}"
 
 
 def _called(option: Any) -> str:

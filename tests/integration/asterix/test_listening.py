@@ -153,12 +153,12 @@ def test_an_edition_that_is_not_known_is_told(serving: Callable[..., Application
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [
-        (("--to", "udp:127.0.0.1"), "expected udp:ADDRESS:PORT for --to"),
-        (("--to", "udp:127.0.0.1:0"), "expected udp:ADDRESS:PORT for --to"),
-        (("--to", "udp:300.0.0.1:8600"), "expected an IPv4 address for --to"),
+        (("--to", "udp:127.0.0.1"), "--to: expected udp:ADDRESS:PORT, was"),
+        (("--to", "udp:127.0.0.1:0"), "--to: expected udp:ADDRESS:PORT, was"),
+        (("--to", "udp:300.0.0.1:8600"), "--to: expected an IPv4 address, was '300.0.0.1'"),
         (
             ("--to", "udp:239.0.0.1:86", "--interface", "lo"),
-            "expected an IPv4 address for",
+            "--interface: expected an IPv4 address, was 'lo'",
         ),
         (("--to", "udp:127.0.0.1:86", "--kinds", "radar"), "expected none of --kinds"),
     ],
@@ -176,4 +176,4 @@ def test_a_file_without_a_block_is_told(tmp_path: Path, capsys: pytest.CaptureFi
     recording = tmp_path / "recording.ast"
     recording.write_bytes(b"nothing")
     assert run(["replay", str(recording), "--to", "udp:127.0.0.1:8600"]) == EXIT_FAILED
-    assert "expected an ASTERIX recording, found no block in it" in capsys.readouterr().err
+    assert "recording.ast: no ASTERIX block in it" in capsys.readouterr().err

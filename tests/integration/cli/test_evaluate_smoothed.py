@@ -1,6 +1,7 @@
 """A smoothed reference is nearer to the truth than the tracks, and says how near."""
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -128,5 +129,11 @@ def test_what_it_cannot_be_made_of_is_told(
     assert "none.toml" in capsys.readouterr().err
     assert run([*smoothed, str(made)]) == 2
     assert "missing option --sensors FILE, which --smoothed needs" in capsys.readouterr().err
+    text = (made / "sensors.toml").read_text(encoding="utf-8")
+    one = re.findall(r'id = "([^"]+)"', text)[0]
+    (tmp_path / "renamed.toml").write_text(text.replace(f'"{one}"', '"other"'), encoding="utf-8")
+    run([*smoothed, str(made), "--sensors", str(tmp_path / "renamed.toml")])
+    told = capsys.readouterr().err
+    assert re.search(rf"{one} \(\d+ measurements\) is not in \S+renamed.toml and not used", told)
     assert run(["evaluate", tracks, "--truth", str(made), "--smoother", "imm"]) == 2
     assert "--smoother is for --smoothed only" in capsys.readouterr().err

@@ -59,6 +59,7 @@ def test_come_back_later_is_a_retry_after_the_time_asked_for(status: int) -> Non
     with pytest.raises(UnavailableError) as caught:
         _service(answer).send(_batch(), "k")
     assert caught.value.retry_after_s == 3.0
+    assert caught.value.answered
     with pytest.raises(UnavailableError):
         _service(answer).flush("k")
 
@@ -78,8 +79,40 @@ def test_a_lost_connection_is_a_retry(error: httpx.TransportError) -> None:
         raise error
 
     destination = HttpDestination("http://service", Encoding.ARROW, httpx.MockTransport(handle))
-    with pytest.raises(UnavailableError, match="no answer"):
+    with pytest.raises(UnavailableError, match="no answer") as caught:
         destination.send(_batch(), "k")
+    assert not caught.value.answered
+    assert destination.starting() is None
+
+
+@pytest.mark.parametrize(
+    ("status", "document", "starting"),
+    [
+        (503, {"code": "NOT_READY", "detail": "compiling kernels: 3 of 31"}, "compiling kernels: 3 "
+         "of 31"),
+        (503, {"code": "NOT_READY"}, "not ready yet"),
+        (503, {"code": "NOT_READY", "detail": "expected a running service, was failed"}, None),
+        (503, {"code": "JOURNAL_FULL", "detail": "full"}, None),
+        (503, {}, None),
+        (200, {"ready": True}, None),
+    ],
+)  # fmt: skip
+def test_a_service_says_what_it_does_before_it_is_ready(
+    status: int, document: dict[str, object], starting: str | None
+) -> None:
+    seen: list[httpx.Request] = []
+    assert _service(httpx.Response(status, json=document), seen).starting() == starting
+    assert [request.url.path for request in seen] == ["/readyz"]
+
+
+def test_the_cause_of_a_lost_connection_is_told_without_its_number() -> None:
+    def handle(_request: httpx.Request) -> httpx.Response:
+        raise httpx.ConnectError("[Errno 111] Connection refused")
+
+    destination = HttpDestination("http://service", Encoding.ARROW, httpx.MockTransport(handle))
+    with pytest.raises(UnavailableError) as caught:
+        destination.flush("k")
+    assert str(caught.value) == "http://service: no answer (Connection refused)"
 
 
 def test_a_batch_of_which_no_row_was_taken_is_an_answer_all_the_same() -> None:

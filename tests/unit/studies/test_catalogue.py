@@ -26,7 +26,9 @@ def test_what_a_study_does_not_take_does_not_reach_it() -> None:
 
 
 def test_a_filter_that_is_not_judged_is_named_with_those_that_are() -> None:
-    with pytest.raises(UnknownFilterError, match=r"unknown filter 'kalman'; known: joint, two-stage, ci"):
+    with pytest.raises(
+        UnknownFilterError, match=r"unknown filter 'kalman'; known: joint, two-stage, ci"
+    ):
         ENTRY.complete(StudyOptions(filters=("ci", "kalman")))
 
 
