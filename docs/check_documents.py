@@ -19,7 +19,7 @@ those of the repository. After semicolons a comment may say
 - ``table N``: it is the N-th table of the output, if not the first of the same header,
 - ``rows``: the output holds the rows alone,
 - ``lines PATTERN``: lines of the output that hold it are shown, no others,
-- ``json``: white space aside.
+- ``json``: with six decimals, white space aside.
 
 ``<!-- before: COMMAND -->`` runs a command that the page does not show. `multiradar serve` listens
 on free ports and runs until the page ends; `curl` and `multiradar replay` ask it.
@@ -44,6 +44,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from multiradar.clock import SystemClock
 
@@ -59,6 +60,7 @@ MASKS = {
 }
 #: Width of the tables that commands print, and of the lines of JSON.
 COLUMNS, JSON_COLUMNS = 110, 118
+_DECIMALS = 6
 SERVICE = "127.0.0.1:8321"
 _COMMENT = re.compile(r"^<!-- (output of|before): (.+?) -->$")
 _MADE = re.compile(r"^<!-- ([\w-]+): made by (\w+\.py[^;>]*?)(?:; slow ([^>]+?))? -->$")
@@ -145,7 +147,7 @@ def difference(step: Step, shown: Sequence[str], found: Sequence[str]) -> str:
     """Return how what a page shows differs from what is right; empty where it does not."""
     left, right = (_masked(step, lines) for lines in (shown, found))
     if "json" in step.options:
-        left, right = ([json.dumps(json.loads(" ".join(lines)))] for lines in (left, right))
+        left, right = ([json.dumps(_shortened(json.loads(" ".join(one))))] for one in (left, right))
     if left == right:
         return ""
     return "\n".join(difflib.unified_diff(left, right, "the page", "the program", lineterm=""))
@@ -177,7 +179,7 @@ def chosen(step: Step, shown: Sequence[str], output: str) -> list[str]:
     """
     lines = [line.rstrip() for line in output.rstrip("\n").splitlines()]
     if "json" in step.options:
-        return _filled(json.dumps(json.loads(output), ensure_ascii=False))
+        return _filled(json.dumps(_shortened(json.loads(output)), ensure_ascii=False))
     if "lines" in step.options:
         lines = [line for line in lines if re.search(step.options["lines"], line)]
     if not shown or not shown[0].startswith("|"):
@@ -193,6 +195,15 @@ def chosen(step: Step, shown: Sequence[str], output: str) -> list[str]:
     if not found:
         raise ValueError(f"{step.where}: no such table in the output of {step.command}")
     return found[0]
+
+
+# The last digits of a number are those of one machine.
+def _shortened(value: Any) -> Any:
+    if isinstance(value, list):
+        return [_shortened(one) for one in value]
+    if isinstance(value, dict):
+        return {name: _shortened(one) for name, one in value.items()}
+    return round(value, _DECIMALS) + 0.0 if isinstance(value, float) else value
 
 
 # JSON in lines: each begins with a member of an object, or with an object.

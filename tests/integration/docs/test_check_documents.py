@@ -129,6 +129,8 @@ def test_white_space_behind_lines_and_in_json_does_not_count() -> None:
     assert documents.difference(_step(), ["a", "b  "], ["a   ", "b"]) == ""
     assert documents.difference(_step("json"), ['{"a":', '1, "b": 2}'], ['{"a": 1, "b": 2}']) == ""
     assert documents.difference(_step("json"), ['{"a": 1}'], ['{"a": 2}']) != ""
+    assert documents.difference(_step("json"), ["[1.5, 0.0]"], ["[1.5000000001, -1e-13]"]) == ""
+    assert documents.difference(_step("json"), ["[1.5]"], ["[1.50001]"]) != ""
 
 
 _OUTPUT = "title\n\n| a | b |\n|---|---|\n| 1 | 2 |\n\n| a | b |\n|---|---|\n| 3 | 4 |\n\n| c |\n"
