@@ -74,7 +74,8 @@ def diagnose_conversion(
 
 
 _NOTHING = (
-    "no measurement was written; check that the files are of the form that this command reads"
+    "no measurement was written: report.json counts what was rejected and left out; check that the "
+    "files are of the form that this command reads"
 )
 
 

@@ -30,14 +30,16 @@ MILE_M = 1852.0
 DAY_S = 86_400.0
 
 
-def converted(tmp_path: Path, *contents: bytes, options: tuple[str, ...] = ()) -> Path:
+def converted(
+    tmp_path: Path, *contents: bytes, options: tuple[str, ...] = (), status: int = EXIT_DONE
+) -> Path:
     paths = []
     for number, content in enumerate(contents):
         paths.append(tmp_path / f"recording-{number}")
         paths[-1].write_bytes(content)
     out = tmp_path / "out"
     command = ["convert", "asterix", *map(str, paths), "--out", str(out), *options]
-    assert run(command) == EXIT_DONE
+    assert run(command) == status
     return out
 
 
@@ -127,7 +129,11 @@ def test_datagrams_of_a_replay_file_are_read_with_all_their_blocks(tmp_path: Pat
 
 def test_a_replay_file_tells_no_time_of_day(tmp_path: Path) -> None:
     """Its clock begins at 0 whatever the time was: nothing may be restored by it."""
-    out = converted(tmp_path, rply([(0, block(1, plot_001(5.0))), (9, block(1, plot_001(6.0)))]))
+    out = converted(
+        tmp_path,
+        rply([(0, block(1, plot_001(5.0))), (9, block(1, plot_001(6.0)))]),
+        status=EXIT_FAILED,
+    )
     assert rows(out) == []
     assert len(rejects(out)) == 2
 
@@ -171,7 +177,7 @@ def test_the_recorders_clock_restores_times_of_radars_without_service_messages(
 
 
 def test_a_plot_whose_time_nothing_tells_is_refused(tmp_path: Path) -> None:
-    out = converted(tmp_path, block(1, plot_001(5.0)))
+    out = converted(tmp_path, block(1, plot_001(5.0)), status=EXIT_FAILED)
     assert rows(out) == []
     (one,) = rejects(out)
     assert one.code == "MISSING_FIELD"
@@ -181,7 +187,7 @@ def test_a_plot_whose_time_nothing_tells_is_refused(tmp_path: Path) -> None:
 def test_a_plot_without_a_time_needs_the_turn_of_the_antenna(tmp_path: Path) -> None:
     """One north mark tells no turn; the sensors file may."""
     whole = north_mark(100.0) + block(1, plot_001(None, azimuth_deg=90.0))
-    out = converted(tmp_path, whole)
+    out = converted(tmp_path, whole, status=EXIT_FAILED)
     (one,) = rejects(out)
     assert "when the antenna passed the azimuth" in one.reason
     sensors = tmp_path / "sensors.toml"
@@ -195,7 +201,7 @@ def test_a_plot_without_a_time_needs_the_turn_of_the_antenna(tmp_path: Path) -> 
 
 
 def test_a_time_of_day_beyond_a_day_is_told(tmp_path: Path) -> None:
-    out = converted(tmp_path, block(48, plot_048(90_000.0)))
+    out = converted(tmp_path, block(48, plot_048(90_000.0)), status=EXIT_FAILED)
     assert [one.reason for one in rejects(out)] == ["a time of day of 24 h or more"]
 
 
@@ -262,7 +268,7 @@ def test_what_is_no_aircraft_is_left_out_unless_asked_for(
     tmp_path: Path, descriptor: str, name: str
 ) -> None:
     whole = block(48, plot_048(1.0, descriptor=descriptor))
-    out = converted(tmp_path, whole)
+    out = converted(tmp_path, whole, status=EXIT_FAILED)
     assert rows(out) == []
     figures: dict[str, Any] = report(out).figures
     assert figures["left_out"][name] == 1
@@ -366,7 +372,7 @@ def test_the_biases_of_another_processor_are_told(tmp_path: Path) -> None:
             63, record((1, "0005"), (4, "1482"), (6, "ffcb"), (7, "000b 0080"), (8, azimuth))
         )
 
-    out = converted(tmp_path, status("0001") + status("ffff"))
+    out = converted(tmp_path, status("0001") + status("ffff"), status=EXIT_FAILED)
     figures: dict[str, Any] = report(out).figures
     assert figures["sensor_status"] == {
         "0-5": {
@@ -410,7 +416,7 @@ def test_sensors_give_their_ids(tmp_path: Path) -> None:
         "latitude_deg = 39.0\nlongitude_deg = -0.5\nheight_m = 100.0\n"
     )
     whole = block(48, plot_048(1.0)) + block(48, plot_048(1.0, source="1401"))
-    out = converted(tmp_path, whole, options=("--sensors", str(sensors)))
+    out = converted(tmp_path, whole, options=("--sensors", str(sensors)), status=EXIT_FAILED)
     assert [row["sensor_id"] for row in rows(out)] == ["valencia", "20-1"]
 
 
