@@ -2,12 +2,14 @@
 
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 from xml.etree import ElementTree
 
 import matplotlib as mpl
 import numpy as np
 import pytest
 
+from multiradar.report import drawing
 from multiradar.report.colours import (
     PALETTE,
     Colour,
@@ -167,3 +169,14 @@ def test_maps_of_a_group_are_square_and_of_one_scale_without_a_word(
         assert south < 0.0
         assert north > 30.0
     assert not caplog.records
+
+
+@pytest.mark.parametrize(
+    ("style", "equal_axes", "expected"),
+    [("line", False, True), ("line", True, False), ("points", False, False)],
+)
+def test_only_lines_of_a_plot_that_is_no_map_run_to_its_edges(
+    style: Style, equal_axes: bool, expected: bool
+) -> None:
+    plot = replace(_plot("a", style=style), equal_axes=equal_axes)
+    assert drawing._runs_in_time(plot) is expected

@@ -5,7 +5,6 @@ import pytest
 
 from multiradar import wire
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.runtime import preparation
 from multiradar.runtime.admission import Admission
 from multiradar.runtime.intake import Submission
 from multiradar.runtime.preparation import Prepared, prepare
@@ -33,7 +32,7 @@ def test_a_message_that_cannot_be_translated_fails_alone(
             raise ZeroDivisionError
         return translate(frame, table)
 
-    monkeypatch.setattr(preparation.wire, "measurement_batch", failing)
+    monkeypatch.setattr(wire, "measurement_batch", failing)
     pieces = cut(recording(60).filter(pl.col("kind") == "radar")[:30], [10, 10])
     pieces[poisoned] = pieces[poisoned].with_columns(range_m=pl.lit(POISON_M))
     found = prepare([message(piece) for piece in pieces], TABLE, Admission(10.0))

@@ -347,8 +347,8 @@ def test_an_aircraft_that_is_started_again_is_as_one_never_seen(name: str) -> No
     again._one.aircraft.surprise[:] = 3.0
     for one in (fresh, again):
         one.start(7, 40.0, STATE, COVARIANCE)
-    found, expected = (one._one.aircraft for one in (again, fresh))
-    for field, one, other in zip(found._fields, found, expected, strict=True):
+    found, expected = again._one.aircraft, fresh._one.aircraft
+    for field, mine, other in zip(found._fields, found, expected, strict=True):
         # There is one aircraft; what is told of plots of its last epoch alone is left.
         if field not in ("joint", "recent"):
-            np.testing.assert_array_equal(one, other, field)
+            np.testing.assert_array_equal(mine, other, field)
