@@ -50,6 +50,8 @@ def test_a_reference_that_may_lack_aircraft_calls_nobody_false() -> None:
     tracks = tracks_of({1: FLIGHT, 2: moved(FLIGHT[5:9], 0.0, 5000.0)})
     told, found = judged(tracks, EvaluationSettings(gate_m=1000.0, partial=True))
     assert not found.false_.any()
+    assert list(found.true) == [True, False]
+    assert not found.duplicate.any()
     assert told.spuriousness == 0.0
 
 

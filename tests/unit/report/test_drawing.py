@@ -2,12 +2,14 @@
 
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 from xml.etree import ElementTree
 
 import matplotlib as mpl
 import numpy as np
 import pytest
 
+from multiradar.report import drawing
 from multiradar.report.colours import (
     PALETTE,
     Colour,
@@ -242,3 +244,14 @@ def test_an_axis_of_data_times_shows_the_time_of_day(
 )
 def test_an_axis_of_data_times_has_seven_marks_at_most(span_s: float, step_s: float) -> None:
     assert step_of(span_s) == step_s
+
+
+@pytest.mark.parametrize(
+    ("style", "equal_axes", "expected"),
+    [("line", False, True), ("line", True, False), ("points", False, False)],
+)
+def test_only_lines_of_a_plot_that_is_no_map_run_to_its_edges(
+    style: Style, equal_axes: bool, expected: bool
+) -> None:
+    plot = replace(_plot("a", style=style), equal_axes=equal_axes)
+    assert drawing._runs_in_time(plot) is expected

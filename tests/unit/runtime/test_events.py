@@ -196,3 +196,11 @@ def test_no_wake_up_is_missed_while_two_threads_hurry() -> None:
         _fill(ring, 1)
     join(reader)
     assert found == list(range(1, 5_001))
+
+
+def test_a_single_event_that_is_lost_is_a_gap_too() -> None:
+    ring = EventRing(100)
+    _fill(ring, 1, 1, 1, 1)
+    found = _drain(ring.subscribe(0, 3))
+    assert json.loads(found[0].payload) == {"gap": {"from": 1, "to": 1}}
+    assert _numbers(found[1:]) == [2, 3, 4]

@@ -32,7 +32,7 @@ def test_a_message_that_cannot_be_translated_fails_alone(
             raise ZeroDivisionError
         return translate(frame, table)
 
-    monkeypatch.setattr("multiradar.runtime.preparation.wire.measurement_batch", failing)
+    monkeypatch.setattr(wire, "measurement_batch", failing)
     pieces = cut(recording(60).filter(pl.col("kind") == "radar")[:30], [10, 10])
     pieces[poisoned] = pieces[poisoned].with_columns(range_m=pl.lit(POISON_M))
     found = prepare([message(piece) for piece in pieces], TABLE, Admission(10.0))
