@@ -214,7 +214,7 @@ def track_recording(
     on_output : callable, optional
         Given all that the engine puts out.
     stages : StageTimes, optional
-        Told what is being done.
+        Measures the time of each stage.
 
     Returns
     -------
