@@ -3,7 +3,6 @@
 A mistake is a sentence of the form "line 7: sensor 26-10: latitude_deg: expected …, was …".
 """
 
-import re
 import types
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, Union, get_args, get_origin
@@ -12,7 +11,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
 from multiradar_schemas.explain import ABSENT_ERROR, place, reason_of
-from multiradar_schemas.names import shown, unknown
+from multiradar_schemas.names import shown, unknown, unknown_choice
 from multiradar_schemas.toml_lines import Path, line_of
 
 _ABSENT = frozenset({"missing", ABSENT_ERROR})
@@ -38,7 +37,6 @@ _EXPECTED = {
     "less_than_equal": "a number of at most {le:.12g}",
 }
 _LENGTHS = frozenset({"too_short", "too_long"})
-_QUOTED = re.compile(r"'([^']*)'")
 #: Keys by which a table of a list is known to the person who wrote it.
 _NAMES = ("id", "name", "label")
 #: Units that say nothing.
@@ -102,7 +100,7 @@ def _mistake(
     if kind in _ABSENT:
         return f"{where}missing"
     if kind == "literal_error" and isinstance(value, str):
-        return f"{where}{unknown('name', value, _QUOTED.findall(details['ctx']['expected']))}"
+        return f"{where}{unknown_choice(value, details['ctx']['expected'])}"
     bounds = _bounds(model, details)
     if bounds:
         return f"{where}expected a number {bounds}, was {shown(value)}"

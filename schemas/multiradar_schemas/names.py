@@ -1,10 +1,12 @@
 """Wrong values and unknown names in sentences, with the nearest name that is known."""
 
+import re
 from collections.abc import Iterable
 from difflib import get_close_matches
 
 #: Longest piece of a wrong value that a sentence repeats.
 SHOWN_LENGTH_MAX = 60
+_QUOTED = re.compile(r"'([^']*)'")
 #: How alike two names are at least, from 0 to 1, for one to be meant by the other.
 LIKENESS_MIN = 0.6
 
@@ -44,6 +46,11 @@ def shown(value: object) -> str:
     except (ValueError, RecursionError):  # An integer of thousands of digits, a very deep list.
         text = f"a {type(value).__name__} too large to print"
     return text if len(text) <= SHOWN_LENGTH_MAX else f"{text[:SHOWN_LENGTH_MAX]}…"
+
+
+def unknown_choice(was: object, expected: str) -> str:
+    """Return the sentence about a value that is none of the quoted ones, as pydantic lists them."""
+    return unknown("name", was, _QUOTED.findall(expected))
 
 
 def did_you_mean(was: object, known: Iterable[str]) -> str:

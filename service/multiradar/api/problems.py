@@ -4,6 +4,7 @@ import json
 import math
 from collections.abc import Mapping
 from http import HTTPStatus
+from typing import Any
 
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
@@ -23,6 +24,7 @@ from multiradar.errors import (
     RequestError,
 )
 from multiradar.observability.metrics import HTTP_REFUSALS
+from multiradar_schemas.names import unknown_choice
 
 MEDIA_TYPE = "application/problem+json"
 
@@ -134,11 +136,14 @@ def _translated(error: MultiradarError) -> RequestError:
 
 async def _invalid(request: Request, error: Exception) -> Response:
     assert isinstance(error, RequestValidationError)
-    parameters = {
-        str(entry["loc"][-1]): str(entry["msg"]).removeprefix("Value error, ")
-        for entry in error.errors()
-    }
+    parameters = {str(entry["loc"][-1]): _reason(entry) for entry in error.errors()}
     return problem_response(parameter_error(parameters), request.scope)
+
+
+def _reason(entry: Mapping[str, Any]) -> str:
+    if entry["type"] == "literal_error":
+        return unknown_choice(entry["input"], entry["ctx"]["expected"])
+    return str(entry["msg"]).removeprefix("Value error, ")
 
 
 async def _framework(request: Request, error: Exception) -> Response:

@@ -16,6 +16,7 @@ from multiradar.tracking.forecast_family import MOTIONS
 from multiradar.tracking.forecast_scores import Plan
 from multiradar.tracking.outputs import TrackStates
 from multiradar.tracking.regions import gaussian_factor
+from multiradar_schemas.names import unknown
 
 Floats = NDArray[np.float64]
 
@@ -153,8 +154,7 @@ def method_of(name: str, probability: float) -> Method:
         If there is none of that name.
     """
     if name not in METHODS:
-        reason = f"expected one of {', '.join(METHODS)}, was {ascii(name)[:80]}"
-        raise ForecastError("by", reason)
+        raise ForecastError("by", unknown("method", name, METHODS))
     return partial(METHODS[name], probability)
 
 

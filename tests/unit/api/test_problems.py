@@ -131,6 +131,23 @@ async def test_an_unknown_parameter_is_named_with_those_that_are_known(
     ]
 
 
+@pytest.mark.parametrize(
+    ("query", "reason"),
+    [
+        (
+            "format=geojsn",
+            "unknown name 'geojsn' (did you mean 'geojson'?); known: json, geojson, ar",
+        ),
+        ("fields=time_s,latitude", "unknown 'latitude' (did you mean 'latitude_deg'?); known: tim"),
+    ],
+)
+async def test_an_unknown_name_is_told_with_the_nearest_known(
+    client: httpx.AsyncClient, query: str, reason: str
+) -> None:
+    document = _is_problem(await client.get(f"/v1/tracks?{query}"), 422, "INVALID_PARAMETER")
+    assert document["errors"][0]["reason"].startswith(reason)
+
+
 async def test_a_405_says_what_is_allowed(client: httpx.AsyncClient) -> None:
     answer = await client.post("/v1/tracks")
     assert answer.headers["allow"] == "GET, HEAD"

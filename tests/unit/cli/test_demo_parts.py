@@ -26,7 +26,7 @@ def test_the_truth_of_the_sample_makes_a_sensors_file_without_the_biases() -> No
 def test_a_dump_without_truth_has_none_and_a_broken_one_is_told(tmp_path: Path) -> None:
     assert read_truth(tmp_path).biases == {}
     (tmp_path / "truth.json").write_text(json.dumps({"radars": [{"source": 1}]}))
-    with pytest.raises(InputError, match=r"truth\.json: expected the truth"):
+    with pytest.raises(InputError, match=r"truth\.json: not the truth of a recording: missing"):
         read_truth(tmp_path)
 
 
