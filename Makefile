@@ -35,8 +35,8 @@ test: check ## Lint, types, import contracts and all tests
 	$(BIN)/multiradar warm-up --all
 	$(BIN)/pytest -n 2
 
-unit: $(READY) ## The unit tests alone
-	$(BIN)/pytest -n 2 tests/unit
+unit: $(READY) ## The unit tests, without those that take seconds
+	$(BIN)/pytest -n 2 -m "not slow" tests/unit
 
 docs-check: $(READY) ## Compare the documents with what programs print (an hour); DOCS_OPTIONS=--write puts it right
 	$(BIN)/python docs/check_documents.py $(DOCS_OPTIONS)

@@ -145,7 +145,9 @@ async def test_an_unknown_name_is_told_with_the_nearest_known(
     client: httpx.AsyncClient, query: str, reason: str
 ) -> None:
     document = _is_problem(await client.get(f"/v1/tracks?{query}"), 422, "INVALID_PARAMETER")
-    assert document["errors"][0]["reason"].startswith(reason)
+    errors = document["errors"]
+    assert isinstance(errors, list)
+    assert errors[0]["reason"].startswith(reason)
 
 
 async def test_a_405_says_what_is_allowed(client: httpx.AsyncClient) -> None:

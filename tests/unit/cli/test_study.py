@@ -180,6 +180,7 @@ def test_a_study_that_is_stopped_leaves_no_file(
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 def test_ctrl_c_ends_hours_of_compiled_work(tmp_path: Path) -> None:
     """Threads that play measurements cannot be stopped, and were once waited for."""
     code = (

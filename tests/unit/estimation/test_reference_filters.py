@@ -162,6 +162,7 @@ def test_epochs_lose_nothing_but_a_linearisation() -> None:
     np.testing.assert_allclose(by_epochs.biases()[0] / sigma, expected / sigma, rtol=0, atol=0.3)
 
 
+@pytest.mark.slow
 def test_polar_two_stage_is_consistent() -> None:
     """NEES over 40 seeded runs within its 95 % band, for the biases and for the aircraft."""
     biases, aircraft = [], []
@@ -288,6 +289,7 @@ def mean_errors(one: ReferenceFilter, scene: ReportScene) -> dict[str, float]:
     }
 
 
+@pytest.mark.slow
 def test_orders_of_magnitude_of_section_1_6() -> None:
     """A plot every 4 s for 1000 s: Kalman is off by metres, CI by tens, Blom by hundreds.
 

@@ -202,6 +202,7 @@ def test_radars_that_contradict_each_other_do_not_tear_it() -> None:
     assert bundle.restarts <= 2
 
 
+@pytest.mark.slow
 def test_crowded_plots_do_no_harm() -> None:
     # Duplicates, and more plots than there is room for, before and after tracks exist.
     flown = flight(((0.0, 0.0),))

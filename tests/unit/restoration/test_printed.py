@@ -209,6 +209,7 @@ def test_a_lighter_last_plot_draws_less() -> None:
     assert end_after_search(SearchRules(), 150.0) > light + 20.0
 
 
+@pytest.mark.slow
 def test_a_plot_draws_from_its_dimple_alone() -> None:
     """Section 2.7.2: five sigmas aside it is as good as 3 km aside, and draws as printed."""
     drawn, dimpled = (

@@ -43,6 +43,7 @@ def test_a_shared_error_is_added_whole_and_leaves_tracks_and_weights_alone() -> 
         assert not more[2:].any()
 
 
+@pytest.mark.slow
 def test_with_a_common_bias_the_error_is_within_what_is_said_of_it() -> None:
     """Of two components: mean 2 where all is said; a bias is no more than it may be."""
     rng = np.random.default_rng(3)

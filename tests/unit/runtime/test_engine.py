@@ -56,6 +56,7 @@ def scene() -> Scene:
     return busy_scene()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FILTERS)
 def test_output_depends_neither_on_batches_nor_on_workers(scene: Scene, name: str) -> None:
     settings = TrackingSettings(filter_name=name)
@@ -243,6 +244,7 @@ def drifting_scene(seed: int) -> Scene:
     return make_scene(rng, radars, random_flights(rng, 12, 150.0, acceleration_density=0.3))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FILTERS)
 def test_output_depends_neither_on_batches_nor_on_workers_where_biases_drift(name: str) -> None:
     scene, settings = drifting_scene(1), TrackingSettings(filter_name=name)
@@ -268,6 +270,7 @@ def drifted(seed: int) -> tuple[float, list[float]]:
     return whole, ends
 
 
+@pytest.mark.slow
 def test_biases_that_drift_much_within_an_epoch_keep_an_honest_sigma(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

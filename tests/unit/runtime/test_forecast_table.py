@@ -16,6 +16,8 @@ from multiradar_schemas.arrow import FORECAST_SCHEMA
 from multiradar_schemas.forecast import ForecastRow
 from support.scenes import Scene, make_scene, random_flights, three_radars
 
+pytestmark = pytest.mark.slow
+
 DURATION_S = 300.0
 #: All samples fall on ends of epochs; the last epoch that is full ends here.
 END_S = 296.0

@@ -49,6 +49,7 @@ def test_rows_and_updates_are_the_same_columns() -> None:
     assert again.tobytes() == rows.tobytes()
 
 
+@pytest.mark.slow
 def test_readers_see_whole_rows_of_their_track_while_it_is_written() -> None:
     history, done = TrackHistory(64), threading.Event()
     wrong: list[str] = []

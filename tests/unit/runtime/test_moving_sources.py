@@ -208,6 +208,7 @@ def test_a_scene_in_which_nobody_ranges_is_tracked() -> None:
     assert np.sqrt(np.mean(up**2)) < 150.0
 
 
+@pytest.mark.slow
 def test_observability_of_a_lone_moving_source_is_told_offline() -> None:
     rng = np.random.default_rng(8)
     frame = seen(FLYING, FAR, 1, times(400.0), rng, source=CIRCLING)

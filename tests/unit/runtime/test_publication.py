@@ -295,6 +295,7 @@ def test_events_tell_every_row_in_the_order_of_data_time() -> None:
             assert reached <= time_s
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [1, 7, 150, 299])
 def test_events_do_not_depend_on_the_batches(size: int) -> None:
     frame = recording(300, step_s=0.2)
@@ -339,6 +340,7 @@ def test_the_table_of_tracks_follows_every_publication() -> None:
     assert told.view.tracks()["sequence"].max() == 200
 
 
+@pytest.mark.slow
 def test_readers_of_all_kinds_do_not_disturb_the_writer() -> None:
     told, frame, done = _Told(history_rows_max=100), recording(600), threading.Event()
     failures: list[BaseException] = []

@@ -123,6 +123,7 @@ def test_a_turn_in_a_tilted_plane_is_found(told: _Told) -> None:
     assert plane.positions[-1].time_s == plane.time_s
 
 
+@pytest.mark.slow
 def test_offline_says_what_the_service_says(told: _Told) -> None:
     """The last row of each track, and on the way: after every epoch the service was asked too."""
     live = told.view.manoeuvre_plane(TURNING, WINDOW_DEFAULT_S)

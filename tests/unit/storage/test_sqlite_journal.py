@@ -140,6 +140,7 @@ def test_an_entry_is_verified_when_it_is_found_by_its_key(tmp_path: Path) -> Non
     journal.close()
 
 
+@pytest.mark.slow
 def test_every_flipped_byte_of_content_is_found(tmp_path: Path) -> None:
     path, damaged = tmp_path / "journal.db", tmp_path / "damaged.db"
     _written(path)

@@ -7,6 +7,8 @@ from multiradar.studies import bearing_only
 from multiradar.studies.bearing_only_runs import SCENES
 from multiradar.studies.result import StudyOptions, StudyResult
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def result() -> StudyResult:

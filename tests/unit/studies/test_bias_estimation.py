@@ -24,6 +24,8 @@ from multiradar.studies.catalogue import BIAS_ESTIMATION
 from multiradar.studies.result import StudyOptions, StudyResult
 from support.bands import tails
 
+pytestmark = pytest.mark.slow
+
 QUANTITIES = ["position_m", "velocity_mps", "azimuth_bias_deg", "range_bias_m"]
 CONSISTENCIES = ["nees_aircraft", "nees_bias"]
 RUNS, SEED, DURATION_S = 4, 3, 40.0

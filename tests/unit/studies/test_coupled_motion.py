@@ -56,6 +56,7 @@ def values(result: StudyResult, **wanted: object) -> list[float]:
     ]
 
 
+@pytest.mark.slow
 def test_every_row_has_the_same_columns_and_a_finite_value() -> None:
     result = small()
     for row in result.rows:

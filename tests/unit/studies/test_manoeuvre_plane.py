@@ -22,6 +22,8 @@ from multiradar.studies.manoeuvre_plane_runs import (
 )
 from multiradar.studies.result import StudyOptions, StudyResult
 
+pytestmark = pytest.mark.slow
+
 RUNS = 20
 
 

@@ -19,6 +19,8 @@ from multiradar.studies.polynomial_forecast_runs import (
 from multiradar.studies.result import StudyOptions, StudyResult
 from support.exact_regression import ExactRegression
 
+pytestmark = pytest.mark.slow
+
 RUNS = 3000
 
 

@@ -7,6 +7,8 @@ from multiradar.studies import trajectory_bundle
 from multiradar.studies.result import StudyOptions, StudyResult
 from multiradar.studies.trajectory_bundle_plots import DRAWN
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def result() -> StudyResult:

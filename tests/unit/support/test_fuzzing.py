@@ -14,6 +14,8 @@ from support.waiting import WAIT_TIMEOUT_S
 PROPERTY = """
 from hypothesis import given, strategies as st
 
+pytestmark = pytest.mark.slow
+
 @given(st.integers(0, 2**40))
 def test_most_numbers_are_good(number: int) -> None:
     assert number {condition}

@@ -61,6 +61,7 @@ def test_a_search_that_is_not_at_rest_begins_no_track(seed: int) -> None:
         assert (own["speed_mps"] < 700.0).all()
 
 
+@pytest.mark.slow
 def test_a_source_that_circles_slowly_begins_its_tracks_after_minutes() -> None:
     """Where the distance is told to a quarter, once for each aircraft, and as well as it says."""
     ratios = []
@@ -102,6 +103,7 @@ def test_bearings_of_something_faster_than_aircraft_begin_no_track() -> None:
     assert not len(tracked(crossing(target), speed_max_mps=400.0))
 
 
+@pytest.mark.slow
 def test_bearings_of_two_aircraft_under_one_identity_begin_no_track() -> None:
     """They are 20 km apart, each line in its turn."""
     here, there = Path((0.0, 30e3), (100.0, 0.0)), Path((20e3, 30e3), (100.0, 0.0))

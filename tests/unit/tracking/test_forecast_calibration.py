@@ -21,6 +21,8 @@ from multiradar.tracking.settings import TrackingSettings
 from multiradar.tracking.state_samples import Sampling
 from support.scenes import Flight, Scene, flier, make_scene, three_radars
 
+pytestmark = pytest.mark.slow
+
 DURATION_S = 1200.0
 SETTINGS = {name: TrackingSettings(filter_name=name) for name in ("two-stage", "imm")}
 #: The horizons at which a quarter of an hour of twelve aircraft says something.

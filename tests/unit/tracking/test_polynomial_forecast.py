@@ -35,6 +35,7 @@ def test_a_path_of_constant_acceleration_goes_on() -> None:
     assert found.means[1:] == pytest.approx(path(np.array([38.0, 88.0])), abs=5.0)
 
 
+@pytest.mark.slow
 def test_errors_are_within_what_is_said_of_them_while_the_acceleration_stays() -> None:
     """Without what aircraft do later: squares of two components have the mean of 2.
 

@@ -231,6 +231,7 @@ print("alive")
 """
 
 
+@pytest.mark.slow
 def test_forged_streams_never_end_the_process() -> None:
     """A forged length once made the reader allocate 2^61 bytes, which aborts the whole process."""
     bases = [stream(FRAME), stream(FRAME, compat_level=pl.CompatLevel.oldest())]

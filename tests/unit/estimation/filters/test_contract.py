@@ -57,7 +57,7 @@ PLAIN: dict[str, Plain] = {
 STACKS = "blom-macro"
 
 
-def lively_scene(seed: int, drift: float = 0.0) -> Scene:
+def lively_scene(seed: int, drift: float = 0.0, length_s: float = 90.0) -> Scene:
     """Irregular and missing plots, births and deaths, all kinds of bias parameters."""
     rng = np.random.default_rng(seed)
     radars = [replace(one, detection=0.7) for one in three_radars()]
@@ -68,7 +68,7 @@ def lively_scene(seed: int, drift: float = 0.0) -> Scene:
     radars.append(Radar("adsb", 56.0, 61.0, biases={}, detection=0.0))
     if drift:
         radars[2] = replace(radars[2], drifts={PARAMETER_RANGE_OFFSET: drift})
-    flights = random_flights(rng, 5, 90.0, acceleration_density=ACCELERATION, lives_differ=True)
+    flights = random_flights(rng, 5, length_s, acceleration_density=ACCELERATION, lives_differ=True)
     return make_scene(rng, radars, flights)
 
 
@@ -127,7 +127,8 @@ def test_an_unknown_filter_is_named_with_the_known() -> None:
 @pytest.mark.parametrize(("form", "seed"), [*zip(FORMS, [1, 1, 1], strict=True), ("ellipsoid", 2)])
 def test_compiled_equals_plain(name: str, form: Form, seed: int) -> None:
     """Epochs of one measurement: exact, but for the weight of CI, which both search."""
-    scene = in_form(lively_scene(seed), form, seed)
+    # The plain form of the modes takes 20 ms for a plot.
+    scene = in_form(lively_scene(seed, length_s=45.0 if name == "imm" else 90.0), form, seed)
     filters = [compiled(name, scene, form=form), plain(name, scene, form)]
     sigmas, variance = (0.0025, 0.001) if name == "ci" else (1e-8, 1e-9)
     walk_s = 4.0 if name == STACKS else None
@@ -225,6 +226,7 @@ def test_the_macro_filter_eliminates_the_place_that_simultaneous_plots_share(for
     assert one.biases()[1][0, 0] < 0.5 * scene.sensors.prior_sigma[0] ** 2
 
 
+@pytest.mark.slow
 def test_two_stage_equals_the_joint_filter_after_thousands_of_plots() -> None:
     """Without process noise P shrinks for ever: an update that loses symmetry diverges here."""
     rng = np.random.default_rng(12)
@@ -326,6 +328,7 @@ def normalised_errors(name: str, runs: int) -> tuple[list[float], list[float]]:
     return aircraft, biases
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["two-stage", "joint"])
 def test_the_exact_filters_are_consistent(name: str) -> None:
     """NEES over 30 seeded runs within its band of 99.9 % in all, for aircraft and biases."""

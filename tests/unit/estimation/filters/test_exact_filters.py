@@ -72,6 +72,7 @@ def assert_equal_covariances(found: np.ndarray, expected: np.ndarray) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.slow
 def test_with_drift_two_stage_is_as_good_as_joint_and_both_are_consistent() -> None:
     """1 m/√s and 0.02 °/√s, re-anchored each second: RMS within 1 %, NEES in its band.
 

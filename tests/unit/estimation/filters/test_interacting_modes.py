@@ -239,6 +239,7 @@ def test_a_number_of_modes_out_of_its_bounds_is_refused(count: int) -> None:
         mode_table(TrackingSettings(imm_modes=count))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [3, 5, 8])
 def test_probabilities_are_those_of_the_plain_form_also_where_biases_walk(count: int) -> None:
     scene = busy_scene(5, drift=2.0)
@@ -316,10 +317,11 @@ def flown_by_the_modes(seed: int, table: np.ndarray, runs_s: float) -> tuple[flo
     )
 
 
+@pytest.mark.slow
 def test_it_is_consistent_where_aircraft_fly_as_the_modes_say() -> None:
-    """Errors squared over covariance, 60 runs, in their band; the true mode is the likely one."""
+    """Errors squared over covariance, 24 runs, in their band; the true mode is the likely one."""
     table = mode_table(plain_settings("imm", 1.0))
-    found = np.array([flown_by_the_modes(seed, table, 120.0) for seed in range(60)])
+    found = np.array([flown_by_the_modes(seed, table, 120.0) for seed in range(24)])
     for values, size in ((found[:, 0], 4), (found[:, 1], COLUMNS)):
         low, high = chi2.ppf([0.005, 0.995], size * len(values)) / len(values)
         assert low < np.mean(values) < high
@@ -337,6 +339,7 @@ def check_manoeuvres() -> ModuleType:
     return module
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("known", [True, False])
 def test_turns_and_straights_gain_over_the_best_single_motion_model(
     check_manoeuvres: ModuleType, known: bool

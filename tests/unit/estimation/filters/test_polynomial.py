@@ -81,6 +81,7 @@ def test_any_degree_agrees_with_rational_arithmetic(degree: int, span_s: float) 
         assert_agrees(state, exact, time)
 
 
+@pytest.mark.slow
 def test_a_long_track_taken_one_by_one_keeps_its_digits() -> None:
     """Degree 8, 400 measurements over 1e4 s, the basis stretched at each of them."""
     prior = np.diag(0.01 ** np.arange(9.0)) * 1e4

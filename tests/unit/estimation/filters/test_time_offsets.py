@@ -87,6 +87,7 @@ def test_a_common_lateness_is_never_believed_to_be_known(density: float) -> None
         assert np.sqrt(difference @ block @ difference) < 0.05
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("density", [0.1, 4.0])
 @pytest.mark.parametrize("anchored", [False, True])
 def test_errors_of_the_biases_are_as_large_as_claimed(density: float, anchored: bool) -> None:
@@ -112,6 +113,7 @@ def test_filters_that_would_be_sure_of_it_refuse_a_time_offset(name: str) -> Non
         Engine(made.sensors, TrackingSettings(filter_name=name))
 
 
+@pytest.mark.slow
 def test_compiled_time_offsets_equal_their_plain_form() -> None:
     made = scene(3, density=0.5, anchored=False)
     found = CompiledFilter(made, plain_settings("two-stage", 0.5), slots=20)

@@ -252,6 +252,7 @@ def test_a_datagram_that_fails_to_decode_is_quarantined_alone(
     assert one.gateway.counts.document()["batches_failed"] >= 1
 
 
+@pytest.mark.slow
 def test_a_million_small_datagrams_cannot_fill_the_memory() -> None:
     """What does not fit into the queue is dropped, and counted by who asks."""
     queue = DatagramQueue(datagrams_max=10_000, octets_max=1 << 30)

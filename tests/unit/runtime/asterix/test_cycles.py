@@ -57,6 +57,7 @@ def followed(frame: pl.DataFrame, **said: float) -> list[TrackReports]:
     return user.told
 
 
+@pytest.mark.slow
 def test_the_same_octets_whatever_the_batches() -> None:
     frame = recording(1200)
     whole = octets([frame])

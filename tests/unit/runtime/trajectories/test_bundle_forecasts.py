@@ -29,6 +29,8 @@ from support.live_scene import START_S
 from support.trajectory_scene import MUTE, PLANE, REPORTING, TABLE, TURNING, flown, recording
 from support.waiting import WAIT_TIMEOUT_S
 
+pytestmark = pytest.mark.slow
+
 TRACKING = TrackingSettings(reorder_horizon_s=0.0)
 OPTIONS = TrajectoryOptions(10, 1000)
 SECONDS = 80.0

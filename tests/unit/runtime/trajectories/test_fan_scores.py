@@ -18,6 +18,8 @@ from multiradar.tracking.forecast_scores import CALIBRATED, HORIZONS_S
 from multiradar.tracking.regions import gaussian_factor
 from multiradar.tracking.state_samples import SAMPLE_TRACKS_MAX
 
+pytestmark = pytest.mark.slow
+
 SPEED_MPS, NOISE_M, PLOT_EVERY_S = 200.0, 40.0, 4.0
 AIRCRAFT, SECONDS = 6, 400.0
 NOISE = NOISE_M**2 * np.eye(2)
