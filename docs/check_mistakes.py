@@ -1,4 +1,4 @@
-"""Makes every mistake of docs/mistakes_catalogue.py and prints what the program says.
+"""Makes every mistake of docs/mistakes_catalogue.py and docs/usage_mistakes.py and prints what the program says.
 
 ::
 
@@ -21,11 +21,13 @@ from pathlib import Path
 
 import polars as pl
 from mistakes_catalogue import CATALOGUE, Mistake, Sample
+from usage_mistakes import USAGE_MISTAKES
 
 ROOT = Path(__file__).parent.parent
 DUMP = ROOT / "examples" / "vid-sample"
 SENSORS = ROOT / "examples" / "sensors-vid-sample.toml"
 TIMEOUT_S = 600.0
+_PROGRESS = "compiling kernels, once:"
 #: Lines of a page between which the table stands.
 BEGIN, END = "<!-- mistakes: begin -->", "<!-- mistakes: end -->"
 
@@ -44,7 +46,8 @@ def run(folder: Path, arguments: tuple[str, ...]) -> tuple[int, str]:
         [sys.executable, "-m", "multiradar", *arguments],
         cwd=folder, capture_output=True, text=True, timeout=TIMEOUT_S, check=False,
     )  # fmt: skip
-    return done.returncode, done.stderr.strip()
+    lines = [line for line in done.stderr.splitlines() if _PROGRESS not in line]
+    return done.returncode, "\n".join(lines).strip()
 
 
 def tried(mistake: Mistake, sample: Sample) -> dict[str, object]:
@@ -101,7 +104,7 @@ def main() -> None:
     parser.add_argument("--before", type=Path, metavar="FILE", help="Results of another revision.")
     parser.add_argument("--page", type=Path, metavar="FILE", help="Put the table into this page.")
     given = parser.parse_args()
-    chosen = [mistake for mistake in CATALOGUE if given.only in mistake.name]
+    chosen = [mistake for mistake in (*CATALOGUE, *USAGE_MISTAKES) if given.only in mistake.name]
     rows = []
     with tempfile.TemporaryDirectory(prefix="multiradar-mistakes-") as name:
         sample = converted(Path(name))
