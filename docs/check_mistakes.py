@@ -1,4 +1,4 @@
-"""Makes every mistake of docs/mistakes_catalogue.py and docs/usage_mistakes.py and prints what the program says.
+"""Makes the mistakes of docs/mistakes_catalogue.py and docs/usage_mistakes.py; prints what is said.
 
 ::
 
