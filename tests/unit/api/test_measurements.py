@@ -336,3 +336,11 @@ async def test_two_keys_of_one_message_are_refused(
     answer = await client.post("/v1/measurements", content=b"[]", headers=keys)
     assert (answer.status_code, answer.json()["code"]) == (400, "IDEMPOTENCY_KEY_INVALID")
     assert service.submissions == []
+
+
+async def test_one_object_whose_row_is_refused_is_one_refused_row(
+    client: httpx.AsyncClient,
+) -> None:
+    answer = await _post(client, json.dumps({**_PLOT, "range_m": "far"}).encode())
+    assert (answer.status_code, answer.json()["code"]) == (422, "NO_MEASUREMENTS")
+    assert [row["index"] for row in answer.json()["rejected"]] == [0]
