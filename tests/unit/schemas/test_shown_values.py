@@ -2,7 +2,7 @@
 
 import pytest
 
-from multiradar_schemas.explain import SHOWN_LENGTH_MAX, shown
+from multiradar_schemas.names import SHOWN_LENGTH_MAX, shown
 
 
 @pytest.mark.parametrize(
