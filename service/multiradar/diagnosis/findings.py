@@ -23,7 +23,8 @@ from multiradar.diagnosis.plausibility import (
     range_unit,
     scan_period,
 )
-from multiradar.diagnosis.references import Pairs
+from multiradar.diagnosis.plots import KEYS
+from multiradar.diagnosis.references import RECORDING, Pairs
 from multiradar.diagnosis.registration import Registration, registered
 from multiradar.diagnosis.times import times_amiss, utc
 
@@ -96,7 +97,10 @@ def _compared(
         agreement, pairs = seen[number]
         wrong = _agreeing(comparison, number, names[number], agreement, pairs)
         if not wrong and comparison.is_radar(number):
-            wrong = _first(lost.spread_amiss(evidence, names[number], agreement.spread))
+            # A dump's own positions may have been made of these very plots.
+            others = comparison.agreement(number, pairs.take(pairs.source != RECORDING))
+            if others.share >= AGREES_MIN:
+                wrong = _first(lost.spread_amiss(evidence, names[number], others.spread))
         found += wrong
     return _undecided(found, len(numbers))
 
@@ -197,7 +201,7 @@ def _range_unit(evidence: Evidence, comparison: Comparison, name: str) -> Diagno
     number = evidence.number(name)
     plots = comparison.plots(number)
     paths = next(
-        (plots.keys[:, key] for key in (0, 1) if np.mean(plots.keys[:, key] >= 0) >= 0.5),
+        (plots.keys[:, key] for key in range(len(KEYS)) if np.mean(plots.keys[:, key] >= 0) >= 0.5),
         np.full(plots.size, -1, np.int64),
     )
     end_m = float(evidence.sensors.range_max_m[number])
