@@ -57,7 +57,8 @@ def tried(mistake: Mistake, sample: Sample) -> dict[str, object]:
     missing += [
         f"no word of {name}"
         for name in SENSORS
-        if name not in mistake.sensors and f"multiradar: {name}" in said
+        if name not in mistake.sensors
+        and (f"multiradar: {name}: " in said or f"multiradar: {name} (" in said)
     ]
     wrong = status != mistake.status or bool(missing) or (mistake.status == 0 and bool(said))
     return {

@@ -94,8 +94,10 @@ def _compared(
     trusted = [one for one in numbers if one not in suspects]
     found = _explained(comparison, suspects, trusted, names)
     for number in trusted:
-        agreement, pairs = seen[number]
-        wrong = _agreeing(comparison, number, names[number], agreement, pairs)
+        # What is wrong with a suspect must not be seen in those that it is compared with.
+        pairs = seen[number][1]
+        pairs = pairs.take(np.isin(pairs.source, [*trusted, RECORDING]))
+        wrong = _agreeing(comparison, number, names[number], pairs)
         if not wrong and comparison.is_radar(number):
             # A dump's own positions may have been made of these very plots.
             others = comparison.agreement(number, pairs.take(pairs.source != RECORDING))
@@ -139,9 +141,8 @@ def _undecided(found: list[Diagnosis], compared: int) -> list[Diagnosis]:
 
 
 # What the small differences of a sensor that agrees show.
-def _agreeing(
-    comparison: Comparison, number: int, name: str, agreement: Agreement, pairs: Pairs
-) -> list[Diagnosis]:
+def _agreeing(comparison: Comparison, number: int, name: str, pairs: Pairs) -> list[Diagnosis]:
+    agreement = comparison.agreement(number, pairs)
     found = _first(height_against_others(comparison, number, name, agreement, pairs))
     if found or not comparison.is_radar(number):
         return found

@@ -84,6 +84,13 @@ def test_a_mistake_of_one_radar_is_named(mistake: str, *, positions: bool) -> No
     assert edit(recording(positions=positions)).codes() == [(NAME, code)]
 
 
+@pytest.mark.parametrize("seed", [4, 5])
+@pytest.mark.parametrize("mistake", ["kilometres", "off by 90 degrees", "clock 3 s ahead"])
+def test_no_other_radar_is_blamed_with_few_aircraft(mistake: str, seed: int) -> None:
+    edit, code = MISTAKES[mistake]
+    assert edit(recording(seed, 12, positions=True)).codes() == [(NAME, code)]
+
+
 def test_the_sentence_has_the_cause_its_support_and_what_to_do() -> None:
     one = recording().changed(NAME, range_m=RANGE / 1e3)
     sentence = one.diagnosed()[0].sentence
