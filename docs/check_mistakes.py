@@ -20,12 +20,12 @@ import tempfile
 from pathlib import Path
 
 import polars as pl
-from mistakes_catalogue import CATALOGUE, Mistake, Sample
+from mistakes_catalogue import CATALOGUE, SENSORS, Mistake, Sample
 from usage_mistakes import USAGE_MISTAKES
 
 ROOT = Path(__file__).parent.parent
 DUMP = ROOT / "examples" / "vid-sample"
-SENSORS = ROOT / "examples" / "sensors-vid-sample.toml"
+SENSORS_FILE = ROOT / "examples" / "sensors-vid-sample.toml"
 TIMEOUT_S = 600.0
 _PROGRESS = "compiling kernels, once:"
 #: Lines of a page between which the table stands.
@@ -37,7 +37,7 @@ def converted(folder: Path) -> Sample:
     out = folder / "sample"
     run(folder, ("convert", "vid", str(DUMP), str(out), "--date", "2018-08-01"))
     measurements = pl.read_parquet(out / "measurements.parquet")
-    return Sample(DUMP, measurements, SENSORS.read_text(encoding="utf-8"))
+    return Sample(DUMP, measurements, SENSORS_FILE.read_text(encoding="utf-8"))
 
 
 def run(folder: Path, arguments: tuple[str, ...]) -> tuple[int, str]:
@@ -57,6 +57,12 @@ def tried(mistake: Mistake, sample: Sample) -> dict[str, object]:
         status, text = run(Path(name), mistake.command)
     said = " ".join(text.split())
     missing = [words for words in mistake.said if words not in said]
+    missing += [
+        f"no word of {name}"
+        for name in SENSORS
+        if name not in mistake.sensors
+        and (f"multiradar: {name}: " in said or f"multiradar: {name} (" in said)
+    ]
     wrong = status != mistake.status or bool(missing) or (mistake.status == 0 and bool(said))
     return {
         "name": mistake.name,

@@ -23,6 +23,9 @@ SECONDS_PER_DAY = 86_400.0
 #: The radar that most mistakes are made with; the sample has three others and ADS-B.
 RADAR = "26-10"
 
+#: All sensors of the sample.
+SENSORS = (RADAR, "35-10", "41-1", "41-10", "adsb")
+
 TRACK = ("track", "measurements.parquet", "--sensors", "sensors.toml", "--out", "out")
 TRACK_RADARS = (*TRACK, "--kinds", "radar")
 
@@ -62,6 +65,8 @@ class Mistake:
         The exit status that is expected.
     said : tuple of str
         Words that must be on standard error.
+    sensors : tuple of str
+        The sensors of the sample that a sentence may begin with; no other may be blamed.
     """
 
     name: str
@@ -69,6 +74,7 @@ class Mistake:
     command: tuple[str, ...] = TRACK_RADARS
     status: int = 1
     said: tuple[str, ...] = ()
+    sensors: tuple[str, ...] = (RADAR,)
 
 
 def write(folder: Path, measurements: pl.DataFrame, sensors: str) -> None:
@@ -282,7 +288,10 @@ CATALOGUE: tuple[Mistake, ...] = (
         said=(RADAR, "kilometres"),
     ),
     Mistake(
-        "ranges of all radars in kilometres", plots(range_m=_RANGE / 1e3), said=("kilometres",)
+        "ranges of all radars in kilometres",
+        plots(range_m=_RANGE / 1e3),
+        said=("kilometres",),
+        sensors=SENSORS,
     ),
     Mistake(
         "ranges of the only radar in kilometres, plots without identity",
@@ -382,7 +391,10 @@ CATALOGUE: tuple[Mistake, ...] = (
         said=(RADAR, "site is probably 50"),
     ),
     Mistake(
-        "sites of two radars exchanged", exchanged(RADAR, "35-10"), said=(RADAR, "35-10", "site")
+        "sites of two radars exchanged",
+        exchanged(RADAR, "35-10"),
+        said=(RADAR, "35-10", "site"),
+        sensors=(RADAR, "35-10"),
     ),
     # Heights.
     Mistake("heights in feet", plots(RADAR, height_m=_HEIGHT / FOOT_M), said=(RADAR, "feet")),
@@ -408,7 +420,10 @@ CATALOGUE: tuple[Mistake, ...] = (
     ),
     # Names.
     Mistake(
-        "a wrong source number", renumbered("35-10", 34), said=("35-10", "34-10", "sensors.toml")
+        "a wrong source number",
+        renumbered("35-10", 34),
+        said=("35-10", "34-10", "sensors.toml"),
+        sensors=("35-10",),
     ),
     Mistake(
         "two wrong source numbers",
@@ -426,9 +441,15 @@ CATALOGUE: tuple[Mistake, ...] = (
             folder,
         ),
         said=("26-10", "27-10", "35-10", "36-10"),
+        sensors=(RADAR, "35-10"),
     ),
     Mistake("sensors of another recording", other_installation, said=("another",)),
-    Mistake("the right numbers, the sites of another country", other_sites, said=("site",)),
+    Mistake(
+        "the right numbers, the sites of another country",
+        other_sites,
+        said=("site",),
+        sensors=SENSORS,
+    ),
     Mistake(
         "a sensor that sent nothing",
         lambda sample, folder: write(
@@ -437,6 +458,7 @@ CATALOGUE: tuple[Mistake, ...] = (
             sample.sensors,
         ),
         said=("41-1", "no measurements"),
+        sensors=("41-1",),
     ),
     # Noise and scan periods.
     Mistake(
@@ -473,11 +495,13 @@ CATALOGUE: tuple[Mistake, ...] = (
         "rotation_period_s 12 in place of 4",
         settings("35-10", rotation_period_s=12.0),
         said=("35-10", "rotation_period_s"),
+        sensors=("35-10",),
     ),
     Mistake(
         "rotation_period_s in revolutions a minute",
         settings("35-10", rotation_period_s=15.0),
         said=("35-10", "rotation_period_s"),
+        sensors=("35-10",),
     ),
     # Kinds, copies.
     Mistake(
@@ -502,18 +526,21 @@ CATALOGUE: tuple[Mistake, ...] = (
         dump(plots=column_times("range", 1e-3)),
         CONVERT,
         said=("kilometres",),
+        sensors=SENSORS,
     ),
     Mistake(
         "convert: azimuths in radians",
         dump(plots=column_times("azimuth", _RADIANS)),
         CONVERT,
         said=("radians",),
+        sensors=SENSORS,
     ),
     Mistake(
         "convert: azimuths in gradians",
         dump(plots=column_times("azimuth", 1 / 0.9)),
         CONVERT,
         said=("gradians",),
+        sensors=SENSORS,
     ),
     Mistake(
         "convert: another separator", dump(plots=other_separator), CONVERT, said=("plots.txt",)

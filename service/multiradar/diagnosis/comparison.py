@@ -85,6 +85,12 @@ class Comparison:
         """Return the plots of a sensor that are compared."""
         return self._plots[number].thinned(TESTED_MAX)
 
+    def overlaps(self, number: int, others: Collection[int], late_s: float) -> bool:
+        """Return whether a sensor whose clock is so late shares time with others."""
+        time_s = self._plots[number].time_s - late_s
+        known = [self._plots[one].time_s for one in others if one != number]
+        return any(time_s.min() <= other.max() and other.min() <= time_s.max() for other in known)
+
     def pairs(
         self,
         number: int,

@@ -250,6 +250,8 @@ def _tried_positions(
 def _clocks(comparison: Comparison, number: int, trusted: Collection[int]) -> _Tried:
     for step in range(1, ZONES + 1):
         for late_s in (step * ZONE_STEP_S, -step * ZONE_STEP_S):
+            if not comparison.overlaps(number, trusted, late_s):
+                continue
             pairs = comparison.pairs(number, trusted, late_s=late_s)
             timed = pairs.take(pairs.source >= 0)
             if len(np.unique(timed.plot)) >= TESTED_MIN:

@@ -23,7 +23,8 @@ from multiradar.diagnosis.plausibility import (
     range_unit,
     scan_period,
 )
-from multiradar.diagnosis.references import Pairs
+from multiradar.diagnosis.plots import KEYS
+from multiradar.diagnosis.references import RECORDING, Pairs
 from multiradar.diagnosis.registration import Registration, registered
 from multiradar.diagnosis.times import times_amiss, utc
 
@@ -93,10 +94,15 @@ def _compared(
     trusted = [one for one in numbers if one not in suspects]
     found = _explained(comparison, suspects, trusted, names)
     for number in trusted:
-        agreement, pairs = seen[number]
-        wrong = _agreeing(comparison, number, names[number], agreement, pairs)
+        # What is wrong with a suspect must not be seen in those that it is compared with.
+        pairs = seen[number][1]
+        pairs = pairs.take(np.isin(pairs.source, [*trusted, RECORDING]))
+        wrong = _agreeing(comparison, number, names[number], pairs)
         if not wrong and comparison.is_radar(number):
-            wrong = _first(lost.spread_amiss(evidence, names[number], agreement.spread))
+            # A dump's own positions may have been made of these very plots.
+            others = comparison.agreement(number, pairs.take(pairs.source != RECORDING))
+            if others.share >= AGREES_MIN:
+                wrong = _first(lost.spread_amiss(evidence, names[number], others.spread))
         found += wrong
     return _undecided(found, len(numbers))
 
@@ -135,9 +141,8 @@ def _undecided(found: list[Diagnosis], compared: int) -> list[Diagnosis]:
 
 
 # What the small differences of a sensor that agrees show.
-def _agreeing(
-    comparison: Comparison, number: int, name: str, agreement: Agreement, pairs: Pairs
-) -> list[Diagnosis]:
+def _agreeing(comparison: Comparison, number: int, name: str, pairs: Pairs) -> list[Diagnosis]:
+    agreement = comparison.agreement(number, pairs)
     found = _first(height_against_others(comparison, number, name, agreement, pairs))
     if found or not comparison.is_radar(number):
         return found
@@ -197,7 +202,7 @@ def _range_unit(evidence: Evidence, comparison: Comparison, name: str) -> Diagno
     number = evidence.number(name)
     plots = comparison.plots(number)
     paths = next(
-        (plots.keys[:, key] for key in (0, 1) if np.mean(plots.keys[:, key] >= 0) >= 0.5),
+        (plots.keys[:, key] for key in range(len(KEYS)) if np.mean(plots.keys[:, key] >= 0) >= 0.5),
         np.full(plots.size, -1, np.int64),
     )
     end_m = float(evidence.sensors.range_max_m[number])

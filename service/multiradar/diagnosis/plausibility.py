@@ -28,6 +28,8 @@ _APART_MIN_S, _APART_MAX_S = 20.0, 60.0
 RANGES_SMALL_M = 2000.0
 #: Rows of the Earth in radio waves: four thirds of its radius (ITU-R P.834).
 _RADIO_RADIUS_M = EARTH_RADIUS_M * 4.0 / 3.0
+#: Part of the heights that may be above it: garbled Mode C.
+HIGH_MAX = 0.05
 #: Part of the plots that must be impossible one way and possible the other.
 MOST = 0.5
 FLIGHT_LEVEL_M = 30.48
@@ -83,18 +85,41 @@ def scan_period(name: str, plots: Plots, configured_s: float) -> Diagnosis | Non
         return None
     azimuth = np.radians(plots.azimuth_deg)
     found = rotation(plots.time_s, azimuth)
-    if not _rotates(found, plots.time_s) or found.period_s < 0.0:
+    if not _rotates(found, plots.time_s):
+        between_s = _between_plots(plots)
+        if np.isnan(between_s) or 0.6 <= between_s / configured_s <= 1.6:
+            return None
+        return _of_period(name, configured_s, between_s, "plots of one aircraft follow each other")
+    if found.period_s < 0.0:
         return None
     at = Rotation(configured_s, coherence_at(plots.time_s, azimuth, configured_s))
     if abs(found.period_s / configured_s - 1.0) <= 0.1 or not _closer(found, at, plots.time_s):
         return None
-    rpm = 60.0 / found.period_s
+    return _of_period(name, configured_s, found.period_s, "the azimuths of the plots go round")
+
+
+# The time from one plot of an aircraft to the next, where most scans see it; NaN where unknown.
+def _between_plots(plots: Plots) -> float:
+    names = plots.keys[:, :2].max(axis=1)
+    order = np.lexsort((plots.time_s, names))
+    same = (np.diff(names[order]) == 0) & (names[order][1:] >= 0)
+    gaps = np.diff(plots.time_s[order])[same]
+    gaps = gaps[gaps > 0.1]
+    if len(gaps) < TESTED_MIN:
+        return np.nan
+    low, middle = np.quantile(gaps, (0.25, 0.5))
+    # A quarter and a half of the gaps are alike: that is one scan.
+    return float(middle) if middle - low <= 0.1 * middle else np.nan
+
+
+def _of_period(name: str, configured_s: float, found_s: float, what: str) -> Diagnosis:
+    rpm = 60.0 / found_s
     hint = f", {rpm:.1f} revolutions a minute" if abs(configured_s / rpm - 1.0) < 0.1 else ""
     return Diagnosis(
         name,
         "rotation_period",
         f"{name}: rotation_period_s is probably wrong: it is {configured_s:g} in the sensors file, "
-        f"and the azimuths of the plots go round in {found.period_s:.2f} s{hint}; correct it there",
+        f"and {what} in {found_s:.2f} s{hint}; correct it there",
     )
 
 
@@ -183,7 +208,7 @@ def height_unit(name: str, plots: Plots, site: Site) -> Diagnosis | None:
     heights, ranges = plots.height_m[known], plots.range_m[known]
     if len(heights) < TESTED_MIN:
         return None
-    if np.mean(heights > CEILING_M) > MOST / 2.0 and np.mean(heights * FOOT_M > CEILING_M) < 0.01:
+    if np.mean(heights > CEILING_M) > HIGH_MAX and np.mean(heights * FOOT_M > CEILING_M) < 0.01:
         return _height(
             name, "feet", f"{np.mean(heights > CEILING_M):.0%} of them are above {CEILING_M:.0f} m"
         )

@@ -129,11 +129,8 @@ def test_datagrams_of_a_replay_file_are_read_with_all_their_blocks(tmp_path: Pat
 
 def test_a_replay_file_tells_no_time_of_day(tmp_path: Path) -> None:
     """Its clock begins at 0 whatever the time was: nothing may be restored by it."""
-    out = converted(
-        tmp_path,
-        rply([(0, block(1, plot_001(5.0))), (9, block(1, plot_001(6.0)))]),
-        status=EXIT_FAILED,
-    )
+    whole = rply([(0, block(1, plot_001(5.0))), (9, block(1, plot_001(6.0)))])
+    out = converted(tmp_path, whole, status=EXIT_FAILED)
     assert rows(out) == []
     assert len(rejects(out)) == 2
 
@@ -177,9 +174,8 @@ def test_the_recorders_clock_restores_times_of_radars_without_service_messages(
 
 
 def test_a_plot_whose_time_nothing_tells_is_refused(tmp_path: Path) -> None:
-    out = converted(tmp_path, block(1, plot_001(5.0)), status=EXIT_FAILED)
+    (one,) = rejects(out := converted(tmp_path, block(1, plot_001(5.0)), status=EXIT_FAILED))
     assert rows(out) == []
-    (one,) = rejects(out)
     assert one.code == "MISSING_FIELD"
     assert "the time modulo 512 s alone" in one.reason
 

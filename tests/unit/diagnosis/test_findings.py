@@ -6,7 +6,8 @@ import numpy as np
 import polars as pl
 import pytest
 
-from support.mistaken import METRES_PER_DEGREE, RADARS, Edit, recording
+from multiradar.diagnosis.plots import geodetic, located
+from support.mistaken import METRES_PER_DEGREE, RADARS, Edit, Recording, recording
 
 RANGE, AZIMUTH, TIME, HEIGHT = (
     pl.col(name) for name in ("range_m", "azimuth_deg", "time_s", "height_m")
@@ -83,6 +84,13 @@ def test_a_mistake_of_one_radar_is_named(mistake: str, *, positions: bool) -> No
     assert edit(recording(positions=positions)).codes() == [(NAME, code)]
 
 
+@pytest.mark.parametrize("seed", [4, 5])
+@pytest.mark.parametrize("mistake", ["kilometres", "off by 90 degrees", "clock 3 s ahead"])
+def test_no_other_radar_is_blamed_with_few_aircraft(mistake: str, seed: int) -> None:
+    edit, code = MISTAKES[mistake]
+    assert edit(recording(seed, 12, positions=True)).codes() == [(NAME, code)]
+
+
 def test_the_sentence_has_the_cause_its_support_and_what_to_do() -> None:
     one = recording().changed(NAME, range_m=RANGE / 1e3)
     sentence = one.diagnosed()[0].sentence
@@ -140,3 +148,15 @@ def test_a_radar_alone_shows_wrong_units(mistake: str) -> None:
 
 def test_a_radar_alone_that_is_right_shows_nothing() -> None:
     assert recording().only(NAME).diagnosed() == []
+
+
+def test_positions_made_of_the_plots_themselves_say_nothing_of_the_noise() -> None:
+    one = recording().only(NAME)
+    columns = (one.frame[name].to_numpy() for name in ("range_m", "azimuth_deg", "height_m"))
+    ranges, azimuths, heights = columns
+    site = float(np.radians(SITE[0])), float(np.radians(SITE[1])), SITE[2]
+    latitude, longitude, _ = geodetic(located(site, ranges, np.radians(azimuths), heights))
+    made = one.frame.with_columns(
+        latitude_deg=pl.Series(np.degrees(latitude)), longitude_deg=pl.Series(np.degrees(longitude))
+    )
+    assert Recording(made, one.sensors).diagnosed() == []

@@ -11,10 +11,10 @@ import pytest
 from support import fuzzing
 from support.waiting import WAIT_TIMEOUT_S
 
+pytestmark = pytest.mark.slow
+
 PROPERTY = """
 from hypothesis import given, strategies as st
-
-pytestmark = pytest.mark.slow
 
 @given(st.integers(0, 2**40))
 def test_most_numbers_are_good(number: int) -> None:
