@@ -17,6 +17,8 @@ PERIOD_MIN_S, PERIOD_MAX_S = 1.0, 30.0
 PLOTS_MIN = 30
 #: More do not say it better.
 PLOTS_MAX = 20_000
+#: Nor do fewer pairs of plots within a stretch: by chance they agree at one of so many frequencies.
+PAIRS_MIN = 400
 #: How well phases must agree: 1 for all alike, about 1 / sqrt(plots of a stretch) for none.
 AGREEMENT_MIN = 0.5
 #: Of peaks so high, relative to the highest, the slowest is meant: from plots of one direction, any
@@ -57,6 +59,8 @@ def scan_period_s(time_s: Floats, azimuth_deg: Floats) -> float:
     times = times - times[0]
     low, high = 1.0 / PERIOD_MAX_S, 1.0 / PERIOD_MIN_S
     found = math.nan
+    if _pairs(times, _STRETCHES_S[0]) < PAIRS_MIN:
+        return math.nan
     for stretch_s in _STRETCHES_S:
         step = 1.0 / (_STEPS * stretch_s)
         frequencies = np.arange(low, high + step, step)
@@ -69,6 +73,11 @@ def scan_period_s(time_s: Floats, azimuth_deg: Floats) -> float:
         if times[-1] < stretch_s:
             break
     return 1.0 / found
+
+
+def _pairs(times: Floats, stretch_s: float) -> float:
+    _, counts = np.unique(times // stretch_s, return_counts=True)
+    return float(np.sum(counts * (counts - 1.0)) / 2.0)
 
 
 def _agreement(times: Floats, phases: Floats, frequencies: Floats, stretch_s: float) -> Floats:

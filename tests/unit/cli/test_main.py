@@ -147,6 +147,14 @@ def test_wrong_usage_names_the_option_and_what_was_expected(
     assert capsys.readouterr().err == f"multiradar: {sentence}\n"
 
 
+def test_an_option_of_several_values_may_be_repeated(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    presets = ["--preset", "ed142-tma", "--preset", "ed142-enroute"]
+    assert run(["evaluate", "tracks", "--truth", str(tmp_path / "none"), *presets]) == 1
+    assert "none: no such file or folder" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("arguments", [[], ["convert"]])
 def test_no_command_is_help_without_an_empty_error(
     arguments: list[str], capsys: pytest.CaptureFixture[str]

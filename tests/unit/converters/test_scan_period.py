@@ -15,6 +15,25 @@ def test_traffic_in_one_direction_does_not_halve_the_period(period_s: float) -> 
     assert found == pytest.approx(period_s, rel=2e-3)
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_traffic_in_a_single_direction_means_the_slowest_of_equal_explanations(seed: int) -> None:
+    # Its frequency lies between two that are tried, twice its frequency on one.
+    period_s = 360.0 / 72.5
+    found = scan_period_s(*sweep(period_s, 600.0, seed, targets=10, sector_deg=0.5))
+    assert found == pytest.approx(period_s, rel=2e-3)
+
+
+def test_plots_that_come_one_by_one_without_order_say_nothing() -> None:
+    for seed in range(12):
+        generator = np.random.default_rng(seed)
+        count, span_s = 80, 7200.0
+        time_s, azimuth_deg = (
+            generator.uniform(0.0, span_s, count),
+            generator.uniform(0, 360, count),
+        )
+        assert math.isnan(scan_period_s(time_s, azimuth_deg))
+
+
 @pytest.mark.parametrize(("scans", "relative"), [(1.0, 0.03), (3.0, 0.01)])
 def test_a_few_scans_are_enough(scans: float, relative: float) -> None:
     found = scan_period_s(*sweep(5.0, scans * 5.0, 2, targets=80))

@@ -85,3 +85,9 @@ def test_most_of_a_reference_outside_the_area_of_the_tracks_is_told(
     told = outside(tracks_of({1: flights["a"]}), reference_of(flights), 2000.0)
     assert len(told) == sentences
     assert all("50% of the reference lies outside the area" in one for one in told)
+
+
+def test_what_is_of_another_time_is_not_told_as_of_another_area_as_well() -> None:
+    reference = reference_of({"a": _flight(BEGIN_S), "b": _flight(BEGIN_S + 700.0, east_m=9e4)})
+    (told,) = outside(tracks_of({1: _flight(BEGIN_S)}), reference, 2000.0)
+    assert "outside the time of the tracks" in told

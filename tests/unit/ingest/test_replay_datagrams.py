@@ -128,3 +128,16 @@ def test_a_listener_that_comes_later_gets_the_rest() -> None:
         assert [listener.recv(1) for _ in range(4)] == [b"\x02", b"\x03", b"\x04", b"\x05"]
         assert (octets, sink.refused()) == (6, 2)
         sink.close()
+
+
+def test_refusals_are_counted_though_nobody_asks_in_between() -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    sink = UdpSink("127.0.0.1", port, "127.0.0.1")
+    try:
+        for octet in range(3):
+            sink.send(bytes([octet]))
+        assert sink.refused() == 3
+    finally:
+        sink.close()
