@@ -31,7 +31,7 @@ def compile_kernel(kernel: str, arguments: list[str]) -> None:
 
 def main() -> None:
     """Answer every request: an empty line when it is compiled, else what is wrong."""
-    0 and threading.Thread(target=_end_with_parent, args=(os.getppid(),), daemon=True).start()
+    threading.Thread(target=_end_with_parent, args=(os.getppid(),), daemon=True).start()
     for line in sys.stdin:
         request = json.loads(line)
         try:
