@@ -158,7 +158,8 @@ def _in_order(recording: "Recording", given: Path, horizon_s: float) -> Iterator
         yield recording
         return
     print(
-        f"multiradar: {given}: rows are up to {apart_s:g} s out of order; sorted by time first",
+        f"multiradar: {given}: rows are up to {round(apart_s, 1):.10g} s out of order; "
+        "sorted by time first",
         file=sys.stderr,
     )
     with temporary_folder("multiradar-sort-") as temporary:

@@ -16,12 +16,14 @@ from multiradar.diagnosis.agreement import (
 from multiradar.diagnosis.comparison import AGREES_MIN, TESTED_MIN, Comparison
 from multiradar.diagnosis.diagnosis import Diagnosis
 from multiradar.diagnosis.hypotheses import (
+    AZIMUTH_UNITS,
+    CIRCLE_MAX_RAD,
     READINGS,
     Reading,
     as_given,
     other_sites,
 )
-from multiradar.diagnosis.plots import Site, reported
+from multiradar.diagnosis.plots import Plots, Site, reported
 from multiradar.diagnosis.references import Pairs
 from multiradar.geodesy.wgs84 import geodetic_to_ecef
 
@@ -32,6 +34,8 @@ SIMPLER_SHARE = 0.1
 #: Offsets of azimuth up to this may be those of magnetic north, which differs by less from true
 #: north outside the polar regions (WMM2020), degrees.
 MAGNETIC_MAX_DEG = 25.0
+#: Part of the azimuths that must lie within a circle.
+_NEARLY_ALL = 0.995
 #: Clocks are tried in steps of half hours, the finest of time zones but for three, up to a day.
 ZONE_STEP_S, ZONES = 1800.0, 48
 _COMPASS = (
@@ -163,6 +167,8 @@ def _tried_radar(
     plots, site = comparison.tested(number), comparison.site(number)
     compared = len(np.unique(pairs.plot))
     for reading in READINGS:
+        if not _within_a_circle(reading, comparison.plots(number)):
+            continue
         measured = reading.polar(plots.range_m, plots.azimuth_deg)
         agreement = polar_agreement(measured, site, pairs, compared=compared, turned=reading.turned)
         yield _read_so(reading), agreement
@@ -179,6 +185,14 @@ def _tried_radar(
         found = best_site(plots, measured, site, pairs)
         agreement = polar_agreement(measured, found, pairs, compared=compared)
         yield _stands(site, found), agreement
+
+
+# 6400 mils are not so many milliradians, though one is nearly the other.
+def _within_a_circle(reading: Reading, plots: Plots) -> bool:
+    if reading not in AZIMUTH_UNITS:
+        return True
+    _, azimuth = reading.polar(plots.range_m, plots.azimuth_deg)
+    return bool(np.nanquantile(azimuth, _NEARLY_ALL) <= CIRCLE_MAX_RAD)
 
 
 def _read_so(reading: Reading) -> Callable[[Agreement, float], Explanation]:

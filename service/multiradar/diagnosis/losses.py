@@ -143,7 +143,7 @@ def noise_amiss(evidence: Evidence, name: str, *, causes: bool) -> Diagnosis | N
     ):
         if ratio < 1.0 / NOISE_LOW_FACTOR or (ratio > NOISE_FACTOR and not causes):
             way = "large" if ratio < 1.0 else "small"
-            found = f"the noise measured is {_times(ratio)} times that"
+            found = f"the noise measured is {_two_digits(ratio)} times that"
             return _of_sigma(name, setting, way, sigma, found)
     return None
 
@@ -166,7 +166,9 @@ def spread_amiss(evidence: Evidence, name: str, spread: tuple[float, float]) -> 
         SIGMAS, sigmas(evidence, name), found, units, strict=True
     ):
         if scatter < sigma / NOISE_FACTOR:
-            words = f"its plots scatter by {scatter:.2g}{unit} about what other sensors see"
+            words = (
+                f"its plots scatter by {_two_digits(scatter)}{unit} about what other sensors see"
+            )
             return _of_sigma(name, setting, "large", sigma, words)
     return None
 
@@ -188,7 +190,7 @@ def _of_sigma(name: str, setting: str, way: str, sigma: float, found: str) -> Di
     )
 
 
-def _times(ratio: float) -> str:
+def _two_digits(ratio: float) -> str:
     return f"{ratio:.0f}" if ratio >= 10.0 else f"{ratio:.2g}"
 
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from multiradar.diagnosis.comparison import TESTED_MIN
 from multiradar.diagnosis.diagnosis import Diagnosis
-from multiradar.diagnosis.hypotheses import AZIMUTH_UNITS, RANGE_UNITS, Reading
+from multiradar.diagnosis.hypotheses import AZIMUTH_UNITS, CIRCLE_MAX_RAD, RANGE_UNITS, Reading
 from multiradar.diagnosis.plots import EARTH_RADIUS_M, Floats, Integers, Plots, Site, located
 from multiradar.diagnosis.scans import Rotation, coherence_at, rotation
 
@@ -62,7 +62,7 @@ def azimuth_unit(name: str, plots: Plots) -> Diagnosis | None:
     best, unit = given, None
     for reading in AZIMUTH_UNITS if given.coherence < SURELY else ():
         largest = float(np.max(reading.polar(azimuth, azimuth)[1], initial=0.0))
-        if not 0.5 * np.pi <= largest <= 2.01 * np.pi:
+        if not 0.5 * np.pi <= largest <= CIRCLE_MAX_RAD:
             continue
         found = rotation(time_s, reading.polar(azimuth, azimuth)[1])
         if _closer(found, best, time_s):
@@ -175,7 +175,7 @@ def _of_range(
     )
     others = [one[0].with_it.split(" as ")[1] for one in fitting if one[0] is not reading]
     perhaps = f" (or {', '.join(others)})" if others else ""
-    now = "" if np.isnan(speed) else f" and the median speed of aircraft {speed:.3g} m/s"
+    now = "" if np.isnan(speed) else f" and the median speed of aircraft {speed:.0f} m/s"
     with_it = "" if np.isnan(then) else f" and {then:.0f} m/s"
     return Diagnosis(
         name,
