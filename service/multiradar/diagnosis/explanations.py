@@ -17,7 +17,6 @@ from multiradar.diagnosis.comparison import AGREES_MIN, TESTED_MIN, Comparison
 from multiradar.diagnosis.diagnosis import Diagnosis
 from multiradar.diagnosis.hypotheses import (
     AZIMUTH_UNITS,
-    CIRCLE_MAX_RAD,
     READINGS,
     Reading,
     as_given,
@@ -34,8 +33,8 @@ SIMPLER_SHARE = 0.1
 #: Offsets of azimuth up to this may be those of magnetic north, which differs by less from true
 #: north outside the polar regions (WMM2020), degrees.
 MAGNETIC_MAX_DEG = 25.0
-#: Part of the azimuths that must lie within a circle.
-_NEARLY_ALL = 0.995
+#: Azimuths end here, rad, but for so many wrong ones.
+_CIRCLE_MAX_RAD, _BEYOND_MAX = 2.002 * np.pi, 2
 #: Clocks are tried in steps of half hours, the finest of time zones but for three, up to a day.
 ZONE_STEP_S, ZONES = 1800.0, 48
 _COMPASS = (
@@ -192,7 +191,7 @@ def _within_a_circle(reading: Reading, plots: Plots) -> bool:
     if reading not in AZIMUTH_UNITS:
         return True
     _, azimuth = reading.polar(plots.range_m, plots.azimuth_deg)
-    return bool(np.nanquantile(azimuth, _NEARLY_ALL) <= CIRCLE_MAX_RAD)
+    return bool(np.count_nonzero(azimuth > _CIRCLE_MAX_RAD) <= _BEYOND_MAX)
 
 
 def _read_so(reading: Reading) -> Callable[[Agreement, float], Explanation]:

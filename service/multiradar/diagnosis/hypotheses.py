@@ -75,8 +75,6 @@ RANGE_UNITS = (
     _range_unit("units of 1/128 NM", NAUTICAL_MILE_M / 128.0),
     _range_unit("units of 1/256 NM", NAUTICAL_MILE_M / 256.0),
 )
-#: Azimuths end here, rad; a little more is allowed for rounding.
-CIRCLE_MAX_RAD = 2.01 * np.pi
 #: Units in which azimuths come, rad; the last two are counts of an encoder.
 AZIMUTH_UNITS = (
     _azimuth_unit("radians", 1.0),

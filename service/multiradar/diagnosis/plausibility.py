@@ -4,7 +4,7 @@ import numpy as np
 
 from multiradar.diagnosis.comparison import TESTED_MIN
 from multiradar.diagnosis.diagnosis import Diagnosis
-from multiradar.diagnosis.hypotheses import AZIMUTH_UNITS, CIRCLE_MAX_RAD, RANGE_UNITS, Reading
+from multiradar.diagnosis.hypotheses import AZIMUTH_UNITS, RANGE_UNITS, Reading
 from multiradar.diagnosis.plots import EARTH_RADIUS_M, Floats, Integers, Plots, Site, located
 from multiradar.diagnosis.scans import Rotation, coherence_at, rotation
 
@@ -62,7 +62,7 @@ def azimuth_unit(name: str, plots: Plots) -> Diagnosis | None:
     best, unit = given, None
     for reading in AZIMUTH_UNITS if given.coherence < SURELY else ():
         largest = float(np.max(reading.polar(azimuth, azimuth)[1], initial=0.0))
-        if not 0.5 * np.pi <= largest <= CIRCLE_MAX_RAD:
+        if not 0.5 * np.pi <= largest <= 2.01 * np.pi:
             continue
         found = rotation(time_s, reading.polar(azimuth, azimuth)[1])
         if _closer(found, best, time_s):
