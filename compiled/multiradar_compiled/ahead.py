@@ -145,7 +145,7 @@ class _Crew:
 
 def _start_worker() -> "subprocess.Popen[str]":
     return subprocess.Popen(
-        [sys.executable, "-P", "-m", "multiradar_compiled.worker"],
+        [sys.executable, "-P", "-m", "multiradar_compiled.worker", str(os.getpid())],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,

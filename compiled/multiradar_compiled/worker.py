@@ -1,6 +1,7 @@
 """One of the processes that compile kernels beforehand: a request a line in, an answer a line out.
 
-Started by `multiradar_compiled.ahead` as `python -m multiradar_compiled.worker`.
+Started by `multiradar_compiled.ahead` as `python -m multiradar_compiled.worker PROCESS`; it ends
+with that process.
 """
 
 import json
@@ -31,7 +32,7 @@ def compile_kernel(kernel: str, arguments: list[str]) -> None:
 
 def main() -> None:
     """Answer every request: an empty line when it is compiled, else what is wrong."""
-    threading.Thread(target=_end_with_parent, args=(os.getppid(),), daemon=True).start()
+    threading.Thread(target=_end_with_parent, args=(int(sys.argv[1]),), daemon=True).start()
     for line in sys.stdin:
         request = json.loads(line)
         try:

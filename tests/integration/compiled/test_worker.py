@@ -20,7 +20,8 @@ def test_what_cannot_be_compiled_is_named_and_the_next_is_compiled() -> None:
         {"kernel": LOCATE, "arguments": ["float64[1C]", "float64", "float64"]},
     ]
     lines = "".join(json.dumps(one) + "\n" for one in requests)
-    with subprocess.Popen(WORKER, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as one:
+    line = [*WORKER, str(os.getpid())]
+    with subprocess.Popen(line, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as one:
         answers, _ = one.communicate(lines, timeout=WAIT_TIMEOUT_S)
     first, second, third = answers.splitlines()
     assert first.startswith("multiradar.nosuch:kernel: ModuleNotFoundError: ")
@@ -33,8 +34,9 @@ def test_a_worker_ends_with_its_command(tmp_path: Path) -> None:
     told = tmp_path / "worker"
     reader, writer = os.pipe()
     code = (
-        "import pathlib, subprocess, threading\n"
-        f"one = subprocess.Popen({WORKER!r}, stdin={reader}, stdout=subprocess.PIPE)\n"
+        "import os, pathlib, subprocess, threading\n"
+        f"line = [*{WORKER!r}, str(os.getpid())]\n"
+        f"one = subprocess.Popen(line, stdin={reader}, stdout=subprocess.PIPE)\n"
         f"pathlib.Path({str(told)!r}).write_text(str(one.pid))\n"
         "threading.Event().wait()\n"
     )
