@@ -66,11 +66,20 @@ def temporary_folder(prefix: str) -> Iterator[Path]:
 
 
 def remove_leftovers() -> None:
-    """Remove all that was told and not taken back, the latest first."""
+    """Remove all that is expected to be removed, the latest first."""
     for path in reversed(tuple(_EXPECTED)):
-        for _ in range(_TRIES):
-            shutil.rmtree(path, ignore_errors=True)
-            with suppress(OSError):
-                path.unlink(missing_ok=True)
-            if not os.path.lexists(path):
-                break
+        # Threads go on writing to it by its name; under another one they cannot.
+        renamed = path.with_name(f"{path.name}.removed")
+        with suppress(OSError):
+            path.rename(renamed)
+        for one in (renamed, path):
+            _remove(one)
+
+
+def _remove(path: Path) -> None:
+    for _ in range(_TRIES):
+        shutil.rmtree(path, ignore_errors=True)
+        with suppress(OSError):
+            path.unlink(missing_ok=True)
+        if not os.path.lexists(path):
+            break
