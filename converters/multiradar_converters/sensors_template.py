@@ -1,6 +1,6 @@
 """`sensors.toml` as a conversion writes it: what the recording says, the rest to be filled in.
 
-What the recording tells is there; what nobody but the owner of the radar knows is `nan`, which is
+What the recording tells is there; what only the owner of the radar knows is `nan`, which is
 refused with the line of every such field; every other key is a comment with its default.
 """
 

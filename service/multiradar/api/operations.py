@@ -33,8 +33,7 @@ async def readiness(access: Granted) -> Response:
         lambda: (str(access.service.state), access.service.start_step)
     )
     if state != _READY_STATE:
-        doing = f"; {step}" if step else ""
-        detail = f"the service is {state}{doing}"
+        detail = f"the service is starting: {step}" if step else f"the service is {state}"
         raise RequestError(503, "NOT_READY", detail, {"retry-after": "1"})
     return Response(b'{"ready": true}', media_type=encoding.JSON)
 

@@ -126,7 +126,7 @@ class Service:
     @property
     def start_step(self) -> str:
         """What a service that is starting is doing now; empty once it runs."""
-        return "" if self._state is ServiceState.RUNNING else self._start_step
+        return self._start_step
 
     def note_start(self, step: str) -> None:
         """Say what is done now so that the service can start: `/readyz` repeats it."""
@@ -155,6 +155,8 @@ class Service:
                 self._state = ServiceState.STOPPED
                 self._let_go()
                 raise
+            finally:
+                self._start_step = ""
             self._state = ServiceState.RUNNING
 
     def stop(self) -> None:

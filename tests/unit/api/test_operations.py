@@ -39,6 +39,16 @@ async def test_only_a_running_service_is_ready(
     assert state in answer.json()["detail"]
 
 
+async def test_a_service_that_is_starting_says_how_far_it_is(
+    client: httpx.AsyncClient, service: FakeService
+) -> None:
+    service.state, service.start_step = "stopped", "compiling kernels, once: 14 of 31"
+    answer = await client.get("/readyz")
+    assert (answer.status_code, answer.json()["code"]) == (503, "NOT_READY")
+    detail = answer.json()["detail"]
+    assert detail == "the service is starting: compiling kernels, once: 14 of 31"
+
+
 async def test_requests_are_counted_by_route_and_never_by_path(client: httpx.AsyncClient) -> None:
     await client.get("/v1/tracks/1")
     await client.get("/v1/tracks/424242")
