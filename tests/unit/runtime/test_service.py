@@ -52,6 +52,13 @@ def test_measurements_come_out_as_updates(start: Starter) -> None:
     assert len(service.view.tracks()) == 12
 
 
+def test_a_service_that_has_started_or_stopped_is_at_no_step_of_its_start(start: Starter) -> None:
+    service = start()
+    assert service.start_step == ""
+    service.stop()
+    assert service.start_step == ""
+
+
 def test_every_row_is_accepted_or_refused_with_its_place_and_content(start: Starter) -> None:
     service = start()
     frame = recording(10).with_columns(
