@@ -33,7 +33,7 @@ check: lint types contracts ## Everything but the tests
 
 test: check ## Lint, types, import contracts and all tests
 	$(BIN)/multiradar warm-up --all
-	$(BIN)/pytest -n 2
+	$(BIN)/pytest -n 3
 
 unit: $(READY) ## The unit tests, without those that take seconds
 	$(BIN)/pytest -n 2 -m "not slow" tests/unit

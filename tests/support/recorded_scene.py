@@ -2,8 +2,8 @@
 
 import json
 import os
+import signal
 import subprocess
-import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,8 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from support import clients, live_scene
+from support.commands import Command, run_command
 from support.served import SENSORS
-from support.waiting import WAIT_TIMEOUT_S, run_to_end, wait_until
+from support.waiting import WAIT_TIMEOUT_S, wait_until
 
 
 def write_scene(folder: Path, rows: int) -> tuple[Path, Path]:
@@ -26,8 +27,7 @@ def write_scene(folder: Path, rows: int) -> tuple[Path, Path]:
 
 def command(*arguments: object) -> "subprocess.CompletedProcess[str]":
     """Run a command to its end."""
-    line = [sys.executable, "-m", "multiradar", *map(str, arguments)]
-    return run_to_end(line, env=environment())
+    return run_command(*arguments, env=environment())
 
 
 def environment() -> dict[str, str]:
@@ -39,7 +39,7 @@ def environment() -> dict[str, str]:
 class Served:
     """A running `multiradar serve`."""
 
-    process: "subprocess.Popen[str]"
+    process: Command
     http: str
     zenoh: list[str]
 
@@ -58,20 +58,15 @@ class Served:
 @contextmanager
 def serving(*options: object) -> Iterator[Served]:
     """Serve until the end of the block; the process ends gracefully if it is still there."""
-    line = [sys.executable, "-m", "multiradar", "serve", "--json", *map(str, options)]
-    with subprocess.Popen(line, stdout=subprocess.PIPE, text=True, env=environment()) as process:
-        watchdog = threading.Timer(WAIT_TIMEOUT_S, process.kill)
-        watchdog.start()
-        try:
-            assert process.stdout is not None
-            ready: dict[str, Any] = json.loads(process.stdout.readline())
-            watchdog.cancel()
-            yield Served(process, ready["http"], ready["zenoh"])
-        finally:
-            watchdog.cancel()
-            process.terminate()
-            try:
-                process.wait(WAIT_TIMEOUT_S)
-            except subprocess.TimeoutExpired:
-                process.kill()
-                raise
+    process = Command("serve", "--json", *options, env=environment())
+    watchdog = threading.Timer(WAIT_TIMEOUT_S, process.signal, (signal.SIGKILL,))
+    watchdog.start()
+    try:
+        ready: dict[str, Any] = json.loads(process.stdout.readline())
+        watchdog.cancel()
+        yield Served(process, ready["http"], ready["zenoh"])
+    finally:
+        watchdog.cancel()
+        process.signal(signal.SIGTERM)
+        process.wait()
+        process.stdout.close()

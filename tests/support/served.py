@@ -1,16 +1,13 @@
 """`multiradar serve` in a process of its own, over HTTP, so that a test can kill it."""
 
 import json
+import signal
 import socket
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
 from support import clients
-from support.waiting import WAIT_TIMEOUT_S, run_to_end
-
-RUN = [sys.executable, "-m", "multiradar"]
+from support.commands import Command, run_command
 
 SENSORS = """
 [[sensor]]
@@ -57,12 +54,8 @@ class Served:
     def __init__(self, sensors: Path, state: Path, port: int = 0, workers: int = 1) -> None:
         options = ["--sensors", str(sensors), "--state", str(state), "--port", str(port)]
         options += ["--workers", str(workers), "--no-zenoh", "--json", "--log-level", "error"]
-        self._process = subprocess.Popen(
-            [*RUN, "serve", *options], stdout=subprocess.PIPE, text=True
-        )
-        assert self._process.stdout is not None
-        self._stdout = self._process.stdout
-        line = self._stdout.readline()
+        self._process = Command("serve", *options)
+        line = self._process.stdout.readline()
         self.url: str = json.loads(line)["http"] if line else ""
 
     def status(self) -> dict[str, Any]:
@@ -73,21 +66,22 @@ class Served:
 
     def kill(self) -> None:
         """Kill it as the kernel does, without a farewell."""
-        self._process.kill()
-        self._process.wait(WAIT_TIMEOUT_S)
-        self._stdout.close()
+        self._end(signal.SIGKILL)
 
     def stop(self) -> int:
         """Ask it to stop and return its exit status."""
-        self._process.terminate()
-        status = self._process.wait(WAIT_TIMEOUT_S)
-        self._stdout.close()
+        return self._end(signal.SIGTERM)
+
+    def _end(self, number: int) -> int:
+        self._process.signal(number)
+        status = self._process.wait()
+        self._process.stdout.close()
         return status
 
 
 def run(*arguments: object) -> dict[str, Any]:
     """Run a command of `multiradar` and return what it prints with `--json`."""
-    done = run_to_end([*RUN, *map(str, arguments), "--json"])
+    done = run_command(*arguments, "--json")
     assert done.returncode == 0, done.stderr
     found: dict[str, Any] = json.loads(done.stdout)
     return found

@@ -3,7 +3,6 @@
 import json
 import signal
 import socket
-import subprocess
 import sys
 from pathlib import Path
 from typing import Any
@@ -11,9 +10,10 @@ from typing import Any
 import polars as pl
 import pytest
 
+from support.commands import Command
 from support.recorded_scene import command, environment, serving, write_scene
-from support.served import RUN, free_port
-from support.waiting import WAIT_TIMEOUT_S, run_to_end, wait_until
+from support.served import free_port
+from support.waiting import run_to_end, wait_until
 
 ROWS = 1500
 
@@ -67,12 +67,12 @@ def test_the_same_recording_is_taken_once_and_a_restart_changes_nothing(
         _replay(measurements, "--to", served.http)
         again = _replay(measurements, "--to", served.http)
         assert (again["accepted"], again["duplicate"]) == (0, ROWS)
-        served.process.send_signal(signal.SIGINT)
-        assert served.process.wait(WAIT_TIMEOUT_S) == 0
+        served.process.signal(signal.SIGINT)
+        assert served.process.wait() == 0
     with serving(*options) as served:
         assert served.status()["output_sha256"] == expected
-        served.process.terminate()
-        assert served.process.wait(WAIT_TIMEOUT_S) == 0
+        served.process.signal(signal.SIGTERM)
+        assert served.process.wait() == 0
 
 
 def test_data_time_passes_at_the_speed_asked_for(scene: tuple[Path, Path], tmp_path: Path) -> None:
@@ -187,20 +187,20 @@ def test_a_kill_in_a_replay_over_zenoh_leaves_no_trace(
     measurements, sensors = scene
     endpoint = f"tcp/127.0.0.1:{free_port()}"
     options = [*_options(sensors, tmp_path / "state"), "--zenoh-listen", endpoint]
-    line = [*RUN, "replay", str(measurements), "--to", f"zenoh:{endpoint}"]
-    line += ["--speed", "max", "--batch", "5", "--json"]
+    line = ["replay", measurements, "--to", f"zenoh:{endpoint}"]
+    line += ["--speed", "max", "--batch", 5, "--json"]
     with serving(*options) as served:
-        replay = subprocess.Popen(line, stdout=subprocess.PIPE, text=True, env=environment())
+        replay = Command(*line, env=environment())
         wait_until(
             lambda: replay.poll() is not None or served.status()["accepted"] >= 100,
             "100 accepted measurements",
         )
         assert replay.poll() is None
-        served.process.kill()
+        served.process.signal(signal.SIGKILL)
     assert replay.poll() is None, "the replay ended before the kill"
     with serving(*options) as served:
-        out, _ = replay.communicate(timeout=WAIT_TIMEOUT_S)
-        assert replay.returncode == 0
+        out = replay.read_to_end()
+        assert replay.wait() == 0
         counts = json.loads(out)
         assert counts["accepted"] + counts["duplicate"] == ROWS
         assert counts["retries"] > 0

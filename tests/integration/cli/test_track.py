@@ -14,8 +14,8 @@ from multiradar.cli.main import run
 from multiradar.tracking import pool
 from multiradar_schemas.arrow import TRAJECTORY_SCHEMA
 from multiradar_schemas.report import Report
+from support.commands import RUN
 from support.recorded_scene import environment, write_scene
-from support.served import RUN
 from support.waiting import WAIT_TIMEOUT_S, run_to_end, wait_until
 
 SAMPLE = Path(__file__).parents[3] / "examples" / "vid-sample"

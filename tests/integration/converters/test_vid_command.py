@@ -3,7 +3,6 @@
 import json
 import signal
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -11,13 +10,14 @@ import pytest
 from multiradar_converters.vid.conversion import PASSES, convert
 from multiradar_converters.vid.options import Options
 from support import dumps
-from support.waiting import WAIT_TIMEOUT_S, run_to_end, wait_until
+from support.commands import RUN, run_command
+from support.waiting import WAIT_TIMEOUT_S, wait_until
 
-COMMAND = [sys.executable, "-m", "multiradar", "convert", "vid"]
+COMMAND = [*RUN, "convert", "vid"]
 
 
 def command(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
-    return run_to_end([*COMMAND, *map(str, arguments)])
+    return run_command("convert", "vid", *arguments)
 
 
 def test_it_prints_its_report_and_refuses_to_do_it_twice(tmp_path: Path) -> None:

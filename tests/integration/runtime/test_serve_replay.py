@@ -2,20 +2,20 @@
 
 import json
 import os
-import subprocess
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from support.commands import Command
 from support.live_scene import recording
-from support.served import RUN, SENSORS, Served, free_port, run
-from support.waiting import WAIT_TIMEOUT_S, pause, wait_until
+from support.served import SENSORS, Served, free_port, run
+from support.waiting import pause, wait_until
 
 #: `MULTIRADAR_KILLS=50` for the long run.
 KILLS = max(int(os.environ.get("MULTIRADAR_KILLS", "3")), 1)
-ROWS_A_KILL = 1000
+ROWS_A_KILL = 500
 ROWS = 300
 
 
@@ -52,7 +52,7 @@ def test_the_output_is_that_of_track(
     assert status["tracks_confirmed"] == figures["tracks_confirmed"] > 0
 
 
-def _goes_on(served: Served, accepted: int, replay: "subprocess.Popen[str]") -> bool:
+def _goes_on(served: Served, accepted: int, replay: Command) -> bool:
     return replay.poll() is not None or served.status()["accepted"] >= accepted
 
 
@@ -60,10 +60,9 @@ def test_kills_of_the_service_in_a_replay_leave_no_trace(tmp_path: Path) -> None
     rows = (KILLS + 1) * ROWS_A_KILL
     sensors, measurements, expected = _scene(tmp_path, rows)
     random, port = np.random.default_rng(KILLS), free_port()
-    replay = subprocess.Popen(
-        [*RUN, "replay", str(measurements), "--to", f"http://127.0.0.1:{port}", "--speed", "max",
-         "--batch", "5", "--json"],
-        stdout=subprocess.PIPE, text=True,
+    replay = Command(
+        "replay", measurements, "--to", f"http://127.0.0.1:{port}", "--speed", "max",
+        "--batch", 5, "--json",
     )  # fmt: skip
     killed = 0
     while killed < KILLS and replay.poll() is None:
@@ -77,8 +76,8 @@ def test_kills_of_the_service_in_a_replay_leave_no_trace(tmp_path: Path) -> None
     assert killed == KILLS
     assert replay.poll() is None, "the replay ended before the kills did"
     served = Served(sensors, tmp_path / "state", port)
-    out, _ = replay.communicate(timeout=WAIT_TIMEOUT_S)
-    assert replay.returncode == 0
+    out = replay.read_to_end()
+    assert replay.wait() == 0
     status = served.status()
     assert served.stop() == 0
     told = json.loads(out)
