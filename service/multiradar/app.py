@@ -152,7 +152,7 @@ class Application:
                 _log.info("compiling_kernels", done=done, total=total, elapsed_s=elapsed_s)
 
         purposes = serve_purposes(
-            self._settings.tracking_settings().filter_name,
+            self._settings.tracking_settings(),
             self._sensors,
             trajectories=bool(self._settings.trajectories.aircraft_max),
             asterix=bool(self._settings.asterix.listen),

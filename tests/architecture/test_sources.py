@@ -44,8 +44,9 @@ def tree(name: str) -> ast.Module:
     return ast.parse(text(name), filename=name)
 
 
-def nodes(name: str) -> Iterator[ast.AST]:
-    yield from ast.walk(tree(name))
+@cache
+def nodes(name: str) -> tuple[ast.AST, ...]:
+    return tuple(ast.walk(tree(name)))
 
 
 def test_there_is_something_to_judge() -> None:
@@ -64,6 +65,7 @@ def test_nothing_is_left_undone() -> None:
     unfinished = [
         f"{name}:{node.lineno}"
         for name in modules(*CODE)
+        if "NotImplementedError" in text(name)
         for node in nodes(name)
         if isinstance(node, ast.Name) and node.id == "NotImplementedError"
     ]
@@ -74,6 +76,7 @@ def test_no_error_is_swallowed() -> None:
     swallowed = [
         f"{name}:{node.lineno}"
         for name in modules(*CODE, "tests")
+        if "except" in text(name)
         for node in nodes(name)
         if isinstance(node, ast.ExceptHandler) and all(_says_nothing(part) for part in node.body)
     ]
@@ -90,7 +93,9 @@ def test_only_the_clock_module_reads_the_clock() -> None:
     readers = [
         name
         for name in modules(*CODE)
-        if name != CLOCK and any(_reads_clock(node) for node in nodes(name))
+        if name != CLOCK
+        and re.search(r"\b(time|date|datetime)\b", text(name))
+        and any(_reads_clock(node) for node in nodes(name))
     ]
     assert readers == []
 
@@ -157,6 +162,7 @@ def test_rates_of_angles_are_named_in_one_way() -> None:
     words = {
         f"{name}: {word}"
         for name in modules(*CODE, "tests")
+        if other.search(text(name))
         for node in nodes(name)
         for word in (getattr(node, "id", None), getattr(node, "arg", None))
         if isinstance(word, str) and other.search(word)
@@ -185,7 +191,7 @@ def test_property_tests_choose_how_many_examples_they_draw_and_nothing_else() ->
     chosen = {
         f"{name}:{node.lineno}: {word.arg}"
         for name in modules("tests/")
-        if name != "tests/conftest.py"
+        if name != "tests/conftest.py" and "settings(" in text(name)
         for node in nodes(name)
         if isinstance(node, ast.Call) and ast.unparse(node.func) == "settings"
         for word in node.keywords

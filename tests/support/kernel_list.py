@@ -34,7 +34,8 @@ LIST = ROOT / "compiled" / "multiradar_compiled" / "kernels.json"
 SAMPLE = ROOT / "examples" / "vid-sample"
 SENSORS = ROOT / "examples" / "sensors-vid-sample.toml"
 FILTERS = ("two-stage", "imm", "joint", "blom", "blom-macro", "ci")
-HIDDEN = "track_number,mode_3a,mode_s_address,callsign"
+#: Radar plots without identity.
+PRIMARY = ("--hide", "track_number,mode_3a,mode_s_address,callsign", "--kinds", "radar")
 OPTIONS: dict[str, tuple[str, ...]] = {
     "--encounters": ("120",),
     "--forecasts": ("60",),
@@ -96,11 +97,13 @@ def runs() -> Iterator[Run]:
     for name in FILTERS:
         base = f"track {name}"
         yield Run(base, "", track(name, "sample"))
-        yield Run(base, "", track(name, "sample", "--hide", HIDDEN, "--kinds", "radar"))
+        yield Run(base, "", track(name, "sample", *PRIMARY))
         yield Run(f"serve {name}", base, serve(name))
     for name in ("two-stage", "imm"):
         base = f"track {name}"
         yield Run(f"bearings {name}", base, track(name, "bearings"))
+        shared = track(name, "sample", "--config", "probabilistic.toml", *PRIMARY)
+        yield Run(f"track probabilistic {name}", base, shared)
         for option, values in OPTIONS.items():
             yield Run(f"track {option} {name}", base, track(name, "sample", option, *values))
     for name, options in STUDIES.items():
@@ -128,7 +131,8 @@ def track(name: str, recording: str, *options: str) -> Arguments:
     def arguments(inputs: Path, out: Path) -> list[str]:
         sensors = SENSORS if recording == "sample" else inputs / recording / "sensors.toml"
         given = [str(inputs / recording), "--sensors", str(sensors), "--out", str(out)]
-        return ["track", *given, "--filter", name, *options]
+        placed = [str(inputs / one) if one.endswith(".toml") else one for one in options]
+        return ["track", *given, "--filter", name, *placed]
 
     return arguments
 
@@ -144,6 +148,7 @@ def make_inputs(folder: Path) -> None:
     tracks = ("--sensors", str(SENSORS), "--kinds", "radar", "--out", str(folder / "tracks"))
     command("track", str(folder / "sample"), *tracks)
     write_dump(folder / "pairs", part_of_sample(500), pairs())
+    (folder / "probabilistic.toml").write_text('[tracking]\nassociation = "probabilistic"\n')
     octets = b"".join(one for _, one in datagrams(30_000.0, 20))
     (folder / "plots.ast").write_bytes(octets)
     reports = [

@@ -115,9 +115,8 @@ def _play(
     truth = read_truth(dump)
     sensors = _sensors_file(truth, sensors, folder)
     # Here, where progress can be shown; the service finds all of it in the cache.
-    filter_name = TRACKING_DEFAULTS.filter_name
     table = load_sensor_table(sensors)
-    wanted = serve_purposes(filter_name, table, trajectories=False, asterix=False)
+    wanted = serve_purposes(TRACKING_DEFAULTS, table, trajectories=False, asterix=False)
     compile_kernels(["convert vid", *wanted])
     choice = replace(choice, date=truth.date)
     converted = _convert(console, dump, folder / "converted", choice)

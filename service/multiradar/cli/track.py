@@ -59,6 +59,7 @@ if TYPE_CHECKING:
     from multiradar.runtime.stage_times import StageTimes
     from multiradar.runtime.trajectories.options import TrajectoryOptions
     from multiradar.settings import Settings
+    from multiradar.tracking.settings import TrackingSettings
     from multiradar_schemas.report import Report
 
 _WORKERS_DEFAULT_MAX = 8
@@ -167,7 +168,7 @@ def track(
         "--observability": observability,
     }
     table = load_sensor_table(sensors)
-    _compile(stages, settings.filter_name, table, outputs)
+    _compile(stages, settings, table, outputs)
     opened = open_measurements(
         measurements, DumpChoice(date, profile, allow_missing), settings.reorder_horizon_s
     )
@@ -209,13 +210,16 @@ def track(
 
 
 def _compile(
-    stages: "StageTimes", filter_name: str, sensors: "SensorTable", outputs: Mapping[str, object]
+    stages: "StageTimes",
+    settings: "TrackingSettings",
+    sensors: "SensorTable",
+    outputs: Mapping[str, object],
 ) -> None:
     from multiradar.runtime.kernel_purposes import track_purposes
     from multiradar.runtime.stage_times import COMPILING
 
     with stages.measure(COMPILING):
-        compile_kernels(track_purposes(filter_name, sensors, outputs))
+        compile_kernels(track_purposes(settings, sensors, outputs))
 
 
 def _track(

@@ -6,20 +6,21 @@ import numpy as np
 
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.tracking.measurements import KIND_BEARING
+from multiradar.tracking.settings import BY_PROBABILITY, TrackingSettings
 
 #: Filters for which extra outputs are listed of their own; the others share those of the first.
 _LISTED_FILTERS = ("two-stage", "imm")
 
 
 def track_purposes(
-    filter_name: str, sensors: SensorTable, outputs: Mapping[str, object]
+    settings: TrackingSettings, sensors: SensorTable, outputs: Mapping[str, object]
 ) -> list[str]:
     """Return what tracking a recording needs.
 
     Parameters
     ----------
-    filter_name : str
-        The filter.
+    settings : TrackingSettings
+        The filter, and how plots are associated.
     sensors : SensorTable
         The sensors: direction finders need kernels of their own.
     outputs : mapping of str to object
@@ -30,23 +31,26 @@ def track_purposes(
     list of str
         Purposes.
     """
-    listed = filter_name if filter_name in _LISTED_FILTERS else _LISTED_FILTERS[0]
+    name = settings.filter_name
+    listed = name if name in _LISTED_FILTERS else _LISTED_FILTERS[0]
     wanted = [option for option, value in outputs.items() if value is not None]
-    purposes = [f"track {filter_name}", *(f"track {option} {listed}" for option in wanted)]
+    purposes = [f"track {name}", *(f"track {option} {listed}" for option in wanted)]
+    if settings.association == BY_PROBABILITY:
+        purposes.append(f"track probabilistic {listed}")
     if np.any(np.asarray(sensors.kinds) == KIND_BEARING):
         purposes.append(f"bearings {listed}")
     return purposes
 
 
 def serve_purposes(
-    filter_name: str, sensors: SensorTable, *, trajectories: bool, asterix: bool
+    settings: TrackingSettings, sensors: SensorTable, *, trajectories: bool, asterix: bool
 ) -> Sequence[str]:
     """Return what the service needs, its queries included.
 
     Parameters
     ----------
-    filter_name : str
-        The filter.
+    settings : TrackingSettings
+        The filter, and how plots are associated.
     sensors : SensorTable
         The sensors.
     trajectories : bool
@@ -59,8 +63,8 @@ def serve_purposes(
     sequence of str
         Purposes.
     """
-    purposes = track_purposes(filter_name, sensors, {"--trajectories": trajectories or None})
-    purposes.append(f"serve {filter_name}")
+    purposes = track_purposes(settings, sensors, {"--trajectories": trajectories or None})
+    purposes.append(f"serve {settings.filter_name}")
     if asterix:
         purposes.append("convert asterix")
     return purposes

@@ -1,7 +1,9 @@
 """The compiled reading of lines equals the plain one, whatever stands in them."""
 
 from concurrent.futures import ThreadPoolExecutor
+from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import pytest
@@ -177,7 +179,7 @@ def test_a_broken_line_leaves_its_neighbours_alone(
 ) -> None:
     folder = tmp_path_factory.mktemp("neighbours")
     part = dumps.part_of_sample(40)
-    place = data.draw(st.integers(0, 39))
+    place = data.draw(st.sampled_from([0, 1, 17, 38, 39]))
     dump = dumps.write_dump(folder / "dump", part, dumps.columns("\t", "\n"))
     path = dump / "plots_ads.txt"
     lines = path.read_bytes().split(b"\n")
@@ -190,9 +192,20 @@ def test_a_broken_line_leaves_its_neighbours_alone(
         ("plots_ads.txt", 2 + place)
     ]
     assert report["counts"]["accepted"] == 119
+    found = dumps.contents(folder / "out")
+    del found["rejects.ndjson"]
+    assert found == _without_line(place)
+
+
+@cache
+def _without_line(place: int) -> dict[str, bytes]:
+    part = dumps.part_of_sample(40)
     rest = {"plots_ads.txt": [row for k, row in enumerate(part["plots_ads.txt"]) if k != place]}
-    clean = dumps.write_dump(folder / "clean", {**part, **rest}, dumps.columns("\t", "\n"))
-    dumps.run(clean, folder / "expected", kinds=("ads",))
-    found, expected = dumps.contents(folder / "out"), dumps.contents(folder / "expected")
-    del found["rejects.ndjson"], expected["rejects.ndjson"]
-    assert found == expected
+    with TemporaryDirectory() as folder:
+        clean = dumps.write_dump(
+            Path(folder) / "clean", {**part, **rest}, dumps.columns("\t", "\n")
+        )
+        dumps.run(clean, Path(folder) / "expected", kinds=("ads",))
+        expected = dumps.contents(Path(folder) / "expected")
+    del expected["rejects.ndjson"]
+    return expected

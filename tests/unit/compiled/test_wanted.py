@@ -1,12 +1,17 @@
 """The list of kernels by purpose has all that commands ask for."""
 
+from dataclasses import replace
+
 import pytest
 
 from multiradar.cli.options import FilterChoice
 from multiradar.runtime.kernel_purposes import serve_purposes, track_purposes
 from multiradar.studies.catalogue import STUDIES
+from multiradar.tracking.settings import TrackingSettings
 from multiradar_compiled.wanted import kernels_by_purpose, kernels_for
 from support import bearing_scene, live_scene
+
+IMM = TrackingSettings(filter_name="imm")
 
 OUTPUTS = (
     "--encounters",
@@ -20,21 +25,29 @@ OUTPUTS = (
 @pytest.mark.parametrize("name", [one.value for one in FilterChoice])
 def test_every_filter_is_listed_with_every_output_and_kind_of_sensor(name: str) -> None:
     outputs = dict.fromkeys(OUTPUTS, 60.0)
+    settings = TrackingSettings(filter_name=name)
     for sensors in (live_scene.sensors(), bearing_scene.sensors()):
-        purposes = track_purposes(name, sensors, outputs)
+        purposes = track_purposes(settings, sensors, outputs)
         assert len(kernels_for(purposes)) > len(kernels_for([f"track {name}"])) > 15
         for wanted in (True, False):
-            kernels_for(serve_purposes(name, sensors, trajectories=wanted, asterix=wanted))
+            kernels_for(serve_purposes(settings, sensors, trajectories=wanted, asterix=wanted))
 
 
 def test_an_output_that_is_not_wanted_adds_nothing() -> None:
-    plain = track_purposes("imm", live_scene.sensors(), {})
+    plain = track_purposes(IMM, live_scene.sensors(), {})
     assert plain == ["track imm"]
-    assert track_purposes("imm", live_scene.sensors(), dict.fromkeys(OUTPUTS)) == plain
+    assert track_purposes(IMM, live_scene.sensors(), dict.fromkeys(OUTPUTS)) == plain
 
 
 def test_direction_finders_add_kernels() -> None:
-    assert track_purposes("imm", bearing_scene.sensors(), {}) == ["track imm", "bearings imm"]
+    assert track_purposes(IMM, bearing_scene.sensors(), {}) == ["track imm", "bearings imm"]
+
+
+def test_shared_plots_add_kernels() -> None:
+    shared = replace(IMM, association="probabilistic")
+    purposes = track_purposes(shared, live_scene.sensors(), {})
+    assert purposes == ["track imm", "track probabilistic imm"]
+    assert len(kernels_for(purposes)) > len(kernels_for(["track imm"]))
 
 
 def test_conversions_and_studies_are_listed() -> None:

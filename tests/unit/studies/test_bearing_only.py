@@ -78,12 +78,12 @@ def test_the_filter_is_as_good_as_it_says(result: StudyResult, scene: str) -> No
 
 
 def test_the_band_over_all_times_counts_runs_and_holds_as_often_as_it_says() -> None:
-    """Eight seeds of twenty runs, seven scenes: 95 % of 56 less three sigma of the binomial.
+    """Five seeds of twenty runs, seven scenes: 95 % of 35 less three sigma of the binomial.
 
     By the band of each time, whose times go together, a scene was inside 66 to 100 % of them.
     """
     held = []
-    for seed in range(1, 9):
+    for seed in range(1, 6):
         rows = bearing_only.run(StudyOptions(runs=20, seed=seed), lambda _done, _total: None).rows
         for row in rows:
             if (row["scheme"], row["quantity"], row["time_s"]) == ("bearings", "nees", None):
@@ -93,8 +93,8 @@ def test_the_band_over_all_times_counts_runs_and_holds_as_often_as_it_says() -> 
                 )
                 assert high - low < 0.8
                 held.append(low <= value <= high)
-    assert len(held) == 8 * len(SCENES)
-    assert np.mean(held) >= 0.86
+    assert len(held) == 5 * len(SCENES)
+    assert np.mean(held) >= 0.84
 
 
 def test_one_run_alone_has_no_band() -> None:

@@ -45,14 +45,14 @@ def test_errors_are_within_what_is_said_of_them_while_the_acceleration_stays() -
     time_s, at_s = np.arange(0.0, 29.0, 2.0), np.array([58.0])
     left = WANDER * 30.0**3 / 3.0 + (0.5 * CHANGE_MPS2 * 30.0**2) ** 2
     noise = np.broadcast_to(NOISE_M2, (len(time_s), 2, 2))
-    for _ in range(300):
+    for _ in range(100):
         flown = tuple(PRIOR_SIGMAS[2] * random.normal(size=2))
         plots = path(time_s, flown) + random.multivariate_normal(np.zeros(2), NOISE_M2, len(time_s))
         found = polynomial_forecast(time_s, plots, noise, at_s)
         off = found.means[0] - path(at_s, flown)[0]
         squares.append(off @ np.linalg.solve(found.covariances[0] - left * np.eye(2), off))
-    # Three sigmas of the mean of 300 chi² of two degrees of freedom.
-    assert np.mean(squares) == pytest.approx(2.0, abs=3.0 * 2.0 / np.sqrt(300.0))
+    # Three sigmas of the mean of 100 chi² of two degrees of freedom.
+    assert np.mean(squares) == pytest.approx(2.0, abs=3.0 * 2.0 / np.sqrt(100.0))
 
 
 def test_older_plots_than_the_window_do_not_count_and_no_time_is_before_the_last() -> None:
