@@ -9,16 +9,20 @@ import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
+from multiprocessing.context import ForkServerProcess
 from multiprocessing.reduction import DupFd
 from typing import Any
 
+from multiradar.cli.main import main
 from support.waiting import WAIT_TIMEOUT_S
 
 RUN = [sys.executable, "-m", "multiradar"]
 
+Forked = ForkServerProcess
+
 _PROCESSES = multiprocessing.get_context("forkserver")
-_PROCESSES.set_forkserver_preload(["multiradar.app", "multiradar.cli.main"])
+_PROCESSES.set_forkserver_preload(["multiradar.app", "support.live_process"])
 
 
 class Command:
@@ -35,13 +39,12 @@ class Command:
     def __init__(self, *arguments: object, env: Mapping[str, str] | None = None) -> None:
         reading, writing = os.pipe()
         self.stdout = open(reading, encoding="utf-8")  # noqa: SIM115
-        self._process = start(arguments, env, writing, 2)
+        self._process = start_command(arguments, env, writing, 2)
         os.close(writing)
 
     def poll(self) -> int | None:
         """Return the exit status, None while it runs."""
-        status: int | None = self._process.exitcode
-        return status
+        return self._process.exitcode
 
     def wait(self) -> int:
         """Return the exit status once it has ended."""
@@ -65,7 +68,7 @@ def run_command(
 ) -> "subprocess.CompletedProcess[str]":
     """Run a command to its end and return what it said, whatever its exit status."""
     with tempfile.TemporaryFile("w+") as out, tempfile.TemporaryFile("w+") as errors:
-        status = ended(start(arguments, env, out.fileno(), errors.fileno()))
+        status = ended(start_command(arguments, env, out.fileno(), errors.fileno()))
         for one in (out, errors):
             one.seek(0)
         return subprocess.CompletedProcess(
@@ -73,33 +76,47 @@ def run_command(
         )
 
 
-def start(
-    arguments: tuple[object, ...], env: Mapping[str, str] | None, out: int, errors: int
-) -> Any:
+def start_command(
+    arguments: Sequence[object], env: Mapping[str, str] | None, out: int, errors: int
+) -> Forked:
     """Start the command with open files as its standard output and standard error."""
     environment = dict(os.environ if env is None else env)
-    process = _PROCESSES.Process(
-        target=_run, args=([*map(str, arguments)], environment, _Stream(out), _Stream(errors))
-    )
+    return fork(_command, [*map(str, arguments)], environment, streams={1: out, 2: errors})
+
+
+def fork(function: Callable[..., object], *arguments: object, streams: Mapping[int, int]) -> Forked:
+    """Call a function in a process of its own.
+
+    Parameters
+    ----------
+    function : callable
+        Of a module that can be imported.
+    *arguments : object
+        Its arguments.
+    streams : mapping of int to int
+        Standard streams of the process, by the files that are open here.
+    """
+    inherited = {number: _Stream(file) for number, file in streams.items()}
+    process = _PROCESSES.Process(target=_call, args=(function, arguments, inherited))
     process.start()
     return process
 
 
-def ended(process: Any) -> int:
+def ended(process: Forked) -> int:
     """Return the exit status of a process once it has ended."""
     process.join(WAIT_TIMEOUT_S)
-    assert process.exitcode is not None, f"waited {WAIT_TIMEOUT_S:.0f} s for the end of a command"
-    return int(process.exitcode)
+    assert process.exitcode is not None, f"waited {WAIT_TIMEOUT_S:.0f} s for the end of a process"
+    return process.exitcode
 
 
 class _Stream:
     """An open file that goes with what is started."""
 
-    def __init__(self, number: int) -> None:
-        self._number = number
+    def __init__(self, file: int) -> None:
+        self._file = file
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _inherited, (DupFd(self._number),)
+        return _inherited, (DupFd(self._file),)
 
 
 def _inherited(handed: Any) -> int:
@@ -107,13 +124,17 @@ def _inherited(handed: Any) -> int:
 
 
 # In the process that was forked.
-def _run(arguments: list[str], environment: dict[str, str], out: int, errors: int) -> None:
+def _call(
+    function: Callable[..., object], arguments: tuple[object, ...], streams: dict[int, int]
+) -> None:
+    for number, file in streams.items():
+        os.dup2(file, number)
+        os.close(file)
+    function(*arguments)
+
+
+def _command(arguments: list[str], environment: dict[str, str]) -> None:
     os.environ.clear()
     os.environ.update(environment)
-    for number, stream in ((1, out), (2, errors)):
-        os.dup2(stream, number)
-        os.close(stream)
     sys.argv = ["multiradar", *arguments]
-    from multiradar.cli.main import main
-
     main()

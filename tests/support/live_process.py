@@ -5,12 +5,12 @@ the key `end` ends the stream. Each answer on standard output is a line of JSON.
 """
 
 import json
-import subprocess
-import sys
+import os
 import threading
 from concurrent.futures import Future
+from contextlib import suppress
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, TextIO
 
 from multiradar.runtime.engine import Engine
 from multiradar.runtime.fingerprint import configuration_fingerprint
@@ -20,10 +20,8 @@ from multiradar.runtime.service import Service
 from multiradar.storage.sqlite_journal import SqliteJournal
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.tracking.state_samples import Sampling
+from support.commands import ended, fork
 from support.live_scene import sensors
-from support.waiting import WAIT_TIMEOUT_S
-
-TESTS = Path(__file__).parents[1]
 
 
 def live_service(journal: Path, workers: int = 1) -> Service:
@@ -42,15 +40,12 @@ class LiveProcess:
     """The service as its parent sees it."""
 
     def __init__(self, journal: Path, workers: int = 1) -> None:
-        self._process = subprocess.Popen(
-            [sys.executable, "-m", "support.live_process", str(journal), str(workers)],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            cwd=TESTS,
-        )
-        assert self._process.stdin is not None
-        assert self._process.stdout is not None
-        self._stdin, self._stdout = self._process.stdin, self._process.stdout
+        reading, to = os.pipe()
+        said, writing = os.pipe()
+        self._process = fork(main, journal, workers, streams={0: reading, 1: writing, 2: 2})
+        os.close(reading)
+        os.close(writing)
+        self._stdin, self._stdout = open(to, "wb"), open(said, "rb")  # noqa: SIM115
 
     def send(self, key: str, payload: bytes) -> None:
         """Send a message; raises BrokenPipeError when the process is dead."""
@@ -70,24 +65,27 @@ class LiveProcess:
 
     def wait(self) -> int:
         """Wait for its end, and close the pipes."""
-        try:
+        # Something may be left in the buffer for a process that is dead, as intended.
+        with suppress(BrokenPipeError):
             self._stdin.close()
-        except BrokenPipeError:
-            # Something was left in the buffer for a process that is dead, as intended.
-            self._stdin = self._stdout
-        status = self._process.wait(WAIT_TIMEOUT_S)
+        status = ended(self._process)
         self._stdout.close()
         return status
 
 
 def main(journal: Path, workers: int) -> None:
     """Serve until the end of the stream."""
+    with open(0, "rb", closefd=False) as heard, open(1, "w", closefd=False) as said:
+        _serve(journal, workers, heard, said)
+
+
+def _serve(journal: Path, workers: int, heard: BinaryIO, said: TextIO) -> None:
     answering = threading.Lock()
 
     def answer(**fields: object) -> None:
         with answering:
-            sys.stdout.write(json.dumps(fields) + "\n")
-            sys.stdout.flush()
+            said.write(json.dumps(fields) + "\n")
+            said.flush()
 
     def taken(key: str, future: Future[Receipt]) -> None:
         receipt = future.result()
@@ -96,7 +94,7 @@ def main(journal: Path, workers: int) -> None:
     service = live_service(journal, workers)
     service.start()
     answer(ready=True)
-    for key, payload in _messages(sys.stdin.buffer):
+    for key, payload in _messages(heard):
         future = service.submit(decode_rows(payload), source="pipe", idempotency_key=key)
         future.add_done_callback(lambda done, key=key: taken(key, done))  # type: ignore[misc]
     service.flush(source="pipe", idempotency_key="end").result()
@@ -112,7 +110,3 @@ def _messages(stream: BinaryIO) -> Any:
         if message["key"] == "end":
             return
         yield message["key"], stream.read(message["bytes"])
-
-
-if __name__ == "__main__":
-    main(Path(sys.argv[1]), int(sys.argv[2]))
