@@ -14,6 +14,7 @@ from typing import Any
 
 import polars as pl
 
+from multiradar.diagnosis.plots import ground_range
 from multiradar.simulation.toml_text import toml_text
 
 FOOT_M = 0.3048
@@ -168,6 +169,21 @@ def exchanged(first: str, second: str) -> Callable[[Sample, Path], None]:
     return made
 
 
+def on_the_ground(sensor: str) -> Callable[[Sample, Path], None]:
+    """Return what gives a radar ground ranges in place of slant ranges."""
+
+    def made(sample: Sample, folder: Path) -> None:
+        site = {name_of(table): table for table in tables_of(sample)}[sensor]
+        frame = sample.measurements.filter(sensor_id=sensor)
+        heights = frame["height_m"].fill_null(0.0).to_numpy()
+        ground_m, _ = ground_range(float(site["height_m"]), frame["range_m"].to_numpy(), heights)
+        frame = frame.with_columns(pl.Series("range_m", ground_m))
+        others = sample.measurements.filter(pl.col("sensor_id") != sensor)
+        write(folder, pl.concat([frame, others]).sort("time_s"), sample.sensors)
+
+    return made
+
+
 def renumbered(sensor: str, source: int) -> Callable[[Sample, Path], None]:
     """Return what gives a sensor of the sensors file another source number."""
     return settings(sensor, source=source)
@@ -298,6 +314,11 @@ CATALOGUE: tuple[Mistake, ...] = (
         alone(plots(anonymous=True, range_m=_RANGE / 1e3), RADAR),
         said=(RADAR, "kilometres"),
     ),
+    Mistake(
+        "ground ranges in place of slant ranges",
+        on_the_ground(RADAR),
+        said=(RADAR, "ground ranges"),
+    ),
     Mistake("a range_max_m in kilometres", settings(RADAR, range_max_m=300), said=("range_max_m",)),
     Mistake(
         "a range_max_m in nautical miles", settings(RADAR, range_max_m=162), said=("range_max_m",)
@@ -396,7 +417,17 @@ CATALOGUE: tuple[Mistake, ...] = (
         said=(RADAR, "35-10", "site"),
         sensors=(RADAR, "35-10"),
     ),
+    Mistake(
+        "the height of a site in feet",
+        settings(RADAR, height_m=lambda one: one["height_m"] / FOOT_M),
+        said=(RADAR, "height_m of its site", "feet"),
+    ),
     # Heights.
+    Mistake(
+        "none: heights of a hot day",
+        plots(height_m=_HEIGHT * 0.93),
+        status=0,
+    ),
     Mistake("heights in feet", plots(RADAR, height_m=_HEIGHT / FOOT_M), said=(RADAR, "feet")),
     Mistake(
         "heights in flight levels",

@@ -17,6 +17,7 @@ from multiradar.diagnosis.explanations import alike, explained
 from multiradar.diagnosis.heights import height_against_others
 from multiradar.diagnosis.names import first_and_last, names_amiss
 from multiradar.diagnosis.plausibility import (
+    FOOT_M,
     azimuth_unit,
     exchanged_columns,
     height_unit,
@@ -131,7 +132,7 @@ def _undecided(found: list[Diagnosis], compared: int) -> list[Diagnosis]:
     if compared != 2 or len(found) != 2 or found[0].code != found[1].code:
         return found
     first, second = found
-    if first.code not in ("site", "clock", "azimuth_offset"):
+    if first.code not in ("site", "clock", "azimuth_offset", "site_height", "ground_ranges"):
         return found
     sentence = (
         f"{first.sensor_id} and {second.sensor_id} contradict each other, and there is no third "
@@ -146,7 +147,34 @@ def _agreeing(comparison: Comparison, number: int, name: str, pairs: Pairs) -> l
     found = _first(height_against_others(comparison, number, name, agreement, pairs))
     if found or not comparison.is_radar(number):
         return found
-    return _of_registration(name, registered(comparison, number, agreement, pairs))
+    wrong = registered(comparison, number, agreement, pairs)
+    return _of_heights(name, comparison.site(number)[2], wrong) or _of_registration(name, wrong)
+
+
+def _of_heights(name: str, height_m: float, wrong: Registration) -> list[Diagnosis]:
+    lie = (
+        f"its plots lie {wrong.after_m:.0f} m in the median from where other sensors see the "
+        f"aircraft ({wrong.before_m:.0f} m as they are)"
+    )
+    if wrong.ground_ranges:
+        return [
+            Diagnosis(
+                name,
+                "ground_ranges",
+                f"{name}: its ranges are probably ground ranges, not slant ranges: taken so, {lie}"
+                "; write the slant ranges as they were measured",
+            )
+        ]
+    if wrong.height_in_feet:
+        return [
+            Diagnosis(
+                name,
+                "site_height",
+                f"{name}: height_m of its site is probably in feet: it is {height_m:g} in the "
+                f"sensors file, and with {height_m * FOOT_M:.0f} m {lie}; give it in metres",
+            )
+        ]
+    return []
 
 
 def _of_registration(name: str, wrong: Registration) -> list[Diagnosis]:

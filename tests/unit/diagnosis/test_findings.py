@@ -7,7 +7,14 @@ import polars as pl
 import pytest
 
 from multiradar.diagnosis.plots import geodetic, located
-from support.mistaken import METRES_PER_DEGREE, RADARS, Edit, Recording, recording
+from support.mistaken import (
+    METRES_PER_DEGREE,
+    RADARS,
+    Edit,
+    Recording,
+    on_the_ground,
+    recording,
+)
 
 RANGE, AZIMUTH, TIME, HEIGHT = (
     pl.col(name) for name in ("range_m", "azimuth_deg", "time_s", "height_m")
@@ -20,6 +27,10 @@ MISTAKES: dict[str, tuple[Edit, str]] = {
     "kilometres": (lambda one: one.changed(NAME, range_m=RANGE / 1e3), "range_unit"),
     "nautical miles": (lambda one: one.changed(NAME, range_m=RANGE / 1852.0), "range_unit"),
     "feet": (lambda one: one.changed(NAME, range_m=RANGE / 0.3048), "range_unit"),
+    "ground ranges": (lambda one: on_the_ground(one, NAME), "ground_ranges"),
+    "site height in feet": (
+        lambda one: one.configured(NAME, height_m=SITE[2] / 0.3048), "site_height",
+    ),
     "radians": (
         lambda one: one.changed(NAME, azimuth_deg=AZIMUTH * np.pi / 180.0), "azimuth_unit",
     ),
@@ -75,6 +86,17 @@ def test_nothing_is_said_of_a_recording_that_is_right(
     seed: int, *, positions: bool, named: bool
 ) -> None:
     assert recording(seed, positions=positions, named=named).diagnosed() == []
+
+
+# Pressure heights on a hot or a cold day: as if all sites were at another height.
+@pytest.mark.parametrize("factor", [0.85, 0.93, 1.07])
+def test_heights_of_a_hot_or_a_cold_day_are_no_mistake_of_a_site(factor: float) -> None:
+    assert recording().changed(*RADARS, height_m=HEIGHT * factor).diagnosed() == []
+
+
+def test_ground_ranges_of_two_radars_are_named_at_both() -> None:
+    one = on_the_ground(on_the_ground(recording(), NAME), "2-10")
+    assert one.codes() == [(NAME, "ground_ranges"), ("2-10", "ground_ranges")]
 
 
 @pytest.mark.parametrize("mistake", MISTAKES)
