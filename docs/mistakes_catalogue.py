@@ -491,6 +491,28 @@ CATALOGUE: tuple[Mistake, ...] = (
         said=("41-1", "no measurements"),
         sensors=("41-1",),
     ),
+    # Biases.
+    Mistake(
+        "a range offset fixed at 1000 m (it is 185 m)",
+        settings(RADAR, bias={"range_offset_m": {"prior": 1000.0, "estimate": False}}),
+        said=(RADAR, "bias.range_offset_m", "estimate = false"),
+    ),
+    Mistake(
+        "an azimuth offset with a wrong prior and its prior_sigma 100 times too small",
+        settings(RADAR, bias={"azimuth_offset_deg": {"prior": 0.3, "prior_sigma": 0.005}}),
+        said=(RADAR, "bias.azimuth_offset_deg", "prior_sigma"),
+    ),
+    Mistake(
+        "none: both offsets fixed at about the right values",
+        settings(
+            RADAR,
+            bias={
+                "range_offset_m": {"prior": 150.0, "estimate": False},
+                "azimuth_offset_deg": {"prior": -0.15, "estimate": False},
+            },
+        ),
+        status=0,
+    ),
     # Noise and scan periods.
     Mistake(
         "range_sigma_m 100 times too large",

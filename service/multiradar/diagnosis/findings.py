@@ -16,6 +16,7 @@ from multiradar.diagnosis.evidence import Evidence
 from multiradar.diagnosis.explanations import alike, explained
 from multiradar.diagnosis.heights import height_against_others
 from multiradar.diagnosis.names import first_and_last, names_amiss
+from multiradar.diagnosis.offsets import OFFSET_CODE, offset_amiss
 from multiradar.diagnosis.plausibility import (
     FOOT_M,
     azimuth_unit,
@@ -28,6 +29,7 @@ from multiradar.diagnosis.plots import KEYS
 from multiradar.diagnosis.references import RECORDING, Pairs
 from multiradar.diagnosis.registration import Registration, registered
 from multiradar.diagnosis.times import times_amiss, utc
+from multiradar.estimation.measurement.sensors import SensorTable
 
 
 def diagnose(evidence: Evidence) -> list[Diagnosis]:
@@ -98,13 +100,15 @@ def _compared(
         # What is wrong with a suspect must not be seen in those that it is compared with.
         pairs = seen[number][1]
         pairs = pairs.take(np.isin(pairs.source, [*trusted, RECORDING]))
-        wrong = _agreeing(comparison, number, names[number], pairs)
+        wrong = _agreeing(evidence.sensors, comparison, number, pairs)
         if not wrong and comparison.is_radar(number):
             # A dump's own positions may have been made of these very plots.
             others = comparison.agreement(number, pairs.take(pairs.source != RECORDING))
             if others.share >= AGREES_MIN:
                 wrong = _first(lost.spread_amiss(evidence, names[number], others.spread))
         found += wrong
+    # What is wrong with one sensor may show as an offset of another.
+    found = [one for one in found if one.code != OFFSET_CODE] or found
     return _undecided(found, len(numbers))
 
 
@@ -142,13 +146,21 @@ def _undecided(found: list[Diagnosis], compared: int) -> list[Diagnosis]:
 
 
 # What the small differences of a sensor that agrees show.
-def _agreeing(comparison: Comparison, number: int, name: str, pairs: Pairs) -> list[Diagnosis]:
+def _agreeing(
+    sensors: SensorTable, comparison: Comparison, number: int, pairs: Pairs
+) -> list[Diagnosis]:
+    name = sensors.ids[number]
     agreement = comparison.agreement(number, pairs)
     found = _first(height_against_others(comparison, number, name, agreement, pairs))
     if found or not comparison.is_radar(number):
         return found
     wrong = registered(comparison, number, agreement, pairs)
-    return _of_heights(name, comparison.site(number)[2], wrong) or _of_registration(name, wrong)
+    others = [sensors.ids[one] for one in np.unique(pairs.source) if one != RECORDING]
+    return (
+        _of_heights(name, comparison.site(number)[2], wrong)
+        or _of_registration(name, wrong)
+        or _first(offset_amiss(sensors, number, wrong, others))
+    )
 
 
 def _of_heights(name: str, height_m: float, wrong: Registration) -> list[Diagnosis]:

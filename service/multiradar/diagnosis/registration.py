@@ -58,6 +58,9 @@ class Registration(NamedTuple):
         Whether its ranges are ground ranges.
     height_in_feet : bool
         Whether the height of its site was given in feet.
+    offset, offset_sigma : (float, float)
+        Its offsets of range, m, and azimuth, rad, with their standard deviations (infinite when
+        they were not fitted), where nothing of the above is wrong.
     before_m, after_m : float
         Median residual as configured and with one of the latter two corrected, m.
     """
@@ -67,6 +70,8 @@ class Registration(NamedTuple):
     north_m: float = 0.0
     ground_ranges: bool = False
     height_in_feet: bool = False
+    offset: tuple[float, float] = (0.0, 0.0)
+    offset_sigma: tuple[float, float] = (np.inf, np.inf)
     before_m: float = 0.0
     after_m: float = 0.0
 
@@ -110,7 +115,11 @@ def registered(
     far = float(np.hypot(*moved)) >= max(SHIFT_MIN_M, SIGMAS * float(by_site.sigma[-2:].max()))
     if far and by_site.scale <= SMALLER * plain.scale:
         return nothing._replace(east_m=float(moved[0]), north_m=float(moved[1]))
-    return nothing
+    offset, sigma = plain.solution[:2] * _PRIOR, plain.sigma[:2] * _PRIOR
+    return nothing._replace(
+        offset=(float(offset[0]), float(offset[1])),
+        offset_sigma=(float(sigma[0]), float(sigma[1])),
+    )
 
 
 # Mistakes that act by the heights of the aircraft; `best_m` is what other mistakes leave.

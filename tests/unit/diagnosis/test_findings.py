@@ -22,6 +22,12 @@ RANGE, AZIMUTH, TIME, HEIGHT = (
 NAME = "1-10"
 SITE = RADARS[NAME][0]
 
+
+def biased(one: Recording, **bias: dict[str, float]) -> Recording:
+    """Return a recording with biases of `NAME` in its sensors file."""
+    return one.configured(NAME, bias=bias)
+
+
 #: What is done, and the code of what is said of `NAME`.
 MISTAKES: dict[str, tuple[Edit, str]] = {
     "kilometres": (lambda one: one.changed(NAME, range_m=RANGE / 1e3), "range_unit"),
@@ -30,6 +36,15 @@ MISTAKES: dict[str, tuple[Edit, str]] = {
     "ground ranges": (lambda one: on_the_ground(one, NAME), "ground_ranges"),
     "site height in feet": (
         lambda one: one.configured(NAME, height_m=SITE[2] / 0.3048), "site_height",
+    ),
+    "range offset fixed at 1 km": (
+        lambda one: biased(one, range_offset_m={"prior": 1000.0, "estimate": False}), "bias",
+    ),
+    "azimuth offset fixed": (
+        lambda one: biased(one, azimuth_offset_deg={"prior": 0.5, "estimate": False}), "bias",
+    ),
+    "range offset with a narrow prior": (
+        lambda one: biased(one, range_offset_m={"prior": -300.0, "prior_sigma": 20.0}), "bias",
     ),
     "radians": (
         lambda one: one.changed(NAME, azimuth_deg=AZIMUTH * np.pi / 180.0), "azimuth_unit",
@@ -86,6 +101,39 @@ def test_nothing_is_said_of_a_recording_that_is_right(
     seed: int, *, positions: bool, named: bool
 ) -> None:
     assert recording(seed, positions=positions, named=named).diagnosed() == []
+
+
+# The true offsets of `NAME` are 180 m and −0.19°.
+@pytest.mark.parametrize(
+    "bias",
+    [
+        {
+            "range_offset_m": {"prior": 180.0, "estimate": False},
+            "azimuth_offset_deg": {"prior": -0.19, "estimate": False},
+        },
+        {"range_offset_m": {"prior": 0.0, "prior_sigma": 20.0}},
+        {"range_offset_m": {"prior": 600.0, "prior_sigma": 200.0}},
+        # An offset of range and a gain are not told apart.
+        {"range_offset_m": {"prior": 1000.0, "estimate": False}, "range_gain": {"estimate": True}},
+    ],
+)
+@pytest.mark.parametrize("others", [("2-10",), ("2-10", "3-10")])
+def test_offsets_that_are_configured_about_right_are_no_mistake(
+    bias: dict[str, dict[str, float]], others: tuple[str, ...]
+) -> None:
+    assert biased(recording(), **bias).only(NAME, *others).diagnosed() == []
+
+
+def test_a_wrong_offset_is_said_with_what_others_show_and_who_they_are() -> None:
+    wrong = biased(recording(), range_offset_m={"prior": 1000.0, "estimate": False})
+    said = wrong.diagnosed()[0].sentence
+    assert said.startswith(
+        "1-10: bias.range_offset_m is probably wrong: the sensors file has it fixed at 1000 m "
+        "(estimate = false), and 2-10, 3-10 show 1"
+    )
+    assert said.endswith(" m; correct prior, or remove estimate = false")
+    alone = wrong.only(NAME, "2-10").diagnosed()[0].sentence
+    assert "(or 2-10 is wrong: there is no third sensor)" in alone
 
 
 # Pressure heights on a hot or a cold day: as if all sites were at another height.
