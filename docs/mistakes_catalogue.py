@@ -184,6 +184,18 @@ def on_the_ground(sensor: str) -> Callable[[Sample, Path], None]:
     return made
 
 
+def late_and_known(sensor: str, late_s: float) -> Callable[[Sample, Path], None]:
+    """Return what makes a clock late, and says so in the sensors file."""
+    bias = {"time_offset_s": {"prior": late_s, "estimate": False}}
+
+    def made(sample: Sample, folder: Path) -> None:
+        times = pl.col("time_s") + pl.when(sensor_id=sensor).then(late_s).otherwise(0.0)
+        frame = sample.measurements.with_columns(times).sort("time_s")
+        settings(sensor, bias=bias)(Sample(sample.dump, frame, sample.sensors), folder)
+
+    return made
+
+
 def renumbered(sensor: str, source: int) -> Callable[[Sample, Path], None]:
     """Return what gives a sensor of the sensors file another source number."""
     return settings(sensor, source=source)
@@ -437,6 +449,11 @@ CATALOGUE: tuple[Mistake, ...] = (
     # Times.
     Mistake(
         "a clock off by 3 s", plots(RADAR, time_s=_TIME + 3.0), said=(RADAR, "clock", "s ahead")
+    ),
+    Mistake(
+        "none: a clock off by 3 s, with bias.time_offset_s of 3 s",
+        late_and_known(RADAR, 3.0),
+        status=0,
     ),
     Mistake("a clock off by 1 h", plots(RADAR, time_s=_TIME + 3600.0), said=(RADAR, "1 h")),
     Mistake(

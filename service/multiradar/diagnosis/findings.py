@@ -10,7 +10,12 @@ import numpy as np
 
 from multiradar.diagnosis import losses as lost
 from multiradar.diagnosis.agreement import Agreement
-from multiradar.diagnosis.comparison import AGREES_MIN, TESTED_MIN, Comparison
+from multiradar.diagnosis.comparison import (
+    AGREES_MIN,
+    TESTED_MIN,
+    Comparison,
+    configured_bias,
+)
 from multiradar.diagnosis.diagnosis import Diagnosis
 from multiradar.diagnosis.evidence import Evidence
 from multiradar.diagnosis.explanations import alike, explained
@@ -29,7 +34,7 @@ from multiradar.diagnosis.plots import KEYS
 from multiradar.diagnosis.references import RECORDING, Pairs
 from multiradar.diagnosis.registration import Registration, registered
 from multiradar.diagnosis.times import times_amiss, utc
-from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET, SensorTable
 
 
 def diagnose(evidence: Evidence) -> list[Diagnosis]:
@@ -156,9 +161,10 @@ def _agreeing(
         return found
     wrong = registered(comparison, number, agreement, pairs)
     others = [sensors.ids[one] for one in np.unique(pairs.source) if one != RECORDING]
+    configured_s, _ = configured_bias(sensors, number, PARAMETER_TIME_OFFSET)
     return (
         _of_heights(name, comparison.site(number)[2], wrong)
-        or _of_registration(name, wrong)
+        or _of_registration(name, wrong, configured_s)
         or _first(offset_amiss(sensors, number, wrong, others))
     )
 
@@ -189,9 +195,12 @@ def _of_heights(name: str, height_m: float, wrong: Registration) -> list[Diagnos
     return []
 
 
-def _of_registration(name: str, wrong: Registration) -> list[Diagnosis]:
+def _of_registration(name: str, wrong: Registration, configured_s: float) -> list[Diagnosis]:
     late_s = wrong.time_offset_s
     if late_s:
+        setting = "give bias.time_offset_s in the sensors file"
+        if configured_s:
+            setting = f"bias.time_offset_s, {configured_s:g} s in the sensors file"
         way, where = ("ahead", "behind") if late_s > 0.0 else ("behind", "ahead of")
         return [
             Diagnosis(
@@ -199,7 +208,7 @@ def _of_registration(name: str, wrong: Registration) -> list[Diagnosis]:
                 "clock",
                 f"{name}: its clock is probably {abs(late_s):.1f} s {way}: its plots lie {where} "
                 "the positions of the aircraft by other sensors, along their courses; correct its "
-                "times, or give bias.time_offset_s in the sensors file",
+                f"times, or {setting}",
             )
         ]
     shift_m = float(np.hypot(wrong.east_m, wrong.north_m))

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from multiradar.diagnosis.comparison import configured_bias
 from multiradar.diagnosis.diagnosis import Diagnosis
 from multiradar.diagnosis.names import listed
 from multiradar.diagnosis.registration import SIGMAS, Registration
@@ -45,29 +46,16 @@ def offset_amiss(
         return None
     for place, kind in enumerate(_KINDS):
         value, sigma = found.offset[place], found.offset_sigma[place]
-        column = _column(sensors, number, kind)
-        fixed = column is None
-        configured = sensors.known_bias[number, kind] if fixed else sensors.prior_mean[column]
-        prior_sigma = 0.0 if fixed else float(sensors.prior_sigma[column])
-        apart = abs(value - float(configured))
+        configured, prior_sigma = configured_bias(sensors, number, kind)
+        apart = abs(value - configured)
         if apart >= max(DIFFERENT[place], SIGMAS * sigma, PRIOR_SIGMAS * prior_sigma):
-            numbers = (float(configured), prior_sigma, value, sigma)
+            numbers = (configured, prior_sigma, value, sigma)
             return _wrong(sensors.ids[number], kind, numbers, others)
     return None
 
 
-def _column(sensors: SensorTable, number: int, kind: int) -> int | None:
-    columns = np.flatnonzero(
-        (sensors.parameter_sensor == number) & (sensors.parameter_kind == kind)
-    )
-    return int(columns[0]) if len(columns) else None
-
-
 def _has_gain(sensors: SensorTable, number: int) -> bool:
-    return bool(
-        sensors.known_bias[number, PARAMETER_RANGE_GAIN]
-        or _column(sensors, number, PARAMETER_RANGE_GAIN) is not None
-    )
+    return configured_bias(sensors, number, PARAMETER_RANGE_GAIN) != (0.0, 0.0)
 
 
 def _wrong(

@@ -188,6 +188,20 @@ def test_an_offset_of_the_clock_is_measured() -> None:
     assert float(found[1]) == pytest.approx(3.0, abs=0.3)
 
 
+@pytest.mark.parametrize("estimate", [True, False])
+def test_an_offset_of_the_clock_that_is_configured_is_no_mistake(*, estimate: bool) -> None:
+    late = recording().changed(NAME, time_s=TIME + 3.0)
+    bias = {"time_offset_s": {"prior": 3.0, "estimate": estimate}}
+    assert late.configured(NAME, bias=bias).diagnosed() == []
+
+
+def test_an_offset_of_the_clock_that_is_configured_wrong_is_named() -> None:
+    bias = {"time_offset_s": {"prior": 3.0, "estimate": False}}
+    said = recording().configured(NAME, bias=bias).diagnosed()[0].sentence
+    assert re.search(r"clock is probably (2\.[7-9]|3\.[0-3]) s behind", said) is not None
+    assert said.endswith("correct its times, or bias.time_offset_s, 3 s in the sensors file")
+
+
 def test_sites_of_two_radars_that_are_exchanged_are_both_named() -> None:
     other = RADARS["2-10"][0]
     one = recording()
