@@ -196,6 +196,21 @@ def late_and_known(sensor: str, late_s: float) -> Callable[[Sample, Path], None]
     return made
 
 
+def nameless(**identity: str) -> Callable[[Sample, Path], None]:
+    """Return what leaves plots of radars no identity but one value of a column for `RADAR`."""
+
+    def made(sample: Sample, folder: Path) -> None:
+        frame = without_identity(sample.measurements)
+        chosen = pl.col("sensor_id") == RADAR
+        texts = [
+            pl.when(chosen).then(pl.lit(text)).otherwise(pl.col(name)).alias(name)
+            for name, text in identity.items()
+        ]
+        write(folder, frame.with_columns(texts), sample.sensors)
+
+    return made
+
+
 def renumbered(sensor: str, source: int) -> Callable[[Sample, Path], None]:
     """Return what gives a sensor of the sensors file another source number."""
     return settings(sensor, source=source)
@@ -507,6 +522,21 @@ CATALOGUE: tuple[Mistake, ...] = (
         ),
         said=("41-1", "no measurements"),
         sensors=("41-1",),
+    ),
+    Mistake(
+        "one track number for all aircraft of a radar",
+        plots(RADAR, track_number=pl.lit(7)),
+        said=(RADAR, "track_number", "the same for all"),
+    ),
+    Mistake(
+        "one Mode S address for all aircraft of a radar, without track numbers",
+        nameless(mode_s_address="4B1805"),
+        said=(RADAR, "mode_s_address", "the same for all"),
+    ),
+    Mistake(
+        "none: Mode 3/A code 7000 for all aircraft of a radar, without track numbers",
+        nameless(mode_3a="7000"),
+        status=0,
     ),
     # Biases.
     Mistake(

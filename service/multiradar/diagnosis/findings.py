@@ -20,6 +20,7 @@ from multiradar.diagnosis.diagnosis import Diagnosis
 from multiradar.diagnosis.evidence import Evidence
 from multiradar.diagnosis.explanations import alike, explained
 from multiradar.diagnosis.heights import height_against_others
+from multiradar.diagnosis.identities import identity_alike
 from multiradar.diagnosis.names import first_and_last, names_amiss
 from multiradar.diagnosis.offsets import OFFSET_CODE, offset_amiss
 from multiradar.diagnosis.plausibility import (
@@ -75,12 +76,15 @@ def _by_itself(evidence: Evidence, comparison: Comparison, name: str) -> list[Di
     kind = lost.wrong_kind(evidence, name, losses)
     if kind is not None:
         return [kind]
-    if number not in comparison.numbers or not comparison.is_radar(number):
+    if number not in comparison.numbers:
         return []
     plots = comparison.plots(number)
+    if not comparison.is_radar(number):
+        return _first(identity_alike(name, plots, None))
     return _first(
         exchanged_columns(name, plots) or azimuth_unit(name, plots),
         height_unit(name, plots, comparison.site(number)),
+        identity_alike(name, plots, comparison.site(number)),
     )
 
 

@@ -28,6 +28,15 @@ def biased(one: Recording, **bias: dict[str, float]) -> Recording:
     return one.configured(NAME, bias=bias)
 
 
+def addressed(one: Recording, **identity: str) -> Recording:
+    """Return a recording without track numbers; the plots of `NAME` have an identity."""
+    texts = {name: pl.lit(text) for name, text in identity.items()}
+    empty = [pl.lit(None, pl.String).alias(name) for name in identity]
+    numbers = one.frame["track_number"].cast(pl.String).alias("number")
+    frame = one.frame.with_columns(numbers, *empty, track_number=pl.lit(None, pl.Int64))
+    return Recording(frame, one.sensors).changed(NAME, **texts)
+
+
 #: What is done, and the code of what is said of `NAME`.
 MISTAKES: dict[str, tuple[Edit, str]] = {
     "kilometres": (lambda one: one.changed(NAME, range_m=RANGE / 1e3), "range_unit"),
@@ -46,6 +55,9 @@ MISTAKES: dict[str, tuple[Edit, str]] = {
     "range offset with a narrow prior": (
         lambda one: biased(one, range_offset_m={"prior": -300.0, "prior_sigma": 20.0}), "bias",
     ),
+    "one track number": (lambda one: one.changed(NAME, track_number=pl.lit(7)), "identity"),
+    "one address": (lambda one: addressed(one, mode_s_address="4B1805"), "identity"),
+    "one code": (lambda one: addressed(one, mode_3a="4321"), "identity"),
     "radians": (
         lambda one: one.changed(NAME, azimuth_deg=AZIMUTH * np.pi / 180.0), "azimuth_unit",
     ),
@@ -101,6 +113,20 @@ def test_nothing_is_said_of_a_recording_that_is_right(
     seed: int, *, positions: bool, named: bool
 ) -> None:
     assert recording(seed, positions=positions, named=named).diagnosed() == []
+
+
+# 7000 and 2000 are set by all who were given no code of their own.
+@pytest.mark.parametrize("code", ["7000", "2000"])
+def test_a_code_of_conspicuity_is_no_mistake(code: str) -> None:
+    assert addressed(recording(), mode_3a=code).diagnosed() == []
+
+
+@pytest.mark.parametrize("aircraft", [1, 2])
+def test_one_identity_of_one_aircraft_or_two_is_no_mistake(aircraft: int) -> None:
+    chosen = pl.col("number").cast(pl.Int64) < aircraft
+    one = addressed(recording(), mode_s_address="4B1805", mode_3a="4321")
+    few = Recording(one.frame.filter(chosen), one.sensors)
+    assert few.codes() == []
 
 
 # The true offsets of `NAME` are 180 m and −0.19°.
