@@ -646,6 +646,18 @@ CATALOGUE: tuple[Mistake, ...] = (
         "convert: another separator", dump(plots=other_separator), CONVERT, said=("plots.txt",)
     ),
     Mistake(
+        "convert: plots.txt cut short",
+        dump(plots=lambda rows: rows[: len(rows) // 2]),
+        CONVERT,
+        said=("plots.txt: probably cut short",),
+    ),
+    Mistake(
+        "convert: tracks.txt cut short",
+        dump(tracks=lambda rows: rows[: len(rows) // 2]),
+        CONVERT,
+        said=("tracks.txt: probably cut short",),
+    ),
+    Mistake(
         "none: a dump without its date",
         dump(),
         ("track", "dump", "--sensors", "sensors.toml", "--kinds", "radar", "--out", "out"),

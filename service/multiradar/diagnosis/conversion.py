@@ -13,6 +13,7 @@ import polars as pl
 
 from multiradar.diagnosis.agreement import Agreement, best_site, polar_agreement
 from multiradar.diagnosis.comparison import AGREES_MIN, TESTED_MAX, TESTED_MIN
+from multiradar.diagnosis.cut_dumps import dump_cut
 from multiradar.diagnosis.diagnosis import Diagnosis
 from multiradar.diagnosis.evidence import COLUMNS, ROWS_MAX, Evidence, Source
 from multiradar.diagnosis.hypotheses import (
@@ -57,7 +58,7 @@ def diagnose_conversion(
     list of Diagnosis
         Nothing when nothing is.
     """
-    found = list(_rejected(report))
+    found = [*_rejected(report), *dump_cut(measurements, report)]
     sources = _sources(measurements)
     if not sources:
         # A recording of system tracks alone has none.

@@ -119,7 +119,7 @@ def test_convert_says_that_a_dump_has_ranges_in_kilometres(
 ) -> None:
     dump = tmp_path / "dump"
     shutil.copytree(SAMPLE, dump)
-    lines = (dump / "plots.txt").read_text().splitlines()[:2001]
+    lines = (dump / "plots.txt").read_text().splitlines()
     rows = [line.split("\t") for line in lines]
     range_at = rows[0].index("range")
     for row in rows[1:]:
@@ -131,4 +131,21 @@ def test_convert_says_that_a_dump_has_ranges_in_kilometres(
     said = capsys.readouterr().err.splitlines()
     assert {line.split()[1] for line in said} == {"26-10:", "35-10:", "41-1:", "41-10:"}
     assert all("ranges are probably in kilometres" in line for line in said)
+    assert (out / "measurements.parquet").is_file()
+
+
+@pytest.mark.parametrize(
+    ("name", "other"), [("plots.txt", "tracks.txt"), ("tracks.txt", "plots.txt")]
+)
+def test_convert_says_which_file_of_a_dump_was_cut_short(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str, other: str
+) -> None:
+    dump, out = tmp_path / "dump", tmp_path / "out"
+    shutil.copytree(SAMPLE, dump)
+    text = (dump / name).read_bytes()
+    (dump / name).write_bytes(text[: len(text) // 2])
+    assert run(["convert", "vid", str(dump), str(out), "--kinds", "plots"]) == 1
+    (said,) = capsys.readouterr().err.splitlines()
+    assert said.startswith(f"multiradar: {name}: probably cut short: it ends at 8:1")
+    assert f"but {other} goes on to 8:" in said
     assert (out / "measurements.parquet").is_file()
