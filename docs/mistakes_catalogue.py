@@ -646,6 +646,20 @@ CATALOGUE: tuple[Mistake, ...] = (
         "convert: another separator", dump(plots=other_separator), CONVERT, said=("plots.txt",)
     ),
     Mistake(
+        "convert: azimuths in mils (6400 to a circle)",
+        dump(plots=column_times("azimuth", 6400 / 360)),
+        CONVERT,
+        said=("26-10: its azimuths are probably in mils (6400 to a circle)",),
+        sensors=SENSORS,
+    ),
+    Mistake(
+        "convert: azimuths in milliradians",
+        dump(plots=column_times("azimuth", _RADIANS * 1e3)),
+        CONVERT,
+        said=("26-10: its azimuths are probably in milliradians",),
+        sensors=SENSORS,
+    ),
+    Mistake(
         "convert: plots.txt cut short",
         dump(plots=lambda rows: rows[: len(rows) // 2]),
         CONVERT,
