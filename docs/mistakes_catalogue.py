@@ -577,6 +577,11 @@ CATALOGUE: tuple[Mistake, ...] = (
         said=(RADAR, "range_sigma_m"),
     ),
     Mistake(
+        "both sigmas 10 times too large",
+        settings(RADAR, range_sigma_m=400, azimuth_sigma_deg=0.6),
+        said=(RADAR, "range_sigma_m and azimuth_sigma_deg are probably too large"),
+    ),
+    Mistake(
         "range_sigma_m 100 times too small",
         settings(RADAR, range_sigma_m=0.4),
         said=(RADAR, "range_sigma_m"),
