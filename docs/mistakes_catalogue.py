@@ -506,6 +506,31 @@ CATALOGUE: tuple[Mistake, ...] = (
         said=("26-10", "27-10", "35-10", "36-10"),
         sensors=(RADAR, "35-10"),
     ),
+    Mistake(
+        "a radar under the id of the ADS-B source",
+        lambda sample, folder: write(
+            folder,
+            sample.measurements,
+            text_of(
+                [
+                    {
+                        **{
+                            key: one
+                            for key, one in table.items()
+                            if key not in ("source", "sensor")
+                        },
+                        "id": "adsb",
+                    }
+                    for table in tables_of(sample)
+                    if name_of(table) == RADAR
+                ]
+                + [table for table in tables_of(sample) if name_of(table) not in (RADAR, "adsb")]
+            ),
+        ),
+        TRACK,
+        said=("adsb: the sensors file declares a radar under this id",),
+        sensors=("adsb",),
+    ),
     Mistake("sensors of another recording", other_installation, said=("another",)),
     Mistake(
         "the right numbers, the sites of another country",
