@@ -103,34 +103,6 @@ def test_a_broken_block_is_quarantined_with_its_place_and_the_next_one_is_read(
     assert octets["quarantined"] == len(bad) + 5
 
 
-@pytest.mark.parametrize("recorder", [False, True])
-def test_a_file_that_ends_inside_a_block_is_said_and_what_was_read_is_kept(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], *, recorder: bool
-) -> None:
-    first, second = block(48, plot_048(1.0)), block(48, plot_048(2.0))
-    whole = gps([(1.0, first), (2.0, second)]) if recorder else first + second
-    missing = 5 + (10 if recorder else 0)
-    out = converted(tmp_path, whole[:-missing], status=EXIT_FAILED)
-    inside = f"the file ends inside a block: {len(second) - 5} of its {len(second)} octets"
-    assert capsys.readouterr().err == (
-        f"multiradar: recording-0: {inside}; probably cut while copying, what was read is in "
-        f"{out}\n"
-    )
-    assert [row["time_s"] for row in rows(out)] == [1.0]
-    last = rejects(out)[-1]
-    assert (last.code, last.reason) == ("TRUNCATED", inside)
-    assert last.raw == second[:-5].hex()
-
-
-@pytest.mark.parametrize("rest", [bytes(7), b"\x30", b"\x21\x01\x00\x80"])
-def test_octets_after_the_last_block_are_not_a_file_that_was_cut(
-    tmp_path: Path, rest: bytes
-) -> None:
-    out = converted(tmp_path, block(48, plot_048(1.0)) * 40 + rest)
-    assert rejects(out)[-1].code == "MALFORMED_BLOCK"
-    assert report(out).figures["cut_short"] == {}
-
-
 def test_blocks_of_artas_without_a_table_are_counted_and_passed_over(tmp_path: Path) -> None:
     other = block(31, b"\x80\x01\x02")
     whole = other + block(48, plot_048(1.0)) + other
