@@ -29,7 +29,8 @@ def last_reject(out: Path) -> Reject:
 def cut_short(out: Path) -> dict[str, Any]:
     """Return what the report says of files that were cut."""
     report = Report.model_validate_json((out / "report.json").read_bytes())
-    return dict(report.figures["cut_short"])
+    figures: dict[str, Any] = report.figures
+    return dict(figures["cut_short"])
 
 
 @pytest.mark.parametrize("recorder", [False, True])
