@@ -14,6 +14,7 @@ from typing import Any
 
 import polars as pl
 
+from multiradar.diagnosis.plots import ground_range
 from multiradar.simulation.toml_text import toml_text
 
 FOOT_M = 0.3048
@@ -168,6 +169,48 @@ def exchanged(first: str, second: str) -> Callable[[Sample, Path], None]:
     return made
 
 
+def on_the_ground(sensor: str) -> Callable[[Sample, Path], None]:
+    """Return what gives a radar ground ranges in place of slant ranges."""
+
+    def made(sample: Sample, folder: Path) -> None:
+        site = {name_of(table): table for table in tables_of(sample)}[sensor]
+        frame = sample.measurements.filter(sensor_id=sensor)
+        heights = frame["height_m"].fill_null(0.0).to_numpy()
+        ground_m, _ = ground_range(float(site["height_m"]), frame["range_m"].to_numpy(), heights)
+        frame = frame.with_columns(pl.Series("range_m", ground_m))
+        others = sample.measurements.filter(pl.col("sensor_id") != sensor)
+        write(folder, pl.concat([frame, others]).sort("time_s"), sample.sensors)
+
+    return made
+
+
+def late_and_known(sensor: str, late_s: float) -> Callable[[Sample, Path], None]:
+    """Return what makes a clock late, and says so in the sensors file."""
+    bias = {"time_offset_s": {"prior": late_s, "estimate": False}}
+
+    def made(sample: Sample, folder: Path) -> None:
+        times = pl.col("time_s") + pl.when(sensor_id=sensor).then(late_s).otherwise(0.0)
+        frame = sample.measurements.with_columns(times).sort("time_s")
+        settings(sensor, bias=bias)(Sample(sample.dump, frame, sample.sensors), folder)
+
+    return made
+
+
+def nameless(**identity: str) -> Callable[[Sample, Path], None]:
+    """Return what leaves plots of radars no identity but one value of a column for `RADAR`."""
+
+    def made(sample: Sample, folder: Path) -> None:
+        frame = without_identity(sample.measurements)
+        chosen = pl.col("sensor_id") == RADAR
+        texts = [
+            pl.when(chosen).then(pl.lit(text)).otherwise(pl.col(name)).alias(name)
+            for name, text in identity.items()
+        ]
+        write(folder, frame.with_columns(texts), sample.sensors)
+
+    return made
+
+
 def renumbered(sensor: str, source: int) -> Callable[[Sample, Path], None]:
     """Return what gives a sensor of the sensors file another source number."""
     return settings(sensor, source=source)
@@ -298,6 +341,11 @@ CATALOGUE: tuple[Mistake, ...] = (
         alone(plots(anonymous=True, range_m=_RANGE / 1e3), RADAR),
         said=(RADAR, "kilometres"),
     ),
+    Mistake(
+        "ground ranges in place of slant ranges",
+        on_the_ground(RADAR),
+        said=(RADAR, "ground ranges"),
+    ),
     Mistake("a range_max_m in kilometres", settings(RADAR, range_max_m=300), said=("range_max_m",)),
     Mistake(
         "a range_max_m in nautical miles", settings(RADAR, range_max_m=162), said=("range_max_m",)
@@ -396,7 +444,17 @@ CATALOGUE: tuple[Mistake, ...] = (
         said=(RADAR, "35-10", "site"),
         sensors=(RADAR, "35-10"),
     ),
+    Mistake(
+        "the height of a site in feet",
+        settings(RADAR, height_m=lambda one: one["height_m"] / FOOT_M),
+        said=(RADAR, "height_m of its site", "feet"),
+    ),
     # Heights.
+    Mistake(
+        "none: heights of a hot day",
+        plots(height_m=_HEIGHT * 0.93),
+        status=0,
+    ),
     Mistake("heights in feet", plots(RADAR, height_m=_HEIGHT / FOOT_M), said=(RADAR, "feet")),
     Mistake(
         "heights in flight levels",
@@ -406,6 +464,11 @@ CATALOGUE: tuple[Mistake, ...] = (
     # Times.
     Mistake(
         "a clock off by 3 s", plots(RADAR, time_s=_TIME + 3.0), said=(RADAR, "clock", "s ahead")
+    ),
+    Mistake(
+        "none: a clock off by 3 s, with bias.time_offset_s of 3 s",
+        late_and_known(RADAR, 3.0),
+        status=0,
     ),
     Mistake("a clock off by 1 h", plots(RADAR, time_s=_TIME + 3600.0), said=(RADAR, "1 h")),
     Mistake(
@@ -443,6 +506,31 @@ CATALOGUE: tuple[Mistake, ...] = (
         said=("26-10", "27-10", "35-10", "36-10"),
         sensors=(RADAR, "35-10"),
     ),
+    Mistake(
+        "a radar under the id of the ADS-B source",
+        lambda sample, folder: write(
+            folder,
+            sample.measurements,
+            text_of(
+                [
+                    {
+                        **{
+                            key: one
+                            for key, one in table.items()
+                            if key not in ("source", "sensor")
+                        },
+                        "id": "adsb",
+                    }
+                    for table in tables_of(sample)
+                    if name_of(table) == RADAR
+                ]
+                + [table for table in tables_of(sample) if name_of(table) not in (RADAR, "adsb")]
+            ),
+        ),
+        TRACK,
+        said=("adsb: the sensors file declares a radar under this id",),
+        sensors=("adsb",),
+    ),
     Mistake("sensors of another recording", other_installation, said=("another",)),
     Mistake(
         "the right numbers, the sites of another country",
@@ -460,6 +548,43 @@ CATALOGUE: tuple[Mistake, ...] = (
         said=("41-1", "no measurements"),
         sensors=("41-1",),
     ),
+    Mistake(
+        "one track number for all aircraft of a radar",
+        plots(RADAR, track_number=pl.lit(7)),
+        said=(RADAR, "track_number", "the same for all"),
+    ),
+    Mistake(
+        "one Mode S address for all aircraft of a radar, without track numbers",
+        nameless(mode_s_address="4B1805"),
+        said=(RADAR, "mode_s_address", "the same for all"),
+    ),
+    Mistake(
+        "none: Mode 3/A code 7000 for all aircraft of a radar, without track numbers",
+        nameless(mode_3a="7000"),
+        status=0,
+    ),
+    # Biases.
+    Mistake(
+        "a range offset fixed at 1000 m (it is 185 m)",
+        settings(RADAR, bias={"range_offset_m": {"prior": 1000.0, "estimate": False}}),
+        said=(RADAR, "bias.range_offset_m", "estimate = false"),
+    ),
+    Mistake(
+        "an azimuth offset with a wrong prior and its prior_sigma 100 times too small",
+        settings(RADAR, bias={"azimuth_offset_deg": {"prior": 0.3, "prior_sigma": 0.005}}),
+        said=(RADAR, "bias.azimuth_offset_deg", "prior_sigma"),
+    ),
+    Mistake(
+        "none: both offsets fixed at about the right values",
+        settings(
+            RADAR,
+            bias={
+                "range_offset_m": {"prior": 150.0, "estimate": False},
+                "azimuth_offset_deg": {"prior": -0.15, "estimate": False},
+            },
+        ),
+        status=0,
+    ),
     # Noise and scan periods.
     Mistake(
         "range_sigma_m 100 times too large",
@@ -475,6 +600,11 @@ CATALOGUE: tuple[Mistake, ...] = (
         "range_sigma_m 10 times too large",
         settings(RADAR, range_sigma_m=400),
         said=(RADAR, "range_sigma_m"),
+    ),
+    Mistake(
+        "both sigmas 10 times too large",
+        settings(RADAR, range_sigma_m=400, azimuth_sigma_deg=0.6),
+        said=(RADAR, "range_sigma_m and azimuth_sigma_deg are probably too large"),
     ),
     Mistake(
         "range_sigma_m 100 times too small",
@@ -544,6 +674,32 @@ CATALOGUE: tuple[Mistake, ...] = (
     ),
     Mistake(
         "convert: another separator", dump(plots=other_separator), CONVERT, said=("plots.txt",)
+    ),
+    Mistake(
+        "convert: azimuths in mils (6400 to a circle)",
+        dump(plots=column_times("azimuth", 6400 / 360)),
+        CONVERT,
+        said=("26-10: its azimuths are probably in mils (6400 to a circle)",),
+        sensors=SENSORS,
+    ),
+    Mistake(
+        "convert: azimuths in milliradians",
+        dump(plots=column_times("azimuth", _RADIANS * 1e3)),
+        CONVERT,
+        said=("26-10: its azimuths are probably in milliradians",),
+        sensors=SENSORS,
+    ),
+    Mistake(
+        "convert: plots.txt cut short",
+        dump(plots=lambda rows: rows[: len(rows) // 2]),
+        CONVERT,
+        said=("plots.txt: probably cut short",),
+    ),
+    Mistake(
+        "convert: tracks.txt cut short",
+        dump(tracks=lambda rows: rows[: len(rows) // 2]),
+        CONVERT,
+        said=("tracks.txt: probably cut short",),
     ),
     Mistake(
         "none: a dump without its date",

@@ -12,6 +12,7 @@ from multiradar import wire
 from multiradar.diagnosis.diagnosis import Diagnosis
 from multiradar.diagnosis.evidence import Evidence
 from multiradar.diagnosis.findings import diagnose
+from multiradar.diagnosis.plots import ground_range
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.polar import slant_range_azimuth
 from multiradar_schemas.sensor import Sensor, SensorsFile
@@ -169,6 +170,15 @@ def _where(
     latitudes = latitude + north * time_s / METRES_PER_DEGREE
     longitudes = longitude + east * time_s / METRES_PER_DEGREE / np.cos(np.radians(latitude))
     return np.radians(latitudes), np.radians(longitudes), np.full(len(time_s), height)
+
+
+def on_the_ground(one: Recording, name: str) -> Recording:
+    """Return a recording in which a radar has ground ranges in place of slant ranges."""
+    chosen = (one.frame["sensor_id"] == name).to_numpy()
+    ranges = one.frame["range_m"].to_numpy()
+    ground_m, _ = ground_range(RADARS[name][0][2], ranges, one.frame["height_m"].to_numpy())
+    ranges = np.where(chosen, ground_m, ranges)
+    return replace(one, frame=one.frame.with_columns(pl.Series("range_m", ranges)))
 
 
 Edit = Callable[[Recording], Recording]

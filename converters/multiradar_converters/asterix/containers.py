@@ -37,6 +37,8 @@ _TRAILER = 10
 _RECEPTION = slice(6, 9)
 _TICKS_PER_S = 128.0
 _BLOCKS_AT_ONCE = 1 << 12
+# Category and length.
+_BLOCK_HEAD = 3
 
 
 @dataclass(frozen=True)
@@ -63,6 +65,9 @@ class Blocks:
         Octets that are no block.
     framing : int
         Octets that belong to the form of the file.
+    cut : int
+        Length of the block in which the file ends, of which the last gap is what is there; 0 where
+        it ends in none.
     """
 
     file: str
@@ -75,6 +80,7 @@ class Blocks:
     received_s: NDArray[np.float64]
     gaps: list[tuple[int, int, str]]
     framing: int
+    cut: int = 0
 
 
 def read_blocks(path: Path) -> Blocks:
@@ -141,12 +147,30 @@ def _without_datagrams(path: Path, data: NDArray[np.uint8]) -> Blocks:
         trailers = ends[:, None] + np.arange(_TRAILER)[_RECEPTION]
         received = data[trailers].astype(np.int64) @ np.array([1 << 16, 1 << 8, 1]) / _TICKS_PER_S
         framing = _HEADER + _TRAILER * len(begins)
+        cut = _cut(data, begins, gaps)
         return Blocks(
-            path.name, len(data), "gps", data, begins, ends, begins, received, gaps, framing
+            path.name, len(data), "gps", data, begins, ends, begins, received, gaps, framing, cut
         )
     begins, ends, gaps = split(data, 0, 0)
     received = np.full(len(begins), np.nan)
-    return Blocks(path.name, len(data), "blocks", data, begins, ends, begins, received, gaps, 0)
+    cut = _cut(data, begins, gaps)
+    return Blocks(
+        path.name, len(data), "blocks", data, begins, ends, begins, received, gaps, 0, cut
+    )
+
+
+def _cut(
+    data: NDArray[np.uint8], begins: NDArray[np.int64], gaps: list[tuple[int, int, str]]
+) -> int:
+    """Return the length of the block in which a file ends, 0 where what is there is none."""
+    if not gaps or gaps[-1][0] + gaps[-1][1] < len(data):
+        return 0
+    at, there, _ = gaps[-1]
+    # Other octets at the end, such as padding, are seldom of a category that the file has.
+    if there < _BLOCK_HEAD or data[at] not in data[begins]:
+        return 0
+    length = int(data[at + 1]) << 8 | int(data[at + 2])
+    return length if length > there else 0
 
 
 def _octets(path: Path) -> NDArray[np.uint8]:

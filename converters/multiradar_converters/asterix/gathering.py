@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import polars as pl
@@ -173,6 +173,10 @@ def decode_blocks(
     gathered.octets["framing"] = blocks.framing
     for offset, octets, reason in blocks.gaps:
         gathered.broken.append(Broken(offset, octets, RejectCode.MALFORMED_BLOCK, reason, offset))
+    if blocks.cut:
+        last = gathered.broken[-1]
+        reason = f"the file ends inside a block: {last.octets} of its {blocks.cut} octets"
+        gathered.broken[-1] = replace(last, code=RejectCode.TRUNCATED, reason=reason)
     known, numbers = layouts
     _pass_over(gathered, np.flatnonzero(numbers < 0))
     for first in range(0, len(numbers), at_once):

@@ -10,6 +10,7 @@ from multiradar_converters.asterix.options import Options
 from multiradar_converters.asterix.timing import Turned
 from multiradar_converters.errors import AccountingError
 from multiradar_converters.report_file import Converted, write_report
+from multiradar_schemas.reject import RejectCode
 
 #: Tracks of another processor, where the recording has some.
 SYSTEM_TRACKS_FILE = "system_tracks.parquet"
@@ -124,6 +125,12 @@ def _figures(findings: Findings, options: Options) -> dict[str, object]:
         "bytes": {
             account.file: {"form": account.form, **dict(sorted(account.octets.items()))}
             for account in findings.files
+        },
+        "cut_short": {
+            account.file: broken.reason
+            for account in findings.files
+            for broken in account.broken
+            if broken.code == RejectCode.TRUNCATED
         },
         "records": {category: sum(of.values()) for category, of in records.items()},
         "records_by_sensor": records,

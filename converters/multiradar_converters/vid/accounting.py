@@ -26,6 +26,9 @@ class Account:
 
     file: str
     size: int
+    table: str = ""
+    # The greatest time of its rows.
+    last_s: float | None = None
     bytes_read: int = 0
     lines: int = 0
     header: int = 0
@@ -39,6 +42,10 @@ class Account:
         """Enter a refused line."""
         self.rejected[line.code] += 1
         self.examples.setdefault(line.code, line)
+
+    def see(self, last_s: float) -> None:
+        """Enter the time of a row."""
+        self.last_s = last_s if self.last_s is None else max(self.last_s, last_s)
 
     def check_some_accepted(self) -> None:
         """Refuse a file whose every line was refused.
@@ -80,6 +87,8 @@ class Account:
     def figures(self) -> dict[str, object]:
         """Return the account for `report.json`."""
         return {
+            "table": self.table,
+            "last_s": self.last_s,
             "bytes": self.size,
             "lines": self.lines,
             "header": self.header,

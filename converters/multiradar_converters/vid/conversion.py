@@ -251,7 +251,7 @@ class _Conversion:
         file = self._files.get(table.name)
         if file is None:
             return
-        account = Account(file.path.name, file.size)
+        account = Account(file.path.name, file.size, table.name)
         self._accounts.append(account)
         clock = Clockwork(
             file.layout.time_form,
@@ -272,6 +272,8 @@ class _Conversion:
         ):
             time = rows.number(fields.TIME)
             time += moved_s
+            if len(rows):
+                account.see(float(time.max()) + (self._unix_start_s if self._of_day else 0.0))
             take(rows)
 
     def _sensor_numbers(self, rows: Rows) -> NDArray[np.int64]:

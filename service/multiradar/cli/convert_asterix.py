@@ -12,6 +12,7 @@ from multiradar.cli.converting import convert_files, records_line, times_line
 from multiradar.cli.diagnoses import fail_when_badly_converted
 from multiradar.cli.inputs import read_sensors
 from multiradar.cli.options import JsonOption, parse_date
+from multiradar.errors import InputError
 
 #: What `--help` says.
 ASTERIX_HELP = (
@@ -98,7 +99,16 @@ def convert_asterix(
     compile_kernels(["convert asterix"])
     report = convert_files(files, lambda advance: convert(files, out, options, advance))
     print(json.dumps(report, indent=1, ensure_ascii=False) if as_json else _summary(report, out))
+    _fail_when_cut(report, out)
     fail_when_badly_converted(report, out, options.sensors)
+
+
+def _fail_when_cut(report: dict[str, Any], out: Path) -> None:
+    # How much is missing nobody knows; what was read is kept.
+    cut = [f"{file}: {reason}" for file, reason in report["figures"]["cut_short"].items()]
+    if cut:
+        msg = f"{'; '.join(cut)}; probably cut while copying, what was read is in {out}"
+        raise InputError(msg)
 
 
 def _summary(report: dict[str, Any], out: Path) -> str:

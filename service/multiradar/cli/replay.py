@@ -24,6 +24,8 @@ from multiradar.cli.replay_datagrams import Times, is_udp, replay_datagrams
 from multiradar.errors import InputError
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
     from multiradar.ingest.replay import Destination, ReplayCounts
 
 _BATCH_ROWS_MAX = 65_536
@@ -158,13 +160,28 @@ def replay(
                     _say_wait,
                 )
                 counts = play.run()
+            configured = destination.configured() if counts.unknown_sensors else ()
         finally:
             destination.close()
     check_found(counts.read, kinds, measurements)
     _print_counts(counts, json_wanted)
+    if counts.unknown_sensors:
+        raise InputError(_strangers(counts.unknown_sensors, configured))
     if counts.rejected == counts.read:
         msg = f"none of {counts.read} measurements accepted: {codes_told(counts.rejected_by_code)}"
         raise InputError(msg)
+
+
+def _strangers(unknown: "Mapping[str, int]", configured: "Sequence[str]") -> str:
+    # Not at the head of the module: help must be fast.
+    from multiradar.diagnosis.names import counted, listed
+
+    names = listed([f"{name} ({counted(count)})" for name, count in sorted(unknown.items())])
+    has = f", which has {listed(configured)}" if configured else ""
+    return (
+        f"sensors of the recording that are not configured in the service{has}: {names}; their "
+        "measurements were rejected: start the service with the sensors file of the recording"
+    )
 
 
 def _say_wait(sentence: str) -> None:

@@ -1,6 +1,7 @@
 """The plots of each sensor against what all the others see."""
 
 from collections.abc import Callable, Collection, Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -25,6 +26,7 @@ from multiradar.diagnosis.references import (
     tracked_paths,
 )
 from multiradar.estimation.measurement._kernels import KIND_POSITION, KIND_RADAR
+from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET, SensorTable
 
 #: Plots of a sensor that are compared, and so many of them at least say something.
 TESTED_MAX = 400
@@ -35,8 +37,20 @@ AGREES_MIN = 0.5
 Reading = Callable[[Floats, Floats], Polar]
 
 
+def configured_bias(sensors: SensorTable, number: int, kind: int) -> tuple[float, float]:
+    """Return a bias as configured and its standard deviation beforehand, 0 where it is fixed."""
+    columns = np.flatnonzero(
+        (sensors.parameter_sensor == number) & (sensors.parameter_kind == kind)
+    )
+    if len(columns) == 0:
+        return float(sensors.known_bias[number, kind]), 0.0
+    return float(sensors.prior_mean[columns[0]]), float(sensors.prior_sigma[columns[0]])
+
+
 class Comparison:
     """The plots that are retained of each sensor, and where others see their aircraft.
+
+    Offsets of clocks are subtracted as configured, biases of range and azimuth are not.
 
     Parameters
     ----------
@@ -56,6 +70,8 @@ class Comparison:
             column = plots.range_m if self.is_radar(number) else plots.latitude_deg
             wanted = self._sensors.kinds[number] in (KIND_RADAR, KIND_POSITION)
             plots = plots.take(np.isfinite(column) & wanted)
+            late_s, _ = configured_bias(self._sensors, number, PARAMETER_TIME_OFFSET)
+            plots = replace(plots, time_s=plots.time_s - late_s)
             if plots.size:
                 self._plots[number] = plots
 

@@ -4,7 +4,9 @@ A dump gives each plot the position that its own system found. Ranges and azimut
 units put all plots of a radar around one site, wherever that is.
 """
 
+import re
 from collections.abc import Iterator, Mapping
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +15,10 @@ import polars as pl
 
 from multiradar.diagnosis.agreement import Agreement, best_site, polar_agreement
 from multiradar.diagnosis.comparison import AGREES_MIN, TESTED_MAX, TESTED_MIN
+from multiradar.diagnosis.cut_dumps import dump_cut
 from multiradar.diagnosis.diagnosis import Diagnosis
 from multiradar.diagnosis.evidence import COLUMNS, ROWS_MAX, Evidence, Source
+from multiradar.diagnosis.explanations import BEYOND_MAX, CIRCLE_MAX_RAD
 from multiradar.diagnosis.hypotheses import (
     AZIMUTH_UNITS,
     EXCHANGED,
@@ -34,6 +38,11 @@ from multiradar.estimation.measurement.sensors import SensorTable
 _READINGS = (*RANGE_UNITS, *AZIMUTH_UNITS, EXCHANGED, MIRRORED)
 #: The file of what was rejected, among the outputs of a report.
 REJECTS_FILE = "rejects.ndjson"
+#: Rejects that are looked at, and what they say of an azimuth that is greater than a circle.
+_REJECTS_MAX = 100_000
+#: ... when they are more than this part of what was accepted: gradians lose a tenth.
+_REJECTED_MIN = 0.02
+_AZIMUTH_REASON = re.compile(r": expected 0 to 360 °, was '(\d+\.?\d*)'")
 #: Height of a radar whose site is not known, m.
 _SITE_HEIGHT_M = 300.0
 
@@ -57,7 +66,7 @@ def diagnose_conversion(
     list of Diagnosis
         Nothing when nothing is.
     """
-    found = list(_rejected(report))
+    found = [*_rejected(report), *dump_cut(measurements, report)]
     sources = _sources(measurements)
     if not sources:
         # A recording of system tracks alone has none.
@@ -68,8 +77,11 @@ def diagnose_conversion(
         evidence.sources = sources
         found += names_amiss(evidence)
     found += times_amiss(sources)
+    read = sum(source.read for source in sources.values())
+    largest_deg = _largest_rejected(measurements.parent / REJECTS_FILE, read)
     for name, source in sources.items():
-        found += _of_units(name, plots_of(source.plots().filter(pl.col("kind") == "radar")))
+        plots = plots_of(source.plots().filter(pl.col("kind") == "radar"))
+        found += _of_units(name, plots, largest_deg)
     return found
 
 
@@ -107,34 +119,51 @@ def _sources(measurements: Path) -> dict[str, Source]:
     return found
 
 
-def _of_units(name: str, plots: Plots) -> list[Diagnosis]:
+# The largest azimuth that was rejected, but for some wrong ones; 0 without so many that a part of
+# each circle is missing.
+def _largest_rejected(file: Path, read: int) -> float:
+    if not file.is_file():
+        return 0.0
+    with file.open(encoding="utf-8") as lines:
+        found = (_AZIMUTH_REASON.search(line) for line in islice(lines, _REJECTS_MAX))
+        azimuths = sorted(float(one[1]) for one in found if one is not None)
+    return azimuths[-BEYOND_MAX - 1] if len(azimuths) > _REJECTED_MIN * read + TESTED_MIN else 0.0
+
+
+def _of_units(name: str, plots: Plots, largest_deg: float) -> list[Diagnosis]:
     plots = plots.take(np.isfinite(plots.range_m) & np.isfinite(plots.azimuth_deg))
     if plots.size < TESTED_MIN:
         return []
     found = (
         exchanged_columns(name, plots)
         or azimuth_unit(name, plots)
-        or _against_positions(name, plots)
+        or _against_positions(name, plots, largest_deg)
     )
     found = found or height_unit(name, plots, (0.0, 0.0, _SITE_HEIGHT_M))
     return [] if found is None else [found]
 
 
 # Which reading puts the plots around one site.
-def _against_positions(name: str, plots: Plots) -> Diagnosis | None:
+def _against_positions(name: str, plots: Plots, largest_deg: float) -> Diagnosis | None:
     plots = plots.thinned(TESTED_MAX)
     before, _ = _around_a_site(plots, as_given(plots.range_m, plots.azimuth_deg))
     if before.compared < TESTED_MIN or before.share >= AGREES_MIN:
         return None
     for reading in _READINGS:
+        _, largest = reading.polar(np.zeros(1), np.array([largest_deg]))
+        if reading in AZIMUTH_UNITS and largest[0] > CIRCLE_MAX_RAD:
+            continue
         agreement, site = _around_a_site(plots, reading.polar(plots.range_m, plots.azimuth_deg))
         if agreement.share >= AGREES_MIN:
             latitude, longitude = np.degrees(site[:2])
             words = {"origin": "north"}
+            ends = ""
+            if reading in AZIMUTH_UNITS and largest_deg:
+                ends = f", which end at {largest_deg:.0f}"
             return Diagnosis(
                 name,
                 reading.code,
-                f"{name}: {reading.mistake}: with {reading.with_it.format(**words)}, "
+                f"{name}: {reading.mistake}{ends}: with {reading.with_it.format(**words)}, "
                 f"{agreement.share:.0%} of its plots fit their positions in the recording from one "
                 f"site, near {latitude:.2f}, {longitude:.2f} ({before.share:.0%} as they are); "
                 f"{reading.remedy}",

@@ -34,7 +34,7 @@ SIMPLER_SHARE = 0.1
 #: north outside the polar regions (WMM2020), degrees.
 MAGNETIC_MAX_DEG = 25.0
 #: Azimuths end here, rad, but for so many wrong ones.
-_CIRCLE_MAX_RAD, _BEYOND_MAX = 2.002 * np.pi, 2
+CIRCLE_MAX_RAD, BEYOND_MAX = 2.002 * np.pi, 2
 #: Clocks are tried in steps of half hours, the finest of time zones but for three, up to a day.
 ZONE_STEP_S, ZONES = 1800.0, 48
 _COMPASS = (
@@ -191,7 +191,7 @@ def _within_a_circle(reading: Reading, plots: Plots) -> bool:
     if reading not in AZIMUTH_UNITS:
         return True
     _, azimuth = reading.polar(plots.range_m, plots.azimuth_deg)
-    return bool(np.count_nonzero(azimuth > _CIRCLE_MAX_RAD) <= _BEYOND_MAX)
+    return bool(np.count_nonzero(azimuth > CIRCLE_MAX_RAD) <= BEYOND_MAX)
 
 
 def _read_so(reading: Reading) -> Callable[[Agreement, float], Explanation]:

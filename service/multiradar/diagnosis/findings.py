@@ -10,13 +10,21 @@ import numpy as np
 
 from multiradar.diagnosis import losses as lost
 from multiradar.diagnosis.agreement import Agreement
-from multiradar.diagnosis.comparison import AGREES_MIN, TESTED_MIN, Comparison
+from multiradar.diagnosis.comparison import (
+    AGREES_MIN,
+    TESTED_MIN,
+    Comparison,
+    configured_bias,
+)
 from multiradar.diagnosis.diagnosis import Diagnosis
 from multiradar.diagnosis.evidence import Evidence
 from multiradar.diagnosis.explanations import alike, explained
 from multiradar.diagnosis.heights import height_against_others
+from multiradar.diagnosis.identities import identity_alike
 from multiradar.diagnosis.names import first_and_last, names_amiss
+from multiradar.diagnosis.offsets import OFFSET_CODE, offset_amiss
 from multiradar.diagnosis.plausibility import (
+    FOOT_M,
     azimuth_unit,
     exchanged_columns,
     height_unit,
@@ -27,6 +35,7 @@ from multiradar.diagnosis.plots import KEYS
 from multiradar.diagnosis.references import RECORDING, Pairs
 from multiradar.diagnosis.registration import Registration, registered
 from multiradar.diagnosis.times import times_amiss, utc
+from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET, SensorTable
 
 
 def diagnose(evidence: Evidence) -> list[Diagnosis]:
@@ -67,12 +76,15 @@ def _by_itself(evidence: Evidence, comparison: Comparison, name: str) -> list[Di
     kind = lost.wrong_kind(evidence, name, losses)
     if kind is not None:
         return [kind]
-    if number not in comparison.numbers or not comparison.is_radar(number):
+    if number not in comparison.numbers:
         return []
     plots = comparison.plots(number)
+    if not comparison.is_radar(number):
+        return _first(identity_alike(name, plots, None))
     return _first(
         exchanged_columns(name, plots) or azimuth_unit(name, plots),
         height_unit(name, plots, comparison.site(number)),
+        identity_alike(name, plots, comparison.site(number)),
     )
 
 
@@ -97,13 +109,15 @@ def _compared(
         # What is wrong with a suspect must not be seen in those that it is compared with.
         pairs = seen[number][1]
         pairs = pairs.take(np.isin(pairs.source, [*trusted, RECORDING]))
-        wrong = _agreeing(comparison, number, names[number], pairs)
+        wrong = _agreeing(evidence.sensors, comparison, number, pairs)
         if not wrong and comparison.is_radar(number):
             # A dump's own positions may have been made of these very plots.
             others = comparison.agreement(number, pairs.take(pairs.source != RECORDING))
             if others.share >= AGREES_MIN:
                 wrong = _first(lost.spread_amiss(evidence, names[number], others.spread))
         found += wrong
+    # What is wrong with one sensor may show as an offset of another.
+    found = [one for one in found if one.code != OFFSET_CODE] or found
     return _undecided(found, len(numbers))
 
 
@@ -131,7 +145,7 @@ def _undecided(found: list[Diagnosis], compared: int) -> list[Diagnosis]:
     if compared != 2 or len(found) != 2 or found[0].code != found[1].code:
         return found
     first, second = found
-    if first.code not in ("site", "clock", "azimuth_offset"):
+    if first.code not in ("site", "clock", "azimuth_offset", "site_height", "ground_ranges"):
         return found
     sentence = (
         f"{first.sensor_id} and {second.sensor_id} contradict each other, and there is no third "
@@ -141,17 +155,56 @@ def _undecided(found: list[Diagnosis], compared: int) -> list[Diagnosis]:
 
 
 # What the small differences of a sensor that agrees show.
-def _agreeing(comparison: Comparison, number: int, name: str, pairs: Pairs) -> list[Diagnosis]:
+def _agreeing(
+    sensors: SensorTable, comparison: Comparison, number: int, pairs: Pairs
+) -> list[Diagnosis]:
+    name = sensors.ids[number]
     agreement = comparison.agreement(number, pairs)
     found = _first(height_against_others(comparison, number, name, agreement, pairs))
     if found or not comparison.is_radar(number):
         return found
-    return _of_registration(name, registered(comparison, number, agreement, pairs))
+    wrong = registered(comparison, number, agreement, pairs)
+    others = [sensors.ids[one] for one in np.unique(pairs.source) if one != RECORDING]
+    configured_s, _ = configured_bias(sensors, number, PARAMETER_TIME_OFFSET)
+    return (
+        _of_heights(name, comparison.site(number)[2], wrong)
+        or _of_registration(name, wrong, configured_s)
+        or _first(offset_amiss(sensors, number, wrong, others))
+    )
 
 
-def _of_registration(name: str, wrong: Registration) -> list[Diagnosis]:
+def _of_heights(name: str, height_m: float, wrong: Registration) -> list[Diagnosis]:
+    lie = (
+        f"its plots lie {wrong.after_m:.0f} m in the median from where other sensors see the "
+        f"aircraft ({wrong.before_m:.0f} m as they are)"
+    )
+    if wrong.ground_ranges:
+        return [
+            Diagnosis(
+                name,
+                "ground_ranges",
+                f"{name}: its ranges are probably ground ranges, not slant ranges: taken so, {lie}"
+                "; write the slant ranges as they were measured",
+            )
+        ]
+    if wrong.height_in_feet:
+        return [
+            Diagnosis(
+                name,
+                "site_height",
+                f"{name}: height_m of its site is probably in feet: it is {height_m:g} in the "
+                f"sensors file, and with {height_m * FOOT_M:.0f} m {lie}; give it in metres",
+            )
+        ]
+    return []
+
+
+def _of_registration(name: str, wrong: Registration, configured_s: float) -> list[Diagnosis]:
     late_s = wrong.time_offset_s
     if late_s:
+        setting = "give bias.time_offset_s in the sensors file"
+        if configured_s:
+            setting = f"bias.time_offset_s, {configured_s:g} s in the sensors file"
         way, where = ("ahead", "behind") if late_s > 0.0 else ("behind", "ahead of")
         return [
             Diagnosis(
@@ -159,7 +212,7 @@ def _of_registration(name: str, wrong: Registration) -> list[Diagnosis]:
                 "clock",
                 f"{name}: its clock is probably {abs(late_s):.1f} s {way}: its plots lie {where} "
                 "the positions of the aircraft by other sensors, along their courses; correct its "
-                "times, or give bias.time_offset_s in the sensors file",
+                f"times, or {setting}",
             )
         ]
     shift_m = float(np.hypot(wrong.east_m, wrong.north_m))

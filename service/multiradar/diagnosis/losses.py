@@ -136,16 +136,7 @@ def noise_amiss(evidence: Evidence, name: str, *, causes: bool) -> Diagnosis | N
     causes : bool
         Whether something else is wrong: noise above its sigma may then be of that.
     """
-    if name not in evidence.noise:
-        return None
-    for setting, sigma, ratio in zip(
-        SIGMAS, sigmas(evidence, name), evidence.noise[name], strict=True
-    ):
-        if ratio < 1.0 / NOISE_LOW_FACTOR or (ratio > NOISE_FACTOR and not causes):
-            way = "large" if ratio < 1.0 else "small"
-            found = f"the noise measured is {_two_digits(ratio)} times that"
-            return _of_sigma(name, setting, way, sigma, found)
-    return None
+    return _of_sigmas(name, [one for one in _by_noise(evidence, name, causes=causes) if one])
 
 
 def spread_amiss(evidence: Evidence, name: str, spread: tuple[float, float]) -> Diagnosis | None:
@@ -160,17 +151,43 @@ def spread_amiss(evidence: Evidence, name: str, spread: tuple[float, float]) -> 
     spread : (float, float)
         Standard deviation of the difference in range, m, and azimuth, rad; not less than the noise.
     """
-    found = spread[0], float(np.degrees(spread[1]))
+    scatters = spread[0], float(np.degrees(spread[1]))
     units = " m", "°"
+    found: list[_Amiss | None] = []
     for setting, sigma, scatter, unit in zip(
-        SIGMAS, sigmas(evidence, name), found, units, strict=True
+        SIGMAS, sigmas(evidence, name), scatters, units, strict=True
     ):
-        if scatter < sigma / NOISE_FACTOR:
-            words = (
-                f"its plots scatter by {_two_digits(scatter)}{unit} about what other sensors see"
-            )
-            return _of_sigma(name, setting, "large", sigma, words)
-    return None
+        words = f"its plots scatter by {_two_digits(scatter)}{unit} about what other sensors see"
+        low = scatter < sigma / NOISE_FACTOR
+        found.append(_Amiss(setting, "large", sigma, words) if low else None)
+    if found == [None, None]:
+        return None
+    # The scatter holds the noise of others, too: the noise measured may show the other sigma.
+    by_noise = _by_noise(evidence, name, causes=True)
+    return _of_sigmas(name, [one for one in map(_either, found, by_noise) if one])
+
+
+class _Amiss(NamedTuple):
+    setting: str
+    way: str
+    sigma: float
+    found: str
+
+
+def _either(first: _Amiss | None, second: _Amiss | None) -> _Amiss | None:
+    return first or second
+
+
+# What the noise measured says of each sigma.
+def _by_noise(evidence: Evidence, name: str, *, causes: bool) -> list[_Amiss | None]:
+    ratios = evidence.noise.get(name, (np.nan, np.nan))
+    found: list[_Amiss | None] = []
+    for setting, sigma, ratio in zip(SIGMAS, sigmas(evidence, name), ratios, strict=True):
+        wrong = ratio < 1.0 / NOISE_LOW_FACTOR or (ratio > NOISE_FACTOR and not causes)
+        way = "large" if ratio < 1.0 else "small"
+        words = f"the noise measured is {_two_digits(ratio)} times that"
+        found.append(_Amiss(setting, way, sigma, words) if wrong else None)
+    return found
 
 
 def sigmas(evidence: Evidence, name: str) -> tuple[float, float]:
@@ -181,13 +198,25 @@ def sigmas(evidence: Evidence, name: str) -> tuple[float, float]:
     )
 
 
-def _of_sigma(name: str, setting: str, way: str, sigma: float, found: str) -> Diagnosis:
-    return Diagnosis(
-        name,
-        "noise",
-        f"{name}: {setting} is probably too {way}: it is {sigma:g} in the sensors file, and "
-        f"{found}; correct it there",
-    )
+def _of_sigmas(name: str, wrong: list[_Amiss]) -> Diagnosis | None:
+    if not wrong:
+        return None
+    first, last = wrong[0], wrong[-1]
+    if first is last:
+        head, them = f"{first.setting} is probably too {first.way}", "it"
+    elif first.way == last.way:
+        head = f"{first.setting} and {last.setting} are probably too {first.way}"
+        them = "them"
+    else:
+        head = f"{first.setting} is probably too {first.way} and {last.setting} too {last.way}"
+        them = "them"
+    text = f"it is {first.sigma:g} in the sensors file, and {first.found}"
+    if first is not last:
+        text = (
+            f"{first.setting} is {first.sigma:g} in the sensors file, and {first.found}; "
+            f"{last.setting} is {last.sigma:g}, and {last.found}"
+        )
+    return Diagnosis(name, "noise", f"{name}: {head}: {text}; correct {them} there")
 
 
 def _two_digits(ratio: float) -> str:

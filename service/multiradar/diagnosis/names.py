@@ -29,9 +29,15 @@ def names_amiss(evidence: Evidence) -> list[Diagnosis]:
     heard = [name for name in known if _read(evidence, name)]
     if unknown and not heard:
         return [_another(evidence, unknown, silent)]
-    meant = _meant(unknown, silent)
+    meant = _meant(evidence, unknown, silent)
+    taken = _taken(evidence, [name for name in unknown if name not in meant], heard)
     return [
-        *(_unknown(evidence, name, silent, meant.get(name)) for name in sorted(unknown)),
+        *(_of_other_kind(evidence, name, of) for name, of in taken.items()),
+        *(
+            _unknown(evidence, name, _alike(evidence, name, silent), meant.get(name))
+            for name in sorted(unknown)
+            if name not in taken.values()
+        ),
         *(_silent(name) for name in silent if name not in meant.values()),
     ]
 
@@ -81,10 +87,46 @@ def _another(evidence: Evidence, unknown: list[str], silent: list[str]) -> Diagn
     )
 
 
+def _kinds_of(evidence: Evidence, name: str) -> set[str]:
+    return {str(kind) for one in evidence.sources[name].kept for kind in one["kind"].unique()}
+
+
+# Sensors of the file that may send what a source sends.
+def _alike(evidence: Evidence, name: str, sensors: Sequence[str]) -> list[str]:
+    kinds = _kinds_of(evidence, name)
+    return [
+        one
+        for one in sensors
+        if kinds <= _KINDS.get(int(evidence.sensors.kinds[evidence.number(one)]), set())
+    ]
+
+
+# Radars of the file that have the id of what is no radar, with the radar that is meant.
+def _taken(evidence: Evidence, unknown: Sequence[str], heard: Sequence[str]) -> dict[str, str]:
+    radars = [one for one in unknown if _kinds_of(evidence, one) == {"radar"}]
+    wrong = [
+        one
+        for one in heard
+        if evidence.sensors.kinds[evidence.number(one)] == KIND_RADAR
+        and not _kinds_of(evidence, one) & _KINDS[KIND_RADAR]
+    ]
+    return {wrong[0]: radars[0]} if len(wrong) == len(radars) == 1 else {}
+
+
+def _of_other_kind(evidence: Evidence, name: str, meant: str) -> Diagnosis:
+    (kind, *_) = sorted(_kinds_of(evidence, name))
+    return Diagnosis(
+        name,
+        "kind",
+        f"{name}: the sensors file declares a radar under this id, but its measurements are of the "
+        f"kind {kind}, and the plots of {meant} ({counted(evidence.sources[meant].read)}) have no "
+        f'sensor; declare the radar as {meant}, and {name} with kind = "{kind}"',
+    )
+
+
 def _unknown(evidence: Evidence, name: str, silent: list[str], meant: str | None) -> Diagnosis:
     source = evidence.sources[name]
-    kinds = {str(kind) for one in source.kept for kind in one["kind"].unique().to_list()}
-    what = "plots" if kinds <= {"radar"} else "measurements"
+    what = "plots" if _kinds_of(evidence, name) <= {"radar"} else "measurements"
     has = ""
     if silent:
         has = f"; it has {listed(silent)}, which sent nothing"
@@ -101,12 +143,13 @@ def _unknown(evidence: Evidence, name: str, silent: list[str], meant: str | None
     )
 
 
-# Which silent sensor an unknown source is: the one with the most alike name, each once.
-def _meant(unknown: list[str], silent: list[str]) -> dict[str, str]:
+# Which silent sensor an unknown source is: the one of its kind with the most alike name, each once.
+def _meant(evidence: Evidence, unknown: list[str], silent: list[str]) -> dict[str, str]:
     alike = sorted(
-        ((-difflib.SequenceMatcher(None, one, other).ratio(), one, other)
-         for one in unknown for other in silent),
-    )  # fmt: skip
+        (-difflib.SequenceMatcher(None, one, other).ratio(), one, other)
+        for one in unknown
+        for other in _alike(evidence, one, silent)
+    )
     meant: dict[str, str] = {}
     for ratio, one, other in alike:
         only = len(unknown) == len(silent) == 1

@@ -1,8 +1,9 @@
-"""What the residuals of a sensor that agrees with others say of its clock and its site.
+"""What the residuals of a sensor that agrees with others say of its clock, site and ranges.
 
-The difference between the plots of a sensor and the places where others see the aircraft is fitted
-with the biases of range and azimuth of both, and then with a time offset, or with a shift of the
-site, in addition. Aircraft that fly in different directions tell a time offset from the rest.
+The difference between the plots of a sensor and the positions where others see the aircraft is
+fitted with the biases of range and azimuth of both, and then in addition with a time offset, with a
+shift of the site, or with what a mistake does to each plot. Aircraft that fly in different
+directions separate a time offset from the rest; the factor of a mistake that was made is 1.
 """
 
 from typing import NamedTuple
@@ -11,7 +12,8 @@ import numpy as np
 
 from multiradar.diagnosis.agreement import Agreement, seen_from
 from multiradar.diagnosis.comparison import Comparison
-from multiradar.diagnosis.plots import Floats, Site, located
+from multiradar.diagnosis.plausibility import FOOT_M
+from multiradar.diagnosis.plots import Floats, Site, ground_range, located
 from multiradar.diagnosis.references import Pairs
 from multiradar.geodesy.wgs84 import ecef_to_geodetic, enu_rotation
 
@@ -28,6 +30,19 @@ SHIFT_MIN_M = 1000.0
 #: What is fitted in addition must make the residuals so much smaller, and be so sure.
 SMALLER = 0.8
 SIGMAS = 8.0
+#: The factor of a mistake that was made is so near 1. What is no such mistake stays far from it:
+#: pressure heights 7 % off make −0.2 of ground ranges.
+FACTOR_WITHIN = 0.2
+#: A mistake of the site's height shows less of it: the residuals are so much smaller with it, in
+#: place of `SMALLER`, and it is looked for where feet and metres differ by this, m.
+SMALLER_BY_HEIGHT = 0.9
+HEIGHT_MIN_M = 500.0
+#: Heights by which a sensor and others place an aircraft must be alike within this, m: those of a
+#: plot without height are assumed.
+_HEIGHTS_ALIKE_M = 300.0
+#: Heights of all aircraft are off in proportion on a hot or a cold day (7 % of height in 20 K off
+#: the standard atmosphere), which would look like another height of the site; the step of a fit.
+_HOTTER = 1.05
 
 
 class Registration(NamedTuple):
@@ -39,11 +54,26 @@ class Registration(NamedTuple):
         How late its clock is: claimed time minus true time, s.
     east_m, north_m : float
         How far its site is from the one configured, m.
+    ground_ranges : bool
+        Whether its ranges are ground ranges.
+    height_in_feet : bool
+        Whether the height of its site was given in feet.
+    offset, offset_sigma : (float, float)
+        Its offsets of range, m, and azimuth, rad, with their standard deviations (infinite when
+        they were not fitted), where nothing of the above is wrong.
+    before_m, after_m : float
+        Median residual as configured and with one of the latter two corrected, m.
     """
 
-    time_offset_s: float
-    east_m: float
-    north_m: float
+    time_offset_s: float = 0.0
+    east_m: float = 0.0
+    north_m: float = 0.0
+    ground_ranges: bool = False
+    height_in_feet: bool = False
+    offset: tuple[float, float] = (0.0, 0.0)
+    offset_sigma: tuple[float, float] = (np.inf, np.inf)
+    before_m: float = 0.0
+    after_m: float = 0.0
 
 
 def registered(
@@ -62,7 +92,7 @@ def registered(
     pairs : Pairs
         With whom.
     """
-    nothing = Registration(0.0, 0.0, 0.0)
+    nothing = Registration()
     chosen = np.zeros(pairs.size, np.bool_)
     # Where plots name their aircraft, those that a wrong clock takes far away count, too.
     chosen[slice(None) if _are_named(pairs) else agreement.matched] = True
@@ -74,6 +104,9 @@ def registered(
     plain = _fit(residual, biases)
     by_time = _fit(residual, np.concatenate([biases, flight], axis=2))
     by_site = _fit(residual, np.concatenate([biases, shift], axis=2))
+    by_height = _of_heights(comparison, number, pairs, min(by_time.scale, by_site.scale))
+    if by_height is not None:
+        return by_height
     late_s = float(by_time.solution[-1])
     moved = by_site.solution[-2:]
     sure = abs(late_s) >= max(TIME_MIN_S, SIGMAS * by_time.sigma[-1])
@@ -81,8 +114,66 @@ def registered(
         return nothing._replace(time_offset_s=late_s)
     far = float(np.hypot(*moved)) >= max(SHIFT_MIN_M, SIGMAS * float(by_site.sigma[-2:].max()))
     if far and by_site.scale <= SMALLER * plain.scale:
-        return Registration(0.0, float(moved[0]), float(moved[1]))
-    return nothing
+        return nothing._replace(east_m=float(moved[0]), north_m=float(moved[1]))
+    offset, sigma = plain.solution[:2] * _PRIOR, plain.sigma[:2] * _PRIOR
+    return nothing._replace(
+        offset=(float(offset[0]), float(offset[1])),
+        offset_sigma=(float(sigma[0]), float(sigma[1])),
+    )
+
+
+# Mistakes that act by the heights of the aircraft; `best_m` is what other mistakes leave.
+def _of_heights(
+    comparison: Comparison, number: int, pairs: Pairs, best_m: float
+) -> Registration | None:
+    site, plots = comparison.site(number), comparison.tested(number).take(pairs.plot)
+    _, _, seen_m = ecef_to_geodetic(pairs.position_m)
+    known = np.abs(plots.height_m - seen_m) <= _HEIGHTS_ALIKE_M
+    pairs, plots = pairs.take(known), plots.take(known)
+    if pairs.size < PAIRS_MIN:
+        return None
+    residual, biases, _, _ = _equations(comparison, number, pairs)
+    along = _bias_columns(site, pairs)[:, :, :1]
+    ground_m, _ = ground_range(site[2], plots.range_m, plots.height_m)
+    plain = _fit(residual, biases)
+    taken = along * (ground_m - plots.range_m)[:, None, None]
+    ground = _fit(residual, np.concatenate([biases, taken], axis=2))
+    if _made(ground) and ground.scale <= min(SMALLER * plain.scale, best_m):
+        return Registration(ground_ranges=True, before_m=plain.scale, after_m=ground.scale)
+    if site[2] * (1.0 - FOOT_M) < HEIGHT_MIN_M:
+        return None
+    hotter = _hotter(comparison, number, pairs, plots.height_m)
+    plain = _fit(residual, np.concatenate([biases, hotter], axis=2))
+    in_metres, _ = ground_range(site[2] * FOOT_M, plots.range_m, plots.height_m)
+    raised = along * (ground_m - in_metres)[:, None, None]
+    feet = _fit(residual, np.concatenate([biases, hotter, raised], axis=2))
+    if _made(feet) and feet.scale <= min(SMALLER_BY_HEIGHT * plain.scale, best_m):
+        return Registration(height_in_feet=True, before_m=plain.scale, after_m=feet.scale)
+    return None
+
+
+def _made(fit: "_Fit") -> bool:
+    factor, sigma = float(fit.solution[-1]), float(fit.sigma[-1])
+    return abs(factor - 1.0) <= FACTOR_WITHIN and SIGMAS * sigma <= factor
+
+
+# What heights greater in proportion do to where this radar and the others see aircraft.
+def _hotter(comparison: Comparison, number: int, pairs: Pairs, height_m: Floats) -> Floats:
+    found = _nearer(comparison.site(number), pairs, height_m)
+    for source in np.unique(pairs.source):
+        if source >= 0 and comparison.is_radar(int(source)):
+            of_it = _nearer(comparison.site(int(source)), pairs, height_m)
+            found = found - of_it * (pairs.source == source)[:, None, None]
+    return found
+
+
+def _nearer(site: Site, pairs: Pairs, height_m: Floats) -> Floats:
+    range_m, _ = seen_from(site, pairs.position_m)
+    less_m = (
+        ground_range(site[2], range_m, height_m)[0]
+        - ground_range(site[2], range_m, _HOTTER * height_m)[0]
+    )
+    return _bias_columns(site, pairs)[:, :, :1] * less_m[:, None, None]
 
 
 def _are_named(pairs: Pairs) -> bool:

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from multiradar.clock import Clock
 from multiradar.errors import PeerError, UnavailableError
 from multiradar.storage.recording import INDEX_COLUMN, Recording
+from multiradar_schemas.reject import RejectCode
 
 #: Wall time that one batch may span when the speed is finite: the delay that batching adds.
 PACE_INTERVAL_S = 0.25
@@ -48,6 +49,8 @@ class Answer:
     duplicate: bool
     #: How many rows were rejected, by code.
     codes: Mapping[str, int] = field(default_factory=dict)
+    #: Rows of the batch of sensors that the service does not know.
+    unknown: tuple[int, ...] = ()
 
     @classmethod
     def of_document(cls, document: Mapping[str, Any]) -> "Answer":
@@ -64,6 +67,11 @@ class Answer:
             rejected=len(rejected),
             duplicate=bool(document["duplicate"]),
             codes=Counter(str(row["code"]) for row in rejected if "code" in row),
+            unknown=tuple(
+                int(row["index"])
+                for row in rejected
+                if row.get("code") == RejectCode.UNKNOWN_SENSOR
+            ),
         )
 
 
@@ -80,6 +88,10 @@ class Destination(Protocol):
 
     def starting(self) -> str | None:
         """Return what a service that is there says of its start; None where it has started."""
+        ...
+
+    def configured(self) -> tuple[str, ...]:
+        """Return the sensors that the service has, none where it does not tell."""
         ...
 
     def close(self) -> None:
@@ -129,6 +141,7 @@ class ReplayCounts:
     batches: int = 0
     retries: int = 0
     rejected_by_code: dict[str, int] = field(default_factory=dict)
+    unknown_sensors: dict[str, int] = field(default_factory=dict)
     data_time_s: float | None = None
 
 
@@ -266,6 +279,10 @@ class Replay:
         for code, rows_rejected in answer.codes.items():
             known = counts.rejected_by_code.get(code, 0)
             counts.rejected_by_code[code] = known + rows_rejected
+        strangers = batch.frame["sensor_id"].gather(list(answer.unknown)).to_list()
+        for name, rows_rejected in Counter(map(str, strangers)).items():
+            known = counts.unknown_sensors.get(name, 0)
+            counts.unknown_sensors[name] = known + rows_rejected
 
 
 @dataclass(slots=True)

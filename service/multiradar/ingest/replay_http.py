@@ -100,6 +100,14 @@ class HttpDestination:
         reason = str(document.get("detail", "not ready yet"))
         return None if "failed" in reason else reason
 
+    def configured(self) -> tuple[str, ...]:
+        """Ask `/v1/sensors` for the sensors that the service has."""
+        try:
+            sensors = _document(self._client.get("/v1/sensors")).get("sensors", [])
+            return tuple(str(one["id"]) for one in sensors)
+        except (httpx.TransportError, KeyError, TypeError):
+            return ()
+
     def close(self) -> None:
         """Close the connection."""
         self._client.close()

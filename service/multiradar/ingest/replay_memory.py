@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import polars as pl
 
 from multiradar.ingest.replay import Answer
+from multiradar_schemas.reject import RejectCode
 
 
 @dataclass(slots=True)
@@ -23,6 +24,8 @@ class MemoryDestination:
         What was taken, by key, in order.
     flushes : list of str
         Keys of the ends of streams.
+    sensors : tuple of str
+        The sensors that it knows; all without any.
     """
 
     failures: list[Exception] = field(default_factory=list)
@@ -31,6 +34,7 @@ class MemoryDestination:
     batches: dict[str, pl.DataFrame] = field(default_factory=dict)
     flushes: list[str] = field(default_factory=list)
     closed: bool = False
+    sensors: tuple[str, ...] = ()
 
     def send(self, frame: pl.DataFrame, key: str) -> Answer:
         """Take a batch, unless its key is known."""
@@ -40,7 +44,15 @@ class MemoryDestination:
         self.batches.setdefault(key, frame)
         if self.lost_answers:
             raise self.lost_answers.pop(0)
-        return Answer(accepted=len(frame), rejected=0, duplicate=duplicate)
+        strangers = frame["sensor_id"].is_in(self.sensors).not_() if self.sensors else ()
+        unknown = tuple(row for row, one in enumerate(strangers) if one)
+        return Answer(
+            accepted=len(frame) - len(unknown),
+            rejected=len(unknown),
+            duplicate=duplicate,
+            codes={str(RejectCode.UNKNOWN_SENSOR): len(unknown)} if unknown else {},
+            unknown=unknown,
+        )
 
     def flush(self, key: str) -> None:
         """Note the end of the stream."""
@@ -51,6 +63,10 @@ class MemoryDestination:
     def starting(self) -> str | None:
         """Return the next of what it says of its start, then None."""
         return self.starts.pop(0) if self.starts else None
+
+    def configured(self) -> tuple[str, ...]:
+        """Return the sensors that it knows."""
+        return self.sensors
 
     def close(self) -> None:
         """Note that the connection is no longer needed."""

@@ -72,6 +72,10 @@ class ZenohDestination:
         """Return nothing: the service answers queries from its start on, and not before."""
         return None
 
+    def configured(self) -> tuple[str, ...]:
+        """Return nothing: no query lists the sensors."""
+        return ()
+
     def close(self) -> None:
         """Close the session."""
         self._session.close()  # type: ignore[no-untyped-call]  # so in its stubs

@@ -1,6 +1,7 @@
 """Mistakes of every kind end `track` and `convert` with status 1 and a diagnosis by sensor."""
 
 import json
+import math
 import shutil
 from pathlib import Path
 
@@ -114,21 +115,63 @@ def test_a_site_on_another_continent_is_refused_with_its_sensor(
     assert "latitude_deg of its site probably has the wrong sign" in said
 
 
+def dump_with(folder: Path, column: str, factor: float) -> Path:
+    """Write the sample into a folder with another unit in a column of its plots."""
+    dump = folder / "dump"
+    shutil.copytree(SAMPLE, dump)
+    rows = [line.split("\t") for line in (dump / "plots.txt").read_text().splitlines()]
+    place = rows[0].index(column)
+    for row in rows[1:]:
+        if len(row) == len(rows[0]) and row[place].replace(".", "").isdigit():
+            row[place] = f"{float(row[place]) * factor:.6f}"
+    (dump / "plots.txt").write_text("".join("\t".join(row) + "\n" for row in rows))
+    return dump
+
+
+# Of a circle in these units most is rejected: azimuths end at 360.
+@pytest.mark.parametrize(
+    ("per_circle", "unit"),
+    [
+        (6400.0, "mils (6400 to a circle), which end at 6"),
+        (2000.0 * math.pi, "milliradians, which end at 62"),
+        (4096.0, "counts of 4096 to a circle, which end at 40"),
+        (400.0, "gradians"),
+    ],
+)
+def test_convert_says_in_which_unit_the_azimuths_of_a_dump_are(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], per_circle: float, unit: str
+) -> None:
+    dump, out = dump_with(tmp_path, "azimuth", per_circle / 360.0), tmp_path / "out"
+    assert run(["convert", "vid", str(dump), str(out), "--kinds", "plots"]) == 1
+    said = [line for line in capsys.readouterr().err.splitlines() if "azimuths" in line]
+    assert [line.split()[1] for line in said] == ["26-10:", "35-10:", "41-1:", "41-10:"]
+    assert f"its azimuths are probably in {unit}" in said[0]
+    assert len({line.partition("probably in ")[2][:8] for line in said}) == 1
+
+
 def test_convert_says_that_a_dump_has_ranges_in_kilometres(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    dump = tmp_path / "dump"
-    shutil.copytree(SAMPLE, dump)
-    lines = (dump / "plots.txt").read_text().splitlines()[:2001]
-    rows = [line.split("\t") for line in lines]
-    range_at = rows[0].index("range")
-    for row in rows[1:]:
-        if len(row) == len(rows[0]) and row[range_at].replace(".", "").isdigit():
-            row[range_at] = f"{float(row[range_at]) / 1e3:.6f}"
-    (dump / "plots.txt").write_text("".join("\t".join(row) + "\n" for row in rows))
-    out = tmp_path / "out"
+    dump, out = dump_with(tmp_path, "range", 1e-3), tmp_path / "out"
     assert run(["convert", "vid", str(dump), str(out), "--kinds", "plots"]) == 1
     said = capsys.readouterr().err.splitlines()
     assert {line.split()[1] for line in said} == {"26-10:", "35-10:", "41-1:", "41-10:"}
     assert all("ranges are probably in kilometres" in line for line in said)
+    assert (out / "measurements.parquet").is_file()
+
+
+@pytest.mark.parametrize(
+    ("name", "other"), [("plots.txt", "tracks.txt"), ("tracks.txt", "plots.txt")]
+)
+def test_convert_says_which_file_of_a_dump_was_cut_short(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str, other: str
+) -> None:
+    dump, out = tmp_path / "dump", tmp_path / "out"
+    shutil.copytree(SAMPLE, dump)
+    text = (dump / name).read_bytes()
+    (dump / name).write_bytes(text[: len(text) // 2])
+    assert run(["convert", "vid", str(dump), str(out), "--kinds", "plots"]) == 1
+    (said,) = capsys.readouterr().err.splitlines()
+    assert said.startswith(f"multiradar: {name}: probably cut short: it ends at 8:1")
+    assert f"but {other} goes on to 8:" in said
     assert (out / "measurements.parquet").is_file()

@@ -7,7 +7,14 @@ import polars as pl
 import pytest
 
 from multiradar.diagnosis.plots import geodetic, located
-from support.mistaken import METRES_PER_DEGREE, RADARS, Edit, Recording, recording
+from support.mistaken import (
+    METRES_PER_DEGREE,
+    RADARS,
+    Edit,
+    Recording,
+    on_the_ground,
+    recording,
+)
 
 RANGE, AZIMUTH, TIME, HEIGHT = (
     pl.col(name) for name in ("range_m", "azimuth_deg", "time_s", "height_m")
@@ -15,11 +22,42 @@ RANGE, AZIMUTH, TIME, HEIGHT = (
 NAME = "1-10"
 SITE = RADARS[NAME][0]
 
+
+def biased(one: Recording, **bias: dict[str, float]) -> Recording:
+    """Return a recording with biases of `NAME` in its sensors file."""
+    return one.configured(NAME, bias=bias)
+
+
+def addressed(one: Recording, **identity: str) -> Recording:
+    """Return a recording without track numbers; the plots of `NAME` have an identity."""
+    texts = {name: pl.lit(text) for name, text in identity.items()}
+    empty = [pl.lit(None, pl.String).alias(name) for name in identity]
+    numbers = one.frame["track_number"].cast(pl.String).alias("number")
+    frame = one.frame.with_columns(numbers, *empty, track_number=pl.lit(None, pl.Int64))
+    return Recording(frame, one.sensors).changed(NAME, **texts)
+
+
 #: What is done, and the code of what is said of `NAME`.
 MISTAKES: dict[str, tuple[Edit, str]] = {
     "kilometres": (lambda one: one.changed(NAME, range_m=RANGE / 1e3), "range_unit"),
     "nautical miles": (lambda one: one.changed(NAME, range_m=RANGE / 1852.0), "range_unit"),
     "feet": (lambda one: one.changed(NAME, range_m=RANGE / 0.3048), "range_unit"),
+    "ground ranges": (lambda one: on_the_ground(one, NAME), "ground_ranges"),
+    "site height in feet": (
+        lambda one: one.configured(NAME, height_m=SITE[2] / 0.3048), "site_height",
+    ),
+    "range offset fixed at 1 km": (
+        lambda one: biased(one, range_offset_m={"prior": 1000.0, "estimate": False}), "bias",
+    ),
+    "azimuth offset fixed": (
+        lambda one: biased(one, azimuth_offset_deg={"prior": 0.5, "estimate": False}), "bias",
+    ),
+    "range offset with a narrow prior": (
+        lambda one: biased(one, range_offset_m={"prior": -300.0, "prior_sigma": 20.0}), "bias",
+    ),
+    "one track number": (lambda one: one.changed(NAME, track_number=pl.lit(7)), "identity"),
+    "one address": (lambda one: addressed(one, mode_s_address="4B1805"), "identity"),
+    "one code": (lambda one: addressed(one, mode_3a="4321"), "identity"),
     "radians": (
         lambda one: one.changed(NAME, azimuth_deg=AZIMUTH * np.pi / 180.0), "azimuth_unit",
     ),
@@ -77,6 +115,64 @@ def test_nothing_is_said_of_a_recording_that_is_right(
     assert recording(seed, positions=positions, named=named).diagnosed() == []
 
 
+# 7000 and 2000 are set by all who were given no code of their own.
+@pytest.mark.parametrize("code", ["7000", "2000"])
+def test_a_code_of_conspicuity_is_no_mistake(code: str) -> None:
+    assert addressed(recording(), mode_3a=code).diagnosed() == []
+
+
+@pytest.mark.parametrize("aircraft", [1, 2])
+def test_one_identity_of_one_aircraft_or_two_is_no_mistake(aircraft: int) -> None:
+    chosen = pl.col("number").cast(pl.Int64) < aircraft
+    one = addressed(recording(), mode_s_address="4B1805", mode_3a="4321")
+    few = Recording(one.frame.filter(chosen), one.sensors)
+    assert few.codes() == []
+
+
+# The true offsets of `NAME` are 180 m and −0.19°.
+@pytest.mark.parametrize(
+    "bias",
+    [
+        {
+            "range_offset_m": {"prior": 180.0, "estimate": False},
+            "azimuth_offset_deg": {"prior": -0.19, "estimate": False},
+        },
+        {"range_offset_m": {"prior": 0.0, "prior_sigma": 20.0}},
+        {"range_offset_m": {"prior": 600.0, "prior_sigma": 200.0}},
+        # An offset of range and a gain are not told apart.
+        {"range_offset_m": {"prior": 1000.0, "estimate": False}, "range_gain": {"estimate": True}},
+    ],
+)
+@pytest.mark.parametrize("others", [("2-10",), ("2-10", "3-10")])
+def test_offsets_that_are_configured_about_right_are_no_mistake(
+    bias: dict[str, dict[str, float]], others: tuple[str, ...]
+) -> None:
+    assert biased(recording(), **bias).only(NAME, *others).diagnosed() == []
+
+
+def test_a_wrong_offset_is_said_with_what_others_show_and_who_they_are() -> None:
+    wrong = biased(recording(), range_offset_m={"prior": 1000.0, "estimate": False})
+    said = wrong.diagnosed()[0].sentence
+    assert said.startswith(
+        "1-10: bias.range_offset_m is probably wrong: the sensors file has it fixed at 1000 m "
+        "(estimate = false), and 2-10, 3-10 show 1"
+    )
+    assert said.endswith(" m; correct prior, or remove estimate = false")
+    alone = wrong.only(NAME, "2-10").diagnosed()[0].sentence
+    assert "(or 2-10 is wrong: there is no third sensor)" in alone
+
+
+# Pressure heights on a hot or a cold day: as if all sites were at another height.
+@pytest.mark.parametrize("factor", [0.85, 0.93, 1.07])
+def test_heights_of_a_hot_or_a_cold_day_are_no_mistake_of_a_site(factor: float) -> None:
+    assert recording().changed(*RADARS, height_m=HEIGHT * factor).diagnosed() == []
+
+
+def test_ground_ranges_of_two_radars_are_named_at_both() -> None:
+    one = on_the_ground(on_the_ground(recording(), NAME), "2-10")
+    assert one.codes() == [(NAME, "ground_ranges"), ("2-10", "ground_ranges")]
+
+
 @pytest.mark.parametrize("mistake", MISTAKES)
 @pytest.mark.parametrize("positions", [False, True])
 def test_a_mistake_of_one_radar_is_named(mistake: str, *, positions: bool) -> None:
@@ -116,6 +212,20 @@ def test_an_offset_of_the_clock_is_measured() -> None:
     found = re.search(r"clock is probably ([\d.]+) s ahead", said)
     assert found is not None
     assert float(found[1]) == pytest.approx(3.0, abs=0.3)
+
+
+@pytest.mark.parametrize("estimate", [True, False])
+def test_an_offset_of_the_clock_that_is_configured_is_no_mistake(*, estimate: bool) -> None:
+    late = recording().changed(NAME, time_s=TIME + 3.0)
+    bias = {"time_offset_s": {"prior": 3.0, "estimate": estimate}}
+    assert late.configured(NAME, bias=bias).diagnosed() == []
+
+
+def test_an_offset_of_the_clock_that_is_configured_wrong_is_named() -> None:
+    bias = {"time_offset_s": {"prior": 3.0, "estimate": False}}
+    said = recording().configured(NAME, bias=bias).diagnosed()[0].sentence
+    assert re.search(r"clock is probably (2\.[7-9]|3\.[0-3]) s behind", said) is not None
+    assert said.endswith("correct its times, or bias.time_offset_s, 3 s in the sensors file")
 
 
 def test_sites_of_two_radars_that_are_exchanged_are_both_named() -> None:

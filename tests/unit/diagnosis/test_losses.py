@@ -66,12 +66,26 @@ def test_losses_beside_a_cause_that_was_found_are_not_said_again() -> None:
          "noise measured is 0.06 times that"),
         ((1.1, 38.2), "azimuth_sigma_deg is probably too small: it is 0.06 in the sensors file, "
          "and the noise measured is 38 times that"),
+        ((0.17, 0.15), "range_sigma_m and azimuth_sigma_deg are probably too large: range_sigma_m "
+         "is 40 in the sensors file, and the noise measured is 0.17 times that; azimuth_sigma_deg "
+         "is 0.06, and the noise measured is 0.15 times that; correct them"),
+        ((0.17, 38.2), "range_sigma_m is probably too large and azimuth_sigma_deg too small: "),
     ],
 )  # fmt: skip
 def test_noise_far_from_its_sigma_is_said(noise: tuple[float, float], words: str) -> None:
     evidence = evidence_of(recording())
     evidence.noise["1-10"] = noise
     assert words in said(evidence).sentence
+
+
+def test_a_sigma_that_scatter_shows_is_said_with_the_one_that_noise_shows() -> None:
+    wrong = recording().configured("1-10", range_sigma_m=4000.0)
+    evidence = evidence_of(wrong)
+    evidence.noise["1-10"] = (0.1, 0.15)
+    sentence = said(evidence).sentence
+    assert "range_sigma_m and azimuth_sigma_deg are probably too large" in sentence
+    assert "its plots scatter by " in sentence
+    assert "the noise measured is 0.15 times that" in sentence
 
 
 @pytest.mark.parametrize("noise", [(0.3, 3.0), (np.nan, np.nan)])

@@ -45,3 +45,38 @@ def test_a_radar_that_sent_nothing_is_named_and_adsb_is_not() -> None:
     adsb = one.sensors[0].model_validate({"id": "adsb", "kind": "adsb"})
     with_adsb = Recording(fewer.frame, (*one.sensors, adsb))
     assert with_adsb.codes() == [("3-10", "no_measurements")]
+
+
+def positions_of(one: Recording, name: str, kind: str) -> pl.DataFrame:
+    """Return measurements of a kind of positions under a name."""
+    return one.frame.filter(sensor_id="2-10").with_columns(
+        sensor_id=pl.lit(name), kind=pl.lit(kind), latitude_deg=pl.lit(46.5),
+        longitude_deg=pl.lit(7.0), range_m=pl.lit(None, pl.Float64),
+        azimuth_deg=pl.lit(None, pl.Float64),
+    )  # fmt: skip
+
+
+def test_a_source_of_another_kind_is_not_the_radar_that_sent_nothing() -> None:
+    one = recording()
+    wam = positions_of(one, "3-11", "mlat")
+    frame = pl.concat([one.frame.filter(pl.col("sensor_id") != "3-10"), wam]).sort("time_s")
+    said = {found.sensor_id: found for found in Recording(frame, one.sensors).diagnosed()}
+    assert {name: found.code for name, found in said.items()} == {
+        "3-11": "unknown_source",
+        "3-10": "no_measurements",
+    }
+    assert said["3-11"].sentence.endswith(
+        "is not in the sensors file (sensors.toml); add it, or remove its measurements"
+    )
+
+
+def test_a_radar_under_the_id_of_adsb_is_said_with_both_ids() -> None:
+    one = recording()
+    frame = pl.concat([one.frame, positions_of(one, "adsb", "adsb")]).sort("time_s")
+    found = Recording(frame, one.configured("3-10", id="adsb").sensors).diagnosed()
+    assert [(said.sensor_id, said.code) for said in found] == [("adsb", "kind")]
+    assert found[0].sentence.startswith(
+        "adsb: the sensors file declares a radar under this id, but its measurements are of the "
+        "kind adsb, and the plots of 3-10 ("
+    )
+    assert found[0].sentence.endswith('declare the radar as 3-10, and adsb with kind = "adsb"')

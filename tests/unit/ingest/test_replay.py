@@ -254,3 +254,13 @@ def test_an_answer_that_does_not_add_up_stops_the_replay(tmp_path: Path) -> None
 
     with pytest.raises(PeerError, match="expected an answer for 2 measurements"):
         _replay(_recording(tmp_path, [0.0, 1.0]), Forgetful(), ReplayPlan()).run()
+
+
+def test_sensors_that_the_service_does_not_know_are_counted_by_name(tmp_path: Path) -> None:
+    recording = _recording(tmp_path, [float(n) for n in range(10)])
+    destination = MemoryDestination(sensors=("2-2",))
+    counts = _replay(recording, destination, ReplayPlan(batch_rows=3)).run()
+    assert (counts.accepted, counts.rejected) == (0, 10)
+    assert counts.unknown_sensors == {"1-1": 10}
+    known = MemoryDestination(sensors=("1-1",))
+    assert _replay(recording, known, ReplayPlan()).run().unknown_sensors == {}

@@ -158,3 +158,12 @@ def test_numbers_keep_all_their_digits_in_every_encoding() -> None:
 def test_an_address_that_is_none_is_refused_before_anything_is_sent(url: str) -> None:
     with pytest.raises(ConfigurationError, match="expected an address such as http://"):
         HttpDestination(url, Encoding.ARROW)
+
+
+def test_rows_of_unknown_sensors_and_the_sensors_of_the_service_are_read() -> None:
+    rejected = [{"index": 0, "code": "NON_FINITE"}, {"index": 1, "code": "UNKNOWN_SENSOR"}]
+    answer = {"accepted": 0, "rejected": rejected, "duplicate": False}
+    assert _service(httpx.Response(200, json=answer)).send(_batch(), "k").unknown == (1,)
+    sensors = {"count": 2, "sensors": [{"id": "26-10"}, {"id": "35-10"}]}
+    assert _service(httpx.Response(200, json=sensors)).configured() == ("26-10", "35-10")
+    assert _service(httpx.Response(404, json={})).configured() == ()

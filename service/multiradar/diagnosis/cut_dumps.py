@@ -1,0 +1,84 @@
+"""Dumps of which one file ends long before the other: it was probably cut short."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import polars as pl
+
+from multiradar.diagnosis.diagnosis import Diagnosis
+from multiradar.diagnosis.times import utc
+
+#: Tracks coast for some scans after the last plot, and clutter goes on after the last track: a file
+#: is cut where it ends so much earlier, s, and this part of the recording.
+EARLIER_MIN_S, EARLIER_MIN = 120.0, 0.02
+#: ... and where so great a part of what is expected of the whole of it is missing: of plots that
+#: tracks name, or of plots that no track names.
+EXPECTED_MIN = 0.5
+
+
+def dump_cut(measurements: Path, report: Mapping[str, Any]) -> list[Diagnosis]:
+    """Return whether the plots or the tracks of a dump were cut short.
+
+    Parameters
+    ----------
+    measurements : Path
+        The table of measurements that was written.
+    report : mapping
+        The report of the conversion.
+    """
+    files = {
+        one["table"]: (name, one["last_s"])
+        for name, one in report.get("figures", {}).get("files", {}).items()
+        if one.get("last_s") is not None and "table" in one
+    }
+    if "plots" not in files or "tracks" not in files:
+        return []
+    (plots, plots_end_s), (tracks, tracks_end_s) = files["plots"], files["tracks"]
+    figures = report["figures"]
+    apart_s = abs(plots_end_s - tracks_end_s)
+    whole_s = max(plots_end_s, tracks_end_s) - figures["first_s"]
+    if apart_s < max(EARLIER_MIN_S, EARLIER_MIN * whole_s):
+        return []
+    if plots_end_s < tracks_end_s:
+        missing = figures["track_rows_whose_plot_is_missing"]
+        named = figures["track_rows_naming_a_plot"]
+        if missing <= EXPECTED_MIN * apart_s / whole_s * named:
+            return []
+        why = f"whose rows name plots that are missing ({missing / named:.0%})"
+        return [_cut((plots, plots_end_s), (tracks, tracks_end_s), why)]
+    if not _plots_go_on(measurements, tracks_end_s):
+        return []
+    why = "with as many plots as before"
+    return [_cut((tracks, tracks_end_s), (plots, plots_end_s), why)]
+
+
+# Whether there are about as many plots after the end of the tracks as before, most of them named.
+def _plots_go_on(measurements: Path, end_s: float) -> bool:
+    plots = pl.scan_parquet(measurements).filter(pl.col("kind") == "radar")
+    time_s, before = pl.col("time_s"), pl.col("time_s") <= end_s
+    first_s, last_s, early, late, named = (
+        plots.select(
+            time_s.min().alias("first_s"),
+            time_s.max().alias("last_s"),
+            before.sum().alias("early"),
+            (~before).sum().alias("late"),
+            (before & pl.col("track_number").is_not_null()).sum().alias("named"),
+        )
+        .collect()
+        .row(0)
+    )
+    if not early or end_s <= first_s:
+        return False
+    rates = np.array([early / (end_s - first_s), late / (last_s - end_s)])
+    return bool(named >= EXPECTED_MIN * early and rates[1] >= EXPECTED_MIN * rates[0])
+
+
+def _cut(short: tuple[str, float], whole: tuple[str, float], why: str) -> Diagnosis:
+    return Diagnosis(
+        "",
+        "file_cut",
+        f"{short[0]}: probably cut short: it ends at {utc(short[1])}, but {whole[0]} goes on to "
+        f"{utc(whole[1])}, {why}; copy it again",
+    )

@@ -1,0 +1,81 @@
+"""Dumps of which one file ends long before the other."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import polars as pl
+import pytest
+
+from multiradar.diagnosis.cut_dumps import dump_cut
+
+START_S, LAST_S = 28_800.0, 30_600.0
+
+
+def said_of(
+    folder: Path, plots_end_s: float, tracks_end_s: float, *, missing: int = 0, late: int = 1000
+) -> list[str]:
+    """Return what is said of a dump of 1000 plots a half hour, of which tracks name all they can.
+
+    Parameters
+    ----------
+    folder : Path
+        For the table.
+    plots_end_s, tracks_end_s : float
+        Last times.
+    missing : int
+        Track rows that name a missing plot, of 1000.
+    late : int
+        Plots after the end of the tracks, a half hour.
+    """
+    early = np.linspace(START_S, min(plots_end_s, tracks_end_s), 1000)
+    count = round(late * max(plots_end_s - tracks_end_s, 0.0) / (LAST_S - START_S))
+    after = np.linspace(tracks_end_s, plots_end_s, count + 2)[1:] if count else np.empty(0)
+    file = folder / "measurements.parquet"
+    times = np.concatenate([early, after])
+    numbers = [7] * len(early) + [None] * len(after)
+    pl.DataFrame(
+        {"time_s": times, "kind": ["radar"] * len(times), "track_number": numbers}
+    ).write_parquet(file)
+    figures: dict[str, Any] = {
+        "files": {
+            "p.txt": {"table": "plots", "last_s": plots_end_s},
+            "t.txt": {"table": "tracks", "last_s": tracks_end_s},
+        },
+        "first_s": START_S,
+        "track_rows_naming_a_plot": 1000,
+        "track_rows_whose_plot_is_missing": missing,
+    }
+    return [one.sentence for one in dump_cut(file, {"figures": figures})]
+
+
+def test_plots_that_end_before_the_tracks_that_name_them_are_cut(tmp_path: Path) -> None:
+    (said,) = said_of(tmp_path, LAST_S - 900.0, LAST_S, missing=500)
+    assert said == (
+        "p.txt: probably cut short: it ends at 8:15:00 (no date), but t.txt goes on to 8:30:00 "
+        "(no date), whose rows name plots that are missing (50%); copy it again"
+    )
+
+
+def test_tracks_that_end_before_plots_like_those_they_name_are_cut(tmp_path: Path) -> None:
+    (said,) = said_of(tmp_path, LAST_S, LAST_S - 900.0)
+    assert said.startswith("t.txt: probably cut short: it ends at 8:15:00 (no date), but p.txt ")
+
+
+@pytest.mark.parametrize(
+    ("earlier_s", "given"),
+    [
+        # Tracks coast after the last plot.
+        ((60.0, 0.0), {"missing": 1000}),
+        # Tracks that name no plots, or name those that are there.
+        ((900.0, 0.0), {"missing": 0}),
+        # The last plots make no track any more.
+        ((0.0, 60.0), {}),
+        # The last aircraft has left, clutter goes on.
+        ((0.0, 900.0), {"late": 100}),
+    ],
+)
+def test_files_that_end_apart_for_other_reasons_are_not_cut(
+    tmp_path: Path, earlier_s: tuple[float, float], given: dict[str, int]
+) -> None:
+    assert said_of(tmp_path, LAST_S - earlier_s[0], LAST_S - earlier_s[1], **given) == []
