@@ -171,16 +171,16 @@ def record(arguments: list[str], file: Path) -> None:
 
     # What is compiled beforehand would not be seen to be called.
     wanted.kernels_for = lambda purposes: []
-    original, depth = Dispatcher.compile, 0
+    original, within = Dispatcher.compile, threading.local()
 
+    # What is compiled within another kernel is no call; other threads may compile meanwhile.
     def noting(self: Any, signature: Any) -> Any:
-        nonlocal depth
-        outermost, started_s = depth == 0, CLOCK.monotonic_s()
-        depth += 1
+        outermost, started_s = not getattr(within, "another", False), CLOCK.monotonic_s()
+        within.another = True
         try:
             return original(self, signature)
         finally:
-            depth -= 1
+            within.another = not outermost
             module, name = self.py_func.__module__, self.py_func.__qualname__
             if outermost and module.startswith("multiradar"):
                 seconds = CLOCK.monotonic_s() - started_s
