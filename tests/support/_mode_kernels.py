@@ -18,8 +18,8 @@ from multiradar.estimation.filters._mode_room_kernels import (
     load_modes,
     store_modes,
 )
-from multiradar.lane_kernels import every_lane, load_row, store_row
 from multiradar_compiled.kernels import loop
+from multiradar_compiled.lane_kernels import every_lane, load_row, store_row
 
 Floats = NDArray[np.float64]
 

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from multiradar.lane_function_kernels import angle_of, exponential, sine_and_cosine
-from multiradar.lane_kernels import (
+from multiradar_compiled.kernels import loop
+from multiradar_compiled.lane_function_kernels import angle_of, exponential, sine_and_cosine
+from multiradar_compiled.lane_kernels import (
     LANES,
     alike,
     chosen,
@@ -27,7 +28,6 @@ from multiradar.lane_kernels import (
     turned,
     two_to_the,
 )
-from multiradar_compiled.kernels import loop
 
 Floats = NDArray[np.float64]
 

@@ -38,7 +38,8 @@ def _distance_m(latitude: float, longitude: float, other: float, other_longitude
         np.sin(half_north) ** 2
         + np.cos(np.radians(latitude)) * np.cos(np.radians(other)) * np.sin(half_east) ** 2
     )
-    return 2.0 * _EARTH_RADIUS_M * np.arcsin(min(1.0, np.sqrt(chord)))
+    along: float = 2.0 * _EARTH_RADIUS_M * np.arcsin(min(1.0, np.sqrt(chord)))
+    return along
 
 
 @loop

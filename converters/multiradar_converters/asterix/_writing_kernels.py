@@ -39,7 +39,7 @@ def _write_part(
     out: Octets,
 ) -> int:
     """Write the octets of a part; return where they end."""
-    end = at + program[node, OCTETS]
+    end: int = at + program[node, OCTETS]
     for place in range(at, end):
         out[place] = 0
     for field in range(ranges[node, 0], ranges[node, 1]):

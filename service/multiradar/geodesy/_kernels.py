@@ -28,8 +28,8 @@ from multiradar.geodesy.wgs84 import (
     enu_rotation,
     geodetic_to_ecef,
 )
-from multiradar.lane_kernels import Numbers, chosen, root
 from multiradar_compiled.kernels import in_both, in_loop, kernel
+from multiradar_compiled.lane_kernels import Numbers, chosen, root
 
 #: Cosine of the largest angle between the normals at the foot and at O (60°). Beyond it one metre
 #: on the plane is more than two metres on the ground; at 90° the plane ends.

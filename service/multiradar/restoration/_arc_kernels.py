@@ -90,7 +90,7 @@ def part_of_plot(plots: Floats, row: int, east: float, north: float) -> float:
     )
     floor = plots[row, FLOOR]
     if half < -floor:
-        part = half - log(1.0 + exp(half + floor))
+        part: float = half - log(1.0 + exp(half + floor))
     else:
         part = -floor - log(1.0 + exp(-half - floor))
     return part
@@ -171,7 +171,8 @@ def curvature(a: Floats, b: Floats, east: float, north: float) -> float:
     x, y = b[0] - a[0], b[1] - a[1]
     p, q = east - a[0], north - a[1]
     sides = hypot(x, y) * hypot(p, q) * hypot(p - x, q - y)
-    return 2.0 * (y * p - x * q) / max(sides, 1e-9)
+    bend: float = 2.0 * (y * p - x * q) / max(sides, 1e-9)
+    return bend
 
 
 @in_loop

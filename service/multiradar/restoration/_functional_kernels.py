@@ -150,7 +150,7 @@ def take(
     # b = e^(−ρ²/2) / (e^(−ρ²/2) + e^floor)
     odds = exp(min(floor + half, 700.0))
     good = 1.0 / (1.0 + odds)
-    part = half - log(1.0 + odds) if half < -floor else -floor - log(1.0 + 1.0 / odds)
+    part: float = half - log(1.0 + odds) if half < -floor else -floor - log(1.0 + 1.0 / odds)
     a, b, c, fx, fy = good * a, good * b, good * c, good * fx, good * fy
     r[0] += fx
     r[1] += fy
@@ -252,7 +252,8 @@ def prior_part(
 @in_loop
 def first_parameter(track: Floats, i: int) -> float:
     """Return one of the first six parameters: state at the anchor, controls of a segment."""
-    return track[EAST + i] if i < 4 else track[SEGMENTS + LATERAL + i - 4]
+    found: float = track[EAST + i] if i < 4 else track[SEGMENTS + LATERAL + i - 4]
+    return found
 
 
 @in_loop

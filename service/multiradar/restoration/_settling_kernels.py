@@ -134,8 +134,9 @@ def hold(track: Floats, H: Floats, g: Floats, size: int, rules: Floats) -> None:
 @in_loop
 def limit(value: float, part: int, rules: Floats) -> float:
     """Return the limit of an acceleration: once beyond the usual one it has the wider one."""
-    usual = rules[LATERAL_MAX + part]
-    return usual if abs(value) <= usual else rules[LATERAL_BEYOND + part]
+    usual: float = rules[LATERAL_MAX + part]
+    wider: float = rules[LATERAL_BEYOND + part]
+    return usual if abs(value) <= usual else wider
 
 
 @in_loop
@@ -171,7 +172,7 @@ def constants(
     track: Floats, anchor_s: float, now_s: float, kinds: Floats, cell_sigma_s: float
 ) -> float:
     """Return what of the weight does not depend on plots: rates, and sizes of the priors."""
-    total = 0.5 * track[PRIOR_LOGARITHM]
+    total: float = 0.5 * track[PRIOR_LOGARITHM]
     begin = anchor_s
     count = int(track[COUNT])
     for i in range(count):

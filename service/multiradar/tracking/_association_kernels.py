@@ -27,7 +27,6 @@ from multiradar.estimation.measurement._kernels import (
 from multiradar.geodesy._kernels import (
     wrap_angle,
 )
-from multiradar.lane_kernels import LANES, load_lanes, store_row
 from multiradar.tracking._clutter_kernels import log_density_of_clutter
 from multiradar.tracking._sky_kernels import (
     CELL_M,
@@ -49,6 +48,7 @@ from multiradar.tracking.sky import (
     Sky,
 )
 from multiradar_compiled.kernels import fetch_ahead, in_loop, kernel, loop
+from multiradar_compiled.lane_kernels import LANES, load_lanes, store_row
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

@@ -27,7 +27,7 @@ def log_density_of_clutter(kind: int, s: int, z0: float, log_clutters: Floats) -
 
     ``log_clutters`` is that on the ground, 1/m², for each sensor and ring.
     """
-    value = log_clutters[s, 0]
+    value: float = log_clutters[s, 0]
     if kind == KIND_RADAR:
         value = log_clutters[s, ring_of(z0)] + math.log(max(z0, 1.0))
     return value

@@ -118,7 +118,8 @@ def way_beside(k: int, time: float, east: float, north: float, base: Floats, tru
         d1 = (north - base[k, NORTH]) / elapsed - base[k, NORTH_RATE]
         turned = BETWEEN_FACTOR * math.sqrt(d0 * d0 + d1 * d1) / elapsed
         acceleration = min(turned + BETWEEN_LEAST, BETWEEN_MOST)
-    return 0.125 * acceleration * elapsed * elapsed
+    away: float = 0.125 * acceleration * elapsed * elapsed
+    return away
 
 
 @in_loop

@@ -23,8 +23,8 @@ from multiradar.estimation.filters._mode_room_kernels import (
     prepare_room,
     store_modes,
 )
-from multiradar.lane_kernels import LANES, load_row, store_row
 from multiradar_compiled.kernels import in_loop, kernel, loop
+from multiradar_compiled.lane_kernels import LANES, load_row, store_row
 
 Floats = NDArray[np.float64]
 

@@ -27,7 +27,7 @@ MISSING = -1
 @in_loop
 def find_place(keys: Integers, key: int) -> int:
     """Return the place of a key, or the free place where it would go."""
-    mask = keys.shape[0] - 1
+    mask: int = keys.shape[0] - 1
     # Multiplicative hashing (Knuth): the high bits of a product with an odd constant.
     place = ((key * 2654435761) >> 8) & mask
     while keys[place] != MISSING and keys[place] != key:

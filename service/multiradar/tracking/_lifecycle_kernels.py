@@ -224,7 +224,7 @@ def score_by(time: float, k: int, periods: Floats, life: Lifecycle) -> float:
 
     A sensor that has been silent for longer than the track is let coast has no more to say.
     """
-    score = life.score[k]
+    score: float = life.score[k]
     for s in range(periods.shape[0]):
         since = time - life.heard[k, s]
         if since < np.inf:

@@ -23,7 +23,11 @@ from multiradar.estimation.measurement._kernels import (
 )
 from multiradar.geodesy._kernels import C_NORTH, EE, EN, M_EE, M_NN, NE, NN, PE, PN, UE, UN
 from multiradar.geodesy._kernels import HEIGHT as SITE_HEIGHT
-from multiradar.lane_kernels import (
+from multiradar.tracking.lifecycle import TENTATIVE, USUAL_SPEED, YOUNG_HITS, Lifecycle
+from multiradar.tracking.roster import MISSING, Roster, RowIdentities
+from multiradar.tracking.sky import ASTRAY, SPEED_MAX, Sky
+from multiradar_compiled.kernels import in_loop, kernel
+from multiradar_compiled.lane_kernels import (
     LANES,
     every_lane,
     fused_lanes,
@@ -33,10 +37,6 @@ from multiradar.lane_kernels import (
     load_row,
     sums_of,
 )
-from multiradar.tracking.lifecycle import TENTATIVE, USUAL_SPEED, YOUNG_HITS, Lifecycle
-from multiradar.tracking.roster import MISSING, Roster, RowIdentities
-from multiradar.tracking.sky import ASTRAY, SPEED_MAX, Sky
-from multiradar_compiled.kernels import in_loop, kernel
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -72,7 +72,8 @@ def velocity_astray(silent: float, turn: float, rules: Floats) -> float:
     unseen = 0.0
     if turn > 0.0:
         unseen = min(max(silent / turn - SEEN_TURNS, 0.0) / UNSEEN_TURNS, 1.0)
-    return rules[ASTRAY] * (1.0 + unseen * (TURNED_ROUND - 1.0))
+    astray: float = rules[ASTRAY] * (1.0 + unseen * (TURNED_ROUND - 1.0))
+    return astray
 
 
 @in_loop

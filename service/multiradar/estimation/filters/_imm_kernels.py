@@ -60,8 +60,9 @@ from multiradar.estimation.measurement._kernels import (
     measures_azimuth,
     sight,
 )
-from multiradar.lane_function_kernels import angle_of, exponential
-from multiradar.lane_kernels import (
+from multiradar_compiled.kernels import in_both, in_loop
+from multiradar_compiled.lane_function_kernels import angle_of, exponential
+from multiradar_compiled.lane_kernels import (
     Lanes,
     chosen,
     lane_of,
@@ -70,7 +71,6 @@ from multiradar.lane_kernels import (
     store_row,
     sum_of,
 )
-from multiradar_compiled.kernels import in_both, in_loop
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

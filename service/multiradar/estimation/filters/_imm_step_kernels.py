@@ -67,8 +67,8 @@ from multiradar.estimation.filters._unheard_height_kernels import (
 )
 from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows, Work
 from multiradar.estimation.measurement._kernels import KIND_BEARING
-from multiradar.lane_kernels import LANES, load_row, store_row
 from multiradar_compiled.kernels import fetch_ahead, in_loop, kernel, loop
+from multiradar_compiled.lane_kernels import LANES, load_row, store_row
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

@@ -25,8 +25,8 @@ from multiradar.estimation.measurement._kernels import (
 )
 from multiradar.estimation.motion._kernels import Packed, PackedOf, store_covariance
 from multiradar.estimation.motion.velocity_frame_noise import SLOW_SPEED_MPS
-from multiradar.lane_kernels import LANES, Numbers, every_lane, lane_of, larger, load_row
 from multiradar_compiled.kernels import in_both, in_loop, kernel
+from multiradar_compiled.lane_kernels import LANES, Numbers, every_lane, lane_of, larger, load_row
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

@@ -20,7 +20,8 @@ from multiradar.estimation.filters._mode_room_kernels import (
     SHARES,
     SLOPE,
 )
-from multiradar.lane_kernels import (
+from multiradar_compiled.kernels import in_loop
+from multiradar_compiled.lane_kernels import (
     LANES,
     every_lane,
     fused_lanes,
@@ -28,7 +29,6 @@ from multiradar.lane_kernels import (
     store_lanes,
     store_row,
 )
-from multiradar_compiled.kernels import in_loop
 
 Floats = NDArray[np.float64]
 

@@ -41,8 +41,9 @@ from multiradar.estimation.filters._mode_room_kernels import (
     kept,
 )
 from multiradar.estimation.motion._kernels import DensityOf, load_covariance, store_covariance
-from multiradar.lane_function_kernels import sine_and_cosine
-from multiradar.lane_kernels import (
+from multiradar_compiled.kernels import in_both, in_loop
+from multiradar_compiled.lane_function_kernels import sine_and_cosine
+from multiradar_compiled.lane_kernels import (
     Lanes,
     chosen,
     every_lane,
@@ -54,7 +55,6 @@ from multiradar.lane_kernels import (
     sum_of,
     sums_of,
 )
-from multiradar_compiled.kernels import in_both, in_loop
 
 Floats = NDArray[np.float64]
 

@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.motion._kernels import PackedOf
-from multiradar.lane_kernels import (
+from multiradar_compiled.kernels import in_both, in_loop
+from multiradar_compiled.lane_kernels import (
     LANES,
     Lanes,
     Numbers,
@@ -27,7 +28,6 @@ from multiradar.lane_kernels import (
     sums_of,
     turned,
 )
-from multiradar_compiled.kernels import in_both, in_loop
 
 Floats = NDArray[np.float64]
 

@@ -101,7 +101,7 @@ def settle_velocity(
 @in_loop
 def velocity_variance(covariances: Floats, V: Floats, bias_covariance: Floats, k: int) -> float:
     """Return the sum of the variances of both rates of aircraft k, the biases' part included."""
-    total = covariances[k, 7] + covariances[k, 9]
+    total: float = covariances[k, 7] + covariances[k, 9]
     n = bias_covariance.shape[0]
     for c in range(n):
         for d in range(n):

@@ -42,7 +42,8 @@ from multiradar.estimation.measurement._kernels import (
 )
 from multiradar.estimation.motion._kernels import load_covariance
 from multiradar.geodesy._kernels import wrap_angle
-from multiradar.lane_kernels import (
+from multiradar_compiled.kernels import fused, in_loop, kernel
+from multiradar_compiled.lane_kernels import (
     LANES,
     every_lane,
     fused_lanes,
@@ -51,7 +52,6 @@ from multiradar.lane_kernels import (
     store_lanes,
     store_row,
 )
-from multiradar_compiled.kernels import fused, in_loop, kernel
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -165,7 +165,7 @@ def correct_two_stage(
 @in_loop
 def component(means: Floats, V: Floats, bias: Floats, k: int, i: int) -> float:
     """Return component i of χ̂ = a + V ς̂ of aircraft k; two sums, so that they overlap."""
-    even = means[k, i]
+    even: float = means[k, i]
     odd = 0.0
     pairs = bias.shape[0] & ~1
     for c in range(0, pairs, 2):

@@ -31,8 +31,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.geodesy._kernels import C_EAST, C_NORTH, HEIGHT, line_of_sight, locate_polar
-from multiradar.lane_kernels import Numbers, alike, chosen, larger, root
 from multiradar_compiled.kernels import in_both, in_loop, kernel
+from multiradar_compiled.lane_kernels import Numbers, alike, chosen, larger, root
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -192,7 +192,8 @@ def sine_by_height(sine: Numbers, ground: Numbers) -> Numbers:
     Higher at one place on the ground it is seen steeper: cos²/slant, so cos³/ground.
     """
     level = 1.0 - sine * sine
-    return level * root(level) / ground
+    slope: Numbers = level * root(level) / ground
+    return slope
 
 
 @kernel

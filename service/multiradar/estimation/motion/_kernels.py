@@ -12,8 +12,8 @@ IMM UrO RAN report (2016), equations (1.4) and (1.30); Y. Bar-Shalom, X. R. Li, 
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.lane_kernels import Numbers
 from multiradar_compiled.kernels import fused, in_loop, kernel
+from multiradar_compiled.lane_kernels import Numbers
 
 Floats = NDArray[np.float64]
 PackedOf = tuple[

@@ -15,12 +15,12 @@ from multiradar.errors import ConfigurationError
 from multiradar.estimation.filters._mode_column_kernels import move_columns
 from multiradar.estimation.filters._mode_room_kernels import ROOM_ROWS, SHARES, prepare_room
 from multiradar.estimation.gaussian import normalised_squared, require_covariance
-from multiradar.lane_kernels import LANES
 from multiradar.runtime.engine import Engine
 from multiradar.tracking import model as model_module
 from multiradar.tracking.modes import GRAVITY_MPS2, mode_table
 from multiradar.tracking.outputs import TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
+from multiradar_compiled.lane_kernels import LANES
 from support._mode_kernels import join, move_alone, pass_and_mix
 from support.compiled_filters import UPPER, CompiledFilter, plain_settings
 from support.kernels import plain

@@ -11,7 +11,8 @@ reduction of arguments by constants in parts. The project's own: series and poly
 
 import math
 
-from multiradar.lane_kernels import (
+from multiradar_compiled.kernels import in_both
+from multiradar_compiled.lane_kernels import (
     Lanes,
     chosen,
     fused_lanes,
@@ -20,7 +21,6 @@ from multiradar.lane_kernels import (
     polynomial,
     two_to_the,
 )
-from multiradar_compiled.kernels import in_both
 
 # Below this an exponential is taken for this one's: 1e-304.
 EXPONENT_MIN = -700.0

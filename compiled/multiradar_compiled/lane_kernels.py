@@ -23,8 +23,8 @@ import numpy as np
 from numba.extending import overload
 from numpy.typing import NDArray
 
-from multiradar._lane_intrinsics import LANES as LANES
-from multiradar._lane_intrinsics import (
+from multiradar_compiled._lane_intrinsics import LANES as LANES
+from multiradar_compiled._lane_intrinsics import (
     LanesType,
     add,
     broadcast,
