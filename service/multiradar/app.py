@@ -40,7 +40,7 @@ from multiradar.runtime.output_feed import OutputFeed
 from multiradar.runtime.service import Service
 from multiradar.runtime.trajectories.feed import TrajectoryFeed
 from multiradar.runtime.trajectories.options import trajectory_options
-from multiradar.settings import Settings
+from multiradar.settings.service import Settings
 from multiradar.storage.sqlite_journal import SqliteJournal
 from multiradar.tracking.forecast_calibration import calibration_for
 from multiradar.tracking.measurements import MISSING_INTEGER, MeasurementBatch

@@ -17,7 +17,7 @@ from multiradar.runtime.history import update_rows
 from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.live_tracks import LiveTracks
 from multiradar.runtime.trajectories.options import trajectory_options
-from multiradar.settings import HttpSettings, RuntimeSettings, load_settings
+from multiradar.settings.service import HttpSettings, RuntimeSettings, load_settings
 from multiradar.tracking.encounters._approach_kernels import find_approaches
 from multiradar.tracking.encounters._chance_kernels import find_bounds, find_chances
 from multiradar.tracking.encounters._search_kernels import find_pairs

@@ -9,8 +9,8 @@ import pytest
 from multiradar.api.limits import HttpLimits
 from multiradar.errors import ConfigurationError
 from multiradar.runtime.limits import RuntimeLimits
-from multiradar.setting_types import Section
-from multiradar.settings import HttpSettings, RuntimeSettings, load_settings
+from multiradar.settings.service import HttpSettings, RuntimeSettings, load_settings
+from multiradar.settings.types import Section
 from multiradar.tracking.settings import TrackingSettings
 
 

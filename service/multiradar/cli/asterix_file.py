@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from multiradar.estimation.measurement.sensors import SensorTable
     from multiradar.runtime.asterix.recording import AsterixRecorder
-    from multiradar.settings import Settings
+    from multiradar.settings.service import Settings
 
 
 @contextmanager
@@ -29,9 +29,9 @@ def new_recorder(
     if path is None:
         yield None
         return
-    from multiradar.asterix_output_settings import AsterixOutputSettings
     from multiradar.runtime.asterix.options import channel_options
     from multiradar.runtime.asterix.recording import AsterixRecorder
+    from multiradar.settings.asterix_output import AsterixOutputSettings
     from multiradar.storage.output_file import new_file
 
     users = settings.asterix.output or (AsterixOutputSettings(file=path),)

@@ -18,7 +18,7 @@ from multiradar.errors import PipelineError
 
 if TYPE_CHECKING:
     from multiradar.app import Application
-    from multiradar.settings import Settings
+    from multiradar.settings.service import Settings
 
 
 _PIECE_S = 0.5
@@ -109,7 +109,7 @@ def serve(
     ] = False,
 ) -> None:
     """Ingest measurements; serve tracks, biases and predictions; on loopback by default."""
-    from multiradar.settings import load_settings
+    from multiradar.settings.service import load_settings
 
     overrides = _overrides(
         {

@@ -58,7 +58,7 @@ if TYPE_CHECKING:
     from multiradar.runtime.offline import OfflineJob, OfflineResult
     from multiradar.runtime.stage_times import StageTimes
     from multiradar.runtime.trajectories.options import TrajectoryOptions
-    from multiradar.settings import Settings
+    from multiradar.settings.service import Settings
     from multiradar.tracking.settings import TrackingSettings
     from multiradar_schemas.report import Report
 
@@ -300,7 +300,7 @@ def _settings(config: Path | None, given: dict[str, Any]) -> "Settings":
     # What the command line itself says wrong is wrong usage; the rest is the configuration.
     from pydantic import ValidationError
 
-    from multiradar.settings import TrackingSection, load_settings
+    from multiradar.settings.service import TrackingSection, load_settings
     from multiradar_schemas.mistakes import mistakes_in
 
     chosen = {name: value for name, value in given.items() if value is not None}

@@ -34,14 +34,16 @@ def plots(rows: list[Row]) -> list[Plot]:
         Figures 3, 4, 2 and 1 of the paper, in this order.
     """
     return [
-        _errors(rows, "normal_error_mrad", "Error of the normal", "mrad", 3, "normal"),
-        _errors(rows, "distance_error_m", "Error of the distance", "m", 4, "distance"),
+        _errors(rows, "normal_error_mrad", "Error of the normal", "mrad", figure=3, name="normal"),
+        _errors(rows, "distance_error_m", "Error of the distance", "m", figure=4, name="distance"),
         _criterion(rows),
         _path(),
     ]
 
 
-def _errors(rows: list[Row], quantity: str, title: str, unit: str, figure: int, name: str) -> Plot:
+def _errors(
+    rows: list[Row], quantity: str, title: str, unit: str, *, figure: int, name: str
+) -> Plot:
     printed = Series(
         "printed in the paper", np.array(TIMES_S[-1:]), np.array([PRINTED[quantity]]), "rings",
         key="printed",

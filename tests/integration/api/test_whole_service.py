@@ -9,7 +9,7 @@ import httpx
 import pytest
 
 from multiradar.app import Application
-from multiradar.settings import load_settings
+from multiradar.settings.service import load_settings
 from multiradar.wire import sensor_table
 from multiradar_schemas.bias import BiasEstimate
 from multiradar_schemas.forecast import Forecast

@@ -11,7 +11,7 @@ import pytest
 from multiradar.app import Application
 from multiradar.cli.main import EXIT_DONE, EXIT_FAILED, EXIT_USAGE, run
 from multiradar.errors import ConfigurationError
-from multiradar.settings import load_settings
+from multiradar.settings.service import load_settings
 from support import asterix_scene, clients, live_scene
 from support.asterix_listening import address, sender, settled
 from support.asterix_octets import block, datagram, pcap, plot_048

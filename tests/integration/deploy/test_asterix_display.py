@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from multiradar.app import Application
-from multiradar.settings import load_settings
+from multiradar.settings.service import load_settings
 from support.asterix_display import display, heard
 from support.live_scene import cut, recording, sensors
 from support.waiting import WAIT_TIMEOUT_S

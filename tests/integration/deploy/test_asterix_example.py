@@ -4,7 +4,7 @@ import time
 from pathlib import Path
 
 from multiradar.app import Application
-from multiradar.settings import load_settings
+from multiradar.settings.service import load_settings
 from support import asterix_display, asterix_scene, clients, live_scene
 from support.asterix_listening import address, sender, settled
 

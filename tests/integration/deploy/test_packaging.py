@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 import yaml
 
-from multiradar.settings import load_settings
+from multiradar.settings.service import load_settings
 from support.waiting import run_to_end
 
 ROOT = Path(__file__).parents[3]

@@ -16,7 +16,7 @@ from multiradar.cli.inputs import load_sensor_table
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.digest import OutputDigest
 from multiradar.runtime.engine import Engine
-from multiradar.settings import load_settings
+from multiradar.settings.service import load_settings
 from multiradar.simulation.observation import observe
 from multiradar.simulation.output import measurements_frame, truth_frame
 from multiradar.simulation.scene_file import builtin_scene

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from multiradar.app import Application
-from multiradar.settings import load_settings
+from multiradar.settings.service import load_settings
 from support import live_scene
 from support.zenoh_scene import free_endpoint
 

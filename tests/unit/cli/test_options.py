@@ -11,7 +11,7 @@ from multiradar.cli.serve import LogForm, LogLevel
 from multiradar.estimation.filters.bank import FILTERS
 from multiradar.ingest.replay import AWAY_MAX_S, ReplayPlan
 from multiradar.ingest.replay_http import Encoding
-from multiradar.settings import load_settings
+from multiradar.settings.service import load_settings
 from multiradar.storage.recording import BLOCK_ROWS
 from multiradar.tracking.settings import TrackingSettings
 from multiradar_schemas.measurement import KINDS

@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from multiradar.asterix_output_settings import AsterixOutputSettings
 from multiradar.errors import ConfigurationError
 from multiradar.ingest.asterix_output.sender import AsterixSender, Outlet
 from multiradar.ingest.asterix_output.sinks import MemorySink, Sink, open_sink
 from multiradar.runtime.asterix.channel import Channel, ChannelOptions
 from multiradar.runtime.engine import Engine
 from multiradar.runtime.output_feed import Fed, OutputFeed
+from multiradar.settings.asterix_output import AsterixOutputSettings
 from multiradar.tracking.outputs import EndedTracks, EngineOutput
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.wire import measurement_batch

@@ -4,9 +4,9 @@ import contextlib
 from collections.abc import Sequence
 from typing import BinaryIO, Protocol
 
-from multiradar.asterix_output_settings import AsterixOutputSettings
 from multiradar.errors import ConfigurationError
 from multiradar.ingest.udp import open_sending
+from multiradar.settings.asterix_output import AsterixOutputSettings
 
 
 class Sink(Protocol):

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from multiradar.asterix_output_settings import AsterixOutputSettings
 from multiradar.geodesy.stereographic import StereographicPlane
 from multiradar.runtime.asterix.channel import ChannelOptions
+from multiradar.settings.asterix_output import AsterixOutputSettings
 from multiradar_converters.asterix.senders import Sender
 
 

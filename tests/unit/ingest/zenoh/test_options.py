@@ -9,7 +9,7 @@ from multiradar.app import zenoh_options
 from multiradar.errors import ConfigurationError
 from multiradar.ingest.zenoh.options import ZenohOptions
 from multiradar.ingest.zenoh.session import zenoh_config
-from multiradar.settings import load_settings
+from multiradar.settings.service import load_settings
 
 
 def setting(options: ZenohOptions, key: str) -> Any:

@@ -19,7 +19,7 @@ from typing import Annotated, Self
 from pydantic import BeforeValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from multiradar.setting_types import Count, Ipv4, Label, Port, Section, SocketOctets, plain_number
+from multiradar.settings.types import Count, Ipv4, Label, Port, Section, SocketOctets, plain_number
 
 _HALF_SECONDS = Field(ge=0.5, le=3600.0, multiple_of=0.5)
 Octet = Annotated[int, BeforeValidator(plain_number), Field(ge=0, le=255)]

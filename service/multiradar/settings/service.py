@@ -20,9 +20,9 @@ from pydantic_settings import (
     SettingsError,
 )
 
-from multiradar.asterix_settings import AsterixSettings
 from multiradar.errors import ConfigurationError
-from multiradar.setting_types import Count, Endpoint, Port, Seconds, Section, plain_number
+from multiradar.settings.asterix import AsterixSettings
+from multiradar.settings.types import Count, Endpoint, Port, Seconds, Section, plain_number
 from multiradar.tracking.settings import IMM_MODES_MAX, IMM_MODES_MIN, TrackingSettings
 from multiradar_schemas.documents import Document, read_toml
 from multiradar_schemas.errors import DocumentError

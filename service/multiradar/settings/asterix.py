@@ -17,8 +17,8 @@ from typing import Annotated, Self
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from multiradar.asterix_output_settings import AsterixOutputSettings
-from multiradar.setting_types import (
+from multiradar.settings.asterix_output import AsterixOutputSettings
+from multiradar.settings.types import (
     Count,
     Ipv4,
     Label,

@@ -1,0 +1,23 @@
+"""The only translation between the forms on the wire and the arrays of the core."""
+
+from multiradar.wire.measurements import Rejected, measurement_batch, measurement_rows
+from multiradar.wire.sensors import sensor_table
+from multiradar.wire.tables import (
+    alarm_names,
+    biases_frame,
+    health_frame,
+    tracks_frame,
+    transitions_frame,
+)
+
+__all__ = [
+    "Rejected",
+    "alarm_names",
+    "biases_frame",
+    "health_frame",
+    "measurement_batch",
+    "measurement_rows",
+    "sensor_table",
+    "tracks_frame",
+    "transitions_frame",
+]

@@ -1,0 +1,238 @@
+"""Measurements on the wire as the batch that the core takes, and back."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import polars as pl
+from numpy.typing import NDArray
+
+from multiradar.errors import InputError, MissingColumnError
+from multiradar.estimation.measurement.known_biases import Measured, without_known_biases
+from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.tracking.measurements import (
+    KIND_BEARING,
+    KIND_POSITION,
+    KIND_RADAR,
+    MISSING_INTEGER,
+    MeasurementBatch,
+)
+from multiradar.wire.bearing_columns import direction_rows, directions_of, with_movers
+from multiradar.wire.sensors import KIND_NUMBER
+from multiradar_schemas.arrow import (
+    MEASUREMENT_REQUIRED,
+    MEASUREMENT_SCHEMA,
+)
+from multiradar_schemas.callsigns import callsign_texts, packed_callsigns
+from multiradar_schemas.directions import has_directions, sensor_gates
+from multiradar_schemas.gates import PHYSICAL_GATES, Gate, refusals
+from multiradar_schemas.measurement import KINDS
+from multiradar_schemas.reject import RejectCode
+
+#: A range may exceed the instrumented range of its sensor by this factor.
+RANGE_MAX_FACTOR = 1.05
+_SENSOR = "__sensor"
+_SENSOR_KIND = "__sensor_kind"
+_RANGE_END = "__range_end_m"
+_KIND = "__kind"
+
+
+@dataclass(frozen=True, slots=True)
+class Rejected:
+    """The rows that were refused, by ascending index.
+
+    Attributes
+    ----------
+    index : (n,) int64
+        Index of the row in the frame that was given.
+    code : tuple of RejectCode
+        Why, as a stable code.
+    reason : tuple of str
+        Why, as a sentence.
+    """
+
+    index: NDArray[np.int64]
+    code: tuple[RejectCode, ...]
+    reason: tuple[str, ...]
+
+    def __len__(self) -> int:
+        return len(self.code)
+
+
+def measurement_batch(frame: pl.DataFrame, table: SensorTable) -> tuple[MeasurementBatch, Rejected]:
+    """Translate measurements, refusing the rows that cannot be true.
+
+    Parameters
+    ----------
+    frame : DataFrame
+        Columns of `MEASUREMENT_SCHEMA`, optional ones may be missing, further ones are ignored;
+        degrees.
+    table : SensorTable
+        The sensors that may measure.
+
+    Returns
+    -------
+    MeasurementBatch
+        The rows taken, in their order, radians, known biases of their sensors taken off; numbers
+        that the kind of a row does not use are missing.
+    Rejected
+        The rows refused; together with the rows taken they are all rows of the frame.
+
+    Raises
+    ------
+    MissingColumnError
+        When a column that every row needs is absent.
+    InputError
+        When a column has another type than `MEASUREMENT_SCHEMA` gives it.
+    """
+    frame = _known_columns(frame)
+    frame = _with_sensors(frame, table)
+    directed = table.moving.any() or has_directions(frame)
+    frame = with_movers(frame, table, _SENSOR) if directed else frame
+    index, code, reason = refusals(frame, _DIRECTED_GATES if directed else _GATES)
+    if len(index):
+        keep = np.ones(len(frame), np.bool_)
+        keep[index] = False
+        frame = frame.filter(pl.Series(keep))
+    return _columns(frame, table), Rejected(index, code, reason)
+
+
+def measurement_rows(batch: MeasurementBatch, table: SensorTable) -> list[dict[str, Any]]:
+    """Translate measurements back, to show them.
+
+    Parameters
+    ----------
+    batch : MeasurementBatch
+        Measurements as the tracker takes them: known biases are off.
+    table : SensorTable
+        The sensors.
+
+    Returns
+    -------
+    list of dict
+        Columns of `MEASUREMENT_SCHEMA` in degrees, without what is missing.
+    """
+    floats = {
+        "range_m": batch.range_m,
+        "azimuth_deg": np.degrees(batch.azimuth_rad),
+        "latitude_deg": np.degrees(batch.latitude_rad),
+        "longitude_deg": np.degrees(batch.longitude_rad),
+        "height_m": batch.height_m,
+    }
+    texts = {"mode_3a": "04o", "mode_s_address": "06x", "track_number": "d"}
+    callsigns = callsign_texts(batch.callsign)
+    rows: list[dict[str, Any]] = []
+    for row in range(len(batch)):
+        said: dict[str, Any] = {
+            "time_s": float(batch.time_s[row]),
+            "sensor_id": table.ids[batch.sensor[row]],
+        }
+        said |= {name: float(one[row]) for name, one in floats.items() if np.isfinite(one[row])}
+        for name, form in texts.items():
+            number = int(getattr(batch, name)[row])
+            if number != MISSING_INTEGER:
+                said[name] = number if form == "d" else format(number, form)
+        if callsigns[row] is not None:
+            said["callsign"] = callsigns[row]
+        rows.append(said | direction_rows(batch, row))
+    return rows
+
+
+def _known_columns(frame: pl.DataFrame) -> pl.DataFrame:
+    missing = [name for name in MEASUREMENT_REQUIRED if name not in frame.columns]
+    if missing:
+        raise MissingColumnError("measurements", missing, frame.columns)
+    for name, kind in MEASUREMENT_SCHEMA.items():
+        found = frame.schema.get(name, kind)
+        if found not in (kind, pl.Null()):
+            msg = f"measurements: expected the column {name} to be {kind}, was {found}"
+            raise InputError(msg)
+    return frame.select(
+        pl.col(name).cast(kind) if name in frame.columns else pl.lit(None, kind).alias(name)
+        for name, kind in MEASUREMENT_SCHEMA.items()
+    )
+
+
+def _with_sensors(frame: pl.DataFrame, table: SensorTable) -> pl.DataFrame:
+    aliases = [name for name, _ in table.aliases]
+    number = np.array([*range(len(table)), *(row for _, row in table.aliases)], np.int32)
+    names = pl.Series([*table.ids, *aliases], dtype=pl.String)
+    end_m = pl.Series(table.range_max_m * RANGE_MAX_FACTOR)
+    sensor = pl.col("sensor_id").replace_strict(
+        names, pl.Series(number), default=None, return_dtype=pl.Int32
+    )
+    kinds = pl.Series(KINDS, dtype=pl.String)
+    kind_numbers = pl.Series([KIND_NUMBER[name] for name in KINDS], dtype=pl.Int8)
+    frame = frame.with_columns(
+        sensor.alias(_SENSOR),
+        pl.col("kind")
+        .replace_strict(kinds, kind_numbers, default=None, return_dtype=pl.Int8)
+        .alias(_KIND),
+    )
+    index = frame[_SENSOR]
+    return frame.with_columns(
+        pl.Series(table.kinds).gather(index).alias(_SENSOR_KIND),
+        end_m.gather(index).alias(_RANGE_END),
+    )
+
+
+_GATES = (
+    *PHYSICAL_GATES,
+    Gate(
+        RejectCode.UNKNOWN_SENSOR,
+        "sensor_id",
+        "a sensor of the sensors file",
+        pl.col(_SENSOR).is_null(),
+    ),
+    Gate(
+        RejectCode.UNKNOWN_KIND,
+        "kind",
+        "a kind that its sensor measures",
+        # A radar that has lost the range, such as by jamming, still has bearings.
+        (pl.col(_KIND) != pl.col(_SENSOR_KIND))
+        & ~((pl.col(_KIND) == KIND_BEARING) & (pl.col(_SENSOR_KIND) == KIND_RADAR)),
+    ),
+    Gate(
+        RejectCode.OUT_OF_RANGE,
+        "range_m",
+        "a range within the instrumented range of its sensor",
+        (pl.col(_KIND) == KIND_RADAR) & (pl.col("range_m") > pl.col(_RANGE_END)),
+    ),
+)
+
+
+_DIRECTED_GATES = (*_GATES, *sensor_gates())
+
+
+def _columns(frame: pl.DataFrame, table: SensorTable) -> MeasurementBatch:
+    radar = pl.col(_KIND) == KIND_RADAR
+    position = pl.col(_KIND) == KIND_POSITION
+    columns = frame.select(
+        "time_s",
+        pl.col(_SENSOR).alias("sensor"),
+        pl.col(_KIND).alias("kind"),
+        pl.when(radar).then("range_m").fill_null(np.nan).alias("range_m"),
+        pl.when(~position).then("azimuth_deg").fill_null(np.nan).alias("azimuth_deg"),
+        pl.when(position).then("latitude_deg").fill_null(np.nan).alias("latitude_deg"),
+        pl.when(position).then("longitude_deg").fill_null(np.nan).alias("longitude_deg"),
+        pl.col("height_m").fill_null(np.nan),
+        pl.col("mode_3a").str.to_integer(base=8, dtype=pl.Int32).fill_null(MISSING_INTEGER),
+        pl.col("mode_s_address").str.to_integer(base=16, dtype=pl.Int64).fill_null(MISSING_INTEGER),
+        pl.col("track_number").fill_null(MISSING_INTEGER),
+    )
+    # Owned by the batch, so that a kernel sees one type of array whatever the frame was made of.
+    arrays = {column.name: column.to_numpy(writable=True) for column in columns}
+    for array in arrays.values():
+        if array.dtype.kind == "f":
+            array += 0.0  # Minus zero is zero: rows are ordered and compared by content.
+    arrays["azimuth_rad"] = np.radians(arrays.pop("azimuth_deg"))
+    if table.known_bias.any():
+        measured = Measured(arrays["time_s"], arrays["range_m"], arrays["azimuth_rad"])
+        arrays |= without_known_biases(measured, table.known_bias[arrays["sensor"]])._asdict()
+    return MeasurementBatch(
+        latitude_rad=np.radians(arrays.pop("latitude_deg")),
+        longitude_rad=np.radians(arrays.pop("longitude_deg")),
+        callsign=packed_callsigns(frame["callsign"]),
+        directions=directions_of(frame),
+        **arrays,
+    )
