@@ -34,10 +34,10 @@ from multiradar.runtime.trajectories.fan_scores import FanScores
 from multiradar.runtime.trajectories.fans import fan_course
 from multiradar.runtime.trajectories.pool import Reading
 from multiradar.simulation.paths import fly
-from multiradar.tracking.forecast import forecast_modes_of, forecast_of_modes
-from multiradar.tracking.forecast_scores import Learnt
-from multiradar.tracking.polynomial_forecast import polynomial_forecast
-from multiradar.tracking.regions import gaussian_factor
+from multiradar.tracking.forecast.forecast import forecast_modes_of, forecast_of_modes
+from multiradar.tracking.forecast.forecast_scores import Learnt
+from multiradar.tracking.forecast.polynomial_forecast import polynomial_forecast
+from multiradar.tracking.forecast.regions import gaussian_factor
 from multiradar.tracking.settings import TrackingSettings
 
 Floats = NDArray[np.float64]

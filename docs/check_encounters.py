@@ -26,9 +26,9 @@ from multiradar.runtime.engine import Engine
 from multiradar.runtime.history import update_rows
 from multiradar.runtime.live_tracks import LiveTracks
 from multiradar.simulation.paths import Path, fly
-from multiradar.tracking.forecast_calibration import calibration_for
+from multiradar.tracking.forecast.forecast_calibration import calibration_for
+from multiradar.tracking.forecast.state_samples import Sampling
 from multiradar.tracking.settings import TrackingSettings
-from multiradar.tracking.state_samples import Sampling
 
 Floats = NDArray[np.float64]
 

@@ -31,8 +31,8 @@ from multiradar.simulation.output import measurements_frame
 from multiradar.simulation.scene import Scene
 from multiradar.simulation.scene_file import builtin_names, builtin_scene
 from multiradar.simulation.sensors_text import sensors_text
-from multiradar.tracking.health_records import HealthRecords
-from multiradar.tracking.measurements import MeasurementBatch
+from multiradar.tracking.health.health_records import HealthRecords
+from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import BiasRecords, EngineOutput, TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
 

@@ -26,7 +26,7 @@ from multiradar.runtime.engine import Engine
 from multiradar.simulation.measurements import Measurements
 from multiradar.simulation.observation import observe
 from multiradar.simulation.scene import Aircraft, Bias, Leg, Scene, Sensor
-from multiradar.tracking.measurements import KIND_RADAR, MeasurementBatch
+from multiradar.tracking.input.measurements import KIND_RADAR, MeasurementBatch
 from multiradar.tracking.outputs import TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
 

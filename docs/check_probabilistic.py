@@ -37,7 +37,7 @@ from multiradar.simulation.output import measurements_frame, truth_frame
 from multiradar.simulation.scene import Scene
 from multiradar.simulation.scene_file import builtin_names, builtin_scene, load_scene
 from multiradar.simulation.sensors_text import sensors_text
-from multiradar.tracking.measurements import MeasurementBatch
+from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
 

@@ -32,12 +32,12 @@ from multiradar.estimation.gaussian import normalised_squared
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.engine import Engine
-from multiradar.tracking.forecast_calibration import calibration_for
-from multiradar.tracking.forecast_scores import HORIZONS_S
+from multiradar.tracking.forecast.forecast_calibration import calibration_for
+from multiradar.tracking.forecast.forecast_scores import HORIZONS_S
+from multiradar.tracking.forecast.regions import gaussian_factor
+from multiradar.tracking.forecast.state_samples import Sampling
 from multiradar.tracking.outputs import StateSample
-from multiradar.tracking.regions import gaussian_factor
 from multiradar.tracking.settings import TrackingSettings
-from multiradar.tracking.state_samples import Sampling
 
 Floats = NDArray[np.float64]
 

@@ -29,9 +29,9 @@ from multiradar.runtime.trajectories.plots import PlotPlaces
 from multiradar.runtime.trajectories.pool import BundlePool
 from multiradar.runtime.trajectories.roster import Order, Roster, Sampled, Take
 from multiradar.storage.recording import Recording
+from multiradar.tracking.forecast.state_samples import Sampling
 from multiradar.tracking.outputs import EngineOutput
 from multiradar.tracking.settings import TrackingSettings
-from multiradar.tracking.state_samples import Sampling
 from multiradar.wire import measurement_batch
 
 BATCH_ROWS, RUNS, MANY = 200, 3, 100

@@ -27,7 +27,7 @@ sys.path.insert(0, str(TESTS))
 from benchmark.encounters import NOW_S, PLANE, airspace  # noqa: E402
 from multiradar.runtime.encounter_query import EncounterQuery  # noqa: E402
 from multiradar.runtime.encounters import Sky, encounters  # noqa: E402
-from multiradar.tracking.forecast_calibration import calibration_for  # noqa: E402
+from multiradar.tracking.forecast.forecast_calibration import calibration_for  # noqa: E402
 from multiradar.tracking.settings import TrackingSettings  # noqa: E402
 
 AIRCRAFT = (150, 1000, 4000, 15_000)

@@ -42,9 +42,9 @@ from multiradar.runtime.trajectories.feed import TrajectoryFeed
 from multiradar.runtime.trajectories.options import trajectory_options
 from multiradar.settings.service import Settings
 from multiradar.storage.sqlite_journal import SqliteJournal
-from multiradar.tracking.forecast_calibration import calibration_for
-from multiradar.tracking.measurements import MISSING_INTEGER, MeasurementBatch
-from multiradar.tracking.state_samples import Sampling
+from multiradar.tracking.forecast.forecast_calibration import calibration_for
+from multiradar.tracking.forecast.state_samples import Sampling
+from multiradar.tracking.input.measurements import MISSING_INTEGER, MeasurementBatch
 from multiradar_compiled.ahead import compile_ahead
 from multiradar_compiled.wanted import kernels_for
 from multiradar_converters.asterix.editions import parse_editions

@@ -13,7 +13,7 @@ import numpy as np
 from multiradar.geodesy.stereographic import StereographicPlane
 from multiradar.runtime.asterix.channel import Channel, ChannelOptions
 from multiradar.runtime.asterix.cycles import Cycles
-from multiradar.tracking.measurements import MeasurementBatch
+from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import BiasRecords, EndedTracks, EngineOutput, TrackUpdates
 from multiradar.tracking.plots import TrackPlots
 from multiradar.tracking.settings import TrackingSettings

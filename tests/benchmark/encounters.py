@@ -10,9 +10,9 @@ from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.encounter_query import EncounterQuery
 from multiradar.runtime.encounters import Sky, encounters
 from multiradar.runtime.history import UPDATE_DTYPE
-from multiradar.tracking.forecast_calibration import ForecastCalibration, calibration_for
-from multiradar.tracking.forecast_family import STRAIGHT
-from multiradar.tracking.forecast_scores import HORIZONS_S
+from multiradar.tracking.forecast.forecast_calibration import ForecastCalibration, calibration_for
+from multiradar.tracking.forecast.forecast_family import STRAIGHT
+from multiradar.tracking.forecast.forecast_scores import HORIZONS_S
 from multiradar.tracking.mode_states import ModeStates
 from multiradar.tracking.outputs import STATE_CONFIRMED, TrackStates
 from multiradar.tracking.settings import TrackingSettings

@@ -5,7 +5,7 @@ from math import isnan
 
 import numpy as np
 
-from multiradar.tracking.measurements import COLUMNS, MeasurementBatch
+from multiradar.tracking.input.measurements import COLUMNS, MeasurementBatch
 
 
 def batch_of(

@@ -12,7 +12,7 @@ from multiradar.estimation.filters.arrays import Rows, Work, result_arrays
 from multiradar.estimation.filters.bank import Outcome, find_filter
 from multiradar.estimation.measurement._kernels import KIND_FLAT_PLACE, KIND_FLAT_POLAR
 from multiradar.estimation.measurement.linearised import cartesian_plot
-from multiradar.tracking.measurements import KIND_BEARING, KIND_POSITION, KIND_RADAR
+from multiradar.tracking.input.measurements import KIND_BEARING, KIND_POSITION, KIND_RADAR
 from multiradar.tracking.model import filter_model
 from multiradar.tracking.settings import TrackingSettings
 from support.reference_filters import Observation

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from multiradar.tracking.climbs import CLIMB_COUNT
 from multiradar.tracking.encounters.pairs import Paths, walks_of
-from multiradar.tracking.forecast import forecast
+from multiradar.tracking.forecast.forecast import forecast
 
 Floats = NDArray[np.float64]
 UPPER = np.triu_indices(4)

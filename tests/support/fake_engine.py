@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.tracking.measurements import MeasurementBatch
+from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import (
     STATE_CONFIRMED,
     BiasRecords,

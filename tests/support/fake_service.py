@@ -15,7 +15,7 @@ from multiradar.runtime.forecast_methods import BUNDLE, method_of
 from multiradar.runtime.forecasts import forecast_steps
 from multiradar.runtime.receipt import Receipt, RejectedRow
 from multiradar.storage.entries import Quarantined
-from multiradar.tracking.regions import gaussian_factor
+from multiradar.tracking.forecast.regions import gaussian_factor
 from multiradar_schemas.arrow import BIAS_SCHEMA, TRACK_SCHEMA, TRANSITION_SCHEMA
 from support.waiting import WAIT_TIMEOUT_S
 

@@ -5,7 +5,7 @@ from dataclasses import fields
 
 import numpy as np
 
-from multiradar.tracking.health_records import HealthRecords
+from multiradar.tracking.health.health_records import HealthRecords
 
 _NUMBERS = {"epoch", "sensor", "tracks_in_cover", "tracks_heard", "jumps", "alarms"}
 

@@ -18,8 +18,8 @@ from multiradar.runtime.payload import decode_rows
 from multiradar.runtime.receipt import Receipt
 from multiradar.runtime.service import Service
 from multiradar.storage.sqlite_journal import SqliteJournal
+from multiradar.tracking.forecast.state_samples import Sampling
 from multiradar.tracking.settings import TrackingSettings
-from multiradar.tracking.state_samples import Sampling
 from support.commands import ended, fork
 from support.live_scene import sensors
 

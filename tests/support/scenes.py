@@ -23,7 +23,7 @@ from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.simulation import scene as simulated
 from multiradar.simulation.measurements import Measurements
 from multiradar.simulation.observation import observe
-from multiradar.tracking.measurements import KIND_RADAR, MeasurementBatch
+from multiradar.tracking.input.measurements import KIND_RADAR, MeasurementBatch
 
 Floats = NDArray[np.float64]
 

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from multiradar.tracking.measurements import COLUMNS, MeasurementBatch
+from multiradar.tracking.input.measurements import COLUMNS, MeasurementBatch
 
 
 def timed_batch(times: list[float], sensor: int | list[int] = 0) -> MeasurementBatch:

@@ -21,8 +21,8 @@ from multiradar.settings.service import HttpSettings, RuntimeSettings, load_sett
 from multiradar.tracking.encounters._approach_kernels import find_approaches
 from multiradar.tracking.encounters._chance_kernels import find_bounds, find_chances
 from multiradar.tracking.encounters._search_kernels import find_pairs
-from multiradar.tracking.forecast_calibration import calibration_for
-from multiradar.tracking.forecast_family import ForecastFamily
+from multiradar.tracking.forecast.forecast_calibration import calibration_for
+from multiradar.tracking.forecast.forecast_family import ForecastFamily
 from multiradar.tracking.outputs import TrackStates
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.wire import measurement_batch

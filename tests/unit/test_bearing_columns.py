@@ -15,8 +15,8 @@ from multiradar.runtime.intake import Submission
 from multiradar.runtime.payload import decode_rows, encode_rows
 from multiradar.runtime.preparation import same_message
 from multiradar.storage.entries import Entry, EntryKind
-from multiradar.tracking.measurements import MeasurementBatch
-from multiradar.tracking.order import canonical_order
+from multiradar.tracking.input.measurements import MeasurementBatch
+from multiradar.tracking.input.order import canonical_order
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.wire import measurement_batch, measurement_rows, sensor_table
 from multiradar_compiled.kernels import compilation_target

@@ -10,7 +10,7 @@ from multiradar.estimation.measurement.sensors import (
     PARAMETER_RANGE_GAIN,
     PARAMETER_RANGE_OFFSET,
 )
-from multiradar.tracking.measurements import KIND_BEARING, KIND_POSITION, KIND_RADAR
+from multiradar.tracking.input.measurements import KIND_BEARING, KIND_POSITION, KIND_RADAR
 from multiradar.tracking.outputs import (
     STATE_COASTING,
     STATE_CONFIRMED,

@@ -13,7 +13,7 @@ import polars as pl
 from numpy.typing import NDArray
 
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.tracking.measurements import MeasurementBatch
+from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import STATE_CONFIRMED, EngineOutput
 from multiradar.tracking.plots import TrackPlots
 from multiradar.wire import Rejected

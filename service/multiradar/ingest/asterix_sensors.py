@@ -5,7 +5,7 @@ import re
 import numpy as np
 
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.tracking.measurements import KIND_POSITION, KIND_RADAR
+from multiradar.tracking.input.measurements import KIND_POSITION, KIND_RADAR
 
 # `SAC-SIC`, and for a second kind of measurement of one source its kind.
 _NAME = re.compile(r"(\d{1,3})-(\d{1,3})(?:-(mlat|adsb))?")

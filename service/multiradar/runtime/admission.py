@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from multiradar.errors import ConfigurationError, JournalError
 from multiradar.runtime import _kernels as kernels
 from multiradar.runtime.arrivals import ArrivalBoard
-from multiradar.tracking.measurements import MeasurementBatch
+from multiradar.tracking.input.measurements import MeasurementBatch
 
 ACCEPTED = kernels.ACCEPTED
 LATE = kernels.LATE

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime._arrival_kernels import count_delays
 from multiradar.runtime._kernels import FUTURE, LATE
-from multiradar.tracking.measurements import MeasurementBatch
+from multiradar.tracking.input.measurements import MeasurementBatch
 
 #: Steps in which delays are told, s, and the longest that is told.
 DELAY_STEP_S = 0.05

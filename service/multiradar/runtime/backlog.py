@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from multiradar.errors import PipelineError
 from multiradar.storage.entries import EntryKind, RejectedRow
-from multiradar.tracking.measurements import MeasurementBatch
+from multiradar.tracking.input.measurements import MeasurementBatch
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,7 @@ from multiradar.runtime.encounter_query import EncounterQuery
 from multiradar.runtime.encounters import Sky, encounters
 from multiradar.runtime.history import update_rows
 from multiradar.runtime.live_tracks import LiveTracks
-from multiradar.tracking.forecast_calibration import calibration_for
+from multiradar.tracking.forecast.forecast_calibration import calibration_for
 from multiradar.tracking.outputs import EngineOutput
 from multiradar.tracking.settings import TrackingSettings
 from multiradar_schemas.arrow import ENCOUNTER_SCHEMA

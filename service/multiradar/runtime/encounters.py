@@ -21,7 +21,7 @@ from multiradar.tracking.encounters.approaches import (
 )
 from multiradar.tracking.encounters.learnt_courses import learnt_courses
 from multiradar.tracking.encounters.pairs import Pairs, Paths, near_pairs
-from multiradar.tracking.forecast_calibration import ForecastCalibration
+from multiradar.tracking.forecast.forecast_calibration import ForecastCalibration
 from multiradar.tracking.outputs import STATE_NAMES, STATE_TENTATIVE, TrackStates
 from multiradar.tracking.settings import TrackingSettings
 

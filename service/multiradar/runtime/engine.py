@@ -32,15 +32,21 @@ from multiradar.runtime.run_updates import Described, Run, track_updates
 from multiradar.runtime.shared_biases import SharedBiases
 from multiradar.runtime.track_states import sampled, track_states
 from multiradar.tracking._kernels import describe, observe
-from multiradar.tracking.association import WINDOW_S, Association, Window
-from multiradar.tracking.bearing_starts import BearingStarts
-from multiradar.tracking.duplicates import Duplicates
-from multiradar.tracking.health_records import HealthRecords
-from multiradar.tracking.lifecycle import BY_IDENTITY
-from multiradar.tracking.lifecycle import CONFIRMED as STAGE_CONFIRMED
-from multiradar.tracking.measurements import MeasurementBatch
-from multiradar.tracking.near_duplicates import NearDuplicates
-from multiradar.tracking.order import ReorderBuffer
+from multiradar.tracking.association.association import WINDOW_S, Association, Window
+from multiradar.tracking.association.shared_plots import Taken, shared_plots
+from multiradar.tracking.bearings.bearing_starts import BearingStarts
+from multiradar.tracking.bearings.sources import Sources, find_sources
+from multiradar.tracking.forecast.state_samples import Sampling, is_due
+from multiradar.tracking.health.health_records import HealthRecords
+from multiradar.tracking.health.sensor_health import SensorHealth
+from multiradar.tracking.input.duplicates import Duplicates
+from multiradar.tracking.input.measurements import MeasurementBatch
+from multiradar.tracking.input.near_duplicates import NearDuplicates
+from multiradar.tracking.input.order import ReorderBuffer
+from multiradar.tracking.lifecycle.lifecycle import BY_IDENTITY
+from multiradar.tracking.lifecycle.lifecycle import CONFIRMED as STAGE_CONFIRMED
+from multiradar.tracking.lifecycle.transition_log import TransitionLog, Updated
+from multiradar.tracking.lifecycle.transitions import SILENT, UNCONFIRMED, Ends
 from multiradar.tracking.outputs import (
     BiasRecords,
     EndedTracks,
@@ -51,17 +57,11 @@ from multiradar.tracking.outputs import (
     TrackTransitions,
     TrackUpdates,
 )
-from multiradar.tracking.plausibility import Plausibility, Told
+from multiradar.tracking.plausibility.plausibility import Plausibility, Told
 from multiradar.tracking.plots import TrackPlots
 from multiradar.tracking.pool import PARTITIONS, AircraftPool
 from multiradar.tracking.roster import RowIdentities
-from multiradar.tracking.sensor_health import SensorHealth
 from multiradar.tracking.settings import TrackingSettings
-from multiradar.tracking.shared_plots import Taken, shared_plots
-from multiradar.tracking.sources import Sources, find_sources
-from multiradar.tracking.state_samples import Sampling, is_due
-from multiradar.tracking.transition_log import TransitionLog, Updated
-from multiradar.tracking.transitions import SILENT, UNCONFIRMED, Ends
 
 #: Fewer rows than this are not worth waking other workers for.
 PARALLEL_ROWS_MIN = 512

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from multiradar import wire
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.events import BIAS, ENDED, STATUS, TRACK, Event
+from multiradar.tracking.lifecycle.transitions import NO_TRACK, REASON_NAMES
 from multiradar.tracking.outputs import EngineOutput
-from multiradar.tracking.transitions import NO_TRACK, REASON_NAMES
 
 # Classes of events at one time, in the order in which they stand.
 _BIAS, _ENDED, _STATUS, _TRACK = range(4)

@@ -11,11 +11,11 @@ from multiradar.errors import ForecastError, TrajectoryError
 from multiradar.runtime.polynomial_forecasts import LastPlots
 from multiradar.runtime.trajectories.fans import FanCourse, fan_course
 from multiradar.runtime.trajectories.pool import Reading
-from multiradar.tracking.forecast_calibration import ForecastCalibration
-from multiradar.tracking.forecast_family import MOTIONS
-from multiradar.tracking.forecast_scores import Plan
+from multiradar.tracking.forecast.forecast_calibration import ForecastCalibration
+from multiradar.tracking.forecast.forecast_family import MOTIONS
+from multiradar.tracking.forecast.forecast_scores import Plan
+from multiradar.tracking.forecast.regions import gaussian_factor
 from multiradar.tracking.outputs import TrackStates
-from multiradar.tracking.regions import gaussian_factor
 from multiradar_schemas.names import unknown
 
 Floats = NDArray[np.float64]

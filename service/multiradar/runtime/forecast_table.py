@@ -12,8 +12,8 @@ from multiradar.runtime.forecast_methods import FILTER, Known, method_of, no_bun
 from multiradar.runtime.forecasts import PROBABILITY_DEFAULT, forecast_points
 from multiradar.runtime.history import row_updates, update_rows
 from multiradar.runtime.live_tracks import LiveTracks
-from multiradar.tracking.forecast_calibration import calibration_for
-from multiradar.tracking.forecast_scores import HORIZONS_S
+from multiradar.tracking.forecast.forecast_calibration import calibration_for
+from multiradar.tracking.forecast.forecast_scores import HORIZONS_S
 from multiradar.tracking.outputs import EngineOutput, StateSample
 from multiradar.tracking.settings import TrackingSettings
 from multiradar_schemas.arrow import FORECAST_SCHEMA

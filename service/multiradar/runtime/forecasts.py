@@ -9,8 +9,8 @@ from multiradar.errors import ForecastError
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.forecast_methods import Course, Known, Method
 from multiradar.runtime.trajectories.fans import told_members
+from multiradar.tracking.forecast.regions import ellipses
 from multiradar.tracking.outputs import TrackStates
-from multiradar.tracking.regions import ellipses
 
 #: Bounds of a forecast and what is taken where nothing is said, the same for everybody who asks, s.
 HORIZON_DEFAULT_S = 60.0

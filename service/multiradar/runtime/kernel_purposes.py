@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.tracking.measurements import KIND_BEARING
+from multiradar.tracking.input.measurements import KIND_BEARING
 from multiradar.tracking.settings import BY_PROBABILITY, TrackingSettings
 
 #: Filters for which extra outputs are listed of their own; the others share those of the first.

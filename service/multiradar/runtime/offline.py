@@ -41,8 +41,9 @@ from multiradar.runtime.trajectories.options import TrajectoryOptions
 from multiradar.runtime.trajectories.table import TrajectoryTable
 from multiradar.storage.recording import INDEX_COLUMN, Recording
 from multiradar.storage.table_writer import TableWriter
-from multiradar.tracking.duplicates import Duplicates
-from multiradar.tracking.health_records import HealthRecords
+from multiradar.tracking.forecast.state_samples import Sampling
+from multiradar.tracking.health.health_records import HealthRecords
+from multiradar.tracking.input.duplicates import Duplicates
 from multiradar.tracking.outputs import (
     BiasRecords,
     EngineOutput,
@@ -50,7 +51,6 @@ from multiradar.tracking.outputs import (
     TrackUpdates,
 )
 from multiradar.tracking.settings import TrackingSettings
-from multiradar.tracking.state_samples import Sampling
 from multiradar_schemas.arrow import (
     BIAS_SCHEMA,
     ENCOUNTER_SCHEMA,

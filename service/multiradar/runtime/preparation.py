@@ -23,7 +23,7 @@ from multiradar.runtime.intake import Submission
 from multiradar.runtime.payload import complete, decode_rows, encode_rows
 from multiradar.runtime.reject_file import TimeRefusals
 from multiradar.storage.entries import Entry, EntryKind, RejectedRow, StoredEntry
-from multiradar.tracking.measurements import MeasurementBatch
+from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
 from multiradar_schemas.directions import has_directions, lean
 from multiradar_schemas.reject import RejectCode

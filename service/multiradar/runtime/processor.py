@@ -22,7 +22,7 @@ from multiradar.runtime.publication import Publication
 from multiradar.runtime.tracking_engine import TrackingEngine
 from multiradar.storage.entries import EntryKind, StoredEntry
 from multiradar.storage.journal import Journal
-from multiradar.tracking.measurements import MeasurementBatch
+from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import EngineOutput, TrackStates
 
 _log = logging.getLogger(__name__)

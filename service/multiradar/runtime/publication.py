@@ -43,9 +43,9 @@ from multiradar.runtime.track_windows import PLOT_DTYPE, POINTS_MAX, Told, plot_
 from multiradar.runtime.trajectories.document import trajectories_of
 from multiradar.runtime.trajectories.feed import TrajectoryFeed, required_feed
 from multiradar.runtime.transition_rows import TRANSITION_DTYPE, row_transitions, transition_rows
-from multiradar.tracking.forecast_calibration import calibration_for
+from multiradar.tracking.forecast.forecast_calibration import calibration_for
+from multiradar.tracking.forecast.polynomial_forecast import WINDOW_S
 from multiradar.tracking.outputs import EngineOutput, TrackStates
-from multiradar.tracking.polynomial_forecast import WINDOW_S
 from multiradar.tracking.settings import TrackingSettings
 
 

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from multiradar import wire
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.storage.entries import Quarantined, RejectedRow
-from multiradar.tracking.duplicates import Duplicates
+from multiradar.tracking.input.duplicates import Duplicates
 from multiradar_schemas.reject import RejectCode
 
 

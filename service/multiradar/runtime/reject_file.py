@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.admission import ACCEPTED, LATE, Admission
 from multiradar.storage.recording import INDEX_COLUMN
-from multiradar.tracking.duplicates import Duplicates
+from multiradar.tracking.input.duplicates import Duplicates
 from multiradar.wire import Rejected, measurement_rows
 from multiradar_schemas.reject import Reject, RejectCode
 

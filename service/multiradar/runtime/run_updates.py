@@ -13,7 +13,7 @@ from multiradar.estimation.filters._kernels import (
     READOUT_RATE,
 )
 from multiradar.estimation.filters.arrays import Result, Rows
-from multiradar.tracking.measurements import MeasurementBatch
+from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import STATE_CONFIRMED, STATE_TENTATIVE, TrackUpdates
 from multiradar.tracking.roster import RowIdentities
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from multiradar import wire
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.tracking.health_records import HealthRecords
+from multiradar.tracking.health.health_records import HealthRecords
 
 #: Names of what a sensor measures, by kind.
 KIND_NAMES = ("radar", "position", "bearing")

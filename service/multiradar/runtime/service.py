@@ -32,7 +32,7 @@ from multiradar.runtime.tracking_engine import TrackingEngine
 from multiradar.runtime.writer import Writer
 from multiradar.storage.entries import EntryKind, Quarantined
 from multiradar.storage.journal import Journal
-from multiradar.tracking.measurements import MeasurementBatch
+from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.settings import TrackingSettings
 
 __all__ = ["Receipt", "RejectedRow", "Service", "ServiceState"]

@@ -6,10 +6,10 @@ from numpy.typing import NDArray
 from multiradar.estimation.filters.bank import FilterDefinition
 from multiradar.runtime.shared_biases import SharedBiases
 from multiradar.tracking.climbs import climbs, spread_of_heights
+from multiradar.tracking.forecast.state_samples import SAMPLE_EVERY_S, Sampling, drawn
 from multiradar.tracking.mode_states import mode_states
 from multiradar.tracking.outputs import TrackStates
 from multiradar.tracking.pool import AircraftPool
-from multiradar.tracking.state_samples import SAMPLE_EVERY_S, Sampling, drawn
 
 
 def track_states(

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from multiradar.tracking.lifecycle.transitions import CONFIRMED
 from multiradar.tracking.outputs import EngineOutput
-from multiradar.tracking.transitions import CONFIRMED
 
 
 class TrackTally:

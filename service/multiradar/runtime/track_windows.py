@@ -22,7 +22,7 @@ from multiradar.restoration.plot_positions import Plots
 from multiradar.runtime.bias_board import BiasBoard
 from multiradar.runtime.history import TrackHistory
 from multiradar.runtime.limits import RuntimeLimits
-from multiradar.tracking.measurements import Directions, MeasurementBatch
+from multiradar.tracking.input.measurements import Directions, MeasurementBatch
 from multiradar.tracking.outputs import EngineOutput
 
 #: Length of a window, and its bounds, the same for everybody who asks, s.

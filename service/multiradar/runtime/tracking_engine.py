@@ -3,7 +3,7 @@
 from typing import Protocol
 
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.tracking.measurements import MeasurementBatch
+from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import EngineOutput, TrackStates
 
 

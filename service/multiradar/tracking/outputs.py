@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.tracking.duplicates import NO_DUPLICATES, Duplicates
-from multiradar.tracking.health_records import HealthRecords
+from multiradar.tracking.health.health_records import HealthRecords
+from multiradar.tracking.input.duplicates import NO_DUPLICATES, Duplicates
 from multiradar.tracking.mode_states import ModeStates
 from multiradar.tracking.plots import TrackPlots
 

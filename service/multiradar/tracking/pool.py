@@ -15,11 +15,11 @@ from multiradar.estimation.filters._height_kernels import GUESS, GUESS_VARIANCE
 from multiradar.estimation.filters.arrays import Work, partition_of
 from multiradar.estimation.filters.bank import FilterDefinition
 from multiradar.tracking._kernels import assign, rebuild
-from multiradar.tracking.lifecycle import Lifecycle
-from multiradar.tracking.measurements import MeasurementBatch
+from multiradar.tracking.input.measurements import MeasurementBatch
+from multiradar.tracking.lifecycle.lifecycle import Lifecycle
+from multiradar.tracking.lifecycle.transitions import NO_TRACK, Ends
+from multiradar.tracking.plausibility.trust import Trust
 from multiradar.tracking.roster import MISSING, Roster, RowIdentities
-from multiradar.tracking.transitions import NO_TRACK, Ends
-from multiradar.tracking.trust import Trust
 
 #: Number of partitions; part of what the output depends on, so it is no setting.
 PARTITIONS = 16

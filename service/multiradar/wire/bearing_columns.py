@@ -4,7 +4,7 @@ import numpy as np
 import polars as pl
 
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.tracking.measurements import Directions, MeasurementBatch
+from multiradar.tracking.input.measurements import Directions, MeasurementBatch
 from multiradar_schemas.arrow import MEASUREMENT_DIRECTIONS
 from multiradar_schemas.directions import MEASURES_ELEVATION, MOVING, has_directions
 

@@ -4,7 +4,7 @@ import numpy as np
 import polars as pl
 from numpy.typing import NDArray
 
-from multiradar.tracking.measurements import MISSING_INTEGER
+from multiradar.tracking.input.measurements import MISSING_INTEGER
 
 
 def present(numbers: NDArray[np.integer]) -> pl.Series:

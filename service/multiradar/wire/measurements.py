@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from multiradar.errors import InputError, MissingColumnError
 from multiradar.estimation.measurement.known_biases import Measured, without_known_biases
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.tracking.measurements import (
+from multiradar.tracking.input.measurements import (
     KIND_BEARING,
     KIND_POSITION,
     KIND_RADAR,

@@ -5,14 +5,14 @@ import polars as pl
 from numpy.typing import NDArray
 
 from multiradar.estimation.measurement.sensors import PARAMETER_NAMES, SensorTable
-from multiradar.tracking.health_records import ALARM_NAMES, HealthRecords
+from multiradar.tracking.health.health_records import ALARM_NAMES, HealthRecords
+from multiradar.tracking.lifecycle.transitions import NO_TRACK, REASON_NAMES, TRANSITION_NAMES
 from multiradar.tracking.outputs import (
     STATE_NAMES,
     BiasRecords,
     TrackTransitions,
     TrackUpdates,
 )
-from multiradar.tracking.transitions import NO_TRACK, REASON_NAMES, TRANSITION_NAMES
 from multiradar.wire.identity_texts import addresses, codes, present
 from multiradar.wire.sensors import parameter_unit
 from multiradar_schemas.arrow import (

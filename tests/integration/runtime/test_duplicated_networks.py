@@ -14,8 +14,8 @@ from multiradar.simulation.output import measurements_frame, truth_frame
 from multiradar.simulation.scene import Scene
 from multiradar.simulation.scene_file import builtin_scene
 from multiradar.simulation.sensors_text import sensors_text
-from multiradar.tracking.duplicates import Duplicates
-from multiradar.tracking.measurements import MeasurementBatch
+from multiradar.tracking.input.duplicates import Duplicates
+from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import STATE_CONFIRMED, EngineOutput
 from multiradar.tracking.settings import TrackingSettings
 

@@ -19,7 +19,7 @@ from multiradar.simulation.scene import Sensor
 from multiradar.simulation.scene_file import builtin_scene
 from multiradar.simulation.sensors_text import sensors_text
 from multiradar.simulation.traffic import run_generator
-from multiradar.tracking.measurements import MeasurementBatch
+from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
 

@@ -12,7 +12,7 @@ import pytest
 
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.simulation.scene_file import builtin_scene
-from multiradar.tracking.measurements import MeasurementBatch
+from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.settings import TrackingSettings
 
 #: An offset is right again so long after its jump, to so much: s, m, degrees.

@@ -18,7 +18,7 @@ from multiradar.simulation.observation import observe
 from multiradar.simulation.output import measurements_frame, truth_frame
 from multiradar.simulation.scene_file import builtin_scene
 from multiradar.simulation.sensors_text import sensors_text
-from multiradar.tracking.measurements import MeasurementBatch
+from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import EngineOutput, TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
 

@@ -5,8 +5,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linear_sum_assignment
 
-from multiradar.tracking._assignment_kernels import EXACT_ROWS_MAX, assign_scan, least_cost
-from multiradar.tracking.sky import CANDIDATES_MAX, Candidates, Sky
+from multiradar.tracking.association._assignment_kernels import (
+    EXACT_ROWS_MAX,
+    assign_scan,
+    least_cost,
+)
+from multiradar.tracking.association.sky import CANDIDATES_MAX, Candidates, Sky
 
 SEEDS = st.integers(0, 2**32 - 1)
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from multiradar.tracking._probability_kernels import (
+from multiradar.tracking.association._probability_kernels import (
     CUT_ROWS_MAX,
     EXACT_MAX,
     joint_probabilities,

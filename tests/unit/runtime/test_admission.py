@@ -7,7 +7,7 @@ from multiradar.errors import ConfigurationError, JournalError
 from multiradar.runtime import _kernels as kernels
 from multiradar.runtime.admission import ACCEPTED, FUTURE, LATE, Admission
 from multiradar.runtime.reject_file import TimeRefusals
-from multiradar.tracking.measurements import MeasurementBatch
+from multiradar.tracking.input.measurements import MeasurementBatch
 from support.kernels import plain as plain_form
 from support.timed_batches import timed_batch
 

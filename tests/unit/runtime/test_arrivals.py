@@ -9,7 +9,7 @@ import pytest
 
 from multiradar.runtime.admission import Admission
 from multiradar.runtime.arrivals import DELAY_MAX_S, DELAY_STEP_S, ArrivalBoard
-from multiradar.tracking.measurements import MeasurementBatch
+from multiradar.tracking.input.measurements import MeasurementBatch
 from support.batches import batch_of
 from support.live_scene import recording
 from support.live_services import TABLE, Starter, services, settled, submit

@@ -10,7 +10,7 @@ from multiradar import wire
 from multiradar.estimation.filters.bank import FILTERS
 from multiradar.runtime.digest import OutputDigest
 from multiradar.runtime.engine import Engine
-from multiradar.tracking.measurements import MeasurementBatch
+from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import STATE_CONFIRMED, TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
 from support.scenes import Flight, Radar, Scene, make_scene, random_flights, three_radars

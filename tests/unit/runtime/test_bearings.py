@@ -12,7 +12,7 @@ from multiradar.runtime.observabilities import observability_of_track
 from multiradar.runtime.offline import BATCH_ROWS
 from multiradar.runtime.publication import Publication
 from multiradar.runtime.track_windows import WindowTable
-from multiradar.tracking.health_records import HealthRecords
+from multiradar.tracking.health.health_records import HealthRecords
 from multiradar.tracking.outputs import EngineOutput, TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.wire import health_frame, measurement_batch, tracks_frame

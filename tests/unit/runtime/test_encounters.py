@@ -21,7 +21,8 @@ from multiradar.runtime.history import UPDATE_DTYPE, update_rows
 from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.live_tracks import LiveTracks
 from multiradar.runtime.publication import Publication
-from multiradar.tracking.forecast_calibration import calibration_for
+from multiradar.tracking.forecast.forecast_calibration import calibration_for
+from multiradar.tracking.forecast.state_samples import Sampling
 from multiradar.tracking.outputs import (
     STATE_CONFIRMED,
     STATE_TENTATIVE,
@@ -29,7 +30,6 @@ from multiradar.tracking.outputs import (
     TrackStates,
 )
 from multiradar.tracking.settings import TrackingSettings
-from multiradar.tracking.state_samples import Sampling
 from multiradar.wire import measurement_batch
 from multiradar_schemas.encounter import Encounters
 from support.encounter_paths import covariance

@@ -16,7 +16,7 @@ from multiradar.runtime import shared_biases
 from multiradar.runtime.digest import OutputDigest
 from multiradar.runtime.engine import Engine
 from multiradar.tracking._kernels import describe
-from multiradar.tracking.measurements import MeasurementBatch
+from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import BiasRecords, EngineOutput, TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
 from support.batches import batch_of

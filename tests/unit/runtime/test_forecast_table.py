@@ -9,9 +9,9 @@ from multiradar.runtime.engine import Engine
 from multiradar.runtime.forecast_table import ForecastTable
 from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.publication import Publication
-from multiradar.tracking.forecast_scores import HORIZONS_S
+from multiradar.tracking.forecast.forecast_scores import HORIZONS_S
+from multiradar.tracking.forecast.state_samples import Sampling
 from multiradar.tracking.settings import TrackingSettings
-from multiradar.tracking.state_samples import Sampling
 from multiradar_schemas.arrow import FORECAST_SCHEMA
 from multiradar_schemas.forecast import ForecastRow
 from support.scenes import Scene, make_scene, random_flights, three_radars

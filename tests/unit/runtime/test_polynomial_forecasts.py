@@ -8,7 +8,7 @@ from multiradar.runtime.engine import Engine
 from multiradar.runtime.forecast_methods import FILTER, POLYNOMIAL
 from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.publication import Publication
-from multiradar.tracking.regions import gaussian_factor
+from multiradar.tracking.forecast.regions import gaussian_factor
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.wire import measurement_batch
 from multiradar_schemas.forecast import ForecastPoint

@@ -9,7 +9,7 @@ from multiradar.runtime.admission import Admission
 from multiradar.runtime.intake import Submission
 from multiradar.runtime.preparation import Prepared, prepare
 from multiradar.storage.entries import EntryKind
-from multiradar.tracking.measurements import MeasurementBatch
+from multiradar.tracking.input.measurements import MeasurementBatch
 from support.live_scene import cut, recording, sensors
 
 TABLE = sensors()

@@ -13,15 +13,15 @@ from multiradar.errors import ConfigurationError, ForecastError
 from multiradar.runtime.events import Event
 from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.publication import Publication
-from multiradar.tracking.measurements import MeasurementBatch
+from multiradar.tracking.forecast.regions import gaussian_factor
+from multiradar.tracking.input.measurements import MeasurementBatch
+from multiradar.tracking.lifecycle.transitions import MERGED, NO_TRACK, SILENT
 from multiradar.tracking.outputs import (
     STATE_TENTATIVE,
     EndedTracks,
     EngineOutput,
 )
-from multiradar.tracking.regions import gaussian_factor
 from multiradar.tracking.settings import TrackingSettings
-from multiradar.tracking.transitions import MERGED, NO_TRACK, SILENT
 from multiradar.wire import biases_frame, measurement_batch, tracks_frame
 from multiradar_schemas.arrow import BIAS_SCHEMA, TRACK_SCHEMA
 from multiradar_schemas.forecast import ForecastPoint

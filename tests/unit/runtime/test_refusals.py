@@ -13,8 +13,8 @@ from multiradar.runtime.places import Places
 from multiradar.runtime.reject_board import RejectBoard
 from multiradar.storage.entries import RejectedRow
 from multiradar.storage.memory_journal import MemoryJournal
-from multiradar.tracking.duplicates import Duplicates
-from multiradar.tracking.order import ReorderBuffer
+from multiradar.tracking.input.duplicates import Duplicates
+from multiradar.tracking.input.order import ReorderBuffer
 from multiradar.tracking.settings import TrackingSettings
 from support.batches import batch_of
 from support.live_scene import recording

@@ -20,7 +20,7 @@ from multiradar.runtime.receipt import Receipt, RejectedRow
 from multiradar.runtime.service import Service, ServiceState
 from multiradar.storage.journal import Journal
 from multiradar.storage.memory_journal import MemoryJournal
-from multiradar.tracking.measurements import MeasurementBatch
+from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import EngineOutput
 from multiradar.tracking.settings import TrackingSettings
 from support.fake_engine import FakeEngine

@@ -15,7 +15,7 @@ from multiradar.errors import (
 )
 from multiradar.runtime.service import Service, ServiceState
 from multiradar.storage.memory_journal import MemoryJournal
-from multiradar.tracking.measurements import MeasurementBatch
+from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import EngineOutput
 from multiradar.tracking.settings import TrackingSettings
 from support.fake_engine import EngineCrashError, FakeEngine

@@ -9,9 +9,9 @@ import pytest
 from multiradar import wire
 from multiradar.runtime.engine import Engine
 from multiradar.runtime.track_tally import TrackTally
+from multiradar.tracking.lifecycle.transitions import CONFIRMED, NO_TRACK, STARTED
 from multiradar.tracking.outputs import EngineOutput, TrackTransitions, TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
-from multiradar.tracking.transitions import CONFIRMED, NO_TRACK, STARTED
 from support.engine_outputs import End, Update, output_of
 from support.live_scene import recording, sensors
 

@@ -7,10 +7,10 @@ import pytest
 
 from multiradar.runtime.digest import OutputDigest
 from multiradar.runtime.engine import Engine
-from multiradar.tracking.measurements import MeasurementBatch
+from multiradar.tracking.input.measurements import MeasurementBatch
+from multiradar.tracking.lifecycle.transitions import REASON_NAMES, TRANSITION_NAMES
 from multiradar.tracking.outputs import EndedTracks, TrackTransitions
 from multiradar.tracking.settings import TrackingSettings
-from multiradar.tracking.transitions import REASON_NAMES, TRANSITION_NAMES
 from support.scenes import Flight, Scene, make_scene, random_flights, three_radars
 
 KNOWN = TrackingSettings()

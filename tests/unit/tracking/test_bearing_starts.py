@@ -5,7 +5,7 @@ import polars as pl
 import pytest
 
 from multiradar.runtime.engine import Engine
-from multiradar.tracking.bearing_starts import share_max
+from multiradar.tracking.bearings.bearing_starts import share_max
 from multiradar.tracking.outputs import TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.wire import measurement_batch, tracks_frame

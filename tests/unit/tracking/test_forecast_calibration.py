@@ -9,16 +9,16 @@ from multiradar.estimation.gaussian import normalised_squared
 from multiradar.runtime.engine import Engine
 from multiradar.simulation.paths import fly
 from multiradar.simulation.scene import Leg
-from multiradar.tracking.forecast_calibration import (
+from multiradar.tracking.forecast.forecast_calibration import (
     EAGER_SAMPLES,
     WAITING_MAX,
     ForecastCalibration,
     calibration_for,
 )
-from multiradar.tracking.forecast_scores import HORIZONS_S, MEMORY
+from multiradar.tracking.forecast.forecast_scores import HORIZONS_S, MEMORY
+from multiradar.tracking.forecast.state_samples import Sampling
 from multiradar.tracking.outputs import EngineOutput, StateSample
 from multiradar.tracking.settings import TrackingSettings
-from multiradar.tracking.state_samples import Sampling
 from support.scenes import Flight, Scene, flier, make_scene, three_radars
 
 pytestmark = pytest.mark.slow

@@ -12,7 +12,7 @@ from multiradar.estimation.gaussian import normalised_squared
 from multiradar.runtime.engine import Engine
 from multiradar.simulation.paths import Path, fly
 from multiradar.simulation.scene import Leg
-from multiradar.tracking.forecast import (
+from multiradar.tracking.forecast.forecast import (
     density_of,
     forecast,
     forecast_modes_of,

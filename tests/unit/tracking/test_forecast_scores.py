@@ -4,8 +4,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from multiradar.tracking.forecast_scores import CALIBRATED, HORIZONS_S, MEMORY, ForecastScores
-from multiradar.tracking.regions import gaussian_factor
+from multiradar.tracking.forecast.forecast_scores import (
+    CALIBRATED,
+    HORIZONS_S,
+    MEMORY,
+    ForecastScores,
+)
+from multiradar.tracking.forecast.regions import gaussian_factor
 
 Floats = NDArray[np.float64]
 

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from multiradar.estimation.filters.arrays import Result, Rows, result_arrays
 from multiradar.estimation.filters.bank import Outcome
-from multiradar.tracking._health_kernels import gather
-from multiradar.tracking.health_sums import HEARD, VALUES_MAX, HealthSums
-from multiradar.tracking.lifecycle import CONFIRMED, TENTATIVE, Lifecycle
+from multiradar.tracking.health._health_kernels import gather
+from multiradar.tracking.health.health_sums import HEARD, VALUES_MAX, HealthSums
+from multiradar.tracking.lifecycle.lifecycle import CONFIRMED, TENTATIVE, Lifecycle
 from multiradar.tracking.roster import RowIdentities
 
 SLOTS, SENSORS, CONFIRM = 40, 2, 2

@@ -4,16 +4,16 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from multiradar.tracking._health_kernels import CLIP, CLIPPED_MEAN
-from multiradar.tracking.health_sums import GAIN_SCALE_M, NORMALS, PATTERNS
-from multiradar.tracking.health_tests import (
+from multiradar.tracking.health._health_kernels import CLIP, CLIPPED_MEAN
+from multiradar.tracking.health.health_sums import GAIN_SCALE_M, NORMALS, PATTERNS
+from multiradar.tracking.health.health_tests import (
     JUMP_SIGMAS,
     jump_evidence,
     noise_ratio,
     scale_after,
     shift_of_site,
 )
-from multiradar.tracking.jump_tests import JUMP_THRESHOLD
+from multiradar.tracking.health.jump_tests import JUMP_THRESHOLD
 
 Floats = NDArray[np.float64]
 

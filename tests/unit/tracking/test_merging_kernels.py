@@ -11,12 +11,12 @@ from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.shared_biases import SharedBiases
 from multiradar.simulation.scene_file import builtin_scene
 from multiradar.simulation.sensors_text import sensors_text
-from multiradar.tracking._merging_kernels import MEETINGS_NEEDED, find_merges
-from multiradar.tracking._sky_kernels import fill_sky
-from multiradar.tracking.lifecycle import CONFIRMED, TENTATIVE
+from multiradar.tracking.association._sky_kernels import fill_sky
+from multiradar.tracking.association.sky import RULE_COUNT, Sky
+from multiradar.tracking.lifecycle._merging_kernels import MEETINGS_NEEDED, find_merges
+from multiradar.tracking.lifecycle.lifecycle import CONFIRMED, TENTATIVE
 from multiradar.tracking.pool import AircraftPool
 from multiradar.tracking.settings import TrackingSettings
-from multiradar.tracking.sky import RULE_COUNT, Sky
 
 OLDER, YOUNGER = 0, 1
 

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from multiradar.tracking._order_kernels import TIED_MAX
-from multiradar.tracking.measurements import MeasurementBatch
-from multiradar.tracking.order import PIECE_ROWS, ReorderBuffer, canonical_order
+from multiradar.tracking.input._order_kernels import TIED_MAX
+from multiradar.tracking.input.measurements import MeasurementBatch
+from multiradar.tracking.input.order import PIECE_ROWS, ReorderBuffer, canonical_order
 from support.batches import batch_of, rows_of
 
 HORIZON_S = 5.0

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from multiradar.tracking.forecast import forecast
-from multiradar.tracking.persistent_walk import straight_on, walked
+from multiradar.tracking.forecast.forecast import forecast
+from multiradar.tracking.forecast.persistent_walk import straight_on, walked
 
 MEAN = np.array([[1000.0, -500.0, 120.0, 160.0]])
 KNOWN = np.zeros((1, 4, 4))

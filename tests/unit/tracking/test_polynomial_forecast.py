@@ -5,7 +5,7 @@ import pytest
 from numpy.typing import NDArray
 
 from multiradar.errors import TrajectoryError
-from multiradar.tracking.polynomial_forecast import (
+from multiradar.tracking.forecast.polynomial_forecast import (
     CHANGE_MPS2,
     PLOTS_MIN,
     PRIOR_SIGMAS,

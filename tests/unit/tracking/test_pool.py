@@ -9,10 +9,10 @@ from multiradar.estimation.filters._kernels import NO_ROOM_SLOT
 from multiradar.estimation.filters.arrays import LINES_BYTES, partition_of
 from multiradar.estimation.filters.bank import FILTERS, JOINT_AIRCRAFT_MAX
 from multiradar.tracking import pool as pool_module
-from multiradar.tracking.measurements import MeasurementBatch
+from multiradar.tracking.input.measurements import MeasurementBatch
+from multiradar.tracking.lifecycle.transitions import SILENT
 from multiradar.tracking.pool import CAPACITY_FIRST, PARTITIONS, AircraftPool
 from multiradar.tracking.roster import RowIdentities
-from multiradar.tracking.transitions import SILENT
 from support.batches import batch_of
 
 

@@ -7,7 +7,7 @@ from scipy.special import ndtr
 from scipy.stats import ncx2
 
 from multiradar.errors import ConfigurationError, CovarianceError, ShapeError
-from multiradar.tracking.regions import (
+from multiradar.tracking.forecast.regions import (
     ellipses,
     gaussian_factor,
     mixed,

@@ -4,7 +4,7 @@ import numpy as np
 
 from multiradar.estimation.filters._hypothesis_kernels import NONE
 from multiradar.estimation.filters.arrays import Rows
-from multiradar.tracking.shared_plots import Shares, _rounds
+from multiradar.tracking.association.shared_plots import Shares, _rounds
 
 
 def rows(*slots_and_times: tuple[int, float]) -> Rows:

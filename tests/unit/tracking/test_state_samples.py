@@ -2,7 +2,12 @@
 
 import numpy as np
 
-from multiradar.tracking.state_samples import SAMPLE_EVERY_S, SAMPLE_TRACKS_MAX, drawn, is_due
+from multiradar.tracking.forecast.state_samples import (
+    SAMPLE_EVERY_S,
+    SAMPLE_TRACKS_MAX,
+    drawn,
+    is_due,
+)
 
 
 def test_few_are_drawn_and_of_those_all_again() -> None:

@@ -6,9 +6,9 @@ import pytest
 from multiradar.estimation.filters.arrays import Aircraft, Rows
 from multiradar.estimation.filters.bank import FILTERS
 from multiradar.tracking._kernels import assign
-from multiradar.tracking._sky_kernels import COARSE_SIGMAS, NEAR_COLUMN
-from multiradar.tracking._turn_kernels import LOG_OFF_PHASE, log_of_phase
-from multiradar.tracking._young_kernels import (
+from multiradar.tracking.association._sky_kernels import COARSE_SIGMAS, NEAR_COLUMN
+from multiradar.tracking.association._turn_kernels import LOG_OFF_PHASE, log_of_phase
+from multiradar.tracking.association._young_kernels import (
     LOG_ANEW,
     LOG_FAST_MIN,
     SPEED_SIGMA,
@@ -17,10 +17,10 @@ from multiradar.tracking._young_kernels import (
     log_of_speed,
     score_of_twin,
 )
-from multiradar.tracking.lifecycle import TENTATIVE, USUAL_SPEED, Lifecycle
+from multiradar.tracking.association.sky import Candidates, Sky
+from multiradar.tracking.lifecycle.lifecycle import TENTATIVE, USUAL_SPEED, Lifecycle
 from multiradar.tracking.pool import AircraftPool
 from multiradar.tracking.roster import NEW_TRACK, TWIN, RowIdentities
-from multiradar.tracking.sky import Candidates, Sky
 
 COLUMNS, SENSORS, SLOT = 3, 2, 5
 LOG_DENSITY = np.log(1e-11)

@@ -51,7 +51,7 @@ class Rows(NamedTuple):
         Measured height, m, NaN when there is none.
     seen : (n,) int64
         Row of `Model.sites` and `noises`, and place in `starts`: the index of the sensor, but for
-        what has a place or a noise of its own (`multiradar.tracking.sources`).
+        what has a place or a noise of its own (`multiradar.tracking.bearings.sources`).
     """
 
     slot: Integers

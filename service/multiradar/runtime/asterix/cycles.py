@@ -16,7 +16,7 @@ from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.asterix.channel import Channel
 from multiradar.runtime.asterix.sensor_picture import SensorPicture
 from multiradar.runtime.asterix.track_picture import TrackPicture
-from multiradar.tracking.order import RELEASE_STEP_S
+from multiradar.tracking.input.order import RELEASE_STEP_S
 from multiradar.tracking.outputs import EngineOutput
 from multiradar.tracking.plots import TrackPlots
 from multiradar.tracking.settings import TrackingSettings

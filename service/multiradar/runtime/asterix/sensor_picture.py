@@ -12,7 +12,7 @@ from multiradar.estimation.measurement.sensors import (
     PARAMETER_TIME_OFFSET,
     SensorTable,
 )
-from multiradar.tracking.health_records import ALARM_SILENT, HealthRecords
+from multiradar.tracking.health.health_records import ALARM_SILENT, HealthRecords
 from multiradar.tracking.outputs import BiasRecords
 from multiradar_converters.asterix.status_reports import (
     DEGRADED,

@@ -23,7 +23,7 @@ from multiradar.runtime.asterix.track_items import (
 )
 from multiradar.runtime.history import update_rows
 from multiradar.runtime.live_tracks import LiveTracks
-from multiradar.tracking.measurements import KIND_RADAR, MeasurementBatch
+from multiradar.tracking.input.measurements import KIND_RADAR, MeasurementBatch
 from multiradar.tracking.outputs import (
     SPREAD_COUNT,
     STATE_CONFIRMED,

@@ -15,9 +15,14 @@ from numpy.typing import NDArray
 from multiradar.restoration.bundle import Bundle
 from multiradar.restoration.forecast import forecast
 from multiradar.restoration.forecast_settings import ForecastSettings
-from multiradar.tracking.forecast_calibration import GAP_MAX_S
-from multiradar.tracking.forecast_scores import HORIZONS_S, ForecastScores, Learnt, standardised
-from multiradar.tracking.state_samples import SAMPLE_TRACKS_MAX, drawn
+from multiradar.tracking.forecast.forecast_calibration import GAP_MAX_S
+from multiradar.tracking.forecast.forecast_scores import (
+    HORIZONS_S,
+    ForecastScores,
+    Learnt,
+    standardised,
+)
+from multiradar.tracking.forecast.state_samples import SAMPLE_TRACKS_MAX, drawn
 
 Floats = NDArray[np.float64]
 

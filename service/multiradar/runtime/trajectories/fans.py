@@ -13,8 +13,8 @@ from multiradar.restoration.forecast_settings import AHEAD_MAX_S
 from multiradar.runtime.trajectories.document import require_tracks
 from multiradar.runtime.trajectories.fan_scores import SETTINGS
 from multiradar.runtime.trajectories.pool import Reading
-from multiradar.tracking.forecast_scores import Plan
-from multiradar.tracking.regions import region_factors
+from multiradar.tracking.forecast.forecast_scores import Plan
+from multiradar.tracking.forecast.regions import region_factors
 
 Floats = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ from multiradar.runtime.forecast_methods import course_of_bundle
 from multiradar.runtime.forecasts import PROBABILITY_DEFAULT, forecast_points
 from multiradar.runtime.trajectories.pool import Reading
 from multiradar.runtime.trajectories.table import TrajectoryTable
-from multiradar.tracking.forecast_scores import HORIZONS_S
+from multiradar.tracking.forecast.forecast_scores import HORIZONS_S
 from multiradar.tracking.outputs import EngineOutput
 from multiradar_schemas.arrow import FORECAST_SCHEMA
 

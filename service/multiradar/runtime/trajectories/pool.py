@@ -21,8 +21,8 @@ from multiradar.runtime.trajectories.plots import (
     known_beforehand,
 )
 from multiradar.runtime.trajectories.roster import Sampled
-from multiradar.tracking.forecast_scores import Learnt
-from multiradar.tracking.measurements import KIND_BEARING
+from multiradar.tracking.forecast.forecast_scores import Learnt
+from multiradar.tracking.input.measurements import KIND_BEARING
 
 _log = logging.getLogger(__name__)
 

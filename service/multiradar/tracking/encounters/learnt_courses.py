@@ -26,10 +26,10 @@ from numpy.typing import NDArray
 from multiradar.tracking.encounters._relative_kernels import RARE_SHARE
 from multiradar.tracking.encounters.pairs import walks_of
 from multiradar.tracking.encounters.two_sizes import HALF, MOST, two_sizes
-from multiradar.tracking.forecast_calibration import ForecastCalibration
-from multiradar.tracking.forecast_scores import HORIZONS_S, ForecastScores
+from multiradar.tracking.forecast.forecast_calibration import ForecastCalibration
+from multiradar.tracking.forecast.forecast_scores import HORIZONS_S, ForecastScores
+from multiradar.tracking.forecast.persistent_walk import carried
 from multiradar.tracking.outputs import TrackStates
-from multiradar.tracking.persistent_walk import carried
 
 Floats = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from multiradar.runtime.asterix.numbers import NUMBERS
 from multiradar.runtime.asterix.sensor_picture import SensorPicture
 from multiradar.runtime.asterix.track_picture import TrackPicture
-from multiradar.tracking.measurements import (
+from multiradar.tracking.input.measurements import (
     COLUMNS,
     KIND_BEARING,
     KIND_POSITION,

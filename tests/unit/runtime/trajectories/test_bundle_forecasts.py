@@ -16,11 +16,11 @@ from multiradar.runtime.trajectories.feed import TrajectoryFeed
 from multiradar.runtime.trajectories.forecast_rows import BundleForecasts, BundleForecastTable
 from multiradar.runtime.trajectories.options import TrajectoryOptions
 from multiradar.runtime.trajectories.table import TrajectoryTable
-from multiradar.tracking import forecast_scores
-from multiradar.tracking.forecast_scores import HORIZONS_S
+from multiradar.tracking.forecast import forecast_scores
+from multiradar.tracking.forecast.forecast_scores import HORIZONS_S
+from multiradar.tracking.forecast.state_samples import Sampling
 from multiradar.tracking.outputs import EngineOutput
 from multiradar.tracking.settings import TrackingSettings
-from multiradar.tracking.state_samples import Sampling
 from multiradar.wire import measurement_batch
 from multiradar_schemas.arrow import FORECAST_SCHEMA
 from multiradar_schemas.forecast import ForecastPoint, ForecastRow

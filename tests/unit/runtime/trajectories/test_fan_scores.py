@@ -14,9 +14,9 @@ from multiradar.runtime.trajectories.fan_scores import (
     PLOTS_EACH,
     FanScores,
 )
-from multiradar.tracking.forecast_scores import CALIBRATED, HORIZONS_S
-from multiradar.tracking.regions import gaussian_factor
-from multiradar.tracking.state_samples import SAMPLE_TRACKS_MAX
+from multiradar.tracking.forecast.forecast_scores import CALIBRATED, HORIZONS_S
+from multiradar.tracking.forecast.regions import gaussian_factor
+from multiradar.tracking.forecast.state_samples import SAMPLE_TRACKS_MAX
 
 pytestmark = pytest.mark.slow
 

@@ -10,7 +10,7 @@ from multiradar.restoration.forecast_settings import AHEAD_MAX_S
 from multiradar.restoration.settings import BundleSettings
 from multiradar.runtime.trajectories.fans import MEMBERS_MAX, fan_course, told_members
 from multiradar.runtime.trajectories.pool import Reading
-from multiradar.tracking.regions import gaussian_factor
+from multiradar.tracking.forecast.regions import gaussian_factor
 from multiradar_schemas.forecast import ForecastMember
 from support.flown import flight, plots_of
 

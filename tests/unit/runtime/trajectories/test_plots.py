@@ -16,7 +16,7 @@ from multiradar.runtime.trajectories.plots import (
     Unplaced,
     known_beforehand,
 )
-from multiradar.tracking.measurements import KIND_BEARING, KIND_POSITION, KIND_RADAR
+from multiradar.tracking.input.measurements import KIND_BEARING, KIND_POSITION, KIND_RADAR
 from multiradar.tracking.settings import TrackingSettings
 from support import live_scene
 

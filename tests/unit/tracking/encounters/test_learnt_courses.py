@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from multiradar.tracking.encounters._relative_kernels import RARE, USUAL
 from multiradar.tracking.encounters.learnt_courses import Courses, learnt_courses
-from multiradar.tracking.forecast_calibration import ForecastCalibration, calibration_for
-from multiradar.tracking.forecast_family import STRAIGHT
-from multiradar.tracking.forecast_scores import HORIZONS_S
+from multiradar.tracking.forecast.forecast_calibration import ForecastCalibration, calibration_for
+from multiradar.tracking.forecast.forecast_family import STRAIGHT
+from multiradar.tracking.forecast.forecast_scores import HORIZONS_S
 from multiradar.tracking.outputs import TrackStates
 from multiradar.tracking.settings import TrackingSettings
 from support.encounter_paths import covariance

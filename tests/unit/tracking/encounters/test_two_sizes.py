@@ -5,7 +5,7 @@ import pytest
 
 from multiradar.tracking.encounters._relative_kernels import RARE_SHARE
 from multiradar.tracking.encounters.two_sizes import HALF, MOST, two_sizes
-from multiradar.tracking.regions import gaussian_factor
+from multiradar.tracking.forecast.regions import gaussian_factor
 
 
 @pytest.mark.parametrize("ratio", [4.4, 6.0, 30.0, 1e3, 1e5])

@@ -1,0 +1,492 @@
+"""Compiled association: which tracks a plot may be of, and how likely it is of each.
+
+Symbols beside those of `multiradar.estimation.filters._two_stage_kernels`: χ = a + V ς̂ = state of
+a track, M = variance of the place (m²) for a manoeuvre that begins now, λ = density of false plots.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar.estimation.filters._height_kernels import look_at_height
+from multiradar.estimation.filters._kernels import (
+    ACCELERATION_DENSITY,
+    UPDATED,
+    manoeuvre_factor,
+)
+from multiradar.estimation.filters._two_stage_kernels import spread_of_biases
+from multiradar.estimation.filters.arrays import Aircraft, Model, Rows
+from multiradar.estimation.measurement._kernels import (
+    Slope,
+    bias_column,
+    is_bearing,
+    measures_azimuth,
+    seen_from,
+)
+from multiradar.geodesy._kernels import (
+    wrap_angle,
+)
+from multiradar.tracking.association._clutter_kernels import log_density_of_clutter
+from multiradar.tracking.association._sky_kernels import (
+    CELL_M,
+    FAR_CELL_M,
+    FAR_M,
+    locate_plot,
+    place_in_table,
+    velocity_astray,
+)
+from multiradar.tracking.association._turn_kernels import log_of_phase
+from multiradar.tracking.association._young_kernels import (
+    is_young,
+    log_anew,
+    log_of_speed,
+    slack_of,
+)
+from multiradar.tracking.association.sky import (
+    CANDIDATES_MAX,
+    MANOEUVRE,
+    SPEED_MAX,
+    Candidates,
+    Sky,
+)
+from multiradar.tracking.lifecycle.lifecycle import TENTATIVE, Lifecycle
+from multiradar.tracking.roster import MISSING, Roster, RowIdentities
+from multiradar_compiled.kernels import fetch_ahead, in_loop, kernel, loop
+from multiradar_compiled.lane_kernels import LANES, load_lanes, store_row
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+
+# Logarithm of the part of the looks at a track that find it on its way as predicted, of those that
+# find it manoeuvring, and of those for which its velocity means little.
+LOG_STRAIGHT = math.log(0.88)
+LOG_MANOEUVRING = math.log(0.1)
+LOG_ASTRAY = math.log(0.02)
+# Up to this normalised innovation squared a straight flight is the likeliest for certain.
+STRAIGHT_NIS = 4.0
+# Part of a variance that is not worth its time.
+NEGLIGIBLE = 0.02
+LOG_TURN = math.log(2.0 * math.pi)
+
+# Of the looks at an aircraft, most find it. Whoever was not seen for some turns is likelier to have
+# left the cover than to have been missed by every look; more turns than these say no more, for
+# radars also fall silent together.
+LOG_DETECTED = math.log(0.9)
+LOG_UNSEEN = math.log(0.4)
+UNSEEN_TURNS_MAX = 10.0
+
+# Identity as evidence: logarithms of likelihood ratios.
+ADDRESS_EQUAL = 12.0
+ADDRESS_DIFFERENT = -10.0
+CODE_EQUAL = 4.5
+CODE_DIFFERENT = -4.0
+# Height: how fast it may change, m/s (1 sigma), how coarse it is told, m, how it is spread, m.
+# Most keep theirs: so many go on as they did, the others climb or descend.
+CLIMB_SIGMA = 12.0
+HEIGHT_SIGMA = 40.0
+LEVEL_SIGMA = 1.0
+LEVEL_PART = 0.7
+LOG_HEIGHT_SPAN = math.log(10_000.0)
+HEIGHT_DIFFERENT = -7.0
+# A second plot is looked for as far as the fastest aircraft flies, and this at most for the errors
+# of both.
+START_ERROR_M = 3_000.0
+# What a track counts less for having been measured once, twice.
+LOG_NEW = -3.0
+LOG_YOUNG = -1.5
+
+
+@in_loop
+def log_density(s00: float, s01: float, s11: float, e0: float, e1: float) -> float:
+    """Return log N(e; 0, S) with two components; −∞ where S is not positive definite."""
+    det = s00 * s11 - s01 * s01
+    nis = (s11 * e0 * e0 - 2.0 * s01 * e0 * e1 + s00 * e1 * e1) / det
+    value = -0.5 * (nis + math.log(max(det, 1e-300))) - LOG_TURN
+    return value if det > 0.0 else -np.inf
+
+
+@in_loop
+def pair_score(
+    row: int,
+    k: int,
+    ahead: float,
+    turn: float,
+    rows: Rows,
+    model: Model,
+    aircraft: Aircraft,
+    sky: Sky,
+    rules: Floats,
+    log_clutter: float,
+    sigmas: Floats,
+    U: Floats,
+    R: Floats,
+) -> float:
+    """Return the logarithm of the likelihood ratio that a plot is of a track, by place alone."""
+    n = aircraft.sensitivity.shape[2]
+    kind, s, time = rows.kind[row], rows.sensor[row], rows.time[row]
+    seen = rows.seen[row]
+    site, noise, bias = model.sites[seen], model.noises[seen], model.bias
+    dt = max(time - aircraft.time[k], 0.0)
+    # The position of an aircraft that told no height goes with the height that was guessed.
+    measured = rows.height[row] if not np.isnan(aircraft.height[k]) else np.nan
+    _, height, variance = look_at_height(
+        UPDATED, kind, measured, s, time, dt, k, aircraft.height, aircraft.vertical, model.options
+    )
+    x0 = sky.state[k, 0] + ahead * sky.state[k, 2]
+    x1 = sky.state[k, 1] + ahead * sky.state[k, 3]
+    p0, p1, _, h, w = seen_from(kind, model.plane, site, noise, x0, x1, height, variance)
+    e0 = rows.z[row, 0] - p0
+    e1 = rows.z[row, 1] - p1
+    if measures_azimuth(kind):
+        e1 = wrap_angle(e1)
+    P = aircraft.covariance
+    V = aircraft.sensitivity
+    density = model.options[ACCELERATION_DENSITY] * manoeuvre_factor(
+        aircraft.surprise[k], model.options
+    )
+    q = density * dt * dt * dt / 3.0
+    p00 = P[k, 0] + dt * (2.0 * P[k, 2] + dt * P[k, 7]) + q
+    p01 = P[k, 1] + dt * (P[k, 3] + P[k, 5] + dt * P[k, 8])
+    p11 = P[k, 4] + dt * (2.0 * P[k, 6] + dt * P[k, 9]) + q
+    g0 = p00 * h[0] + p01 * h[1]
+    g1 = p01 * h[0] + p11 * h[1]
+    g2 = p00 * h[2] + p01 * h[3]
+    g3 = p01 * h[2] + p11 * h[3]
+    s00 = w[0] + h[0] * g0 + h[1] * g1
+    s01 = w[1] + h[0] * g2 + h[1] * g3
+    s11 = w[2] + h[2] * g2 + h[3] * g3
+    # The uncertainty of the biases: those that the track depends on, and those of this sensor.
+    for c in range(n, bias.shape[0]):
+        U[0, c] = 0.0
+        U[1, c] = 0.0
+    for c in range(0, n, LANES):
+        see_columns(c, min(LANES, n - c), k, dt, h, V, U)
+    rate0 = h[0] * sky.state[k, 2] + h[1] * sky.state[k, 3]
+    rate1 = h[2] * sky.state[k, 2] + h[3] * sky.state[k, 3]
+    for c in range(model.starts[seen], model.starts[seen + 1]):
+        j0, j1 = bias_column(kind, model.parameters[c], site, p0, p1, rate0, rate1)
+        U[0, c] += j0
+        U[1, c] += j1
+        e0 -= j0 * bias[c]
+        e1 -= j1 * bias[c]
+    most0 = 0.0
+    most1 = 0.0
+    for c in range(bias.shape[0]):
+        most0 += abs(U[0, c]) * sigmas[c]
+        most1 += abs(U[1, c]) * sigmas[c]
+    # Biases that are known well add nothing worth the time.
+    if not (most0 * most0 < NEGLIGIBLE * s00 and most1 * most1 < NEGLIGIBLE * s11):
+        b00, b01, b11 = spread_of_biases(U, model.bias_covariance, R)
+        s00 += b00
+        s01 += b01
+        s11 += b11
+    best = LOG_STRAIGHT + log_density(s00, s01, s11, e0, e1)
+    if not s11 * e0 * e0 - 2.0 * s01 * e0 * e1 + s00 * e1 * e1 <= STRAIGHT_NIS * (
+        s00 * s11 - s01 * s01
+    ):
+        silent = max(time - aircraft.updated[k], turn)
+        best = max(best, log_otherwise(s00, s01, s11, e0, e1, h, dt, silent, turn, rules))
+    return best + LOG_DETECTED - log_clutter
+
+
+@in_loop
+def see_columns(c: int, lanes: int, k: int, dt: float, h: Slope, V: Floats, U: Floats) -> None:
+    """Set U, columns from c on, to H V of track k moved on by dt."""
+    v0 = load_lanes(V, k, 0, c, lanes) + dt * load_lanes(V, k, 2, c, lanes)
+    v1 = load_lanes(V, k, 1, c, lanes) + dt * load_lanes(V, k, 3, c, lanes)
+    store_row(U, 0, c, lanes, h[0] * v0 + h[1] * v1)
+    store_row(U, 1, c, lanes, h[2] * v0 + h[3] * v1)
+
+
+@in_loop
+def log_otherwise(
+    s00: float, s01: float, s11: float, e0: float, e1: float, h: Slope, dt: float, silent: float,
+    turn: float, rules: Floats,
+) -> float:  # fmt: skip
+    """Return the logarithm of the likelihood of an aircraft that does not fly straight on."""
+    manoeuvre = rules[MANOEUVRE] * 0.5 * dt * dt
+    m00 = h[0] * h[0] + h[1] * h[1]
+    m01 = h[0] * h[2] + h[1] * h[3]
+    m11 = h[2] * h[2] + h[3] * h[3]
+    m = manoeuvre * manoeuvre
+    turning = LOG_MANOEUVRING + log_density(s00 + m * m00, s01 + m * m01, s11 + m * m11, e0, e1)
+    # A filter that lags behind a manoeuvre does so for some turn, however short ago its last plot.
+    astray = velocity_astray(silent, turn, rules) * silent
+    m = astray * astray
+    lost = LOG_ASTRAY + log_density(s00 + m * m00, s01 + m * m01, s11 + m * m11, e0, e1)
+    return max(turning, lost)
+
+
+@in_loop
+def log_of_height(off: float, dt: float) -> float:
+    """Return the logarithm of the density, 1/m, of a height that is off by so much after dt."""
+    level, climbing = HEIGHT_SIGMA + LEVEL_SIGMA * dt, HEIGHT_SIGMA + CLIMB_SIGMA * dt
+    density = LEVEL_PART / level * math.exp(-0.5 * (off / level) ** 2)
+    density += (1.0 - LEVEL_PART) / climbing * math.exp(-0.5 * (off / climbing) ** 2)
+    return math.log(max(density, 1e-300)) - 0.5 * LOG_TURN
+
+
+@in_loop
+def identity_score(
+    row: int, k: int, number: int, address: int, code: int, dt: float, rows: Rows,
+    aircraft: Aircraft, roster: Roster, life: Lifecycle,
+) -> float:  # fmt: skip
+    """Return what identity, height and silence add to a score; −∞ for another for certain."""
+    score = 0.0
+    if address >= 0 and roster.mode_s_address[k] >= 0:
+        score += ADDRESS_EQUAL if roster.mode_s_address[k] == address else ADDRESS_DIFFERENT
+    if code >= 0 and roster.mode_3a[k] >= 0:
+        same = code in (roster.mode_3a[k], life.code_heard[k])
+        score += CODE_EQUAL if same else CODE_DIFFERENT
+    known = aircraft.height[k]
+    measured = rows.height[row]
+    if not (np.isnan(known) or np.isnan(measured)):
+        value = log_of_height(measured - known, dt)
+        score += max(LOG_HEIGHT_SPAN + value, HEIGHT_DIFFERENT)
+    if life.stage[k] == TENTATIVE:
+        score += LOG_NEW if life.hits[k] == 1 else (LOG_YOUNG if life.hits[k] == 2 else 0.0)
+    if life.period[k] > 0.0:
+        unseen = max(dt / life.period[k] - 1.0, 0.0)
+        score += min(unseen, UNSEEN_TURNS_MAX) * LOG_UNSEEN
+    if number >= 0 and roster.track_number[k] >= 0 and roster.track_number[k] != number:
+        score = -np.inf
+    return score
+
+
+@kernel
+def find_candidates(
+    first: int,
+    last: int,
+    window_time: float,
+    track_numbers: Integers,
+    addresses: Integers,
+    codes: Integers,
+    rows: Rows,
+    model: Model,
+    aircraft: Aircraft,
+    roster: Roster,
+    life: Lifecycle,
+    periods: Floats,
+    rules: Floats,
+    log_clutters: Floats,
+    sky: Sky,
+    identities: RowIdentities,
+    candidates: Candidates,
+) -> None:
+    """Fill the candidates of all rows first…last that have no aircraft yet."""
+    n = model.bias.shape[0]
+    search(
+        first, last, window_time, track_numbers, addresses, codes, rows, model, aircraft,
+        roster, life, periods, rules, log_clutters, sky, identities, candidates,
+        np.sqrt(np.diag(model.bias_covariance)), np.empty((2, n)), np.empty((2, n)),
+        np.empty((2, sky.reach.shape[0]), np.int64),
+    )  # fmt: skip
+
+
+@loop
+def search(
+    first: int,
+    last: int,
+    window_time: float,
+    track_numbers: Integers,
+    addresses: Integers,
+    codes: Integers,
+    rows: Rows,
+    model: Model,
+    aircraft: Aircraft,
+    roster: Roster,
+    life: Lifecycle,
+    periods: Floats,
+    rules: Floats,
+    log_clutters: Floats,
+    sky: Sky,
+    identities: RowIdentities,
+    candidates: Candidates,
+    sigmas: Floats,
+    U: Floats,
+    R: Floats,
+    found: Integers,
+) -> None:
+    """Do as `find_candidates`, in the room given.
+
+    ``sigmas`` are those of the biases. ``found`` takes the tracks near two plots: while those near
+    one are judged, what is needed to judge those near the next is on its way from memory.
+    """
+    near, side = MISSING, 0
+    for row in range(first, last + 1):
+        coming = MISSING
+        if row < last:
+            candidates.number[row - first] = MISSING
+            if identities.slot[row] < 0 and not is_bearing(rows.kind[row]):
+                coming = find_near(
+                    row, row - first, window_time, 1 - side, rows, model, aircraft, life, sky,
+                    sigmas, candidates, found,
+                )  # fmt: skip
+        for place in range(near):
+            consider(
+                row - 1, row - 1 - first, found[side, place], window_time, track_numbers, addresses,
+                codes, rows, model, aircraft, roster, life, periods, rules, log_clutters, sky,
+                sigmas, U, R, candidates,
+            )  # fmt: skip
+        near, side = coming, 1 - side
+
+
+@in_loop
+def find_near(
+    row: int, i: int, window_time: float, side: int, rows: Rows, model: Model, aircraft: Aircraft,
+    life: Lifecycle, sky: Sky, sigmas: Floats, candidates: Candidates, found: Integers,
+) -> int:  # fmt: skip
+    """Put the tracks near a plot into a row of ``found``; return how many, `MISSING` off the plane.
+
+    The place of the plot is kept with its candidates, of which there are none yet.
+    """
+    near = MISSING
+    kind, s, z0, z1 = rows.kind[row], rows.sensor[row], rows.z[row, 0], rows.z[row, 1]
+    ok, east, north, reach = locate_plot(kind, s, z0, z1, rows.height[row], model, sigmas)
+    if ok:
+        near = 0
+        candidates.number[i] = 0
+        candidates.place[i, 0] = east
+        candidates.place[i, 1] = north
+        candidates.place[i, 2] = reach
+        mask = sky.heads.shape[0] - 1
+        ahead = rows.time[row] - window_time
+        for far in range(2):
+            if sky.longest[far] < 0.0:
+                continue
+            cell = FAR_CELL_M if far else CELL_M
+            wide = math.sqrt(reach * reach + sky.longest[far] * sky.longest[far])
+            for ce in range(
+                int(np.floor((east - wide) / cell)), int(np.floor((east + wide) / cell)) + 1
+            ):
+                for cn in range(
+                    int(np.floor((north - wide) / cell)), int(np.floor((north + wide) / cell)) + 1
+                ):
+                    place = place_in_table(ce, cn, mask)
+                    k = sky.far_heads[place] if far else sky.heads[place]
+                    while k != MISSING:
+                        following = sky.far_following[k] if far else sky.following[k]
+                        if following != MISSING:
+                            fetch_ahead(sky.state, following, 0)
+                        d0 = sky.state[k, 0] + ahead * sky.state[k, 2] - east
+                        d1 = sky.state[k, 1] + ahead * sky.state[k, 3] - north
+                        if (
+                            d0 * d0 + d1 * d1 <= reach * reach + sky.state[k, 4] * sky.state[k, 4]
+                            and (sky.state[k, 4] > FAR_M) == (far == 1)
+                            and int(np.floor(sky.state[k, 0] / cell)) == ce
+                            and int(np.floor(sky.state[k, 1] / cell)) == cn
+                        ):
+                            found[side, near] = k
+                            near += 1
+                            fetch_track(k, aircraft, life)
+                        k = following
+    return near
+
+
+@in_loop
+def consider(
+    row: int, i: int, k: int, window_time: float, numbers: Integers, addresses: Integers,
+    codes: Integers, rows: Rows, model: Model, aircraft: Aircraft, roster: Roster, life: Lifecycle,
+    periods: Floats, rules: Floats, log_clutters: Floats, sky: Sky, sigmas: Floats, U: Floats,
+    R: Floats, candidates: Candidates,
+) -> None:  # fmt: skip
+    """Make a track near a plot one of its candidates, if it may be of it.
+
+    A radar that has heard the track half a turn ago or less does not see it again.
+    """
+    s, time = rows.sensor[row], rows.time[row]
+    if not time - life.heard[k, s] < 0.5 * periods[s]:
+        ahead = time - window_time
+        east, north = candidates.place[i, 0], candidates.place[i, 1]
+        d0 = sky.state[k, 0] + ahead * sky.state[k, 2] - east
+        d1 = sky.state[k, 1] + ahead * sky.state[k, 3] - north
+        log_clutter = log_density_of_clutter(rows.kind[row], s, rows.z[row, 0], log_clutters)
+        score, anew = judge(
+            row, k, ahead, math.sqrt(d0 * d0 + d1 * d1), numbers[row], addresses[row], codes[row],
+            east, north, candidates.place[i, 2], periods[s], rows, model, aircraft, roster, life,
+            sky, rules, log_clutter, sigmas, U, R,
+        )  # fmt: skip
+        if score > 0.0:
+            keep(i, k, score, anew, candidates)
+
+
+@in_loop
+def fetch_track(k: int, aircraft: Aircraft, life: Lifecycle) -> None:
+    """Ask for what is needed of a track to judge it."""
+    fetch_ahead(life.heard, k, 0)
+    fetch_ahead(aircraft.vertical, k, 0)
+    fetch_ahead(aircraft.covariance, k, 0)
+    fetch_ahead(aircraft.covariance, k, 1)
+    fetch_ahead(aircraft.time, k, 0)
+    fetch_ahead(aircraft.height, k, 0)
+    fetch_ahead(aircraft.surprise, k, 0)
+    for line in range((4 * aircraft.sensitivity.shape[2] + 7) // 8):
+        fetch_ahead(aircraft.sensitivity, k, line)
+
+
+@in_loop
+def judge(
+    row: int, k: int, ahead: float, distance: float, number: int, address: int, code: int,
+    east: float, north: float, reach: float, turn: float, rows: Rows, model: Model,
+    aircraft: Aircraft, roster: Roster, life: Lifecycle, sky: Sky, rules: Floats,
+    log_clutter: float, sigmas: Floats, U: Floats, R: Floats,
+) -> tuple[float, bool]:  # fmt: skip
+    """Return the score of a pair, −∞ for one that cannot be, and whether it begins anew."""
+    dt = rows.time[row] - aircraft.time[k]
+    score = -np.inf
+    way = distance
+    if aircraft.updates[k] == 1:
+        way -= min(slack_of(k, reach, sky), START_ERROR_M)
+    if aircraft.updates[k] > 1 or way <= rules[SPEED_MAX] * dt:
+        score = identity_score(
+            row, k, number, address, code, max(dt, 0.0), rows, aircraft, roster, life
+        )
+        score += log_of_phase(rows.time[row] - life.heard[k, rows.sensor[row]], turn)
+    anew = -np.inf
+    if score > -np.inf and is_young(k, life):
+        if aircraft.updates[k] > 1:
+            anew = score + LOG_DETECTED + log_anew(
+                row, k, ahead, east, north, reach, rows, aircraft, sky, log_clutter
+            )  # fmt: skip
+        else:
+            score += log_of_speed(way, dt)
+    if score > -np.inf:
+        score += pair_score(
+            row,
+            k,
+            ahead,
+            life.period[k],
+            rows,
+            model,
+            aircraft,
+            sky,
+            rules,
+            log_clutter,
+            sigmas,
+            U,
+            R,
+        )
+    return max(score, anew), anew > score
+
+
+@in_loop
+def keep(i: int, k: int, score: float, anew: bool, candidates: Candidates) -> None:
+    """Put a candidate into its place; beyond `CANDIDATES_MAX` the least likely goes."""
+    count = candidates.number[i]
+    full = count == CANDIDATES_MAX
+    if not full or score > candidates.score[i, count - 1]:
+        at = count - full
+        candidates.number[i] = at + 1
+        while at > 0 and (
+            candidates.score[i, at - 1] < score
+            or (candidates.score[i, at - 1] == score and candidates.slot[i, at - 1] > k)
+        ):
+            candidates.score[i, at] = candidates.score[i, at - 1]
+            candidates.slot[i, at] = candidates.slot[i, at - 1]
+            candidates.anew[i, at] = candidates.anew[i, at - 1]
+            at -= 1
+        candidates.score[i, at] = score
+        candidates.anew[i, at] = anew
+        candidates.slot[i, at] = k

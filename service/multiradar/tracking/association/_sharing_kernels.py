@@ -1,0 +1,302 @@
+"""Compiled sharing: which tracks may have which plots of a window, where that is in doubt.
+
+Symbols beside those of `_association_kernels` and `_probability_kernels`: Δr, Δα = differences of
+two tracks in range and azimuth as a radar sees them, r₀, α₀ = those that it resolves in half of all
+cases.
+
+References
+----------
+Koch, W., van Keuk, G., "Multiple hypothesis track maintenance with possibly unresolved
+measurements", IEEE Transactions on Aerospace and Electronic Systems 33 (1997), 883-892: one plot of
+two tracks, and how likely it is.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar.estimation.filters._kernels import choose_height
+from multiradar.estimation.filters.arrays import Aircraft, Model, Rows
+from multiradar.estimation.measurement._kernels import KIND_RADAR, seen_from
+from multiradar.geodesy._kernels import wrap_angle
+from multiradar.tracking.association._assignment_kernels import root_of
+from multiradar.tracking.association._association_kernels import pair_score
+from multiradar.tracking.association._clutter_kernels import log_density_of_clutter
+from multiradar.tracking.association._probability_kernels import pair_probabilities
+from multiradar.tracking.association.sky import Candidates, Sky
+from multiradar.tracking.lifecycle.lifecycle import Lifecycle
+from multiradar_compiled.kernels import kernel
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+NONE = -1
+
+# Columns of the shares: see `share_plots`.
+SHARE_COLUMNS = 6
+
+# Places in the vector of rules of sharing, and their number: whether the likeliest events alone
+# count, whether tracks without the velocity that time offsets are linearised at are left alone,
+# refusals after which a track begins anew, r₀ and α₀.
+BEST = 0
+TIMED = 1
+REFUSED_MAX = 2
+RESOLVED_RANGE = 3
+RESOLVED_AZIMUTH = 4
+SHARING_COUNT = 5
+
+# A track is as good as sure of its plot, or of having none, up to this.
+DOUBT_MIN = 0.01
+# Less than this no plot is shared for.
+SHARE_MIN = 1e-3
+# A track that was not measured so often has no velocity to tell plots apart by.
+UPDATES_MIN = 2
+# Of the looks at an aircraft this part finds none; as in the score of a missed turn.
+LOG_MISSED = math.log(0.1)
+# Two tracks are not taken for one plot where that is less likely than this, as a logarithm.
+LOG_UNRESOLVED_MIN = -6.0
+
+
+@kernel
+def share_plots(
+    first: int,
+    sensors: int,
+    window_time: float,
+    sharing: Floats,
+    rules: Floats,
+    log_clutters: Floats,
+    rows: Rows,
+    model: Model,
+    candidates: Candidates,
+    sky: Sky,
+    slots: Integers,
+    life: Lifecycle,
+    aircraft: Aircraft,
+    shares: Floats,
+) -> int:
+    """Fill ``shares`` with who may have which plot, where that is in doubt; return how many rows.
+
+    Its columns: number of the row with which the shares of this track in the plots of this sensor
+    begin, slot of the track, row that is its own (`NONE` for none), row that it has a share of
+    (`NONE` for no plot at all), whether as one plot of it and another, probability. ``slots`` are
+    those that the rows were assigned to.
+    """
+    n = candidates.number.shape[0]
+    parents = np.arange(n)
+    for s in range(sensors):
+        for i in range(n):
+            if rows.sensor[first + i] != s:
+                continue
+            for c in range(max(candidates.number[i], 0)):
+                k = candidates.slot[i, c]
+                if sky.owner[k] == NONE:
+                    sky.owner[k] = i
+                else:
+                    a, b = root_of(parents, sky.owner[k]), root_of(parents, i)
+                    parents[max(a, b)] = min(a, b)
+        for i in range(n):
+            for c in range(max(candidates.number[i], 0)):
+                sky.owner[candidates.slot[i, c]] = NONE
+    for i in range(n):
+        parents[i] = root_of(parents, i)
+    count = 0
+    for i in range(n):
+        if parents[i] != i or candidates.number[i] <= 0:
+            continue
+        plots = np.flatnonzero(parents == i)
+        if len(plots) == 1 and candidates.number[i] == 1:
+            continue
+        tracks, scores = component_of(plots, candidates, sky)
+        merged = merged_scores(
+            first, window_time, plots, tracks, scores, sharing, rules, log_clutters, rows, model,
+            sky, life, aircraft,
+        )  # fmt: skip
+        count = share_component(
+            first, plots, tracks, scores, merged, sharing, slots, aircraft, shares, count
+        )
+    return count
+
+
+@kernel
+def component_of(plots: Integers, candidates: Candidates, sky: Sky) -> tuple[Integers, Floats]:
+    """Return the tracks of plots that hang together, and the scores of their pairs.
+
+    The scores are to a false plot *and* a track that was missed; −∞ for a pair that cannot be.
+    """
+    tracks = np.empty(candidates.number[plots].sum(), np.int64)
+    columns = 0
+    for i in plots:
+        for c in range(candidates.number[i]):
+            k = candidates.slot[i, c]
+            if sky.local[k] == NONE:
+                sky.local[k] = columns
+                tracks[columns] = k
+                columns += 1
+    scores = np.full((len(plots), columns), -np.inf)
+    for a in range(len(plots)):
+        for c in range(candidates.number[plots[a]]):
+            k = candidates.slot[plots[a], c]
+            scores[a, sky.local[k]] = candidates.score[plots[a], c] - LOG_MISSED
+    for k in tracks[:columns]:
+        sky.local[k] = NONE
+    return tracks[:columns], scores
+
+
+@kernel
+def merged_scores(
+    first: int,
+    window_time: float,
+    plots: Integers,
+    tracks: Integers,
+    scores: Floats,
+    sharing: Floats,
+    rules: Floats,
+    log_clutters: Floats,
+    rows: Rows,
+    model: Model,
+    sky: Sky,
+    life: Lifecycle,
+    aircraft: Aircraft,
+) -> Floats:
+    """Return the scores (plots, tracks, tracks) of a plot being one of two tracks; −∞ for none.
+
+    Such a plot lies in the middle: moved by half the way between the two, it is as if it were of
+    one of them.
+    """
+    columns = len(tracks)
+    merged = np.full((len(plots), columns, columns), -np.inf)
+    if sharing[RESOLVED_RANGE] <= 0.0 or sharing[RESOLVED_AZIMUTH] <= 0.0:
+        return merged
+    sigmas = np.sqrt(np.diag(model.bias_covariance))
+    U, R = np.empty((2, model.bias.shape[0])), np.empty((2, model.bias.shape[0]))
+    for a in range(len(plots)):
+        row = first + plots[a]
+        if rows.kind[row] != KIND_RADAR:
+            continue
+        ahead = rows.time[row] - window_time
+        log_clutter = log_density_of_clutter(
+            rows.kind[row], rows.sensor[row], rows.z[row, 0], log_clutters
+        )
+        one = Rows(
+            rows.slot[row : row + 1], rows.time[row : row + 1], rows.kind[row : row + 1],
+            rows.sensor[row : row + 1], rows.z[row : row + 1].copy(), rows.height[row : row + 1],
+            rows.seen[row : row + 1],
+        )  # fmt: skip
+        for b in range(columns):
+            for c in range(b + 1, columns):
+                if scores[a, b] == -np.inf or scores[a, c] == -np.inf:
+                    continue
+                d0, d1 = apart(row, tracks[b], tracks[c], ahead, rows, model, aircraft, sky)
+                p0, p1 = d0 / sharing[RESOLVED_RANGE], d1 / sharing[RESOLVED_AZIMUTH]
+                unresolved = -math.log(2.0) * (p0 * p0 + p1 * p1)
+                if not unresolved > LOG_UNRESOLVED_MIN:
+                    continue
+                score = 0.0
+                for side in range(2):
+                    k = tracks[b] if side == 0 else tracks[c]
+                    half = -0.5 if side == 0 else 0.5
+                    one.z[0, 0] = rows.z[row, 0] + half * d0
+                    one.z[0, 1] = rows.z[row, 1] + half * d1
+                    score += 0.5 * pair_score(
+                        0, k, ahead, life.period[k], one, model, aircraft, sky, rules, log_clutter,
+                        sigmas, U, R,
+                    )  # fmt: skip
+                merged[a, b, c] = score + unresolved - 2.0 * LOG_MISSED
+    return merged
+
+
+@kernel
+def apart(
+    row: int,
+    k: int,
+    m: int,
+    ahead: float,
+    rows: Rows,
+    model: Model,
+    aircraft: Aircraft,
+    sky: Sky,
+) -> tuple[float, float]:
+    """Return Δr and Δα, track m minus track k, as the sensor of a plot should see them."""
+    s = rows.sensor[row]
+    height, variance = choose_height(rows.height[row], aircraft.height[k], model.options)
+    there, other, _, _, _ = seen_from(
+        rows.kind[row], model.plane, model.sites[s], model.noises[s],
+        sky.state[k, 0] + ahead * sky.state[k, 2], sky.state[k, 1] + ahead * sky.state[k, 3],
+        height, variance,
+    )  # fmt: skip
+    p0, p1, _, _, _ = seen_from(
+        rows.kind[row], model.plane, model.sites[s], model.noises[s],
+        sky.state[m, 0] + ahead * sky.state[m, 2], sky.state[m, 1] + ahead * sky.state[m, 3],
+        height, variance,
+    )  # fmt: skip
+    return p0 - there, wrap_angle(p1 - other)
+
+
+@kernel
+def share_component(
+    first: int,
+    plots: Integers,
+    tracks: Integers,
+    scores: Floats,
+    merged: Floats,
+    sharing: Floats,
+    slots: Integers,
+    aircraft: Aircraft,
+    shares: Floats,
+    count: int,
+) -> int:
+    """Do as `share_plots` for plots and tracks that hang together."""
+    beta = np.zeros(scores.shape)
+    gamma = np.zeros(scores.shape)
+    told = pair_probabilities(scores, merged, sharing[BEST] != 0.0, beta, gamma)
+    for b in range(len(tracks) if told else 0):
+        k = tracks[b]
+        unknown = sharing[TIMED] != 0.0 and np.isnan(aircraft.velocity[k, 0])
+        restarts = aircraft.refusals[k] >= sharing[REFUSED_MAX]
+        if aircraft.updates[k] < UPDATES_MIN or unknown or restarts:
+            continue
+        own = NONE
+        sure = 1.0 - beta[:, b].sum() - gamma[:, b].sum()
+        for a in range(len(plots)):
+            if slots[first + plots[a]] == k:
+                own = first + plots[a]
+                sure = beta[a, b]
+        if sure < 1.0 - DOUBT_MIN:
+            count = write_shares(first, plots, k, own, beta[:, b], gamma[:, b], shares, count)
+    return count
+
+
+@kernel
+def write_shares(
+    first: int,
+    plots: Integers,
+    k: int,
+    own: int,
+    beta: Floats,
+    gamma: Floats,
+    shares: Floats,
+    count: int,
+) -> int:
+    """Write the shares of one track, of sum one; that of its own plot stays, however small."""
+    begin = count
+    total = 0.0
+    for a in range(-1, 2 * len(plots)):
+        both = a >= len(plots)
+        row = NONE if a < 0 else first + plots[a % len(plots)]
+        part = max(0.0, 1.0 - beta.sum() - gamma.sum())
+        if a >= 0:
+            part = gamma[a % len(plots)] if both else beta[a]
+        if part < SHARE_MIN and (own != row or a < 0 or both):
+            continue
+        shares[count, 0] = begin
+        shares[count, 1] = k
+        shares[count, 2] = own
+        shares[count, 3] = row
+        shares[count, 4] = 1.0 if both else 0.0
+        shares[count, 5] = part
+        total += part
+        count += 1
+    for at in range(begin, count):
+        shares[at, 5] /= total
+    return count

@@ -1,0 +1,277 @@
+"""Compiled prediction of all tracks to a window, in cells of the plane.
+
+Symbols as in `multiradar.tracking.association._association_kernels`.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar.estimation.filters._kernels import (
+    ACCELERATION_DENSITY,
+    CONE_RATIO,
+    choose_height,
+    manoeuvre_factor,
+)
+from multiradar.estimation.filters.arrays import Aircraft, Model, Rows
+from multiradar.estimation.measurement._kernels import (
+    KIND_RADAR,
+    PARAMETER_AZIMUTH_OFFSET,
+    bias_column,
+    locate_measurement,
+)
+from multiradar.geodesy._kernels import C_NORTH, EE, EN, M_EE, M_NN, NE, NN, PE, PN, UE, UN
+from multiradar.geodesy._kernels import HEIGHT as SITE_HEIGHT
+from multiradar.tracking.association.sky import ASTRAY, SPEED_MAX, Sky
+from multiradar.tracking.lifecycle.lifecycle import TENTATIVE, USUAL_SPEED, YOUNG_HITS, Lifecycle
+from multiradar.tracking.roster import MISSING, Roster, RowIdentities
+from multiradar_compiled.kernels import in_loop, kernel
+from multiradar_compiled.lane_kernels import (
+    LANES,
+    every_lane,
+    fused_lanes,
+    lane_of,
+    larger,
+    load_lanes,
+    load_row,
+    sums_of,
+)
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+CELL_M = 4_000.0
+# So many sigmas off, a track is not looked at.
+COARSE_SIGMAS = 6.0
+# However little is known of a place, nothing farther off is looked at, m.
+REACH_MAX_M = 24_000.0
+# A reach above this is long, m, and the cells of the tracks that have one, m.
+FAR_M = 3_000.0
+FAR_CELL_M = 16_000.0
+# From so many turns without a plot on, within so many more, a velocity may be wrong by so many
+# times as much.
+SEEN_TURNS = 2.0
+UNSEEN_TURNS = 3.0
+TURNED_ROUND = 2.5
+# No place on the plane is farther off, m.
+PLACE_MAX_M = 1e8
+# Column of `Sky.state`: how far off, m, the place of the last plot may be; see `Sky.state`.
+NEAR_COLUMN = 5
+# An address is believed within this beside the reaches of plot and track, m.
+DOUBT_M = 3_000.0
+
+
+@in_loop
+def velocity_astray(silent: float, turn: float, rules: Floats) -> float:
+    """Return the standard deviation of a velocity that was wrong or changed, m/s.
+
+    ``silent`` is the time since the last plot that was taken. An aircraft that nobody saw for
+    several turns may have turned round.
+    """
+    unseen = 0.0
+    if turn > 0.0:
+        unseen = min(max(silent / turn - SEEN_TURNS, 0.0) / UNSEEN_TURNS, 1.0)
+    astray: float = rules[ASTRAY] * (1.0 + unseen * (TURNED_ROUND - 1.0))
+    return astray
+
+
+@in_loop
+def place_in_table(east_cell: int, north_cell: int, mask: int) -> int:
+    """Return the place of a cell in the table."""
+    return (((east_cell * 73856093) ^ (north_cell * 19349663)) * 2654435761 >> 8) & mask
+
+
+@kernel
+def fill_sky(
+    time: float,
+    model: Model,
+    aircraft: Aircraft,
+    roster: Roster,
+    life: Lifecycle,
+    rules: Floats,
+    sky: Sky,
+) -> float:
+    """Predict all tracks to a time and put them into cells; return the longest reach."""
+    # Filters without sensitivities have biases all the same.
+    sigmas = np.sqrt(np.diag(model.bias_covariance)).reshape(1, model.bias.shape[0])
+    bias = model.bias.reshape(1, model.bias.shape[0])
+    sky.heads[:] = MISSING
+    sky.far_heads[:] = MISSING
+    sky.longest[:] = -1.0
+    mask = sky.heads.shape[0] - 1
+    longest = 0.0
+    for k in range(roster.track_id.shape[0] - 1, -1, -1):
+        if roster.track_id[k] == MISSING or np.isnan(aircraft.time[k]):
+            continue
+        dt = time - aircraft.time[k]
+        P = aircraft.covariance[k]
+        x0, x1, x2, x3, b0, b1 = predicted_parts(k, dt, aircraft, bias, sigmas)
+        density = model.options[ACCELERATION_DENSITY] * manoeuvre_factor(
+            aircraft.surprise[k], model.options
+        )
+        variance = P[0] + P[4] + 2.0 * dt * (P[2] + P[6]) + dt * dt * (P[7] + P[9])
+        variance += 2.0 * density * dt * dt * dt / 3.0 + b0 * b0 + b1 * b1
+        # A plot that was refused moved the time of the state, and told nothing.
+        silent = max(time - aircraft.updated[k], life.period[k])
+        wide = 4.0 * velocity_astray(silent, life.period[k], rules) * silent
+        # Whatever the covariance says, no aircraft flies faster than it can.
+        speed = rules[SPEED_MAX] * (1.0 if aircraft.updates[k] == 1 else 0.4)
+        near = COARSE_SIGMAS * math.sqrt(max(P[0] + P[4] + b0 * b0 + b1 * b1, 0.0))
+        most = min(near + speed * silent, REACH_MAX_M)
+        reach = min(math.sqrt(COARSE_SIGMAS**2 * max(variance, 0.0) + wide * wide), most)
+        if 1 < life.hits[k] <= YOUNG_HITS and life.stage[k] == TENTATIVE:
+            # It may not be where its velocity leads, but anywhere around its last plot.
+            astray = (math.hypot(x2, x3) + USUAL_SPEED) * silent
+            reach = min(max(reach, near + astray), REACH_MAX_M)
+        if not (reach >= 0.0 and abs(x0) + abs(x1) < PLACE_MAX_M):  # NaN fails both.
+            continue
+        sky.state[k, 0] = x0 + dt * x2
+        sky.state[k, 1] = x1 + dt * x3
+        sky.state[k, 2] = x2
+        sky.state[k, 3] = x3
+        sky.state[k, 4] = reach
+        sky.state[k, NEAR_COLUMN] = near
+        sky.reach[k] = reach
+        longest = max(longest, reach)
+        far = int(reach > FAR_M)
+        sky.longest[far] = max(sky.longest[far], reach)
+        sky.cell[k, 0] = int(np.floor(sky.state[k, 0] / CELL_M))
+        sky.cell[k, 1] = int(np.floor(sky.state[k, 1] / CELL_M))
+        place = place_in_table(sky.cell[k, 0], sky.cell[k, 1], mask)
+        sky.following[k] = sky.heads[place]
+        sky.heads[place] = k
+        if far:
+            place = place_in_table(
+                int(np.floor(sky.state[k, 0] / FAR_CELL_M)),
+                int(np.floor(sky.state[k, 1] / FAR_CELL_M)),
+                mask,
+            )
+            sky.far_following[k] = sky.far_heads[place]
+            sky.far_heads[place] = k
+    return longest
+
+
+@in_loop
+def predicted_parts(
+    k: int, dt: float, aircraft: Aircraft, bias: Floats, sigmas: Floats
+) -> tuple[float, float, float, float, float, float]:
+    """Return the state of a track, and what the biases may be wrong by east and north dt after it.
+
+    ``bias`` and ``sigmas`` are rows, (1, c).
+    """
+    V = aircraft.sensitivity
+    way0 = every_lane(0.0)
+    way1, way2, way3, spread0, spread1 = way0, way0, way0, way0, way0
+    for c in range(0, V.shape[2], LANES):
+        lanes = min(LANES, V.shape[2] - c)
+        v0, v1 = load_lanes(V, k, 0, c, lanes), load_lanes(V, k, 1, c, lanes)
+        v2, v3 = load_lanes(V, k, 2, c, lanes), load_lanes(V, k, 3, c, lanes)
+        of_bias, sigma = load_row(bias, 0, c, lanes), load_row(sigmas, 0, c, lanes)
+        way0 = fused_lanes(v0, of_bias, way0)
+        way1 = fused_lanes(v1, of_bias, way1)
+        way2 = fused_lanes(v2, of_bias, way2)
+        way3 = fused_lanes(v3, of_bias, way3)
+        u0, u1 = fused_lanes(dt, v2, v0), fused_lanes(dt, v3, v1)
+        spread0 = fused_lanes(larger(u0, -u0), sigma, spread0)
+        spread1 = fused_lanes(larger(u1, -u1), sigma, spread1)
+    none = every_lane(0.0)
+    sums = sums_of(way0, way1, way2, way3, spread0, spread1, none, none)
+    mean = aircraft.mean
+    return (
+        mean[k, 0] + lane_of(sums, 0),
+        mean[k, 1] + lane_of(sums, 1),
+        mean[k, 2] + lane_of(sums, 2),
+        mean[k, 3] + lane_of(sums, 3),
+        lane_of(sums, 4),
+        lane_of(sums, 5),
+    )
+
+
+@in_loop
+def locate_roughly(
+    plane: Floats, site: Floats, slant: float, azimuth: float, height: float, rise: float
+) -> tuple[float, float]:
+    """Return where a plot points to, within some hundred metres: enough to look around there."""
+    radius = 1.0 / site[C_NORTH] + site[SITE_HEIGHT]
+    sine = (rise * (2.0 * radius + rise) - slant * slant) / (2.0 * slant * radius)
+    across = slant * math.sqrt(max(0.0, 1.0 - sine * sine))
+    x, y, z = across * math.sin(azimuth), across * math.cos(azimuth), slant * sine
+    east = site[PE] + site[EE] * x + site[NE] * y + site[UE] * z
+    north = site[PN] + site[EN] * x + site[NN] * y + site[UN] * z
+    # Down to the foot, along the normal that leans with the distance from the centre.
+    return east - height * plane[M_EE] * east, north - height * plane[M_NN] * north
+
+
+@in_loop
+def locate_plot(
+    kind: int,
+    s: int,
+    z0: float,
+    z1: float,
+    measured_height: float,
+    model: Model,
+    sigmas: Floats,
+) -> tuple[bool, float, float, float]:
+    """Return (ok, east, north, reach) of a plot at the published biases; ok tells the cone too."""
+    site, noise = model.sites[s], model.noises[s]
+    b0 = 0.0
+    b1 = 0.0
+    spread = 0.0
+    for c in range(model.starts[s], model.starts[s + 1]):
+        j0, j1 = bias_column(kind, model.parameters[c], site, z0, z1, 0.0, 0.0)
+        b0 += j0 * model.bias[c]
+        b1 += j1 * model.bias[c]
+        along = sigmas[c] * math.sqrt(j0 * j0 + j1 * j1)
+        if model.parameters[c] == PARAMETER_AZIMUTH_OFFSET and kind == KIND_RADAR:
+            along *= z0
+        spread += along * along
+    height, variance = choose_height(measured_height, np.nan, model.options)
+    if kind == KIND_RADAR:
+        rise = height - noise[3]
+        ground = math.sqrt(max(z0 * z0 - rise * rise, 1.0))
+        east, north = locate_roughly(model.plane, site, z0 - b0, z1 - b1, height, rise)
+        ok = ground >= model.options[CONE_RATIO] * rise
+        spread += noise[0] + z0 * z0 * noise[1] + variance * rise * rise / (ground * ground)
+    else:
+        ok, east, north = locate_measurement(kind, model.plane, site, z0 - b0, z1 - b1, height)
+        spread += 2.0 * noise[2]
+    ok = ok and math.isfinite(east) and math.isfinite(north)
+    return ok, east, north, min(COARSE_SIGMAS * math.sqrt(spread), REACH_MAX_M)
+
+
+@kernel
+def doubt(
+    first: int,
+    last: int,
+    window_time: float,
+    track_numbers: Integers,
+    rows: Rows,
+    model: Model,
+    aircraft: Aircraft,
+    sky: Sky,
+    identities: RowIdentities,
+    doubted: Integers,
+) -> int:
+    """Take away the aircraft of rows that its address alone names, and that is far from there.
+
+    Two transponders may send one address. Returns how many rows; ``doubted`` marks them.
+    """
+    sigmas = np.sqrt(np.diag(model.bias_covariance))
+    count = 0
+    for row in range(first, last):
+        k = identities.slot[row]
+        if k < 0 or track_numbers[row] >= 0 or np.isnan(aircraft.time[k]):
+            continue
+        kind, s = rows.kind[row], rows.sensor[row]
+        z0, z1 = rows.z[row, 0], rows.z[row, 1]
+        ok, east, north, reach = locate_plot(kind, s, z0, z1, rows.height[row], model, sigmas)
+        ahead = rows.time[row] - window_time
+        d0 = sky.state[k, 0] + ahead * sky.state[k, 2] - east
+        d1 = sky.state[k, 1] + ahead * sky.state[k, 3] - north
+        near = reach + sky.reach[k] + DOUBT_M
+        if ok and d0 * d0 + d1 * d1 > near * near:
+            identities.slot[row] = MISSING
+            doubted[row - first] = 1
+            count += 1
+    return count

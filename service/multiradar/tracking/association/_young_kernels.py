@@ -1,0 +1,135 @@
+"""Compiled doubts about young tracks: a velocity that nobody flies, a first plot that was false.
+
+Symbols as in `multiradar.tracking.association._association_kernels`.
+
+References
+----------
+The project's own.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar.estimation.filters.arrays import Aircraft, Rows
+from multiradar.estimation.measurement._kernels import KIND_RADAR
+from multiradar.tracking.association._sky_kernels import COARSE_SIGMAS, NEAR_COLUMN
+from multiradar.tracking.association.sky import Candidates, Sky
+from multiradar.tracking.lifecycle.lifecycle import (
+    NONE,
+    TENTATIVE,
+    USUAL_SPEED,
+    YOUNG_HITS,
+    Lifecycle,
+)
+from multiradar_compiled.kernels import in_loop, kernel
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+# How soft the bound of the usual speed is, m/s, and what is left of the likelihood of those above.
+USUAL_SPEED_SIGMA = 50.0
+LOG_FAST_MIN = -5.0
+# Spread of the components of the velocity of whoever is seen first, m/s.
+SPEED_SIGMA = 200.0
+# Times shorter than this tell no speed, s.
+SHORT_S = 0.5
+# A track of so many measurements whose velocity was wrong.
+LOG_ANEW = -4.0
+# Two plots of one window are not taken for one aircraft where one may be so far off, m.
+TWIN_REACH_M = 3_000.0
+
+
+@in_loop
+def is_young(k: int, life: Lifecycle) -> bool:
+    """Return whether the velocity of a track may rest on a false plot."""
+    young: bool = life.stage[k] == TENTATIVE and life.hits[k] <= YOUNG_HITS
+    return young
+
+
+@in_loop
+def slack_of(k: int, reach: float, sky: Sky) -> float:
+    """Return by how much, m, the places of a plot and of the last one of a track may be wrong."""
+    near = sky.state[k, NEAR_COLUMN]
+    return 0.5 * math.sqrt(reach * reach + near * near)
+
+
+@in_loop
+def log_of_speed(way: float, since: float) -> float:
+    """Return the logarithm of how much less likely a flight so far in such a time is."""
+    fast = (way / max(since, SHORT_S) - USUAL_SPEED) / USUAL_SPEED_SIGMA
+    return max(-0.5 * fast * fast, LOG_FAST_MIN) if fast > 0.0 else 0.0
+
+
+@in_loop
+def log_anew(
+    row: int, k: int, ahead: float, east: float, north: float, reach: float, rows: Rows,
+    aircraft: Aircraft, sky: Sky, log_clutter: float,
+) -> float:  # fmt: skip
+    """Return the score of a plot with a track of which only the last plot was of the aircraft."""
+    since = rows.time[row] - aircraft.updated[k]
+    # Straight back to where that plot was.
+    d0 = east - sky.state[k, 0] + (since - ahead) * sky.state[k, 2]
+    d1 = north - sky.state[k, 1] + (since - ahead) * sky.state[k, 3]
+    near = sky.state[k, NEAR_COLUMN]
+    spread = (reach * reach + near * near) / (2.0 * COARSE_SIGMAS * COARSE_SIGMAS)
+    spread += SPEED_SIGMA * SPEED_SIGMA * since * since
+    score: float = -0.5 * (d0 * d0 + d1 * d1) / spread - math.log(2.0 * math.pi * spread)
+    score += log_of_speed(math.hypot(d0, d1) - slack_of(k, reach, sky), since)
+    # From density on the ground to that of what is measured.
+    around = math.log(max(rows.z[row, 0], 1.0)) if rows.kind[row] == KIND_RADAR else 0.0
+    return score + around - log_clutter + LOG_ANEW
+
+
+@kernel
+def forget_velocity(k: int, speed_variance: float, aircraft: Aircraft, life: Lifecycle) -> None:
+    """Let a track that is not confirmed begin anew with its last plot, of `Aircraft.updated`."""
+    since = aircraft.time[k] - aircraft.updated[k]
+    V = aircraft.sensitivity[k]
+    for i in range(2):
+        aircraft.mean[k, i] -= since * aircraft.mean[k, i + 2]
+        aircraft.mean[k, i + 2] = 0.0
+        for c in range(V.shape[1]):
+            V[i, c] -= since * V[i + 2, c]
+            V[i + 2, c] = 0.0
+    P = aircraft.covariance[k]
+    # What a refused plot added to the spread stays: it is little, and on the safe side.
+    P[2] = 0.0
+    P[3] = 0.0
+    P[5] = 0.0
+    P[6] = 0.0
+    P[8] = 0.0
+    P[7] = speed_variance
+    P[9] = speed_variance
+    aircraft.time[k] = aircraft.updated[k]
+    aircraft.velocity[k] = np.nan
+    aircraft.surprise[k] = 1.0
+    if aircraft.mode_probability.shape[1] > 0:
+        # All modes are in the one state again.
+        aircraft.mode_probability[k, 0] = np.nan
+    life.hits[k] = 1
+    life.score[k] = 0.0
+    life.born[k] = aircraft.updated[k]
+    # Its first plot stays counted among the false ones.
+    life.first_sensor[k] = NONE
+    for s in range(life.heard.shape[1]):
+        if life.heard[k, s] < aircraft.updated[k]:
+            life.heard[k, s] = -np.inf
+
+
+@kernel
+def score_of_twin(i: int, j: int, candidates: Candidates, log_density: float) -> float:
+    """Return the score of two plots in one window, by two sensors, that begin one track.
+
+    ``log_density`` is that of false plots on the ground, 1/m². −∞ where neither place is known
+    well enough.
+    """
+    reach, other = candidates.place[i, 2], candidates.place[j, 2]
+    if max(reach, other) > TWIN_REACH_M:
+        return -np.inf
+    d0 = candidates.place[i, 0] - candidates.place[j, 0]
+    d1 = candidates.place[i, 1] - candidates.place[j, 1]
+    spread = (reach * reach + other * other) / (2.0 * COARSE_SIGMAS * COARSE_SIGMAS)
+    score: float = -0.5 * (d0 * d0 + d1 * d1) / spread - math.log(2.0 * math.pi * spread)
+    return score - log_density

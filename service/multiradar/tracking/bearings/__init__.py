@@ -1,0 +1,1 @@
+"""Bearings: where an aircraft is by triangulation, and tracks that they initiate."""

@@ -1,0 +1,1 @@
+"""Forecasts of tracks, with regions that hold a given probability."""

@@ -1,0 +1,1 @@
+"""Measurements as they enter the tracker: columns, order, duplicates."""

@@ -1,0 +1,115 @@
+"""Plots that came twice with small differences, as through two networks: each counts once.
+
+An antenna meets an aircraft once a turn, so two plots of one radar within a part of a turn, at one
+place but for the rounding of their messages and without a contradiction in what they tell, are one.
+Taken for two they would halve the covariance. The earlier one is kept.
+"""
+
+from collections.abc import Collection
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.tracking.input._duplicate_kernels import find_twins
+from multiradar.tracking.input.duplicates import NO_DUPLICATES, Duplicates
+from multiradar.tracking.input.measurements import MeasurementBatch
+
+#: Part of a turn within which an antenna meets an aircraft once, and s at most: a network that
+#: rounds times does so to a second or less.
+PASS_TURNS = 0.25
+PASS_MAX_S = 1.0
+# Places in the table for each row.
+_PLACES_PER_ROW = 2
+
+_IDENTITY = ("mode_3a", "mode_s_address", "track_number")
+
+
+class NearDuplicates:
+    """Leaves plots out that an earlier one says already; owned by the engine.
+
+    Sensors whose turn is not known, and others than radars, are let through.
+
+    Parameters
+    ----------
+    sensors : SensorTable
+        The sensors.
+    hidden : collection of str
+        Names of columns that are kept from the tracker.
+
+    Attributes
+    ----------
+    count : int
+        Plots left out so far.
+    """
+
+    def __init__(self, sensors: SensorTable, hidden: Collection[str] = ()) -> None:
+        turns = np.nan_to_num(sensors.rotation_period_s, nan=0.0)
+        self._spans_s = np.minimum(PASS_TURNS * turns, PASS_MAX_S)
+        self._identity = [name for name in _IDENTITY if name not in hidden]
+        # What may have a twin in the next release.
+        self._recent = MeasurementBatch.empty()
+        self.count = 0
+
+    def take(
+        self, rows: MeasurementBatch, places: NDArray[np.int64]
+    ) -> tuple[MeasurementBatch, Duplicates]:
+        """Divide the next rows into those to keep and those that came twice.
+
+        Parameters
+        ----------
+        rows : MeasurementBatch
+            In order of time, not before those of the last call.
+        places : (n,) int64
+            Their places in the order of arrival.
+
+        Returns
+        -------
+        MeasurementBatch
+            What goes on: a function of all rows so far, not of the calls they came in.
+        Duplicates
+            What does not.
+        """
+        if not self._spans_s.any():
+            return rows, NO_DUPLICATES
+        first = len(self._recent)
+        every = MeasurementBatch.concatenate([self._recent, rows])
+        twins = self._twins(every, first)
+        lone = twins < 0
+        since_s = every.time_s[-1] - self._spans_s.max()
+        self._recent = every.take(lone & (every.time_s >= since_s))
+        if lone.all():
+            return rows, NO_DUPLICATES
+        second = np.flatnonzero(~lone)
+        self.count += len(second)
+        return rows.take(lone[first:]), _told(every, second, twins[second], places[second - first])
+
+    def _twins(self, rows: MeasurementBatch, first: int) -> NDArray[np.int64]:
+        n = len(rows)
+        table = 1 << (_PLACES_PER_ROW * n).bit_length()
+        identities = np.empty((n, len(self._identity)), np.int64)
+        for column, name in enumerate(self._identity):
+            identities[:, column] = getattr(rows, name)
+        twins = np.empty(n, np.int64)
+        find_twins(
+            first, rows.time_s, rows.sensor.astype(np.int64), rows.kind.astype(np.int64),
+            rows.range_m, rows.azimuth_rad, rows.height_m, identities, self._spans_s,
+            np.full(table, -1), np.empty(n, np.int64), twins,
+        )  # fmt: skip
+        return twins
+
+
+def _told(
+    rows: MeasurementBatch,
+    second: NDArray[np.intp],
+    twin: NDArray[np.int64],
+    places: NDArray[np.int64],
+) -> Duplicates:
+    aside = np.abs(rows.azimuth_rad[second] - rows.azimuth_rad[twin])
+    return Duplicates(
+        place=places,
+        twin_time_s=rows.time_s[twin],
+        range_apart_m=np.abs(rows.range_m[second] - rows.range_m[twin]),
+        azimuth_apart_rad=np.minimum(aside, 2.0 * np.pi - aside),
+        batch=rows.take(second),
+    )

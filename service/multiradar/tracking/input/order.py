@@ -1,0 +1,218 @@
+"""Measurements in the order of their time, whatever the order of their arrival."""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar.tracking.input._order_kernels import TIED_MAX, find_repeats, order_tied
+from multiradar.tracking.input.duplicates import NO_DUPLICATES, Duplicates
+from multiradar.tracking.input.measurements import MeasurementBatch
+
+#: Rows are released in steps of this much data time: whole windows of the association, which also
+#: makes single measurements cost little.
+RELEASE_STEP_S = 0.5
+
+#: Pieces that wait are joined up to so many rows, so that single measurements cost little.
+PIECE_ROWS = 4096
+
+# Columns that order rows of the same time, the most significant first; together they are the whole
+# row, so that rows which tie in all of them are duplicates.
+_TIE_COLUMNS = (
+    "sensor",
+    "track_number",
+    "mode_s_address",
+    "range_m",
+    "azimuth_rad",
+    "latitude_rad",
+    "longitude_rad",
+    "height_m",
+    "mode_3a",
+    "kind",
+    "callsign",
+)
+
+
+class _Piece(NamedTuple):
+    # Measurements that wait, and their places in the order of arrival.
+    rows: MeasurementBatch
+    places: NDArray[np.int64]
+
+
+class ReorderBuffer:
+    """Holds measurements until nothing earlier can come.
+
+    Released is what lies before the latest time seen less the horizon. The released rows, one
+    release after the other, are the rows sorted by time, then by content: a function of the
+    set of rows, not of the batches they came in nor of their order within the horizon.
+
+    Parameters
+    ----------
+    horizon_s : float
+        How much later than its successors a measurement may arrive, s of data time.
+
+    Attributes
+    ----------
+    late, duplicates : int
+        Measurements left out because they came too late, and because they equal another.
+    places : (n,) int64
+        Of the rows released last: their places in the order of arrival, from 0.
+    dropped : Duplicates
+        The duplicates that the last release left out.
+    waiting_from : int
+        Place of the first measurement that may still wait; all before it have left.
+    """
+
+    def __init__(self, horizon_s: float) -> None:
+        self._horizon_s = horizon_s
+        self._waiting: list[_Piece] = []
+        self._arrived = 0
+        self._latest_s = -math.inf
+        self._released_s = -math.inf
+        self.late = 0
+        self.duplicates = 0
+        self.places = np.empty(0, np.int64)
+        self.waiting_from = 0
+        self.dropped = NO_DUPLICATES
+
+    def push(self, batch: MeasurementBatch) -> MeasurementBatch | None:
+        """Take rows; return what may go on, in order, or None.
+
+        Parameters
+        ----------
+        batch : MeasurementBatch
+            Rows in the order of their arrival.
+
+        Returns
+        -------
+        MeasurementBatch or None
+            Rows in canonical order, without duplicates.
+        """
+        if len(batch) == 0:
+            return None
+        places = np.arange(self._arrived, self._arrived + len(batch))
+        self._arrived += len(batch)
+        late = batch.time_s < self._released_s
+        if late.any():
+            # The gate before the journal refuses these; after a flush some may still come.
+            self.late += int(late.sum())
+            batch, places = batch.take(~late), places[~late]
+            if len(batch) == 0:
+                return None
+        self._waiting.append(_Piece(batch, places))
+        self._latest_s = max(self._latest_s, float(batch.time_s.max()))
+        watermark = self._latest_s - self._horizon_s
+        watermark = math.floor(watermark / RELEASE_STEP_S) * RELEASE_STEP_S
+        if watermark <= self._released_s:
+            return None
+        return self._release(watermark)
+
+    def flush(self) -> MeasurementBatch | None:
+        """Return all that waits, in order, or None."""
+        if not self._waiting:
+            return None
+        return self._release(math.nextafter(self._latest_s, math.inf))
+
+    def _release(self, watermark_s: float) -> MeasurementBatch | None:
+        ready: list[_Piece] = []
+        later: list[_Piece] = []
+        for piece in self._waiting:
+            early, late = _split(piece, watermark_s)
+            ready += early
+            later += late
+        self._released_s = watermark_s
+        self._waiting = _joined(later)
+        self.waiting_from = min((int(one.places.min()) for one in later), default=self._arrived)
+        if not ready:
+            return None
+        rows, places = _together(ready)
+        order = canonical_order(rows)
+        repeat = np.empty(len(order), np.bool_)
+        repeats = find_repeats(order, repeat, rows.time_s, *_tie_columns(rows))
+        self.duplicates += repeats
+        self.dropped = NO_DUPLICATES
+        if repeats:
+            twice, order = order[repeat], order[~repeat]
+            self.dropped = Duplicates.equal(places[twice], rows.take(twice))
+        self.places = places[order]
+        return rows.take(order)
+
+
+def canonical_order(batch: MeasurementBatch) -> NDArray[np.intp]:
+    """Return the order of rows by time, then by content.
+
+    Parameters
+    ----------
+    batch : MeasurementBatch
+        Rows in any order.
+
+    Returns
+    -------
+    (n,) intp
+        Indices.
+    """
+    order = np.argsort(batch.time_s, kind="stable")
+    if order_tied(order, batch.time_s, *_tie_columns(batch)) > TIED_MAX:
+        times = batch.time_s[order]
+        same = np.flatnonzero(times[1:] == times[:-1])
+        places = np.union1d(same, same + 1)
+        tied = order[places]
+        keys = [column[tied] for column in reversed(_tie_columns(batch))]
+        order[places] = tied[np.lexsort([*keys, batch.time_s[tied]])]
+    return order
+
+
+def _tie_columns(batch: MeasurementBatch) -> list[Any]:
+    columns = [getattr(batch, name) for name in _TIE_COLUMNS]
+    if batch.directions is not None:
+        columns[-1] = _ranks([columns[-1], *batch.directions])
+    return columns
+
+
+# Equal numbers for rows that are equal in all columns, in the order of their content.
+def _ranks(columns: list[NDArray[Any]]) -> NDArray[np.int64]:
+    order = np.lexsort(columns[::-1])
+    differs = np.zeros(max(len(order) - 1, 0), np.bool_)
+    for column in columns:
+        now, before = column[order[1:]], column[order[:-1]]
+        differs |= (now != before) & ~(np.isnan(now) & np.isnan(before))
+    ranks = np.zeros(len(order), np.int64)
+    ranks[order[1:]] = np.cumsum(differs)
+    return ranks
+
+
+def _split(piece: _Piece, watermark_s: float) -> tuple[list[_Piece], list[_Piece]]:
+    """Return what lies before a time and what does not, each in a list that may be empty."""
+    rows, places = piece
+    ready = rows.time_s < watermark_s
+    count = int(np.count_nonzero(ready))
+    if count == 0:
+        return [], [piece]
+    if count == len(rows):
+        return [piece], []
+    early, late = _Piece(rows.take(ready), places[ready]), _Piece(rows.take(~ready), places[~ready])
+    return [early], [late]
+
+
+def _joined(pieces: list[_Piece]) -> list[_Piece]:
+    """Join neighbouring pieces while they have no more than `PIECE_ROWS` together."""
+    groups: list[list[_Piece]] = []
+    room = 0
+    for piece in pieces:
+        if len(piece.rows) > room:
+            groups.append([])
+            room = PIECE_ROWS
+        groups[-1].append(piece)
+        room -= len(piece.rows)
+    return [_together(group) for group in groups]
+
+
+def _together(pieces: list[_Piece]) -> _Piece:
+    """Return all rows, one piece after the other."""
+    if len(pieces) == 1:
+        return pieces[0]
+    return _Piece(
+        MeasurementBatch.concatenate([one.rows for one in pieces]),
+        np.concatenate([one.places for one in pieces]),
+    )

@@ -1,0 +1,1 @@
+"""The life of a track: initiation, confirmation, merging, termination."""

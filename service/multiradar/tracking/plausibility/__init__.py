@@ -1,0 +1,1 @@
+"""Whether the positions that aircraft report are plausible."""
