@@ -30,7 +30,7 @@ from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.stereographic import StereographicPlane
 from multiradar.runtime.asterix.channel import Channel, ChannelOptions
 from multiradar.runtime.asterix.cycles import Cycles
-from multiradar.runtime.offline import OfflineJob, track_recording
+from multiradar.runtime.offline.offline import OfflineJob, track_recording
 from multiradar.storage.recording import Recording, measurements_path
 from multiradar.tracking.settings import TrackingSettings
 from multiradar_converters.asterix.catalogue import layout_of

@@ -29,7 +29,7 @@ from multiradar.restoration.bundle import Bundle
 from multiradar.restoration.forecast import forecast
 from multiradar.restoration.forecast_settings import ForecastSettings
 from multiradar.restoration.settings import BundleSettings
-from multiradar.runtime.engine import Engine
+from multiradar.runtime.engine.engine import Engine
 from multiradar.runtime.trajectories.fan_scores import FanScores
 from multiradar.runtime.trajectories.fans import fan_course
 from multiradar.runtime.trajectories.pool import Reading

@@ -20,11 +20,11 @@ import numpy as np
 from check_manoeuvres import Flown, flights
 from numpy.typing import NDArray
 
-from multiradar.runtime.encounter_query import EncounterQuery
-from multiradar.runtime.encounters import Sky, encounters
-from multiradar.runtime.engine import Engine
-from multiradar.runtime.history import update_rows
-from multiradar.runtime.live_tracks import LiveTracks
+from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.memory.history import update_rows
+from multiradar.runtime.memory.live_tracks import LiveTracks
+from multiradar.runtime.queries.encounter_query import EncounterQuery
+from multiradar.runtime.queries.encounters import Sky, encounters
 from multiradar.simulation.paths import Path, fly
 from multiradar.tracking.forecast.forecast_calibration import calibration_for
 from multiradar.tracking.forecast.state_samples import Sampling

@@ -19,7 +19,7 @@ from check_manoeuvres import CLASSES, Flown, doing_at, flights
 from numpy.typing import NDArray
 
 from multiradar.estimation.gaussian import normalised_squared
-from multiradar.runtime.engine import Engine
+from multiradar.runtime.engine.engine import Engine
 from multiradar.simulation.paths import Path, fly
 from multiradar.simulation.scene import Aircraft
 from multiradar.tracking.forecast.forecast import (

@@ -25,7 +25,7 @@ from multiradar import wire
 from multiradar.cli.inputs import load_sensor_table
 from multiradar.estimation.filters.bank import FILTERS
 from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET, SensorTable
-from multiradar.runtime.engine import Engine
+from multiradar.runtime.engine.engine import Engine
 from multiradar.simulation.observation import observe
 from multiradar.simulation.output import measurements_frame
 from multiradar.simulation.scene import Scene

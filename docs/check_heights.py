@@ -18,7 +18,7 @@ import polars as pl
 
 from multiradar import wire
 from multiradar.cli.inputs import load_sensor_table
-from multiradar.runtime.engine import Engine
+from multiradar.runtime.engine.engine import Engine
 from multiradar.simulation.observation import Observation, observe
 from multiradar.simulation.output import measurements_frame, truth_frame
 from multiradar.simulation.scene import Bias, Scene

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from multiradar.estimation.gaussian import normalised_squared
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.runtime.engine import Engine
+from multiradar.runtime.engine.engine import Engine
 from multiradar.simulation.measurements import Measurements
 from multiradar.simulation.observation import observe
 from multiradar.simulation.scene import Aircraft, Bias, Leg, Scene, Sensor

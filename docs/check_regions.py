@@ -31,7 +31,7 @@ from multiradar.cli.inputs import load_sensor_table
 from multiradar.estimation.gaussian import normalised_squared
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.runtime.engine import Engine
+from multiradar.runtime.engine.engine import Engine
 from multiradar.tracking.forecast.forecast_calibration import calibration_for
 from multiradar.tracking.forecast.forecast_scores import HORIZONS_S
 from multiradar.tracking.forecast.regions import gaussian_factor

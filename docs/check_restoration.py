@@ -37,7 +37,7 @@ from multiradar.restoration.estimate import BEST, WEIGHTED
 from multiradar.restoration.printed import PrintedBundle
 from multiradar.restoration.settings import BundleSettings
 from multiradar.restoration.tracks import measurement_track
-from multiradar.runtime.engine import Engine
+from multiradar.runtime.engine.engine import Engine
 from multiradar.tracking.outputs import TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
 

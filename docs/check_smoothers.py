@@ -23,7 +23,7 @@ from multiradar.evaluation.motion_modes import usual_modes
 from multiradar.evaluation.plots_in_place import Radar, noise_on_plane, place_plots
 from multiradar.evaluation.smoothing import Sightings, Smoothed, smooth
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.runtime.engine import Engine
+from multiradar.runtime.engine.engine import Engine
 from multiradar.tracking.settings import TrackingSettings
 
 Floats = NDArray[np.float64]

@@ -18,7 +18,7 @@ from time import process_time
 
 from multiradar.cli.inputs import load_sensor_table
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.runtime.engine import Engine
+from multiradar.runtime.engine.engine import Engine
 from multiradar.runtime.trajectories.document import (
     PATH_STEP_DEFAULT_S,
     POINTS_DEFAULT,

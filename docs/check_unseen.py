@@ -30,7 +30,7 @@ from unseen_verdict import Verdict, judged
 
 from multiradar import wire
 from multiradar.cli.inputs import load_sensor_table
-from multiradar.runtime.engine import Engine
+from multiradar.runtime.engine.engine import Engine
 from multiradar.tracking.outputs import TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
 

@@ -25,8 +25,8 @@ TESTS = Path(__file__).parents[1] / "tests"
 sys.path.insert(0, str(TESTS))
 
 from benchmark.encounters import NOW_S, PLANE, airspace  # noqa: E402
-from multiradar.runtime.encounter_query import EncounterQuery  # noqa: E402
-from multiradar.runtime.encounters import Sky, encounters  # noqa: E402
+from multiradar.runtime.queries.encounter_query import EncounterQuery  # noqa: E402
+from multiradar.runtime.queries.encounters import Sky, encounters  # noqa: E402
 from multiradar.tracking.forecast.forecast_calibration import calibration_for  # noqa: E402
 from multiradar.tracking.settings import TrackingSettings  # noqa: E402
 

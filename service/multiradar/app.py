@@ -29,15 +29,15 @@ from multiradar.observability.metrics import REGISTRY
 from multiradar.observability.pipeline_metrics import watch_pipeline
 from multiradar.runtime.asterix.channel import Channel
 from multiradar.runtime.asterix.options import channel_options
-from multiradar.runtime.encounter_query import EncounterQuery
-from multiradar.runtime.encounters import Sky, encounters
-from multiradar.runtime.engine import Engine
-from multiradar.runtime.fingerprint import configuration_fingerprint
+from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.engine.fingerprint import configuration_fingerprint
 from multiradar.runtime.kernel_purposes import serve_purposes
 from multiradar.runtime.limits import RuntimeLimits
-from multiradar.runtime.live_tracks import LiveTracks
-from multiradar.runtime.output_feed import OutputFeed
-from multiradar.runtime.service import Service
+from multiradar.runtime.live.output_feed import OutputFeed
+from multiradar.runtime.live.service import Service
+from multiradar.runtime.memory.live_tracks import LiveTracks
+from multiradar.runtime.queries.encounter_query import EncounterQuery
+from multiradar.runtime.queries.encounters import Sky, encounters
 from multiradar.runtime.trajectories.feed import TrajectoryFeed
 from multiradar.runtime.trajectories.options import trajectory_options
 from multiradar.settings.service import Settings

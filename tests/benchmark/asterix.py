@@ -30,7 +30,7 @@ from multiradar.ingest.asterix_inlet import AsterixInlet, InletBounds
 from multiradar.ingest.asterix_queue import DatagramQueue, Received
 from multiradar.ingest.asterix_source import UdpSource
 from multiradar.ingest.replay_datagrams import UdpSink
-from multiradar.runtime.receipt import Receipt, RejectedRow
+from multiradar.runtime.live.receipt import Receipt, RejectedRow
 from multiradar_converters.asterix.containers import read_blocks
 from multiradar_converters.asterix.conversion import convert
 from multiradar_converters.asterix.editions import Editions, sources_of

@@ -7,9 +7,9 @@ import numpy as np
 from benchmark.plan import Plan
 from benchmark.report import Row
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.runtime.encounter_query import EncounterQuery
-from multiradar.runtime.encounters import Sky, encounters
-from multiradar.runtime.history import UPDATE_DTYPE
+from multiradar.runtime.memory.history import UPDATE_DTYPE
+from multiradar.runtime.queries.encounter_query import EncounterQuery
+from multiradar.runtime.queries.encounters import Sky, encounters
 from multiradar.tracking.forecast.forecast_calibration import ForecastCalibration, calibration_for
 from multiradar.tracking.forecast.forecast_family import STRAIGHT
 from multiradar.tracking.forecast.forecast_scores import HORIZONS_S

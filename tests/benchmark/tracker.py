@@ -15,7 +15,7 @@ from benchmark import airspace, nearest_neighbours
 from benchmark.plan import Plan
 from benchmark.report import Row
 from multiradar import wire
-from multiradar.runtime.offline import TRACKS_FILE, OfflineJob, track_recording
+from multiradar.runtime.offline.offline import TRACKS_FILE, OfflineJob, track_recording
 from multiradar.storage.recording import MEASUREMENTS_FILE, Recording
 from multiradar.tracking.settings import TrackingSettings
 from multiradar_schemas.sensor import load_sensors

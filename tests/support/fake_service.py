@@ -8,12 +8,12 @@ from typing import Any
 
 import polars as pl
 
-from multiradar.runtime.encounter_query import EncounterQuery
-from multiradar.runtime.encounters import no_encounters
-from multiradar.runtime.events import Event, EventRing, Subscription
-from multiradar.runtime.forecast_methods import BUNDLE, method_of
-from multiradar.runtime.forecasts import forecast_steps
-from multiradar.runtime.receipt import Receipt, RejectedRow
+from multiradar.runtime.live.receipt import Receipt, RejectedRow
+from multiradar.runtime.queries.encounter_query import EncounterQuery
+from multiradar.runtime.queries.encounters import no_encounters
+from multiradar.runtime.queries.forecast_methods import BUNDLE, method_of
+from multiradar.runtime.queries.forecasts import forecast_steps
+from multiradar.runtime.stream.events import Event, EventRing, Subscription
 from multiradar.storage.entries import Quarantined
 from multiradar.tracking.forecast.regions import gaussian_factor
 from multiradar_schemas.arrow import BIAS_SCHEMA, TRACK_SCHEMA, TRANSITION_SCHEMA

@@ -12,11 +12,11 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, BinaryIO, TextIO
 
-from multiradar.runtime.engine import Engine
-from multiradar.runtime.fingerprint import configuration_fingerprint
-from multiradar.runtime.payload import decode_rows
-from multiradar.runtime.receipt import Receipt
-from multiradar.runtime.service import Service
+from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.engine.fingerprint import configuration_fingerprint
+from multiradar.runtime.live.payload import decode_rows
+from multiradar.runtime.live.receipt import Receipt
+from multiradar.runtime.live.service import Service
 from multiradar.storage.sqlite_journal import SqliteJournal
 from multiradar.tracking.forecast.state_samples import Sampling
 from multiradar.tracking.settings import TrackingSettings

@@ -7,10 +7,10 @@ from contextlib import contextmanager
 import polars as pl
 
 from multiradar.errors import JournalError
+from multiradar.runtime.engine.tracking_engine import TrackingEngine
 from multiradar.runtime.limits import RuntimeLimits
-from multiradar.runtime.receipt import Receipt
-from multiradar.runtime.service import Service
-from multiradar.runtime.tracking_engine import TrackingEngine
+from multiradar.runtime.live.receipt import Receipt
+from multiradar.runtime.live.service import Service
 from multiradar.storage.entries import Entry
 from multiradar.storage.journal import Journal
 from multiradar.storage.memory_journal import MemoryJournal

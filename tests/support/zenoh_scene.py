@@ -10,7 +10,7 @@ from typing import Any
 from multiradar.ingest.zenoh.gateway import ZenohGateway
 from multiradar.ingest.zenoh.options import ZenohOptions
 from multiradar.ingest.zenoh.session import ZenohBus
-from multiradar.runtime.events import Event, EventRing, Subscription
+from multiradar.runtime.stream.events import Event, EventRing, Subscription
 from support.fake_service import FakeService, FakeView
 from support.waiting import pause
 

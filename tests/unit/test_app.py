@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from multiradar.api.limits import HttpLimits
 from multiradar.app import build_service, trajectory_feed, warm_up, zenoh_options
-from multiradar.runtime.encounter_query import EncounterQuery
-from multiradar.runtime.encounters import Sky, encounters
-from multiradar.runtime.engine import Engine
-from multiradar.runtime.history import update_rows
+from multiradar.runtime.engine.engine import Engine
 from multiradar.runtime.limits import RuntimeLimits
-from multiradar.runtime.live_tracks import LiveTracks
+from multiradar.runtime.memory.history import update_rows
+from multiradar.runtime.memory.live_tracks import LiveTracks
+from multiradar.runtime.queries.encounter_query import EncounterQuery
+from multiradar.runtime.queries.encounters import Sky, encounters
 from multiradar.runtime.trajectories.options import trajectory_options
 from multiradar.settings.service import HttpSettings, RuntimeSettings, load_settings
 from multiradar.tracking.encounters._approach_kernels import find_approaches

@@ -9,11 +9,11 @@ import polars as pl
 import pytest
 
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.runtime.admission import FORWARD_JUMP_MAX_S
-from multiradar.runtime.fingerprint import OUTPUT_RULES, configuration_fingerprint
-from multiradar.runtime.intake import Submission
-from multiradar.runtime.payload import decode_rows, encode_rows
-from multiradar.runtime.preparation import same_message
+from multiradar.runtime.admission.admission import FORWARD_JUMP_MAX_S
+from multiradar.runtime.engine.fingerprint import OUTPUT_RULES, configuration_fingerprint
+from multiradar.runtime.live.intake import Submission
+from multiradar.runtime.live.payload import decode_rows, encode_rows
+from multiradar.runtime.live.preparation import same_message
 from multiradar.storage.entries import Entry, EntryKind
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.input.order import canonical_order

@@ -10,7 +10,7 @@ from multiradar.api.problems import parameter_error
 from multiradar.api.query import Integer, Number, strict_query
 from multiradar.api.tables import json_response
 from multiradar.errors import ForecastError
-from multiradar.runtime.encounter_query import (
+from multiradar.runtime.queries.encounter_query import (
     DISTANCE_DEFAULT_M,
     DISTANCE_MAX_M,
     DISTANCE_MIN_M,

@@ -11,7 +11,7 @@ from multiradar.api.query import Integer, Number, TrackId, strict_query
 from multiradar.api.tables import json_response
 from multiradar.api.tracks import track_not_found
 from multiradar.errors import PlaneError, RequestError, TrajectoryError
-from multiradar.runtime.track_windows import WINDOW_DEFAULT_S, WINDOW_MAX_S, WINDOW_MIN_S
+from multiradar.runtime.queries.track_windows import WINDOW_DEFAULT_S, WINDOW_MAX_S, WINDOW_MIN_S
 from multiradar.runtime.trajectories.document import (
     PATH_STEP_DEFAULT_S,
     PATH_STEP_MAX_S,

@@ -33,8 +33,9 @@ from multiradar.api.tables import (
     table_response,
 )
 from multiradar.errors import ForecastError, RequestError, TrajectoryError
-from multiradar.runtime.forecast_methods import FILTER, METHODS
-from multiradar.runtime.forecasts import (
+from multiradar.runtime.ports import View
+from multiradar.runtime.queries.forecast_methods import FILTER, METHODS
+from multiradar.runtime.queries.forecasts import (
     HORIZON_DEFAULT_S,
     HORIZON_MAX_S,
     PROBABILITY_DEFAULT,
@@ -44,7 +45,6 @@ from multiradar.runtime.forecasts import (
     STEP_MIN_S,
     forecast_document,
 )
-from multiradar.runtime.ports import View
 from multiradar_schemas.forecast import Forecast
 from multiradar_schemas.track import Track
 

@@ -54,9 +54,9 @@ from multiradar.errors import InputError
 if TYPE_CHECKING:
     from multiradar.estimation.measurement.sensors import SensorTable
     from multiradar.runtime.asterix.recording import AsterixRecorder
-    from multiradar.runtime.encounter_query import EncounterQuery
-    from multiradar.runtime.offline import OfflineJob, OfflineResult
-    from multiradar.runtime.stage_times import StageTimes
+    from multiradar.runtime.offline.offline import OfflineJob, OfflineResult
+    from multiradar.runtime.offline.stage_times import StageTimes
+    from multiradar.runtime.queries.encounter_query import EncounterQuery
     from multiradar.runtime.trajectories.options import TrajectoryOptions
     from multiradar.settings.service import Settings
     from multiradar.tracking.settings import TrackingSettings
@@ -140,9 +140,9 @@ def track(
     Costs are those of the sample recording; without options 3 s CPU for 24,000 plots.
     """
     clock, began_s = SystemClock(), SystemClock().monotonic_s()
-    from multiradar.runtime.offline import OfflineJob
-    from multiradar.runtime.offline_report import REPORT_FILE, offline_report
-    from multiradar.runtime.stage_times import READING, StageTimes
+    from multiradar.runtime.offline.offline import OfflineJob
+    from multiradar.runtime.offline.offline_report import REPORT_FILE, offline_report
+    from multiradar.runtime.offline.stage_times import READING, StageTimes
     from multiradar.storage.output_folder import check_new, new_folder
 
     stages = StageTimes(clock, began_s)
@@ -216,7 +216,7 @@ def _compile(
     outputs: Mapping[str, object],
 ) -> None:
     from multiradar.runtime.kernel_purposes import track_purposes
-    from multiradar.runtime.stage_times import COMPILING
+    from multiradar.runtime.offline.stage_times import COMPILING
 
     with stages.measure(COMPILING):
         compile_kernels(track_purposes(settings, sensors, outputs))
@@ -225,7 +225,7 @@ def _compile(
 def _track(
     job: "OfflineJob", folder: Path, recorder: "AsterixRecorder | None", stages: "StageTimes"
 ) -> "OfflineResult":
-    from multiradar.runtime.offline import track_recording
+    from multiradar.runtime.offline.offline import track_recording
 
     on_output = None if recorder is None else stages.timed("ASTERIX", recorder.take)
     with progress_bar("tracking", job.recording.rows) as on_progress:
@@ -244,7 +244,7 @@ def _fail_when_lost(report: "Report", result: "OfflineResult", out: Path) -> Non
 def _encounters(
     horizon_s: float | None, distance_m: float | None, height_m: float | None
 ) -> "EncounterQuery | None":
-    from multiradar.runtime.encounter_query import DISTANCE_DEFAULT_M, EncounterQuery
+    from multiradar.runtime.queries.encounter_query import DISTANCE_DEFAULT_M, EncounterQuery
 
     if horizon_s is None:
         given = {"--encounter-distance-m": distance_m, "--encounter-height-m": height_m}

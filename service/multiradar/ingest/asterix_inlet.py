@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from multiradar.errors import MultiradarError, QueueFullError
 from multiradar.ingest.asterix_counts import AsterixCounts
 from multiradar.ingest.asterix_queue import DatagramQueue, Received
+from multiradar.runtime.live.receipt import Receipt, RejectedRow
 from multiradar.runtime.ports import MeasurementSink
-from multiradar.runtime.receipt import Receipt, RejectedRow
 from multiradar_converters.asterix.datagrams import Datagrams
 from multiradar_converters.asterix.live import LiveDecoder
 from multiradar_converters.asterix.live_batch import LiveBatch, RefusedOctets, unreadable

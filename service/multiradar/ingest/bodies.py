@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import polars as pl
 
 from multiradar.errors import RequestError
-from multiradar.runtime.receipt import RejectedRow
+from multiradar.runtime.live.receipt import RejectedRow
 from multiradar_converters.normalised.arrow import parse_arrow
 from multiradar_converters.normalised.parsed import Parsed
 from multiradar_converters.normalised.text import parse_json, parse_ndjson

@@ -13,14 +13,14 @@ from starlette.responses import Response
 
 from multiradar.errors import RequestError
 from multiradar.ingest.bodies import MEDIA_TYPES, Decoded, decode
-from multiradar.runtime.ports import MeasurementSink
-from multiradar.runtime.receipt import (
+from multiradar.runtime.live.receipt import (
     IDEMPOTENCY_KEY_FORM,
     IDEMPOTENCY_KEY_LENGTH_MAX,
     Receipt,
     is_idempotency_key,
     receipt_document,
 )
+from multiradar.runtime.ports import MeasurementSink
 from multiradar_schemas.reject import RejectCode
 
 #: Refusals that depend on when a measurement comes and who listens, not on what it says.

@@ -30,7 +30,7 @@ def admit(
     run: NDArray[np.int64],
     code: NDArray[np.int8],
 ) -> None:
-    """Decide row by row, in place; see `multiradar.runtime.admission`."""
+    """Decide row by row, in place; see `multiradar.runtime.admission.admission`."""
     for row in range(len(time_s)):
         time = time_s[row]
         if time > clock[CLOCK] + jump_s:

@@ -6,8 +6,8 @@ from typing import Any, Protocol
 
 import polars as pl
 
-from multiradar.runtime.encounter_query import EncounterQuery
-from multiradar.runtime.receipt import Receipt, RejectedRow
+from multiradar.runtime.live.receipt import Receipt, RejectedRow
+from multiradar.runtime.queries.encounter_query import EncounterQuery
 from multiradar.storage.entries import Quarantined
 
 

@@ -16,7 +16,7 @@ from websockets.typing import Origin
 
 from multiradar.api.factory import create_api
 from multiradar.api.limits import HttpLimits
-from multiradar.runtime.events import EventRing
+from multiradar.runtime.stream.events import EventRing
 from support import clients
 from support.fake_service import FakeService, FakeView
 from support.live_server import RawClient, dropped_connections, serving

@@ -10,7 +10,7 @@ import pytest
 
 from multiradar import wire
 from multiradar.cli.inputs import load_sensor_table
-from multiradar.runtime.engine import Engine
+from multiradar.runtime.engine.engine import Engine
 from multiradar.simulation.observation import observe
 from multiradar.simulation.output import measurements_frame, truth_frame
 from multiradar.simulation.scene_file import builtin_scene

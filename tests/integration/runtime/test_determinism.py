@@ -6,8 +6,8 @@ import numpy as np
 import polars as pl
 import pytest
 
-from multiradar.runtime.events import Event
-from multiradar.runtime.service import Service
+from multiradar.runtime.live.service import Service
+from multiradar.runtime.stream.events import Event
 from support.live_process import live_service
 from support.live_scene import cut, recording
 from support.waiting import WAIT_TIMEOUT_S

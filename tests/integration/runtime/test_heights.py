@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from multiradar import wire
 from multiradar.cli.inputs import load_sensor_table
 from multiradar.estimation.filters.bank import FILTERS
-from multiradar.runtime.engine import Engine
+from multiradar.runtime.engine.engine import Engine
 from multiradar.simulation.observation import observe
 from multiradar.simulation.output import measurements_frame, truth_frame
 from multiradar.simulation.scene import Bias, Scene

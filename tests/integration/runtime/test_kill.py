@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
-from multiradar.runtime.fingerprint import configuration_fingerprint
-from multiradar.runtime.payload import decode_rows, encode_rows
+from multiradar.runtime.engine.fingerprint import configuration_fingerprint
+from multiradar.runtime.live.payload import decode_rows, encode_rows
 from multiradar.storage.sqlite_journal import SqliteJournal
 from multiradar.tracking.settings import TrackingSettings
 from support.live_process import LiveProcess, live_service

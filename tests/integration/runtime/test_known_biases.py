@@ -9,7 +9,7 @@ import pytest
 
 from multiradar.errors import ConfigurationError
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.runtime.engine import Engine
+from multiradar.runtime.engine.engine import Engine
 from multiradar.simulation.observation import observe
 from multiradar.simulation.output import measurements_frame
 from multiradar.simulation.scene_file import scene_of, scene_table

@@ -11,7 +11,7 @@ from multiradar import wire
 from multiradar.cli.inputs import load_sensor_table
 from multiradar.geodesy.polar import slant_range_azimuth
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.runtime.engine import Engine
+from multiradar.runtime.engine.engine import Engine
 from multiradar.simulation.observation import observe
 from multiradar.simulation.output import measurements_frame
 from multiradar.simulation.scene import PARAMETERS, Aircraft, Bias, Scene

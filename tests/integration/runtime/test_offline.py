@@ -10,9 +10,9 @@ import pytest
 
 from multiradar.errors import AccountingError
 from multiradar.estimation.filters.bank import FILTERS
-from multiradar.runtime.engine import Engine
-from multiradar.runtime.offline import OfflineJob, OfflineResult, track_recording
-from multiradar.runtime.offline_report import offline_report
+from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.offline.offline import OfflineJob, OfflineResult, track_recording
+from multiradar.runtime.offline.offline_report import offline_report
 from multiradar.storage import recording as recording_module
 from multiradar.storage.recording import Recording
 from multiradar.tracking.settings import TrackingSettings

@@ -14,8 +14,8 @@ from multiradar import wire
 from multiradar.app import Application
 from multiradar.cli.inputs import load_sensor_table
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.runtime.digest import OutputDigest
-from multiradar.runtime.engine import Engine
+from multiradar.runtime.engine.digest import OutputDigest
+from multiradar.runtime.engine.engine import Engine
 from multiradar.settings.service import load_settings
 from multiradar.simulation.observation import observe
 from multiradar.simulation.output import measurements_frame, truth_frame

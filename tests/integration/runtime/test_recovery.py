@@ -17,8 +17,8 @@ import pytest
 
 from multiradar.errors import JournalError
 from multiradar.runtime.limits import RuntimeLimits
-from multiradar.runtime.receipt import Receipt
-from multiradar.runtime.service import Service
+from multiradar.runtime.live.receipt import Receipt
+from multiradar.runtime.live.service import Service
 from multiradar.storage.entries import Entry
 from multiradar.storage.journal import Journal
 from multiradar.storage.sqlite_journal import SqliteJournal

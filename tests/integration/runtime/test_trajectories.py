@@ -10,7 +10,7 @@ import pytest
 import zenoh
 
 from multiradar.app import Application
-from multiradar.runtime.offline import TRAJECTORIES_FILE, OfflineJob, track_recording
+from multiradar.runtime.offline.offline import TRAJECTORIES_FILE, OfflineJob, track_recording
 from multiradar.runtime.trajectories.options import trajectory_options
 from multiradar.runtime.trajectories.table import STEP_S, table_row
 from multiradar.settings.service import TrajectorySettings, load_settings

@@ -16,7 +16,7 @@ from multiradar.ingest.replay_http import MEDIA_TYPES, Encoding, encode
 from multiradar.ingest.replay_zenoh import ZenohDestination
 from multiradar.ingest.zenoh.gateway import ZenohGateway
 from multiradar.ingest.zenoh.options import ZenohOptions
-from multiradar.runtime.service import Service
+from multiradar.runtime.live.service import Service
 from support.fake_service import FakeService
 from support.live_process import live_service
 from support.live_scene import recording

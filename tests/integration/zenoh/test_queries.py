@@ -9,12 +9,12 @@ import zenoh
 
 from multiradar.ingest.zenoh.gateway import ZenohGateway
 from multiradar.ingest.zenoh.options import ZenohOptions
-from multiradar.runtime.forecasts import (
+from multiradar.runtime.live.service import Service
+from multiradar.runtime.queries.forecasts import (
     HORIZON_DEFAULT_S,
     PROBABILITY_DEFAULT,
     STEP_DEFAULT_S,
 )
-from multiradar.runtime.service import Service
 from support.live_process import live_service
 from support.live_scene import recording
 from support.waiting import WAIT_TIMEOUT_S, wait_until

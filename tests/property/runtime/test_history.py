@@ -5,8 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from multiradar.runtime.history import UPDATE_DTYPE, TrackHistory
-from multiradar.runtime.live_tracks import LiveTracks
+from multiradar.runtime.memory.history import UPDATE_DTYPE, TrackHistory
+from multiradar.runtime.memory.live_tracks import LiveTracks
 
 _TRACKS = st.lists(st.lists(st.integers(1, 6), max_size=12), max_size=12)
 

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from multiradar.estimation.filters.bank import FILTERS
-from multiradar.runtime.engine import Engine
+from multiradar.runtime.engine.engine import Engine
 from multiradar.simulation.observation import observe
 from multiradar.simulation.output import measurements_frame
 from multiradar.simulation.scene_file import scene_of, scene_table

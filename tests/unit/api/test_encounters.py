@@ -6,7 +6,7 @@ import httpx
 import pytest
 
 from multiradar.cli import options
-from multiradar.runtime.encounter_query import (
+from multiradar.runtime.queries.encounter_query import (
     DISTANCE_DEFAULT_M,
     DISTANCE_MAX_M,
     DISTANCE_MIN_M,

@@ -7,7 +7,7 @@ import pytest
 
 from multiradar.cli import options
 from multiradar.errors import PlaneError
-from multiradar.runtime.track_windows import WINDOW_DEFAULT_S, WINDOW_MAX_S, WINDOW_MIN_S
+from multiradar.runtime.queries.track_windows import WINDOW_DEFAULT_S, WINDOW_MAX_S, WINDOW_MIN_S
 from support.fake_service import FakeService
 
 

@@ -14,8 +14,8 @@ from multiradar.errors import ConfigurationError
 from multiradar.ingest.asterix_output.sender import AsterixSender, Outlet
 from multiradar.ingest.asterix_output.sinks import MemorySink, Sink, open_sink
 from multiradar.runtime.asterix.channel import Channel, ChannelOptions
-from multiradar.runtime.engine import Engine
-from multiradar.runtime.output_feed import Fed, OutputFeed
+from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.live.output_feed import Fed, OutputFeed
 from multiradar.settings.asterix_output import AsterixOutputSettings
 from multiradar.tracking.outputs import EndedTracks, EngineOutput
 from multiradar.tracking.settings import TrackingSettings

@@ -5,8 +5,8 @@ import pytest
 
 from multiradar.errors import ConfigurationError, JournalError
 from multiradar.runtime import _kernels as kernels
-from multiradar.runtime.admission import ACCEPTED, FUTURE, LATE, Admission
-from multiradar.runtime.reject_file import TimeRefusals
+from multiradar.runtime.admission.admission import ACCEPTED, FUTURE, LATE, Admission
+from multiradar.runtime.admission.reject_file import TimeRefusals
 from multiradar.tracking.input.measurements import MeasurementBatch
 from support.kernels import plain as plain_form
 from support.timed_batches import timed_batch

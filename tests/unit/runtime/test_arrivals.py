@@ -7,8 +7,8 @@ import numpy as np
 import polars as pl
 import pytest
 
-from multiradar.runtime.admission import Admission
-from multiradar.runtime.arrivals import DELAY_MAX_S, DELAY_STEP_S, ArrivalBoard
+from multiradar.runtime.admission.admission import Admission
+from multiradar.runtime.admission.arrivals import DELAY_MAX_S, DELAY_STEP_S, ArrivalBoard
 from multiradar.tracking.input.measurements import MeasurementBatch
 from support.batches import batch_of
 from support.live_scene import recording

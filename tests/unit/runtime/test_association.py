@@ -8,8 +8,8 @@ import pytest
 
 from multiradar import wire
 from multiradar.estimation.filters.bank import FILTERS
-from multiradar.runtime.digest import OutputDigest
-from multiradar.runtime.engine import Engine
+from multiradar.runtime.engine.digest import OutputDigest
+from multiradar.runtime.engine.engine import Engine
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import STATE_CONFIRMED, TrackUpdates
 from multiradar.tracking.settings import TrackingSettings

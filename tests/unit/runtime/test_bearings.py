@@ -6,12 +6,12 @@ import numpy as np
 import polars as pl
 import pytest
 
-from multiradar.runtime.engine import Engine
+from multiradar.runtime.engine.engine import Engine
 from multiradar.runtime.limits import RuntimeLimits
-from multiradar.runtime.observabilities import observability_of_track
-from multiradar.runtime.offline import BATCH_ROWS
-from multiradar.runtime.publication import Publication
-from multiradar.runtime.track_windows import WindowTable
+from multiradar.runtime.live.publication import Publication
+from multiradar.runtime.offline.offline import BATCH_ROWS
+from multiradar.runtime.queries.observabilities import observability_of_track
+from multiradar.runtime.queries.track_windows import WindowTable
 from multiradar.tracking.health.health_records import HealthRecords
 from multiradar.tracking.outputs import EngineOutput, TrackUpdates
 from multiradar.tracking.settings import TrackingSettings

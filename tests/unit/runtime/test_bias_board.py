@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from multiradar.runtime.bias_board import BIAS_DTYPE, BiasBoard
+from multiradar.runtime.memory.bias_board import BIAS_DTYPE, BiasBoard
 from multiradar.tracking.outputs import BiasRecords
 from support.live_scene import sensors
 

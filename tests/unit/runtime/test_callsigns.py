@@ -7,9 +7,9 @@ import polars as pl
 import pytest
 
 from multiradar import wire
-from multiradar.runtime.engine import Engine
-from multiradar.runtime.history import row_updates, update_rows
-from multiradar.runtime.payload import decode_rows, encode_rows
+from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.live.payload import decode_rows, encode_rows
+from multiradar.runtime.memory.history import row_updates, update_rows
 from multiradar.tracking.outputs import TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
 from multiradar_schemas.callsigns import callsign_texts, packed_callsigns

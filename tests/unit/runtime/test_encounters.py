@@ -11,16 +11,16 @@ import pytest
 from multiradar.errors import ForecastError
 from multiradar.geodesy.polar import slant_range_azimuth
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.runtime.encounter_query import EncounterQuery
-from multiradar.runtime.encounter_table import EncounterTable
-from multiradar.runtime.encounters import Sky, encounters, no_encounters
-from multiradar.runtime.engine import Engine
-from multiradar.runtime.forecast_methods import known_of, method_of
-from multiradar.runtime.forecasts import forecast_from
-from multiradar.runtime.history import UPDATE_DTYPE, update_rows
+from multiradar.runtime.engine.engine import Engine
 from multiradar.runtime.limits import RuntimeLimits
-from multiradar.runtime.live_tracks import LiveTracks
-from multiradar.runtime.publication import Publication
+from multiradar.runtime.live.publication import Publication
+from multiradar.runtime.memory.history import UPDATE_DTYPE, update_rows
+from multiradar.runtime.memory.live_tracks import LiveTracks
+from multiradar.runtime.offline.encounter_table import EncounterTable
+from multiradar.runtime.queries.encounter_query import EncounterQuery
+from multiradar.runtime.queries.encounters import Sky, encounters, no_encounters
+from multiradar.runtime.queries.forecast_methods import known_of, method_of
+from multiradar.runtime.queries.forecasts import forecast_from
 from multiradar.tracking.forecast.forecast_calibration import calibration_for
 from multiradar.tracking.forecast.state_samples import Sampling
 from multiradar.tracking.outputs import (

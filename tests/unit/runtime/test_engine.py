@@ -12,9 +12,9 @@ from multiradar.estimation.measurement.sensors import (
     PARAMETER_AZIMUTH_OFFSET,
     PARAMETER_RANGE_OFFSET,
 )
-from multiradar.runtime import shared_biases
-from multiradar.runtime.digest import OutputDigest
-from multiradar.runtime.engine import Engine
+from multiradar.runtime.engine import shared_biases
+from multiradar.runtime.engine.digest import OutputDigest
+from multiradar.runtime.engine.engine import Engine
 from multiradar.tracking._kernels import describe
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import BiasRecords, EngineOutput, TrackUpdates
@@ -300,7 +300,7 @@ def test_an_estimate_without_a_latitude_is_counted_and_not_told(
         describe(taken, readout, plane, described)
         described[:3] = np.nan
 
-    monkeypatch.setattr("multiradar.runtime.engine.describe", beyond_the_edge)
+    monkeypatch.setattr("multiradar.runtime.engine.engine.describe", beyond_the_edge)
     engine = Engine(scene.sensors, TrackingSettings())
     assert not len(engine.push(scene.batch.take(slice(0, 200))).updates)  # Within the horizon.
     output = engine.flush()

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 import pytest
 
-from multiradar.runtime.events import GAP, TRACK, Event, EventRing, Subscription
+from multiradar.runtime.stream.events import GAP, TRACK, Event, EventRing, Subscription
 from support.waiting import WAIT_TIMEOUT_S, join
 
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 import pytest
 
 from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET
-from multiradar.runtime import fingerprint
-from multiradar.runtime.fingerprint import configuration_fingerprint
+from multiradar.runtime.engine import fingerprint
+from multiradar.runtime.engine.fingerprint import configuration_fingerprint
 from multiradar.tracking.settings import TrackingSettings
 from multiradar_compiled.kernels import compilation_target
 from support.live_scene import sensors

@@ -5,10 +5,10 @@ import polars as pl
 import pytest
 
 from multiradar.errors import ForecastError
-from multiradar.runtime.engine import Engine
-from multiradar.runtime.forecast_table import ForecastTable
+from multiradar.runtime.engine.engine import Engine
 from multiradar.runtime.limits import RuntimeLimits
-from multiradar.runtime.publication import Publication
+from multiradar.runtime.live.publication import Publication
+from multiradar.runtime.offline.forecast_table import ForecastTable
 from multiradar.tracking.forecast.forecast_scores import HORIZONS_S
 from multiradar.tracking.forecast.state_samples import Sampling
 from multiradar.tracking.settings import TrackingSettings

@@ -3,7 +3,7 @@
 import polars as pl
 
 from multiradar.clock import FixedClock
-from multiradar.runtime.service import Service
+from multiradar.runtime.live.service import Service
 from multiradar.storage.memory_journal import MemoryJournal
 from multiradar.tracking.settings import TrackingSettings
 from support.fake_engine import FakeEngine

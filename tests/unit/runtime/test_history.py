@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from multiradar.runtime import _kernels as kernels
-from multiradar.runtime.history import UPDATE_DTYPE, TrackHistory, row_updates, update_rows
+from multiradar.runtime.memory.history import UPDATE_DTYPE, TrackHistory, row_updates, update_rows
 from support.kernels import plain
 from support.waiting import join
 

@@ -6,7 +6,7 @@ import logging
 import polars as pl
 import pytest
 
-from multiradar.runtime.live_diagnosis import LiveDiagnosis
+from multiradar.runtime.live.live_diagnosis import LiveDiagnosis
 from multiradar.storage.entries import RejectedRow
 from support.engine_outputs import Update, output_of
 from support.mistaken import START_S, recording

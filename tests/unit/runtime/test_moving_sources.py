@@ -5,10 +5,10 @@ import polars as pl
 import pytest
 
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.runtime.engine import Engine
-from multiradar.runtime.observabilities import observability_of_track
-from multiradar.runtime.offline import BATCH_ROWS
-from multiradar.runtime.track_windows import WindowTable
+from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.offline.offline import BATCH_ROWS
+from multiradar.runtime.queries.observabilities import observability_of_track
+from multiradar.runtime.queries.track_windows import WindowTable
 from multiradar.simulation.observation import observe
 from multiradar.simulation.output import measurements_frame, truth_frame
 from multiradar.simulation.scene_file import builtin_scene

@@ -2,8 +2,8 @@
 
 import threading
 
-from multiradar.runtime.engine import Engine
-from multiradar.runtime.output_feed import OutputFeed
+from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.live.output_feed import OutputFeed
 from multiradar.tracking.outputs import EngineOutput
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.wire import measurement_batch

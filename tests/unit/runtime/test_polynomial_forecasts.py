@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from multiradar.errors import TrajectoryError
-from multiradar.runtime.engine import Engine
-from multiradar.runtime.forecast_methods import FILTER, POLYNOMIAL
+from multiradar.runtime.engine.engine import Engine
 from multiradar.runtime.limits import RuntimeLimits
-from multiradar.runtime.publication import Publication
+from multiradar.runtime.live.publication import Publication
+from multiradar.runtime.queries.forecast_methods import FILTER, POLYNOMIAL
 from multiradar.tracking.forecast.regions import gaussian_factor
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.wire import measurement_batch

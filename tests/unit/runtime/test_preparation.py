@@ -5,9 +5,9 @@ import pytest
 
 from multiradar import wire
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.runtime.admission import Admission
-from multiradar.runtime.intake import Submission
-from multiradar.runtime.preparation import Prepared, prepare
+from multiradar.runtime.admission.admission import Admission
+from multiradar.runtime.live.intake import Submission
+from multiradar.runtime.live.preparation import Prepared, prepare
 from multiradar.storage.entries import EntryKind
 from multiradar.tracking.input.measurements import MeasurementBatch
 from support.live_scene import cut, recording, sensors

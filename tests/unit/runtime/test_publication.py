@@ -10,9 +10,9 @@ import polars as pl
 import pytest
 
 from multiradar.errors import ConfigurationError, ForecastError
-from multiradar.runtime.events import Event
 from multiradar.runtime.limits import RuntimeLimits
-from multiradar.runtime.publication import Publication
+from multiradar.runtime.live.publication import Publication
+from multiradar.runtime.stream.events import Event
 from multiradar.tracking.forecast.regions import gaussian_factor
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.lifecycle.transitions import MERGED, NO_TRACK, SILENT

@@ -8,9 +8,9 @@ import numpy as np
 import polars as pl
 import pytest
 
-from multiradar.runtime.engine import Engine
-from multiradar.runtime.places import Places
-from multiradar.runtime.reject_board import RejectBoard
+from multiradar.runtime.admission.places import Places
+from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.memory.reject_board import RejectBoard
 from multiradar.storage.entries import RejectedRow
 from multiradar.storage.memory_journal import MemoryJournal
 from multiradar.tracking.input.duplicates import Duplicates

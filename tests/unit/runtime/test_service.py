@@ -14,10 +14,10 @@ from multiradar.errors import (
     JournalError,
     QueueFullError,
 )
-from multiradar.runtime import preparation
-from multiradar.runtime.payload import complete, decode_rows
-from multiradar.runtime.receipt import Receipt, RejectedRow
-from multiradar.runtime.service import Service, ServiceState
+from multiradar.runtime.live import preparation
+from multiradar.runtime.live.payload import complete, decode_rows
+from multiradar.runtime.live.receipt import Receipt, RejectedRow
+from multiradar.runtime.live.service import Service, ServiceState
 from multiradar.storage.journal import Journal
 from multiradar.storage.memory_journal import MemoryJournal
 from multiradar.tracking.input.measurements import MeasurementBatch

@@ -13,7 +13,7 @@ from multiradar.errors import (
     JournalFullError,
     PipelineError,
 )
-from multiradar.runtime.service import Service, ServiceState
+from multiradar.runtime.live.service import Service, ServiceState
 from multiradar.storage.memory_journal import MemoryJournal
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import EngineOutput

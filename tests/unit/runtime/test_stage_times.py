@@ -8,7 +8,7 @@ import pytest
 from numba import njit
 
 from multiradar.clock import FixedClock, SystemClock
-from multiradar.runtime.stage_times import StageTimes
+from multiradar.runtime.offline.stage_times import StageTimes
 
 
 def test_a_stage_within_another_counts_apart() -> None:

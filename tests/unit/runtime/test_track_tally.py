@@ -7,8 +7,8 @@ import polars as pl
 import pytest
 
 from multiradar import wire
-from multiradar.runtime.engine import Engine
-from multiradar.runtime.track_tally import TrackTally
+from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.memory.track_tally import TrackTally
 from multiradar.tracking.lifecycle.transitions import CONFIRMED, NO_TRACK, STARTED
 from multiradar.tracking.outputs import EngineOutput, TrackTransitions, TrackUpdates
 from multiradar.tracking.settings import TrackingSettings

@@ -10,12 +10,16 @@ from multiradar.errors import PlaneError
 from multiradar.estimation.measurement.sensors import PARAMETER_AZIMUTH_OFFSET
 from multiradar.geodesy.polar import slant_range_azimuth
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.runtime.bias_board import BIAS_DTYPE
-from multiradar.runtime.engine import Engine
+from multiradar.runtime.engine.engine import Engine
 from multiradar.runtime.limits import RuntimeLimits
-from multiradar.runtime.manoeuvre_planes import plane_of_track
-from multiradar.runtime.publication import Publication
-from multiradar.runtime.track_windows import WINDOW_DEFAULT_S, WindowTable, azimuth_bias_sigmas
+from multiradar.runtime.live.publication import Publication
+from multiradar.runtime.memory.bias_board import BIAS_DTYPE
+from multiradar.runtime.queries.manoeuvre_planes import plane_of_track
+from multiradar.runtime.queries.track_windows import (
+    WINDOW_DEFAULT_S,
+    WindowTable,
+    azimuth_bias_sigmas,
+)
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.wire import measurement_batch
 from multiradar_schemas.arrow import MANOEUVRE_PLANE_SCHEMA, MEASUREMENT_SCHEMA

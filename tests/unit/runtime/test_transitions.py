@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from multiradar.runtime.digest import OutputDigest
-from multiradar.runtime.engine import Engine
+from multiradar.runtime.engine.digest import OutputDigest
+from multiradar.runtime.engine.engine import Engine
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.lifecycle.transitions import REASON_NAMES, TRANSITION_NAMES
 from multiradar.tracking.outputs import EndedTracks, TrackTransitions

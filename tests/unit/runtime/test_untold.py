@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from multiradar.estimation.bias.observability import Untold
-from multiradar.runtime.engine import Engine
+from multiradar.runtime.engine.engine import Engine
 from multiradar.tracking.input.measurements import KIND_POSITION, MeasurementBatch
 from multiradar.tracking.settings import TrackingSettings
 from support.scenes import Radar, Scene, make_scene, random_flights, three_radars

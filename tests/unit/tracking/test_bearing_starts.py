@@ -4,7 +4,7 @@ import numpy as np
 import polars as pl
 import pytest
 
-from multiradar.runtime.engine import Engine
+from multiradar.runtime.engine.engine import Engine
 from multiradar.tracking.bearings.bearing_starts import share_max
 from multiradar.tracking.outputs import TrackUpdates
 from multiradar.tracking.settings import TrackingSettings

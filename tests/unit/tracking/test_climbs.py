@@ -15,7 +15,7 @@ from multiradar.estimation.filters._height_kernels import (
     lasting_variance,
     moved_height,
 )
-from multiradar.runtime.engine import Engine
+from multiradar.runtime.engine.engine import Engine
 from multiradar.tracking.climbs import (
     CLIMB_HEIGHT,
     CLIMB_KIND,

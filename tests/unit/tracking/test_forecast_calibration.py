@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from multiradar.estimation.gaussian import normalised_squared
-from multiradar.runtime.engine import Engine
+from multiradar.runtime.engine.engine import Engine
 from multiradar.simulation.paths import fly
 from multiradar.simulation.scene import Leg
 from multiradar.tracking.forecast.forecast_calibration import (

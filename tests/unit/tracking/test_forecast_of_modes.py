@@ -9,7 +9,7 @@ from multiradar.estimation.filters._mode_room_kernels import (
     LEAVING,
 )
 from multiradar.estimation.gaussian import normalised_squared
-from multiradar.runtime.engine import Engine
+from multiradar.runtime.engine.engine import Engine
 from multiradar.simulation.paths import Path, fly
 from multiradar.simulation.scene import Leg
 from multiradar.tracking.forecast.forecast import (

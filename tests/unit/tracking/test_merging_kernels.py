@@ -8,7 +8,7 @@ import pytest
 from multiradar.cli.inputs import load_sensor_table
 from multiradar.estimation.filters.bank import FILTERS
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.runtime.shared_biases import SharedBiases
+from multiradar.runtime.engine.shared_biases import SharedBiases
 from multiradar.simulation.scene_file import builtin_scene
 from multiradar.simulation.sensors_text import sensors_text
 from multiradar.tracking.association._sky_kernels import fill_sky

@@ -13,7 +13,7 @@ from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.ingest.asterix_output.sinks import Sink
 from multiradar.runtime.asterix.channel import Channel
 from multiradar.runtime.asterix.cycles import Cycles, Told
-from multiradar.runtime.output_feed import Fed, OutputFeed
+from multiradar.runtime.live.output_feed import Fed, OutputFeed
 from multiradar.tracking.outputs import EngineOutput
 from multiradar.tracking.settings import TrackingSettings
 

@@ -24,13 +24,13 @@ from multiradar.ingest.zenoh.bus import Message, Request, wrong_parameters
 from multiradar.ingest.zenoh.counts import ZenohCounts
 from multiradar.ingest.zenoh.keys import MEASUREMENTS
 from multiradar.ingest.zenoh.payload import PayloadBounds, read_payload
-from multiradar.runtime.ports import MeasurementSink
-from multiradar.runtime.receipt import (
+from multiradar.runtime.live.receipt import (
     IDEMPOTENCY_KEY_FORM,
     Receipt,
     is_idempotency_key,
     receipt_document,
 )
+from multiradar.runtime.ports import MeasurementSink
 
 SOURCE = "zenoh"
 #: What the service itself refuses: the first line that fits. The codes are those of HTTP.

@@ -10,7 +10,7 @@ import polars as pl
 from multiradar.errors import PayloadError, RequestError
 from multiradar.ingest.bodies import Decoded, decode
 from multiradar.ingest.zenoh.keys import is_sensor_id, last_part
-from multiradar.runtime.receipt import RejectedRow
+from multiradar.runtime.live.receipt import RejectedRow
 from multiradar_schemas.reject import RejectCode
 
 ARROW = "application/vnd.apache.arrow.stream"

@@ -22,21 +22,21 @@ from multiradar.ingest.zenoh.keys import (
     sensor_key,
     track_id,
 )
-from multiradar.runtime.encounter_query import (
+from multiradar.runtime.ports import View
+from multiradar.runtime.queries.encounter_query import (
     BY_TIME,
     DISTANCE_DEFAULT_M,
     LIMIT_DEFAULT,
     EncounterQuery,
 )
-from multiradar.runtime.encounter_query import HORIZON_DEFAULT_S as HORIZON_ENCOUNTERS_S
-from multiradar.runtime.forecast_methods import FILTER
-from multiradar.runtime.forecasts import (
+from multiradar.runtime.queries.encounter_query import HORIZON_DEFAULT_S as HORIZON_ENCOUNTERS_S
+from multiradar.runtime.queries.forecast_methods import FILTER
+from multiradar.runtime.queries.forecasts import (
     HORIZON_DEFAULT_S,
     PROBABILITY_DEFAULT,
     STEP_DEFAULT_S,
     forecast_document,
 )
-from multiradar.runtime.ports import View
 from multiradar.runtime.trajectories.document import (
     PATH_STEP_DEFAULT_S,
     PATH_STEP_MAX_S,

@@ -21,8 +21,8 @@ from multiradar.runtime.asterix.track_items import (
     plot_types,
     sources,
 )
-from multiradar.runtime.history import update_rows
-from multiradar.runtime.live_tracks import LiveTracks
+from multiradar.runtime.memory.history import update_rows
+from multiradar.runtime.memory.live_tracks import LiveTracks
 from multiradar.tracking.input.measurements import KIND_RADAR, MeasurementBatch
 from multiradar.tracking.outputs import (
     SPREAD_COUNT,

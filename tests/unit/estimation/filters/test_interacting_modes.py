@@ -15,7 +15,7 @@ from multiradar.errors import ConfigurationError
 from multiradar.estimation.filters._mode_column_kernels import move_columns
 from multiradar.estimation.filters._mode_room_kernels import ROOM_ROWS, SHARES, prepare_room
 from multiradar.estimation.gaussian import normalised_squared, require_covariance
-from multiradar.runtime.engine import Engine
+from multiradar.runtime.engine.engine import Engine
 from multiradar.tracking import model as model_module
 from multiradar.tracking.modes import GRAVITY_MPS2, mode_table
 from multiradar.tracking.outputs import TrackUpdates

@@ -17,7 +17,7 @@ from multiradar.estimation.measurement.sensors import (
     PARAMETER_RANGE_OFFSET,
     PARAMETER_TIME_OFFSET,
 )
-from multiradar.runtime.engine import Engine
+from multiradar.runtime.engine.engine import Engine
 from multiradar.tracking.settings import TrackingSettings
 from support.compiled_filters import CompiledFilter, plain_settings
 from support.measurement_models import EllipsoidPolar

@@ -16,7 +16,7 @@ from multiradar.ingest.asterix_inlet import AsterixInlet, InletBounds
 from multiradar.ingest.asterix_queue import DatagramQueue, Received
 from multiradar.ingest.asterix_source import MemorySource
 from multiradar.observability.asterix_metrics import AsterixCollector
-from multiradar.runtime.receipt import Receipt, RejectedRow
+from multiradar.runtime.live.receipt import Receipt, RejectedRow
 from multiradar_converters.asterix.datagrams import Datagrams
 from multiradar_converters.asterix.live import LiveDecoder, LiveOptions
 from multiradar_converters.asterix.live_batch import LiveBatch

@@ -13,7 +13,7 @@ from multiradar.ingest.zenoh.gateway import ZenohGateway
 from multiradar.ingest.zenoh.keys import is_sensor_id, sensor_key, track_id
 from multiradar.ingest.zenoh.memory_bus import MemoryAnswer, MemoryBus
 from multiradar.ingest.zenoh.options import ZenohOptions
-from multiradar.runtime.receipt import Receipt
+from multiradar.runtime.live.receipt import Receipt
 from multiradar.runtime.trajectories.document import PATH_STEP_DEFAULT_S
 from support.fake_service import FakeService
 from support.zenoh_scene import StreamingView

@@ -7,10 +7,10 @@ import polars as pl
 import pytest
 
 from multiradar.errors import ForecastError, TrajectoryError
-from multiradar.runtime.engine import Engine
-from multiradar.runtime.forecast_methods import BUNDLE, FILTER
+from multiradar.runtime.engine.engine import Engine
 from multiradar.runtime.limits import RuntimeLimits
-from multiradar.runtime.publication import Publication
+from multiradar.runtime.live.publication import Publication
+from multiradar.runtime.queries.forecast_methods import BUNDLE, FILTER
 from multiradar.runtime.trajectories import fan_scores
 from multiradar.runtime.trajectories.feed import TrajectoryFeed
 from multiradar.runtime.trajectories.forecast_rows import BundleForecasts, BundleForecastTable

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from multiradar.errors import TrajectoryError
-from multiradar.runtime.engine import Engine
+from multiradar.runtime.engine.engine import Engine
 from multiradar.runtime.limits import RuntimeLimits
-from multiradar.runtime.publication import Publication
+from multiradar.runtime.live.publication import Publication
 from multiradar.runtime.trajectories.feed import TrajectoryFeed
 from multiradar.runtime.trajectories.options import TrajectoryOptions
 from multiradar.tracking.outputs import EngineOutput

@@ -14,12 +14,12 @@ from concurrent.futures import Future
 from multiradar.errors import MultiradarError, PipelineError
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.runtime.backlog import Backlog, Journalled, grouped
-from multiradar.runtime.digest import OutputDigest
-from multiradar.runtime.places import Places
-from multiradar.runtime.preparation import journalled
-from multiradar.runtime.publication import Publication
-from multiradar.runtime.tracking_engine import TrackingEngine
+from multiradar.runtime.admission.places import Places
+from multiradar.runtime.engine.digest import OutputDigest
+from multiradar.runtime.engine.tracking_engine import TrackingEngine
+from multiradar.runtime.live.backlog import Backlog, Journalled, grouped
+from multiradar.runtime.live.preparation import journalled
+from multiradar.runtime.live.publication import Publication
 from multiradar.storage.entries import EntryKind, StoredEntry
 from multiradar.storage.journal import Journal
 from multiradar.tracking.input.measurements import MeasurementBatch

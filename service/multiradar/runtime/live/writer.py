@@ -18,12 +18,12 @@ from multiradar.errors import (
     PipelineError,
 )
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.runtime.accounting import Accounting
-from multiradar.runtime.admission import Admission
-from multiradar.runtime.backlog import Backlog, Journalled
-from multiradar.runtime.intake import Intake, Submission
-from multiradar.runtime.preparation import Prepared, prepare, same_message
-from multiradar.runtime.receipt import Receipt
+from multiradar.runtime.admission.admission import Admission
+from multiradar.runtime.live.accounting import Accounting
+from multiradar.runtime.live.backlog import Backlog, Journalled
+from multiradar.runtime.live.intake import Intake, Submission
+from multiradar.runtime.live.preparation import Prepared, prepare, same_message
+from multiradar.runtime.live.receipt import Receipt
 from multiradar.storage.entries import Entry, RejectedRow, StoredEntry
 from multiradar.storage.journal import Journal
 

@@ -7,10 +7,10 @@ import numpy as np
 import polars as pl
 
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.runtime.encounter_query import EncounterQuery
-from multiradar.runtime.encounters import Sky, encounters
-from multiradar.runtime.history import update_rows
-from multiradar.runtime.live_tracks import LiveTracks
+from multiradar.runtime.memory.history import update_rows
+from multiradar.runtime.memory.live_tracks import LiveTracks
+from multiradar.runtime.queries.encounter_query import EncounterQuery
+from multiradar.runtime.queries.encounters import Sky, encounters
 from multiradar.tracking.forecast.forecast_calibration import calibration_for
 from multiradar.tracking.outputs import EngineOutput
 from multiradar.tracking.settings import TrackingSettings

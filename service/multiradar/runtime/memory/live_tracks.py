@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.runtime.history import UPDATE_DTYPE
+from multiradar.runtime.memory.history import UPDATE_DTYPE
 from multiradar.tracking.outputs import STATE_COASTING, STATE_CONFIRMED
 
 _NONE = -1

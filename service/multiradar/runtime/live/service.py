@@ -18,18 +18,18 @@ import polars as pl
 from multiradar.clock import Clock, SystemClock
 from multiradar.errors import MultiradarError, PipelineError
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.runtime.accounting import Accounting
-from multiradar.runtime.admission import FORWARD_JUMP_MAX_S, Admission
-from multiradar.runtime.arrivals import ArrivalBoard
-from multiradar.runtime.backlog import Backlog
-from multiradar.runtime.history import TrackHistory
-from multiradar.runtime.intake import Intake, Submission
+from multiradar.runtime.admission.admission import FORWARD_JUMP_MAX_S, Admission
+from multiradar.runtime.admission.arrivals import ArrivalBoard
+from multiradar.runtime.engine.tracking_engine import TrackingEngine
 from multiradar.runtime.limits import RuntimeLimits
-from multiradar.runtime.processor import Processor
-from multiradar.runtime.publication import Publication
-from multiradar.runtime.receipt import Receipt, RejectedRow
-from multiradar.runtime.tracking_engine import TrackingEngine
-from multiradar.runtime.writer import Writer
+from multiradar.runtime.live.accounting import Accounting
+from multiradar.runtime.live.backlog import Backlog
+from multiradar.runtime.live.intake import Intake, Submission
+from multiradar.runtime.live.processor import Processor
+from multiradar.runtime.live.publication import Publication
+from multiradar.runtime.live.receipt import Receipt, RejectedRow
+from multiradar.runtime.live.writer import Writer
+from multiradar.runtime.memory.history import TrackHistory
 from multiradar.storage.entries import EntryKind, Quarantined
 from multiradar.storage.journal import Journal
 from multiradar.tracking.input.measurements import MeasurementBatch

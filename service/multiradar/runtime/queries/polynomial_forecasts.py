@@ -9,7 +9,7 @@ from multiradar.errors import PlaneError, TrajectoryError
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.restoration.plot_positions import PlotPositions, plot_positions
-from multiradar.runtime.track_windows import bias_estimates, window_plots
+from multiradar.runtime.queries.track_windows import bias_estimates, window_plots
 from multiradar.tracking.forecast.polynomial_forecast import PolynomialForecast, polynomial_forecast
 
 Floats = NDArray[np.float64]

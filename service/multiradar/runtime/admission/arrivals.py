@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.runtime._arrival_kernels import count_delays
 from multiradar.runtime._kernels import FUTURE, LATE
+from multiradar.runtime.admission._arrival_kernels import count_delays
 from multiradar.tracking.input.measurements import MeasurementBatch
 
 #: Steps in which delays are told, s, and the longest that is told.

@@ -22,20 +22,20 @@ from multiradar.errors import AccountingError
 from multiradar.estimation.bias.observability import Untold
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.runtime.admission import ACCEPTED, Admission
-from multiradar.runtime.arrivals import ArrivalBoard
-from multiradar.runtime.digest import OutputDigest
-from multiradar.runtime.encounter_query import EncounterQuery
-from multiradar.runtime.encounter_table import EncounterTable
-from multiradar.runtime.engine import Engine
-from multiradar.runtime.forecast_table import ForecastTable
-from multiradar.runtime.manoeuvre_planes import plane_of_track
-from multiradar.runtime.observabilities import observability_of_track
-from multiradar.runtime.places import Places
-from multiradar.runtime.reject_file import RejectFile, TimeRefusals
-from multiradar.runtime.stage_times import READING, TRACKING, WRITING, StageTimes
-from multiradar.runtime.track_tally import TrackTally
-from multiradar.runtime.track_windows import Judge, WindowTable
+from multiradar.runtime.admission.admission import ACCEPTED, Admission
+from multiradar.runtime.admission.arrivals import ArrivalBoard
+from multiradar.runtime.admission.places import Places
+from multiradar.runtime.admission.reject_file import RejectFile, TimeRefusals
+from multiradar.runtime.engine.digest import OutputDigest
+from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.memory.track_tally import TrackTally
+from multiradar.runtime.offline.encounter_table import EncounterTable
+from multiradar.runtime.offline.forecast_table import ForecastTable
+from multiradar.runtime.offline.stage_times import READING, TRACKING, WRITING, StageTimes
+from multiradar.runtime.queries.encounter_query import EncounterQuery
+from multiradar.runtime.queries.manoeuvre_planes import plane_of_track
+from multiradar.runtime.queries.observabilities import observability_of_track
+from multiradar.runtime.queries.track_windows import Judge, WindowTable
 from multiradar.runtime.trajectories.forecast_rows import BundleForecasts, BundleForecastTable
 from multiradar.runtime.trajectories.options import TrajectoryOptions
 from multiradar.runtime.trajectories.table import TrajectoryTable

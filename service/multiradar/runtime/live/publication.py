@@ -16,33 +16,37 @@ from numpy.typing import NDArray
 from multiradar import wire
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.runtime.bias_board import BiasBoard, bias_rows_frame
-from multiradar.runtime.encounter_query import EncounterQuery
-from multiradar.runtime.encounters import Sky, encounters, no_encounters
-from multiradar.runtime.event_encoding import encode_events, event_order, status_marks
-from multiradar.runtime.events import EventRing, Subscription
-from multiradar.runtime.forecast_methods import FILTER, known_of, method_of
-from multiradar.runtime.forecasts import (
+from multiradar.runtime.limits import RuntimeLimits
+from multiradar.runtime.live.live_diagnosis import LiveDiagnosis
+from multiradar.runtime.live.output_feed import OutputReader
+from multiradar.runtime.memory.bias_board import BiasBoard, bias_rows_frame
+from multiradar.runtime.memory.history import TrackHistory, row_updates, update_rows
+from multiradar.runtime.memory.live_tracks import LiveTracks, ages_and_states
+from multiradar.runtime.memory.reject_board import RejectBoard
+from multiradar.runtime.memory.sensor_board import SensorBoard
+from multiradar.runtime.memory.track_tally import TrackTally
+from multiradar.runtime.memory.transition_rows import (
+    TRANSITION_DTYPE,
+    row_transitions,
+    transition_rows,
+)
+from multiradar.runtime.queries.encounter_query import EncounterQuery
+from multiradar.runtime.queries.encounters import Sky, encounters, no_encounters
+from multiradar.runtime.queries.forecast_methods import FILTER, known_of, method_of
+from multiradar.runtime.queries.forecasts import (
     PROBABILITY_DEFAULT,
     checked_probability,
     forecast_from,
     forecast_steps,
 )
-from multiradar.runtime.history import TrackHistory, row_updates, update_rows
-from multiradar.runtime.limits import RuntimeLimits
-from multiradar.runtime.live_diagnosis import LiveDiagnosis
-from multiradar.runtime.live_tracks import LiveTracks, ages_and_states
-from multiradar.runtime.manoeuvre_planes import plane_of_track
-from multiradar.runtime.observabilities import observability_of_track
-from multiradar.runtime.output_feed import OutputReader
-from multiradar.runtime.polynomial_forecasts import last_plots
-from multiradar.runtime.reject_board import RejectBoard
-from multiradar.runtime.sensor_board import SensorBoard
-from multiradar.runtime.track_tally import TrackTally
-from multiradar.runtime.track_windows import PLOT_DTYPE, POINTS_MAX, Told, plot_rows
+from multiradar.runtime.queries.manoeuvre_planes import plane_of_track
+from multiradar.runtime.queries.observabilities import observability_of_track
+from multiradar.runtime.queries.polynomial_forecasts import last_plots
+from multiradar.runtime.queries.track_windows import PLOT_DTYPE, POINTS_MAX, Told, plot_rows
+from multiradar.runtime.stream.events import Subscription
+from multiradar.runtime.stream.output_events import OutputEvents
 from multiradar.runtime.trajectories.document import trajectories_of
 from multiradar.runtime.trajectories.feed import TrajectoryFeed, required_feed
-from multiradar.runtime.transition_rows import TRANSITION_DTYPE, row_transitions, transition_rows
 from multiradar.tracking.forecast.forecast_calibration import calibration_for
 from multiradar.tracking.forecast.polynomial_forecast import WINDOW_S
 from multiradar.tracking.outputs import EngineOutput, TrackStates
@@ -69,7 +73,7 @@ class Publication:
         self._tracking = tracking
         self._limits = limits
         self._lock = threading.Lock()
-        self._ring = EventRing(limits.events_max)
+        self._events = OutputEvents(sensors, limits)
         self._states: Callable[[], tuple[TrackStates, SystemPlane]] | None = None
         self._status: Callable[[], dict[str, Any]] = dict
         self._edges: dict[str, Callable[[], dict[str, Any]]] = {}
@@ -353,8 +357,8 @@ class Publication:
                 "tracks": len(self._live),
                 **self._tally.counts(),
                 "output_sequence": self._updates,
-                "event_sequence": self._ring.head,
-                "subscribers": self._ring.subscriber_count,
+                "event_sequence": self._events.ring.head,
+                "subscribers": self._events.ring.subscriber_count,
                 "epoch": self._biases.epoch,
                 "sensor_alarms": self._board.alarms(),
             }
@@ -400,7 +404,7 @@ class Publication:
         depth : int
             A reader that lies farther behind gets a gap notice instead of the oldest events.
         """
-        return self._ring.subscribe(after, depth)
+        return self._events.ring.subscribe(after, depth)
 
     # ---------------------------------------------------------------- the engine's thread
 
@@ -433,7 +437,7 @@ class Publication:
             self._live.end(output.ended.track_id)
             self._tally.take(output)
             self._version += 1
-        self._tell(output)
+        self._events.publish(output)
         for feed in self._feeds:
             feed.put(output)
 
@@ -451,7 +455,7 @@ class Publication:
         with self._lock:
             self._begin()
         self.refusals.clear()
-        self._ring.clear()
+        self._events.restart()
         for feed in self._feeds:
             feed.restart()
 
@@ -476,21 +480,9 @@ class Publication:
         self._biases = BiasBoard(self._sensors, self._limits.bias_history_rows_max)
         self._board = SensorBoard(self._sensors)
         self._data_time_s = None
-        self._reached_s, self._last_mark = -np.inf, np.nan
         self._updates = self._version = 0
         self._tally = TrackTally()
         self._frame_version = -1
-
-    def _tell(self, output: EngineOutput) -> None:
-        reached_s = np.maximum.accumulate(np.r_[self._reached_s, output.updates.time_s])
-        self._reached_s, reached_s = float(reached_s[-1]), reached_s[1:]
-        marks, self._last_mark = status_marks(
-            reached_s, output.updates.sequence, self._last_mark, self._limits.status_period_s
-        )
-        order = event_order(reached_s, output, marks)
-        if len(order):
-            first, table = self._ring.head + 1, self._sensors
-            self._ring.append(len(order), lambda: encode_events(first, output, marks, order, table))
 
     def _honest(self, rows: NDArray[np.void], data_time_s: float | None) -> pl.DataFrame:
         age_s, rows["state"] = ages_and_states(

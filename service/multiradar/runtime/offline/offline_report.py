@@ -7,7 +7,7 @@ from pydantic import JsonValue
 
 from multiradar.estimation.bias.observability import Untold
 from multiradar.estimation.measurement.sensors import PARAMETER_NAMES, SensorTable
-from multiradar.runtime.offline import (
+from multiradar.runtime.offline.offline import (
     BIASES_FILE,
     HEALTH_FILE,
     REJECTS_FILE,

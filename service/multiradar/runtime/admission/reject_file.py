@@ -12,7 +12,7 @@ import polars as pl
 from numpy.typing import NDArray
 
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.runtime.admission import ACCEPTED, LATE, Admission
+from multiradar.runtime.admission.admission import ACCEPTED, LATE, Admission
 from multiradar.storage.recording import INDEX_COLUMN
 from multiradar.tracking.input.duplicates import Duplicates
 from multiradar.wire import Rejected, measurement_rows

@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 from multiradar import wire
 from multiradar.errors import JournalError
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.runtime import admission as admissions
-from multiradar.runtime.admission import Admission
-from multiradar.runtime.backlog import Journalled
-from multiradar.runtime.intake import Submission
-from multiradar.runtime.payload import complete, decode_rows, encode_rows
-from multiradar.runtime.reject_file import TimeRefusals
+from multiradar.runtime.admission import admission as admissions
+from multiradar.runtime.admission.admission import Admission
+from multiradar.runtime.admission.reject_file import TimeRefusals
+from multiradar.runtime.live.backlog import Journalled
+from multiradar.runtime.live.intake import Submission
+from multiradar.runtime.live.payload import complete, decode_rows, encode_rows
 from multiradar.storage.entries import Entry, EntryKind, RejectedRow, StoredEntry
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar_schemas.arrow import MEASUREMENT_SCHEMA

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from multiradar.errors import ConfigurationError, JournalError
 from multiradar.runtime import _kernels as kernels
-from multiradar.runtime.arrivals import ArrivalBoard
+from multiradar.runtime.admission.arrivals import ArrivalBoard
 from multiradar.tracking.input.measurements import MeasurementBatch
 
 ACCEPTED = kernels.ACCEPTED

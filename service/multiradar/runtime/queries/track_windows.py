@@ -19,9 +19,9 @@ from multiradar.estimation.measurement.sensors import (
     SensorTable,
 )
 from multiradar.restoration.plot_positions import Plots
-from multiradar.runtime.bias_board import BiasBoard
-from multiradar.runtime.history import TrackHistory
 from multiradar.runtime.limits import RuntimeLimits
+from multiradar.runtime.memory.bias_board import BiasBoard
+from multiradar.runtime.memory.history import TrackHistory
 from multiradar.tracking.input.measurements import Directions, MeasurementBatch
 from multiradar.tracking.outputs import EngineOutput
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.restoration.manoeuvre_plane import ManoeuvrePlane, fit_plane
 from multiradar.restoration.plot_positions import PlotPositions, plot_positions
-from multiradar.runtime.track_windows import bias_estimates, window_plots
+from multiradar.runtime.queries.track_windows import bias_estimates, window_plots
 
 
 def plane_of_track(

@@ -8,10 +8,16 @@ import polars as pl
 from multiradar import wire
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.runtime.forecast_methods import FILTER, Known, method_of, no_bundle, no_plots
-from multiradar.runtime.forecasts import PROBABILITY_DEFAULT, forecast_points
-from multiradar.runtime.history import row_updates, update_rows
-from multiradar.runtime.live_tracks import LiveTracks
+from multiradar.runtime.memory.history import row_updates, update_rows
+from multiradar.runtime.memory.live_tracks import LiveTracks
+from multiradar.runtime.queries.forecast_methods import (
+    FILTER,
+    Known,
+    method_of,
+    no_bundle,
+    no_plots,
+)
+from multiradar.runtime.queries.forecasts import PROBABILITY_DEFAULT, forecast_points
 from multiradar.tracking.forecast.forecast_calibration import calibration_for
 from multiradar.tracking.forecast.forecast_scores import HORIZONS_S
 from multiradar.tracking.outputs import EngineOutput, StateSample

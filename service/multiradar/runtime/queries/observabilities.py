@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.restoration.observability import observability
 from multiradar.restoration.straight_flight import Sightings
-from multiradar.runtime.track_windows import (
+from multiradar.runtime.queries.track_windows import (
     azimuth_bias_sigmas,
     bias_estimates,
     window_plots,

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.runtime.encounter_query import BY_PROBABILITY, EncounterQuery
-from multiradar.runtime.forecasts import points_inside
-from multiradar.runtime.live_tracks import ages_and_states
+from multiradar.runtime.memory.live_tracks import ages_and_states
+from multiradar.runtime.queries.encounter_query import BY_PROBABILITY, EncounterQuery
+from multiradar.runtime.queries.forecasts import points_inside
 from multiradar.tracking.climbs import CLIMB_COUNT, CLIMB_HEIGHT, CLIMB_RATE, moved_climbs
 from multiradar.tracking.encounters.approaches import (
     Approaches,

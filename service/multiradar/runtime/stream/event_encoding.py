@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from multiradar import wire
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.runtime.events import BIAS, ENDED, STATUS, TRACK, Event
+from multiradar.runtime.stream.events import BIAS, ENDED, STATUS, TRACK, Event
 from multiradar.tracking.lifecycle.transitions import NO_TRACK, REASON_NAMES
 from multiradar.tracking.outputs import EngineOutput
 

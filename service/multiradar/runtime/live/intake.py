@@ -11,7 +11,7 @@ import polars as pl
 
 from multiradar.errors import MultiradarError, PipelineError, QueueFullError
 from multiradar.runtime.limits import RuntimeLimits
-from multiradar.runtime.receipt import Receipt
+from multiradar.runtime.live.receipt import Receipt
 from multiradar.storage.entries import EntryKind, RejectedRow
 
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from multiradar.errors import ForecastError
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.runtime.forecast_methods import Course, Known, Method
+from multiradar.runtime.queries.forecast_methods import Course, Known, Method
 from multiradar.runtime.trajectories.fans import told_members
 from multiradar.tracking.forecast.regions import ellipses
 from multiradar.tracking.outputs import TrackStates

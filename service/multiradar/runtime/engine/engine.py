@@ -28,9 +28,9 @@ from multiradar.estimation.filters.arrays import Model, Result, Rows, Work, resu
 from multiradar.estimation.filters.bank import Outcome, find_filter_for
 from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET, SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.runtime.run_updates import Described, Run, track_updates
-from multiradar.runtime.shared_biases import SharedBiases
-from multiradar.runtime.track_states import sampled, track_states
+from multiradar.runtime.engine.run_updates import Described, Run, track_updates
+from multiradar.runtime.engine.shared_biases import SharedBiases
+from multiradar.runtime.engine.track_states import sampled, track_states
 from multiradar.tracking._kernels import describe, observe
 from multiradar.tracking.association.association import WINDOW_S, Association, Window
 from multiradar.tracking.association.shared_plots import Taken, shared_plots

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.errors import ForecastError, TrajectoryError
-from multiradar.runtime.polynomial_forecasts import LastPlots
+from multiradar.runtime.queries.polynomial_forecasts import LastPlots
 from multiradar.runtime.trajectories.fans import FanCourse, fan_course
 from multiradar.runtime.trajectories.pool import Reading
 from multiradar.tracking.forecast.forecast_calibration import ForecastCalibration

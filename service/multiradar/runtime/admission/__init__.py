@@ -1,0 +1,1 @@
+"""What may enter the engine, and what became of it."""

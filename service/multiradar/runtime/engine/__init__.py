@@ -1,0 +1,1 @@
+"""The engine: measurements in, updates of tracks and shared biases out."""

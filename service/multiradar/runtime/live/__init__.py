@@ -1,0 +1,1 @@
+"""The live pipeline: intake, writer of the journal, processor, publication."""

@@ -1,0 +1,1 @@
+"""What is retained for readers: history, live tracks, boards."""

@@ -1,0 +1,1 @@
+"""What readers may ask of live tracks: forecasts, encounters, windows of measurements."""

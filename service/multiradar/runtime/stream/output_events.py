@@ -1,0 +1,44 @@
+"""The output of the engine as numbered events, with a mark of the status every so many seconds."""
+
+import numpy as np
+
+from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.runtime.limits import RuntimeLimits
+from multiradar.runtime.stream.event_encoding import encode_events, event_order, status_marks
+from multiradar.runtime.stream.events import EventRing
+from multiradar.tracking.outputs import EngineOutput
+
+
+class OutputEvents:
+    """The ring of events and what of the output has become one; the engine's thread writes.
+
+    Parameters
+    ----------
+    sensors : SensorTable
+        The sensors.
+    limits : RuntimeLimits
+        The size of the ring, and the data time between two marks.
+    """
+
+    def __init__(self, sensors: SensorTable, limits: RuntimeLimits) -> None:
+        self._sensors = sensors
+        self._period_s = limits.status_period_s
+        self.ring = EventRing(limits.events_max)
+        self._reached_s, self._last_mark = -np.inf, np.nan
+
+    def publish(self, output: EngineOutput) -> None:
+        """Append the events of one output."""
+        reached_s = np.maximum.accumulate(np.r_[self._reached_s, output.updates.time_s])
+        self._reached_s, reached_s = float(reached_s[-1]), reached_s[1:]
+        marks, self._last_mark = status_marks(
+            reached_s, output.updates.sequence, self._last_mark, self._period_s
+        )
+        order = event_order(reached_s, output, marks)
+        if len(order):
+            first, table = self.ring.head + 1, self._sensors
+            self.ring.append(len(order), lambda: encode_events(first, output, marks, order, table))
+
+    def restart(self) -> None:
+        """Discard all events: the journal is played again from its beginning."""
+        self._reached_s, self._last_mark = -np.inf, np.nan
+        self.ring.clear()
