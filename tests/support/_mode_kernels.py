@@ -3,14 +3,14 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.estimation.filters._mode_column_kernels import join_columns, move_columns
-from multiradar.estimation.filters._mode_kernels import (
+from multiradar.estimation.filters.imm._mode_column_kernels import join_columns, move_columns
+from multiradar.estimation.filters.imm._mode_kernels import (
     join_modes,
     mix_modes,
     move_modes,
     pass_modes,
 )
-from multiradar.estimation.filters._mode_room_kernels import (
+from multiradar.estimation.filters.imm._mode_room_kernels import (
     CHANCE,
     COURSE,
     expect_modes,

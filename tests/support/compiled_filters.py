@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.bias.book import BiasBook
-from multiradar.estimation.filters._joint_kernels import adopt_aircraft
 from multiradar.estimation.filters._kernels import SEVERAL
 from multiradar.estimation.filters.arrays import Rows, Work, result_arrays
 from multiradar.estimation.filters.bank import Outcome, find_filter
+from multiradar.estimation.filters.joint._joint_kernels import adopt_aircraft
 from multiradar.estimation.measurement._kernels import KIND_FLAT_PLACE, KIND_FLAT_POLAR
 from multiradar.estimation.measurement.linearised import cartesian_plot
 from multiradar.tracking.input.measurements import KIND_BEARING, KIND_POSITION, KIND_RADAR

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from multiradar.errors import PlaneError
-from multiradar.estimation.filters._height_kernels import (
+from multiradar.estimation.filters.height._height_kernels import (
     COARSE_STEP_M,
     COARSE_VARIANCE,
     FINE_VARIANCE,

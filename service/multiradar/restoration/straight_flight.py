@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.estimation.filters._height_kernels import COARSE_STEP_M
+from multiradar.estimation.filters.height._height_kernels import COARSE_STEP_M
 from multiradar.estimation.measurement._kernels import (
     KIND_DIRECTION,
     seen_from,

@@ -9,8 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from multiradar.estimation.filters.polynomial import estimate, forecast, observe_interval, start
-from multiradar.estimation.filters.polynomial_state import PolynomialState
+from multiradar.estimation.filters.polynomial.polynomial import (
+    estimate,
+    forecast,
+    observe_interval,
+    start,
+)
+from multiradar.estimation.filters.polynomial.polynomial_state import PolynomialState
 
 Floats = NDArray[np.float64]
 

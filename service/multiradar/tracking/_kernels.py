@@ -9,9 +9,9 @@ from math import atan2, hypot, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.estimation.filters._height_kernels import forget_height
 from multiradar.estimation.filters._kernels import NO_ROOM_SLOT
 from multiradar.estimation.filters.arrays import Aircraft
+from multiradar.estimation.filters.height._height_kernels import forget_height
 from multiradar.estimation.measurement._kernels import KIND_BEARING, KIND_POSITION
 from multiradar.geodesy._kernels import geodetic_to_plane, local_matrix, plane_to_geodetic
 from multiradar.tracking.lifecycle.lifecycle import BY_IDENTITY, TENTATIVE, Lifecycle

@@ -3,7 +3,8 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from multiradar.estimation.filters._height_kernels import (
+from multiradar.estimation.filters.arrays import Aircraft
+from multiradar.estimation.filters.height._height_kernels import (
     BY_HEIGHT,
     CLIMB_DENSITY,
     COUNT,
@@ -15,7 +16,6 @@ from multiradar.estimation.filters._height_kernels import (
     SOURCE,
     height_variance,
 )
-from multiradar.estimation.filters.arrays import Aircraft
 
 #: Columns: height, m, and its rate, m/s; their covariance, upper triangle; what kind of height.
 CLIMB_HEIGHT, CLIMB_RATE, CLIMB_VARIANCE, CLIMB_COMMON, CLIMB_RATE_VARIANCE, CLIMB_KIND = range(6)

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.estimation.filters._mode_kernels import STRAIGHT_AT_FIRST
 from multiradar.estimation.filters.arrays import Aircraft
+from multiradar.estimation.filters.imm._mode_kernels import STRAIGHT_AT_FIRST
 
 Floats = NDArray[np.float64]
 

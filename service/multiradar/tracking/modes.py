@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.errors import ConfigurationError
-from multiradar.estimation.filters._mode_room_kernels import (
+from multiradar.estimation.filters.imm._mode_room_kernels import (
     ACROSS,
     ALONG,
     LATERAL,

@@ -11,9 +11,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.estimation.filters._height_kernels import GUESS, GUESS_VARIANCE
 from multiradar.estimation.filters.arrays import Work, partition_of
 from multiradar.estimation.filters.bank import FilterDefinition
+from multiradar.estimation.filters.height._height_kernels import GUESS, GUESS_VARIANCE
 from multiradar.tracking._kernels import assign, rebuild
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.lifecycle.lifecycle import Lifecycle

@@ -5,14 +5,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from multiradar.estimation.filters.polynomial import (
+from multiradar.estimation.filters.polynomial.polynomial import (
     estimate,
     observe,
     observe_interval,
     start,
 )
-from multiradar.estimation.filters.polynomial_basis import restriction
-from multiradar.estimation.filters.polynomial_state import PolynomialState
+from multiradar.estimation.filters.polynomial.polynomial_basis import restriction
+from multiradar.estimation.filters.polynomial.polynomial_state import PolynomialState
 
 Floats = NDArray[np.float64]
 degrees = st.integers(0, 6)

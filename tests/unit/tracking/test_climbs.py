@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from multiradar.estimation.filters._height_kernels import (
+from multiradar.estimation.filters.height._height_kernels import (
     COUNT,
     P00,
     P01,

@@ -8,8 +8,8 @@ IMM UrO RAN report (2016), equations (1.43) to (1.45) with χ and ς exchanged: 
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.estimation.filters._intersection_kernels import best_gamma
 from multiradar.estimation.filters._kernels import LOG_BIASES, SENSOR_BIASES_MAX, singular
+from multiradar.estimation.filters.separated._intersection_kernels import best_gamma
 from multiradar_compiled.kernels import kernel
 
 Floats = NDArray[np.float64]

@@ -5,9 +5,9 @@ from numpy.typing import NDArray
 
 from multiradar.estimation.bias._kernels import fold_biases
 from multiradar.estimation.bias.store import BiasState, add_information, drift, prior
-from multiradar.estimation.filters._two_stage_kernels import anchor_aircraft
 from multiradar.estimation.filters.arrays import Aircraft
 from multiradar.estimation.filters.bank import FilterDefinition
+from multiradar.estimation.filters.two_stage._two_stage_kernels import anchor_aircraft
 from multiradar.estimation.measurement.sensors import (
     PARAMETER_AZIMUTH_OFFSET,
     PARAMETER_RANGE_OFFSET,

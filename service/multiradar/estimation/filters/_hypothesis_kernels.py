@@ -18,10 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters._kernels import RESTARTED, choose_height, read_out
-from multiradar.estimation.filters._mode_kernels import read_modes
 from multiradar.estimation.filters._row_kernels import finish_readout
-from multiradar.estimation.filters._two_stage_kernels import component
 from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows
+from multiradar.estimation.filters.imm._mode_kernels import read_modes
+from multiradar.estimation.filters.two_stage._two_stage_kernels import component
 from multiradar.estimation.measurement._kernels import seen_from
 from multiradar_compiled.kernels import kernel
 

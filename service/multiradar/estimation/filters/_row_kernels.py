@@ -10,13 +10,6 @@ The project's own: what no measurement can be, so that nothing but numbers enter
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.estimation.filters._height_kernels import (
-    BY_HEIGHT,
-    GUESS_VARIANCE,
-    height_variance,
-    told_guess,
-    told_rate,
-)
 from multiradar.estimation.filters._kernels import (
     IMPLAUSIBLE,
     IMPLAUSIBLE_SLOT,
@@ -38,6 +31,13 @@ from multiradar.estimation.filters._kernels import (
     UNSUPPORTED,
     UPDATED,
     VALUE_MAX,
+)
+from multiradar.estimation.filters.height._height_kernels import (
+    BY_HEIGHT,
+    GUESS_VARIANCE,
+    height_variance,
+    told_guess,
+    told_rate,
 )
 from multiradar.estimation.measurement._kernels import (
     KIND_DIRECTION,

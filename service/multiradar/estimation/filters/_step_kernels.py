@@ -9,12 +9,6 @@ measurement.
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.estimation.filters._height_kernels import (
-    height_informs,
-    keep_height,
-    look_at_height,
-    pass_height,
-)
 from multiradar.estimation.filters._kernels import (
     REFUSED,
     RESTARTED,
@@ -26,7 +20,6 @@ from multiradar.estimation.filters._kernels import (
     read_out,
     start_aircraft,
 )
-from multiradar.estimation.filters._macro_kernels import MACRO, forget_plots, keep_plot
 from multiradar.estimation.filters._row_kernels import (
     find_taker,
     find_turn,
@@ -35,10 +28,14 @@ from multiradar.estimation.filters._row_kernels import (
     note_outcome,
     note_start,
 )
-from multiradar.estimation.filters._separated_kernels import correct_separated
-from multiradar.estimation.filters._time_offset_kernels import has_time_offset, settle_velocity
-from multiradar.estimation.filters._two_stage_kernels import component, correct_two_stage
-from multiradar.estimation.filters._unheard_height_kernels import (
+from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows, Work
+from multiradar.estimation.filters.height._height_kernels import (
+    height_informs,
+    keep_height,
+    look_at_height,
+    pass_height,
+)
+from multiradar.estimation.filters.height._unheard_height_kernels import (
     LEARNT_COUNT,
     begin_by_height,
     keep_learnt,
@@ -47,7 +44,13 @@ from multiradar.estimation.filters._unheard_height_kernels import (
     shift_by_height,
     taken_as,
 )
-from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows, Work
+from multiradar.estimation.filters.separated._macro_kernels import MACRO, forget_plots, keep_plot
+from multiradar.estimation.filters.separated._separated_kernels import correct_separated
+from multiradar.estimation.filters.two_stage._time_offset_kernels import (
+    has_time_offset,
+    settle_velocity,
+)
+from multiradar.estimation.filters.two_stage._two_stage_kernels import component, correct_two_stage
 from multiradar.estimation.measurement._kernels import KIND_BEARING, is_bearing
 from multiradar.estimation.motion._kernels import move_aircraft
 from multiradar_compiled.kernels import fetch_ahead, in_loop, kernel, loop

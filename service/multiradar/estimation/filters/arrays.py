@@ -9,8 +9,8 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.estimation.filters._height_kernels import GUESS, VERTICAL_COUNT
 from multiradar.estimation.filters._kernels import INNOVATION_COUNT, LOG_COUNT, READOUT_COUNT
+from multiradar.estimation.filters.height._height_kernels import GUESS, VERTICAL_COUNT
 from multiradar_compiled.kernels import in_both
 
 Floats = NDArray[np.float64]

@@ -9,9 +9,6 @@ from numpy.typing import NDArray
 
 from multiradar.errors import ConfigurationError, UnknownFilterError
 from multiradar.estimation.filters import _kernels as kernels
-from multiradar.estimation.filters._imm_step_kernels import IMM, imm_step
-from multiradar.estimation.filters._joint_kernels import JOINT, joint_step
-from multiradar.estimation.filters._macro_kernels import MACRO, stack_all
 from multiradar.estimation.filters._step_kernels import BLOM, INTERSECTION, TWO_STAGE, step
 from multiradar.estimation.filters.arrays import (
     Aircraft,
@@ -21,6 +18,9 @@ from multiradar.estimation.filters.arrays import (
     Work,
     aircraft_arrays,
 )
+from multiradar.estimation.filters.imm._imm_step_kernels import IMM, imm_step
+from multiradar.estimation.filters.joint._joint_kernels import JOINT, joint_step
+from multiradar.estimation.filters.separated._macro_kernels import MACRO, stack_all
 from multiradar.estimation.measurement._kernels import PARAMETER_TIME_OFFSET
 
 Floats = NDArray[np.float64]

@@ -16,11 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.bias._kernels import fold_biases
-from multiradar.estimation.filters._joint_kernels import JOINT, joint_step
-from multiradar.estimation.filters._macro_kernels import MACRO, stack_plots
 from multiradar.estimation.filters._step_kernels import INTERSECTION, TWO_STAGE, step
-from multiradar.estimation.filters._two_stage_kernels import anchor_aircraft
 from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows, Work
+from multiradar.estimation.filters.joint._joint_kernels import JOINT, joint_step
+from multiradar.estimation.filters.separated._macro_kernels import MACRO, stack_plots
+from multiradar.estimation.filters.two_stage._two_stage_kernels import anchor_aircraft
 from multiradar.estimation.sequential.arrays import Store
 from multiradar_compiled.kernels import inlined_kernel, kernel
 

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters._kernels import acceleration_density
-from multiradar.estimation.filters._macro_kernels import MACRO
-from multiradar.estimation.filters._two_stage_kernels import component
 from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows, Work
+from multiradar.estimation.filters.separated._macro_kernels import MACRO
+from multiradar.estimation.filters.two_stage._two_stage_kernels import component
 from multiradar.estimation.motion._kernels import predict_motion
 from multiradar.estimation.sequential._kernels import take_rows, walk
 from multiradar.estimation.sequential.arrays import Record, Store

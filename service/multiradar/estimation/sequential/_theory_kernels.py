@@ -20,9 +20,9 @@ from math import sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.estimation.filters._joint_kernels import JOINT
 from multiradar.estimation.filters._kernels import choose_height
 from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows, Work
+from multiradar.estimation.filters.joint._joint_kernels import JOINT
 from multiradar.estimation.measurement._kernels import bias_column, predict_measurement
 from multiradar.estimation.sequential._kernels import take_rows
 from multiradar.estimation.sequential._player_kernels import (

@@ -9,17 +9,15 @@ from numpy.typing import NDArray
 from multiradar.errors import ConfigurationError
 from multiradar.estimation.array_checks import require_shape
 from multiradar.estimation.filters import _kernels as kernels
-from multiradar.estimation.filters._height_kernels import forget_height
-from multiradar.estimation.filters._joint_kernels import adopt_aircraft
-from multiradar.estimation.filters._mode_room_kernels import (
-    MODE_COUNT,
-)
-from multiradar.estimation.filters._time_offset_kernels import (
+from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Work, result_arrays
+from multiradar.estimation.filters.bank import FilterDefinition, find_filter_for
+from multiradar.estimation.filters.height._height_kernels import forget_height
+from multiradar.estimation.filters.imm._mode_room_kernels import MODE_COUNT
+from multiradar.estimation.filters.joint._joint_kernels import adopt_aircraft
+from multiradar.estimation.filters.two_stage._time_offset_kernels import (
     VELOCITY_SIGMA_MAX,
     has_time_offset,
 )
-from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Work, result_arrays
-from multiradar.estimation.filters.bank import FilterDefinition, find_filter_for
 from multiradar.estimation.sequential._kernels import inform
 from multiradar.estimation.sequential.arrays import Store
 from multiradar.estimation.sequential.sensors import Sensors

@@ -1,6 +1,6 @@
 """Compiled association: which tracks a plot may be of, and how likely it is of each.
 
-Symbols beside those of `multiradar.estimation.filters._two_stage_kernels`: χ = a + V ς̂ = state of
+Symbols beside those of `filters.two_stage._two_stage_kernels`: χ = a + V ς̂ = state of
 a track, M = variance of the place (m²) for a manoeuvre that begins now, λ = density of false plots.
 """
 
@@ -9,14 +9,14 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.estimation.filters._height_kernels import look_at_height
 from multiradar.estimation.filters._kernels import (
     ACCELERATION_DENSITY,
     UPDATED,
     manoeuvre_factor,
 )
-from multiradar.estimation.filters._two_stage_kernels import spread_of_biases
 from multiradar.estimation.filters.arrays import Aircraft, Model, Rows
+from multiradar.estimation.filters.height._height_kernels import look_at_height
+from multiradar.estimation.filters.two_stage._two_stage_kernels import spread_of_biases
 from multiradar.estimation.measurement._kernels import (
     Slope,
     bias_column,

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from multiradar.errors import BearingsError
 from multiradar.estimation.bias.store import BiasState
-from multiradar.estimation.filters._height_kernels import COARSE_STEP_M, slant_of_direction
 from multiradar.estimation.filters._kernels import (
     ACCELERATION_DENSITY,
     ASSUMED_HEIGHT,
@@ -25,6 +24,7 @@ from multiradar.estimation.filters._kernels import (
 )
 from multiradar.estimation.filters.arrays import Model
 from multiradar.estimation.filters.bearings_only import begin
+from multiradar.estimation.filters.height._height_kernels import COARSE_STEP_M, slant_of_direction
 from multiradar.estimation.gaussian import symmetric_part
 from multiradar.estimation.measurement._kernels import (
     KIND_DIRECTION,

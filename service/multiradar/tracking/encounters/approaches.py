@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.estimation.filters._height_kernels import CLIMB_DENSITY
+from multiradar.estimation.filters.height._height_kernels import CLIMB_DENSITY
 from multiradar.tracking.climbs import CLIMB_KIND, later_variance
 from multiradar.tracking.encounters import _approach_kernels as kernels
 from multiradar.tracking.encounters._chance_kernels import (

@@ -11,13 +11,13 @@ any interval.
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.estimation.filters._mode_kernels import (
+from multiradar.estimation.filters.imm._mode_kernels import (
     join_modes,
     mix_modes,
     move_modes,
     pass_modes,
 )
-from multiradar.estimation.filters._mode_room_kernels import (
+from multiradar.estimation.filters.imm._mode_room_kernels import (
     ROOM_ROWS,
     load_modes,
     prepare_room,

@@ -3,9 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.estimation.filters._mode_room_kernels import (
-    LEAVING,
-)
+from multiradar.estimation.filters.imm._mode_room_kernels import LEAVING
 from multiradar.estimation.motion.constant_velocity import process_noise, transition
 from multiradar.estimation.motion.velocity_frame_noise import acceleration_covariance
 from multiradar.tracking.forecast._forecast_kernels import forecast_modes

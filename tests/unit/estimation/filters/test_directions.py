@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from multiradar.estimation.filters._height_kernels import BY_HEIGHT, GUESS, GUESS_VARIANCE
 from multiradar.estimation.filters.arrays import Aircraft, Model, Rows, Work, result_arrays
 from multiradar.estimation.filters.bank import FILTERS, Outcome
+from multiradar.estimation.filters.height._height_kernels import BY_HEIGHT, GUESS, GUESS_VARIANCE
 from multiradar.estimation.measurement._kernels import KIND_DIRECTION, seen_from, sine_by_height
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.tracking.settings import TrackingSettings

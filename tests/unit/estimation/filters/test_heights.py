@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from multiradar.estimation.filters import _height_kernels as heights
 from multiradar.estimation.filters._kernels import (
     ASSUMED_HEIGHT,
     ASSUMED_HEIGHT_SIGMA,
@@ -15,6 +14,7 @@ from multiradar.estimation.filters._kernels import (
     STARTED,
     UPDATED,
 )
+from multiradar.estimation.filters.height import _height_kernels as heights
 from multiradar.estimation.measurement._kernels import KIND_POSITION, KIND_RADAR
 from support.kernels import plain
 

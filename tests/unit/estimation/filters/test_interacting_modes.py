@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from multiradar.errors import ConfigurationError
-from multiradar.estimation.filters._mode_column_kernels import move_columns
-from multiradar.estimation.filters._mode_room_kernels import ROOM_ROWS, SHARES, prepare_room
+from multiradar.estimation.filters.imm._mode_column_kernels import move_columns
+from multiradar.estimation.filters.imm._mode_room_kernels import ROOM_ROWS, SHARES, prepare_room
 from multiradar.estimation.gaussian import normalised_squared, require_covariance
 from multiradar.runtime.engine.engine import Engine
 from multiradar.tracking import model as model_module

@@ -8,7 +8,7 @@ import numpy as np
 
 from multiradar.estimation.bias._kernels import fold_biases
 from multiradar.estimation.filters._kernels import LOG_BIASES, LOG_COUNT
-from multiradar.estimation.filters._separated_kernels import intersect
+from multiradar.estimation.filters.separated._separated_kernels import intersect
 
 CASES = 1000
 UPPER = np.triu_indices(4)

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from multiradar.estimation.filters._intersection_kernels import best_gamma, scaled_trace
+from multiradar.estimation.filters.separated._intersection_kernels import best_gamma, scaled_trace
 from support.kernels import plain
 from support.reference_filters import intersection_bound
 

@@ -15,7 +15,7 @@ from multiradar.errors import (
     ShapeError,
     TimeOrderError,
 )
-from multiradar.estimation.filters.polynomial import (
+from multiradar.estimation.filters.polynomial.polynomial import (
     estimate,
     forecast,
     observe,
@@ -23,7 +23,7 @@ from multiradar.estimation.filters.polynomial import (
     observe_interval,
     start,
 )
-from multiradar.estimation.filters.polynomial_state import PolynomialState
+from multiradar.estimation.filters.polynomial.polynomial_state import PolynomialState
 from support.exact_regression import ExactRegression
 
 Floats = NDArray[np.float64]

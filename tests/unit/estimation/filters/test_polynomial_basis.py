@@ -4,7 +4,11 @@ import numpy as np
 import pytest
 from numpy.polynomial import Legendre
 
-from multiradar.estimation.filters.polynomial_basis import averages, legendre_table, restriction
+from multiradar.estimation.filters.polynomial.polynomial_basis import (
+    averages,
+    legendre_table,
+    restriction,
+)
 
 
 def test_values_and_derivatives_are_those_of_numpy_inside_and_outside() -> None:

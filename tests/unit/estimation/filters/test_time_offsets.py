@@ -6,12 +6,12 @@ from scipy.stats import chi2
 
 from multiradar.errors import ConfigurationError
 from multiradar.estimation.bias.store import BiasState
-from multiradar.estimation.filters._time_offset_kernels import (
+from multiradar.estimation.filters.bank import FILTERS
+from multiradar.estimation.filters.two_stage._time_offset_kernels import (
     SPEED_MIN,
     begin_with_velocity,
     follow_velocity,
 )
-from multiradar.estimation.filters.bank import FILTERS
 from multiradar.estimation.measurement.sensors import (
     PARAMETER_AZIMUTH_OFFSET,
     PARAMETER_RANGE_OFFSET,

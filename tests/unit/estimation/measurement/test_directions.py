@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from multiradar.estimation.filters._height_kernels import slant_of_direction
+from multiradar.estimation.filters.height._height_kernels import slant_of_direction
 from multiradar.estimation.measurement._kernels import (
     KIND_DIRECTION,
     PARAMETER_AZIMUTH_OFFSET,

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from multiradar.estimation.filters._height_kernels import CLIMB_DENSITY
+from multiradar.estimation.filters.height._height_kernels import CLIMB_DENSITY
 from multiradar.tracking.climbs import CLIMB_COUNT
 from multiradar.tracking.encounters._relative_kernels import RARE, RARE_SHARE
 from multiradar.tracking.encounters.approaches import (

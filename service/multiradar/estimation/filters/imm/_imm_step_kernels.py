@@ -10,13 +10,6 @@ the two-stage form of each mode, and the loop itself, are the project's own.
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.estimation.filters._height_kernels import (
-    height_informs,
-    keep_height,
-    look_at_height,
-    pass_height,
-)
-from multiradar.estimation.filters._imm_kernels import correct_modes
 from multiradar.estimation.filters._kernels import (
     ACCELERATION_DENSITY,
     BIASES_KEPT,
@@ -31,22 +24,6 @@ from multiradar.estimation.filters._kernels import (
     read_out,
     start_aircraft,
 )
-from multiradar.estimation.filters._mode_column_kernels import join_columns, move_columns
-from multiradar.estimation.filters._mode_kernels import (
-    join_modes,
-    mix_modes,
-    move_modes,
-    pass_modes,
-    read_modes,
-    spread_over_modes,
-)
-from multiradar.estimation.filters._mode_room_kernels import (
-    ROOM_ROWS,
-    expect_modes,
-    load_modes,
-    prepare_room,
-    store_modes,
-)
 from multiradar.estimation.filters._row_kernels import (
     find_taker,
     find_turn,
@@ -56,7 +33,14 @@ from multiradar.estimation.filters._row_kernels import (
     note_start,
 )
 from multiradar.estimation.filters._step_kernels import ROWS_AHEAD, copy_sums, fetch_row
-from multiradar.estimation.filters._unheard_height_kernels import (
+from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows, Work
+from multiradar.estimation.filters.height._height_kernels import (
+    height_informs,
+    keep_height,
+    look_at_height,
+    pass_height,
+)
+from multiradar.estimation.filters.height._unheard_height_kernels import (
     LEARNT_COUNT,
     begin_by_height,
     keep_learnt,
@@ -65,7 +49,23 @@ from multiradar.estimation.filters._unheard_height_kernels import (
     shift_by_height,
     taken_as,
 )
-from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows, Work
+from multiradar.estimation.filters.imm._imm_kernels import correct_modes
+from multiradar.estimation.filters.imm._mode_column_kernels import join_columns, move_columns
+from multiradar.estimation.filters.imm._mode_kernels import (
+    join_modes,
+    mix_modes,
+    move_modes,
+    pass_modes,
+    read_modes,
+    spread_over_modes,
+)
+from multiradar.estimation.filters.imm._mode_room_kernels import (
+    ROOM_ROWS,
+    expect_modes,
+    load_modes,
+    prepare_room,
+    store_modes,
+)
 from multiradar.estimation.measurement._kernels import KIND_BEARING
 from multiradar_compiled.kernels import fetch_ahead, in_loop, kernel, loop
 from multiradar_compiled.lane_kernels import LANES, load_row, store_row

@@ -11,7 +11,6 @@ IMM UrO RAN report (2016), equations (1.34) to (1.38), and (1.43) to (1.45).
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.estimation.filters._intersection_kernels import best_gamma
 from multiradar.estimation.filters._kernels import (
     CONE,
     CONE_RATIO,
@@ -34,6 +33,7 @@ from multiradar.estimation.filters._kernels import (
     squared_norm,
     surprise_after,
 )
+from multiradar.estimation.filters.separated._intersection_kernels import best_gamma
 from multiradar.estimation.measurement._kernels import (
     bias_column,
     bias_spread,

@@ -17,22 +17,6 @@ the project's own.
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.estimation.filters._height_kernels import (
-    Look,
-    height_informs,
-    keep_height,
-    look_at_height,
-    pass_height,
-)
-from multiradar.estimation.filters._joint_matrix_kernels import (
-    active_runs,
-    add_spread_of_bias,
-    copy_block,
-    correct_all,
-    correct_one,
-    move,
-    spread_of_position,
-)
 from multiradar.estimation.filters._kernels import (
     BIASES_KEPT,
     CONE,
@@ -63,7 +47,15 @@ from multiradar.estimation.filters._row_kernels import (
     note_outcome,
     note_start,
 )
-from multiradar.estimation.filters._unheard_height_kernels import (
+from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows, Work
+from multiradar.estimation.filters.height._height_kernels import (
+    Look,
+    height_informs,
+    keep_height,
+    look_at_height,
+    pass_height,
+)
+from multiradar.estimation.filters.height._unheard_height_kernels import (
     LEARNT_COUNT,
     begin_by_height,
     keep_learnt,
@@ -71,7 +63,15 @@ from multiradar.estimation.filters._unheard_height_kernels import (
     met_height,
     shift_by_height,
 )
-from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows, Work
+from multiradar.estimation.filters.joint._joint_matrix_kernels import (
+    active_runs,
+    add_spread_of_bias,
+    copy_block,
+    correct_all,
+    correct_one,
+    move,
+    spread_of_position,
+)
 from multiradar.estimation.measurement._kernels import (
     bias_column,
     measures_azimuth,

@@ -37,11 +37,9 @@ from multiradar.estimation.filters._kernels import (
     squared_norm,
     surprise_after,
 )
-from multiradar.estimation.filters._mode_column_kernels import correct_columns, see_columns
-from multiradar.estimation.filters._mode_kernels import (
-    PROBABILITY_MIN,
-)
-from multiradar.estimation.filters._mode_room_kernels import (
+from multiradar.estimation.filters.imm._mode_column_kernels import correct_columns, see_columns
+from multiradar.estimation.filters.imm._mode_kernels import PROBABILITY_MIN
+from multiradar.estimation.filters.imm._mode_room_kernels import (
     CHANCE,
     GAIN,
     MODES,
@@ -52,7 +50,7 @@ from multiradar.estimation.filters._mode_room_kernels import (
     keep,
     kept,
 )
-from multiradar.estimation.filters._two_stage_kernels import inform, spread_of_biases
+from multiradar.estimation.filters.two_stage._two_stage_kernels import inform, spread_of_biases
 from multiradar.estimation.measurement._kernels import (
     NoiseOf,
     SlopeOf,

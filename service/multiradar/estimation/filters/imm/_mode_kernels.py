@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters._kernels import READOUT_MODES, SLOW_SPEED_SQUARED
-from multiradar.estimation.filters._mode_room_kernels import (
+from multiradar.estimation.filters.imm._mode_room_kernels import (
     ACROSS,
     ALONG,
     ARMS,

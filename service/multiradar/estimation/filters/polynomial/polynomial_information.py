@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import qr
 
-from multiradar.estimation.filters.polynomial_basis import legendre_table, restriction
-from multiradar.estimation.filters.polynomial_state import PolynomialState
+from multiradar.estimation.filters.polynomial.polynomial_basis import legendre_table, restriction
+from multiradar.estimation.filters.polynomial.polynomial_state import PolynomialState
 
 Floats = NDArray[np.float64]
 

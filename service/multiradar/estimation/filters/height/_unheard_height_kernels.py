@@ -14,7 +14,14 @@ own.
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.estimation.filters._height_kernels import (
+from multiradar.estimation.filters._kernels import (
+    SLOPE_DETERMINANT_MIN,
+    covariance_times_transposed,
+    gain_of,
+    inverse,
+    position_part,
+)
+from multiradar.estimation.filters.height._height_kernels import (
     BEGUN,
     BY_HEIGHT,
     GUESS,
@@ -22,13 +29,6 @@ from multiradar.estimation.filters._height_kernels import (
     NOTHING,
     Look,
     range_slope,
-)
-from multiradar.estimation.filters._kernels import (
-    SLOPE_DETERMINANT_MIN,
-    covariance_times_transposed,
-    gain_of,
-    inverse,
-    position_part,
 )
 from multiradar.estimation.measurement._kernels import (
     KIND_BEARING,

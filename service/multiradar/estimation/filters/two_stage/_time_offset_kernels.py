@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters._kernels import BIASES_KEPT, STARTED, start_aircraft
-from multiradar.estimation.filters._two_stage_kernels import component
+from multiradar.estimation.filters.two_stage._two_stage_kernels import component
 from multiradar.estimation.measurement._kernels import PARAMETER_TIME_OFFSET
 from multiradar_compiled.kernels import in_loop
 

@@ -12,7 +12,7 @@ of interacting modes is the project's own.
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.estimation.filters._mode_room_kernels import (
+from multiradar.estimation.filters.imm._mode_room_kernels import (
     CHANCE,
     COURSE,
     GAIN,

@@ -30,8 +30,12 @@ from multiradar.estimation.array_checks import (
     require_numbers,
     require_shape,
 )
-from multiradar.estimation.filters.polynomial_basis import averages, legendre_table, restriction
-from multiradar.estimation.filters.polynomial_information import (
+from multiradar.estimation.filters.polynomial.polynomial_basis import (
+    averages,
+    legendre_table,
+    restriction,
+)
+from multiradar.estimation.filters.polynomial.polynomial_information import (
     derivative_rows,
     extended_until,
     legendre_part,
@@ -39,7 +43,10 @@ from multiradar.estimation.filters.polynomial_information import (
     sorted_factor,
     with_measurements,
 )
-from multiradar.estimation.filters.polynomial_state import PolynomialEstimate, PolynomialState
+from multiradar.estimation.filters.polynomial.polynomial_state import (
+    PolynomialEstimate,
+    PolynomialState,
+)
 from multiradar.estimation.gaussian import require_covariance
 
 Floats = NDArray[np.float64]

@@ -1,0 +1,1 @@
+"""Height and rate of climb."""

@@ -1,0 +1,1 @@
+"""Interacting multiple models on the two-stage filter."""

@@ -1,0 +1,1 @@
+"""The joint Kalman filter over all aircraft and all biases."""

@@ -1,0 +1,1 @@
+"""Filters that drop cross-covariances: Blom, its macro form, covariance intersection."""

@@ -1,0 +1,1 @@
+"""The two-stage filter: each aircraft by itself, the biases of all by information (exact)."""
