@@ -1,7 +1,8 @@
 """Defaults and bounds of settings as lines of text, to compare them with those on record."""
 
 from collections.abc import Iterator
-from dataclasses import fields
+from dataclasses import MISSING, fields
+from enum import Enum
 from typing import TYPE_CHECKING, Any, get_args
 
 from annotated_types import BaseMetadata
@@ -27,10 +28,36 @@ def model_lines(model: type[BaseModel]) -> list[str]:
     ]
 
 
-def dataclass_lines(settings: "DataclassInstance") -> list[str]:
-    """Return a line for each field of settings that were made without arguments."""
-    name = type(settings).__name__
-    return [f"{name}.{one.name}: {getattr(settings, one.name)!r}" for one in fields(settings)]
+def dataclass_lines(kind: type["DataclassInstance"]) -> list[str]:
+    """Return a line for each field of a dataclass that has a default."""
+    return [
+        f"{kind.__module__}.{kind.__name__}.{one.name}: {one.default!r}"
+        for one in fields(kind)
+        if one.default is not MISSING
+    ]
+
+
+def command_lines(command: Any, name: str) -> list[str]:
+    """Return a line for each option of a command and of the commands in it."""
+    lines = []
+    for option in command.params:
+        ends = {end: getattr(option, end) for end in ("min", "max")}
+        bounds = (f"{end} {value!r}" for end, value in ends.items() if value is not None)
+        lines.append(f"{name} {option.opts[0]}: {'; '.join((_shown(option.default), *bounds))}")
+    for part, within in sorted(getattr(command, "commands", {}).items()):
+        lines += command_lines(within, f"{name} {part}")
+    return lines
+
+
+def parameter_lines(document: dict[str, Any]) -> list[str]:
+    """Return a line for each parameter of an OpenAPI document."""
+    return [
+        f"{verb} {path} {one['name']}: {'; '.join((_default(told), *_bounds(told)))}"
+        for path, verbs in document["paths"].items()
+        for verb, operation in verbs.items()
+        for one in operation.get("parameters", ())
+        for told in (one["schema"],)
+    ]
 
 
 def _models(kind: Any) -> Iterator[type[BaseModel]]:
@@ -46,6 +73,10 @@ def _default(told: dict[str, Any]) -> str:
     value = told.get("default", "no default")
     # That of a section is in lines of its own.
     return "a section" if isinstance(value, dict) else repr(value)
+
+
+def _shown(value: object) -> str:
+    return repr(value.value if isinstance(value, Enum) else value)
 
 
 def _bounds_of(kind: type[BaseModel], name: str, told: dict[str, Any]) -> list[str]:
