@@ -45,3 +45,15 @@ def test_a_wrong_unit_of_range_shows_in_speeds_or_in_small_ranges(
         assert said is not None
         assert (said.sensor_id, said.code) == ("1-10", "range_unit")
         assert words in said.sentence
+
+
+def test_of_two_units_that_fit_the_more_usual_speed_decides_or_the_instrumented_range() -> None:
+    found = plots(1000.0, 120.0)
+    paths = np.zeros(found.size, np.int64)
+    by_speed = range_unit("1-10", found, SITE, paths, np.inf)
+    assert by_speed is not None
+    assert "probably in nautical miles (or kilometres)" in by_speed.sentence
+    assert "and 223 m/s" in by_speed.sentence
+    by_range = range_unit("1-10", found, SITE, paths, FARTHEST_M)
+    assert by_range is not None
+    assert "probably in kilometres: " in by_range.sentence
