@@ -49,6 +49,19 @@ def frame(*rows: dict[str, object]) -> pl.DataFrame:
     return pl.DataFrame(rows, schema=MEASUREMENT_SCHEMA)
 
 
+def test_rows_are_shown_as_they_were_sent_without_what_is_missing() -> None:
+    plot = radar(mode_3a="0012", mode_s_address="00c0fe", track_number=7)
+    report = adsb(mode_3a=None, mode_s_address=None, track_number=None, callsign=None)
+    batch, _ = measurement_batch(frame(plot, report), TABLE)
+    shown, other = measurement_rows(batch, TABLE)
+    assert {name: shown[name] for name in ("mode_3a", "mode_s_address", "track_number")} == {
+        "mode_3a": "0012", "mode_s_address": "00c0fe", "track_number": 7,
+    }  # fmt: skip
+    assert shown["range_m"] == plot["range_m"]
+    assert shown["azimuth_deg"] == pytest.approx(plot["azimuth_deg"])
+    assert set(other) == {"time_s", "sensor_id", "latitude_deg", "longitude_deg"}
+
+
 def test_sensors_are_sorted_and_in_radians() -> None:
     assert TABLE.ids == ("41-10", "adsb", "finder")
     assert TABLE.kinds.tolist() == [KIND_RADAR, KIND_POSITION, KIND_BEARING]

@@ -123,7 +123,7 @@ def _paths(parts: list[tuple[Integers, Integers, Floats, Floats]]) -> Paths:
     return Paths(np.cumsum(new) - 1, name, source, time_s, position)
 
 
-def named_pairs(plots: Plots, paths: Paths, key: int, late_s: float = 0.0) -> Pairs:
+def named_pairs(plots: Plots, paths: Paths, key: int, late_s: float) -> Pairs:
     """Return for each plot where the others see its aircraft.
 
     Parameters
@@ -145,7 +145,7 @@ def named_pairs(plots: Plots, paths: Paths, key: int, late_s: float = 0.0) -> Pa
     return _joined(parts)
 
 
-def candidate_pairs(plots: Plots, paths: Paths, late_s: float = 0.0) -> Pairs:
+def candidate_pairs(plots: Plots, paths: Paths, late_s: float) -> Pairs:
     """Return for each plot where the others see any aircraft at its time."""
     if paths.size == 0:
         return NO_PAIRS

@@ -341,6 +341,12 @@ def test_system_tracks_become_a_table_of_their_own(tmp_path: Path) -> None:
     assert [one.file for one in report(out).outputs][-1] == "system_tracks.parquet"
 
 
+def test_a_date_makes_the_times_of_system_tracks_unix_times(tmp_path: Path) -> None:
+    out = converted(tmp_path, block(62, system_track(5.0)), options=("--date", "2018-08-01"))
+    table = pl.read_parquet(out / "system_tracks.parquet")
+    assert table["time_s"].to_list() == [1_533_081_600.0 + 5.0]
+
+
 @pytest.mark.parametrize(("letters", "edition"), [(7, "1.21"), (8, "1.17-cs8")])
 def test_callsigns_of_eight_letters_in_flight_plans_are_read(
     tmp_path: Path, letters: int, edition: str

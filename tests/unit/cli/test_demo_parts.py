@@ -1,11 +1,16 @@
 """What the demo shows: truth, trend, and distances between reports and tracks."""
 
+import io
 import json
+import subprocess
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import polars as pl
 import pytest
 
+from multiradar.cli import demo_service
 from multiradar.cli.demo_accuracy import position_accuracy
 from multiradar.cli.demo_truth import read_truth, sample_folder
 from multiradar.cli.demo_view import BiasLine, Scene, bias_table, plain_head, plain_line, trend
@@ -28,6 +33,22 @@ def test_a_dump_without_truth_has_none_and_a_broken_one_is_told(tmp_path: Path) 
     (tmp_path / "truth.json").write_text(json.dumps({"radars": [{"source": 1}]}))
     with pytest.raises(InputError, match=r"truth\.json: not the truth of a recording: missing"):
         read_truth(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("output", "document"),
+    [
+        ('{"http": "http://127.0.0.1:1"}\n{"other": 2}\n', {"http": "http://127.0.0.1:1"}),
+        ("", None),
+        ("a warning\n", None),
+        ("[1]\n", None),
+    ],
+)
+def test_a_service_says_where_it_listens_in_its_first_line(
+    output: str, document: dict[str, str] | None
+) -> None:
+    process = cast("subprocess.Popen[str]", SimpleNamespace(stdout=io.StringIO(output)))
+    assert demo_service._first_line(process, lambda: None) == document
 
 
 #: Metres of a degree of latitude, and of longitude, at 50° north on WGS 84.

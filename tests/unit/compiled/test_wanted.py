@@ -39,6 +39,17 @@ def test_an_output_that_is_not_wanted_adds_nothing() -> None:
     assert track_purposes(IMM, live_scene.sensors(), dict.fromkeys(OUTPUTS)) == plain
 
 
+def test_a_service_wants_what_it_is_configured_for() -> None:
+    sensors = live_scene.sensors()
+    plain = serve_purposes("imm", sensors, trajectories=False, asterix=False)
+    assert plain == ["track imm", "serve imm"]
+    received = serve_purposes("imm", sensors, trajectories=False, asterix=True)
+    assert received == [*plain, "convert asterix"]
+    bundles = serve_purposes("imm", sensors, trajectories=True, asterix=False)
+    tracked = track_purposes("imm", sensors, {"--trajectories": True})
+    assert bundles == [*tracked, "serve imm"] != plain
+
+
 def test_direction_finders_add_kernels() -> None:
     assert track_purposes(IMM, bearing_scene.sensors(), {}) == ["track imm", "bearings imm"]
 

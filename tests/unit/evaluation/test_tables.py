@@ -86,6 +86,13 @@ def test_reports_are_named_by_track_number_or_else_by_address() -> None:
     assert np.isnan(found.height_m[1])
 
 
+@pytest.mark.parametrize("dtype", [pl.Null, pl.Int64, pl.Float32])
+def test_heights_may_be_absent_or_of_any_kind_of_number(dtype: type[pl.DataType]) -> None:
+    height = pl.Series([None, None, 9000 if dtype.is_numeric() else None], dtype=dtype)
+    found = tracks_of(TRACKS.with_columns(height_m=height), "tracks", PLANE, tentative=True)
+    assert np.isfinite(found.height_m).sum() == dtype.is_numeric()
+
+
 def test_tracks_are_sorted_by_track_and_time_and_tentative_rows_left_out() -> None:
     found = tracks_of(TRACKS, "tracks", PLANE, tentative=False)
     assert found.ids.tolist() == [2, 5]
@@ -128,6 +135,11 @@ def _reports(frame: pl.DataFrame) -> object:
             _tracks,
             TRACKS.with_columns(time_s=pl.lit("noon")),
             "expected numbers in the column time_s, was String",
+        ),
+        (
+            _tracks,
+            TRACKS.with_columns(height_m=pl.lit("high")),
+            "expected numbers in the column height_m, was String",
         ),
         (
             _tracks,

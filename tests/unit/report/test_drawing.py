@@ -27,6 +27,11 @@ from support.fake_study import ENTRY
 #: Columns that a line is thinned to.
 COLUMNS = 300
 X = np.linspace(0.0, 10.0, 20)
+#: Seconds between two marks of an axis.
+STEPS_S = (
+    1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 60.0, 120.0, 300.0, 600.0, 900.0, 1800.0, 3600.0, 7200.0,
+    10_800.0, 21_600.0, 43_200.0, 86_400.0, 172_800.0,
+)  # fmt: skip
 
 
 def _plot(*keys: str, style: Style = "line", scale: float = 1.0) -> Plot:
@@ -78,9 +83,12 @@ def test_axes_of_one_label_have_the_same_limits_in_a_group_unless_they_are_told(
 def test_a_logarithmic_axis_leaves_out_what_has_no_logarithm() -> None:
     y = np.array([0.0, -1.0, np.nan, 1e-3, 1e3])
     plot = Plot("t", "x", "y", (Series("a", np.arange(5.0), y),), y_scale="log")
-    low, high = draw_group([plot], _colours(plot))[0].axes[0].get_ylim()
+    axes = draw_group([plot], _colours(plot))[0].axes[0]
+    low, high = axes.get_ylim()
     assert 1e-5 < low < 1e-3
     assert 1e3 < high < 1e5
+    # Powers of ten are marked, what lies between is not.
+    assert {mark.tick1line.get_markersize() for mark in axes.yaxis.get_minor_ticks()} <= {0.0}
 
 
 def test_drawing_leaves_no_trace_in_matplotlib() -> None:
@@ -240,7 +248,13 @@ def test_an_axis_of_data_times_shows_the_time_of_day(
 
 @pytest.mark.parametrize(
     ("span_s", "step_s"),
-    [(0.5, 1.0), (7.0, 1.0), (7.1, 2.0), (604_800.0, 86_400.0), (1e6, 172_800.0)],
+    [
+        (0.5, 1.0),
+        (7.1, 2.0),
+        (1e6, 172_800.0),
+        # A step is taken up to a span of seven.
+        *((7.0 * step_s, step_s) for step_s in STEPS_S),
+    ],
 )
 def test_an_axis_of_data_times_has_seven_marks_at_most(span_s: float, step_s: float) -> None:
     assert step_of(span_s) == step_s

@@ -175,6 +175,13 @@ def test_habits_are_those_of_the_flight() -> None:
     assert durations[1] > durations[2]
 
 
+def test_habits_are_noted_every_5_s_and_40_s_after_it() -> None:
+    flown = flight(((0.0, 0.0),))
+    for until_s, noted_s in ((60.0, 20.0), (62.5, 20.0), (65.0, 25.0)):
+        plots = plots_of(flown, until_s + 0.1, np.random.default_rng(5), interval_s=2.5)
+        assert followed(plots).habits.until_s == noted_s
+
+
 def test_a_copy_of_a_bundle_forecasts_the_same() -> None:
     bundle = followed(plots_of(flight(((0.0, 0.0), (80.0, 2.0))), 200.0, np.random.default_rng(6)))
     other = bundle.copy()

@@ -185,7 +185,9 @@ def test_a_key_that_is_used_for_another_message_is_refused(start: Starter) -> No
     assert settled(service)["read"] == 20
 
 
-def test_a_message_of_the_wrong_form_harms_no_other(start: Starter) -> None:
+def test_a_message_of_the_wrong_form_harms_no_other(
+    start: Starter, caplog: pytest.LogCaptureFixture
+) -> None:
     gate = GatedJournal()
     service = start(gate)
     frame = recording(60)
@@ -203,6 +205,8 @@ def test_a_message_of_the_wrong_form_harms_no_other(start: Starter) -> None:
         with pytest.raises(InputError):
             future.result(WAIT_TIMEOUT_S)
     assert settled(service)["read"] == 60
+    # A mistake of the sender's is no error of the service.
+    assert not caplog.records
 
 
 def test_optional_columns_may_be_absent(start: Starter) -> None:

@@ -2,18 +2,31 @@
 
 import json
 import tomllib
+from pathlib import Path
 from typing import Any
 
 import jsonschema
 import pytest
 from pydantic import ValidationError
 
+from multiradar_schemas import export
 from multiradar_schemas.arrow import BIAS_SCHEMA, MEASUREMENT_SCHEMA, TRACK_SCHEMA
 from multiradar_schemas.bias import BiasEstimate
 from multiradar_schemas.export import FOLDER, documents
 from multiradar_schemas.measurement import MEASUREMENT
 from multiradar_schemas.track import TrackUpdate
 from support.messages import SENSORS_TOML, adsb, radar, without
+
+
+def test_the_command_writes_all_files_also_over_those_of_before(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "exported"
+    monkeypatch.setattr(export, "FOLDER", folder)
+    for _ in range(2):
+        export.main([])
+        files = {path.name: path.read_text(encoding="utf-8") for path in folder.iterdir()}
+        assert files == documents()
 
 
 def test_the_files_are_those_of_the_models() -> None:

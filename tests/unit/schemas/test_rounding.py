@@ -32,6 +32,8 @@ def test_an_estimate_ends_with_its_sigma() -> None:
     assert rounded(bias) == {"estimate": 184.117, "sigma": 0.714622, "true": 185.0}
     small: JsonValue = {"estimate": -0.190154853116, "sigma": 0.000767966877}
     assert rounded(small) == {"estimate": -0.190155, "sigma": 0.000767967}
+    below_one: JsonValue = {"estimate": 1234.56789, "sigma": 0.5}
+    assert rounded(below_one) == {"estimate": 1234.568, "sigma": 0.5}
     wide: JsonValue = {"estimate": 1234.56, "sigma": 54321.0}
     assert rounded(wide) == {"estimate": 1235.0, "sigma": 54321.0}
 

@@ -7,6 +7,16 @@ import numpy as np
 import pytest
 
 from multiradar.errors import ConfigurationError
+from multiradar.simulation.scene import (
+    Aircraft,
+    CoupledNoise,
+    Leg,
+    ReportError,
+    SecondFeed,
+    Sensor,
+    Storm,
+    Traffic,
+)
 from multiradar.simulation.scene_file import (
     builtin_names,
     builtin_scene,
@@ -219,3 +229,43 @@ def test_text_reads_back_whatever_it_says() -> None:
         "many": [{"a": 1, "b": {"c": [True]}}, {"a": 2}],
     }  # fmt: skip
     assert tomllib.loads(toml_text(table | {"absent": None})) == table
+
+
+def test_what_a_file_leaves_out_is_what_a_scene_in_code_leaves_out() -> None:
+    values = {
+        "duration_s": 60.0,
+        "plane": {"kind": "flat", "latitude_deg": 50.0, "longitude_deg": 15.0},
+        "aircraft": [
+            {
+                "east_m": 1.0, "north_m": 2.0, "height_m": 3.0, "speed_mps": 4.0,
+                "heading_deg": 0.0, "leg": [{"duration_s": 5.0}], "report_error": [{}],
+            }
+        ],
+        "traffic": [
+            {
+                "count": 7, "east_m": [8.0, 9.0], "north_m": [10.0, 11.0],
+                "coupled": {"acceleration_sigma_mps2": 6.0, "course_rate_sigma_deg_per_s": 0.0},
+            }
+        ],
+        "sensor": [
+            {
+                "id": "A", "east_m": 0.0, "north_m": 0.0, "azimuth_sigma_deg": 0.08,
+                "second_feed": {}, "storm": [{"start_s": 1.0, "end_s": 2.0, "plots_per_turn": 3.0}],
+            }
+        ],
+    }  # fmt: skip
+    found = scene_of(scene_table(values, source="scene"))
+    (aircraft,), (traffic,), (sensor,) = found.aircraft, found.traffic, found.sensors
+    assert found.start_time_s == 0.0
+    assert aircraft == Aircraft(
+        aircraft.track_number, 1.0, 2.0, 3.0, 4.0, 0.0, legs=(Leg(5.0),),
+        report_errors=(ReportError(),),
+    )  # fmt: skip
+    assert traffic == Traffic(
+        7, (8.0, 9.0), (10.0, 11.0), (9000.0, 9000.0), (150.0, 250.0), (0.0, 2.0 * np.pi),
+        coupled=CoupledNoise(6.0, 0.0),
+    )  # fmt: skip
+    assert sensor == Sensor(
+        "A", "radar", azimuth_sigma_rad=sensor.azimuth_sigma_rad,
+        second_feed=SecondFeed(1.0), storms=(Storm(1.0, 2.0, 3.0),),
+    )  # fmt: skip

@@ -8,6 +8,7 @@ import pytest
 from scipy.stats import chi2
 
 from multiradar.errors import UnknownFilterError
+from multiradar.studies import coupled_motion_plots
 from multiradar.studies.catalogue import COUPLED_MOTION
 from multiradar.studies.coupled_motion import run
 from multiradar.studies.coupled_motion_figures import STATISTICS_RUNS, heading_spreads
@@ -20,6 +21,7 @@ from multiradar.studies.coupled_motion_models import (
     filter_model,
     initial_states,
 )
+from multiradar.studies.coupled_motion_rows import Row
 from multiradar.studies.coupled_motion_tracking import Flights, batches, fly, track
 from multiradar.studies.result import StudyOptions, StudyResult
 
@@ -54,6 +56,22 @@ def values(result: StudyResult, **wanted: object) -> list[float]:
         for row in result.rows
         if all(row[name] == value for name, value in wanted.items())
     ]
+
+
+def test_a_plot_shows_the_rows_of_its_part_quantity_and_scenario_alone() -> None:
+    scenario, other = TRACKED[:2]
+    own: Row = {
+        "part": "tracking", "model": scenario.model, "setting": scenario.setting, "filter": "a",
+        "quantity": "nees", "time_s": 4.0, "value": 1.0,
+    }  # fmt: skip
+    others: list[Row] = [
+        own | {"part": "heading"},
+        own | {"quantity": "position_rms_m"},
+        own | {"time_s": None},
+        own | {"model": other.model, "setting": other.setting},
+    ]
+    found = coupled_motion_plots._tracking([own, *others], scenario, "nees", "time_s")
+    assert found == {"a": [own]}
 
 
 @pytest.mark.slow

@@ -117,6 +117,16 @@ def test_refusals_lie_in_their_band(result: StudyResult) -> None:
         assert low <= share <= high < 0.02
 
 
+def test_the_table_of_refusals_is_in_per_cent() -> None:
+    known: manoeuvre_plane.Row = {"part": "rejection", "source": "radar", "runs": 1000}
+    shares: list[manoeuvre_plane.Row] = [
+        {"quantity": "refused_share", "value": 0.004, "band_low": 0.001, "band_high": 0.00625},
+        {"quantity": "refused_by_printed_share", "value": 0.25},
+    ]
+    table = manoeuvre_plane._rejection_table([known | share for share in shares])
+    assert table.rows == (("radar", 1000, 0.4, "0.10 … 0.62", 25.0),)
+
+
 def test_a_helix_is_refused_and_a_circle_is_not(result: StudyResult) -> None:
     for radius in HELIX_RADII_M:
         shares = _values(result, part="helix", radius_m=radius)

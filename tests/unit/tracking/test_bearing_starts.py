@@ -96,6 +96,13 @@ def crossing(target: Path) -> pl.DataFrame:
     return together(seen(FIXED, target, 1, times(60.0), rng), radar)
 
 
+@pytest.mark.parametrize("address", ["3c660c", "000000"])
+def test_bearings_that_only_an_address_names_begin_a_track(address: str) -> None:
+    frame = crossing(Path((-20e3, 30e3), (200.0, 0.0)))
+    named = frame.with_columns(mode_s_address=pl.lit(address), track_number=pl.lit(None, pl.Int64))
+    assert tracked(named)["mode_s_address"].unique().to_list() == [address]
+
+
 def test_bearings_of_something_faster_than_aircraft_begin_no_track() -> None:
     """Lines of two places that cross well: 0.2° and 0.06° at 40 km tell 30 m/s in 30 s."""
     target = Path((-20e3, 30e3), (600.0, 0.0))

@@ -274,8 +274,11 @@ def test_no_sensor_is_taken_for_another() -> None:
 
 def test_a_walk_is_no_longer_than_a_year() -> None:
     one = started()
-    with pytest.raises(ConfigurationError, match=r"length of the walk: expected at most 3\.16"):
-        one.walk(1e308)
+    year_s = 366.0 * 86_400.0
+    one.walk(year_s)
+    for duration_s in (np.nextafter(year_s, np.inf), 1e308):
+        with pytest.raises(ConfigurationError, match=r"walk: expected at most 3\.16"):
+            one.walk(duration_s)
     with pytest.raises(ShapeError, match="length of the walk: expected numbers"):
         one.walk("long")  # type: ignore[arg-type]
 

@@ -173,6 +173,11 @@ def test_modes_of_motion_are_told_where_one_is_likely() -> None:
     # That the speed changes is told, whether it grows is not.
     assert movement(0.1, 0.1, 0.7, np.nan) == [0, 3, 3]
     assert movement(np.nan, np.nan, np.nan, np.nan) == [3, 3, 3]
+    # What is as likely as not is undetermined; 300 ft/min is still level.
+    assert movement(0.5, 0.0, 0.5, 1.524) == [3, 3, 0]
+    assert movement(0.0, 0.5, 0.5, -1.524) == [3, 3, 0]
+    assert movement(0.51, 0.0, 0.49, 1.53) == [1, 0, 1]
+    assert movement(0.0, 0.51, 0.49, -1.53) == [2, 0, 2]
 
 
 def test_more_tracks_than_numbers_are_left_out_and_counted() -> None:

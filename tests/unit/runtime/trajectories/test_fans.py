@@ -78,3 +78,11 @@ def test_members_outside_the_plane_are_left_out(reading: Reading) -> None:
     every = [int(np.sum(weights > 0.0)) for weights in course.members.weight]
     told = [len(each) for each in told_members(course, PLANE, 9000.0)]
     assert told == [every[0], *(count - 1 for count in every[1:])]
+
+
+def test_members_without_weight_are_left_out(reading: Reading) -> None:
+    course = fan_course(reading, NOW_S + AHEAD_S, 0.95)
+    every = [len(each) for each in told_members(course, PLANE, 9000.0)]
+    course.members.weight[1, 0] = 0.0
+    told = [len(each) for each in told_members(course, PLANE, 9000.0)]
+    assert told == [every[0], every[1] - 1, *every[2:]]

@@ -2,6 +2,7 @@
 
 import threading
 from collections.abc import Iterable, Iterator, Sequence
+from typing import Any
 
 import numpy as np
 import pytest
@@ -156,6 +157,30 @@ def test_a_running_service_never_waits_for_bundles(
     counts = feed.counts()
     assert counts["plots_waiting"] <= 10
     assert counts["plots_lost"] > 100
+
+
+def test_each_plot_that_a_bundle_takes_waits_no_more(
+    feeds: Feeds, outputs: list[EngineOutput], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    feed = feeds.make()
+    take, counted = feed._pool.take, []
+
+    def watched(*plot: Any) -> None:
+        # Of the plots in hand: the one that is taken now still waits.
+        counted.append(feed._in_hand)
+        take(*plot)
+
+    monkeypatch.setattr(feed._pool, "take", watched)
+    feed.begin()
+    for output in outputs:
+        feed.put(output)
+    waited = feed.counts()["plots_waiting"]
+    feed.start()
+    assert feed.settle(WAIT_TIMEOUT_S)
+    assert len(counted) == waited
+    assert max(counted) > 1
+    after = [*counted[1:], 0]
+    assert all(now - 1 == then for now, then in zip(counted, after, strict=True) if now > 1)
 
 
 def test_after_a_loss_a_bundle_begins_anew(feeds: Feeds, outputs: list[EngineOutput]) -> None:

@@ -1,0 +1,95 @@
+"""Defaults and bounds of settings as lines of text, to compare them with those on record."""
+
+from collections.abc import Iterator
+from dataclasses import MISSING, fields
+from enum import Enum
+from typing import TYPE_CHECKING, Any, get_args
+
+from annotated_types import BaseMetadata
+from pydantic import BaseModel
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+#: What a JSON schema says of the values of a field.
+_BOUNDS = (
+    "minimum", "exclusiveMinimum", "maximum", "exclusiveMaximum", "minLength", "maxLength",
+    "minItems", "maxItems", "pattern", "enum", "const",
+)  # fmt: skip
+_WITHIN = ("items", "prefixItems", "anyOf", "allOf", "oneOf")
+
+
+def model_lines(model: type[BaseModel]) -> list[str]:
+    """Return a line for each field of a model and of the models in it."""
+    return [
+        f"{kind.__name__}.{name}: {'; '.join((_default(told), *_bounds_of(kind, name, told)))}"
+        for kind in dict.fromkeys(_models(model))
+        for name, told in kind.model_json_schema().get("properties", {}).items()
+    ]
+
+
+def dataclass_lines(kind: type["DataclassInstance"]) -> list[str]:
+    """Return a line for each field of a dataclass that has a default."""
+    return [
+        f"{kind.__module__}.{kind.__name__}.{one.name}: {one.default!r}"
+        for one in fields(kind)
+        if one.default is not MISSING
+    ]
+
+
+def command_lines(command: Any, name: str) -> list[str]:
+    """Return a line for each option of a command and of the commands in it."""
+    lines = []
+    for option in command.params:
+        ends = {end: getattr(option, end) for end in ("min", "max")}
+        bounds = (f"{end} {value!r}" for end, value in ends.items() if value is not None)
+        lines.append(f"{name} {option.opts[0]}: {'; '.join((_shown(option.default), *bounds))}")
+    for part, within in sorted(getattr(command, "commands", {}).items()):
+        lines += command_lines(within, f"{name} {part}")
+    return lines
+
+
+def parameter_lines(document: dict[str, Any]) -> list[str]:
+    """Return a line for each parameter of an OpenAPI document."""
+    return [
+        f"{verb} {path} {one['name']}: {'; '.join((_default(told), *_bounds(told)))}"
+        for path, verbs in document["paths"].items()
+        for verb, operation in verbs.items()
+        for one in operation.get("parameters", ())
+        for told in (one["schema"],)
+    ]
+
+
+def _models(kind: Any) -> Iterator[type[BaseModel]]:
+    if isinstance(kind, type) and issubclass(kind, BaseModel):
+        yield kind
+        for field in kind.model_fields.values():
+            yield from _models(field.annotation)
+    for one in get_args(kind):
+        yield from _models(one)
+
+
+def _default(told: dict[str, Any]) -> str:
+    value = told.get("default", "no default")
+    # That of a section is in lines of its own.
+    return "a section" if isinstance(value, dict) else repr(value)
+
+
+def _shown(value: object) -> str:
+    return repr(value.value if isinstance(value, Enum) else value)
+
+
+def _bounds_of(kind: type[BaseModel], name: str, told: dict[str, Any]) -> list[str]:
+    # A schema does not have those that stand beside a validator of our own.
+    beside = [one for one in kind.model_fields[name].metadata if isinstance(one, BaseMetadata)]
+    return list(_bounds(told)) or [repr(one) for one in beside]
+
+
+def _bounds(told: object) -> Iterator[str]:
+    if isinstance(told, list):
+        for one in told:
+            yield from _bounds(one)
+    elif isinstance(told, dict):
+        yield from (f"{name} {told[name]!r}" for name in _BOUNDS if name in told)
+        for name in _WITHIN:
+            yield from _bounds(told.get(name))

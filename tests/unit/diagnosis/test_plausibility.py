@@ -1,0 +1,59 @@
+"""What the plots of one radar show by themselves: a unit of range by speeds, else by how far."""
+
+import numpy as np
+import pytest
+
+from multiradar.diagnosis.plausibility import range_unit
+from multiradar.diagnosis.plots import Plots
+
+SITE = (0.87, 0.26, 300.0)
+FARTHEST_M = 100e3
+
+
+def plots(unit_m: float, speed_mps: float) -> Plots:
+    """One aircraft that comes in along one azimuth from 100 km, ranges in this unit."""
+    time_s = np.arange(0.0, 200.0, 4.0, dtype=np.float64)
+    count = len(time_s)
+    missing, azimuth_deg = np.full(count, np.nan), np.full(count, 30.0)
+    return Plots(
+        time_s, (FARTHEST_M - speed_mps * time_s) / unit_m, azimuth_deg, missing, missing,
+        np.full(count, 9000.0), np.full((count, 3), -1, np.int64),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("unit_m", "named", "words"),
+    [
+        (1.0, True, None),
+        (0.3048, True, "in feet"),
+        (1000.0, True, "in kilometres"),
+        # Without names there are no speeds; ranges of a few hundred are still none in metres.
+        (1.0, False, None),
+        (0.3048, False, None),
+        (1000.0, False, "in kilometres"),
+    ],
+)
+def test_a_wrong_unit_of_range_shows_in_speeds_or_in_small_ranges(
+    unit_m: float, named: bool, words: str | None
+) -> None:
+    found = plots(unit_m, 200.0)
+    paths = np.full(found.size, 0 if named else -1, np.int64)
+    said = range_unit("1-10", found, SITE, paths, np.inf)
+    if words is None:
+        assert said is None
+    else:
+        assert said is not None
+        assert (said.sensor_id, said.code) == ("1-10", "range_unit")
+        assert words in said.sentence
+
+
+def test_of_two_units_that_fit_the_more_usual_speed_decides_or_the_instrumented_range() -> None:
+    found = plots(1000.0, 120.0)
+    paths = np.zeros(found.size, np.int64)
+    by_speed = range_unit("1-10", found, SITE, paths, np.inf)
+    assert by_speed is not None
+    assert "probably in nautical miles (or kilometres)" in by_speed.sentence
+    assert "and 223 m/s" in by_speed.sentence
+    by_range = range_unit("1-10", found, SITE, paths, FARTHEST_M)
+    assert by_range is not None
+    assert "probably in kilometres: " in by_range.sentence

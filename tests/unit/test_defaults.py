@@ -1,0 +1,55 @@
+"""Defaults and bounds of settings, options and parameters change on purpose only.
+
+Whoever changes one changes its line in `tests/golden/defaults.txt`, too, and tells users of it in
+the changelog.
+"""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+from pydantic import BaseModel
+
+from multiradar.api.factory import create_api
+from multiradar.cli.main import app
+from multiradar.evaluation.settings import EvaluationSettings
+from multiradar.ingest.asterix_inlet import InletBounds
+from multiradar.ingest.http import IntakeBounds, measurement_routes
+from multiradar.ingest.replay import ReplayPlan
+from multiradar.ingest.zenoh.options import ZenohOptions
+from multiradar.restoration.forecast_settings import ForecastSettings
+from multiradar.restoration.search_rules import SearchRules
+from multiradar.restoration.settings import BundleSettings
+from multiradar.runtime.asterix.channel import ChannelOptions
+from multiradar.runtime.encounter_query import EncounterQuery
+from multiradar.runtime.offline import OfflineJob
+from multiradar.settings import Settings
+from multiradar.simulation.scene_tables import SceneTable
+from multiradar_converters.asterix.live import LiveOptions
+from multiradar_converters.asterix.options import Options as AsterixOptions
+from multiradar_converters.vid.options import Options as VidOptions
+from multiradar_converters.vid.profile import Profile
+from multiradar_schemas.sensor import SensorsFile
+from support.defaults import command_lines, dataclass_lines, model_lines, parameter_lines
+from support.fake_service import FakeService
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+RECORD = Path(__file__).parents[1] / "golden" / "defaults.txt"
+MODELS: tuple[type[BaseModel], ...] = (Settings, SensorsFile, SceneTable, Profile)
+DATACLASSES: tuple[type["DataclassInstance"], ...] = (
+    BundleSettings, ForecastSettings, SearchRules, EvaluationSettings, EncounterQuery, OfflineJob,
+    ReplayPlan, IntakeBounds, InletBounds, ChannelOptions, ZenohOptions, LiveOptions,
+    AsterixOptions, VidOptions,
+)  # fmt: skip
+
+
+def test_defaults_and_bounds_are_those_on_record() -> None:
+    service = FakeService()
+    api = create_api(service, routers=[measurement_routes(service, IntakeBounds())])
+    lines = [line for model in MODELS for line in model_lines(model)]
+    lines += [line for kind in DATACLASSES for line in dataclass_lines(kind)]
+    lines += command_lines(typer.main.get_command(app), "multiradar")
+    lines += parameter_lines(api.openapi())
+    assert lines == RECORD.read_text(encoding="utf-8").splitlines()
