@@ -21,9 +21,9 @@ from multiradar.restoration.forecast_settings import ForecastSettings
 from multiradar.restoration.search_rules import SearchRules
 from multiradar.restoration.settings import BundleSettings
 from multiradar.runtime.asterix.channel import ChannelOptions
-from multiradar.runtime.encounter_query import EncounterQuery
-from multiradar.runtime.offline import OfflineJob
-from multiradar.settings import Settings
+from multiradar.runtime.offline.offline import OfflineJob
+from multiradar.runtime.queries.encounter_query import EncounterQuery
+from multiradar.settings.service import Settings
 from multiradar.simulation.scene_tables import SceneTable
 from multiradar_converters.asterix.live import LiveOptions
 from multiradar_converters.asterix.options import Options as AsterixOptions

@@ -41,12 +41,12 @@ def test_an_output_that_is_not_wanted_adds_nothing() -> None:
 
 def test_a_service_wants_what_it_is_configured_for() -> None:
     sensors = live_scene.sensors()
-    plain = serve_purposes("imm", sensors, trajectories=False, asterix=False)
+    plain = serve_purposes(IMM, sensors, trajectories=False, asterix=False)
     assert plain == ["track imm", "serve imm"]
-    received = serve_purposes("imm", sensors, trajectories=False, asterix=True)
+    received = serve_purposes(IMM, sensors, trajectories=False, asterix=True)
     assert received == [*plain, "convert asterix"]
-    bundles = serve_purposes("imm", sensors, trajectories=True, asterix=False)
-    tracked = track_purposes("imm", sensors, {"--trajectories": True})
+    bundles = serve_purposes(IMM, sensors, trajectories=True, asterix=False)
+    tracked = track_purposes(IMM, sensors, {"--trajectories": True})
     assert bundles == [*tracked, "serve imm"] != plain
 
 

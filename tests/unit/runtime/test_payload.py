@@ -3,7 +3,7 @@
 import polars as pl
 from polars.testing import assert_frame_equal
 
-from multiradar.runtime.payload import complete, decode_rows, encode_rows
+from multiradar.runtime.live.payload import complete, decode_rows, encode_rows
 from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
 from support.live_scene import recording
 

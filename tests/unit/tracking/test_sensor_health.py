@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.tracking.sensor_health import SensorHealth
+from multiradar.tracking.health.sensor_health import SensorHealth
 from multiradar.tracking.settings import TrackingSettings
 from support import live_scene
 
