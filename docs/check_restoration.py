@@ -32,9 +32,9 @@ from numpy.typing import NDArray
 from multiradar.evaluation.imm_smoothing import BiasErrors, smooth_modes
 from multiradar.evaluation.motion_modes import usual_modes
 from multiradar.evaluation.smoothing import Sightings
+from multiradar.research.bundle.printed import PrintedBundle
 from multiradar.restoration.bundle import Bundle
 from multiradar.restoration.estimate import BEST, WEIGHTED
-from multiradar.restoration.printed import PrintedBundle
 from multiradar.restoration.settings import BundleSettings
 from multiradar.restoration.tracks import measurement_track
 from multiradar.runtime.engine.engine import Engine

@@ -18,9 +18,9 @@ from marked_parts import put
 
 from multiradar.report.content import Plot
 from multiradar.report.markdown import markdown_table, plot_svg
-from multiradar.studies.catalogue import STUDIES
-from multiradar.studies.document import command_of
-from multiradar.studies.result import StudyOptions, StudyResult
+from multiradar.research.studies.catalogue import STUDIES
+from multiradar.research.studies.document import command_of
+from multiradar.research.studies.result import StudyOptions, StudyResult
 
 DOCS = Path(__file__).parent
 #: Names of the plots that studies.md shows, where it is not the first of the study.

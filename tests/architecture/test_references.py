@@ -47,14 +47,14 @@ CHECKS = {
     "estimation/array_checks": None,
     "estimation/motion/inputs": None,
     "estimation/gaussian": {"require_covariance"},
-    "estimation/sequential/player": {"record_times"},
-    "estimation/sequential/sensor_checks": None,
+    "research/sequential/player": {"record_times"},
+    "research/sequential/sensor_checks": None,
 }
 #: They make room in memory, find a filter by its name, or choose rows.
 BOOKKEEPING = {
     "estimation/filters/arrays": None,
     "estimation/filters/bank": {"find_filter", "find_filter_for"},
-    "estimation/sequential/player": {"empty_record"},
+    "research/sequential/player": {"empty_record"},
     "restoration/plot_positions": {"Plots", "Plots.take"},
     "simulation/looks": {"outside_gaps"},
     "studies/coupled_motion_tracking": {"Tracked", "Tracked.means", "settled", "batches"},

@@ -15,8 +15,8 @@ from benchmark.plain import SITES_M, make_plots
 from benchmark.plan import Plan
 from benchmark.report import Row
 from multiradar.estimation.filters.bank import Outcome
-from multiradar.estimation.sequential.arrangement import Options, arrange, begin
-from multiradar.estimation.sequential.sensors import BiasPrior, Sensors, flat_radars
+from multiradar.research.sequential.arrangement import Options, arrange, begin
+from multiradar.research.sequential.sensors import BiasPrior, Sensors, flat_radars
 
 TEXT = (
     "The joint filter corrects one covariance of all aircraft and biases at every plot; the "

@@ -29,9 +29,9 @@ from benchmark.report import Row
 from multiradar.estimation.filters.arrays import Rows, result_arrays
 from multiradar.estimation.filters.bank import Outcome
 from multiradar.estimation.measurement._kernels import KIND_FLAT_POLAR
-from multiradar.estimation.sequential.arrangement import Options, arrange, begin
-from multiradar.estimation.sequential.filter import SequentialFilter
-from multiradar.estimation.sequential.sensors import BiasPrior, Sensors, flat_radars
+from multiradar.research.sequential.arrangement import Options, arrange, begin
+from multiradar.research.sequential.filter import SequentialFilter
+from multiradar.research.sequential.sensors import BiasPrior, Sensors, flat_radars
 
 Floats = NDArray[np.float64]
 

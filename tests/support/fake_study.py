@@ -5,8 +5,8 @@ from numpy.typing import NDArray
 
 from multiradar.errors import InputError
 from multiradar.report.content import Plot, Series, Table
-from multiradar.studies.catalogue import StudyEntry
-from multiradar.studies.result import Progress, StudyOptions, StudyResult
+from multiradar.research.studies.catalogue import StudyEntry
+from multiradar.research.studies.result import Progress, StudyOptions, StudyResult
 
 #: Text that would break a page or a terminal that took it for markup.
 HOSTILE = "<script>alert('1')</script> & \"[bold]x[/]\" $x^2$"

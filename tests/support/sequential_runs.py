@@ -6,8 +6,8 @@ from itertools import groupby
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.estimation.sequential.plots import Form, Plots, Starts
-from multiradar.estimation.sequential.sensors import BiasPrior, Sensors, flat_radars
+from multiradar.research.sequential.plots import Form, Plots, Starts
+from multiradar.research.sequential.sensors import BiasPrior, Sensors, flat_radars
 from support.measurement_models import FlatCartesian, FlatPolar
 from support.reference_filters import BiasPrior as PlainPrior
 from support.reference_filters import (

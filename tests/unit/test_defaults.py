@@ -17,8 +17,8 @@ from multiradar.ingest.asterix_inlet import InletBounds
 from multiradar.ingest.http import IntakeBounds, measurement_routes
 from multiradar.ingest.replay import ReplayPlan
 from multiradar.ingest.zenoh.options import ZenohOptions
+from multiradar.research.bundle.search_rules import SearchRules
 from multiradar.restoration.forecast_settings import ForecastSettings
-from multiradar.restoration.search_rules import SearchRules
 from multiradar.restoration.settings import BundleSettings
 from multiradar.runtime.asterix.channel import ChannelOptions
 from multiradar.runtime.offline.offline import OfflineJob

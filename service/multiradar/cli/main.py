@@ -21,7 +21,7 @@ from multiradar.cli.track import track
 from multiradar.cli.usage import check_arguments, usage_sentence
 from multiradar.cli.warm_up import warm_up
 from multiradar.errors import ConfigurationError, MultiradarError, UnknownFilterError
-from multiradar.studies.catalogue import STUDIES
+from multiradar.research.studies.catalogue import STUDIES
 from multiradar_schemas.names import unknown
 
 EXIT_DONE = 0

@@ -13,11 +13,11 @@ import typer
 from multiradar.cli.compiling import compile_kernels
 from multiradar.cli.options import JsonOption
 from multiradar.cli.progress import counting_bar
-from multiradar.studies.catalogue import FLAGS, StudyEntry
+from multiradar.research.studies.catalogue import FLAGS, StudyEntry
 from multiradar_schemas.names import unknown
 
 if TYPE_CHECKING:
-    from multiradar.studies.result import StudyResult
+    from multiradar.research.studies.result import StudyResult
 
 #: Columns of the tables where there is no terminal to ask.
 WIDTH_UNKNOWN = 160
@@ -141,8 +141,8 @@ def _run(
     out: Path | None,
     json_wanted: bool,
 ) -> None:
+    from multiradar.research.studies.result import StudyOptions
     from multiradar.storage.output_file import free_name, new_file
-    from multiradar.studies.result import StudyOptions
     from multiradar_compiled.wanted import kernels_by_purpose
 
     purpose = f"study {entry.name}"
@@ -158,7 +158,7 @@ def _run(
             result = entry.run(options, progress)
         if partial is not None:
             from multiradar.report.page import report_page
-            from multiradar.studies.document import document_of
+            from multiradar.research.studies.document import document_of
 
             partial.write_text(report_page(document_of(result)), encoding="utf-8")
     if json_wanted:
@@ -175,7 +175,7 @@ def _print_result(result: "StudyResult") -> None:
     from rich.console import Console
 
     from multiradar.cli.report_tables import print_document
-    from multiradar.studies.document import document_of
+    from multiradar.research.studies.document import document_of
 
     width = None if sys.stdout.isatty() else WIDTH_UNKNOWN
     print_document(document_of(result), Console(highlight=False, markup=False, width=width))

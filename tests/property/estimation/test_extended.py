@@ -7,18 +7,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from multiradar.estimation.filters.extended import Estimate, Outcome, predict, start, update
-from multiradar.estimation.filters.extended_measurement import (
+from multiradar.estimation.motion.velocity_frame_noise import VelocityFrameNoise
+from multiradar.research.extended.extended import Estimate, Outcome, predict, start, update
+from multiradar.research.extended.extended_measurement import (
     MeasuredPlace,
     MeasuredPolar,
     SpaceMeasurement,
 )
-from multiradar.estimation.motion.cartesian_acceleration import CartesianAcceleration
-from multiradar.estimation.motion.model import MotionModel
-from multiradar.estimation.motion.relative_speed import RelativeSpeed
-from multiradar.estimation.motion.velocity_frame import VelocityFrame
-from multiradar.estimation.motion.velocity_frame_noise import VelocityFrameNoise
-from multiradar.estimation.motion.white_acceleration import WhiteAcceleration
+from multiradar.research.motion.cartesian_acceleration import CartesianAcceleration
+from multiradar.research.motion.model import MotionModel
+from multiradar.research.motion.relative_speed import RelativeSpeed
+from multiradar.research.motion.velocity_frame import VelocityFrame
+from multiradar.research.motion.white_acceleration import WhiteAcceleration
 
 MODELS: list[MotionModel] = [
     CartesianAcceleration((1.0, 2.0, 0.5)),

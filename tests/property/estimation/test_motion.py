@@ -6,11 +6,11 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from multiradar.estimation.motion.axes import canonical_frame, frame_to_velocity, velocity_to_frame
-from multiradar.estimation.motion.velocity_frame import VelocityFrame
 from multiradar.estimation.motion.velocity_frame_noise import (
     VelocityFrameNoise,
     acceleration_covariance,
 )
+from multiradar.research.motion.velocity_frame import VelocityFrame
 
 speeds = (
     st.floats(-400.0, 400.0) | st.floats(-1e-3, 1e-3) | st.just(0.0) | st.floats(-1e-200, 1e-200)

@@ -11,7 +11,7 @@ import typer
 
 from multiradar.cli.main import run
 from multiradar.cli.study import study_command, study_help
-from multiradar.studies.catalogue import STUDIES, StudyEntry
+from multiradar.research.studies.catalogue import STUDIES, StudyEntry
 from support.fake_study import ENTRY, FAILING_SEED, FIXED, HOSTILE, STOPPED_SEED
 from support.waiting import WAIT_TIMEOUT_S, run_to_end
 

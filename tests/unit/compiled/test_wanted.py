@@ -5,8 +5,8 @@ from dataclasses import replace
 import pytest
 
 from multiradar.cli.options import FilterChoice
+from multiradar.research.studies.catalogue import STUDIES
 from multiradar.runtime.kernel_purposes import serve_purposes, track_purposes
-from multiradar.studies.catalogue import STUDIES
 from multiradar.tracking.settings import TrackingSettings
 from multiradar_compiled.wanted import kernels_by_purpose, kernels_for
 from support import bearing_scene, live_scene

@@ -7,8 +7,8 @@ from xml.etree import ElementTree
 import pytest
 
 from multiradar.report.page import CONTENTS_MIN, report_page
-from multiradar.studies.document import document_of
-from multiradar.studies.result import StudyOptions, StudyResult
+from multiradar.research.studies.document import document_of
+from multiradar.research.studies.result import StudyOptions, StudyResult
 from support.fake_study import ENTRY, HOSTILE
 
 VOID = {"meta", "br", "link", "img", "hr", "input"}

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from multiradar.research.bundle.search_rules import SEGMENT_MIN_S
 from multiradar.restoration import _layout as layout
 from multiradar.restoration._arc_kernels import (
     branch_by_arc,
@@ -15,7 +16,6 @@ from multiradar.restoration._arc_kernels import (
 )
 from multiradar.restoration._thinning_kernels import thin, trace
 from multiradar.restoration.plot_rows import plot_rows
-from multiradar.restoration.search_rules import SEGMENT_MIN_S
 from multiradar.restoration.settings import BundleSettings
 from multiradar.restoration.tracks import ControlTrack, MeasurementTrack, measurement_track
 from support.flown import S_SHAPE, flight, plots_of

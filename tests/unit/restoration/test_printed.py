@@ -5,12 +5,12 @@ import pytest
 from numpy.typing import NDArray
 
 from multiradar.errors import RestorationError
-from multiradar.restoration import _hooke_jeeves_kernels as hooke_jeeves
+from multiradar.research.bundle import _hooke_jeeves_kernels as hooke_jeeves
+from multiradar.research.bundle._hooke_jeeves_kernels import PENALTY, judged, search
+from multiradar.research.bundle.printed import PrintedBundle
+from multiradar.research.bundle.search_rules import SEGMENT_MIN_S, SearchRules
 from multiradar.restoration import _layout as layout
 from multiradar.restoration._arc_kernels import curvature
-from multiradar.restoration._hooke_jeeves_kernels import PENALTY, judged, search
-from multiradar.restoration.printed import PrintedBundle
-from multiradar.restoration.search_rules import SEGMENT_MIN_S, SearchRules
 from multiradar.restoration.settings import BundleSettings
 from multiradar.restoration.tracks import mean_distance, whole_seconds
 from support.flown import flight, plots_of

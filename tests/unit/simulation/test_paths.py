@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from multiradar.estimation.motion.axes import frame_to_velocity
-from multiradar.estimation.motion.velocity_frame import VelocityFrame
+from multiradar.research.motion.velocity_frame import VelocityFrame
 from multiradar.simulation.paths import fly
 from multiradar.simulation.scene import Aircraft, CoupledNoise, Leg, Way
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from multiradar.studies import bearing_only
-from multiradar.studies.bearing_only_runs import SCENES
-from multiradar.studies.result import StudyOptions, StudyResult
+from multiradar.research.studies import bearing_only
+from multiradar.research.studies.bearing_only_runs import SCENES
+from multiradar.research.studies.result import StudyOptions, StudyResult
 
 pytestmark = pytest.mark.slow
 

@@ -9,9 +9,9 @@ from scipy.stats import chi2
 
 from multiradar.errors import UnknownFilterError
 from multiradar.report.content import Value
-from multiradar.studies.bias_estimation import run
-from multiradar.studies.bias_estimation_bands import Bands, consistency_bands
-from multiradar.studies.bias_estimation_runs import (
+from multiradar.research.studies.bias_estimation import run
+from multiradar.research.studies.bias_estimation_bands import Bands, consistency_bands
+from multiradar.research.studies.bias_estimation_runs import (
     Errors,
     Realisation,
     Setting,
@@ -20,8 +20,8 @@ from multiradar.studies.bias_estimation_runs import (
     realise,
     theory_of,
 )
-from multiradar.studies.catalogue import BIAS_ESTIMATION
-from multiradar.studies.result import StudyOptions, StudyResult
+from multiradar.research.studies.catalogue import BIAS_ESTIMATION
+from multiradar.research.studies.result import StudyOptions, StudyResult
 from support.bands import tails
 
 pytestmark = pytest.mark.slow

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from multiradar.errors import ConfigurationError, UnknownFilterError
-from multiradar.studies.catalogue import STUDIES
-from multiradar.studies.result import StudyOptions
+from multiradar.research.studies.catalogue import STUDIES
+from multiradar.research.studies.result import StudyOptions
 from support.fake_study import ENTRY, FIXED
 
 DOCUMENT = Path(__file__).parents[3] / "docs" / "studies.md"

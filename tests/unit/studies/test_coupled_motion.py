@@ -8,11 +8,11 @@ import pytest
 from scipy.stats import chi2
 
 from multiradar.errors import UnknownFilterError
-from multiradar.studies import coupled_motion_plots
-from multiradar.studies.catalogue import COUPLED_MOTION
-from multiradar.studies.coupled_motion import run
-from multiradar.studies.coupled_motion_figures import STATISTICS_RUNS, heading_spreads
-from multiradar.studies.coupled_motion_models import (
+from multiradar.research.studies import coupled_motion_plots
+from multiradar.research.studies.catalogue import COUPLED_MOTION
+from multiradar.research.studies.coupled_motion import run
+from multiradar.research.studies.coupled_motion_figures import STATISTICS_RUNS, heading_spreads
+from multiradar.research.studies.coupled_motion_models import (
     FILTERS,
     FRAME,
     INITIAL_SPEED_MPS,
@@ -21,9 +21,9 @@ from multiradar.studies.coupled_motion_models import (
     filter_model,
     initial_states,
 )
-from multiradar.studies.coupled_motion_rows import Row
-from multiradar.studies.coupled_motion_tracking import Flights, batches, fly, track
-from multiradar.studies.result import StudyOptions, StudyResult
+from multiradar.research.studies.coupled_motion_rows import Row
+from multiradar.research.studies.coupled_motion_tracking import Flights, batches, fly, track
+from multiradar.research.studies.result import StudyOptions, StudyResult
 
 COLUMNS = [
     "part",

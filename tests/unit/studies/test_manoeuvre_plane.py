@@ -5,8 +5,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from multiradar.studies import manoeuvre_plane
-from multiradar.studies.manoeuvre_plane_runs import (
+from multiradar.research.studies import manoeuvre_plane
+from multiradar.research.studies.manoeuvre_plane_runs import (
     CENTRE_M,
     HELIX_RADII_M,
     NORMAL,
@@ -20,7 +20,7 @@ from multiradar.studies.manoeuvre_plane_runs import (
     path,
     planes,
 )
-from multiradar.studies.result import StudyOptions, StudyResult
+from multiradar.research.studies.result import StudyOptions, StudyResult
 
 pytestmark = pytest.mark.slow
 

@@ -5,7 +5,7 @@ from threading import Event
 
 import pytest
 
-from multiradar.studies.parallel import finish, processors, workers
+from multiradar.research.studies.parallel import finish, processors, workers
 from support.waiting import WAIT_TIMEOUT_S
 
 TASKS = 100

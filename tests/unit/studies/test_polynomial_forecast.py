@@ -5,9 +5,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from multiradar.studies import polynomial_forecast
-from multiradar.studies.polynomial_forecast import runs_printed
-from multiradar.studies.polynomial_forecast_runs import (
+from multiradar.research.studies import polynomial_forecast
+from multiradar.research.studies.polynomial_forecast import runs_printed
+from multiradar.research.studies.polynomial_forecast_runs import (
     FILTER_TIMES_S,
     FORECAST_FROM_S,
     HORIZONS_S,
@@ -16,7 +16,7 @@ from multiradar.studies.polynomial_forecast_runs import (
     draw_moments,
     regression_variance,
 )
-from multiradar.studies.result import StudyOptions, StudyResult
+from multiradar.research.studies.result import StudyOptions, StudyResult
 from support.exact_regression import ExactRegression
 
 pytestmark = pytest.mark.slow

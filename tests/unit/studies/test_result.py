@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from multiradar.report.content import Series, Table, Value
-from multiradar.studies.result import StudyResult
+from multiradar.research.studies.result import StudyResult
 
 X = np.arange(3.0)
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from multiradar.studies import trajectory_bundle
-from multiradar.studies.result import StudyOptions, StudyResult
-from multiradar.studies.trajectory_bundle_plots import DRAWN
+from multiradar.research.studies import trajectory_bundle
+from multiradar.research.studies.result import StudyOptions, StudyResult
+from multiradar.research.studies.trajectory_bundle_plots import DRAWN
 
 pytestmark = pytest.mark.slow
 

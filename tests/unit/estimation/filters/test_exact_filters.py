@@ -7,14 +7,14 @@ import pytest
 from scipy.stats import chi2
 
 from multiradar.estimation.gaussian import normalised_squared
-from multiradar.estimation.sequential.arrangement import Options
-from multiradar.estimation.sequential.arrays import Record
-from multiradar.estimation.sequential.player import play
-from multiradar.estimation.sequential.plots import Form, Plots, Starts
-from multiradar.estimation.sequential.sensors import BiasPrior, Sensors, flat_radars
+from multiradar.research.sequential.arrangement import Options
+from multiradar.research.sequential.arrays import Record
+from multiradar.research.sequential.player import play
+from multiradar.research.sequential.plots import Form, Plots, Starts
+from multiradar.research.sequential.sensors import BiasPrior, Sensors, flat_radars
+from multiradar.research.studies.bias_estimation_runs import DRIFT_DENSITY
 from multiradar.simulation.flat import FlatPlots, flat_plots
 from multiradar.simulation.scene_file import builtin_scene
-from multiradar.studies.bias_estimation_runs import DRIFT_DENSITY
 from support.bands import tails
 
 START_SIGMA = np.array([1000.0, 1000.0, 300.0, 300.0])

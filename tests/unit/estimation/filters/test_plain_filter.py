@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters.bank import Outcome
-from multiradar.estimation.sequential.arrangement import Options
-from multiradar.estimation.sequential.filter import SequentialFilter
-from multiradar.estimation.sequential.sensors import BiasPrior, flat_radars
+from multiradar.research.sequential.arrangement import Options
+from multiradar.research.sequential.filter import SequentialFilter
+from multiradar.research.sequential.sensors import BiasPrior, flat_radars
 
 Floats = NDArray[np.float64]
 

@@ -11,7 +11,7 @@ from multiradar.errors import (
     ShapeError,
 )
 from multiradar.estimation.motion.constant_velocity import process_noise, transition
-from multiradar.estimation.motion.white_acceleration import WhiteAcceleration
+from multiradar.research.motion.white_acceleration import WhiteAcceleration
 
 
 def test_state_order_is_position_then_velocity() -> None:

@@ -19,16 +19,11 @@ from multiradar.errors import (
     UnknownParameterError,
 )
 from multiradar.estimation.filters.bank import Outcome
-from multiradar.estimation.sequential import filter as filter_module
-from multiradar.estimation.sequential.arrangement import Options
-from multiradar.estimation.sequential.filter import SequentialFilter
-from multiradar.estimation.sequential.plots import Plots, Starts
-from multiradar.estimation.sequential.sensors import (
-    BiasPrior,
-    Sensors,
-    earth_sensors,
-    flat_radars,
-)
+from multiradar.research.sequential import filter as filter_module
+from multiradar.research.sequential.arrangement import Options
+from multiradar.research.sequential.filter import SequentialFilter
+from multiradar.research.sequential.plots import Plots, Starts
+from multiradar.research.sequential.sensors import BiasPrior, Sensors, earth_sensors, flat_radars
 from support.scenes import make_scene, random_flights, three_radars
 
 SITES = [[0.0, 0.0], [50e3, 0.0]]

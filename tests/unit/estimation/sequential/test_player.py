@@ -12,10 +12,10 @@ from multiradar.errors import (
 )
 from multiradar.estimation.filters.bank import Outcome
 from multiradar.estimation.motion.constant_velocity import process_noise, transition
-from multiradar.estimation.sequential.arrangement import Options
-from multiradar.estimation.sequential.filter import SequentialFilter
-from multiradar.estimation.sequential.player import play
-from multiradar.estimation.sequential.plots import FORMS, Form, Plots
+from multiradar.research.sequential.arrangement import Options
+from multiradar.research.sequential.filter import SequentialFilter
+from multiradar.research.sequential.player import play
+from multiradar.research.sequential.plots import FORMS, Form, Plots
 from support.reference_filters import ReferenceFilter
 from support.sequential_runs import NAMES, SmallScene, plain_filter, play_plain, small_scene
 

@@ -9,11 +9,11 @@ from scipy.stats import chi2
 
 from multiradar.errors import PriorError, ShapeError
 from multiradar.estimation.motion.constant_velocity import transition
-from multiradar.estimation.sequential.arrangement import Options
-from multiradar.estimation.sequential.player import play
-from multiradar.estimation.sequential.plots import FORMS, Form, Plots, Starts
-from multiradar.estimation.sequential.sensors import BiasPrior, flat_radars
-from multiradar.estimation.sequential.theory import Theory, true_covariance
+from multiradar.research.sequential.arrangement import Options
+from multiradar.research.sequential.player import play
+from multiradar.research.sequential.plots import FORMS, Form, Plots, Starts
+from multiradar.research.sequential.sensors import BiasPrior, flat_radars
+from multiradar.research.sequential.theory import Theory, true_covariance
 from support.report_scene import BIASES
 from support.sequential_runs import NAMES, SmallScene, small_scene
 

@@ -1,0 +1,1 @@
+"""What reproduces the source papers: studies, sequential filters, motion models, their search."""

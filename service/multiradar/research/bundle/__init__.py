@@ -1,0 +1,1 @@
+"""The search for trajectories as the report prints it."""

@@ -1,0 +1,306 @@
+"""The bundle as the report has it: arcs to every plot, groups, and the search of Hooke and Jeeves.
+
+It stands beside `Bundle` for comparison. A track is what its segments make of the state at the
+anchor, which nothing changes but the initial window; its weight is the likelihood of the plots of
+the window alone, and so longer chains of segments always fit better.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar.errors import RestorationError
+from multiradar.research.bundle._hooke_jeeves_kernels import search
+from multiradar.research.bundle.search_rules import SEGMENT_MIN_S, SearchRules
+from multiradar.restoration import _layout as layout
+from multiradar.restoration._arc_kernels import branch_by_arc, misfit, state_at
+from multiradar.restoration._memory import settling_memory
+from multiradar.restoration._settling_kernels import settle
+from multiradar.restoration._thinning_kernels import thin, trace
+from multiradar.restoration._window_kernels import inform
+from multiradar.restoration.initial import arcs_through_triples
+from multiradar.restoration.plot_rows import plot_rows
+from multiradar.restoration.reading import control_track_of
+from multiradar.restoration.settings import BundleSettings
+from multiradar.restoration.tracks import ControlTrack, MeasurementTrack
+
+Floats = NDArray[np.float64]
+
+# Standard deviations of what is not known and of what is held, in any unit, and rounds at most.
+_UNKNOWN, _HELD, _ROUNDS = 1e3, 1e-4, 50
+
+
+class PrintedBundle:
+    """A bundle over the plots of one window, each procedure of the report by itself.
+
+    Parameters
+    ----------
+    plots : MeasurementTrack
+        All plots; how many of them are known is told to each procedure.
+    settings : BundleSettings
+        Limits, the initial window, the number of tracks, the distance of groups, outliers.
+
+    References
+    ----------
+    IMM UrO RAN report (2016), sections 2.2 to 2.5.
+    """
+
+    def __init__(self, plots: MeasurementTrack, settings: BundleSettings) -> None:
+        self._rows = plot_rows(plots, settings)
+        self._settings, self._rules = settings, settings.rules()
+        self._rules[layout.SEGMENT_MIN_S] = SEGMENT_MIN_S
+        self._tracks = np.zeros((0, layout.TRACK_COUNT))
+        self._first, self._anchor_s = 0, float(self._rows[0, layout.TIME])
+
+    def __len__(self) -> int:
+        """Return the number of tracks."""
+        return len(self._tracks)
+
+    def start(self, count: int) -> None:
+        """Make the tracks of the initial window, one for each triple that makes an arc.
+
+        Parameters
+        ----------
+        count : int
+            Plots that are known.
+
+        Raises
+        ------
+        RestorationError
+            If no triple makes one.
+
+        References
+        ----------
+        IMM UrO RAN report (2016), section 2.2.1.
+        """
+        known = self._rows[:count]
+        arcs = arcs_through_triples(known[:, layout.TIME], known[:, layout.TIME + 1 :][:, :2])
+        tracks = np.zeros((len(arcs), layout.TRACK_COUNT))
+        place = np.empty((1, 4))
+        for arc, track in zip(arcs, tracks, strict=True):
+            track[layout.COUNT] = 1.0
+            state = (arc.east_m, arc.north_m, arc.speed_mps, arc.heading_rad)
+            track[layout.EAST : layout.HEADING + 1] = state
+            track[layout.SEGMENTS + layout.LATERAL] = arc.lateral_mps2
+            trace(track, arc.time_s, np.array([self._anchor_s]), place)
+            track[layout.EAST : layout.HEADING + 1] = place[0]
+        allowed = np.abs(tracks[:, layout.SEGMENTS + layout.LATERAL]) <= self._rules[
+            layout.LATERAL_MAX
+        ]  # fmt: skip
+        if not allowed.any():
+            raise RestorationError(
+                f"expected a triple of plots that makes an arc, was {count} plots without one"
+            )
+        # They come by ascending deviation: the best are enough to be thinned out.
+        self._tracks = tracks[allowed][: layout.CANDIDATES_MAX]
+
+    def branch(self, count: int) -> None:
+        """Add to each track its best arc to the newest plot.
+
+        Parameters
+        ----------
+        count : int
+            Plots that are known; the newest is the last of them.
+
+        References
+        ----------
+        IMM UrO RAN report (2016), section 2.2.2 and figure 2.1.
+        """
+        self._slide(count)
+        spare, a, b = np.empty(layout.TRACK_COUNT), np.empty(4), np.empty(4)
+        branches = []
+        for track in self._tracks:
+            best = track.copy()
+            found = branch_by_arc(
+                track,
+                best,
+                spare,
+                self._anchor_s,
+                self._rows,
+                self._first,
+                count,
+                self._rules,
+                a,
+                b,
+            )
+            if np.isfinite(found):
+                branches.append(best)
+        self._tracks = np.array([*self._tracks, *branches])
+
+    def thin(self, count: int, *, grouped: bool = True) -> None:
+        """Keep the best track of each group of close ones, and of these the best.
+
+        Parameters
+        ----------
+        count : int
+            Plots that are known.
+        grouped : bool
+            False keeps the best by weight alone, which the report found not to do.
+
+        References
+        ----------
+        IMM UrO RAN report (2016), section 2.2.3.
+        """
+        self._weigh(count)
+        last_s = float(self._rows[count - 1, layout.TIME])
+        grid = np.arange(np.ceil(self._anchor_s), np.floor(last_s) + 1.0)
+        traces = np.zeros((len(self), len(grid), 4))
+        for track, states in zip(self._tracks, traces, strict=True):
+            trace(track, self._anchor_s, grid, states)
+        kept = np.zeros(len(self), np.int64)
+        stay = thin(
+            self._tracks, len(self), self._settings.tracks_max, traces, len(grid),
+            self._settings.apart_m if grouped else 0.0, np.zeros(len(self), np.int64), kept,
+            -1,
+        )  # fmt: skip
+        self._tracks = self._tracks[kept[:stay]].copy()
+
+    def optimise(self, count: int, rules: SearchRules | None = None) -> int:
+        """Improve each track by the search of Hooke and Jeeves.
+
+        Parameters
+        ----------
+        count : int
+            Plots that are known.
+        rules : SearchRules, optional
+            Those of the report if not given.
+
+        Returns
+        -------
+        int
+            How often the functional was computed.
+
+        References
+        ----------
+        IMM UrO RAN report (2016), section 2.5.
+        """
+        chosen = rules or SearchRules()
+        rows = self._rows[:count].copy()
+        rows[-1, layout.EAST_EAST : layout.NORTH_NORTH + 1] *= chosen.last_plot
+        if chosen.dimples:
+            # −ln(e^(−ρ²/2) + 1): as if a plot were an outlier as likely as a good one is at best.
+            rows[:, layout.FLOOR] = 0.0
+        limits = np.array(
+            [
+                self._settings.lateral_max_mps2, self._settings.longitudinal_max_mps2,
+                SEGMENT_MIN_S, chosen.last_segment_s,
+            ]
+        )  # fmt: skip
+        evaluations, total = np.zeros(1), 0
+        for track in self._tracks:
+            search(
+                track, track.copy(), track.copy(), self._anchor_s, rows, self._first, count,
+                limits, evaluations,
+            )  # fmt: skip
+            total += int(evaluations[0])
+        return total
+
+    def settle(self, count: int) -> None:
+        """Improve each track by bounded least squares: the same functional, the same parameters.
+
+        Parameters
+        ----------
+        count : int
+            Plots that are known.
+
+        References
+        ----------
+        IMM UrO RAN report (2016), section 2.5, for what is varied; the method is the project's own.
+        """
+        memory = settling_memory()
+        kinds = np.zeros((layout.KINDS, layout.KIND_COUNT))
+        kinds[:, [layout.LATERAL_SIGMA, layout.LONGITUDINAL_SIGMA]] = _UNKNOWN
+        kinds[:, layout.ENDING] = 1.0
+        rules = self._rules.copy()
+        rules[layout.CELL_SIGMA_S] = _UNKNOWN
+        # The state at the anchor is held by what is known of it.
+        sigmas = np.array([_HELD] * 4 + [_UNKNOWN] * 2)
+        now_s = float(self._rows[count - 1, layout.TIME])
+        for track in self._tracks:
+            track[layout.PRIOR_MEAN : layout.PRIOR_MEAN + 4] = track[layout.EAST :][:4]
+            covariance = np.diag(sigmas**2).ravel()
+            track[layout.PRIOR_COVARIANCE : layout.PRIOR_COVARIANCE + 36] = covariance
+            inform(track, memory.H, memory.H2)
+            settle(
+                track, memory.spare, self._anchor_s, self._rows, self._first, count, now_s, kinds,
+                rules, _ROUNDS, *memory[1:],
+            )  # fmt: skip
+
+    def misfits(self, count: int) -> Floats:
+        """Return the functional of each track: −ln of the likelihood of the plots.
+
+        Parameters
+        ----------
+        count : int
+            Plots that are known.
+
+        Returns
+        -------
+        (k,) ndarray
+            Without what does not depend on the track.
+
+        References
+        ----------
+        IMM UrO RAN report (2016), section 2.2.4.
+        """
+        return np.array(
+            [
+                misfit(track, self._anchor_s, self._rows, self._first, count)
+                for track in self._tracks
+            ]
+        )
+
+    def controls(self) -> tuple[ControlTrack, ...]:
+        """Return the tracks.
+
+        Returns
+        -------
+        tuple of ControlTrack
+            One a track.
+
+        References
+        ----------
+        IMM UrO RAN report (2016), section 2.4.
+        """
+        return tuple(control_track_of(track, self._anchor_s) for track in self._tracks)
+
+    def ends(self, count: int) -> Floats:
+        """Return where the tracks are at the newest plot.
+
+        Parameters
+        ----------
+        count : int
+            Plots that are known.
+
+        Returns
+        -------
+        (k, 2) ndarray
+            East and north, m.
+
+        References
+        ----------
+        IMM UrO RAN report (2016), section 2.7.2: the ends of the tracks after the search.
+        """
+        now_s, state = float(self._rows[count - 1, layout.TIME]), np.empty(4)
+        found = np.empty((len(self), 2))
+        for track, end in zip(self._tracks, found, strict=True):
+            state_at(track, self._anchor_s, now_s, state)
+            end[:] = state[:2]
+        return found
+
+    # The window begins with its first plot: the tracks begin there, with what they do there.
+    def _slide(self, count: int) -> None:
+        times = self._rows[:count, layout.TIME]
+        self._first = int(np.searchsorted(times, times[-1] - self._settings.window_s))
+        begin_s, state = float(times[self._first]), np.empty(4)
+        for track in self._tracks:
+            segment = state_at(track, self._anchor_s, begin_s, state)
+            track[layout.EAST : layout.HEADING + 1] = state
+            gone = layout.SEGMENT_COUNT * segment
+            kept = track[layout.SEGMENTS + gone : layout.PRIOR_MEAN].copy()
+            track[layout.SEGMENTS : layout.SEGMENTS + len(kept)] = kept
+            track[layout.COUNT] -= segment
+        self._anchor_s = begin_s
+
+    def _weigh(self, count: int) -> None:
+        self._tracks[:, layout.BROUGHT] = 0.0
+        self._tracks[:, layout.WEIGHT] = -self.misfits(count)

@@ -1,0 +1,1 @@
+"""An extended Kalman filter of one aircraft in space."""

@@ -1,0 +1,319 @@
+"""An extended Kalman filter of one aircraft in space, over any motion model.
+
+`start`, `predict` and `update` are functions on a frozen `Estimate`. Arrays may have leading axes:
+then each entry is an aircraft (or a run of a study) of its own, as if it were alone.
+"""
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from multiradar.errors import ConfigurationError
+from multiradar.estimation.array_checks import component_array, finite_array, require_shape
+from multiradar.estimation.gaussian import EIGENVALUE_MIN, require_covariance, symmetric_part
+from multiradar.estimation.motion.axes import STATE_SIZE, Floats
+from multiradar.estimation.motion.coordinates import CARTESIAN, Coordinates
+from multiradar.estimation.motion.inputs import require_positive
+from multiradar.research.extended.extended_measurement import SpaceMeasurement
+from multiradar.research.motion.model import MotionModel
+
+#: Share of the speed that must be level for a course to be told, well above rounding.
+COURSE_MIN = 1e-9
+#: Largest negative eigenvalue of the correlations that rounding may leave.
+ROUNDING_MAX = 1e-12
+
+
+class Outcome(IntEnum):
+    """What became of a measurement; whatever is not `UPDATED` has left the estimate as it was."""
+
+    UPDATED = 0
+    GATED = 1  #: Farther from the prediction than the gate allows.
+    SINGULAR = 2  #: The innovation covariance, or what the update leaves, is no covariance.
+    CONE_OF_SILENCE = 3  #: The aircraft is predicted where the sensor says nothing of it.
+    NOT_FINITE = 4  #: The measurement is no finite number, or so far off that its square is not.
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Estimate:
+    """Mean and covariance of a state; made by `start`.
+
+    Attributes
+    ----------
+    mean : (..., 6) array
+        In the coordinates named below, canonical.
+    covariance : (..., 6, 6) array
+        Symmetric to the last bit.
+    coordinates : Coordinates
+        How the state is written.
+
+    References
+    ----------
+    Y. Bar-Shalom, X. R. Li, T. Kirubarajan, "Estimation with Applications to Tracking and
+    Navigation", Wiley 2001, section 10.3: the extended Kalman filter.
+    """
+
+    mean: Floats
+    covariance: Floats
+    coordinates: Coordinates
+
+    def cartesian(self) -> "Estimate":
+        """Return the estimate as (east, north, up, v_east, v_north, v_up), to first order.
+
+        Returns
+        -------
+        Estimate
+            In `CARTESIAN` coordinates.
+
+        References
+        ----------
+        Vasiliev, Mattis, the projections after equation (5), and I_xK of (7) for the covariance.
+        """
+        slope = self.coordinates.to_cartesian_jacobian(self.mean)
+        covariance = slope @ self.covariance @ np.swapaxes(slope, -1, -2)
+        mean = self.coordinates.to_cartesian(self.mean)
+        return Estimate(mean, symmetric_part(covariance), CARTESIAN)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Update:
+    """What a measurement made of an estimate.
+
+    Attributes
+    ----------
+    estimate : Estimate
+        After the measurement.
+    outcome : (...) array of int8
+        Values of `Outcome`.
+    innovation : (..., m) array
+        Measured minus predicted; not finite where the measurement is not.
+    innovation_covariance : (..., m, m) array
+        H P Hᵀ + W.
+    distance_squared : (...) array
+        Normalised innovation squared, NIS; infinite where it could not be formed.
+    """
+
+    estimate: Estimate
+    outcome: NDArray[np.int8]
+    innovation: Floats
+    innovation_covariance: Floats
+    distance_squared: Floats
+
+
+def start(mean: ArrayLike, covariance: ArrayLike, coordinates: Coordinates = CARTESIAN) -> Estimate:
+    """Return an estimate in given coordinates from a Cartesian one.
+
+    Parameters
+    ----------
+    mean : (..., 6) array_like
+        East, north, up (m), v_east, v_north, v_up (m/s).
+    covariance : (..., 6, 6) array_like
+        Its covariance.
+    coordinates : Coordinates
+        Those of the motion model that the filter uses.
+
+    Returns
+    -------
+    Estimate
+        Carried over to first order.
+
+    Raises
+    ------
+    ShapeError
+        The mean has another number of components, or they are not finite, or the shapes differ.
+    CovarianceError
+        The covariance is none.
+    ConfigurationError
+        The velocity frame is asked for at a velocity that has no course (at rest, or straight up
+        or down), where its covariance has no bound.
+
+    References
+    ----------
+    Vasiliev, Mattis, the projections after equation (5), solved for V, K and φ, and the inverse of
+    I_xK of (7) for the covariance. To first order: Y. Bar-Shalom, X. R. Li, T. Kirubarajan,
+    "Estimation with Applications to Tracking and Navigation", Wiley 2001, section 10.3.
+    """
+    values = finite_array(component_array(mean, "mean", STATE_SIZE), "mean")
+    matrix = require_covariance(covariance, "covariance")
+    require_shape(matrix, "covariance", (*values.shape, STATE_SIZE))
+    own = coordinates.from_cartesian(values)
+    slope = coordinates.to_cartesian_jacobian(own)
+    # Columns for course and climb are as long as the level speed and the speed are.
+    lengths = np.linalg.norm(slope[..., 4:], axis=-2)
+    if not (lengths > COURSE_MIN * np.maximum(lengths[..., 1:], np.finfo(float).tiny)).all():
+        raise ConfigurationError("velocity: expected one with a course, was at rest or vertical")
+    back = np.linalg.inv(slope)
+    carried = back @ matrix @ np.swapaxes(back, -1, -2)
+    return Estimate(own, symmetric_part(carried), coordinates)
+
+
+def predict(estimate: Estimate, model: MotionModel, interval_s: float) -> Estimate:
+    """Move an estimate on by an interval.
+
+    Parameters
+    ----------
+    estimate : Estimate
+        In the coordinates of the model.
+    model : MotionModel
+        How the aircraft moves.
+    interval_s : float
+        T, s, not negative.
+
+    Returns
+    -------
+    Estimate
+        f(x) and F P Fᵀ + Q, both taken at the old mean.
+
+    Raises
+    ------
+    ConfigurationError
+        The estimate is in other coordinates than the model.
+    TimeOrderError
+        The interval is negative or no finite number.
+
+    References
+    ----------
+    Y. Bar-Shalom, X. R. Li, T. Kirubarajan, "Estimation with Applications to Tracking and
+    Navigation", Wiley 2001, section 10.3: the extended Kalman filter; Vasiliev, Mattis, equations
+    (5) and (7), whose models it takes.
+    """
+    if model.coordinates is not estimate.coordinates:
+        raise ConfigurationError(
+            f"estimate: expected {model.coordinates.name} coordinates, "
+            f"was in {estimate.coordinates.name} ones"
+        )
+    slope = model.jacobian(estimate.mean, interval_s)
+    covariance = slope @ estimate.covariance @ np.swapaxes(slope, -1, -2)
+    covariance += model.noise(estimate.mean, interval_s)
+    mean = model.transition(estimate.mean, interval_s)
+    return Estimate(mean, symmetric_part(covariance), estimate.coordinates)
+
+
+def update(
+    estimate: Estimate,
+    measurement: SpaceMeasurement,
+    measured: ArrayLike,
+    gate: float | None = None,
+) -> Update:
+    """Take a measurement.
+
+    Parameters
+    ----------
+    estimate : Estimate
+        Predicted to the time of the measurement.
+    measurement : SpaceMeasurement
+        What is measured, and how well.
+    measured : (..., m) array_like
+        One measurement for each aircraft.
+    gate : float, optional
+        Largest normalised innovation squared that is believed; None believes all.
+
+    Returns
+    -------
+    Update
+        The estimate after it, and what became of it. A refused measurement leaves the estimate as
+        it was; no NaN enters it.
+
+    Raises
+    ------
+    ShapeError
+        A measurement has another number of components.
+    MotionParameterError
+        The gate is not above 0.
+
+    Notes
+    -----
+    The covariance is (I − K H) P (I − K H)ᵀ + K W Kᵀ, which stays positive semi-definite under
+    rounding. Non-finite arithmetic is met by refusing, not by warnings.
+
+    References
+    ----------
+    Y. Bar-Shalom, X. R. Li, T. Kirubarajan, "Estimation with Applications to Tracking and
+    Navigation", Wiley 2001, section 10.3: the extended Kalman filter; IMM UrO RAN report (2016),
+    equations (1.22) and (1.28), and (1.26) with the noise term K D W Dᵀ Kᵀ.
+    """
+    if gate is not None:
+        require_positive(gate, "gate")
+    values = component_array(measured, "measurement", measurement.noise.shape[-1])
+    with np.errstate(over="ignore", invalid="ignore"):
+        return _update(estimate, measurement, values, np.inf if gate is None else gate)
+
+
+def _update(
+    estimate: Estimate, measurement: SpaceMeasurement, measured: Floats, gate: float
+) -> Update:
+    noise, position = measurement.noise, estimate.mean[..., :3]
+    innovation = measurement.residual(measured, measurement.predict(position))
+    slope = np.zeros((*estimate.mean.shape[:-1], noise.shape[-1], STATE_SIZE))
+    slope[..., :3] = measurement.jacobian(position)
+    spread = estimate.covariance @ np.swapaxes(slope, -1, -2)
+    total = symmetric_part(slope @ spread + noise)
+    inverse, regular = _inverse(total)
+    safe = np.where(np.isfinite(innovation), innovation, 0.0)
+    distance = (safe * (inverse @ safe[..., None])[..., 0]).sum(axis=-1)
+    finite = np.isfinite(innovation).all(axis=-1) & np.isfinite(distance)
+    corrected = _corrected(estimate, slope, spread @ inverse, safe, noise)
+    finite &= np.isfinite(corrected.mean).all(axis=-1)
+    reasons = {
+        Outcome.NOT_FINITE: ~finite,
+        Outcome.CONE_OF_SILENCE: ~measurement.usable(position),
+        Outcome.GATED: regular & ~(distance <= gate),
+        Outcome.SINGULAR: ~(regular & _sound(corrected.covariance)),
+    }
+    outcome = np.select(list(reasons.values()), list(reasons), Outcome.UPDATED).astype(np.int8)
+    return Update(
+        _where(outcome == Outcome.UPDATED, corrected, estimate),
+        outcome,
+        innovation,
+        total,
+        np.where(finite & regular, distance, np.inf),
+    )
+
+
+# x + K ν and (I − K H) P (I − K H)ᵀ + K W Kᵀ, in canonical form.
+def _corrected(
+    estimate: Estimate, slope: Floats, gain: Floats, innovation: Floats, noise: Floats
+) -> Estimate:
+    mean = estimate.mean + (gain @ innovation[..., None])[..., 0]
+    left = np.eye(STATE_SIZE) - gain @ slope
+    covariance = left @ estimate.covariance @ np.swapaxes(left, -1, -2)
+    covariance += gain @ noise @ np.swapaxes(gain, -1, -2)
+    mean, covariance = estimate.coordinates.canonical(mean, symmetric_part(covariance))
+    return Estimate(mean, covariance, estimate.coordinates)
+
+
+# The inverse, and whether there is one; judged on correlations, so that units do not matter.
+def _inverse(matrix: Floats) -> tuple[Floats, NDArray[np.bool_]]:
+    correlations, scale, positive = _correlations(matrix)
+    eigenvalue = np.linalg.eigvalsh(correlations).min(axis=-1)
+    regular = np.asarray(positive & (eigenvalue >= EIGENVALUE_MIN))
+    correlations = np.where(regular[..., None, None], correlations, np.eye(matrix.shape[-1]))
+    return np.linalg.inv(correlations) / scale, regular
+
+
+# Whether rounding has left a covariance. It does not where an accepted measurement was so far off
+# that metres and light seconds stand in one matrix.
+def _sound(matrix: Floats) -> NDArray[np.bool_]:
+    correlations, _, positive = _correlations(matrix)
+    eigenvalue = np.linalg.eigvalsh(correlations).min(axis=-1)
+    return np.asarray(positive & (eigenvalue >= -ROUNDING_MAX))
+
+
+# Correlations (or the identity where there are none), their scale, and whether there are any.
+def _correlations(matrix: Floats) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+    variances = np.diagonal(matrix, axis1=-2, axis2=-1)
+    finite = np.isfinite(matrix).all(axis=(-2, -1))
+    positive = np.asarray((variances > 0.0).all(axis=-1) & finite)
+    sigmas = np.sqrt(np.where(variances > 0.0, variances, 1.0))
+    scale = sigmas[..., :, None] * sigmas[..., None, :]
+    whole = np.eye(matrix.shape[-1])
+    return np.where(positive[..., None, None], matrix / scale, whole), scale, positive
+
+
+def _where(chosen: NDArray[np.bool_], new: Estimate, old: Estimate) -> Estimate:
+    return Estimate(
+        np.where(chosen[..., None], new.mean, old.mean),
+        np.where(chosen[..., None, None], new.covariance, old.covariance),
+        old.coordinates,
+    )

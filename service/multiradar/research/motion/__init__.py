@@ -1,0 +1,1 @@
+"""Motion models that the studies compare."""

@@ -1,0 +1,234 @@
+"""The arrays of one filter in sequential form, for the player, the theory and the class."""
+
+from bisect import bisect_right
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar.errors import ConfigurationError
+from multiradar.estimation.array_checks import require_shape
+from multiradar.estimation.filters import _kernels as kernels
+from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Work, result_arrays
+from multiradar.estimation.filters.bank import FilterDefinition, find_filter_for
+from multiradar.estimation.filters.height._height_kernels import forget_height
+from multiradar.estimation.filters.imm._mode_room_kernels import MODE_COUNT
+from multiradar.estimation.filters.joint._joint_kernels import adopt_aircraft
+from multiradar.estimation.filters.two_stage._time_offset_kernels import (
+    VELOCITY_SIGMA_MAX,
+    has_time_offset,
+)
+from multiradar.research.sequential._kernels import inform
+from multiradar.research.sequential.arrays import Store
+from multiradar.research.sequential.sensors import Sensors
+
+Floats = NDArray[np.float64]
+UPPER = np.triu_indices(4)
+
+#: Least and greatest value of each option.
+OPTION_BOUNDS = {
+    "acceleration_density": (0.0, 1e6),
+    "cone_ratio": (0.0, 10.0),
+    "refuse_nis": (1.0, np.inf),
+    "downweight_nis": (1.0, np.inf),
+    "speed_sigma_mps": (1.0, 10_000.0),
+    "ci_scale_time_s": (1e-3, 1e6),
+}
+#: The arrays of a filter may take so many bytes; with the joint filter they grow as the square.
+ARRAYS_BYTES_MAX = 2**30
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """How a filter works; by default as the papers have it, without gates.
+
+    Attributes
+    ----------
+    acceleration_density : float
+        Spectral density of the white acceleration of an aircraft, m²/s³ on each axis.
+    cone_ratio : float
+        Least ratio of ground range to height above a radar at which its plots are taken.
+    refuse_nis, downweight_nis : float
+        Normalised innovation squared from which a measurement is refused, or counts less.
+    speed_sigma_mps : float
+        Prior standard deviation of each component of the velocity of an aircraft that begins at a
+        plot, m/s.
+    ci_scale_time_s : float
+        In the trace that covariance intersection minimises, which adds m² and (m/s)², a velocity
+        counts as the way of so long a time, (1.45).
+
+    Raises
+    ------
+    ConfigurationError
+        If one is outside its bounds: those of the settings of the service; no process noise, and
+        gates that nothing fails, are taken as well.
+    ShapeError
+        If one is no number.
+    """
+
+    acceleration_density: float = 0.0
+    cone_ratio: float = 0.0
+    refuse_nis: float = np.inf
+    downweight_nis: float = np.inf
+    speed_sigma_mps: float = 300.0
+    ci_scale_time_s: float = 10.0
+
+    def __post_init__(self) -> None:
+        for name, (least, most) in OPTION_BOUNDS.items():
+            value = float(require_shape(getattr(self, name), name, ()))
+            if not least <= value <= most:
+                raise ConfigurationError(f"{name}: expected {least:g} to {most:g}, was {value:g}")
+
+
+@dataclass(frozen=True, slots=True)
+class Arrangement:
+    """A filter with its arrays, ready to take rows."""
+
+    definition: FilterDefinition
+    model: Model
+    store: Store
+    aircraft: Aircraft
+    result: Result
+    work: Work
+
+
+def arrange(name: str, sensors: Sensors, options: Options, *, slots: int, rows: int) -> Arrangement:
+    """Return a filter that has seen nothing yet.
+
+    Parameters
+    ----------
+    name : str
+        Name of the filter.
+    sensors : Sensors
+        The sensors and the prior of their biases.
+    options : Options
+        How it works.
+    slots : int
+        Room for so many aircraft.
+    rows : int
+        Room for so many measurements.
+
+    Returns
+    -------
+    Arrangement
+        Its arrays.
+
+    Raises
+    ------
+    UnknownFilterError
+        If there is no filter of that name.
+    ConfigurationError
+        If the filter cannot estimate one of the bias parameters, keeps modes of motion, or its
+        arrays would take more than `ARRAYS_BYTES_MAX` with so many aircraft.
+
+    References
+    ----------
+    IMM UrO RAN report (2016), equation (1.24): ς and its block before the first measurement;
+    sections 1.3 to 1.5 for what each filter keeps.
+    """
+    definition = find_filter_for(name if isinstance(name, str) else repr(name), sensors.parameters)
+    if definition.keeps_modes:
+        raise ConfigurationError(
+            f"expected a filter with one motion model in the sequential form, was {name}"
+        )
+    prior = sensors.prior
+    count = len(prior.mean)
+    most = _slots_max(definition, sensors)
+    if slots > most:
+        raise ConfigurationError(f"aircraft: expected at most {most} with {name}, was {slots}")
+    model = Model(
+        plane=sensors.plane,
+        sites=sensors.sites,
+        noises=sensors.noises,
+        places=sensors.places,
+        starts=sensors.starts,
+        parameters=sensors.parameters,
+        bias=prior.mean.copy(),
+        bias_covariance=prior.covariance.copy(),
+        factor=np.zeros((count, count)),
+        options=_options(options),
+        modes=np.zeros((1, MODE_COUNT)),
+    )
+    store = Store(prior.sigma, prior.drift.copy(), np.zeros((count, count)))
+    inform(model, store)
+    return Arrangement(
+        definition=definition,
+        model=model,
+        store=store,
+        aircraft=definition.aircraft(slots, count, len(sensors), 1),
+        result=result_arrays(rows, 1, count, keeps_log=definition.folds_log),
+        work=Work(np.zeros(1, np.int64), np.zeros(2, np.int64), np.arange(rows)),
+    )
+
+
+def begin(one: Arrangement, aircraft: int, time_s: float, mean: Floats, covariance: Floats) -> None:
+    """Give an aircraft a state that does not come from the sensors.
+
+    Parameters
+    ----------
+    one : Arrangement
+        Changed in place.
+    aircraft : int
+        Its slot.
+    time_s : float
+        Time of the state, s.
+    mean : (4,) float64
+        East, north (m) and their rates (m/s).
+    covariance : (4, 4) float64
+        Covariance of its error, which has nothing to do with the biases.
+
+    Notes
+    -----
+    Where a time offset is estimated and the velocity is told well enough, it is the one at which
+    time offsets are linearised. If it is not, the aircraft begins anew once its plots have settled
+    the velocity, and keeps nothing else of what was told.
+
+    References
+    ----------
+    IMM UrO RAN report (2016), equation (1.24), with zeros between the aircraft and all others: the
+    condition after (1.36).
+    """
+    arrays = one.aircraft
+    arrays.mean[aircraft] = mean
+    arrays.covariance[aircraft] = covariance[UPPER]
+    arrays.sensitivity[aircraft] = 0.0
+    arrays.time[aircraft] = time_s
+    arrays.updated[aircraft] = np.nan
+    forget_height(aircraft, arrays.height, arrays.vertical)
+    arrays.refusals[aircraft], arrays.updates[aircraft] = 0, 0
+    arrays.surprise[aircraft] = 1.0
+    timed = one.definition.estimates_time_offsets and has_time_offset(one.model.parameters)
+    known = covariance[2, 2] + covariance[3, 3] < VELOCITY_SIGMA_MAX**2
+    arrays.velocity[aircraft] = mean[2:] if timed and known else np.nan
+    # Every plot may speak about the biases, the first one too.
+    arrays.place[aircraft] = kernels.SEVERAL
+    if one.definition.corrects_biases:
+        adopt_aircraft(arrays, len(one.model.bias), aircraft)
+
+
+# How many aircraft `ARRAYS_BYTES_MAX` has room for.
+def _slots_max(definition: FilterDefinition, sensors: Sensors) -> int:
+    biases = len(sensors.prior.mean)
+
+    def size(slots: int) -> int:
+        joint = biases + 4 * slots if definition.corrects_biases else 0
+        # State, covariance, sensitivity, latest plots and books; then what is read out.
+        each = 4 + 10 + 4 * biases + kernels.LOG_COUNT * len(sensors) + 10 + 20
+        return 8 * (joint * joint + slots * each)
+
+    return bisect_right(range(ARRAYS_BYTES_MAX), ARRAYS_BYTES_MAX, key=size) - 1
+
+
+def _options(options: Options) -> Floats:
+    values = np.zeros(kernels.OPTION_COUNT)
+    values[kernels.ACCELERATION_DENSITY] = options.acceleration_density
+    values[kernels.SPEED_SIGMA] = options.speed_sigma_mps
+    values[kernels.SCALE_TIME] = options.ci_scale_time_s
+    values[kernels.CONE_RATIO] = options.cone_ratio
+    values[kernels.EXACT_HEIGHTS] = 1.0
+    values[kernels.DOWNWEIGHT_NIS] = options.downweight_nis
+    values[kernels.REFUSE_NIS] = options.refuse_nis
+    values[kernels.REFUSALS_MAX] = np.inf
+    values[kernels.SURPRISE_FLOOR] = 1.0
+    values[kernels.MANOEUVRE_FACTOR_MAX] = 1.0
+    return values

@@ -1,0 +1,216 @@
+"""The measurements of a scene and the first guesses of its aircraft, as the player takes them."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from multiradar.errors import ConfigurationError, ShapeError, TimeOrderError
+from multiradar.estimation.array_checks import finite_array, require_shape
+from multiradar.estimation.filters.arrays import Rows
+from multiradar.estimation.gaussian import require_covariance
+from multiradar.estimation.measurement._kernels import (
+    KIND_FLAT_PLACE,
+    KIND_FLAT_POLAR,
+    KIND_RADAR,
+)
+from multiradar.estimation.measurement.linearised import cartesian_plot
+from multiradar.research.sequential.sensors import Sensors
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+#: How a flat plot is read: as range and azimuth, or turned into a place and linearised, (1.11).
+Form = Literal["polar", "linearised"]
+FORMS: tuple[Form, ...] = ("polar", "linearised")
+
+
+@dataclass(frozen=True, slots=True)
+class Plots:
+    """Measurements in the order in which they are taken; a sensor sees an aircraft once at a time.
+
+    Parameters
+    ----------
+    time_s : (n,) array_like
+        Times, never going back.
+    aircraft, sensor : (n,) array_like of int
+        Who is seen, counted from 0, and who sees.
+    value : (n, 2) array_like
+        Range (m) and azimuth (rad); east and north (m) for sensors that report positions.
+    height_m : (n,) array_like, optional
+        Heights above the ellipsoid, NaN where there is none; none at all without. Only the plots of
+        radars on WGS 84 need them, whose slant range says nothing of a place without a height.
+
+    Raises
+    ------
+    ShapeError
+        If the columns are not of one length, or hold what is no finite number, or a sensor sees an
+        aircraft twice at one time.
+    TimeOrderError
+        If a time goes back.
+    """
+
+    time_s: Floats
+    aircraft: Integers
+    sensor: Integers
+    value: Floats
+    height_m: Floats
+
+    def __init__(
+        self,
+        time_s: ArrayLike,
+        aircraft: ArrayLike,
+        sensor: ArrayLike,
+        value: ArrayLike,
+        height_m: ArrayLike | None = None,
+    ) -> None:
+        times = finite_array(time_s, "times of the plots", (None,))
+        back = np.flatnonzero(np.diff(times) < 0.0)
+        if len(back):
+            place = int(back[0])
+            raise TimeOrderError("plot", float(times[place + 1]), float(times[place]))
+        count = len(times)
+        values = finite_array(value, "values of the plots", (count, 2))
+        heights = np.full(count, np.nan) if height_m is None else height_m
+        heights = require_shape(heights, "heights of the plots", (count,)).copy()
+        if np.isinf(heights).any():
+            raise ShapeError("heights of the plots", "finite numbers or NaN", heights.shape)
+        seen, seeing = (
+            _indices(column, count, f"{what} of the plots")
+            for column, what in ((aircraft, "aircraft"), (sensor, "sensors"))
+        )
+        _require_once_at_a_time(times, seen, seeing)
+        object.__setattr__(self, "time_s", times)
+        object.__setattr__(self, "aircraft", seen)
+        object.__setattr__(self, "sensor", seeing)
+        object.__setattr__(self, "value", values)
+        object.__setattr__(self, "height_m", heights)
+
+    def __len__(self) -> int:
+        return len(self.time_s)
+
+
+@dataclass(frozen=True, slots=True)
+class Starts:
+    """What a filter is told of each aircraft beforehand.
+
+    Parameters
+    ----------
+    time_s : (s,) array_like
+        Times of the states.
+    mean : (s, 4) array_like
+        East, north (m) and their rates (m/s).
+    covariance : (s, 4, 4) array_like
+        Covariances of their errors.
+
+    Raises
+    ------
+    ShapeError
+        If the shapes do not go together, or there are numbers that are not finite.
+    CovarianceError
+        If a covariance is not symmetric or not positive definite.
+    """
+
+    time_s: Floats
+    mean: Floats
+    covariance: Floats
+
+    def __init__(self, time_s: ArrayLike, mean: ArrayLike, covariance: ArrayLike) -> None:
+        times = finite_array(time_s, "times of the starts", (None,))
+        means = finite_array(mean, "states of the starts", (len(times), 4))
+        matrices = require_shape(covariance, "covariances of the starts", (len(times), 4, 4))
+        require_covariance(matrices, "covariances of the starts")
+        object.__setattr__(self, "time_s", times)
+        object.__setattr__(self, "mean", means)
+        object.__setattr__(self, "covariance", matrices)
+
+    def __len__(self) -> int:
+        return len(self.time_s)
+
+
+def filter_rows(plots: Plots, sensors: Sensors, starts: Starts, form: Form) -> Rows:
+    """Return the plots as the kernels take them.
+
+    Parameters
+    ----------
+    plots : Plots
+        The measurements.
+    sensors : Sensors
+        The sensors.
+    starts : Starts
+        The aircraft.
+    form : {"polar", "linearised"}
+        How plots of flat radars are read.
+
+    Returns
+    -------
+    Rows
+        The rows.
+
+    Raises
+    ------
+    ConfigurationError
+        If the form is unknown.
+    ShapeError
+        If a plot is of an aircraft without a start, or of a sensor that is not there, or one of a
+        radar on WGS 84 has no height.
+    TimeOrderError
+        If an aircraft is seen before its start.
+
+    References
+    ----------
+    IMM UrO RAN report (2016), equations (1.10) and (1.11).
+    """
+    if form not in FORMS:
+        raise ConfigurationError(f"form: expected one of {', '.join(FORMS)}, was {form!r}")
+    for values, known, what in (
+        (plots.aircraft, len(starts), "aircraft of the plots"),
+        (plots.sensor, len(sensors), "sensors of the plots"),
+    ):
+        if len(values) and not int(values.max()) < known:
+            raise ShapeError(what, f"indices below {known}", (int(values.max()),))
+    early = np.flatnonzero(plots.time_s < starts.time_s[plots.aircraft])
+    if len(early):
+        row = int(early[0])
+        start_s = float(starts.time_s[plots.aircraft[row]])
+        raise TimeOrderError("plot of an aircraft", float(plots.time_s[row]), start_s)
+    kind = sensors.kind[plots.sensor]
+    if np.isnan(plots.height_m[kind == KIND_RADAR]).any():
+        what = "heights of the plots"
+        raise ShapeError(what, "a height for every plot of a radar on WGS 84", plots.height_m.shape)
+    value = plots.value.copy()
+    if form == "linearised":
+        flat = kind == KIND_FLAT_POLAR
+        sites = sensors.sites[plots.sensor[flat], :2]
+        value[flat] = cartesian_plot(sites, *plots.value[flat].T)
+        # A negative range is no place on the other side of the radar.
+        value[flat & (plots.value[:, 0] < 0.0)] = np.nan
+        kind = np.where(flat, KIND_FLAT_PLACE, kind)
+    return Rows(
+        plots.aircraft, plots.time_s, kind, plots.sensor, value, plots.height_m, plots.sensor
+    )
+
+
+# An epoch has room for one plot of each sensor.
+def _require_once_at_a_time(times: Floats, aircraft: Integers, sensors: Integers) -> None:
+    order = np.lexsort((sensors, aircraft, times))
+    same = [np.diff(column[order]) == 0 for column in (times, aircraft, sensors)]
+    twice = np.flatnonzero(np.logical_and.reduce(same))
+    if len(twice):
+        row = int(order[twice[0]])
+        what = f"plots of aircraft {aircraft[row]} at {times[row]} s"
+        raise ShapeError(what, "each sensor once at a time", times.shape)
+
+
+def _indices(values: ArrayLike, count: int, what: str) -> Integers:
+    try:
+        array = np.asarray(values)
+    except ValueError as error:
+        raise ShapeError(what, f"({count},) integers", (), "rows of unequal length") from error
+    if array.shape != (count,) or not np.issubdtype(array.dtype, np.integer):
+        found = f"of shape {array.shape} and type {array.dtype}"
+        raise ShapeError(what, f"({count},) integers", array.shape, found)
+    if count and int(array.min()) < 0:
+        raise ShapeError(what, "indices of 0 or more", array.shape)
+    return array.astype(np.int64)

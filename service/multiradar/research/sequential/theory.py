@@ -1,0 +1,165 @@
+"""The true covariance of a filter's errors, by the formula of Joseph for its very gains."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from multiradar.errors import PriorError
+from multiradar.estimation.array_checks import finite_array
+from multiradar.research.sequential._theory_kernels import propagate
+from multiradar.research.sequential.arrangement import Arrangement, Options
+from multiradar.research.sequential.arrays import Epoch, Record, Saved
+from multiradar.research.sequential.player import empty_record, prepared, record_times, walk_start
+from multiradar.research.sequential.plots import Form, Plots, Starts, filter_rows
+from multiradar.research.sequential.sensors import Sensors
+
+Floats = NDArray[np.float64]
+
+_PLAIN = Options()
+
+
+@dataclass(frozen=True, slots=True)
+class Theory:
+    """What the errors of a filter are, and what it says they are.
+
+    Attributes
+    ----------
+    covariance : (t, n, n) float64
+        True covariance of the stacked error (1.8): four components of each aircraft, then all
+        bias parameters.
+    transition : (t, n, n) float64
+        F: the part that the error at the time before (at first: at the starts) has in that of now;
+        the rest of it is independent.
+    reported : Record
+        What the filter itself reports, linearised at the truth.
+    """
+
+    covariance: Floats
+    transition: Floats
+    reported: Record
+
+    @property
+    def aircraft(self) -> Floats:
+        """True covariances of the aircraft, (t, s, 4, 4)."""
+        slots = self.reported.mean.shape[1]
+        blocks = [self.covariance[:, 4 * k : 4 * k + 4, 4 * k : 4 * k + 4] for k in range(slots)]
+        return np.stack(blocks, axis=1)
+
+    @property
+    def biases(self) -> Floats:
+        """True covariance of the biases, (t, c, c)."""
+        first = 4 * self.reported.mean.shape[1]
+        return self.covariance[:, first:, first:]
+
+
+def true_covariance(
+    name: str,
+    sensors: Sensors,
+    plots: Plots,
+    starts: Starts,
+    times_s: ArrayLike,
+    *,
+    truth: ArrayLike,
+    form: Form = "polar",
+    walk_s: float = 1.0,
+    options: Options = _PLAIN,
+    true_density: float | None = None,
+    true_drift: ArrayLike | None = None,
+) -> Theory:
+    """Return the covariance of a filter's errors by (1.26), with the gains the filter has.
+
+    Parameters
+    ----------
+    name, sensors, starts, times_s, form, walk_s, options
+        As for `multiradar.research.sequential.player.play`. The priors are taken to be true.
+    plots : Plots
+        When who was seen by whom; the values are not looked at.
+    truth : (n, 4) array_like
+        True state of the aircraft of each plot at its time.
+    true_density : float, optional
+        Spectral density of the true acceleration, m²/s³; that of the filter without.
+    true_drift : (c,) array_like, optional
+        True drift of the biases after one second; that of the filter without.
+
+    Returns
+    -------
+    Theory
+        True and reported covariances.
+
+    Raises
+    ------
+    UnknownFilterError, ConfigurationError, ShapeError, TimeOrderError
+        As `play`; `ShapeError` also if the truth or the drift are not of the expected shape.
+    PriorError
+        If the true density or a true drift is negative.
+
+    Notes
+    -----
+    The filter is linearised at the truth, so that the result is exact for a linear filter and of
+    first order for any other: what re-linearising at wrong estimates does is not in it, and is
+    what a Monte Carlo shows beside it.
+
+    References
+    ----------
+    IMM UrO RAN report (2016), equations (1.25), (1.26) and (1.27); the noise term of (1.26) is
+    K D W Dᵀ Kᵀ.
+    """
+    times = record_times(times_s, starts)
+    states = finite_array(truth, "true states", (len(plots), 4))
+    known = sensors.prior.drift
+    drift = finite_array(known if true_drift is None else true_drift, "true drift", known.shape)
+    density = options.acceleration_density if true_density is None else true_density
+    if not (density >= 0.0 and (drift >= 0.0).all()):
+        raise PriorError(f"truth: expected no negative noise, was {density} and {drift.tolist()}")
+    rows = filter_rows(plots, sensors, starts, form)
+    one = prepared(name, sensors, starts, options, len(plots))
+    one.model.bias[:] = 0.0
+    _linearise_lateness(one, plots, states)
+    twin = one.definition.aircraft(len(starts), len(drift), len(sensors), 1)
+    record = empty_record(len(times), len(starts), len(drift))
+    covariance = _first_covariance(sensors, starts)
+    found = np.empty((len(times), *covariance.shape))
+    transition = np.empty_like(found)
+    propagate(
+        one.definition.method, walk_start(starts, walk_s), walk_s, times, states, density, drift,
+        one.work, rows, one.model, one.aircraft, one.result, one.store, twin, _saved(one),
+        _epoch(len(sensors), covariance.shape[0], len(drift)), covariance, record, found,
+        transition,
+    )  # fmt: skip
+    return Theory(found, transition, record)
+
+
+def _first_covariance(sensors: Sensors, starts: Starts) -> Floats:
+    first = 4 * len(starts)
+    size = first + len(sensors.prior.mean)
+    covariance = np.zeros((size, size))
+    for slot, block in enumerate(starts.covariance):
+        covariance[4 * slot : 4 * slot + 4, 4 * slot : 4 * slot + 4] = block
+    covariance[first:, first:] = sensors.prior.covariance
+    return covariance
+
+
+# Time offsets are linearised at the velocity that is told, and here at the true one, as all else.
+def _linearise_lateness(one: Arrangement, plots: Plots, states: Floats) -> None:
+    slots, rows = np.unique(plots.aircraft, return_index=True)
+    told = ~np.isnan(one.aircraft.velocity[slots, 0])
+    one.aircraft.velocity[slots[told]] = states[rows[told], 2:]
+
+
+def _saved(one: Arrangement) -> Saved:
+    return Saved(*(np.zeros_like(one.model.bias_covariance) for _ in range(3)))
+
+
+def _epoch(sensors: int, size: int, biases: int) -> Epoch:
+    # A sensor sees an aircraft at most once in an epoch.
+    return Epoch(
+        value=np.zeros((sensors, 2)),
+        probe=np.zeros((sensors, 2)),
+        by_position=np.zeros((sensors, 2, 2)),
+        by_bias=np.zeros((sensors, 2, biases)),
+        noise=np.zeros((sensors, 3)),
+        gain=np.zeros((2 * sensors, size)),
+        spread=np.zeros((2 * sensors, size)),
+        half=np.zeros((2 * sensors, size)),
+    )

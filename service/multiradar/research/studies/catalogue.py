@@ -1,0 +1,187 @@
+"""The studies by name, with what each takes; a study's code is imported only when it runs."""
+
+import dataclasses
+import importlib
+import math
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Protocol, cast
+
+from multiradar.errors import ConfigurationError, UnknownFilterError
+
+if TYPE_CHECKING:
+    # Help must be fast: the types bring NumPy with them.
+    from multiradar.research.studies.result import Progress, StudyOptions, StudyResult
+
+
+#: Options of the command, by the field of `StudyOptions` that each sets.
+FLAGS = MappingProxyType({"runs": "--runs", "filters": "--filters", "duration_s": "--duration"})
+
+
+@dataclass(frozen=True, slots=True)
+class StudyEntry:
+    """A study as the catalogue knows it.
+
+    Attributes
+    ----------
+    name : str
+        What the command calls it.
+    title : str
+        Heading of its report.
+    purpose : str
+        What it shows, in one sentence.
+    module : str
+        Where its `run` is, imported only when it runs.
+    runs : int, optional
+        Realisations unless others are asked for; None: it has none to repeat.
+    duration_s : float, optional
+        Length of its scene, s, unless another is asked for; None: it is fixed.
+    duration_bounds_s : tuple of two floats
+        Least and greatest length of its scene, s: what shows anything, and what ends in time.
+    filters : tuple of str
+        Filters it judges; empty: no choice.
+    """
+
+    name: str
+    title: str
+    purpose: str
+    module: str
+    runs: int | None = None
+    duration_s: float | None = None
+    duration_bounds_s: tuple[float, float] = (0.0, math.inf)
+    filters: tuple[str, ...] = ()
+
+    @property
+    def takes(self) -> tuple[str, ...]:
+        """Names of the fields of `StudyOptions` that make a difference to it."""
+        chosen = {"runs": self.runs, "filters": self.filters, "duration_s": self.duration_s}
+        return ("seed", *(name for name, default in chosen.items() if default))
+
+    def complete(self, options: "StudyOptions") -> "StudyOptions":
+        """Return options with this study's own in place of what is None.
+
+        Options that the study does not take become None.
+
+        Raises
+        ------
+        UnknownFilterError
+            A filter that the study does not judge.
+        ConfigurationError
+            A duration outside the bounds of the study.
+        """
+        for name in options.filters or () if self.filters else ():
+            if name not in self.filters:
+                raise UnknownFilterError(name, self.filters)
+        if self.duration_s is not None and options.duration_s is not None:
+            self._require_duration(options.duration_s)
+        return dataclasses.replace(
+            options,
+            runs=None if self.runs is None else options.runs or self.runs,
+            duration_s=None if self.duration_s is None else options.duration_s or self.duration_s,
+            filters=(options.filters or self.filters) if self.filters else None,
+        )
+
+    def run(self, options: "StudyOptions", progress: "Progress") -> "StudyResult":
+        """Import the study and run it, with its own options in place of what is None.
+
+        Raises
+        ------
+        UnknownFilterError
+            A filter that the study does not judge.
+        ConfigurationError
+            A duration outside the bounds of the study.
+        """
+        completed = self.complete(options)
+        study = cast("_Study", importlib.import_module(self.module))
+        return study.run(completed, progress)
+
+    def _require_duration(self, duration_s: float) -> None:
+        least, most = self.duration_bounds_s
+        if not least <= duration_s <= most:
+            raise ConfigurationError(
+                f"--duration of {self.name}: expected {least:g} to {most:g} s, was {duration_s:g} s"
+            )
+
+
+class _Study(Protocol):
+    # What a module of a study offers.
+    def run(self, options: "StudyOptions", progress: "Progress") -> "StudyResult": ...
+
+
+BIAS_ESTIMATION = StudyEntry(
+    name="bias-estimation",
+    title="Joint estimation of motion and radar biases",
+    purpose="Compare the filters on the scenario of the report's section 1.6: errors of "
+    "position, velocity and biases with the theoretical and the reported ones, with and without "
+    "drift.",
+    module="multiradar.research.studies.bias_estimation",
+    runs=20,
+    duration_s=1000.0,
+    duration_bounds_s=(0.5, 10_000.0),
+    filters=("joint", "two-stage", "blom", "blom-macro", "ci"),
+)
+POLYNOMIAL_FORECAST = StudyEntry(
+    name="polynomial-forecast",
+    title="Filtering and forecast of a polynomial trajectory",
+    purpose="Reproduce the variance tables of Koptev, Rozov and Romanovsky: exact values, a Monte "
+    "Carlo with its band, and the values of the paper.",
+    module="multiradar.research.studies.polynomial_forecast",
+    runs=10_000,
+)
+COUPLED_MOTION = StudyEntry(
+    name="coupled-motion",
+    title="Motion models in the velocity frame",
+    purpose="Draw figures 1 and 3 of Vasiliev and Mattis, show that accelerations in the velocity "
+    "frame do not depend on the heading, and compare the motion models in a filter.",
+    module="multiradar.research.studies.coupled_motion",
+    runs=100,
+    duration_s=300.0,
+    duration_bounds_s=(10.0, 3600.0),
+    filters=(
+        "cartesian-acceleration",
+        "relative-speed",
+        "velocity-frame-noise",
+        "velocity-frame",
+        "white-acceleration",
+    ),
+)
+
+MANOEUVRE_PLANE = StudyEntry(
+    name="manoeuvre-plane",
+    title="The plane of a manoeuvre",
+    purpose="Reproduce the example of Korobochkin: errors of the plane of a circle, how often a "
+    "plane motion is rejected, and how often a helix is detected.",
+    module="multiradar.research.studies.manoeuvre_plane",
+    runs=100,
+)
+BEARING_ONLY = StudyEntry(
+    name="bearing-only",
+    title="A trajectory from angles alone",
+    purpose="Compare the filter of Nenartovich and Isakov, which updates with each angle, with the "
+    "usual scheme that first computes positions from the angles.",
+    module="multiradar.research.studies.bearing_only",
+    runs=200,
+)
+TRAJECTORY_BUNDLE = StudyEntry(
+    name="trajectory-bundle",
+    title="A bundle of trajectories, step by step",
+    purpose="Draw figures 2.2 to 2.4 of the report on an S-shaped flight, the bundle before and "
+    "after each step, and how its branches are extended beyond the last plot.",
+    module="multiradar.research.studies.trajectory_bundle",
+    runs=20,
+)
+
+#: All studies by name, in the order of help.
+STUDIES = MappingProxyType(
+    {
+        entry.name: entry
+        for entry in (
+            BIAS_ESTIMATION,
+            POLYNOMIAL_FORECAST,
+            COUPLED_MOTION,
+            MANOEUVRE_PLANE,
+            BEARING_ONLY,
+            TRAJECTORY_BUNDLE,
+        )
+    }
+)
