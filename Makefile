@@ -24,7 +24,7 @@ lint: $(READY) ## Check style
 	$(BIN)/ruff format --check .
 
 types: $(READY) ## Check types, strictly, tests included
-	$(BIN)/mypy service converters schemas compiled tests docs
+	$(BIN)/mypy service converters schemas compiled tests validation
 
 contracts: $(READY) ## Check the import contracts
 	$(BIN)/lint-imports
@@ -39,7 +39,7 @@ unit: $(READY) ## The unit tests, without those that take seconds
 	$(BIN)/pytest -n 2 -m "not slow" tests/unit
 
 docs-check: $(READY) ## Compare the documents with what programs print (an hour); DOCS_OPTIONS=--write puts it right
-	$(BIN)/python docs/check_documents.py $(DOCS_OPTIONS)
+	$(BIN)/python -m validation.documents.check_documents $(DOCS_OPTIONS)
 
 fuzz: $(READY) ## Draw new examples for all property tests (FUZZ_SECONDS=120 FUZZ_SEED=)
 	cd tests && ../$(BIN)/python -m support.fuzzing --seconds $(FUZZ_SECONDS) $(if $(FUZZ_SEED),--seed $(FUZZ_SEED))

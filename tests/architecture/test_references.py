@@ -14,7 +14,14 @@ import pytest
 
 SERVICE = Path(__file__).parents[2] / "service/multiradar"
 
-PURE = ("estimation", "restoration")
+PURE = (
+    "estimation",
+    "restoration",
+    "research/sequential",
+    "research/extended",
+    "research/motion",
+    "research/bundle",
+)
 #: Where the simulation and the studies compute; their other modules read, write, and draw.
 COMPUTING = (
     "simulation/biases",
@@ -24,22 +31,22 @@ COMPUTING = (
     "simulation/looks",
     "simulation/observation",
     "simulation/paths",
-    "studies/bearing_only",
-    "studies/bearing_only_runs",
-    "studies/bias_estimation",
-    "studies/bias_estimation_bands",
-    "studies/bias_estimation_loss",
-    "studies/bias_estimation_runs",
-    "studies/coupled_motion",
-    "studies/coupled_motion_figures",
-    "studies/coupled_motion_models",
-    "studies/coupled_motion_tracking",
-    "studies/manoeuvre_plane",
-    "studies/manoeuvre_plane_runs",
-    "studies/polynomial_forecast",
-    "studies/polynomial_forecast_runs",
-    "studies/trajectory_bundle",
-    "studies/trajectory_bundle_runs",
+    "research/studies/bearing_only",
+    "research/studies/bearing_only_runs",
+    "research/studies/bias_estimation",
+    "research/studies/bias_estimation_bands",
+    "research/studies/bias_estimation_loss",
+    "research/studies/bias_estimation_runs",
+    "research/studies/coupled_motion",
+    "research/studies/coupled_motion_figures",
+    "research/studies/coupled_motion_models",
+    "research/studies/coupled_motion_tracking",
+    "research/studies/manoeuvre_plane",
+    "research/studies/manoeuvre_plane_runs",
+    "research/studies/polynomial_forecast",
+    "research/studies/polynomial_forecast_runs",
+    "research/studies/trajectory_bundle",
+    "research/studies/trajectory_bundle_runs",
 )
 
 #: They look at shape, sign and order of what comes from outside, and compute nothing.
@@ -57,7 +64,7 @@ BOOKKEEPING = {
     "research/sequential/player": {"empty_record"},
     "restoration/plot_positions": {"Plots", "Plots.take"},
     "simulation/looks": {"outside_gaps"},
-    "studies/coupled_motion_tracking": {"Tracked", "Tracked.means", "settled", "batches"},
+    "research/studies/coupled_motion_tracking": {"Tracked", "Tracked.means", "settled", "batches"},
 }
 #: Bases and decorators of classes that hold what others computed; see `holds_only`.
 CONTAINERS = {"NamedTuple", "IntEnum", "dataclass"}

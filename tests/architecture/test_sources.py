@@ -20,6 +20,10 @@ CORE = (
     "service/multiradar/restoration",
     "service/multiradar/estimation",
     "service/multiradar/geodesy",
+    "service/multiradar/research/sequential",
+    "service/multiradar/research/extended",
+    "service/multiradar/research/motion",
+    "service/multiradar/research/bundle",
 )
 
 

@@ -25,8 +25,8 @@ TEXT = (
     "\n"
     "![Cost of a plot against the number of aircraft](images/joint-cost.svg)\n"
     "\n"
-    "`python docs/make_joint_cost.py benchmark.json docs/images/joint-cost.svg` draws it from the "
-    "rows below."
+    "`python -m validation.documents.make_joint_cost benchmark.json docs/images/joint-cost.svg` "
+    "draws it from the rows below."
 )
 AIRCRAFT = (15, 25, 50, 100, 200, 400)
 #: A plot of the joint filter costs milliseconds with many aircraft: so many are timed, or, where

@@ -1,6 +1,5 @@
 """`multiradar convert asterix` from octets written by hand to tables, quarantine and report."""
 
-import gzip
 import json
 import os
 from pathlib import Path
@@ -464,40 +463,6 @@ def test_a_pipe_is_refused_instead_of_waited_for(
     os.mkfifo(pipe)
     assert run(["convert", "asterix", str(pipe), "--out", str(out)]) == EXIT_FAILED
     assert "expected a file, was something else" in capsys.readouterr().err
-    assert not out.exists()
-
-
-def test_a_missing_file_is_told_and_leaves_nothing(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    out = tmp_path / "out"
-    assert run(["convert", "asterix", str(tmp_path / "no"), "--out", str(out)]) == EXIT_FAILED
-    assert "cannot be read" in capsys.readouterr().err
-    assert not out.exists()
-
-
-@pytest.mark.parametrize(
-    ("content", "sentence"),
-    [
-        # The same octets in every process that collects this.
-        (
-            gzip.compress(block(48, plot_048(1.0)), mtime=0),
-            "was one packed by gzip; unpack it first",
-        ),
-        (b"These are no blocks. " * 99, "expected ASTERIX blocks, found none that can be read"),
-        (b"", "expected ASTERIX blocks, found none"),
-        (b"\xcd" * 2200, "expected ASTERIX blocks, found none"),
-    ],
-    ids=["packed", "text", "empty", "header"],
-)
-def test_what_is_no_recording_is_told_and_leaves_nothing(
-    tmp_path: Path, content: bytes, sentence: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    path = tmp_path / "recording"
-    path.write_bytes(content)
-    out = tmp_path / "out"
-    assert run(["convert", "asterix", str(path), "--out", str(out)]) == EXIT_FAILED
-    assert sentence in capsys.readouterr().err
     assert not out.exists()
 
 

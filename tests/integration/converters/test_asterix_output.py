@@ -1,33 +1,20 @@
 """Every track of a recording, read back to the resolution of each item (docs/asterix.md)."""
 
-import importlib.util
 import sys
 from pathlib import Path
-from types import ModuleType
 
 import pytest
 
 from multiradar.tracking.settings import TrackingSettings
 from support.live_scene import recording, sensors
+from validation.asterix import check_asterix_output as check
 
 #: Six minutes: tracks begin, become confirmed, coast and end, and biases settle.
 ROWS = 4000
 
 
 @pytest.fixture(scope="module")
-def check() -> ModuleType:
-    path = Path(__file__).parents[3] / "docs" / "check_asterix_output.py"
-    described = importlib.util.spec_from_file_location("check_asterix_output", path)
-    assert described is not None
-    assert described.loader is not None
-    module = importlib.util.module_from_spec(described)
-    sys.modules[described.name] = module
-    described.loader.exec_module(module)
-    return module
-
-
-@pytest.fixture(scope="module")
-def told(check: ModuleType, tmp_path_factory: pytest.TempPathFactory) -> tuple[object, Path]:
+def told(tmp_path_factory: pytest.TempPathFactory) -> tuple[check.Watched, Path]:
     """What a user was told of a recording, and the file in which it stands."""
     folder = tmp_path_factory.mktemp("output")
     frame = recording(ROWS, step_s=0.09)
@@ -41,9 +28,7 @@ def told(check: ModuleType, tmp_path_factory: pytest.TempPathFactory) -> tuple[o
     return check.written(folder, sensors(), settings, path), path
 
 
-def test_our_reader_reads_every_field_to_its_resolution(
-    check: ModuleType, told: tuple[object, Path]
-) -> None:
+def test_our_reader_reads_every_field_to_its_resolution(told: tuple[check.Watched, Path]) -> None:
     user, path = told
     found = check.compared(user, check.own_records(path))
     assert {name: worst for name, (_, worst) in found.items() if worst > check.ROUNDING} == {}
@@ -51,13 +36,11 @@ def test_our_reader_reads_every_field_to_its_resolution(
     assert {"062/105/LAT", "062/185/VX", "062/136", "062/340/POS/RHO", "062/500/APW/LAT",
             "062/290/ES", "062/100/X", "063/080/SRB", "063/081"} <= said  # fmt: skip
     # Tracks that began, ended, and were seen by one radar alone are among them.
-    assert any(one.last.any() for one in user.tracks_told)  # type: ignore[attr-defined]
-    assert any(one.monosensor.any() for one in user.tracks_told)  # type: ignore[attr-defined]
+    assert any(one.last.any() for one in user.tracks_told)
+    assert any(one.monosensor.any() for one in user.tracks_told)
 
 
-def test_libasterix_reads_every_field_to_its_resolution(
-    check: ModuleType, told: tuple[object, Path]
-) -> None:
+def test_libasterix_reads_every_field_to_its_resolution(told: tuple[check.Watched, Path]) -> None:
     pytest.importorskip("asterix.base", reason="libasterix is not installed")
     user, path = told
     found = check.compared(user, check.peer_records(path, sys.executable))

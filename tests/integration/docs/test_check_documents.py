@@ -1,28 +1,13 @@
 """Documents show what programs print; what takes longer is compared by `make docs-check`."""
 
-import importlib.util
-import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from validation.documents import check_documents as documents
+
 ROOT = Path(__file__).parents[3]
-
-
-def _load() -> Any:
-    path = ROOT / "docs" / "check_documents.py"
-    specification = importlib.util.spec_from_file_location("check_documents", path)
-    assert specification is not None
-    assert specification.loader is not None
-    module = importlib.util.module_from_spec(specification)
-    # Its dataclasses look their module up.
-    sys.modules["check_documents"] = module
-    specification.loader.exec_module(module)
-    return module
-
-
-documents = _load()
 
 
 def _quick(page: str) -> Any:
@@ -34,7 +19,7 @@ def _quick(page: str) -> Any:
 def test_pages_show_what_quick_commands_print(page: str) -> None:
     found = documents.compared(page, _quick(page), write=False)
     differ = [f"{step.where}: {step.command}\n{text}" for step, text, _ in found if text]
-    assert differ == [], "run python docs/check_documents.py --quick --write"
+    assert differ == [], "run python -m validation.documents.check_documents --quick --write"
 
 
 def test_the_commands_that_everybody_runs_first_are_compared_quickly() -> None:
@@ -173,7 +158,7 @@ def test_json_is_broken_into_lines_that_read_the_same() -> None:
 @pytest.fixture
 def moved(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "docs" / "images").mkdir(parents=True)
-    for name in ("examples", "deploy"):
+    for name in ("examples", "deploy", "validation"):
         (tmp_path / name).mkdir()
     monkeypatch.setattr(documents, "ROOT", tmp_path)
     return tmp_path
@@ -221,7 +206,8 @@ def test_a_part_and_its_pictures_are_made_by_their_script(moved: Path) -> None:
         "page.write_text(page.read_text().replace('old', sys.argv[1]))\n"
         "(docs / 'images' / 'one.svg').write_text('new picture')\n"
     )
-    (moved / "docs" / "make_p.py").write_text(script, encoding="utf-8")
+    (moved / "validation" / "__init__.py").touch()
+    (moved / "validation" / "make_p.py").write_text(script, encoding="utf-8")
     (moved / "docs" / "images" / "one.svg").write_text("old picture", encoding="utf-8")
     page = moved / "docs" / "p.md"
     text = "<!-- n: made by make_p.py new; slow 1 s -->\nold\n<!-- end of n -->\nold\n"

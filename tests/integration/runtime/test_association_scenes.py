@@ -1,8 +1,6 @@
-"""Named scenes tracked without identity, judged as `docs/check_association.py` does."""
+"""Named scenes tracked without identity, judged as `check_association` does."""
 
-import importlib.util
 from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 import polars as pl
@@ -17,20 +15,11 @@ from multiradar.simulation.scene_file import builtin_scene
 from multiradar.simulation.sensors_text import sensors_text
 from multiradar.tracking.outputs import TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
+from validation.tracker import check_association
 
 NAMELESS = ("track_number", "mode_s_address", "mode_3a")
 CODES = ("track_number", "mode_s_address")
 ADDRESSES = ("track_number",)
-
-
-def checks() -> ModuleType:
-    path = Path(__file__).parents[3] / "docs" / "check_association.py"
-    specification = importlib.util.spec_from_file_location("check_association", path)
-    assert specification is not None
-    assert specification.loader is not None
-    module = importlib.util.module_from_spec(specification)
-    specification.loader.exec_module(module)
-    return module
 
 
 @pytest.mark.parametrize(
@@ -45,7 +34,7 @@ def test_every_aircraft_has_one_track_and_every_track_one_aircraft(
     tmp_path: Path, name: str, hidden: tuple[str, ...]
 ) -> None:
     tracks, truth, periods = tracked(tmp_path, name, TrackingSettings(hidden_fields=hidden))
-    found = checks().figures(tracks, truth, periods)
+    found = check_association.figures(tracks, truth, periods)
     assert found.swaps == 0
     assert found.right_share >= 0.999
     assert found.all_share >= 0.98
@@ -64,7 +53,7 @@ def test_an_aircraft_lost_in_a_turn_at_the_edge_of_the_cover_keeps_its_track(
     """
     settings = TrackingSettings(hidden_fields=NAMELESS, filter_name=filter_name)
     tracks, truth, periods = tracked(tmp_path, "u-turn-edge", settings)
-    found = checks().figures(tracks, truth, periods)
+    found = check_association.figures(tracks, truth, periods)
     assert found.swaps == 0
     assert found.right_share == 1.0
     assert found.false_tracks == 0

@@ -1,9 +1,6 @@
 """Radars that jump, fall silent or are told wrong are found; those that are well are left alone."""
 
-import importlib.util
 from dataclasses import replace
-from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -14,32 +11,20 @@ from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.simulation.scene_file import builtin_scene
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.settings import TrackingSettings
+from validation.tracker import check_health
 
 #: An offset is right again so long after its jump, to so much: s, m, degrees.
 RIGHT_AGAIN = ((30.0, 25.0, 0.012), (60.0, 10.0, 0.006))
 
 
-def load_checks() -> ModuleType:
-    path = Path(__file__).parents[3] / "docs" / "check_health.py"
-    specification = importlib.util.spec_from_file_location("check_health", path)
-    assert specification is not None
-    assert specification.loader is not None
-    module = importlib.util.module_from_spec(specification)
-    specification.loader.exec_module(module)
-    return module
-
-
-CHECKS = load_checks()
-
-
 def simulated(name: str, duration_s: float | None = None) -> tuple[MeasurementBatch, SensorTable]:
     scene = builtin_scene(name)
-    return CHECKS.simulated(replace(scene, duration_s=duration_s or scene.duration_s))  # type: ignore[no-any-return]
+    return check_health.simulated(replace(scene, duration_s=duration_s or scene.duration_s))
 
 
 def tracked(batch: MeasurementBatch, table: SensorTable, **more: Any) -> Any:
     settings = TrackingSettings(filter_name=more.pop("filter_name", "two-stage"))
-    return CHECKS.tracked(batch, table, settings, **more)
+    return check_health.tracked(batch, table, settings, **more)
 
 
 @pytest.mark.parametrize("filter_name", ["two-stage", "imm", "joint"])

@@ -1,29 +1,16 @@
-"""What `docs/check_late.py` tells of late plots: the algorithm is right, and so is its sigma."""
-
-import importlib.util
-from pathlib import Path
-from types import ModuleType
+"""What `check_late` tells of late plots: the algorithm is right, and so is its sigma."""
 
 import pytest
 
-
-def checks() -> ModuleType:
-    path = Path(__file__).parents[3] / "docs" / "check_late.py"
-    specification = importlib.util.spec_from_file_location("check_late", path)
-    assert specification is not None
-    assert specification.loader is not None
-    module = importlib.util.module_from_spec(specification)
-    specification.loader.exec_module(module)
-    return module
+from validation.tracker import check_late
 
 
 @pytest.mark.parametrize(("density", "gain"), [(0.01, (0.05, 0.15)), (4.0, (0.0, 0.05))])
 def test_a_retrodicted_plot_is_worth_as_much_as_all_filtered_again(
     monkeypatch: pytest.MonkeyPatch, density: float, gain: tuple[float, float]
 ) -> None:
-    module = checks()
-    monkeypatch.setattr(module, "RUNS", 60)
-    figures = [float(one.removesuffix(" m")) for one in module.row(density, 4.0)]
+    monkeypatch.setattr(check_late, "RUNS", 60)
+    figures = [float(one.removesuffix(" m")) for one in check_late.row(density, 4.0)]
     refused, retrodicted, exact, waited = figures[:4]
     assert retrodicted == pytest.approx(exact, abs=0.3)
     assert waited <= exact

@@ -14,7 +14,7 @@ from multiradar.tracking.settings import NOMINAL_INTERVAL_S, VELOCITY_FRAME, Tra
 MODE_STEP_S = 2.0
 #: Mean times of straight flight and of a manoeuvre, s. The filter holds on to a manoeuvre ten times
 #: longer (`imm_manoeuvre_s`), for its plots tell when it ends; a forecast has none, and would lead
-#: a turn of a minute on into a circle (docs/check_forecasts.py).
+#: a turn of a minute on into a circle (validation/motion/check_forecasts.py).
 STRAIGHT_S = 90.0
 MANOEUVRE_S = 60.0
 

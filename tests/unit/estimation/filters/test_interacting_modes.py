@@ -2,9 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from importlib import util
-from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 import pytest
@@ -29,12 +26,12 @@ from support.reference_filters import Observation, TwoStage
 from support.reference_modes import Imm, Mode, mixture, motion, switching
 from support.reference_runs import START_SIGMA, bias_prior, play, start_guesses
 from support.scenes import Scene, make_scene, random_flights, three_radars
+from validation.motion import check_manoeuvres
 
 Floats = NDArray[np.float64]
 Kernel = Callable[..., None]
 FORMS = ["compiled", "plain"]
 COLUMNS = 6
-DOCS = Path(__file__).parents[4] / "docs"
 
 
 def of_form(kernel: Kernel, form: str) -> Kernel:
@@ -328,22 +325,9 @@ def test_it_is_consistent_where_aircraft_fly_as_the_modes_say() -> None:
     assert np.mean(found[:, 2]) > 2.0 / len(table)
 
 
-@pytest.fixture(scope="module")
-def check_manoeuvres() -> ModuleType:
-    """The script whose figures stand in the documentation."""
-    spec = util.spec_from_file_location("check_manoeuvres", DOCS / "check_manoeuvres.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("known", [True, False])
-def test_turns_and_straights_gain_over_the_best_single_motion_model(
-    check_manoeuvres: ModuleType, known: bool
-) -> None:
+def test_turns_and_straights_gain_over_the_best_single_motion_model(known: bool) -> None:
     """With known biases and with estimated ones; the margins are those of one short scene."""
     flown = check_manoeuvres.flights(1, aircraft=16, duration_s=700.0, known=known)
     best, modes = (
@@ -359,7 +343,7 @@ def test_turns_and_straights_gain_over_the_best_single_motion_model(
 
 
 @pytest.mark.parametrize("name", ["imm", "two-stage"])
-def test_updates_say_which_way_an_aircraft_turns(check_manoeuvres: ModuleType, name: str) -> None:
+def test_updates_say_which_way_an_aircraft_turns(name: str) -> None:
     """Half a minute into a turn the way is known; without modes nothing is said."""
     (flown,) = check_manoeuvres.flights(1, aircraft=8, duration_s=500.0, known=True)
     engine = Engine(flown.sensors, TrackingSettings(filter_name=name))

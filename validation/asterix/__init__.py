@@ -1,0 +1,1 @@
+"""ASTERIX in and out."""

@@ -1,0 +1,1 @@
+"""What the documents show: comparison with programs, figures, costs."""

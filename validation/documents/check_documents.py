@@ -1,0 +1,482 @@
+"""Compares what the documents show with what programs print.
+
+::
+
+    python -m validation.documents.check_documents  # everything; hours
+    # what `make test` compares, under a minute
+    python -m validation.documents.check_documents --quick
+    # and put into the page what differs
+    python -m validation.documents.check_documents --write guide.md
+    # what would be compared, and what is slow
+    python -m validation.documents.check_documents --list
+
+A block or table is compared when a comment stands before it::
+
+    <!-- output of: multiradar track converted --sensors sensors.toml --out tracks; mask seconds -->
+
+Commands of a page run in its order in a folder of their own, in which `examples`, `docs` and
+`validation` are those of the repository. After semicolons a comment may say
+
+- ``slow 40 s``: how long it takes on two cores; `make test` leaves it out,
+- ``mask NAME …``: what may differ, of `MASKS`,
+- ``table N``: it is the N-th table of the output, if not the first of the same header,
+- ``rows``: the output holds the rows alone,
+- ``lines PATTERN``: lines of the output that hold it are shown, no others,
+- ``json``: with six decimals, white space aside.
+
+``<!-- before: COMMAND -->`` runs a command that the page does not show. `multiradar serve` listens
+on free ports and runs until the page ends; `curl` and `multiradar replay` ask it.
+
+Parts between ``<!-- NAME: made by SCRIPT.py; slow 5 min -->`` and ``<!-- end of NAME -->`` are made
+by that script of `validation`, which is run on a copy of the documents (``--docs``).
+"""
+
+import argparse
+import difflib
+import json
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import tempfile
+import textwrap
+import urllib.request
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from multiradar.clock import SystemClock
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGES = ("README.md", *sorted(f"docs/{one.name}" for one in (ROOT / "docs").glob("*.md")))
+#: What differs between runs or kinds of processor, by the name that a comment gives it.
+MASKS = {
+    "digest": r"(?<=output_sha256 )[0-9a-f]{64}",
+    "ports": r"(?<=127\.0\.0\.1:)\d+",
+    "seconds": r"\d+\.\d s\b",
+    "stages": r"^\d+\.\d s: .*$",
+    "progress": r"(?:^\d\d:\d\d:\d\d .*\n)+",
+}
+#: Width of the tables that commands print, and of the lines of JSON.
+COLUMNS, JSON_COLUMNS = 110, 118
+_DECIMALS = 6
+SERVICE = "127.0.0.1:8321"
+_COMMENT = re.compile(r"^<!-- (output of|before): (.+?) -->$")
+_MADE = re.compile(r"^<!-- ([\w-]+): made by (\w+\.py[^;>]*?)(?:; slow ([^>]+?))? -->$")
+_TIMEOUT_S = 4 * 3600.0
+
+
+@dataclass(frozen=True)
+class Step:
+    """A command of a page, and what the page shows of its output.
+
+    Attributes
+    ----------
+    page : str
+        Path of the page from the root of the repository.
+    line : int
+        Number of the line of the comment, from 1.
+    command : str
+        The command line; of a part that a script makes, the script.
+    options : dict
+        What the comment says after it, by its first word.
+    begin, end : int
+        Lines that are compared, as indices; none where the output is not shown.
+    """
+
+    page: str
+    line: int
+    command: str
+    options: dict[str, str]
+    begin: int = 0
+    end: int = 0
+
+    @property
+    def slow(self) -> bool:
+        """Whether it is left to `make docs-check`."""
+        return "slow" in self.options
+
+    @property
+    def where(self) -> str:
+        """Page and line."""
+        return f"{self.page}:{self.line}"
+
+
+def steps_of(page: str, text: str) -> list[Step]:
+    """Return the steps of a page in their order.
+
+    Raises
+    ------
+    ValueError
+        A comment stands before nothing that can be compared, or says something unknown.
+    """
+    lines = text.splitlines()
+    steps = []
+    for number, line in enumerate(lines):
+        if made := _MADE.match(line):
+            name, script, duration = made.groups()
+            end = lines.index(f"<!-- end of {name} -->", number)
+            options = {"made": name, "slow": duration or ""}
+            steps.append(Step(page, number + 1, script, options, number + 1, end))
+        elif comment := _COMMENT.match(line):
+            command, *rest = comment[2].split("; ")
+            options = dict((*one.split(" ", 1), "")[:2] for one in rest)
+            if unknown := set(options) - {"slow", "mask", "table", "rows", "lines", "json"}:
+                raise ValueError(f"{page}:{number + 1}: unknown: {', '.join(sorted(unknown))}")
+            shown = _block(lines, number + 1) if comment[1] == "output of" else (0, 0)
+            if shown is None:
+                raise ValueError(f"{page}:{number + 1}: expected a block or a table below it")
+            steps.append(Step(page, number + 1, command, options, *shown))
+    return steps
+
+
+# The lines of the block or table that begins at a line, or after one that is empty.
+def _block(lines: Sequence[str], start: int) -> tuple[int, int] | None:
+    while start < len(lines) and not lines[start]:
+        start += 1
+    if start < len(lines) and lines[start].startswith("```"):
+        return start + 1, lines.index("```", start + 1)
+    end = start
+    while end < len(lines) and lines[end].startswith("|"):
+        end += 1
+    return (start, end) if end > start else None
+
+
+def difference(step: Step, shown: Sequence[str], found: Sequence[str]) -> str:
+    """Return how what a page shows differs from what is right; empty where it does not."""
+    left, right = (_masked(step, lines) for lines in (shown, found))
+    if "json" in step.options:
+        left, right = ([json.dumps(_shortened(json.loads(" ".join(one))))] for one in (left, right))
+    if left == right:
+        return ""
+    return "\n".join(difflib.unified_diff(left, right, "the page", "the program", lineterm=""))
+
+
+def _masked(step: Step, lines: Sequence[str]) -> list[str]:
+    text = "\n".join(line.rstrip() for line in lines)
+    for name in step.options.get("mask", "").split():
+        text = re.sub(MASKS[name], "…", text, flags=re.MULTILINE)
+    return text.splitlines()
+
+
+def chosen(step: Step, shown: Sequence[str], output: str) -> list[str]:
+    """Return of an output what a page shows of it.
+
+    Parameters
+    ----------
+    step : Step
+        The command.
+    shown : sequence of str
+        What the page shows now.
+    output : str
+        What the command printed.
+
+    Raises
+    ------
+    ValueError
+        The output has no such table.
+    """
+    lines = [line.rstrip() for line in output.rstrip("\n").splitlines()]
+    if "json" in step.options:
+        return _filled(json.dumps(_shortened(json.loads(output)), ensure_ascii=False))
+    if "lines" in step.options:
+        lines = [line for line in lines if re.search(step.options["lines"], line)]
+    if not shown or not shown[0].startswith("|"):
+        return lines
+    if "rows" in step.options:
+        return [*shown[:2], *(line for line in lines if line.startswith("|"))]
+    tables = list(_tables(lines))
+    number = int(step.options.get("table", 0))
+    if number:
+        found = tables[number - 1 : number]
+    else:
+        found = [table for table in tables if table[0] == shown[0]]
+    if not found:
+        raise ValueError(f"{step.where}: no such table in the output of {step.command}")
+    return found[0]
+
+
+# The last digits of a number are those of one machine.
+def _shortened(value: Any) -> Any:
+    if isinstance(value, list):
+        return [_shortened(one) for one in value]
+    if isinstance(value, dict):
+        return {name: _shortened(one) for name, one in value.items()}
+    return round(value, _DECIMALS) + 0.0 if isinstance(value, float) else value
+
+
+# JSON in lines: each begins with a member of an object, or with an object.
+def _filled(text: str) -> list[str]:
+    lines = [""]
+    for part in re.split(r"(?<=,) (?=[\"{])", text):
+        if (lines[-1] and len(lines[-1]) + len(part) >= JSON_COLUMNS) or part.startswith("{"):
+            lines.append("")
+        lines[-1] = f"{lines[-1]} {part}".strip()
+    return [line for line in lines if line]
+
+
+def _tables(lines: Sequence[str]) -> Iterator[list[str]]:
+    start = 0
+    while start < len(lines):
+        end = start
+        while end < len(lines) and lines[end].startswith("|"):
+            end += 1
+        if end > start:
+            yield list(lines[start:end])
+        start = end + 1
+
+
+class Workspace:
+    """A folder in which the commands of a page run."""
+
+    def __init__(self) -> None:
+        self._folder = Path(tempfile.mkdtemp(prefix="multiradar-documents-"))
+        for name in ("examples", "docs", "deploy", "validation"):
+            (self._folder / name).symlink_to(ROOT / name)
+        self._outputs: dict[str, str] = {}
+        self._service: subprocess.Popen[str] | None = None
+        self._http = ""
+
+    def __enter__(self) -> "Workspace":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._service is not None:
+            self._service.terminate()
+            self._service.communicate()
+        shutil.rmtree(self._folder)
+
+    def output(self, command: str) -> str:
+        """Return what a command prints; what was run with the same line is not run again.
+
+        Raises
+        ------
+        RuntimeError
+            It failed.
+        """
+        first = shlex.split(command)[0]
+        # A replay is done again by those who want to see what comes of it.
+        if command not in self._outputs or first == "curl" or " replay " in command:
+            self._outputs[command] = self._run(command)
+        return self._outputs[command]
+
+    def _run(self, command: str) -> str:
+        line = shlex.split(command)
+        if line[:2] == ["multiradar", "serve"]:
+            return self._serve(line[1:])
+        if line[0] == "curl":
+            address = line[-1].replace(SERVICE, self._http)
+            with urllib.request.urlopen(address, timeout=_TIMEOUT_S) as answer:
+                return str(answer.read().decode())
+        if line[:2] == ["multiradar", "replay"] and self._service is not None:
+            line += ["--to", f"http://{self._http}"]
+        done = subprocess.run(
+            _interpreted(line), cwd=self._folder, env=_environment(), text=True,
+            capture_output=True, timeout=_TIMEOUT_S, check=False,
+        )  # fmt: skip
+        if done.returncode != 0:
+            raise RuntimeError(f"{command}: status {done.returncode}: {done.stderr[-2000:]}")
+        return done.stdout
+
+    def _serve(self, line: Sequence[str]) -> str:
+        ports = ["--port", "0", "--zenoh-listen", "tcp/127.0.0.1:0"]
+        self._service = subprocess.Popen(
+            _interpreted(["multiradar", *line, *ports]), cwd=self._folder, env=_environment(),
+            text=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
+        )  # fmt: skip
+        assert self._service.stdout is not None
+        said = self._service.stdout.readline()
+        address = re.search(r"http://(\S+)", said)
+        if address is None:
+            raise RuntimeError(f"the service did not start: {said!r}")
+        self._http = address[1]
+        return said
+
+
+def _interpreted(line: Sequence[str]) -> list[str]:
+    programs = {"multiradar": ["-m", "multiradar"], "python": []}
+    return [sys.executable, *programs[line[0]], *line[1:]]
+
+
+def _environment() -> dict[str, str]:
+    kept = {name: value for name, value in os.environ.items() if "MULTIRADAR_" not in name}
+    return {**kept, "COLUMNS": str(COLUMNS), "NO_COLOR": "1"}
+
+
+@dataclass(frozen=True)
+class Copy:
+    """The documents as a script has made them, and the pictures that it changed."""
+
+    docs: Path
+    pictures: tuple[str, ...]
+
+
+def copy_made(script: str) -> Copy:
+    """Return a copy of the documents on which a script of theirs has run.
+
+    Parameters
+    ----------
+    script : str
+        Its name and options.
+    """
+    copy = Path(tempfile.mkdtemp(prefix="multiradar-documents-")) / "docs"
+    shutil.copytree(ROOT / "docs", copy)
+    name, *options = shlex.split(script)
+    module = ".".join(("validation", *Path(name).with_suffix("").parts))
+    line = [sys.executable, "-m", module, *options, "--docs", str(copy)]
+    subprocess.run(
+        line,
+        cwd=ROOT,
+        env=_environment(),
+        stdout=subprocess.DEVNULL,
+        timeout=_TIMEOUT_S,
+        check=True,
+    )
+    now = sorted((copy / "images").iterdir())
+    changed = (one for one in now if _octets(ROOT / "docs" / "images" / one.name) != _octets(one))
+    return Copy(copy, tuple(one.name for one in changed))
+
+
+def _octets(path: Path) -> bytes:
+    return path.read_bytes() if path.exists() else b""
+
+
+def compared(
+    page: str, wanted: Sequence[Step], *, write: bool
+) -> Iterator[tuple[Step, str, float]]:
+    """Run the steps of a page and compare; yield each that is shown with its difference and time.
+
+    Parameters
+    ----------
+    page : str
+        The page.
+    wanted : sequence of Step
+        Those of its steps that are to be run, in their order.
+    write : bool
+        Whether what differs is put right in the page.
+    """
+    clock = SystemClock()
+    text_before = (ROOT / page).read_text(encoding="utf-8")
+    lines = text_before.splitlines()
+    found: list[tuple[Step, list[str]]] = []
+    made: dict[str, Copy] = {}
+    with Workspace() as workspace:
+        for step in wanted:
+            begun_s = clock.monotonic_s()
+            shown = lines[step.begin : step.end]
+            if "made" in step.options:
+                right = _part(step, made)
+            else:
+                output = workspace.output(step.command)
+                if step.end == 0:
+                    continue
+                right = chosen(step, shown, output)
+            text = difference(step, shown, right)
+            if text:
+                found.append((step, right))
+            yield step, text, clock.monotonic_s() - begun_s
+    if write and (found or any(copy.pictures for copy in made.values())):
+        _put(page, text_before, found, made)
+    for copy in made.values():
+        shutil.rmtree(copy.docs.parent)
+
+
+def _part(step: Step, made: dict[str, Copy]) -> list[str]:
+    if step.command not in made:
+        made[step.command] = copy_made(step.command)
+    page = made[step.command].docs / Path(step.page).name
+    text = page.read_text(encoding="utf-8")
+    part = next(
+        one for one in steps_of(step.page, text) if one.options.get("made") == step.options["made"]
+    )
+    return text.splitlines()[part.begin : part.end]
+
+
+# The page is read again: hours may have passed. Pictures that a script makes go with its tables.
+def _put(
+    page: str, before: str, found: Sequence[tuple[Step, list[str]]], made: dict[str, Copy]
+) -> None:
+    places = {step.line: place for place, step in _placed(steps_of(page, before))}
+    right = {places[step.line]: lines for step, lines in found}
+    text = (ROOT / page).read_text(encoding="utf-8")
+    lines = text.splitlines()
+    for place, step in reversed(_placed(steps_of(page, text))):
+        if place in right:
+            lines[step.begin : step.end] = right[place]
+    (ROOT / page).write_text("\n".join(lines) + "\n", encoding="utf-8")
+    for copy in made.values():
+        for name in copy.pictures:
+            shutil.copy(copy.docs / "images" / name, ROOT / "docs" / "images" / name)
+
+
+# Steps with what tells them apart: the command, what is said of it, and how often it came before.
+def _placed(steps: Sequence[Step]) -> list[tuple[tuple[str, int], Step]]:
+    seen: Counter[str] = Counter()
+    placed = []
+    for step in steps:
+        name = f"{step.command}; {step.options}"
+        placed.append(((name, seen[name]), step))
+        seen[name] += 1
+    return placed
+
+
+def main() -> int:
+    """Compare what is asked for; return 1 when something differs."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
+    parser.add_argument("only", nargs="*", help="parts of paths or commands; all where none is")
+    parser.add_argument("--quick", action="store_true", help="leave out what is slow")
+    parser.add_argument("--write", action="store_true", help="put what differs into the pages")
+    parser.add_argument("--list", action="store_true", help="name the commands and leave")
+    arguments = parser.parse_args()
+    differ = 0
+    for page in PAGES:
+        steps = steps_of(page, (ROOT / page).read_text(encoding="utf-8"))
+        wanted = selected(steps, arguments.only, quick=arguments.quick)
+        if arguments.list:
+            for step in wanted:
+                print(f"{step.where}: {step.command} {step.options.get('slow', '')}".rstrip())
+            continue
+        for step, text, time_s in compared(page, wanted, write=arguments.write):
+            verdict = "differs" if text else "same"
+            print(f"{verdict:8}{time_s:7.1f} s  {step.where}  {step.command}", flush=True)
+            if text:
+                differ += 1
+                print(textwrap.indent(text, "    "), flush=True)
+    return int(differ > 0 and not arguments.write)
+
+
+def selected(steps: Sequence[Step], only: Sequence[str], *, quick: bool) -> list[Step]:
+    """Return the steps to run: those that are asked for, and what they rest on.
+
+    Parameters
+    ----------
+    steps : sequence of Step
+        Of a page.
+    only : sequence of str
+        Parts of a path or command; empty for all.
+    quick : bool
+        Whether slow steps are left out.
+    """
+    fast = [step for step in steps if not (quick and step.slow)]
+    asked = [
+        step
+        for step in fast
+        if step.end and (not only or any(one in step.where + step.command for one in only))
+    ]
+    if not asked:
+        return []
+    # What comes before may make what these need, unless it is a part of its own.
+    last = fast.index(asked[-1])
+    return [
+        step
+        for step in fast[: last + 1]
+        if step in asked or not ("made" in step.options or step.command.startswith("python"))
+    ]
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,127 @@
+"""Tracks the sample and two scenes, judges the tracks, and puts the figures into docs/evaluate.md.
+
+::
+
+    python -m validation.documents.make_evaluate
+"""
+
+import argparse
+import sys
+import tempfile
+from pathlib import Path
+
+from multiradar.cli.evaluate_inputs import (
+    Known,
+    read_biases,
+    read_reports,
+    read_tracks,
+    read_truth,
+)
+from multiradar.cli.main import run
+from multiradar.evaluation.card_plots import card_plots
+from multiradar.evaluation.card_tables import card_tables, preset_table
+from multiradar.evaluation.figures import Figures, figures_of
+from multiradar.evaluation.presets import PRESETS
+from multiradar.evaluation.scorecard import Scorecard, evaluate
+from multiradar.evaluation.settings import EvaluationSettings
+from multiradar.report.cells import plain_text
+from multiradar.report.content import Table, Value
+from multiradar.report.markdown import markdown_table, plot_svg
+from validation.documents.marked_parts import put
+
+DOCS = Path(__file__).parents[2] / "docs"
+EXAMPLES = DOCS.parent / "examples"
+SCENES = ("manoeuvring-traffic", "rotating-gaps")
+SETTINGS = EvaluationSettings()
+#: The plot of the sample that the page shows, by its name.
+PICTURE = "errors-over-time"
+
+
+def main() -> None:
+    """Evaluate the tracks of the sample and of the scenes, and write the figures."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
+    parser.add_argument("--docs", type=Path, default=DOCS, help="folder of evaluate.md")
+    docs = parser.parse_args().docs
+    with tempfile.TemporaryDirectory() as made:
+        folder = Path(made)
+        card = sample(folder)
+        cards = {"sample recording": card} | {name: scene(folder, name) for name in SCENES}
+    told = {name: figures_of(one) for name, one in cards.items()}
+    shown = [preset_table(told["sample recording"]), *card_tables(told["sample recording"])]
+    plots = card_plots(card)
+    plot = next(one for one in plots if one.name == PICTURE)
+    (docs / "images" / "evaluate.svg").write_text(plot_svg(plots, plot), encoding="utf-8")
+    tables = "\n".join(f"**{one.title}**\n\n{markdown_table(one)}" for one in shown)
+    put(docs / "evaluate.md", "sample", tables)
+    put(docs / "evaluate.md", "scenes", markdown_table(comparison(told)))
+
+
+def sample(folder: Path) -> Scorecard:
+    """Return the scorecard of the sample recording, tracked without ADS-B."""
+    converted, tracks = folder / "converted", folder / "tracks"
+    multiradar("convert", "vid", EXAMPLES / "vid-sample", converted, "--date", "2018-08-01")
+    sensors = EXAMPLES / "sensors-vid-sample.toml"
+    multiradar("track", converted, "--sensors", sensors, "--kinds", "radar", "--out", tracks)
+    return judged(tracks, read_reports(converted, SETTINGS))
+
+
+def scene(folder: Path, name: str) -> Scorecard:
+    """Return the scorecard of a scene against its truth."""
+    made, tracks = folder / name, folder / f"{name}-tracks"
+    multiradar("simulate", name, "--out", made)
+    multiradar("track", made, "--sensors", made / "sensors.toml", "--out", tracks)
+    return judged(tracks, read_truth(made, SETTINGS))
+
+
+def judged(tracks: Path, known: Known) -> Scorecard:
+    """Return the scorecard of tracks."""
+    return evaluate(
+        read_tracks(tracks, known, SETTINGS),
+        known.reference,
+        SETTINGS,
+        tuple(PRESETS),
+        plots=known.plots,
+        biases=read_biases(tracks, known),
+    )
+
+
+def comparison(told: dict[str, Figures]) -> Table:
+    """Return the main figures of all scenes, side by side."""
+    lines = (
+        ("aircraft", "compared", "aircraft", ""),
+        ("position error, RMS, m", "errors", "position_m", "rms"),
+        ("position error, median, m", "errors", "position_m", "median"),
+        ("along the course, RMS, m", "errors", "along_m", "rms"),
+        ("across it, RMS, m", "errors", "across_m", "rms"),
+        ("velocity error, RMS, m/s", "errors", "velocity_mps", "rms"),
+        ("heading error, RMS, °", "errors", "heading_deg", "rms"),
+        ("completeness", "siap", "completeness", ""),
+        ("initiation delay, median, s", "initiation", "median_s", ""),
+        ("longest gap, s", "continuity", "longest_gap_s", ""),
+        ("identity swaps", "identity", "swaps", ""),
+        ("false tracks", "tracks", "false", ""),
+        ("OSPA, mean, m", "ospa", "mean_m", ""),
+        ("NEES of position", "nees", "position", "mean"),
+    )
+    rows = [
+        (title, *(value_of(figures, part, name, key) for figures in told.values()))
+        for title, part, name, key in lines
+    ]
+    return Table("Scenes", ("measure", *told), tuple(rows))
+
+
+def value_of(figures: Figures, part: str, name: str, key: str) -> Value:
+    """Return one figure as text of at most four digits."""
+    found = figures[part][name]  # type: ignore[index, call-overload]
+    value = found[key] if key else found  # type: ignore[index, call-overload]
+    return plain_text(float(value), 4)  # type: ignore[arg-type]
+
+
+def multiradar(*arguments: object) -> None:
+    """Run a command of the program, or stop."""
+    if run([str(one) for one in arguments]) != 0:
+        sys.exit(f"expected status 0 of {arguments}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""Mistakes of users, and what is said of them."""

@@ -1,0 +1,136 @@
+"""Makes the mistakes of mistakes_catalogue.py and usage_mistakes.py; prints what is said.
+
+::
+
+    python -m validation.mistakes.check_mistakes  # all, as a Markdown table
+    # rows whose name contains this
+    python -m validation.mistakes.check_mistakes --only "kilometres"
+    python -m validation.mistakes.check_mistakes --json after.json  # and keep the results
+    # with a column of other results
+    python -m validation.mistakes.check_mistakes --before before.json
+    # into the page
+    python -m validation.mistakes.check_mistakes --before before.json --page docs/mistakes.md
+
+Exit status 1 when a mistake ends with another status than the catalogue expects, or without the
+words that must be said. To see another revision's answers, put its folders into PYTHONPATH.
+"""
+
+import argparse
+import json
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import polars as pl
+
+from validation.mistakes.mistakes_catalogue import CATALOGUE, SENSORS, Mistake, Sample
+from validation.mistakes.usage_mistakes import USAGE_MISTAKES
+
+ROOT = Path(__file__).parents[2]
+DUMP = ROOT / "examples" / "vid-sample"
+SENSORS_FILE = ROOT / "examples" / "sensors-vid-sample.toml"
+TIMEOUT_S = 600.0
+_PROGRESS = "compiling kernels, once:"
+#: Lines of a page between which the table stands.
+BEGIN, END = "<!-- mistakes: begin -->", "<!-- mistakes: end -->"
+
+
+def converted(folder: Path) -> Sample:
+    """Return the sample recording, converted into a folder."""
+    out = folder / "sample"
+    run(folder, ("convert", "vid", str(DUMP), str(out), "--date", "2018-08-01"))
+    measurements = pl.read_parquet(out / "measurements.parquet")
+    return Sample(DUMP, measurements, SENSORS_FILE.read_text(encoding="utf-8"))
+
+
+def run(folder: Path, arguments: tuple[str, ...]) -> tuple[int, str]:
+    """Run `multiradar` in a folder; return its status and what it says on standard error."""
+    done = subprocess.run(
+        [sys.executable, "-m", "multiradar", *arguments],
+        cwd=folder, capture_output=True, text=True, timeout=TIMEOUT_S, check=False,
+    )  # fmt: skip
+    lines = [line for line in done.stderr.splitlines() if _PROGRESS not in line]
+    return done.returncode, "\n".join(lines).strip()
+
+
+def tried(mistake: Mistake, sample: Sample) -> dict[str, object]:
+    """Make a mistake; return its name, the status, what was said, and whether both are right."""
+    with tempfile.TemporaryDirectory(prefix="multiradar-mistake-") as name:
+        mistake.made(sample, Path(name))
+        status, text = run(Path(name), mistake.command)
+    said = " ".join(text.split())
+    missing = [words for words in mistake.said if words not in said]
+    missing += [
+        f"no word of {name}"
+        for name in SENSORS
+        if name not in mistake.sensors
+        and (f"multiradar: {name}: " in said or f"multiradar: {name} (" in said)
+    ]
+    wrong = status != mistake.status or bool(missing) or (mistake.status == 0 and bool(said))
+    return {
+        "name": mistake.name,
+        "status": status,
+        "said": text,
+        "missing": missing,
+        "wrong": wrong,
+    }
+
+
+def table(rows: list[dict[str, object]], before: list[dict[str, object]]) -> str:
+    """Return the results as a Markdown table."""
+    known = {row["name"]: row for row in before}
+    head = ["mistake", *(["status before", "said before"] if before else []), "status", "said"]
+    lines = [f"| {' | '.join(head)} |", "|" + "---|" * len(head)]
+    for row in rows:
+        cells = [str(row["name"])]
+        if before:
+            cells += _cells(known.get(row["name"]))
+        lines.append(f"| {' | '.join([*cells, *_cells(row)])} |")
+    return "\n".join(lines)
+
+
+def _cells(row: dict[str, object] | None) -> list[str]:
+    if row is None:
+        return ["", ""]
+    said = "<br>".join(
+        line.removeprefix("multiradar: ") for line in str(row["said"]).splitlines() if line
+    )
+    return [str(row["status"]), said.replace("|", "\\|") or "nothing"]
+
+
+def into_page(page: Path, text: str) -> None:
+    """Put the table into a page, in place of the one there."""
+    before, _, rest = page.read_text(encoding="utf-8").partition(BEGIN)
+    _, _, after = rest.partition(END)
+    page.write_text(f"{before}{BEGIN}\n{text}\n{END}{after}", encoding="utf-8")
+
+
+def main() -> None:
+    """Make the mistakes and print the table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
+    parser.add_argument("--only", default="", metavar="TEXT", help="Rows whose name contains this.")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="Keep the results here, too.")
+    parser.add_argument("--before", type=Path, metavar="FILE", help="Results of another revision.")
+    parser.add_argument("--page", type=Path, metavar="FILE", help="Put the table into this page.")
+    given = parser.parse_args()
+    chosen = [mistake for mistake in (*CATALOGUE, *USAGE_MISTAKES) if given.only in mistake.name]
+    rows = []
+    with tempfile.TemporaryDirectory(prefix="multiradar-mistakes-") as name:
+        sample = converted(Path(name))
+        for mistake in chosen:
+            rows.append(tried(mistake, sample))
+            note = f"WRONG, missing {rows[-1]['missing']}" if rows[-1]["wrong"] else "as expected"
+            print(f"{mistake.name}: {rows[-1]['status']}, {note}", file=sys.stderr, flush=True)
+    if given.json:
+        given.json.write_text(json.dumps(rows, indent=1, ensure_ascii=False), encoding="utf-8")
+    before = json.loads(given.before.read_text(encoding="utf-8")) if given.before else []
+    text = table(rows, before)
+    if given.page:
+        into_page(given.page, text)
+    print(text)
+    sys.exit(any(row["wrong"] for row in rows))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,321 @@
+"""Mistakes of usage for check_mistakes.py: names, options, files, folders, times.
+
+The rows have the form of mistakes_catalogue.py; `USAGE_MISTAKES` goes after its `CATALOGUE`.
+"""
+
+import gzip
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import polars as pl
+
+from validation.mistakes.mistakes_catalogue import SECONDS_PER_DAY, TRACK, Mistake, Sample, write
+
+Made = Callable[[Sample, Path], None]
+
+_EVALUATE = ("evaluate", "tracks.parquet", "--adsb", "measurements.parquet")
+_SIMULATE = ("simulate", "scenario.toml", "--out", "out")
+_CONVERT = ("convert", "vid", "dump", "out")
+_SERVE = ("serve", "--sensors", "sensors.toml", "--port", "0", "--no-zenoh")
+#: Nobody listens there: the port of the discard service, which no system runs any more.
+_NOBODY = "127.0.0.1:9"
+
+
+def nothing(_sample: Sample, _folder: Path) -> None:
+    """Write no file."""
+
+
+def as_it_is(sample: Sample, folder: Path) -> None:
+    """Write the sample without a mistake."""
+    write(folder, sample.measurements, sample.sensors)
+
+
+def sensors(change: Callable[[str], str]) -> Made:
+    """Return what changes the text of the sensors file."""
+    return lambda sample, folder: write(folder, sample.measurements, change(sample.sensors))
+
+
+def file(name: str, content: str | bytes) -> Made:
+    """Return what writes a file beside the sample."""
+
+    def made(sample: Sample, folder: Path) -> None:
+        as_it_is(sample, folder)
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content.encode() if isinstance(content, str) else content)
+
+    return made
+
+
+def cut(sample: Sample, folder: Path) -> None:
+    """Write a table of which the end is missing."""
+    as_it_is(sample, folder)
+    path = folder / "measurements.parquet"
+    path.write_bytes(path.read_bytes()[:10_000])
+
+
+def cut_archive(_sample: Sample, folder: Path) -> None:
+    """Write a packed file of which the end is missing."""
+    rows = "".join(f"{k},{45.0 + k / 1e4},6.1,3c09df,9000\n" for k in range(20_000))
+    packed = gzip.compress(f"timestamp,latitude,longitude,icao24,altitude\n{rows}".encode())
+    (folder / "adsb.csv.gz").write_bytes(packed[: len(packed) // 2])
+
+
+def dump(change: Callable[[Path], None]) -> Made:
+    """Return what spoils a copy of the dump."""
+
+    def made(sample: Sample, folder: Path) -> None:
+        shutil.copytree(sample.dump, folder / "dump")
+        change(folder / "dump")
+
+    return made
+
+
+def tracks(change: Callable[[pl.DataFrame], pl.DataFrame]) -> Made:
+    """Return what writes tracks that follow the ADS-B reports, and changed reports."""
+
+    def made(sample: Sample, folder: Path) -> None:
+        heard = sample.measurements.filter(kind="adsb")
+        heard.select(
+            "time_s",
+            pl.col("track_number").alias("track_id"),
+            "latitude_deg",
+            "longitude_deg",
+            "height_m",
+            speed_mps=pl.lit(200.0),
+            heading_deg=pl.lit(90.0),
+            position_sigma_m=pl.lit(50.0),
+            velocity_sigma_mps=pl.lit(5.0),
+            state=pl.lit("confirmed"),
+            sensor_id=pl.lit("26-10"),
+        ).write_parquet(folder / "tracks.parquet")
+        change(heard).write_parquet(folder / "measurements.parquet")
+
+    return made
+
+
+def _later(seconds: float) -> Callable[[pl.DataFrame], pl.DataFrame]:
+    return lambda heard: heard.with_columns(pl.col("time_s") + seconds)
+
+
+USAGE_MISTAKES: tuple[Mistake, ...] = (
+    # Names on the command line.
+    Mistake("a misspelt command", nothing, ("trakc",), 2, ("'trakc' (did you mean 'track'?)",)),
+    Mistake(
+        "a misspelt option",
+        nothing,
+        ("track", "m.parquet", "--sesnors", "s.toml", "--out", "out"),
+        2,
+        ("unknown option '--sesnors' (did you mean '--sensors'?)",),
+    ),
+    Mistake("a missing option", nothing, ("track", "m"), 2, ("missing option --sensors FILE",)),
+    Mistake("a missing argument", nothing, ("track",), 2, ("missing argument MEASUREMENTS",)),
+    Mistake(
+        "a misspelt filter", nothing, (*TRACK, "--filter", "im"), 2, ("(did you mean 'imm'?)",)
+    ),
+    Mistake("a misspelt kind", nothing, (*TRACK, "--kinds", "rader"), 2, ("mean 'radar'?",)),
+    Mistake("a misspelt field", nothing, (*TRACK, "--hide", "mode3a"), 2, ("mean 'mode_3a'?",)),
+    Mistake("a misspelt study", nothing, ("study", "bias"), 2, ("mean 'bias-estimation'?",)),
+    Mistake(
+        "a misspelt scenario",
+        nothing,
+        ("simulate", "clutte", "--out", "o"),
+        2,
+        ("mean 'clutter'?",),
+    ),
+    Mistake("an option twice", nothing, (*TRACK, "--out", "b"), 2, ("--out: given 2 times",)),
+    Mistake("an empty argument", nothing, ("track", ""), 2, ("empty argument after 'track'",)),
+    Mistake(
+        "a name with a blank, not quoted",
+        nothing,
+        ("convert", "vid", "my", "dump", "out"),
+        2,
+        ("a name with blanks needs quotes",),
+    ),
+    Mistake("a negative port", nothing, ("serve", "--port", "-1"), 2, ("from 0 to 65535",)),
+    Mistake("an epoch of nan", as_it_is, (*TRACK, "--epoch-s", "nan"), 2, ("finite number",)),
+    Mistake("a day that is none", nothing, (*TRACK, "--date", "2018-02-30"), 2, ("2018-08-01",)),
+    Mistake(
+        "a date for what is converted already",
+        as_it_is,
+        (*TRACK, "--date", "2018-08-01"),
+        2,
+        ("converted already",),
+    ),
+    # Keys and values of files.
+    Mistake(
+        "a misspelt key of a sensor",
+        sensors(lambda text: text.replace("latitude_deg", "latitud_deg", 1)),
+        TRACK,
+        1,
+        (
+            "2 mistakes",
+            "line 4",
+            "26-10",
+            "'latitud_deg' (did you mean 'latitude_deg'?)",
+            "missing",
+        ),
+    ),
+    Mistake(
+        "several wrong values of sensors",
+        sensors(
+            lambda text: text.replace("46.4247", "4642.47").replace(
+                "rotation_period_s = 4.9", "rpm = 12"
+            )
+        ),
+        TRACK,
+        1,
+        ("2 mistakes", "from -90 to 90", "was 4642.47", "unknown key 'rpm'"),
+    ),
+    Mistake(
+        "fields that a template leaves to fill in",
+        sensors(lambda text: text.replace("6.0994", "nan").replace("8.3969", "nan")),
+        TRACK,
+        1,
+        ("2 fields to fill in: 26-10 longitude_deg (line", "35-10 longitude_deg (line"),
+    ),
+    Mistake(
+        "the range of a radar in km",
+        sensors(lambda text: text.replace("range_max_m = 300000", "range_max_m = 300")),
+        TRACK,
+        1,
+        ("26-10", "range_max_m", "from 500 to 1000000 (m), was 300"),
+    ),
+    Mistake("no TOML", sensors(lambda text: text + "\n[[sensor\n"), TRACK, 1, ("not valid TOML",)),
+    Mistake(
+        "a misspelt section of the settings",
+        file("settings.toml", "[traking]\nepoch_s = 4\n"),
+        (*TRACK, "--config", "settings.toml"),
+        1,
+        ("settings.toml", "line 1", "'traking' (did you mean 'tracking'?)"),
+    ),
+    Mistake(
+        "a setting outside its section",
+        file("settings.toml", "epoch_s = 4\n"),
+        (*TRACK, "--config", "settings.toml"),
+        1,
+        ("line 1", "'epoch_s'; it belongs to [tracking]"),
+    ),
+    Mistake(
+        "a misspelt key of a scenario",
+        file("scenario.toml", "duraton_s = 60\n"),
+        _SIMULATE,
+        1,
+        ("line 1", "'duraton_s' (did you mean 'duration_s'?)"),
+    ),
+    Mistake(
+        "a misspelt key of a profile",
+        file("profile.toml", "[units]\nrnge = 'km'\n"),
+        (*_CONVERT, "--profile", "profile.toml"),
+        1,
+        ("profile.toml", "line 2", "'rnge' (did you mean 'range'?)"),
+    ),
+    # Files and folders.
+    Mistake("no such file", nothing, TRACK, 1, ("sensors.toml: no such file",)),
+    Mistake("a table cut short", cut, TRACK, 1, ("expected a Parquet file",)),
+    Mistake(
+        "text as a table",
+        file("measurements.parquet", "time,range\n1,2\n"),
+        TRACK,
+        1,
+        ("expected a Parquet file",),
+    ),
+    Mistake(
+        "a table of something else",
+        lambda sample, folder: write(
+            folder, sample.measurements.drop("kind", "range_m"), sample.sensors
+        ),
+        TRACK,
+        1,
+        ("missing columns kind, range_m; found: time_s",),
+    ),
+    Mistake(
+        "an output folder that exists",
+        file("out/notes.txt", "mine"),
+        TRACK,
+        1,
+        ("out: already exists; choose another output directory",),
+    ),
+    Mistake(
+        "a folder without a dump",
+        file("dump/a.txt", "x"),
+        _CONVERT,
+        1,
+        ("expected a file plots.txt",),
+    ),
+    Mistake(
+        "a dump without ADS-B",
+        dump(lambda path: (path / "plots_ads.txt").unlink()),
+        _CONVERT,
+        1,
+        ("plots_ads.txt", "--allow-missing"),
+    ),
+    Mistake(
+        "a sensor that is not in the dump",
+        dump(lambda _path: None),
+        (*_CONVERT, "--sensor-only", "99"),
+        1,
+        ("no row is of sensor 99; found:",),
+    ),
+    Mistake(
+        "text as an ASTERIX recording",
+        file("a.ast", "time;range\n1;2\n"),
+        ("convert", "asterix", "a.ast", "--out", "out"),
+        1,
+        ("expected ASTERIX blocks",),
+    ),
+    Mistake(
+        "a packed file cut short",
+        cut_archive,
+        ("convert", "adsb", "adsb.csv.gz", "--out", "out"),
+        1,
+        ("cut short",),
+    ),
+    Mistake("serve without a sensors file", nothing, _SERVE, 1, ("sensors.toml: no such file",)),
+    # Times, areas, references.
+    Mistake(
+        "a reference of the next day",
+        tracks(_later(SECONDS_PER_DAY)),
+        _EVALUATE,
+        1,
+        ("no time in common", "2018-08-02 08:00:00 UTC", "1 day after the tracks"),
+    ),
+    Mistake(
+        "a reference without its date",
+        tracks(_later(-17_744.0 * SECONDS_PER_DAY)),
+        _EVALUATE,
+        1,
+        ("no time in common", "the reference has times of day only", "--date"),
+    ),
+    Mistake(
+        "a reference of another area",
+        tracks(lambda heard: heard.with_columns(pl.col("longitude_deg") + 5.0)),
+        _EVALUATE,
+        1,
+        ("no track comes within 2000 m", "longitude"),
+    ),
+    Mistake(
+        "measurements as tracks",
+        as_it_is,
+        ("evaluate", ".", "--adsb", "."),
+        1,
+        ("expected the output of `track`, was the output of `convert`",),
+    ),
+    Mistake("no reference", nothing, ("evaluate", "tracks"), 2, ("missing reference: one of",)),
+    # Services that are not there.
+    Mistake(
+        "a replay to a service that is not running",
+        as_it_is,
+        ("replay", "measurements.parquet", "--to", f"http://{_NOBODY}"),
+        1,
+        ("retrying for 5 s", "gave up after 5 s", "multiradar serve"),
+    ),
+    Mistake(
+        "a table as datagrams",
+        as_it_is,
+        ("replay", "measurements.parquet", "--to", f"udp:{_NOBODY}"),
+        1,
+        ("not an ASTERIX recording",),
+    ),
+)

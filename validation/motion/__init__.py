@@ -1,0 +1,1 @@
+"""Manoeuvres: filters, restoration, forecasts, encounters."""

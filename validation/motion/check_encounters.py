@@ -1,0 +1,171 @@
+"""Prints the tables of encounters of docs/encounters.md: are the intervals and chances right?
+
+::
+
+    python -m validation.motion.check_encounters  # five minutes
+    # when forecasts of 300 s have been judged
+    python -m validation.motion.check_encounters --settled 450
+
+Made traffic is tracked with the radars of the sample recording, biases estimated, and every twenty
+seconds asked for encounters. The least distance that the aircraft then really have within the
+horizon is compared with the interval that is told to hold it with 95 %, by the time to the closest
+approach; the share of pairs that come within the distance with the mean of the probabilities told;
+and the difference of heights with its interval.
+"""
+
+import argparse
+from collections.abc import Iterator
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.memory.history import update_rows
+from multiradar.runtime.memory.live_tracks import LiveTracks
+from multiradar.runtime.queries.encounter_query import EncounterQuery
+from multiradar.runtime.queries.encounters import Sky, encounters
+from multiradar.simulation.paths import Path, fly
+from multiradar.tracking.forecast.forecast_calibration import calibration_for
+from multiradar.tracking.forecast.state_samples import Sampling
+from multiradar.tracking.settings import TrackingSettings
+from validation.motion.check_manoeuvres import Flown, flights
+
+Floats = NDArray[np.float64]
+
+#: Mean time of straight flight, s: nobody turns, as on airways, as near airports.
+TRAFFIC = {"straight": 1e5, "a turn in ten minutes": 600.0, "a turn in two minutes": 120.0}
+FILTERS = ("two-stage", "imm")
+EVERY_S = 20.0
+#: Bounds of the times to the closest approach, s.
+AHEAD_S = (0.0, 15.0, 30.0, 60.0, 120.0, 300.0)
+CHANCES = (0.0, 0.5, 0.8, 0.95, 1.0)
+#: Wide enough for many pairs; a little more than what keeps aircraft apart.
+QUERY = EncounterQuery(300.0, 15_000.0, limit=None)
+HEIGHT_SIGMAS = 1.96
+DENSE_S = 1.0
+
+
+def main() -> None:
+    """Print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--runs", type=int, default=3, help="seeds")
+    parser.add_argument("--aircraft", type=int, default=40, help="in each run")
+    parser.add_argument("--duration", type=float, default=1200.0, help="of each run, s")
+    parser.add_argument("--settled", type=float, default=120.0, help="asked from then on, s")
+    options = parser.parse_args()
+    columns = [
+        "together",
+        *(f"{a:g} to {b:g} s" for a, b in pairwise(AHEAD_S)),
+        "all",
+        "width",
+        "height",
+    ]
+    print(f"| traffic, filter | {' | '.join(columns)} |")
+    print("|" + "---|" * (1 + len(columns)))
+    reliability = []
+    for name, straight_s in TRAFFIC.items():
+        flown = flights(
+            options.runs, aircraft=options.aircraft, duration_s=options.duration, known=False,
+            extent_m=75e3, straight_s=straight_s,
+        )  # fmt: skip
+        for filter_name in FILTERS:
+            settings = TrackingSettings(filter_name=filter_name)
+            times_s = np.arange(options.settled, options.duration - QUERY.horizon_s, EVERY_S)
+            judged = np.concatenate([judge(one, settings, times_s) for one in flown])
+            print(f"| {name}, `{filter_name}` | {' | '.join(shares(judged))} |", flush=True)
+            reliability.append(f"| {name}, `{filter_name}` | {' | '.join(likely(judged))} |")
+    columns = [*(f"told {a:g} to {b:g}" for a, b in pairwise(CHANCES)), "mean square"]
+    print(f"\n| traffic, filter | {' | '.join(columns)} |")
+    print("|" + "---|" * (1 + len(columns)))
+    print("\n".join(reliability))
+
+
+def judge(one: Flown, settings: TrackingSettings, times_s: Floats) -> NDArray[np.void]:
+    """Return a row for each encounter that was told at these times, with what came of it."""
+    end_s = float(times_s[-1]) + EVERY_S + QUERY.horizon_s
+    paths = [fly(flier, end_s, np.random.Generator(np.random.PCG64(0))) for flier in one.fliers]
+    kinds = [
+        ("ahead_s", np.float64), ("together", np.bool_), ("held", np.bool_),
+        ("width_m", np.float64), ("height_held", np.float64), ("probability", np.float64),
+        ("came", np.bool_),
+    ]  # fmt: skip
+    return np.array(list(outcomes(one, settings, times_s, paths)), np.dtype(kinds))
+
+
+def outcomes(
+    one: Flown, settings: TrackingSettings, times_s: Floats, paths: list[Path]
+) -> Iterator[tuple[float, bool, bool, float, float, float, bool]]:
+    """Walk through the scene and yield what came of each encounter."""
+    engine, live = Engine(one.sensors, settings, sampling=Sampling.DRAWN), LiveTracks()
+    calibration = calibration_for(settings)
+    before = 0
+    whose: dict[int, int] = {}
+    for cut in np.searchsorted(one.batch.time_s, times_s).tolist():
+        output = engine.push(one.batch.take(slice(before, cut)))
+        updates, before = output.updates, cut
+        calibration.take(output)
+        live.update(update_rows(updates))
+        whose |= dict(zip(updates.track_id.tolist(), updates.track_number.tolist(), strict=True))
+        sky = Sky(float(one.batch.time_s[cut - 1]), live.all(), engine.tracks())
+        answer = encounters(sky, QUERY, engine.plane, settings, calibration)
+        dense_s = answer["time_s"] + np.arange(0.0, QUERY.horizon_s + DENSE_S, DENSE_S)
+        for told in answer["encounters"]:
+            first, second = (
+                paths[whose[told[f"{side}_track_id"]] - 1] for side in ("first", "second")
+            )
+            least_m = nearest(second.place(dense_s) - first.place(dense_s))
+            at_s = np.array([told["closest_time_s"]])
+            error_m = (
+                told["second_height_m"] - told["first_height_m"]
+                - float((second.height(at_s) - first.height(at_s))[0])
+            )  # fmt: skip
+            yield (
+                told["time_to_closest_s"], told["together"],
+                told["distance_low_m"] <= least_m <= told["distance_high_m"],
+                told["distance_high_m"] - told["distance_low_m"],
+                float(abs(error_m) <= HEIGHT_SIGMAS * told["vertical_sigma_m"]),
+                told["probability"], least_m <= QUERY.distance_m,
+            )  # fmt: skip
+
+
+def nearest(apart_m: Floats) -> float:
+    """Return the least distance of a path from the origin, straight between its points."""
+    start, step = apart_m[:-1], np.diff(apart_m, axis=0)
+    square = np.maximum((step**2).sum(axis=1), 1e-12)
+    part = np.clip(-(start * step).sum(axis=1) / square, 0.0, 1.0)
+    return float(np.hypot(*(start + part[:, None] * step).T).min())
+
+
+def shares(judged: NDArray[np.void]) -> list[str]:
+    """Return the shares of intervals that held what they should, by the time ahead."""
+    together = judged["together"]
+    chosen = [together]
+    for low, high in pairwise(AHEAD_S):
+        within = (judged["ahead_s"] >= low) & (judged["ahead_s"] < high + (high == AHEAD_S[-1]))
+        chosen.append(within & ~together)
+    chosen.append(np.ones(len(judged), np.bool_))
+    cells = [
+        f"{judged['held'][rows].mean():.1%} of {rows.sum()}" if rows.any() else "–"
+        for rows in chosen
+    ]
+    width = f"{np.median(judged['width_m']):.0f} m"
+    return [*cells, width, f"{judged['height_held'].mean():.1%}"]
+
+
+def likely(judged: NDArray[np.void]) -> list[str]:
+    """Return mean of the probabilities told, and share that came, by probability; and the error."""
+    cells = []
+    for low, high in pairwise(CHANCES):
+        told = judged["probability"]
+        rows = (told >= low) & (told < high + (high == CHANCES[-1]))
+        cells.append(
+            f"{told[rows].mean():.3f}: {judged['came'][rows].mean():.3f} of {rows.sum()}"
+            if rows.any()
+            else "–"
+        )
+    return [*cells, f"{np.mean((judged['probability'] - judged['came']) ** 2):.4f}"]
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,133 @@
+"""Prints what bundles of trajectories cost in the service: docs/restoration.md, "In the service".
+
+::
+
+    multiradar convert vid examples/vid-sample converted
+    sensors=examples/sensors-vid-sample.toml
+    python -m validation.motion.check_trajectories converted/measurements.parquet $sensors
+
+Times are of the processor, the least of three runs.
+"""
+
+import argparse
+import tracemalloc
+from collections.abc import Callable
+from itertools import islice
+from pathlib import Path
+from time import process_time
+
+from multiradar.cli.inputs import load_sensor_table
+from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.trajectories.document import (
+    PATH_STEP_DEFAULT_S,
+    POINTS_DEFAULT,
+    trajectories_of,
+)
+from multiradar.runtime.trajectories.options import trajectory_options
+from multiradar.runtime.trajectories.plots import PlotPlaces
+from multiradar.runtime.trajectories.pool import BundlePool
+from multiradar.runtime.trajectories.roster import Order, Roster, Sampled, Take
+from multiradar.storage.recording import Recording
+from multiradar.tracking.forecast.state_samples import Sampling
+from multiradar.tracking.outputs import EngineOutput
+from multiradar.tracking.settings import TrackingSettings
+from multiradar.wire import measurement_batch
+
+BATCH_ROWS, RUNS, MANY = 200, 3, 100
+AIRCRAFT_MAX, LATERAL_MAX_MPS2, LONGITUDINAL_MAX_MPS2 = 1000, 14.0, 4.0
+TRACKING = TrackingSettings()
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("measurements", type=Path)
+    parser.add_argument("sensors", type=Path)
+    parser.add_argument("--outputs", type=int, default=60, help=f"of {BATCH_ROWS} measurements")
+    given = parser.parse_args()
+    sensors = load_sensor_table(given.sensors)
+    outputs = _outputs(given.measurements, sensors, given.outputs)
+    orders = _orders(outputs, sensors)
+    plots = sum(len(order.plots) for order in orders if isinstance(order, Take))
+    all_plots = sum(len(output.plots) for output in outputs)
+    sorting_s, pool = _least(lambda: _orders(outputs, sensors)), _pool(orders, sensors)
+    taking_s = _least(lambda: _pool(orders, sensors))
+    unlearnt: list[Order] = [order for order in orders if not isinstance(order, Sampled)]
+    learning_s = taking_s - _least(lambda: _pool(unlearnt, sensors))
+    print(f"{plots} plots of {all_plots} to {len(pool)} bundles")
+    print(f"engine's thread: {1e6 * sorting_s / all_plots:.1f} µs a plot")
+    print(f"bundles' thread: {1e3 * taking_s / plots:.2f} ms a plot, places included")
+    print(f"of that to learn from forecasts: {1e3 * learning_s / plots:.3f} ms a plot")
+    readings = [pool.read(track) for track in range(1, 200)]
+    told = [one for one in readings if one is not None and len(one.bundle) > 1][:20]
+    plane = PlotPlaces(sensors, TRACKING).plane
+
+    def answer(points: int) -> Callable[[], None]:
+        def answers() -> None:
+            for one in told:
+                trajectories_of(1, one, plane, points, PATH_STEP_DEFAULT_S)
+
+        return answers
+
+    for points in (POINTS_DEFAULT, 0):
+        each_s = _least(answer(points)) / len(told)
+        print(f"an answer with at most {points} points: {1e3 * each_s:.1f} ms")
+    copying_s = _least(lambda: [one.bundle.copy() for one in told])
+    print(f"of that the bundle is held: {1e3 * copying_s / len(told):.3f} ms")
+    print(f"memory: {_bytes_each(orders, sensors) / 1e6:.3f} MB an aircraft")
+
+
+def _outputs(path: Path, sensors: SensorTable, count: int) -> list[EngineOutput]:
+    engine = Engine(sensors, TRACKING, sampling=Sampling.DRAWN)
+    rows = (part for block in Recording(path).blocks() for part in block.iter_slices(BATCH_ROWS))
+    return [engine.push(measurement_batch(part, sensors)[0]) for part in islice(rows, count)]
+
+
+def _orders(outputs: list[EngineOutput], sensors: SensorTable) -> list[Order]:
+    roster = Roster(AIRCRAFT_MAX, sensors)
+    return [order for output in outputs for order in roster.take(output)]
+
+
+def _empty(sensors: SensorTable) -> BundlePool:
+    options = trajectory_options(AIRCRAFT_MAX, 1, LATERAL_MAX_MPS2, LONGITUDINAL_MAX_MPS2)
+    return BundlePool(PlotPlaces(sensors, TRACKING), options.bundle)
+
+
+def _pool(orders: list[Order], sensors: SensorTable) -> BundlePool:
+    pool = _empty(sensors)
+    for order in orders:
+        if isinstance(order, Take):
+            for plot in order.plots:
+                pool.take(order.track_id, plot, order.published)
+        elif isinstance(order, Sampled):
+            pool.sample(order)
+        else:
+            pool.let_go(order.track_id)
+    return pool
+
+
+def _least(work: Callable[[], object]) -> float:
+    times = []
+    for _ in range(RUNS):
+        begin_s = process_time()
+        work()
+        times.append(process_time() - begin_s)
+    return min(times)
+
+
+# What a bundle adds to the memory that all of them share.
+def _bytes_each(orders: list[Order], sensors: SensorTable) -> float:
+    first = next(order for order in orders if isinstance(order, Take))
+    pool = _empty(sensors)
+    tracemalloc.start()
+    before, _ = tracemalloc.get_traced_memory()
+    for track in range(MANY):
+        pool.take(track, first.plots[0], first.published)
+    after, _ = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    return (after - before) / MANY
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""The tracker: association, scenes, unseen recordings, health, heights, late plots."""
