@@ -10,7 +10,6 @@ import itertools
 import math
 from collections import Counter
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -24,12 +23,13 @@ from multiradar.estimation.filters._kernels import (
     READOUT_UPDATES,
     RESTARTED,
 )
-from multiradar.estimation.filters.arrays import Model, Result, Rows, Work, result_arrays
+from multiradar.estimation.filters.arrays import Model, Result, Rows, result_arrays
 from multiradar.estimation.filters.bank import Outcome, find_filter_for
 from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET, SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.engine.run_updates import Described, Run, track_updates
 from multiradar.runtime.engine.shared_biases import SharedBiases
+from multiradar.runtime.engine.stepper import WORKERS_MAX, Stepper
 from multiradar.runtime.engine.track_states import sampled, track_states
 from multiradar.tracking._kernels import describe, observe
 from multiradar.tracking.association.association import WINDOW_S, Association, Window
@@ -59,13 +59,9 @@ from multiradar.tracking.outputs import (
 )
 from multiradar.tracking.plausibility.plausibility import Plausibility, Told
 from multiradar.tracking.plots import TrackPlots
-from multiradar.tracking.pool import PARTITIONS, AircraftPool
+from multiradar.tracking.pool import AircraftPool
 from multiradar.tracking.roster import RowIdentities
 from multiradar.tracking.settings import TrackingSettings
-
-#: Fewer rows than this are not worth waking other workers for.
-PARALLEL_ROWS_MIN = 512
-WORKERS_MAX = PARTITIONS
 
 Floats = NDArray[np.float64]
 
@@ -132,8 +128,7 @@ class Engine:
         self._steps = 1
         self._sequence = 0
         self._outcomes: Counter[str] = Counter()
-        self._workers = workers
-        self._executor = ThreadPoolExecutor(workers, "step") if workers > 1 else None
+        self._stepper = Stepper(self._filter, self._pool, self._biases, workers)
 
     @property
     def plane(self) -> SystemPlane:
@@ -213,8 +208,7 @@ class Engine:
 
     def close(self) -> None:
         """Let the threads go."""
-        if self._executor is not None:
-            self._executor.shutdown()
+        self._stepper.close()
 
     @property
     def _model(self) -> Model:
@@ -282,14 +276,15 @@ class Engine:
             )
             if shares is None or self._shared is None:
                 for start, stop in steps:
-                    self._step(run.rows, run.result, start, stop)
+                    self._stepper.step(run.rows, run.result, (start, stop), self._model)
             else:
                 # Clusters are of the whole window: all of it is judged first.
                 for _ in steps:
                     continue
                 taken = Taken(np.arange(begin, end), run.rows, run.result)
                 left = self._shared.take(shares, taken, self._model, self._pool)
-                self._step_some(run.rows, run.result, left, self._pool.quiet(run.rows.slot[left]))
+                quiet = self._pool.quiet(run.rows.slot[left])
+                self._stepper.step_some(run.rows, run.result, left, quiet, self._model)
             if needs_window:
                 self._association.settle(window, run.result, self._pool, run.confirmed)
             self._health.gather(
@@ -334,45 +329,6 @@ class Engine:
             information=self._biases.information, vector=self._biases.vector
         )
         return rows, result, batch.mode_3a.astype(np.int64)
-
-    def _step(self, rows: Rows, result: Result, first: int, last: int) -> None:
-        """Let the filter take rows; those of quiet tracks do not speak about the biases."""
-        every = np.arange(first, last)
-        slots = rows.slot[first:last]
-        quiet = self._pool.quiet(slots)
-        if not quiet.any() or self._filter.corrects_biases:
-            self._step_rows(rows, result, every)
-            self._biases.log(result.log[first:last], rows.sensor[first:last])
-            return
-        self._step_some(rows, result, every, quiet)
-
-    def _step_some(
-        self, rows: Rows, result: Result, which: NDArray[np.int64], quiet: NDArray[np.bool_]
-    ) -> None:
-        loud = which[~quiet]
-        self._step_rows(rows, result, loud)
-        if len(result.log):
-            self._biases.log(result.log[loud], rows.sensor[loud])
-        self._step_rows(rows, self._biases.unheard(result), which[quiet])
-
-    def _step_rows(self, rows: Rows, result: Result, which: NDArray[np.int64]) -> None:
-        used, work = self._pool.work(rows.slot[which], which)
-        step, aircraft = self._filter.step, self._pool.aircraft
-        if self._executor is None or len(which) < PARALLEL_ROWS_MIN or len(used) == 1:
-            step(work, rows, self._model, aircraft, result, want_readout=True)
-            return
-        shares = [
-            Work(used[worker :: self._workers].copy(), work.bounds, work.order)
-            for worker in range(self._workers)
-        ]
-        tasks = [
-            self._executor.submit(
-                step, share, rows, self._model, aircraft, result, want_readout=True
-            )
-            for share in shares
-        ]
-        for task in tasks:
-            task.result()
 
     def _describe(
         self, shown: MeasurementBatch, run: Run
