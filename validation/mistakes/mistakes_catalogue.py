@@ -449,6 +449,21 @@ CATALOGUE: tuple[Mistake, ...] = (
         settings(RADAR, height_m=lambda one: one["height_m"] / FOOT_M),
         said=(RADAR, "height_m of its site", "feet"),
     ),
+    Mistake(
+        "the height of a site in kilometres",
+        settings(RADAR, height_m=lambda one: one["height_m"] / 1e3),
+        said=(RADAR, "height_m of its site", "kilometres"),
+    ),
+    Mistake(
+        "a site off by 1.1 km",
+        settings(RADAR, **moved(1.1e3, 0.0)),
+        said=(RADAR, "probably 1.1 km"),
+    ),
+    Mistake(
+        "a range offset held at 0 by a prior_sigma of 1 m (it is 185 m)",
+        settings(RADAR, bias={"range_offset_m": {"prior_sigma": 1.0}}),
+        said=(RADAR, "bias.range_offset_m", "increase prior_sigma"),
+    ),
     # Heights.
     Mistake(
         "none: heights of a hot day",

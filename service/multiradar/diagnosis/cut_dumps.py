@@ -34,7 +34,7 @@ def dump_cut(measurements: Path, report: Mapping[str, Any]) -> list[Diagnosis]:
         if one.get("last_s") is not None and "table" in one
     }
     if "plots" not in files or "tracks" not in files:
-        return []
+        return _no_plots(report) if "tracks" in files else []
     (plots, plots_end_s), (tracks, tracks_end_s) = files["plots"], files["tracks"]
     figures = report["figures"]
     apart_s = abs(plots_end_s - tracks_end_s)
@@ -52,6 +52,14 @@ def dump_cut(measurements: Path, report: Mapping[str, Any]) -> list[Diagnosis]:
         return []
     why = "with as many plots as before"
     return [_cut((tracks, tracks_end_s), (plots, plots_end_s), why)]
+
+
+def _no_plots(report: Mapping[str, Any]) -> list[Diagnosis]:
+    return [
+        Diagnosis("", "file_cut", f"{name}: no plot in it, but there are tracks; copy it again")
+        for name, one in report["figures"]["files"].items()
+        if one.get("table") == "plots" and not one["rejected"]
+    ]
 
 
 # Whether there are about as many plots after the end of the tracks as before, most of them named.

@@ -105,19 +105,33 @@ def _compared(
     suspects = [one for one in numbers if seen[one][0].share < AGREES_MIN]
     trusted = [one for one in numbers if one not in suspects]
     found = _explained(comparison, suspects, trusted, names)
-    for number in trusted:
-        # What is wrong with a suspect must not be seen in those that it is compared with.
+
+    # What is wrong with a suspect must not be seen in those that it is compared with.
+    def against(number: int, others: Collection[int]) -> Pairs:
         pairs = seen[number][1]
-        pairs = pairs.take(np.isin(pairs.source, [*trusted, RECORDING]))
-        wrong = _agreeing(evidence.sensors, comparison, number, pairs)
-        if not wrong and comparison.is_radar(number):
+        return pairs.take(np.isin(pairs.source, [*others, RECORDING]))
+
+    by_number = {
+        one: _agreeing(evidence.sensors, comparison, one, against(one, trusted)) for one in trusted
+    }
+    blamed = [one for one, wrong in by_number.items() if wrong]
+    sound = [one for one in trusted if one not in blamed]
+    if len(blamed) > 1 and sound:
+        # One that is wrong pulls others along: each again, against those that are right.
+        again = {
+            one: _agreeing(evidence.sensors, comparison, one, against(one, sound)) for one in blamed
+        }
+        by_number |= again if any(again.values()) else {}
+    for number, wrong in by_number.items():
+        pairs = against(number, trusted)
+        if not wrong and number not in blamed and comparison.is_radar(number):
             # A dump's own positions may have been made of these very plots.
             others = comparison.agreement(number, pairs.take(pairs.source != RECORDING))
             if others.share >= AGREES_MIN:
-                wrong = _first(lost.spread_amiss(evidence, names[number], others.spread))
+                found += _first(lost.spread_amiss(evidence, names[number], others.spread))
         found += wrong
-    # What is wrong with one sensor may show as an offset of another.
-    found = [one for one in found if one.code != OFFSET_CODE] or found
+    # What is wrong with one sensor may show as an offset, or another height, of a second one.
+    found = [one for one in found if one.code not in _MAY_BE_OF_OTHERS] or found
     return _undecided(found, len(numbers))
 
 
@@ -173,6 +187,10 @@ def _agreeing(
     )
 
 
+_HEIGHT_CODE = "site_height_off"
+_MAY_BE_OF_OTHERS = (OFFSET_CODE, _HEIGHT_CODE)
+
+
 def _of_heights(name: str, height_m: float, wrong: Registration) -> list[Diagnosis]:
     lie = (
         f"its plots lie {wrong.after_m:.0f} m in the median from where other sensors see the "
@@ -194,6 +212,17 @@ def _of_heights(name: str, height_m: float, wrong: Registration) -> list[Diagnos
                 "site_height",
                 f"{name}: height_m of its site is probably in feet: it is {height_m:g} in the "
                 f"sensors file, and with {height_m * FOOT_M:.0f} m {lie}; give it in metres",
+            )
+        ]
+    if np.isfinite(wrong.height_m):
+        in_kilometres = 0.75 <= 1e3 * height_m / wrong.height_m <= 1.25
+        why = "in kilometres" if in_kilometres else "wrong"
+        return [
+            Diagnosis(
+                name,
+                _HEIGHT_CODE,
+                f"{name}: height_m of its site is probably {why}: it is {height_m:g} in the "
+                f"sensors file, and with about {wrong.height_m:.0f} m {lie}; correct it there",
             )
         ]
     return []

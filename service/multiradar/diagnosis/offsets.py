@@ -18,7 +18,7 @@ from multiradar.estimation.measurement.sensors import (
 
 #: An offset is another one from so much on, m and rad: in right recordings the fit was off by
 #: 0.1 km and 0.02° at most, also where offsets drift.
-DIFFERENT = (300.0, float(np.radians(0.3)))
+DIFFERENT = (150.0, float(np.radians(0.1)))
 #: ... and where it is so many standard deviations beforehand away: chance takes it to 4.
 PRIOR_SIGMAS = 5.0
 OFFSET_CODE = "bias"

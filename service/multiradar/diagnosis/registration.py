@@ -13,7 +13,7 @@ import numpy as np
 from multiradar.diagnosis.agreement import Agreement, seen_from
 from multiradar.diagnosis.comparison import Comparison
 from multiradar.diagnosis.plausibility import FOOT_M
-from multiradar.diagnosis.plots import Floats, Site, ground_range, located
+from multiradar.diagnosis.plots import Floats, Plots, Site, ground_range, located
 from multiradar.diagnosis.references import Pairs
 from multiradar.geodesy.wgs84 import ecef_to_geodetic, enu_rotation
 
@@ -43,6 +43,16 @@ _HEIGHTS_ALIKE_M = 300.0
 #: Heights of all aircraft are off in proportion on a hot or a cold day (7 % of height in 20 K off
 #: the standard atmosphere), which would look like another height of the site; the step of a fit.
 _HOTTER = 1.05
+#: Another height of a site is named from this on, m: pressure heights are off by less. It is found
+#: in so many steps, from one so far away.
+HEIGHT_OFF_MIN_M, HEIGHT_OFF_MAX_M = 1000.0, 6000.0
+_HEIGHT_STEPS, _HEIGHT_STEP_M = 4, 1000.0
+#: Unit of a shift of the site in a fit, m: columns of one size, as those of the biases.
+_SHIFT_M = 1000.0
+
+
+# Residuals, columns of biases, pairs, and the plots of these.
+_ByHeight = tuple[Floats, Floats, Pairs, Plots]
 
 
 class Registration(NamedTuple):
@@ -58,11 +68,14 @@ class Registration(NamedTuple):
         Whether its ranges are ground ranges.
     height_in_feet : bool
         Whether the height of its site was given in feet.
+    height_m : float
+        The height of its site that the plots show, where it is another one for no such reason, m;
+        else NaN.
     offset, offset_sigma : (float, float)
         Its offsets of range, m, and azimuth, rad, with their standard deviations (infinite when
         they were not fitted), where nothing of the above is wrong.
     before_m, after_m : float
-        Median residual as configured and with one of the latter two corrected, m.
+        Median residual as configured and with ranges or height corrected, m.
     """
 
     time_offset_s: float = 0.0
@@ -70,6 +83,7 @@ class Registration(NamedTuple):
     north_m: float = 0.0
     ground_ranges: bool = False
     height_in_feet: bool = False
+    height_m: float = np.nan
     offset: tuple[float, float] = (0.0, 0.0)
     offset_sigma: tuple[float, float] = (np.inf, np.inf)
     before_m: float = 0.0
@@ -108,11 +122,13 @@ def registered(
     if by_height is not None:
         return by_height
     late_s = float(by_time.solution[-1])
-    moved = by_site.solution[-2:]
+    moved = by_site.solution[-2:] * _SHIFT_M
     sure = abs(late_s) >= max(TIME_MIN_S, SIGMAS * by_time.sigma[-1])
     if sure and by_time.scale <= SMALLER * min(plain.scale, by_site.scale / SMALLER):
         return nothing._replace(time_offset_s=late_s)
-    far = float(np.hypot(*moved)) >= max(SHIFT_MIN_M, SIGMAS * float(by_site.sigma[-2:].max()))
+    far = float(np.hypot(*moved)) >= max(
+        SHIFT_MIN_M, SIGMAS * float(by_site.sigma[-2:].max()) * _SHIFT_M
+    )
     if far and by_site.scale <= SMALLER * plain.scale:
         return nothing._replace(east_m=float(moved[0]), north_m=float(moved[1]))
     offset, sigma = plain.solution[:2] * _PRIOR, plain.sigma[:2] * _PRIOR
@@ -140,15 +156,41 @@ def _of_heights(
     ground = _fit(residual, np.concatenate([biases, taken], axis=2))
     if _made(ground) and ground.scale <= min(SMALLER * plain.scale, best_m):
         return Registration(ground_ranges=True, before_m=plain.scale, after_m=ground.scale)
-    if site[2] * (1.0 - FOOT_M) < HEIGHT_MIN_M:
-        return None
+    return _of_site_height(comparison, number, (residual, biases, pairs, plots), best_m)
+
+
+# The height of the site, where that of all aircraft may be off in proportion.
+def _of_site_height(
+    comparison: Comparison, number: int, found: _ByHeight, best_m: float
+) -> Registration | None:
+    residual, biases, pairs, plots = found
+    site = comparison.site(number)
     hotter = _hotter(comparison, number, pairs, plots.height_m)
-    plain = _fit(residual, np.concatenate([biases, hotter], axis=2))
-    in_metres, _ = ground_range(site[2] * FOOT_M, plots.range_m, plots.height_m)
-    raised = along * (ground_m - in_metres)[:, None, None]
-    feet = _fit(residual, np.concatenate([biases, hotter, raised], axis=2))
-    if _made(feet) and feet.scale <= min(SMALLER_BY_HEIGHT * plain.scale, best_m):
-        return Registration(height_in_feet=True, before_m=plain.scale, after_m=feet.scale)
+    others = np.concatenate([biases, hotter], axis=2)
+    ground_m, _ = ground_range(site[2], plots.range_m, plots.height_m)
+    along = _bias_columns(site, pairs)[:, :, :1]
+    plain = _fit(residual, others)
+    enough_m = min(SMALLER_BY_HEIGHT * plain.scale, best_m)
+
+    def at_height(height_m: float) -> _Fit:
+        there_m, _ = ground_range(height_m, plots.range_m, plots.height_m)
+        raised = along * (ground_m - there_m)[:, None, None]
+        return _fit(residual, np.concatenate([others, raised], axis=2))
+
+    if site[2] * (1.0 - FOOT_M) >= HEIGHT_MIN_M:
+        feet = at_height(site[2] * FOOT_M)
+        if _made(feet) and feet.scale <= enough_m:
+            return Registration(height_in_feet=True, before_m=plain.scale, after_m=feet.scale)
+    height_m = site[2] + _HEIGHT_STEP_M
+    for _ in range(_HEIGHT_STEPS):
+        last_m, fit = height_m, at_height(height_m)
+        step_m = float(fit.solution[-1]) * (height_m - site[2])
+        if not HEIGHT_OFF_MIN_M <= abs(step_m) <= HEIGHT_OFF_MAX_M:
+            return None
+        height_m = site[2] + step_m
+    settled = abs(height_m - last_m) <= 0.1 * abs(step_m)
+    if settled and _made(fit) and fit.scale <= enough_m:
+        return Registration(height_m=height_m, before_m=plain.scale, after_m=fit.scale)
     return None
 
 
@@ -205,7 +247,7 @@ def _equations(
         columns.append(-of_it * (pairs.source == source)[:, None, None])
     biases = np.concatenate(columns, axis=2)
     scale = np.tile(_PRIOR, len(columns))
-    shift = np.broadcast_to(-np.eye(2), (pairs.size, 2, 2))
+    shift = np.broadcast_to(-_SHIFT_M * np.eye(2), (pairs.size, 2, 2))
     # A late clock: others are asked where the aircraft is only later.
     flight = -np.einsum("kij,kj->ki", rotation, pairs.velocity_mps)[:, :2, None]
     return apart, biases * scale, shift, flight

@@ -79,3 +79,14 @@ def test_files_that_end_apart_for_other_reasons_are_not_cut(
     tmp_path: Path, earlier_s: tuple[float, float], given: dict[str, int]
 ) -> None:
     assert said_of(tmp_path, LAST_S - earlier_s[0], LAST_S - earlier_s[1], **given) == []
+
+
+def test_a_file_of_plots_without_plots_beside_tracks_is_said() -> None:
+    files: dict[str, dict[str, Any]] = {
+        "p.txt": {"table": "plots", "last_s": None, "rejected": 0},
+        "t.txt": {"table": "tracks", "last_s": LAST_S},
+    }
+    (said,) = dump_cut(Path("none"), {"figures": {"files": files}})
+    assert said.sentence == "p.txt: no plot in it, but there are tracks; copy it again"
+    files["p.txt"]["rejected"] = 1
+    assert dump_cut(Path("none"), {"figures": {"files": files}}) == []

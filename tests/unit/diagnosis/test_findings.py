@@ -46,6 +46,12 @@ MISTAKES: dict[str, tuple[Edit, str]] = {
     "site height in feet": (
         lambda one: one.configured(NAME, height_m=SITE[2] / 0.3048), "site_height",
     ),
+    "site 1.1 km off": (
+        lambda one: one.configured(NAME, latitude_deg=SITE[0] + 0.01), "site",
+    ),
+    "range offset of 180 m held at 0": (
+        lambda one: biased(one, range_offset_m={"prior": 0.0, "prior_sigma": 1.0}), "bias",
+    ),
     "range offset fixed at 1 km": (
         lambda one: biased(one, range_offset_m={"prior": 1000.0, "estimate": False}), "bias",
     ),
@@ -137,7 +143,7 @@ def test_one_identity_of_one_aircraft_or_two_is_no_mistake(aircraft: int) -> Non
             "range_offset_m": {"prior": 180.0, "estimate": False},
             "azimuth_offset_deg": {"prior": -0.19, "estimate": False},
         },
-        {"range_offset_m": {"prior": 0.0, "prior_sigma": 20.0}},
+        {"range_offset_m": {"prior": 0.0, "prior_sigma": 40.0}},
         {"range_offset_m": {"prior": 600.0, "prior_sigma": 200.0}},
         # An offset of range and a gain are not told apart.
         {"range_offset_m": {"prior": 1000.0, "estimate": False}, "range_gain": {"estimate": True}},
@@ -270,3 +276,17 @@ def test_positions_made_of_the_plots_themselves_say_nothing_of_the_noise() -> No
         latitude_deg=pl.Series(np.degrees(latitude)), longitude_deg=pl.Series(np.degrees(longitude))
     )
     assert Recording(made, one.sensors).diagnosed() == []
+
+
+@pytest.mark.parametrize(("height_m", "why"), [(3.5, "in kilometres"), (250.0, "wrong")])
+def test_another_height_of_a_site_is_named(
+    monkeypatch: pytest.MonkeyPatch, height_m: float, why: str
+) -> None:
+    monkeypatch.setitem(RADARS, NAME, ((*SITE[:2], 3500.0), *RADARS[NAME][1:]))
+    on_a_mountain = recording.__wrapped__(1)
+    assert on_a_mountain.diagnosed() == []
+    (said,) = on_a_mountain.configured(NAME, height_m=height_m).diagnosed()
+    assert said.code == "site_height_off"
+    assert f"height_m of its site is probably {why}: it is {height_m:g} in" in said.sentence
+    found = float(said.sentence.partition("with about ")[2].partition(" m")[0])
+    assert found == pytest.approx(3500.0, abs=500.0)
