@@ -316,7 +316,7 @@ def _evaluated(
 ) -> "tuple[Scorecard, Figures]":
     from multiradar.cli.evaluate_inputs import read_biases, read_forecasts, read_tracks
     from multiradar.evaluation.figures import figures_of
-    from multiradar.evaluation.overlap import check_matched, outside
+    from multiradar.evaluation.overlap import check_matched, outside, seldom_matched
     from multiradar.evaluation.scorecard import evaluate as evaluate_tracks
 
     known = chosen.read(tracks, settings)
@@ -331,7 +331,10 @@ def _evaluated(
         forecasts=read_forecasts(tracks),
     )
     check_matched(judged, known.reference, card.instants.track_of, settings.gate_m)
-    for sentence in outside(judged, known.reference, settings.gate_m):
+    sentences = outside(judged, known.reference, settings.gate_m) or seldom_matched(
+        card.instants.track_of, settings.gate_m
+    )
+    for sentence in sentences:
         print(f"multiradar: {sentence}", file=sys.stderr)
     what: Figures = {"kind": known.kind, "path": str(known.path), **known.claimed}
     return card, {"reference": what, **figures_of(card)}

@@ -10,6 +10,8 @@ from multiradar.report.times import is_dated, time_text
 
 #: Part of the reference outside the time or area of the tracks from which it is worth a word.
 OUTSIDE_MIN = 0.5
+#: Part of the time of its aircraft with a track below which it is worth a word, too.
+MATCHED_MIN = 0.5
 #: Times that are so near whole hours apart are those of another zone, s.
 _ZONE_WITHIN_S = 300.0
 _HOUR_S, _DAY_S = 3600.0, 86_400.0
@@ -115,6 +117,30 @@ def outside(tracks: Tracks, reference: Reference, gate_m: float) -> list[str]:
             "aircraft count as missed there"
         )
     return sentences
+
+
+def seldom_matched(track_of: Indices, gate_m: float) -> list[str]:
+    """Return a sentence where the aircraft of a reference have a track for little of their time.
+
+    Parameters
+    ----------
+    track_of : (n,) int64
+        Track assigned to each aircraft at each instant; −1 for none.
+    gate_m : float
+        Association radius, m.
+
+    Returns
+    -------
+    list of str
+        None from `MATCHED_MIN` on.
+    """
+    share = float(np.mean(track_of >= 0))
+    if share >= MATCHED_MIN:
+        return []
+    return [
+        f"the aircraft of the reference have a track within {gate_m:.12g} m (--gate) for "
+        f"{share:.0%} of their time only: another recording, or too small a gate?"
+    ]
 
 
 def _span(time_s: Floats) -> _Span:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from multiradar.errors import InputError
-from multiradar.evaluation.overlap import check_matched, check_times, outside
+from multiradar.evaluation.overlap import check_matched, check_times, outside, seldom_matched
 from support.skies import Row, reference_of, straight, tracks_of
 
 DAY_S = 86_400.0
@@ -91,3 +91,12 @@ def test_what_is_of_another_time_is_not_told_as_of_another_area_as_well() -> Non
     reference = reference_of({"a": _flight(BEGIN_S), "b": _flight(BEGIN_S + 700.0, east_m=9e4)})
     (told,) = outside(tracks_of({1: _flight(BEGIN_S)}), reference, 2000.0)
     assert "outside the time of the tracks" in told
+
+
+def test_aircraft_that_seldom_have_a_track_are_worth_a_word() -> None:
+    assert seldom_matched(np.array([7, -1]), 2.0) == []
+    (said,) = seldom_matched(np.array([7, -1, -1, -1]), 2.0)
+    assert said == (
+        "the aircraft of the reference have a track within 2 m (--gate) for 25% of their time "
+        "only: another recording, or too small a gate?"
+    )

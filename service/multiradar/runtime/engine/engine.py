@@ -432,7 +432,10 @@ def _told(run: Run, first: int, last: int) -> Told:
 
 def _plane_for(sensors: SensorTable) -> SystemPlane:
     if np.isnan(sensors.latitude_rad).all():
-        raise ConfigurationError("expected at least one sensor with a position, there is none")
+        raise ConfigurationError(
+            "expected at least one sensor with a position, there is none: give one latitude_deg "
+            "and longitude_deg in the sensors file (for ADS-B alone, the middle of the area)"
+        )
     return SystemPlane.for_sensors(sensors.latitude_rad, sensors.longitude_rad)
 
 
