@@ -21,6 +21,8 @@ from multiradar.estimation.measurement.sensors import (
 DIFFERENT = (150.0, float(np.radians(0.1)))
 #: ... and where it is so many standard deviations beforehand away: chance takes it to 4.
 PRIOR_SIGMAS = 5.0
+#: No radar has offsets beyond these, m and rad: what looks like more is another mistake.
+POSSIBLE = (5000.0, float(np.radians(5.0)))
 OFFSET_CODE = "bias"
 _KINDS = (PARAMETER_RANGE_OFFSET, PARAMETER_AZIMUTH_OFFSET)
 
@@ -48,7 +50,9 @@ def offset_amiss(
         value, sigma = found.offset[place], found.offset_sigma[place]
         configured, prior_sigma = configured_bias(sensors, number, kind)
         apart = abs(value - configured)
-        if apart >= max(DIFFERENT[place], SIGMAS * sigma, PRIOR_SIGMAS * prior_sigma):
+        if abs(value) <= POSSIBLE[place] and apart >= max(
+            DIFFERENT[place], SIGMAS * sigma, PRIOR_SIGMAS * prior_sigma
+        ):
             numbers = (configured, prior_sigma, value, sigma)
             return _wrong(sensors.ids[number], kind, numbers, others)
     return None

@@ -6,7 +6,9 @@ import numpy as np
 import polars as pl
 import pytest
 
+from multiradar.diagnosis.offsets import offset_amiss
 from multiradar.diagnosis.plots import geodetic, located
+from multiradar.diagnosis.registration import Registration
 from support.mistaken import (
     METRES_PER_DEGREE,
     RADARS,
@@ -290,3 +292,10 @@ def test_another_height_of_a_site_is_named(
     assert f"height_m of its site is probably {why}: it is {height_m:g} in" in said.sentence
     found = float(said.sentence.partition("with about ")[2].partition(" m")[0])
     assert found == pytest.approx(3500.0, abs=500.0)
+
+
+@pytest.mark.parametrize(("offset_m", "count"), [(4900.0, 1), (5100.0, 0)])
+def test_what_no_radar_has_is_no_offset(offset_m: float, count: int) -> None:
+    found = Registration(offset=(offset_m, 0.0), offset_sigma=(10.0, 0.001))
+    said = offset_amiss(recording().table(), 0, found, ["2-10"])
+    assert (said is not None) == bool(count)
