@@ -6,6 +6,7 @@ shift of the site, or with what a mistake does to each plot. Aircraft that fly i
 directions separate a time offset from the rest; the factor of a mistake that was made is 1.
 """
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +14,7 @@ import numpy as np
 from multiradar.diagnosis.agreement import Agreement, seen_from
 from multiradar.diagnosis.comparison import Comparison
 from multiradar.diagnosis.plausibility import FOOT_M
-from multiradar.diagnosis.plots import Floats, Plots, Site, ground_range, located
+from multiradar.diagnosis.plots import Floats, Site, ground_range, located
 from multiradar.diagnosis.references import Pairs
 from multiradar.geodesy.wgs84 import ecef_to_geodetic, enu_rotation
 
@@ -49,10 +50,6 @@ HEIGHT_OFF_MIN_M, HEIGHT_OFF_MAX_M = 1000.0, 6000.0
 _HEIGHT_STEPS, _HEIGHT_STEP_M = 4, 1000.0
 #: Unit of a shift of the site in a fit, m: columns of one size, as those of the biases.
 _SHIFT_M = 1000.0
-
-
-# Residuals, columns of biases, pairs, and the plots of these.
-_ByHeight = tuple[Floats, Floats, Pairs, Plots]
 
 
 class Registration(NamedTuple):
@@ -156,38 +153,34 @@ def _of_heights(
     ground = _fit(residual, np.concatenate([biases, taken], axis=2))
     if _made(ground) and ground.scale <= min(SMALLER * plain.scale, best_m):
         return Registration(ground_ranges=True, before_m=plain.scale, after_m=ground.scale)
-    return _of_site_height(comparison, number, (residual, biases, pairs, plots), best_m)
-
-
-# The height of the site, where that of all aircraft may be off in proportion.
-def _of_site_height(
-    comparison: Comparison, number: int, found: _ByHeight, best_m: float
-) -> Registration | None:
-    residual, biases, pairs, plots = found
-    site = comparison.site(number)
     hotter = _hotter(comparison, number, pairs, plots.height_m)
     others = np.concatenate([biases, hotter], axis=2)
-    ground_m, _ = ground_range(site[2], plots.range_m, plots.height_m)
-    along = _bias_columns(site, pairs)[:, :, :1]
-    plain = _fit(residual, others)
-    enough_m = min(SMALLER_BY_HEIGHT * plain.scale, best_m)
 
+    # What is fitted where the site stands at another height.
     def at_height(height_m: float) -> _Fit:
         there_m, _ = ground_range(height_m, plots.range_m, plots.height_m)
         raised = along * (ground_m - there_m)[:, None, None]
         return _fit(residual, np.concatenate([others, raised], axis=2))
 
-    if site[2] * (1.0 - FOOT_M) >= HEIGHT_MIN_M:
-        feet = at_height(site[2] * FOOT_M)
+    return _of_site_height(site[2], _fit(residual, others), at_height, best_m)
+
+
+# The height of the site, where that of all aircraft may be off in proportion.
+def _of_site_height(
+    given_m: float, plain: "_Fit", at_height: Callable[[float], "_Fit"], best_m: float
+) -> Registration | None:
+    enough_m = min(SMALLER_BY_HEIGHT * plain.scale, best_m)
+    if given_m * (1.0 - FOOT_M) >= HEIGHT_MIN_M:
+        feet = at_height(given_m * FOOT_M)
         if _made(feet) and feet.scale <= enough_m:
             return Registration(height_in_feet=True, before_m=plain.scale, after_m=feet.scale)
-    height_m = site[2] + _HEIGHT_STEP_M
+    height_m = given_m + _HEIGHT_STEP_M
     for _ in range(_HEIGHT_STEPS):
         last_m, fit = height_m, at_height(height_m)
-        step_m = float(fit.solution[-1]) * (height_m - site[2])
+        step_m = float(fit.solution[-1]) * (height_m - given_m)
         if not HEIGHT_OFF_MIN_M <= abs(step_m) <= HEIGHT_OFF_MAX_M:
             return None
-        height_m = site[2] + step_m
+        height_m = given_m + step_m
     settled = abs(height_m - last_m) <= 0.1 * abs(step_m)
     if settled and _made(fit) and fit.scale <= enough_m:
         return Registration(height_m=height_m, before_m=plain.scale, after_m=fit.scale)
