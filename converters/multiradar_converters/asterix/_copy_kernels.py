@@ -14,7 +14,6 @@ Words = NDArray[np.int64]
 Numbers = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
-# Nothing here allocates.
 
 #: Records that are remembered of those that share the low bits of their keys.
 WAYS = 8

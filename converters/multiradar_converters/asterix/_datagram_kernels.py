@@ -8,7 +8,6 @@ The project's own.
 from multiradar_compiled.kernels import loop
 from multiradar_converters.asterix._kernels import Octets, Places, Words, split_blocks
 
-# Nothing here allocates.
 # The least octets of a block that is believed.
 _BLOCK_OCTETS_MIN = 4
 

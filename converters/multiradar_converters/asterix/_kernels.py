@@ -13,7 +13,6 @@ Words = NDArray[np.int64]
 Places = NDArray[np.int32]
 Octets = NDArray[np.uint8]
 
-# Nothing here allocates.
 
 # Kinds of nodes.
 FIXED, EXTENDED, LIST, REPETITIVE, EXPLICIT, COMPOUND, RFS, PART = 0, 1, 2, 3, 4, 5, 6, 7
