@@ -8,7 +8,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from multiradar_schemas.sensor import (
+from multiradar_schemas.sensors.sensor import (
     ESTIMATED_BY_KIND,
     PARAMETERS_BY_KIND,
     PRIOR_SIGMA_DEFAULT,

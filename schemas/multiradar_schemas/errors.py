@@ -7,7 +7,7 @@
     └── BodyError               a whole message that cannot be read, with its reject code
 """
 
-from multiradar_schemas.reject import RejectCode
+from multiradar_schemas.measurements.reject import RejectCode
 
 
 class SchemaError(ValueError):

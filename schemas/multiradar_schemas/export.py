@@ -26,19 +26,19 @@ from multiradar_schemas.arrow import (
     TRAJECTORY_SCHEMA,
     TRANSITION_SCHEMA,
 )
-from multiradar_schemas.bias import BiasEstimate
-from multiradar_schemas.encounter import Encounter, Encounters
-from multiradar_schemas.forecast import Forecast
-from multiradar_schemas.health import RadarHealth
-from multiradar_schemas.manoeuvre_plane import ManoeuvrePlane
-from multiradar_schemas.measurement import MEASUREMENT, MEASUREMENTS
-from multiradar_schemas.observability import Observability
-from multiradar_schemas.reject import Reject
+from multiradar_schemas.measurements.measurement import MEASUREMENT, MEASUREMENTS
+from multiradar_schemas.measurements.reject import Reject
+from multiradar_schemas.products.bias import BiasEstimate
+from multiradar_schemas.products.encounter import Encounter, Encounters
+from multiradar_schemas.products.forecast import Forecast
+from multiradar_schemas.products.health import RadarHealth
+from multiradar_schemas.products.manoeuvre_plane import ManoeuvrePlane
+from multiradar_schemas.products.observability import Observability
+from multiradar_schemas.products.track import Track, TrackUpdate
+from multiradar_schemas.products.trajectories import Trajectories
+from multiradar_schemas.products.transition import Transition
 from multiradar_schemas.report import Report
-from multiradar_schemas.sensor import SensorsFile
-from multiradar_schemas.track import Track, TrackUpdate
-from multiradar_schemas.trajectories import Trajectories
-from multiradar_schemas.transition import Transition
+from multiradar_schemas.sensors.sensor import SensorsFile
 
 FOLDER = Path(__file__).parent / "json"
 

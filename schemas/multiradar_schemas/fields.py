@@ -18,27 +18,25 @@ from multiradar_schemas.arrow import (
     TRACK_SCHEMA,
     TRANSITION_SCHEMA,
 )
-from multiradar_schemas.bias import BiasEstimate
-from multiradar_schemas.encounter import Encounter, Encounters
-from multiradar_schemas.forecast import Forecast, ForecastMember, ForecastPoint, ForecastRow
-from multiradar_schemas.health import RadarHealth
-from multiradar_schemas.manoeuvre_plane import (
+from multiradar_schemas.measurements.measurement import KIND_NEEDS, RadarMeasurement
+from multiradar_schemas.measurements.reject import CODE_MEANINGS, Reject
+from multiradar_schemas.products.bias import BiasEstimate
+from multiradar_schemas.products.encounter import Encounter, Encounters
+from multiradar_schemas.products.forecast import (
+    Forecast,
+    ForecastMember,
+    ForecastPoint,
+    ForecastRow,
+)
+from multiradar_schemas.products.health import RadarHealth
+from multiradar_schemas.products.manoeuvre_plane import (
     PLANE_REASON_MEANINGS,
     PlaneFigures,
     PlanePosition,
 )
-from multiradar_schemas.measurement import KIND_NEEDS, RadarMeasurement
-from multiradar_schemas.observability import Observability
-from multiradar_schemas.reject import CODE_MEANINGS, Reject
-from multiradar_schemas.report import Counts, InputFile, OutputFile, Report
-from multiradar_schemas.sensor import (
-    ESTIMATED_BY_KIND,
-    PRIOR_SIGMA_DEFAULT,
-    Sensor,
-)
-from multiradar_schemas.sensor_bias import RangeOffset, SensorBias
-from multiradar_schemas.track import Track, TrackUpdate
-from multiradar_schemas.trajectories import (
+from multiradar_schemas.products.observability import Observability
+from multiradar_schemas.products.track import Track, TrackUpdate
+from multiradar_schemas.products.trajectories import (
     TRAJECTORY_REASON_MEANINGS,
     Trajectories,
     Trajectory,
@@ -46,7 +44,10 @@ from multiradar_schemas.trajectories import (
     TrajectoryPoint,
     TrajectorySegment,
 )
-from multiradar_schemas.transition import REASON_MEANINGS, Transition
+from multiradar_schemas.products.transition import REASON_MEANINGS, Transition
+from multiradar_schemas.report import Counts, InputFile, OutputFile, Report
+from multiradar_schemas.sensors.bias import RangeOffset, SensorBias
+from multiradar_schemas.sensors.sensor import ESTIMATED_BY_KIND, PRIOR_SIGMA_DEFAULT, Sensor
 
 _INTRODUCTION = """# Fields
 

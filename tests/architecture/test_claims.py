@@ -2,9 +2,9 @@
 
 import ast
 import re
-from pathlib import Path
 
-ROOT = Path(__file__).parents[2]
+from support.paths import ROOT
+
 NAMED = re.compile(r"`([\w/]+\.py)` `(test_\w+)`")
 
 

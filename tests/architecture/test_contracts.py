@@ -2,11 +2,10 @@
 
 import sys
 import tomllib
-from pathlib import Path
 
-from support.waiting import run_to_end
+from support.paths import ROOT
+from support.processes.waiting import run_to_end
 
-ROOT = Path(__file__).parents[2]
 CODE = ("service/multiradar", "converters/multiradar_converters", "schemas/multiradar_schemas")
 
 

@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 from multiradar.estimation.filters._step_kernels import step
+from support.paths import ROOT
 
-ROOT = Path(__file__).parents[2]
 UNCOUNTED = {"loop", "in_loop"}
 ARRAY_MAKERS = re.compile(
     r"(empty|zeros|ones|full)(_like)?|eye|identity|array|arange|linspace|diag|outer|dot|copy"

@@ -8,11 +8,12 @@ excepted by kind: the three kinds are named below, with their reasons.
 import ast
 import re
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 
-SERVICE = Path(__file__).parents[2] / "service/multiradar"
+from support.paths import ROOT
+
+SERVICE = ROOT / "service/multiradar"
 
 PURE = (
     "estimation",
@@ -25,28 +26,28 @@ PURE = (
 #: Where the simulation and the studies compute; their other modules read, write, and draw.
 COMPUTING = (
     "simulation/biases",
-    "simulation/clutter",
+    "simulation/observation/clutter",
     "simulation/flat",
-    "simulation/jamming",
-    "simulation/looks",
-    "simulation/observation",
+    "simulation/observation/jamming",
+    "simulation/observation/looks",
+    "simulation/observation/observation",
     "simulation/paths",
-    "research/studies/bearing_only",
-    "research/studies/bearing_only_runs",
-    "research/studies/bias_estimation",
-    "research/studies/bias_estimation_bands",
-    "research/studies/bias_estimation_loss",
-    "research/studies/bias_estimation_runs",
-    "research/studies/coupled_motion",
-    "research/studies/coupled_motion_figures",
-    "research/studies/coupled_motion_models",
-    "research/studies/coupled_motion_tracking",
-    "research/studies/manoeuvre_plane",
-    "research/studies/manoeuvre_plane_runs",
-    "research/studies/polynomial_forecast",
-    "research/studies/polynomial_forecast_runs",
-    "research/studies/trajectory_bundle",
-    "research/studies/trajectory_bundle_runs",
+    "research/studies/bearing_only/study",
+    "research/studies/bearing_only/runs",
+    "research/studies/bias_estimation/study",
+    "research/studies/bias_estimation/bands",
+    "research/studies/bias_estimation/loss",
+    "research/studies/bias_estimation/runs",
+    "research/studies/coupled_motion/study",
+    "research/studies/coupled_motion/figures",
+    "research/studies/coupled_motion/models",
+    "research/studies/coupled_motion/tracking",
+    "research/studies/manoeuvre_plane/study",
+    "research/studies/manoeuvre_plane/runs",
+    "research/studies/polynomial_forecast/study",
+    "research/studies/polynomial_forecast/runs",
+    "research/studies/trajectory_bundle/study",
+    "research/studies/trajectory_bundle/runs",
 )
 
 #: They look at shape, sign and order of what comes from outside, and compute nothing.
@@ -62,9 +63,9 @@ BOOKKEEPING = {
     "estimation/filters/arrays": None,
     "estimation/filters/bank": {"find_filter", "find_filter_for"},
     "research/sequential/player": {"empty_record"},
-    "restoration/plot_positions": {"Plots", "Plots.take"},
-    "simulation/looks": {"outside_gaps"},
-    "research/studies/coupled_motion_tracking": {"Tracked", "Tracked.means", "settled", "batches"},
+    "restoration/geometry/plot_positions": {"Plots", "Plots.take"},
+    "simulation/observation/looks": {"outside_gaps"},
+    "research/studies/coupled_motion/tracking": {"Tracked", "Tracked.means", "settled", "batches"},
 }
 #: Bases and decorators of classes that hold what others computed; see `holds_only`.
 CONTAINERS = {"NamedTuple", "IntEnum", "dataclass"}

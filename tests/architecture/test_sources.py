@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from support.waiting import run_to_end
+from support.paths import ROOT
+from support.processes.waiting import run_to_end
 
-ROOT = Path(__file__).parents[2]
 CODE = ("service", "converters", "schemas")
 LINES_MAX = 500
 #: The only module that may ask for the time of day.

@@ -8,23 +8,23 @@ import pytest
 from architecture.test_sources import modules, tree
 
 #: What waits, and what only measures.
-HELPER = "tests/support/waiting.py"
-CLIENTS = "tests/support/clients.py"
+HELPER = "tests/support/processes/waiting.py"
+CLIENTS = "tests/support/processes/clients.py"
 FREE = (HELPER, CLIENTS, "tests/benchmark/")
 BOUND = "WAIT_TIMEOUT_S"
 #: Calls whose arguments bound a wait; what has another meaning takes no number (`str.join`).
 WAITS = {"wait", "join", "result", "settle", "communicate", "settimeout"}
 #: Calls that wait by a default of their own, and who makes them with the bound.
 BY_DEFAULT = {
-    f"httpx.{name}": "support.clients"
+    f"httpx.{name}": "support.processes.clients"
     for name in ("get", "post", "put", "patch", "delete", "head", "options", "request", "stream",
                  "Client", "AsyncClient")
 } | {
-    "connect": "support.clients.event_socket",
-    "subprocess.run": "support.waiting.run_to_end",
-    "subprocess.check_output": "support.waiting.run_to_end",
-    "subprocess.check_call": "support.waiting.run_to_end",
-    "urlopen": "support.clients",
+    "connect": "support.processes.clients.event_socket",
+    "subprocess.run": "support.processes.waiting.run_to_end",
+    "subprocess.check_output": "support.processes.waiting.run_to_end",
+    "subprocess.check_call": "support.processes.waiting.run_to_end",
+    "urlopen": "support.processes.clients",
     "session.get": "timeout=WAIT_TIMEOUT_S",
 }  # fmt: skip
 

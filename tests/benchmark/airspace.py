@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from benchmark.sky import DEGREE_M, LATITUDE_DEG, LONGITUDE_DEG, START_S, sites
 from multiradar.geodesy.polar import slant_range_azimuth
-from multiradar_schemas.directions import PLAIN_SCHEMA
+from multiradar_schemas.measurements.directions import PLAIN_SCHEMA
 
 Floats = NDArray[np.float64]
 

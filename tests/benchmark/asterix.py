@@ -31,14 +31,14 @@ from multiradar.ingest.asterix_queue import DatagramQueue, Received
 from multiradar.ingest.asterix_source import UdpSource
 from multiradar.ingest.replay_datagrams import UdpSink
 from multiradar.runtime.live.receipt import Receipt, RejectedRow
-from multiradar_converters.asterix.containers import read_blocks
 from multiradar_converters.asterix.conversion import convert
-from multiradar_converters.asterix.editions import Editions, sources_of
-from multiradar_converters.asterix.gathering import gather
-from multiradar_converters.asterix.live import LiveDecoder, LiveOptions
+from multiradar_converters.asterix.decoding.editions import Editions, sources_of
+from multiradar_converters.asterix.decoding.gathering import gather
+from multiradar_converters.asterix.decoding.timing import KINDS
+from multiradar_converters.asterix.framing.containers import read_blocks
+from multiradar_converters.asterix.live.reception import LiveDecoder, LiveOptions
 from multiradar_converters.asterix.options import Options
-from multiradar_converters.asterix.timing import KINDS
-from support.asterix_octets import block, plot_001, plot_048, record, time_of_day
+from support.asterix.octets import block, plot_001, plot_048, record, time_of_day
 
 BLOCKS = 40_000
 RECORDS_OF_BLOCK = 3

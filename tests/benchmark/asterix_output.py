@@ -17,10 +17,10 @@ from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import BiasRecords, EndedTracks, EngineOutput, TrackUpdates
 from multiradar.tracking.plots import TrackPlots
 from multiradar.tracking.settings import TrackingSettings
-from multiradar_converters.asterix.senders import Sender
-from multiradar_converters.asterix.track_reports import CATEGORY, track_records
-from multiradar_converters.asterix.writing import blocks
-from support.live_scene import sensors
+from multiradar_converters.asterix.writing.encoding import blocks
+from multiradar_converters.asterix.writing.senders import Sender
+from multiradar_converters.asterix.writing.track_reports import CATEGORY, track_records
+from support.scenarios.live_scene import sensors
 
 AIRCRAFT = (200, 2000, 10_000)
 TURNS = 10

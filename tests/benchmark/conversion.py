@@ -13,6 +13,7 @@ import polars as pl
 from benchmark.converter import FILES, make_dump
 from benchmark.plan import Plan
 from benchmark.report import Row
+from support.paths import TESTS
 
 TEXT = (
     "`multiradar convert vid` in a process of its own, its start and all outputs included: the "
@@ -50,9 +51,7 @@ def _measure(folder: Path, gigabytes: float) -> list[tuple[str, float, str]]:
     # size of its parent, and this one has held large tables.
     command = [sys.executable, "-m", "benchmark.converter"]
     command += ["--gigabytes", str(gigabytes), "--folder", str(folder)]
-    done = subprocess.run(
-        command, stdout=subprocess.PIPE, text=True, check=True, cwd=Path(__file__).parents[1]
-    )
+    done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True, cwd=TESTS)
     _, *rows = csv.reader(done.stdout.splitlines())
     return [(name, float(value), unit) for name, value, unit in rows]
 

@@ -16,7 +16,8 @@ import tempfile
 from pathlib import Path
 from time import perf_counter
 
-SAMPLE = Path(__file__).parents[2] / "examples" / "vid-sample"
+from support.paths import SAMPLE
+
 FILES = {"tracks.txt": 3, "plots.txt": None, "plots_ads.txt": 1}
 SHIFT_S = 1800
 AIRCRAFT_SHIFT = 400

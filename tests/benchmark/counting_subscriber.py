@@ -9,13 +9,13 @@ import json
 import subprocess
 import sys
 import time
-from pathlib import Path
 from time import perf_counter
 
 import zenoh
 import zenoh.ext
 
-from support.zenoh_subscriber import client_config
+from support.paths import TESTS
+from support.processes.zenoh_subscriber import client_config
 
 KEY = "multiradar/v1/tracks/*"
 _SETTLE_S = 0.5
@@ -30,7 +30,7 @@ class CountingSubscriber:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
-            cwd=Path(__file__).parents[1],
+            cwd=TESTS,
         )
         assert self._process.stdin is not None
         assert self._process.stdout is not None

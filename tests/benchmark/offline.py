@@ -16,7 +16,7 @@ from multiradar.estimation.filters.bank import FILTERS
 from multiradar.runtime.offline.offline import TRACKS_FILE, OfflineJob, track_recording
 from multiradar.storage.recording import MEASUREMENTS_FILE, Recording
 from multiradar.tracking.settings import TrackingSettings
-from multiradar_schemas.sensor import load_sensors
+from multiradar_schemas.sensors.sensor import load_sensors
 
 TEXT = (
     "`multiradar track` without its start: `measurements.parquet` is read, checked, tracked, "

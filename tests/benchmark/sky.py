@@ -7,7 +7,7 @@ import polars as pl
 from numpy.typing import NDArray
 
 from multiradar.geodesy.polar import slant_range_azimuth
-from multiradar_schemas.directions import PLAIN_SCHEMA
+from multiradar_schemas.measurements.directions import PLAIN_SCHEMA
 
 RADARS = 8
 START_S = 1_700_000_000.0

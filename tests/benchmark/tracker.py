@@ -18,7 +18,7 @@ from multiradar import wire
 from multiradar.runtime.offline.offline import TRACKS_FILE, OfflineJob, track_recording
 from multiradar.storage.recording import MEASUREMENTS_FILE, Recording
 from multiradar.tracking.settings import TrackingSettings
-from multiradar_schemas.sensor import load_sensors
+from multiradar_schemas.sensors.sensor import load_sensors
 
 TEXT = (
     "`multiradar track --hide track_number,mode_3a,mode_s_address` without its start: plots of 8 "

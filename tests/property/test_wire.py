@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from multiradar.wire import measurement_batch, sensor_table
 from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
-from support.messages import adsb, radar, sensors
+from support.inputs.messages import adsb, radar, sensors
 
 TABLE = sensor_table(sensors())
 NUMBERS = ["time_s", "range_m", "azimuth_deg", "latitude_deg", "longitude_deg", "height_m"]

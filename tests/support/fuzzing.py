@@ -15,9 +15,9 @@ from pathlib import Path
 
 import pytest
 
-from support.waiting import WAIT_TIMEOUT_S
+from support.paths import TESTS
+from support.processes.waiting import WAIT_TIMEOUT_S
 
-TESTS = Path(__file__).parents[1]
 #: Rounds draw from consecutive seeds; a round that finds something prints its own.
 SEED_MAX = 2**32
 

@@ -23,12 +23,12 @@ from pathlib import Path
 from typing import Any
 
 from multiradar.clock import SystemClock
-from support.asterix_scene import datagrams
-from support.clients import get
-from support.dumps import pairs, part_of_sample, write_dump
-from support.waiting import run_to_end, wait_until
+from support.asterix.scene import datagrams
+from support.inputs.dumps import pairs, part_of_sample, write_dump
+from support.paths import ROOT
+from support.processes.clients import get
+from support.processes.waiting import run_to_end, wait_until
 
-ROOT = Path(__file__).parents[2]
 TESTS = ROOT / "tests"
 LIST = ROOT / "compiled" / "multiradar_compiled" / "kernels.json"
 SAMPLE = ROOT / "examples" / "vid-sample"

@@ -26,7 +26,7 @@ from multiradar.tracking.forecast.forecast_family import ForecastFamily
 from multiradar.tracking.outputs import TrackStates
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.wire import measurement_batch
-from support import live_scene
+from support.scenarios import live_scene
 
 
 def test_each_bound_has_a_setting_of_the_same_name_and_default() -> None:

@@ -4,7 +4,6 @@ Whoever changes one changes its line in `tests/golden/defaults.txt`, too, and te
 the changelog.
 """
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
@@ -18,25 +17,26 @@ from multiradar.ingest.http import IntakeBounds, measurement_routes
 from multiradar.ingest.replay import ReplayPlan
 from multiradar.ingest.zenoh.options import ZenohOptions
 from multiradar.research.bundle.search_rules import SearchRules
-from multiradar.restoration.forecast_settings import ForecastSettings
-from multiradar.restoration.settings import BundleSettings
+from multiradar.restoration.control_tracks.settings import BundleSettings
+from multiradar.restoration.forecast.settings import ForecastSettings
 from multiradar.runtime.asterix.channel import ChannelOptions
 from multiradar.runtime.offline.offline import OfflineJob
 from multiradar.runtime.queries.encounter_query import EncounterQuery
 from multiradar.settings.service import Settings
-from multiradar.simulation.scene_tables import SceneTable
-from multiradar_converters.asterix.live import LiveOptions
+from multiradar.simulation.scenario.tables import SceneTable
+from multiradar_converters.asterix.live.reception import LiveOptions
 from multiradar_converters.asterix.options import Options as AsterixOptions
 from multiradar_converters.vid.options import Options as VidOptions
 from multiradar_converters.vid.profile import Profile
-from multiradar_schemas.sensor import SensorsFile
+from multiradar_schemas.sensors.sensor import SensorsFile
 from support.defaults import command_lines, dataclass_lines, model_lines, parameter_lines
-from support.fake_service import FakeService
+from support.fakes.fake_service import FakeService
+from support.paths import TESTS
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
-RECORD = Path(__file__).parents[1] / "golden" / "defaults.txt"
+RECORD = TESTS / "golden" / "defaults.txt"
 MODELS: tuple[type[BaseModel], ...] = (Settings, SensorsFile, SceneTable, Profile)
 DATACLASSES: tuple[type["DataclassInstance"], ...] = (
     BundleSettings, ForecastSettings, SearchRules, EvaluationSettings, EncounterQuery, OfflineJob,

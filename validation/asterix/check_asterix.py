@@ -26,7 +26,7 @@ import polars as pl
 from numpy.typing import NDArray
 
 from multiradar.geodesy.wgs84 import ecef_to_geodetic, enu_rotation, geodetic_to_ecef
-from multiradar_schemas.sensor import Sensor, load_sensors
+from multiradar_schemas.sensors.sensor import Sensor, load_sensors
 
 Floats = NDArray[np.float64]
 

@@ -34,14 +34,14 @@ from multiradar.runtime.asterix.cycles import Cycles
 from multiradar.runtime.offline.offline import OfflineJob, track_recording
 from multiradar.storage.recording import Recording, measurements_path
 from multiradar.tracking.settings import TrackingSettings
-from multiradar_converters.asterix.catalogue import layout_of
-from multiradar_converters.asterix.containers import read_blocks
-from multiradar_converters.asterix.fields import record_fields
-from multiradar_converters.asterix.program import program_of, walk
-from multiradar_converters.asterix.senders import Sender
-from multiradar_converters.asterix.status_reports import SensorReports
-from multiradar_converters.asterix.track_reports import TrackReports
-from multiradar_schemas.callsigns import packed_callsigns
+from multiradar_converters.asterix.framing.containers import read_blocks
+from multiradar_converters.asterix.layout.catalogue import layout_of
+from multiradar_converters.asterix.layout.fields import record_fields
+from multiradar_converters.asterix.layout.program import program_of, walk
+from multiradar_converters.asterix.writing.senders import Sender
+from multiradar_converters.asterix.writing.status_reports import SensorReports
+from multiradar_converters.asterix.writing.track_reports import TrackReports
+from multiradar_schemas.measurements.callsigns import packed_callsigns
 
 Column = NDArray[Any]
 #: What a field should say: resolution, and the values of all records, NaN where it is absent.

@@ -10,7 +10,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from multiradar.cli.evaluate_inputs import (
+from multiradar.cli.evaluation.inputs import (
     Known,
     read_biases,
     read_reports,
@@ -18,9 +18,9 @@ from multiradar.cli.evaluate_inputs import (
     read_truth,
 )
 from multiradar.cli.main import run
-from multiradar.evaluation.card_plots import card_plots
-from multiradar.evaluation.card_tables import card_tables, preset_table
-from multiradar.evaluation.figures import Figures, figures_of
+from multiradar.evaluation.card.figures import Figures, figures_of
+from multiradar.evaluation.card.plots import card_plots
+from multiradar.evaluation.card.tables import card_tables, preset_table
 from multiradar.evaluation.presets import PRESETS
 from multiradar.evaluation.scorecard import Scorecard, evaluate
 from multiradar.evaluation.settings import EvaluationSettings

@@ -15,7 +15,7 @@ from typing import Any
 import polars as pl
 
 from multiradar.diagnosis.plots import ground_range
-from multiradar.simulation.toml_text import toml_text
+from multiradar.simulation.scenario.toml_text import toml_text
 
 FOOT_M = 0.3048
 NAUTICAL_MILE_M = 1852.0

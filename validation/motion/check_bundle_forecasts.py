@@ -24,10 +24,10 @@ from time import process_time
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.restoration.bundle import Bundle
-from multiradar.restoration.forecast import forecast
-from multiradar.restoration.forecast_settings import ForecastSettings
-from multiradar.restoration.settings import BundleSettings
+from multiradar.restoration.bundle.bundle import Bundle
+from multiradar.restoration.control_tracks.settings import BundleSettings
+from multiradar.restoration.forecast.forecast import forecast
+from multiradar.restoration.forecast.settings import ForecastSettings
 from multiradar.runtime.engine.engine import Engine
 from multiradar.runtime.trajectories.fan_scores import FanScores
 from multiradar.runtime.trajectories.fans import fan_course

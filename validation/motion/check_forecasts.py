@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from multiradar.estimation.gaussian import normalised_squared
 from multiradar.runtime.engine.engine import Engine
 from multiradar.simulation.paths import Path, fly
-from multiradar.simulation.scene import Aircraft
+from multiradar.simulation.scenario.scene import Aircraft
 from multiradar.tracking.forecast.forecast import (
     density_of,
     forecast,

@@ -23,9 +23,9 @@ from multiradar.estimation.gaussian import normalised_squared
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.engine.engine import Engine
-from multiradar.simulation.measurements import Measurements
-from multiradar.simulation.observation import observe
-from multiradar.simulation.scene import Aircraft, Bias, Leg, Scene, Sensor
+from multiradar.simulation.observation.measurements import Measurements
+from multiradar.simulation.observation.observation import observe
+from multiradar.simulation.scenario.scene import Aircraft, Bias, Leg, Scene, Sensor
 from multiradar.tracking.input.measurements import KIND_RADAR, MeasurementBatch
 from multiradar.tracking.outputs import TrackUpdates
 from multiradar.tracking.settings import TrackingSettings

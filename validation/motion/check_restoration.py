@@ -28,14 +28,14 @@ from time import process_time
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.evaluation.imm_smoothing import BiasErrors, smooth_modes
-from multiradar.evaluation.motion_modes import usual_modes
-from multiradar.evaluation.smoothing import Sightings
+from multiradar.evaluation.smoothing.motion_modes import usual_modes
+from multiradar.evaluation.smoothing.multiple_modes import BiasErrors, smooth_modes
+from multiradar.evaluation.smoothing.single_mode import Sightings
 from multiradar.research.bundle.printed import PrintedBundle
-from multiradar.restoration.bundle import Bundle
-from multiradar.restoration.estimate import BEST, WEIGHTED
-from multiradar.restoration.settings import BundleSettings
-from multiradar.restoration.tracks import measurement_track
+from multiradar.restoration.bundle.bundle import Bundle
+from multiradar.restoration.bundle.estimate import BEST, WEIGHTED
+from multiradar.restoration.control_tracks.settings import BundleSettings
+from multiradar.restoration.control_tracks.tracks import measurement_track
 from multiradar.runtime.engine.engine import Engine
 from multiradar.tracking.outputs import TrackUpdates
 from multiradar.tracking.settings import TrackingSettings

@@ -17,10 +17,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.evaluation.imm_smoothing import BiasErrors, smooth_modes
-from multiradar.evaluation.motion_modes import usual_modes
-from multiradar.evaluation.plots_in_place import Radar, noise_on_plane, place_plots
-from multiradar.evaluation.smoothing import Sightings, Smoothed, smooth
+from multiradar.evaluation.smoothing.motion_modes import usual_modes
+from multiradar.evaluation.smoothing.multiple_modes import BiasErrors, smooth_modes
+from multiradar.evaluation.smoothing.plots_in_place import Radar, noise_on_plane, place_plots
+from multiradar.evaluation.smoothing.single_mode import Sightings, Smoothed, smooth
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.engine.engine import Engine
 from multiradar.tracking.settings import TrackingSettings

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
-from multiradar.cli.demo_accuracy import position_accuracy
+from multiradar.cli.demonstration.accuracy import position_accuracy
 from multiradar.estimation.filters.bank import FILTERS
 
 

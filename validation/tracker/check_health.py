@@ -27,11 +27,11 @@ from multiradar.cli.inputs import load_sensor_table
 from multiradar.estimation.filters.bank import FILTERS
 from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET, SensorTable
 from multiradar.runtime.engine.engine import Engine
-from multiradar.simulation.observation import observe
+from multiradar.simulation.observation.observation import observe
 from multiradar.simulation.output import measurements_frame
-from multiradar.simulation.scene import Scene
-from multiradar.simulation.scene_file import builtin_names, builtin_scene
-from multiradar.simulation.sensors_text import sensors_text
+from multiradar.simulation.scenario.file import builtin_names, builtin_scene
+from multiradar.simulation.scenario.scene import Scene
+from multiradar.simulation.scenario.sensors_text import sensors_text
 from multiradar.tracking.health.health_records import HealthRecords
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import BiasRecords, EngineOutput, TrackUpdates

@@ -19,11 +19,11 @@ import polars as pl
 from multiradar import wire
 from multiradar.cli.inputs import load_sensor_table
 from multiradar.runtime.engine.engine import Engine
-from multiradar.simulation.observation import Observation, observe
+from multiradar.simulation.observation.observation import Observation, observe
 from multiradar.simulation.output import measurements_frame, truth_frame
-from multiradar.simulation.scene import Bias, Scene
-from multiradar.simulation.scene_file import builtin_scene
-from multiradar.simulation.sensors_text import sensors_text
+from multiradar.simulation.scenario.file import builtin_scene
+from multiradar.simulation.scenario.scene import Bias, Scene
+from multiradar.simulation.scenario.sensors_text import sensors_text
 from multiradar.simulation.traffic import all_aircraft
 from multiradar.tracking.outputs import TrackUpdates
 from multiradar.tracking.settings import TrackingSettings

@@ -27,16 +27,16 @@ import polars as pl
 from multiradar import wire
 from multiradar.cli.inputs import load_sensor_table
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.evaluation.figures import figures_of
+from multiradar.evaluation.card.figures import figures_of
 from multiradar.evaluation.scorecard import evaluate
 from multiradar.evaluation.settings import EvaluationSettings
 from multiradar.evaluation.tables import reference_of_truth, tracks_of
 from multiradar.runtime.engine.engine import Engine
-from multiradar.simulation.observation import observe
+from multiradar.simulation.observation.observation import observe
 from multiradar.simulation.output import measurements_frame, truth_frame
-from multiradar.simulation.scene import Scene
-from multiradar.simulation.scene_file import builtin_names, builtin_scene, load_scene
-from multiradar.simulation.sensors_text import sensors_text
+from multiradar.simulation.scenario.file import builtin_names, builtin_scene, load_scene
+from multiradar.simulation.scenario.scene import Scene
+from multiradar.simulation.scenario.sensors_text import sensors_text
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import TrackUpdates
 from multiradar.tracking.settings import TrackingSettings

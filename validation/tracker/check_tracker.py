@@ -25,8 +25,8 @@ from typing import Any
 import numpy as np
 import polars as pl
 
-from multiradar.cli.evaluate_inputs import Known, read_biases, read_reports, read_tracks
-from multiradar.evaluation.figures import figures_of
+from multiradar.cli.evaluation.inputs import Known, read_biases, read_reports, read_tracks
+from multiradar.evaluation.card.figures import figures_of
 from multiradar.evaluation.scorecard import evaluate
 from multiradar.evaluation.settings import EvaluationSettings
 from multiradar.tracking.settings import TrackingSettings

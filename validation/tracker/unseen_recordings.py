@@ -19,9 +19,9 @@ from multiradar.estimation.measurement.sensors import (
     PARAMETER_RANGE_OFFSET,
 )
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.simulation.observation import observe
+from multiradar.simulation.observation.observation import observe
 from multiradar.simulation.output import measurements_frame, truth_frame
-from multiradar.simulation.scene import (
+from multiradar.simulation.scenario.scene import (
     PARAMETERS,
     Aircraft,
     Bias,
@@ -31,7 +31,7 @@ from multiradar.simulation.scene import (
     Traffic,
     Way,
 )
-from multiradar.simulation.sensors_text import sensors_text
+from multiradar.simulation.scenario.sensors_text import sensors_text
 
 FOOT_M = 0.3048
 KNOT_MPS = 0.514444

@@ -6,19 +6,20 @@ from typing import TextIO
 
 import numpy as np
 
-from multiradar_converters.adsb import roles, table
-from multiradar_converters.adsb.batches import Batch, Refused
+from multiradar_converters.adsb import table
 from multiradar_converters.adsb.judging import Judge
 from multiradar_converters.adsb.options import Options
-from multiradar_converters.adsb.reading import Source, open_source
+from multiradar_converters.adsb.reading import roles
+from multiradar_converters.adsb.reading.batches import Batch, Refused
+from multiradar_converters.adsb.reading.files import Source, open_source
+from multiradar_converters.adsb.reading.time_forms import of_day
 from multiradar_converters.adsb.report import FileAccount, report_json
 from multiradar_converters.adsb.sensors import sensors_toml
-from multiradar_converters.adsb.time_forms import of_day
 from multiradar_converters.errors import LayoutError
 from multiradar_converters.output_folder import OutputFolder
 from multiradar_converters.vid.spool import TimeSorter
 from multiradar_converters.vid.times import dates_of, unix_start
-from multiradar_schemas.reject import Reject
+from multiradar_schemas.measurements.reject import Reject
 
 _UNREADABLE = {"code": roles.CODE, "callsign": roles.CALLSIGN}
 

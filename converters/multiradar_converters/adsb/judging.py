@@ -24,11 +24,12 @@ last                table is put in order of time
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar_converters.adsb import _judging_kernels, roles
+from multiradar_converters.adsb import _judging_kernels
 from multiradar_converters.adsb._judging_kernels import GOOD, REPEATED
-from multiradar_converters.adsb.batches import Batch, Refused
+from multiradar_converters.adsb.reading import roles
+from multiradar_converters.adsb.reading.batches import Batch, Refused
 from multiradar_converters.errors import LayoutError
-from multiradar_schemas.reject import RejectCode
+from multiradar_schemas.measurements.reject import RejectCode
 
 #: A position stands for so long a way, m: the resolution of ADS-B is 5 m, of tables up to 11 m.
 STALE_M = 20.0

@@ -22,12 +22,12 @@ import numpy as np
 import polars as pl
 from numpy.typing import NDArray
 
-from multiradar_converters.adsb import roles
-from multiradar_converters.adsb.plain import KINDS
-from multiradar_converters.asterix.naming import address_names, code_names, named
+from multiradar_converters.adsb.reading import roles
+from multiradar_converters.adsb.reading.plain import KINDS
+from multiradar_converters.asterix.decoding.naming import address_names, code_names, named
 from multiradar_converters.parquet_table import even_blocks, write_frames
 from multiradar_converters.vid.records import Records, decimal, times
-from multiradar_schemas.directions import PLAIN_SCHEMA
+from multiradar_schemas.measurements.directions import PLAIN_SCHEMA
 
 RECORD_WORDS = 7
 

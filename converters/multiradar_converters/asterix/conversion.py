@@ -8,12 +8,20 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
-from multiradar_converters.asterix import clocks, system_table, table
-from multiradar_converters.asterix.checks import aircraft, misplaced, untimed
-from multiradar_converters.asterix.columns import Flags, Integers, Numbers
-from multiradar_converters.asterix.containers import read_blocks
-from multiradar_converters.asterix.editions import source_name
-from multiradar_converters.asterix.gathering import Broken, Gathered, gather
+from multiradar_converters.asterix import system_table, table
+from multiradar_converters.asterix.decoding import clocks
+from multiradar_converters.asterix.decoding.checks import aircraft, misplaced, untimed
+from multiradar_converters.asterix.decoding.editions import source_name
+from multiradar_converters.asterix.decoding.gathering import Broken, Gathered, gather
+from multiradar_converters.asterix.decoding.timing import (
+    KINDS,
+    Timed,
+    Turned,
+    into_days,
+    time_targets,
+)
+from multiradar_converters.asterix.framing.containers import read_blocks
+from multiradar_converters.asterix.layout.columns import Flags, Integers, Numbers
 from multiradar_converters.asterix.options import Options
 from multiradar_converters.asterix.records import ToldRecords
 from multiradar_converters.asterix.report import (
@@ -24,13 +32,12 @@ from multiradar_converters.asterix.report import (
     report_json,
 )
 from multiradar_converters.asterix.sensors import SensorNames, sensors_toml
-from multiradar_converters.asterix.timing import KINDS, Timed, Turned, into_days, time_targets
 from multiradar_converters.errors import LayoutError
 from multiradar_converters.output_folder import OutputFolder
 from multiradar_converters.report_file import extremes
 from multiradar_converters.scan_period import scan_period_s
 from multiradar_converters.vid.times import unix_start
-from multiradar_schemas.reject import Reject, RejectCode
+from multiradar_schemas.measurements.reject import Reject, RejectCode
 
 #: Octets of a broken block that are kept in the quarantine.
 RAW_OCTETS_MAX = 4096

@@ -3,8 +3,8 @@
 import datetime as dt
 from dataclasses import dataclass, field
 
-from multiradar_converters.asterix.editions import Editions
-from multiradar_schemas.sensor import SensorsFile
+from multiradar_converters.asterix.decoding.editions import Editions
+from multiradar_schemas.sensors.sensor import SensorsFile
 
 
 @dataclass(frozen=True)

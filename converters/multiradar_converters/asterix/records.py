@@ -3,11 +3,11 @@
 import json
 from pathlib import Path
 
-from multiradar_converters.asterix.containers import Blocks
-from multiradar_converters.asterix.editions import source_name
-from multiradar_converters.asterix.fields import record_fields
-from multiradar_converters.asterix.gathering import Rows
-from multiradar_converters.asterix.program import Walked
+from multiradar_converters.asterix.decoding.editions import source_name
+from multiradar_converters.asterix.decoding.gathering import Rows
+from multiradar_converters.asterix.framing.containers import Blocks
+from multiradar_converters.asterix.layout.fields import record_fields
+from multiradar_converters.asterix.layout.program import Walked
 
 
 class ToldRecords:

@@ -4,13 +4,13 @@ from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from multiradar_converters.asterix.editions import source_name
-from multiradar_converters.asterix.gathering import Broken
+from multiradar_converters.asterix.decoding.editions import source_name
+from multiradar_converters.asterix.decoding.gathering import Broken
+from multiradar_converters.asterix.decoding.timing import Turned
 from multiradar_converters.asterix.options import Options
-from multiradar_converters.asterix.timing import Turned
 from multiradar_converters.errors import AccountingError
 from multiradar_converters.report_file import Converted, write_report
-from multiradar_schemas.reject import RejectCode
+from multiradar_schemas.measurements.reject import RejectCode
 
 #: Tracks of another processor, where the recording has some.
 SYSTEM_TRACKS_FILE = "system_tracks.parquet"

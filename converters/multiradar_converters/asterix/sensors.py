@@ -3,15 +3,15 @@
 import math
 from collections import Counter
 
-from multiradar_converters.asterix.editions import source_name
+from multiradar_converters.asterix.decoding.editions import source_name
+from multiradar_converters.asterix.decoding.timing import KINDS
 from multiradar_converters.asterix.report import Findings
-from multiradar_converters.asterix.timing import KINDS
 from multiradar_converters.sensors_template import (
     MIDDLE_OF_REPORTS,
     FoundSensor,
     sensors_text,
 )
-from multiradar_schemas.sensor import SensorsFile
+from multiradar_schemas.sensors.sensor import SensorsFile
 
 
 class SensorNames:

@@ -5,11 +5,11 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
-from multiradar_converters.asterix.editions import source_name
-from multiradar_converters.asterix.gathering import Rows
-from multiradar_converters.asterix.naming import named
-from multiradar_converters.asterix.system_tracks import SCHEMA
-from multiradar_converters.asterix.timing import into_days
+from multiradar_converters.asterix.decoding.editions import source_name
+from multiradar_converters.asterix.decoding.gathering import Rows
+from multiradar_converters.asterix.decoding.naming import named
+from multiradar_converters.asterix.decoding.system_tracks import SCHEMA
+from multiradar_converters.asterix.decoding.timing import into_days
 
 _DAY_S = 86_400.0
 

@@ -5,16 +5,16 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
-from multiradar_converters.asterix.columns import Flags, Integers, Numbers
-from multiradar_converters.asterix.naming import (
+from multiradar_converters.asterix.decoding.naming import (
     address_names,
     callsign_names,
     code_names,
     named,
 )
-from multiradar_converters.asterix.targets import flag_text
-from multiradar_converters.asterix.timing import KINDS
-from multiradar_schemas.directions import PLAIN_SCHEMA
+from multiradar_converters.asterix.decoding.targets import flag_text
+from multiradar_converters.asterix.decoding.timing import KINDS
+from multiradar_converters.asterix.layout.columns import Flags, Integers, Numbers
+from multiradar_schemas.measurements.directions import PLAIN_SCHEMA
 
 #: Columns of this table; `track` and the others read the first ones.
 SCHEMA = pl.Schema({**PLAIN_SCHEMA, "flags": pl.String()})

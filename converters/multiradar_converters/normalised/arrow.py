@@ -23,10 +23,10 @@ from multiradar_converters.normalised.parsed import (
     check_rows_max,
 )
 from multiradar_schemas.arrow import MEASUREMENT_REQUIRED, MEASUREMENT_SCHEMA
-from multiradar_schemas.directions import lean
 from multiradar_schemas.errors import BodyError
-from multiradar_schemas.gates import PHYSICAL_GATES, Gate, refusals
-from multiradar_schemas.reject import RejectCode
+from multiradar_schemas.measurements.directions import lean
+from multiradar_schemas.measurements.gates import PHYSICAL_GATES, Gate, refusals
+from multiradar_schemas.measurements.reject import RejectCode
 
 #: Text of all rows together, as a multiple of the body: dictionaries and views can name one long
 #: text in every row.

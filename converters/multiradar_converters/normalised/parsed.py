@@ -7,8 +7,8 @@ import polars as pl
 
 from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
 from multiradar_schemas.errors import BodyError
-from multiradar_schemas.measurement import Measurement
-from multiradar_schemas.reject import RejectCode
+from multiradar_schemas.measurements.measurement import Measurement
+from multiradar_schemas.measurements.reject import RejectCode
 
 #: Column that says where a row stood in its message.
 INDEX_COLUMN = "index"

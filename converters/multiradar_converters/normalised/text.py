@@ -23,11 +23,11 @@ from multiradar_converters.normalised.parsed import (
     check_rows_max,
     rows_frame,
 )
+from multiradar_schemas.documents.explain import explain
+from multiradar_schemas.documents.names import shown
 from multiradar_schemas.errors import BodyError
-from multiradar_schemas.explain import explain
-from multiradar_schemas.measurement import MEASUREMENT, Measurement, RadarMeasurement
-from multiradar_schemas.names import shown
-from multiradar_schemas.reject import RejectCode
+from multiradar_schemas.measurements.measurement import MEASUREMENT, Measurement, RadarMeasurement
+from multiradar_schemas.measurements.reject import RejectCode
 
 #: Digits from which an integer is read as a float: no field holds one so long, and reading it
 #: exactly takes a time that grows with the square of its length.

@@ -37,11 +37,11 @@ from pydantic import BaseModel, ConfigDict, Field
 from multiradar_converters.errors import ProfileError
 from multiradar_converters.vid import fields
 from multiradar_converters.vid.fields import NAMES, OPTIONAL_ROLES, TABLES, Table
-from multiradar_schemas.documents import read_toml, validated
+from multiradar_schemas.documents.files import read_toml, validated
+from multiradar_schemas.documents.names import unknown
+from multiradar_schemas.documents.toml_lines import Path as Location
+from multiradar_schemas.documents.toml_lines import line_of
 from multiradar_schemas.errors import DocumentError
-from multiradar_schemas.names import unknown
-from multiradar_schemas.toml_lines import Path as Location
-from multiradar_schemas.toml_lines import line_of
 
 _LENGTHS_M = {"m": 1.0, "km": 1000.0, "NM": 1852.0, "ft": 0.3048, "FL": 30.48}
 _ANGLES_DEG = {"degree": 1.0, "radian": math.degrees(1.0), "ACP": 360.0 / 4096.0}

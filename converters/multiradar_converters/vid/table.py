@@ -17,7 +17,7 @@ from multiradar_converters.vid.records import (
     sensor_of,
     times,
 )
-from multiradar_schemas.directions import PLAIN_SCHEMA
+from multiradar_schemas.measurements.directions import PLAIN_SCHEMA
 
 #: Sensor of ADS-B rows.
 ADSB_ID = "adsb"

@@ -6,21 +6,12 @@ from importlib.metadata import version
 
 from fastapi import APIRouter, FastAPI
 
-from multiradar.api import (
-    documentation,
-    encounters,
-    openapi,
-    operations,
-    problems,
-    sensors,
-    streams,
-    track_windows,
-    tracks,
-)
+from multiradar.api import documentation, openapi, problems
 from multiradar.api.access import Access
 from multiradar.api.batches import StreamHub
 from multiradar.api.guard import LimitLayer
 from multiradar.api.limits import HttpLimits
+from multiradar.api.routes import encounters, operations, sensors, streams, track_windows, tracks
 from multiradar.api.workers import Workers
 from multiradar.runtime.ports import ReadableService
 

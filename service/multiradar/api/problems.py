@@ -24,7 +24,7 @@ from multiradar.errors import (
     RequestError,
 )
 from multiradar.observability.metrics import HTTP_REFUSALS
-from multiradar_schemas.names import unknown_choice
+from multiradar_schemas.documents.names import unknown_choice
 
 MEDIA_TYPE = "application/problem+json"
 

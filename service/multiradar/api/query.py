@@ -8,8 +8,8 @@ from fastapi import Path, Query, Request
 from pydantic import BeforeValidator
 
 from multiradar.api.problems import parameter_error
-from multiradar_schemas.measurement import SENSOR_ID_PATTERN, TIME_MAX_S
-from multiradar_schemas.names import did_you_mean
+from multiradar_schemas.documents.names import did_you_mean
+from multiradar_schemas.measurements.measurement import SENSOR_ID_PATTERN, TIME_MAX_S
 
 # ASCII only: Python's float() and int() also take "1_0" and digits of other scripts.
 _NUMBER = re.compile(

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from multiradar.cli.folders import no_such
+from multiradar.cli.terminal.folders import no_such
 from multiradar.errors import ConfigurationError, InputError
 from multiradar_converters.leftovers import temporary_folder
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from multiradar.estimation.measurement.sensors import SensorTable
     from multiradar.storage.recording import Recording
     from multiradar_converters.vid.options import Options
-    from multiradar_schemas.sensor import SensorsFile
+    from multiradar_schemas.sensors.sensor import SensorsFile
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,7 +93,7 @@ def load_sensor_table(path: Path) -> "SensorTable":
 def read_sensors(path: Path) -> "SensorsFile":
     """Return a `sensors.toml` as it is written; see `load_sensor_table`."""
     from multiradar_schemas.errors import DocumentError
-    from multiradar_schemas.sensor import load_sensors
+    from multiradar_schemas.sensors.sensor import load_sensors
 
     try:
         return load_sensors(path)
@@ -136,7 +136,7 @@ def open_measurements(given: Path, dump: DumpChoice, horizon_s: float) -> Iterat
     if not (given / plots).exists():
         raise InputError(no_such(given, f"a folder with {MEASUREMENTS_FILE}, or a dump"))
     with temporary_folder("multiradar-dump-") as temporary:
-        from multiradar.cli.convert import convert_with_bar
+        from multiradar.cli.conversion.convert import convert_with_bar
 
         converted = temporary / "converted"
         # The table is all that is wanted: no files for each aircraft.

@@ -7,22 +7,22 @@ from typing import Annotated, Any
 
 import typer
 
-from multiradar.cli.convert import convert_app
-from multiradar.cli.convert_adsb import ADSB_HELP, convert_adsb
-from multiradar.cli.convert_asterix import ASTERIX_HELP, convert_asterix
-from multiradar.cli.demo import demo
-from multiradar.cli.evaluate import evaluate
-from multiradar.cli.replay import replay
+from multiradar.cli.conversion.adsb import ADSB_HELP, convert_adsb
+from multiradar.cli.conversion.asterix import ASTERIX_HELP, convert_asterix
+from multiradar.cli.conversion.convert import convert_app
+from multiradar.cli.demonstration.demo import demo
+from multiradar.cli.evaluation.evaluate import evaluate
+from multiradar.cli.playback.replay import replay
 from multiradar.cli.serve import serve
 from multiradar.cli.simulate import simulate
-from multiradar.cli.stopping import EXIT_INTERRUPTED, end_on_signals, leave
 from multiradar.cli.study import study_command, study_help
+from multiradar.cli.terminal.stopping import EXIT_INTERRUPTED, end_on_signals, leave
+from multiradar.cli.terminal.usage import check_arguments, usage_sentence
 from multiradar.cli.track import track
-from multiradar.cli.usage import check_arguments, usage_sentence
 from multiradar.cli.warm_up import warm_up
 from multiradar.errors import ConfigurationError, MultiradarError, UnknownFilterError
 from multiradar.research.studies.catalogue import STUDIES
-from multiradar_schemas.names import unknown
+from multiradar_schemas.documents.names import unknown
 
 EXIT_DONE = 0
 EXIT_FAILED = 1

@@ -8,12 +8,12 @@ from typing import Annotated
 import typer
 
 from multiradar.tracking.settings import HIDEABLE, TrackingSettings
-from multiradar_schemas.names import unknown
+from multiradar_schemas.documents.names import unknown
 
 #: Defaults of the tracker, as help shows them.
 TRACKING_DEFAULTS = TrackingSettings()
 
-#: As `multiradar_schemas.measurement.KINDS`, which is not imported here: help must be fast.
+#: As `KINDS` of the schemas, which is not imported here: help must be fast.
 KIND_CHOICES = ("radar", "adsb", "mlat", "bearing")
 
 

@@ -13,7 +13,7 @@ import typer
 
 from multiradar.cli.inputs import load_sensor_table
 from multiradar.cli.options import ConfigOption, FilterOption
-from multiradar.cli.stopping import leave
+from multiradar.cli.terminal.stopping import leave
 from multiradar.errors import PipelineError
 
 if TYPE_CHECKING:

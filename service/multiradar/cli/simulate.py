@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from multiradar.cli.options import JsonOption
-from multiradar.cli.progress import progress_bar
+from multiradar.cli.terminal.progress import progress_bar
 from multiradar.errors import ConfigurationError
-from multiradar_schemas.names import unknown
+from multiradar_schemas.documents.names import unknown
 
 if TYPE_CHECKING:
-    from multiradar.simulation.observation import Observation
-    from multiradar.simulation.scene import Scene
-    from multiradar.simulation.scene_tables import SceneTable
+    from multiradar.simulation.observation.observation import Observation
+    from multiradar.simulation.scenario.scene import Scene
+    from multiradar.simulation.scenario.tables import SceneTable
     from multiradar_schemas.report import Report
 
 _SEED_MAX = 2**63 - 1
@@ -85,8 +85,8 @@ def simulate(
     from multiradar.storage.output_folder import check_new, new_folder
 
     check_new(out)
-    from multiradar.simulation.observation import observe
-    from multiradar.simulation.scene_file import changed, scene_of
+    from multiradar.simulation.observation.observation import observe
+    from multiradar.simulation.scenario.file import changed, scene_of
     from multiradar.simulation.traffic import all_aircraft, run_generator
 
     table = changed(_table(scene), seed=seed, duration_s=duration)
@@ -114,7 +114,7 @@ def _naming(scene: str) -> Iterator[None]:
 
 
 def _table(named: str) -> "SceneTable":
-    from multiradar.simulation.scene_file import builtin_names, builtin_table, load_table
+    from multiradar.simulation.scenario.file import builtin_names, builtin_table, load_table
 
     if named in builtin_names():
         return builtin_table(named)
@@ -128,8 +128,8 @@ def _write(
     folder: Path, named: str, table: "SceneTable", scene: "Scene", seen: "Observation"
 ) -> "Report":
     from multiradar.simulation.output import measurements_frame, true_biases_frame, truth_frame
-    from multiradar.simulation.scene_file import table_text
-    from multiradar.simulation.sensors_text import sensors_text
+    from multiradar.simulation.scenario.file import table_text
+    from multiradar.simulation.scenario.sensors_text import sensors_text
 
     frames = {
         _MEASUREMENTS_FILE: measurements_frame(scene, seen),
@@ -149,7 +149,7 @@ def _write(
 def _report(named: str, scene: "Scene", seen: "Observation", rows: dict[str, int]) -> "Report":
     from importlib.metadata import version
 
-    from multiradar.simulation.counts import counts_by_sensor
+    from multiradar.simulation.observation.counts import counts_by_sensor
     from multiradar_schemas.report import Counts, OutputFile, Report
 
     made = len(seen.measurements)
@@ -173,7 +173,7 @@ def _report(named: str, scene: "Scene", seen: "Observation", rows: dict[str, int
 def _print_scenes(json_wanted: bool) -> None:
     import json
 
-    from multiradar.simulation.scene_file import builtin_names, builtin_table
+    from multiradar.simulation.scenario.file import builtin_names, builtin_table
 
     titles = {name: builtin_table(name).title for name in builtin_names()}
     if json_wanted:

@@ -12,9 +12,9 @@ import typer
 
 from multiradar.cli.compiling import compile_kernels
 from multiradar.cli.options import JsonOption
-from multiradar.cli.progress import counting_bar
+from multiradar.cli.terminal.progress import counting_bar
 from multiradar.research.studies.catalogue import FLAGS, StudyEntry
-from multiradar_schemas.names import unknown
+from multiradar_schemas.documents.names import unknown
 
 if TYPE_CHECKING:
     from multiradar.research.studies.result import StudyResult
@@ -174,7 +174,7 @@ def _run(
 def _print_result(result: "StudyResult") -> None:
     from rich.console import Console
 
-    from multiradar.cli.report_tables import print_document
+    from multiradar.cli.terminal.report_tables import print_document
     from multiradar.research.studies.document import document_of
 
     width = None if sys.stdout.isatty() else WIDTH_UNKNOWN

@@ -11,9 +11,7 @@ import typer
 
 from multiradar.cli.asterix_file import new_recorder, print_asterix
 from multiradar.cli.compiling import compile_kernels
-from multiradar.cli.converting import times_line
-from multiradar.cli.diagnoses import fail_when_diagnosed, print_diagnoses
-from multiradar.cli.health_table import print_health
+from multiradar.cli.conversion.outcome import times_line
 from multiradar.cli.inputs import (
     DumpChoice,
     check_found,
@@ -46,8 +44,10 @@ from multiradar.cli.options import (
     chosen_kinds,
     hidden_fields,
 )
-from multiradar.cli.progress import progress_bar
-from multiradar.cli.stage_line import print_stages
+from multiradar.cli.terminal.diagnoses import fail_when_diagnosed, print_diagnoses
+from multiradar.cli.terminal.health_table import print_health
+from multiradar.cli.terminal.progress import progress_bar
+from multiradar.cli.terminal.stage_line import print_stages
 from multiradar.clock import SystemClock
 from multiradar.errors import InputError
 
@@ -301,7 +301,7 @@ def _settings(config: Path | None, given: dict[str, Any]) -> "Settings":
     from pydantic import ValidationError
 
     from multiradar.settings.service import TrackingSection, load_settings
-    from multiradar_schemas.mistakes import mistakes_in
+    from multiradar_schemas.documents.mistakes import mistakes_in
 
     chosen = {name: value for name, value in given.items() if value is not None}
     try:

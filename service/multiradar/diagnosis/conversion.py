@@ -13,13 +13,10 @@ from typing import Any
 import numpy as np
 import polars as pl
 
-from multiradar.diagnosis.agreement import Agreement, best_site, polar_agreement
-from multiradar.diagnosis.comparison import AGREES_MIN, TESTED_MAX, TESTED_MIN
-from multiradar.diagnosis.cut_dumps import dump_cut
-from multiradar.diagnosis.diagnosis import Diagnosis
-from multiradar.diagnosis.evidence import COLUMNS, ROWS_MAX, Evidence, Source
-from multiradar.diagnosis.explanations import BEYOND_MAX, CIRCLE_MAX_RAD
-from multiradar.diagnosis.hypotheses import (
+from multiradar.diagnosis.cross_sensor.agreement import Agreement, best_site, polar_agreement
+from multiradar.diagnosis.cross_sensor.comparison import AGREES_MIN, TESTED_MAX, TESTED_MIN
+from multiradar.diagnosis.cross_sensor.explanations import BEYOND_MAX, CIRCLE_MAX_RAD
+from multiradar.diagnosis.cross_sensor.hypotheses import (
     AZIMUTH_UNITS,
     EXCHANGED,
     MIRRORED,
@@ -27,11 +24,14 @@ from multiradar.diagnosis.hypotheses import (
     Polar,
     as_given,
 )
+from multiradar.diagnosis.cross_sensor.references import recorded_pairs
+from multiradar.diagnosis.cut_dumps import dump_cut
+from multiradar.diagnosis.diagnosis import Diagnosis
+from multiradar.diagnosis.evidence import COLUMNS, ROWS_MAX, Evidence, Source
 from multiradar.diagnosis.losses import LOST_MAX, READ_MIN
 from multiradar.diagnosis.names import counted, names_amiss
 from multiradar.diagnosis.plausibility import azimuth_unit, exchanged_columns, height_unit
 from multiradar.diagnosis.plots import Plots, Site, plots_of
-from multiradar.diagnosis.references import recorded_pairs
 from multiradar.diagnosis.times import times_amiss
 from multiradar.estimation.measurement.sensors import SensorTable
 

@@ -9,20 +9,22 @@ from collections.abc import Collection
 import numpy as np
 
 from multiradar.diagnosis import losses as lost
-from multiradar.diagnosis.agreement import Agreement
-from multiradar.diagnosis.comparison import (
+from multiradar.diagnosis.cross_sensor.agreement import Agreement
+from multiradar.diagnosis.cross_sensor.comparison import (
     AGREES_MIN,
     TESTED_MIN,
     Comparison,
     configured_bias,
 )
+from multiradar.diagnosis.cross_sensor.explanations import alike, explained
+from multiradar.diagnosis.cross_sensor.heights import height_against_others
+from multiradar.diagnosis.cross_sensor.identities import identity_alike
+from multiradar.diagnosis.cross_sensor.offsets import OFFSET_CODE, offset_amiss
+from multiradar.diagnosis.cross_sensor.references import RECORDING, Pairs
+from multiradar.diagnosis.cross_sensor.registration import Registration, registered
 from multiradar.diagnosis.diagnosis import Diagnosis
 from multiradar.diagnosis.evidence import Evidence
-from multiradar.diagnosis.explanations import alike, explained
-from multiradar.diagnosis.heights import height_against_others
-from multiradar.diagnosis.identities import identity_alike
 from multiradar.diagnosis.names import first_and_last, names_amiss
-from multiradar.diagnosis.offsets import OFFSET_CODE, offset_amiss
 from multiradar.diagnosis.plausibility import (
     FOOT_M,
     azimuth_unit,
@@ -32,8 +34,6 @@ from multiradar.diagnosis.plausibility import (
     scan_period,
 )
 from multiradar.diagnosis.plots import KEYS
-from multiradar.diagnosis.references import RECORDING, Pairs
-from multiradar.diagnosis.registration import Registration, registered
 from multiradar.diagnosis.times import times_amiss, utc
 from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET, SensorTable
 

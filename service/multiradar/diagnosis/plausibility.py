@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from multiradar.diagnosis.comparison import TESTED_MIN
+from multiradar.diagnosis.cross_sensor.comparison import TESTED_MIN
+from multiradar.diagnosis.cross_sensor.hypotheses import AZIMUTH_UNITS, RANGE_UNITS, Reading
 from multiradar.diagnosis.diagnosis import Diagnosis
-from multiradar.diagnosis.hypotheses import AZIMUTH_UNITS, RANGE_UNITS, Reading
 from multiradar.diagnosis.plots import EARTH_RADIUS_M, Floats, Integers, Plots, Site, located
 from multiradar.diagnosis.scans import Rotation, coherence_at, rotation
 

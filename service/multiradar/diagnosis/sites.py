@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from multiradar.diagnosis.agreement import seen_from
-from multiradar.diagnosis.hypotheses import other_sites
+from multiradar.diagnosis.cross_sensor.agreement import seen_from
+from multiradar.diagnosis.cross_sensor.hypotheses import other_sites
 from multiradar.diagnosis.plots import Site
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.wgs84 import geodetic_to_ecef

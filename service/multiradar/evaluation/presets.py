@@ -8,8 +8,8 @@ from types import MappingProxyType
 import numpy as np
 
 from multiradar.errors import UnknownPresetError
-from multiradar.evaluation.continuity import Heard, Stretches, detection
-from multiradar.evaluation.errors_of_updates import UpdateErrors
+from multiradar.evaluation.measures.continuity import Heard, Stretches, detection
+from multiradar.evaluation.measures.update_errors import UpdateErrors
 from multiradar.evaluation.trajectories import Floats
 
 #: With fewer samples nothing is said of a requirement.

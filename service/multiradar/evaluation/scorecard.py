@@ -6,24 +6,24 @@ from dataclasses import dataclass, field
 import numpy as np
 import polars as pl
 
-from multiradar.evaluation.bias_errors import BiasHistory
-from multiradar.evaluation.consistency import Consistency, consistency
-from multiradar.evaluation.continuity import heard, intervals, stretches, tracked_since
-from multiradar.evaluation.distances import SetDistances, set_distances
-from multiradar.evaluation.errors_of_updates import (
+from multiradar.evaluation.instants import Instants, look
+from multiradar.evaluation.measures.bias_errors import BiasHistory
+from multiradar.evaluation.measures.consistency import Consistency, consistency
+from multiradar.evaluation.measures.continuity import heard, intervals, stretches, tracked_since
+from multiradar.evaluation.measures.distances import SetDistances, set_distances
+from multiradar.evaluation.measures.forecast_errors import ForecastErrors, forecast_errors, joined
+from multiradar.evaluation.measures.identity import Identity, identity_over_time
+from multiradar.evaluation.measures.plots_on_tracks import first_plots, plots_on_the_right_track
+from multiradar.evaluation.measures.siap import Siap, siap
+from multiradar.evaluation.measures.update_errors import (
     UpdateErrors,
     aircraft_of_updates,
     errors_of_updates,
 )
-from multiradar.evaluation.forecast_errors import ForecastErrors, forecast_errors, joined
-from multiradar.evaluation.identity import Identity, identity_over_time
-from multiradar.evaluation.instants import Instants, look
-from multiradar.evaluation.plots_on_tracks import first_plots, plots_on_the_right_track
+from multiradar.evaluation.measures.verdicts import Verdicts, verdicts
 from multiradar.evaluation.presets import Evidence, Judgement, judge
 from multiradar.evaluation.settings import EvaluationSettings
-from multiradar.evaluation.siap import Siap, siap
 from multiradar.evaluation.trajectories import Floats, Indices, Reference, Tracks
-from multiradar.evaluation.verdicts import Verdicts, verdicts
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -9,7 +9,7 @@ from multiradar.ingest.asterix_inlet import AsterixInlet, InletBounds
 from multiradar.ingest.asterix_queue import DatagramQueue, Received
 from multiradar.ingest.asterix_source import DatagramSource
 from multiradar.runtime.ports import MeasurementSink
-from multiradar_converters.asterix.live import LiveDecoder, warm_up
+from multiradar_converters.asterix.live.reception import LiveDecoder, warm_up
 
 #: After a fault of a port it is tried again, s.
 FAULT_PAUSE_S = 1.0

@@ -19,9 +19,9 @@ from multiradar.ingest.asterix_counts import AsterixCounts
 from multiradar.ingest.asterix_queue import DatagramQueue, Received
 from multiradar.runtime.live.receipt import Receipt, RejectedRow
 from multiradar.runtime.ports import MeasurementSink
-from multiradar_converters.asterix.datagrams import Datagrams
-from multiradar_converters.asterix.live import LiveDecoder
-from multiradar_converters.asterix.live_batch import LiveBatch, RefusedOctets, unreadable
+from multiradar_converters.asterix.framing.datagrams import Datagrams
+from multiradar_converters.asterix.live.batch import LiveBatch, RefusedOctets, unreadable
+from multiradar_converters.asterix.live.reception import LiveDecoder
 
 _log = structlog.get_logger("multiradar.asterix")
 

@@ -21,7 +21,7 @@ from multiradar.runtime.live.receipt import (
     receipt_document,
 )
 from multiradar.runtime.ports import MeasurementSink
-from multiradar_schemas.reject import RejectCode
+from multiradar_schemas.measurements.reject import RejectCode
 
 #: Refusals that depend on when a measurement comes and who listens, not on what it says.
 _CIRCUMSTANCES = frozenset(

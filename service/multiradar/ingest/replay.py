@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from multiradar.clock import Clock
 from multiradar.errors import PeerError, UnavailableError
 from multiradar.storage.recording import INDEX_COLUMN, Recording
-from multiradar_schemas.reject import RejectCode
+from multiradar_schemas.measurements.reject import RejectCode
 
 #: Wall time that one batch may span when the speed is finite: the delay that batching adds.
 PACE_INTERVAL_S = 0.25

@@ -13,7 +13,7 @@ from multiradar.clock import Clock
 from multiradar.errors import PeerError
 from multiradar.ingest.replay import FIRST_CONTACT_S, SILENCE_MAX_S
 from multiradar.ingest.udp import is_group, open_sending
-from multiradar_converters.asterix.sending import Sending
+from multiradar_converters.asterix.writing.sending import Sending
 
 #: At the highest speed so many datagrams are sent, then a listener gets a moment to read them.
 BURST_DATAGRAMS = 16

@@ -10,7 +10,7 @@ import polars as pl
 
 from multiradar.errors import ConfigurationError, PeerError, UnavailableError
 from multiradar.ingest.replay import Answer
-from multiradar_schemas.directions import lean
+from multiradar_schemas.measurements.directions import lean
 
 CONNECT_TIMEOUT_S = 5.0
 #: Longer than the service waits for its journal.

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import polars as pl
 
 from multiradar.ingest.replay import Answer
-from multiradar_schemas.reject import RejectCode
+from multiradar_schemas.measurements.reject import RejectCode
 
 
 @dataclass(slots=True)

@@ -24,10 +24,10 @@ from multiradar.errors import ConfigurationError
 from multiradar.settings.asterix import AsterixSettings
 from multiradar.settings.types import Count, Endpoint, Port, Seconds, Section, plain_number
 from multiradar.tracking.settings import IMM_MODES_MAX, IMM_MODES_MIN, TrackingSettings
-from multiradar_schemas.documents import Document, read_toml
+from multiradar_schemas.documents.files import Document, read_toml
+from multiradar_schemas.documents.mistakes import mistakes_in
+from multiradar_schemas.documents.names import shown, unknown
 from multiradar_schemas.errors import DocumentError
-from multiradar_schemas.mistakes import mistakes_in
-from multiradar_schemas.names import shown, unknown
 
 ENVIRONMENT_PREFIX = "MULTIRADAR_"
 ENVIRONMENT_DELIMITER = "__"

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.simulation.scene import PARAMETERS, Sensor
+from multiradar.simulation.scenario.scene import PARAMETERS, Sensor
 
 Floats = NDArray[np.float64]
 

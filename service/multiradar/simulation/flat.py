@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from multiradar.errors import ConfigurationError
 from multiradar.simulation.biases import TrueBiases, walk_biases
-from multiradar.simulation.looks import Line, look_times, make_plots, wrapped
+from multiradar.simulation.observation.looks import Line, look_times, make_plots, wrapped
 from multiradar.simulation.paths import Path, fly
-from multiradar.simulation.scene import Scene, Sensor
+from multiradar.simulation.scenario.scene import Scene, Sensor
 from multiradar.simulation.traffic import all_aircraft
 
 Floats = NDArray[np.float64]

@@ -9,11 +9,11 @@ from multiradar.estimation.measurement.sensors import (
     PARAMETER_NAMES,
     PARAMETER_RANGE_OFFSET,
 )
-from multiradar.simulation.measurements import NO_AIRCRAFT
-from multiradar.simulation.observation import Observation
-from multiradar.simulation.scene import SITED, Aircraft, Heard, Scene, Sensor
+from multiradar.simulation.observation.measurements import NO_AIRCRAFT
+from multiradar.simulation.observation.observation import Observation
+from multiradar.simulation.scenario.scene import SITED, Aircraft, Heard, Scene, Sensor
 from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
-from multiradar_schemas.directions import lean
+from multiradar_schemas.measurements.directions import lean
 
 #: `truth.parquet`: row i is the truth of row i of `measurements.parquet`.
 TRUTH_SCHEMA = pl.Schema(

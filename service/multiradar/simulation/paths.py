@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 
 from multiradar.estimation.motion.axes import frame_to_velocity
-from multiradar.simulation.scene import Aircraft, CoupledNoise, Leg, Way
+from multiradar.simulation.scenario.scene import Aircraft, CoupledNoise, Leg, Way
 
 Floats = NDArray[np.float64]
 # Times, places, velocities and heights at the knots, from the birth on.

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from multiradar.simulation.scene import Aircraft, Leg, Scene, Span, Traffic
+from multiradar.simulation.scenario.scene import Aircraft, Leg, Scene, Span, Traffic
 
 # Streams of random numbers that a seed gives: they do not disturb each other.
 _TRAFFIC_STREAM = 0

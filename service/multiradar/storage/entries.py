@@ -23,7 +23,7 @@ class RejectedRow:
     index : int
         Place of the row in the message, from 0.
     code : str
-        Stable code, one of `multiradar_schemas.reject.RejectCode`.
+        Stable code, one of `multiradar_schemas.measurements.reject.RejectCode`.
     reason : str
         One sentence for people.
     raw : str

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from multiradar.errors import InputError, MissingColumnError
 from multiradar_schemas.arrow import MEASUREMENT_LATER, MEASUREMENT_SCHEMA
-from multiradar_schemas.measurement import TIME_MAX_S
+from multiradar_schemas.measurements.measurement import TIME_MAX_S
 
 #: Rows that are in memory at once.
 BLOCK_ROWS = 65_536

@@ -6,11 +6,11 @@ import polars as pl
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.tracking.input.measurements import Directions, MeasurementBatch
 from multiradar_schemas.arrow import MEASUREMENT_DIRECTIONS
-from multiradar_schemas.directions import MEASURES_ELEVATION, MOVING, has_directions
+from multiradar_schemas.measurements.directions import MEASURES_ELEVATION, MOVING, has_directions
 
 
 def with_movers(frame: pl.DataFrame, table: SensorTable, sensor: str) -> pl.DataFrame:
-    """Return measurements with what the gates of `multiradar_schemas.directions` look at.
+    """Return measurements with what the gates of directions in the schemas look at.
 
     Parameters
     ----------

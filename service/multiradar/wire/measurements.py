@@ -23,11 +23,11 @@ from multiradar_schemas.arrow import (
     MEASUREMENT_REQUIRED,
     MEASUREMENT_SCHEMA,
 )
-from multiradar_schemas.callsigns import callsign_texts, packed_callsigns
-from multiradar_schemas.directions import has_directions, sensor_gates
-from multiradar_schemas.gates import PHYSICAL_GATES, Gate, refusals
-from multiradar_schemas.measurement import KINDS
-from multiradar_schemas.reject import RejectCode
+from multiradar_schemas.measurements.callsigns import callsign_texts, packed_callsigns
+from multiradar_schemas.measurements.directions import has_directions, sensor_gates
+from multiradar_schemas.measurements.gates import PHYSICAL_GATES, Gate, refusals
+from multiradar_schemas.measurements.measurement import KINDS
+from multiradar_schemas.measurements.reject import RejectCode
 
 #: A range may exceed the instrumented range of its sensor by this factor.
 RANGE_MAX_FACTOR = 1.05

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from multiradar.estimation.measurement.sensors import PARAMETER_NAMES, SensorTable
 from multiradar.tracking.input.measurements import KIND_BEARING, KIND_POSITION, KIND_RADAR
-from multiradar_schemas.sensor import Sensor, SensorsFile
+from multiradar_schemas.sensors.sensor import Sensor, SensorsFile
 
 #: Kinds of measurement and of sensor, as the core numbers them.
 KIND_NUMBER = {

@@ -21,7 +21,7 @@ from multiradar_schemas.arrow import (
     TRACK_SCHEMA,
     TRANSITION_SCHEMA,
 )
-from multiradar_schemas.callsigns import callsign_texts
+from multiradar_schemas.measurements.callsigns import callsign_texts
 
 TURN_DEG = 360.0
 HOUR_S = 3600.0

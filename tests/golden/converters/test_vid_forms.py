@@ -6,7 +6,7 @@ from pathlib import Path
 import polars as pl
 import pytest
 
-from support import dumps
+from support.inputs import dumps
 
 DAY = dt.date(2018, 8, 1)
 DAY_BEGINS = 1533081600

@@ -8,9 +8,10 @@ from typing import Any
 import polars as pl
 import pytest
 
-from multiradar_schemas.directions import PLAIN_SCHEMA
+from multiradar_schemas.measurements.directions import PLAIN_SCHEMA
 from multiradar_schemas.report import Report
-from support import dumps
+from support.inputs import dumps
+from support.paths import SAMPLE
 
 DAY = dt.date(2018, 8, 1)
 DAY_BEGINS = 1533081600.0
@@ -19,19 +20,19 @@ DAY_BEGINS = 1533081600.0
 @pytest.fixture(scope="module")
 def converted(tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("vid") / "new"
-    dumps.run(dumps.SAMPLE, out, date=DAY)
+    dumps.run(SAMPLE, out, date=DAY)
     return out
 
 
 @pytest.fixture(scope="module")
 def rows() -> dict[str, list[dumps.Row]]:
-    return dumps.good_rows(dumps.SAMPLE, dumps.broken_lines(blank=True))
+    return dumps.good_rows(SAMPLE, dumps.broken_lines(blank=True))
 
 
 def test_exactly_the_broken_lines_are_rejected_with_number_and_raw_text(converted: Path) -> None:
     found: dict[str, set[int]] = {name: set() for name in dumps.FILES}
     for reject in dumps.rejects(converted):
-        lines = (dumps.SAMPLE / reject["file"]).read_bytes().split(b"\r\n")
+        lines = (SAMPLE / reject["file"]).read_bytes().split(b"\r\n")
         assert reject["raw"] == lines[reject["line"] - 1].decode()
         found[reject["file"]].add(reject["line"])
     assert found == dumps.broken_lines(blank=False)
@@ -58,7 +59,7 @@ def test_every_line_and_byte_is_accounted_for(converted: Path) -> None:
     report = Report.model_validate_json((converted / "report.json").read_bytes())
     files: Any = report.figures["files"]
     for name in dumps.FILES:
-        data = (dumps.SAMPLE / name).read_bytes()
+        data = (SAMPLE / name).read_bytes()
         account = files[name]
         assert account["bytes"] == len(data)
         assert account["lines"] == data.count(b"\n")
@@ -155,7 +156,7 @@ def test_the_table_holds_every_plot_and_report_with_its_own_identity(
 
 
 def test_the_skeleton_loads_once_positions_are_filled_in(converted: Path) -> None:
-    from multiradar_schemas.sensor import load_sensors
+    from multiradar_schemas.sensors.sensor import load_sensors
 
     text = (converted / "sensors.toml").read_text(encoding="utf-8")
     filled = (

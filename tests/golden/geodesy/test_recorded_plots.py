@@ -8,7 +8,6 @@ azimuth, the plane and their inverse.
 
 import json
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,8 +15,8 @@ import pytest
 from multiradar.estimation.measurement.cone_of_silence import azimuth_trusted
 from multiradar.geodesy import _kernels as kernels
 from multiradar.geodesy.system_plane import SystemPlane
+from support.paths import SAMPLE
 
-SAMPLE = Path(__file__).parents[3] / "examples" / "vid-sample"
 # The file rounds to 0.1 m, 0.0001° (0.5 m at 280 km) and 1e-7°.
 LINE_MAX_M = 0.6
 MEDIAN_MAX_M = 0.1

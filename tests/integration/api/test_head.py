@@ -4,9 +4,9 @@ import json
 
 from multiradar.api.factory import create_api
 from multiradar.api.limits import HttpLimits
-from support.clients import client, get
-from support.fake_service import FakeService
-from support.live_server import RawClient, serving
+from support.fakes.fake_service import FakeService
+from support.processes.clients import client, get
+from support.processes.live_server import RawClient, serving
 
 _LIMITS = HttpLimits()
 

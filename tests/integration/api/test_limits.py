@@ -11,10 +11,10 @@ import pytest
 from multiradar.api.factory import create_api
 from multiradar.api.limits import HttpLimits
 from multiradar.ingest.http import measurement_routes
-from support import clients
-from support.fake_service import FakeService, live_tracks
-from support.live_server import RawClient, dropped_connections, serving
-from support.waiting import WAIT_TIMEOUT_S, pause, wait_until
+from support.fakes.fake_service import FakeService, live_tracks
+from support.processes import clients
+from support.processes.live_server import RawClient, dropped_connections, serving
+from support.processes.waiting import WAIT_TIMEOUT_S, pause, wait_until
 
 LIMITS = HttpLimits(
     body_bytes_max=100_000,

@@ -17,10 +17,10 @@ from websockets.typing import Origin
 from multiradar.api.factory import create_api
 from multiradar.api.limits import HttpLimits
 from multiradar.runtime.stream.events import EventRing
-from support import clients
-from support.fake_service import FakeService, FakeView
-from support.live_server import RawClient, dropped_connections, serving
-from support.waiting import WAIT_TIMEOUT_S, wait_until
+from support.fakes.fake_service import FakeService, FakeView
+from support.processes import clients
+from support.processes.live_server import RawClient, dropped_connections, serving
+from support.processes.waiting import WAIT_TIMEOUT_S, wait_until
 
 LIMITS = HttpLimits(
     send_deadline_s=WAIT_TIMEOUT_S,

@@ -11,12 +11,12 @@ import pytest
 from multiradar.app import Application
 from multiradar.settings.service import load_settings
 from multiradar.wire import sensor_table
-from multiradar_schemas.bias import BiasEstimate
-from multiradar_schemas.forecast import Forecast
-from multiradar_schemas.sensor import parse_sensors
-from multiradar_schemas.track import Track, TrackUpdate
-from support import clients
-from support.waiting import WAIT_TIMEOUT_S
+from multiradar_schemas.products.bias import BiasEstimate
+from multiradar_schemas.products.forecast import Forecast
+from multiradar_schemas.products.track import Track, TrackUpdate
+from multiradar_schemas.sensors.sensor import parse_sensors
+from support.processes import clients
+from support.processes.waiting import WAIT_TIMEOUT_S
 
 _SENSORS = """
 [[sensor]]

@@ -12,10 +12,12 @@ from multiradar.app import Application
 from multiradar.cli.main import EXIT_DONE, EXIT_FAILED, EXIT_USAGE, run
 from multiradar.errors import ConfigurationError
 from multiradar.settings.service import load_settings
-from support import asterix_scene, clients, live_scene
-from support.asterix_listening import address, sender, settled
-from support.asterix_octets import block, datagram, pcap, plot_048
-from support.waiting import WAIT_TIMEOUT_S
+from support.asterix import scene as asterix_scene
+from support.asterix.listening import address, sender, settled
+from support.asterix.octets import block, datagram, pcap, plot_048
+from support.processes import clients
+from support.processes.waiting import WAIT_TIMEOUT_S
+from support.scenarios import live_scene
 
 GROUP = "239.192.77.1"
 TURNS = 12

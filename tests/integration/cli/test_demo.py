@@ -12,11 +12,11 @@ from pathlib import Path
 
 import pytest
 
-from multiradar.cli.demo_truth import read_truth
-from support.recorded_scene import command, environment
-from support.waiting import WAIT_TIMEOUT_S, wait_until
+from multiradar.cli.demonstration.truth import read_truth
+from support.paths import SAMPLE
+from support.processes.waiting import WAIT_TIMEOUT_S, wait_until
+from support.scenarios.recorded_scene import command, environment
 
-SAMPLE = Path(__file__).parents[3] / "examples" / "vid-sample"
 #: Shares of the lines of each file: the first ten minutes or so.
 SHARE = 0.33
 

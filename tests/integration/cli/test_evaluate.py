@@ -9,11 +9,10 @@ from typing import Any
 import polars as pl
 import pytest
 
-from multiradar.cli.evaluate import PresetChoice
+from multiradar.cli.evaluation.evaluate import PresetChoice
 from multiradar.cli.main import run
 from multiradar.evaluation.presets import PRESETS
-
-ROOT = Path(__file__).parents[3]
+from support.paths import ROOT
 
 
 def evaluated(capsys: pytest.CaptureFixture[str], *arguments: object) -> dict[str, Any]:

@@ -9,7 +9,7 @@ import numpy as np
 import polars as pl
 import pytest
 
-from multiradar.cli.evaluate_inputs import Known, read_smoothed, read_truth
+from multiradar.cli.evaluation.inputs import Known, read_smoothed, read_truth
 from multiradar.cli.main import run
 from multiradar.evaluation.settings import EvaluationSettings
 from multiradar.evaluation.trajectories import Floats, places_at

@@ -8,7 +8,7 @@ import polars as pl
 import pytest
 
 from multiradar.cli.main import EXIT_DONE, EXIT_FAILED, EXIT_USAGE, run
-from support.asterix_octets import block, plot_048, record, time_of_day
+from support.asterix.octets import block, plot_048, record, time_of_day
 
 BEGIN_S = 86_400.0 - 120.0
 TURN_S = 4.0

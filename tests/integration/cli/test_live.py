@@ -10,10 +10,10 @@ from typing import Any
 import polars as pl
 import pytest
 
-from support.commands import Command
-from support.recorded_scene import command, environment, serving, write_scene
-from support.served import free_port
-from support.waiting import run_to_end, wait_until
+from support.processes.commands import Command
+from support.processes.served import free_port
+from support.processes.waiting import run_to_end, wait_until
+from support.scenarios.recorded_scene import command, environment, serving, write_scene
 
 ROWS = 1500
 

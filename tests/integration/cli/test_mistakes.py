@@ -9,11 +9,11 @@ import polars as pl
 import pytest
 
 from multiradar.cli.main import run
-from multiradar.simulation.toml_text import toml_text
+from multiradar.simulation.scenario.toml_text import toml_text
 from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
-from support.mistaken import RADARS, Edit, Recording, recording
+from support.inputs.mistaken import RADARS, Edit, Recording, recording
+from support.paths import SAMPLE
 
-SAMPLE = Path(__file__).parents[3] / "examples" / "vid-sample"
 NAME = "1-10"
 RANGE, AZIMUTH = pl.col("range_m"), pl.col("azimuth_deg")
 

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from support import stopped_command
-from support.recorded_scene import environment
-from support.waiting import run_to_end
+from support.processes import stopped_command
+from support.processes.waiting import run_to_end
+from support.scenarios.recorded_scene import environment
 
 STOPPED = {"SIGTERM": (143, "multiradar: stopped\n"), "SIGINT": (130, "")}
 

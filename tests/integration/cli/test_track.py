@@ -14,11 +14,11 @@ from multiradar.cli.main import run
 from multiradar.tracking import pool
 from multiradar_schemas.arrow import TRAJECTORY_SCHEMA
 from multiradar_schemas.report import Report
-from support.commands import RUN
-from support.recorded_scene import environment, write_scene
-from support.waiting import WAIT_TIMEOUT_S, run_to_end, wait_until
+from support.paths import SAMPLE
+from support.processes.commands import RUN
+from support.processes.waiting import WAIT_TIMEOUT_S, run_to_end, wait_until
+from support.scenarios.recorded_scene import environment, write_scene
 
-SAMPLE = Path(__file__).parents[3] / "examples" / "vid-sample"
 FILES = [
     "biases.parquet", "health.parquet", "rejects.ndjson", "report.json", "tracks.parquet",
     "transitions.parquet",

@@ -6,8 +6,7 @@ from pathlib import Path
 import polars as pl
 
 from multiradar.cli.main import run
-
-SAMPLE = Path(__file__).parents[3] / "examples" / "vid-sample"
+from support.paths import SAMPLE
 
 
 def _track(*arguments: object) -> int:

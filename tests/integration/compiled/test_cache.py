@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from support.waiting import run_to_end
+from support.paths import ROOT
+from support.processes.waiting import run_to_end
 
-ROOT = Path(__file__).parents[3]
 PACKAGES = (
     "service/multiradar",
     "converters/multiradar_converters",

@@ -7,7 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from support.waiting import WAIT_TIMEOUT_S, wait_until
+from support.processes.waiting import WAIT_TIMEOUT_S, wait_until
 
 WORKER = [sys.executable, "-P", "-m", "multiradar_compiled.worker"]
 LOCATE = "multiradar.geodesy._kernels:geodetic_to_plane"

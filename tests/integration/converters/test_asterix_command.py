@@ -9,10 +9,10 @@ import polars as pl
 import pytest
 
 from multiradar.cli.main import EXIT_DONE, EXIT_FAILED, EXIT_USAGE, run
-from multiradar_schemas.reject import Reject
+from multiradar_schemas.measurements.reject import Reject
 from multiradar_schemas.report import Report
-from multiradar_schemas.sensor import load_sensors
-from support.asterix_octets import (
+from multiradar_schemas.sensors.sensor import load_sensors
+from support.asterix.octets import (
     block,
     datagram,
     gps,

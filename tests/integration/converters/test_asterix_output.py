@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from multiradar.tracking.settings import TrackingSettings
-from support.live_scene import recording, sensors
+from support.scenarios.live_scene import recording, sensors
 from validation.asterix import check_asterix_output as check
 
 #: Six minutes: tracks begin, become confirmed, coast and end, and biases settle.

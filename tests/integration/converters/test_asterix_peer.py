@@ -6,13 +6,13 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from multiradar_converters.asterix import _kernels
-from multiradar_converters.asterix.catalogue import layouts
-from multiradar_converters.asterix.fields import record_fields
-from multiradar_converters.asterix.notation import Layout
-from multiradar_converters.asterix.program import program_of, walk
-from support.asterix_peer import PEER_EDITIONS, differences, own_leaves, peer_records
-from support.asterix_random import random_block
+from multiradar_converters.asterix.layout import _kernels
+from multiradar_converters.asterix.layout.catalogue import layouts
+from multiradar_converters.asterix.layout.fields import record_fields
+from multiradar_converters.asterix.layout.notation import Layout
+from multiradar_converters.asterix.layout.program import program_of, walk
+from support.asterix.peer import PEER_EDITIONS, differences, own_leaves, peer_records
+from support.asterix.random_records import random_block
 
 BLOCKS = 30
 

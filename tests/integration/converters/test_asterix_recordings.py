@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 from multiradar.cli.main import EXIT_DONE, run
-from multiradar_converters.asterix.catalogue import layout_of
-from multiradar_converters.asterix.containers import split
-from multiradar_converters.asterix.fields import record_fields
-from multiradar_converters.asterix.program import program_of, walk
-from support.asterix_artas_records import ARTAS
-from support.asterix_single_records import SINGLE
+from multiradar_converters.asterix.framing.containers import split
+from multiradar_converters.asterix.layout.catalogue import layout_of
+from multiradar_converters.asterix.layout.fields import record_fields
+from multiradar_converters.asterix.layout.program import program_of, walk
+from support.asterix.artas_records import ARTAS
+from support.asterix.single_records import SINGLE
 
 RECORDS = SINGLE | ARTAS
 

@@ -8,9 +8,9 @@ import polars as pl
 import pytest
 
 from multiradar.cli.main import EXIT_DONE, EXIT_FAILED, run
-from multiradar_schemas.reject import Reject
+from multiradar_schemas.measurements.reject import Reject
 from multiradar_schemas.report import Report
-from support.asterix_octets import block, gps, plot_048
+from support.asterix.octets import block, gps, plot_048
 
 
 def converted(folder: Path, content: bytes, *, status: int) -> Path:

@@ -8,7 +8,7 @@ import pytest
 from multiradar_converters.errors import LayoutError, OutputTakenError, ProfileError
 from multiradar_converters.vid.profile import load_profile
 from multiradar_converters.vid.text import blocks
-from support import dumps
+from support.inputs import dumps
 
 
 @pytest.fixture

@@ -9,9 +9,9 @@ import pytest
 
 from multiradar_converters.vid.conversion import PASSES, convert
 from multiradar_converters.vid.options import Options
-from support import dumps
-from support.commands import RUN, run_command
-from support.waiting import WAIT_TIMEOUT_S, wait_until
+from support.inputs import dumps
+from support.processes.commands import RUN, run_command
+from support.processes.waiting import WAIT_TIMEOUT_S, wait_until
 
 COMMAND = [*RUN, "convert", "vid"]
 

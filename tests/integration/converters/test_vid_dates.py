@@ -7,7 +7,7 @@ import polars as pl
 import pytest
 
 from multiradar_converters.errors import LayoutError
-from support import dumps
+from support.inputs import dumps
 
 DAY = dt.date(2018, 8, 1)
 BEGIN = dt.datetime(2018, 8, 1)  # noqa: DTZ001  # dumps state no zone

@@ -10,7 +10,7 @@ import pytest
 from multiradar_converters.errors import ConversionError, LayoutError, ProfileError
 from multiradar_converters.vid import spool
 from multiradar_converters.vid.profile import load_profile
-from support import dumps
+from support.inputs import dumps
 
 
 @pytest.fixture

@@ -4,11 +4,12 @@ from pathlib import Path
 
 from multiradar.app import Application
 from multiradar.settings.service import load_settings
-from support.asterix_display import display, heard
-from support.live_scene import cut, recording, sensors
-from support.waiting import WAIT_TIMEOUT_S
+from support.asterix.display import display, heard
+from support.paths import ROOT
+from support.processes.waiting import WAIT_TIMEOUT_S
+from support.scenarios.live_scene import cut, recording, sensors
 
-EXAMPLE = Path(__file__).parents[3] / "deploy" / "asterix.toml"
+EXAMPLE = ROOT / "deploy" / "asterix.toml"
 #: Another group than that of the example, which another test may hear at the same time.
 GROUP = "239.192.77.63"
 

@@ -5,10 +5,14 @@ from pathlib import Path
 
 from multiradar.app import Application
 from multiradar.settings.service import load_settings
-from support import asterix_display, asterix_scene, clients, live_scene
-from support.asterix_listening import address, sender, settled
+from support.asterix import display as asterix_display
+from support.asterix import scene as asterix_scene
+from support.asterix.listening import address, sender, settled
+from support.paths import ROOT
+from support.processes import clients
+from support.scenarios import live_scene
 
-EXAMPLE = Path(__file__).parents[3] / "deploy/asterix.toml"
+EXAMPLE = ROOT / "deploy/asterix.toml"
 TURNS = 8
 #: The display of the example.
 DISPLAY = ("239.192.62.1", 8662)

@@ -9,9 +9,9 @@ import pytest
 import yaml
 
 from multiradar.settings.service import load_settings
-from support.waiting import run_to_end
+from support.paths import ROOT
+from support.processes.waiting import run_to_end
 
-ROOT = Path(__file__).parents[3]
 DEPLOY = ROOT / "deploy"
 SYSTEMD_ANALYZE = shutil.which("systemd-analyze")
 

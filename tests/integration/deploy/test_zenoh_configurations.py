@@ -12,14 +12,15 @@ from multiradar.errors import ConfigurationError
 from multiradar.ingest.zenoh.gateway import ZenohGateway
 from multiradar.ingest.zenoh.options import ZenohOptions
 from multiradar.ingest.zenoh.session import ZenohBus
-from support.certificates import Authority
-from support.fake_service import FakeService
-from support.live_scene import recording
-from support.waiting import WAIT_TIMEOUT_S, wait_until
-from support.zenoh_scene import StreamingView, connections, free_endpoint
-from support.zenoh_subscriber import client_config
+from support.fakes.fake_service import FakeService
+from support.paths import ROOT
+from support.processes.certificates import Authority
+from support.processes.waiting import WAIT_TIMEOUT_S, wait_until
+from support.processes.zenoh_subscriber import client_config
+from support.scenarios.live_scene import recording
+from support.scenarios.zenoh_scene import StreamingView, connections, free_endpoint
 
-FOLDER = Path(__file__).parents[3] / "deploy/zenoh"
+FOLDER = ROOT / "deploy/zenoh"
 JSON = "application/json"
 
 

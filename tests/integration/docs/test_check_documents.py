@@ -5,9 +5,8 @@ from typing import Any
 
 import pytest
 
+from support.paths import ROOT
 from validation.documents import check_documents as documents
-
-ROOT = Path(__file__).parents[3]
 
 
 def _quick(page: str) -> Any:

@@ -2,16 +2,16 @@
 
 import json
 import re
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 from multiradar.api.factory import create_api
 from multiradar.ingest.http import measurement_routes
-from support.fake_service import FakeService
+from support.fakes.fake_service import FakeService
+from support.paths import ROOT
 
-DOCS = Path(__file__).parents[3] / "docs"
+DOCS = ROOT / "docs"
 _EXAMPLE = re.compile(r"<!-- example of: (\w+) -->\n```json\n(.*?)\n```", re.DOTALL)
 #: Stands for members or items that an example leaves out.
 _MORE = "…"

@@ -8,9 +8,9 @@ import pytest
 
 from multiradar.runtime.live.service import Service
 from multiradar.runtime.stream.events import Event
-from support.live_process import live_service
-from support.live_scene import cut, recording
-from support.waiting import WAIT_TIMEOUT_S
+from support.processes.live_process import live_service
+from support.processes.waiting import WAIT_TIMEOUT_S
+from support.scenarios.live_scene import cut, recording
 
 FRAME = recording(3000, step_s=0.05)
 

@@ -9,11 +9,11 @@ from multiradar import wire
 from multiradar.cli.inputs import load_sensor_table
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.engine.engine import Engine
-from multiradar.simulation.observation import Observation, observe
+from multiradar.simulation.observation.observation import Observation, observe
 from multiradar.simulation.output import measurements_frame, truth_frame
-from multiradar.simulation.scene import Scene
-from multiradar.simulation.scene_file import builtin_scene
-from multiradar.simulation.sensors_text import sensors_text
+from multiradar.simulation.scenario.file import builtin_scene
+from multiradar.simulation.scenario.scene import Scene
+from multiradar.simulation.scenario.sensors_text import sensors_text
 from multiradar.tracking.input.duplicates import Duplicates
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import STATE_CONFIRMED, EngineOutput

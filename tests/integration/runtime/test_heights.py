@@ -13,11 +13,11 @@ from multiradar import wire
 from multiradar.cli.inputs import load_sensor_table
 from multiradar.estimation.filters.bank import FILTERS
 from multiradar.runtime.engine.engine import Engine
-from multiradar.simulation.observation import observe
+from multiradar.simulation.observation.observation import observe
 from multiradar.simulation.output import measurements_frame, truth_frame
-from multiradar.simulation.scene import Bias, Scene
-from multiradar.simulation.scene_file import builtin_scene
-from multiradar.simulation.sensors_text import sensors_text
+from multiradar.simulation.scenario.file import builtin_scene
+from multiradar.simulation.scenario.scene import Bias, Scene
+from multiradar.simulation.scenario.sensors_text import sensors_text
 from multiradar.tracking.outputs import TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
 

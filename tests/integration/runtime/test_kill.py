@@ -12,9 +12,9 @@ from multiradar.runtime.engine.fingerprint import configuration_fingerprint
 from multiradar.runtime.live.payload import decode_rows, encode_rows
 from multiradar.storage.sqlite_journal import SqliteJournal
 from multiradar.tracking.settings import TrackingSettings
-from support.live_process import LiveProcess, live_service
-from support.live_scene import cut, recording, sensors
-from support.waiting import WAIT_TIMEOUT_S, join
+from support.processes.live_process import LiveProcess, live_service
+from support.processes.waiting import WAIT_TIMEOUT_S, join
+from support.scenarios.live_scene import cut, recording, sensors
 
 #: `MULTIRADAR_KILLS=50` for the long run.
 KILLS = int(os.environ.get("MULTIRADAR_KILLS", "8"))

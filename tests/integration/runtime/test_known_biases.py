@@ -10,13 +10,13 @@ import pytest
 from multiradar.errors import ConfigurationError
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.engine.engine import Engine
-from multiradar.simulation.observation import observe
+from multiradar.simulation.observation.observation import observe
 from multiradar.simulation.output import measurements_frame
-from multiradar.simulation.scene_file import scene_of, scene_table
-from multiradar.simulation.sensors_text import sensors_text
+from multiradar.simulation.scenario.file import scene_of, scene_table
+from multiradar.simulation.scenario.sensors_text import sensors_text
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.wire import measurement_batch, sensor_table
-from multiradar_schemas.sensor import parse_sensors
+from multiradar_schemas.sensors.sensor import parse_sensors
 
 BIASES = (
     {"range_offset_m": 250.0, "azimuth_offset_deg": -0.21, "range_gain": 0.002},

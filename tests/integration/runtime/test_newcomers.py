@@ -12,11 +12,11 @@ from multiradar.cli.inputs import load_sensor_table
 from multiradar.geodesy.polar import slant_range_azimuth
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.engine.engine import Engine
-from multiradar.simulation.observation import observe
+from multiradar.simulation.observation.observation import observe
 from multiradar.simulation.output import measurements_frame
-from multiradar.simulation.scene import PARAMETERS, Aircraft, Bias, Scene
-from multiradar.simulation.scene_file import builtin_scene
-from multiradar.simulation.sensors_text import sensors_text
+from multiradar.simulation.scenario.file import builtin_scene
+from multiradar.simulation.scenario.scene import PARAMETERS, Aircraft, Bias, Scene
+from multiradar.simulation.scenario.sensors_text import sensors_text
 from multiradar.tracking.outputs import TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
 

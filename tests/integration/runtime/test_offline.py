@@ -17,8 +17,8 @@ from multiradar.storage import recording as recording_module
 from multiradar.storage.recording import Recording
 from multiradar.tracking.settings import TrackingSettings
 from multiradar_schemas.arrow import BIAS_SCHEMA, TRACK_SCHEMA, TRANSITION_SCHEMA
-from multiradar_schemas.reject import Reject
-from support import live_scene
+from multiradar_schemas.measurements.reject import Reject
+from support.scenarios import live_scene
 
 ROWS = 3000
 #: Rows of the recording that are spoilt, and the code of each.

@@ -17,10 +17,10 @@ from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.engine.digest import OutputDigest
 from multiradar.runtime.engine.engine import Engine
 from multiradar.settings.service import load_settings
-from multiradar.simulation.observation import observe
+from multiradar.simulation.observation.observation import observe
 from multiradar.simulation.output import measurements_frame, truth_frame
-from multiradar.simulation.scene_file import builtin_scene
-from multiradar.simulation.sensors_text import sensors_text
+from multiradar.simulation.scenario.file import builtin_scene
+from multiradar.simulation.scenario.sensors_text import sensors_text
 from multiradar.tracking.outputs import (
     STATE_CONFIRMED,
     EndedTracks,
@@ -28,8 +28,8 @@ from multiradar.tracking.outputs import (
     TrackUpdates,
 )
 from multiradar.tracking.settings import TrackingSettings
-from support import clients
-from support.waiting import WAIT_TIMEOUT_S, join, wait_until
+from support.processes import clients
+from support.processes.waiting import WAIT_TIMEOUT_S, join, wait_until
 
 SCENE = builtin_scene("plot-storm")
 STORM_S = (SCENE.sensors[0].storms[0].start_s, SCENE.sensors[0].storms[0].end_s)

@@ -23,9 +23,9 @@ from multiradar.storage.entries import Entry
 from multiradar.storage.journal import Journal
 from multiradar.storage.sqlite_journal import SqliteJournal
 from multiradar.tracking.settings import TrackingSettings
-from support.fake_engine import FakeEngine
-from support.live_scene import cut, recording, sensors
-from support.waiting import WAIT_TIMEOUT_S, join
+from support.fakes.fake_engine import FakeEngine
+from support.processes.waiting import WAIT_TIMEOUT_S, join
+from support.scenarios.live_scene import cut, recording, sensors
 
 TABLE = sensors()
 

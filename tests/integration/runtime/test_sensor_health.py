@@ -8,7 +8,7 @@ import polars as pl
 import pytest
 
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.simulation.scene_file import builtin_scene
+from multiradar.simulation.scenario.file import builtin_scene
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.settings import TrackingSettings
 from validation.tracker import check_health

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from support.commands import Command
-from support.live_scene import recording
-from support.served import SENSORS, Served, free_port, run
-from support.waiting import pause, wait_until
+from support.processes.commands import Command
+from support.processes.served import SENSORS, Served, free_port, run
+from support.processes.waiting import pause, wait_until
+from support.scenarios.live_scene import recording
 
 #: `MULTIRADAR_KILLS=50` for the long run.
 KILLS = max(int(os.environ.get("MULTIRADAR_KILLS", "3")), 1)

@@ -16,14 +16,14 @@ from multiradar.runtime.trajectories.table import STEP_S, table_row
 from multiradar.settings.service import TrajectorySettings, load_settings
 from multiradar.storage.recording import Recording
 from multiradar.tracking.settings import TrackingSettings
-from multiradar_schemas.forecast import Forecast
-from multiradar_schemas.trajectories import Trajectories
-from support import clients
-from support.live_scene import cut
-from support.trajectory_scene import MUTE, TABLE, TURNING, recording
-from support.waiting import WAIT_TIMEOUT_S, wait_until
-from support.zenoh_scene import free_endpoint
-from support.zenoh_subscriber import client_config
+from multiradar_schemas.products.forecast import Forecast
+from multiradar_schemas.products.trajectories import Trajectories
+from support.processes import clients
+from support.processes.waiting import WAIT_TIMEOUT_S, wait_until
+from support.processes.zenoh_subscriber import client_config
+from support.scenarios.live_scene import cut
+from support.scenarios.trajectory_scene import MUTE, TABLE, TURNING, recording
+from support.scenarios.zenoh_scene import free_endpoint
 
 TOLD = (TURNING, MUTE, 3, 4)
 FORECAST = "by=bundle;horizon_s=30;step_s=10"

@@ -4,8 +4,8 @@ from pathlib import Path
 
 from multiradar.app import Application
 from multiradar.settings.service import load_settings
-from support import live_scene
-from support.zenoh_scene import free_endpoint
+from support.scenarios import live_scene
+from support.scenarios.zenoh_scene import free_endpoint
 
 
 def test_the_endpoints_announced_are_those_of_the_configuration_file(tmp_path: Path) -> None:

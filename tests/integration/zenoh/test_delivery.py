@@ -6,9 +6,9 @@ import threading
 
 import pytest
 
-from support.waiting import join, pause, wait_until
-from support.zenoh_scene import StreamingView, connections, gateway
-from support.zenoh_subscriber import SubscriberProcess
+from support.processes.waiting import join, pause, wait_until
+from support.processes.zenoh_subscriber import SubscriberProcess
+from support.scenarios.zenoh_scene import StreamingView, connections, gateway
 
 
 def complete(result: dict[str, int], expect: int) -> bool:

@@ -17,12 +17,12 @@ from multiradar.runtime.queries.encounter_query import EncounterQuery
 from multiradar.storage.recording import Recording
 from multiradar.tracking.settings import TrackingSettings
 from multiradar_schemas.arrow import ENCOUNTER_SCHEMA
-from multiradar_schemas.encounter import Encounters
-from support.live_process import live_service
-from support.live_scene import recording, sensors
-from support.waiting import WAIT_TIMEOUT_S
-from support.zenoh_scene import free_endpoint
-from support.zenoh_subscriber import client_config
+from multiradar_schemas.products.encounter import Encounters
+from support.processes.live_process import live_service
+from support.processes.waiting import WAIT_TIMEOUT_S
+from support.processes.zenoh_subscriber import client_config
+from support.scenarios.live_scene import recording, sensors
+from support.scenarios.zenoh_scene import free_endpoint
 
 #: After a minute and a half forecasts of ten seconds have been judged.
 ROWS = 2400

@@ -17,12 +17,12 @@ from multiradar.ingest.replay_zenoh import ZenohDestination
 from multiradar.ingest.zenoh.gateway import ZenohGateway
 from multiradar.ingest.zenoh.options import ZenohOptions
 from multiradar.runtime.live.service import Service
-from support.fake_service import FakeService
-from support.live_process import live_service
-from support.live_scene import recording
-from support.waiting import WAIT_TIMEOUT_S, wait_until
-from support.zenoh_scene import StreamingView, free_endpoint, gateway
-from support.zenoh_subscriber import SubscriberProcess, client_config
+from support.fakes.fake_service import FakeService
+from support.processes.live_process import live_service
+from support.processes.waiting import WAIT_TIMEOUT_S, wait_until
+from support.processes.zenoh_subscriber import SubscriberProcess, client_config
+from support.scenarios.live_scene import recording
+from support.scenarios.zenoh_scene import StreamingView, free_endpoint, gateway
 
 MEASUREMENTS = "multiradar/v1/measurements"
 

@@ -9,9 +9,9 @@ import zenoh
 from multiradar.errors import ConfigurationError
 from multiradar.ingest.zenoh.options import ZenohOptions
 from multiradar.ingest.zenoh.session import ZenohBus, zenoh_config
-from support.waiting import WAIT_TIMEOUT_S, wait_until
-from support.zenoh_scene import StreamingView, free_endpoint, gateway
-from support.zenoh_subscriber import SubscriberProcess, client_config
+from support.processes.waiting import WAIT_TIMEOUT_S, wait_until
+from support.processes.zenoh_subscriber import SubscriberProcess, client_config
+from support.scenarios.zenoh_scene import StreamingView, free_endpoint, gateway
 
 
 def router(endpoint: str) -> zenoh.Session:

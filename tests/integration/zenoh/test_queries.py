@@ -15,11 +15,11 @@ from multiradar.runtime.queries.forecasts import (
     PROBABILITY_DEFAULT,
     STEP_DEFAULT_S,
 )
-from support.live_process import live_service
-from support.live_scene import recording
-from support.waiting import WAIT_TIMEOUT_S, wait_until
-from support.zenoh_scene import free_endpoint
-from support.zenoh_subscriber import client_config
+from support.processes.live_process import live_service
+from support.processes.waiting import WAIT_TIMEOUT_S, wait_until
+from support.processes.zenoh_subscriber import client_config
+from support.scenarios.live_scene import recording
+from support.scenarios.zenoh_scene import free_endpoint
 
 
 @pytest.fixture(scope="module")

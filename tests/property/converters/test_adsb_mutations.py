@@ -12,10 +12,10 @@ import pytest
 from multiradar_converters.adsb.conversion import convert
 from multiradar_converters.adsb.options import Options
 from multiradar_converters.errors import LayoutError
-from multiradar_schemas.reject import Reject
+from multiradar_schemas.measurements.reject import Reject
 from multiradar_schemas.report import Report
-from support.asterix_octets import mutated
-from support.trajectories import (
+from support.asterix.octets import mutated
+from support.scenarios.trajectories import (
     csv_table,
     json_columns,
     json_lines,

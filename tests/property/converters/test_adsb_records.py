@@ -9,12 +9,12 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from multiradar_converters.adsb import cells
-from multiradar_converters.adsb.batches import Batch, batch_of, read_columns, read_objects
-from multiradar_converters.adsb.layout import Layout
-from multiradar_converters.adsb.roles import choose_columns
-from multiradar_converters.adsb.splitting import Elements, Lines, Piece
-from multiradar_converters.adsb.time_forms import TimeForm
+from multiradar_converters.adsb.reading import cells
+from multiradar_converters.adsb.reading.batches import Batch, batch_of, read_columns, read_objects
+from multiradar_converters.adsb.reading.layout import Layout
+from multiradar_converters.adsb.reading.roles import choose_columns
+from multiradar_converters.adsb.reading.splitting import Elements, Lines, Piece
+from multiradar_converters.adsb.reading.time_forms import TimeForm
 
 NAMES = ["timestamp", "icao24", "latitude", "longitude", "altitude", "track", "groundspeed",
          "callsign", "squawk", "onground", "last_position"]  # fmt: skip

@@ -12,21 +12,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from multiradar_converters.asterix.containers import split
 from multiradar_converters.asterix.conversion import convert
-from multiradar_converters.asterix.datagrams import Datagrams, split_datagrams
-from multiradar_converters.asterix.live import LiveDecoder, LiveOptions
-from multiradar_converters.asterix.live_batch import LiveBatch
+from multiradar_converters.asterix.framing.containers import split
+from multiradar_converters.asterix.framing.datagrams import Datagrams, split_datagrams
+from multiradar_converters.asterix.live.batch import LiveBatch
+from multiradar_converters.asterix.live.reception import LiveDecoder, LiveOptions
 from multiradar_converters.asterix.options import Options
-from support.asterix_octets import (
-    block,
-    datagram,
-    mutated,
-    north_mark,
-    pcap,
-    plot_001,
-    plot_048,
-)
+from support.asterix.octets import block, datagram, mutated, north_mark, pcap, plot_001, plot_048
 
 DAY_S = 86_400.0
 BEGIN_S = 19_675 * DAY_S - 20.0

@@ -9,12 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from multiradar_converters.asterix.catalogue import layouts
-from multiradar_converters.asterix.containers import read_blocks
-from multiradar_converters.asterix.editions import Editions
-from multiradar_converters.asterix.gathering import gather
-from multiradar_converters.asterix.timing import time_targets
-from support.asterix_octets import (
+from multiradar_converters.asterix.decoding.editions import Editions
+from multiradar_converters.asterix.decoding.gathering import gather
+from multiradar_converters.asterix.decoding.timing import time_targets
+from multiradar_converters.asterix.framing.containers import read_blocks
+from multiradar_converters.asterix.layout.catalogue import layouts
+from support.asterix.octets import (
     block,
     datagram,
     gps,

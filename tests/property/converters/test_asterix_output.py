@@ -4,9 +4,9 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from multiradar_converters.asterix.track_reports import track_records
-from multiradar_converters.asterix.writing import blocks
-from support.asterix_reports import SENDER, read_tracks, reports
+from multiradar_converters.asterix.writing.encoding import blocks
+from multiradar_converters.asterix.writing.track_reports import track_records
+from support.asterix.reports import SENDER, read_tracks, reports
 
 ANY = st.floats(-1e300, 1e300) | st.sampled_from([np.nan, np.inf, -np.inf])
 POSITIVE = st.floats(0.0, 1e300) | st.just(np.nan)

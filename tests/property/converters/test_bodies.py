@@ -16,7 +16,7 @@ from multiradar_converters.normalised.parsed import Parsed, rows_frame
 from multiradar_converters.normalised.text import parse_json, parse_ndjson
 from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
 from multiradar_schemas.errors import BodyError
-from support.messages import adsb, array, radar, stream
+from support.inputs.messages import adsb, array, radar, stream
 
 #: Characters that mean something in JSON, and some that cannot be written.
 TEXTS = st.text(list('ab0é{}[]":,\\\n\x00\ud800'), max_size=8)

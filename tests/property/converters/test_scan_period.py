@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from multiradar_converters.scan_period import PERIOD_MAX_S, scan_period_s
-from support.sweeps import sweep
+from support.scenarios.sweeps import sweep
 
 
 @given(

@@ -16,7 +16,7 @@ from multiradar_converters.vid.profile import Profile
 from multiradar_converters.vid.text.detection import detect
 from multiradar_converters.vid.text.lines import Line, RefusedError, parse_line
 from multiradar_converters.vid.text.reading import read_rows
-from support import dumps
+from support.inputs import dumps
 
 FIELDS = st.sampled_from(
     [

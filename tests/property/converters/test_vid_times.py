@@ -15,7 +15,7 @@ from multiradar_converters.vid.profile import Profile
 from multiradar_converters.vid.text.detection import detect, first_times
 from multiradar_converters.vid.text.reading import read_rows
 from multiradar_converters.vid.times import Clockwork, agreed_start
-from support import dumps
+from support.inputs import dumps
 
 DAY = 86400.0
 REST = "29860\t3c09df\t47.2418161\t8.3530602\t10363.2"

@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 from multiradar.estimation.filters.bank import FILTERS, Outcome
 from multiradar.estimation.gaussian import require_covariance
 from multiradar.tracking.settings import TrackingSettings
-from support.compiled_filters import CompiledFilter
-from support.measurement_models import EllipsoidPolar
-from support.reference_filters import Observation
-from support.scenes import Flight, Radar, make_scene
+from support.references.compiled_filters import CompiledFilter
+from support.references.measurement_models import EllipsoidPolar
+from support.references.reference_filters import Observation
+from support.scenarios.scenes import Flight, Radar, make_scene
 
 RADARS = [
     Radar("A", 55.9, 60.2, 310.0, biases={0: 400.0, 1: -0.003}),

@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from multiradar.evaluation.distances import set_distances
 from multiradar.evaluation.instants import look
+from multiradar.evaluation.measures.distances import set_distances
 from multiradar.evaluation.settings import EvaluationSettings
-from support.skies import reference_of, straight, tracks_of
+from support.scenarios.skies import reference_of, straight, tracks_of
 
 CUTOFF_M = 1000.0
 place = st.floats(-2000.0, 2000.0).map(lambda value: round(value, 3))

@@ -4,12 +4,12 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from multiradar.restoration.bundle import Bundle
-from multiradar.restoration.forecast import forecast
-from multiradar.restoration.forecast_settings import AHEAD_MAX_S, ForecastSettings
-from multiradar.restoration.habits import Habits
-from multiradar.restoration.settings import BundleSettings
-from support.flown import flight, plots_of
+from multiradar.restoration.bundle.bundle import Bundle
+from multiradar.restoration.bundle.habits import Habits
+from multiradar.restoration.control_tracks.settings import BundleSettings
+from multiradar.restoration.forecast.forecast import forecast
+from multiradar.restoration.forecast.settings import AHEAD_MAX_S, ForecastSettings
+from support.scenarios.flown import flight, plots_of
 
 
 def _bundle(seed: int, lateral_mps2: float, until_s: float) -> Bundle:

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from multiradar.runtime.admission.admission import Admission
-from support.timed_batches import timed_batch
+from support.inputs.timed_batches import timed_batch
 
 _STEPS = st.sampled_from([0.0, 0.5, 5.0, -2.0, -30.0, 599.0, 601.0, 5000.0, -5000.0, 1e9])
 _ROWS = st.lists(st.tuples(_STEPS, st.integers(0, 2)), min_size=1, max_size=60)

@@ -9,16 +9,16 @@ from hypothesis import strategies as st
 
 from multiradar.estimation.filters.bank import FILTERS
 from multiradar.runtime.engine.engine import Engine
-from multiradar.simulation.observation import observe
+from multiradar.simulation.observation.observation import observe
 from multiradar.simulation.output import measurements_frame
-from multiradar.simulation.scene_file import scene_of, scene_table
-from multiradar.simulation.sensors_text import sensors_text
+from multiradar.simulation.scenario.file import scene_of, scene_table
+from multiradar.simulation.scenario.sensors_text import sensors_text
 from multiradar.tracking.outputs import EngineOutput
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.wire import measurement_batch, sensor_table
-from multiradar_schemas import sensor_bounds as bounds
-from multiradar_schemas.sensor import parse_sensors
-from multiradar_schemas.sensor_bounds import Bounds, ParameterBounds
+from multiradar_schemas.sensors import bounds as bounds
+from multiradar_schemas.sensors.bounds import Bounds, ParameterBounds
+from multiradar_schemas.sensors.sensor import parse_sensors
 
 PARAMETERS = {
     "range_offset_m": bounds.RANGE_OFFSET_M,

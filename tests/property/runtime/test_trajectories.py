@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from multiradar.runtime.trajectories.roster import Roster, Sampled, Take
-from support import live_scene
-from support.engine_outputs import Bias, End, Event, Sample, Update, output_of
+from support.fakes.engine_outputs import Bias, End, Event, Sample, Update, output_of
+from support.scenarios import live_scene
 
 TABLE = live_scene.sensors()
 EPOCH_S = 4.0

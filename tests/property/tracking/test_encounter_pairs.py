@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from multiradar.tracking.encounters.approaches import closest_approaches
 from multiradar.tracking.encounters.pairs import Paths, near_pairs
-from support.encounter_paths import covariance, least_distances, straight_paths
+from support.scenarios.encounter_paths import covariance, least_distances, straight_paths
 
 SEEDS = st.integers(0, 2**32 - 1)
 #: Distances agree to this, m; a pair that is so near to the threshold may be either.

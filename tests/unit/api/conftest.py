@@ -8,8 +8,8 @@ from fastapi import FastAPI
 
 from multiradar.api.factory import create_api
 from multiradar.ingest.http import IntakeBounds, measurement_routes
-from support.fake_service import FakeService
-from support.waiting import WAIT_TIMEOUT_S
+from support.fakes.fake_service import FakeService
+from support.processes.waiting import WAIT_TIMEOUT_S
 
 
 @pytest.fixture

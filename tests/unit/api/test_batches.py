@@ -8,7 +8,7 @@ from multiradar.api.batches import StreamHub
 from multiradar.api.limits import HttpLimits
 from multiradar.api.workers import Workers
 from multiradar.errors import RequestError
-from support.fake_service import FakeView
+from support.fakes.fake_service import FakeView
 
 
 def test_a_place_is_refused_when_all_are_taken_and_given_when_one_is_free() -> None:

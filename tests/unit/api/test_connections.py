@@ -10,7 +10,7 @@ from uvicorn.server import ServerState
 
 from multiradar.api.connections import server_config
 from multiradar.api.limits import HttpLimits
-from support.waiting import wait_until
+from support.processes.waiting import wait_until
 
 
 async def test_answers_do_not_wait_for_the_acknowledgement_of_their_headers(

@@ -17,8 +17,8 @@ from multiradar.runtime.queries.encounter_query import (
     HORIZON_MIN_S,
     EncounterQuery,
 )
-from multiradar_schemas.encounter import Encounters
-from support.fake_service import FakeService
+from multiradar_schemas.products.encounter import Encounters
+from support.fakes.fake_service import FakeService
 
 
 async def test_what_is_asked_for_reaches_the_service(

@@ -10,8 +10,8 @@ import pytest
 from multiradar.api.factory import create_api
 from multiradar.api.limits import HttpLimits
 from multiradar.ingest.http import measurement_routes
-from support.fake_service import FakeService
-from support.waiting import wait_until
+from support.fakes.fake_service import FakeService
+from support.processes.waiting import wait_until
 
 LIMITS = HttpLimits(requests_max=3, threads=8, body_bytes_max=1_000, bodies_bytes_max=1_500)
 

@@ -13,7 +13,7 @@ import pytest
 from multiradar.api.factory import create_api
 from multiradar.ingest.http import IntakeBounds, measurement_routes
 from multiradar.runtime.live.receipt import Receipt, RejectedRow
-from support.fake_service import FakeService, Submission
+from support.fakes.fake_service import FakeService, Submission
 
 _PLOT: dict[str, Any] = {
     "time_s": 100.0,

@@ -8,8 +8,8 @@ import pytest
 
 from multiradar.storage.entries import Quarantined, RejectedRow
 from multiradar_schemas.arrow import BIAS_SCHEMA
-from multiradar_schemas.bias import BiasEstimate
-from support.fake_service import FakeService
+from multiradar_schemas.products.bias import BiasEstimate
+from support.fakes.fake_service import FakeService
 
 
 def _biases(epochs: int) -> pl.DataFrame:

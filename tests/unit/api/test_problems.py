@@ -19,7 +19,7 @@ from multiradar.errors import (
     QueueFullError,
 )
 from multiradar.ingest.http import measurement_routes
-from support.fake_service import FakeService
+from support.fakes.fake_service import FakeService
 
 
 @pytest.fixture(scope="module")

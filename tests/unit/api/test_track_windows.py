@@ -8,7 +8,7 @@ import pytest
 from multiradar.cli import options
 from multiradar.errors import PlaneError
 from multiradar.runtime.queries.track_windows import WINDOW_DEFAULT_S, WINDOW_MAX_S, WINDOW_MIN_S
-from support.fake_service import FakeService
+from support.fakes.fake_service import FakeService
 
 
 async def test_the_plane_of_a_live_track(client: httpx.AsyncClient) -> None:

@@ -12,10 +12,10 @@ import pytest
 from multiradar.api.selection import TRACK_COLUMNS
 from multiradar.errors import TrajectoryError
 from multiradar_schemas.arrow import TRANSITION_SCHEMA
-from multiradar_schemas.forecast import Forecast
-from multiradar_schemas.track import Track
-from multiradar_schemas.transition import Transition
-from support.fake_service import FakeService, live_tracks, updates_of
+from multiradar_schemas.products.forecast import Forecast
+from multiradar_schemas.products.track import Track
+from multiradar_schemas.products.transition import Transition
+from support.fakes.fake_service import FakeService, live_tracks, updates_of
 
 
 async def _ids(client: httpx.AsyncClient, **parameters: str) -> list[int]:

@@ -5,8 +5,8 @@ import pytest
 
 from multiradar.errors import TrajectoryError
 from multiradar.runtime.trajectories.document import PATH_STEP_DEFAULT_S, POINTS_DEFAULT
-from multiradar_schemas.trajectories import TRAJECTORY_REASON_MEANINGS
-from support.fake_service import FakeService
+from multiradar_schemas.products.trajectories import TRAJECTORY_REASON_MEANINGS
+from support.fakes.fake_service import FakeService
 
 PATH = "/v1/tracks/3/trajectories"
 

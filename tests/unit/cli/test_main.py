@@ -8,7 +8,7 @@ import typer
 
 from multiradar.cli.main import TRACEBACK_VARIABLE, run
 from multiradar.errors import InputError, UnknownFilterError
-from support.waiting import run_to_end
+from support.processes.waiting import run_to_end
 
 COMMANDS = (
     "track", "serve", "replay", "demo", "simulate", "study", "evaluate", "convert", "convert vid",

@@ -6,7 +6,7 @@ import pytest
 
 from multiradar.cli.main import run
 from multiradar.cli.options import KIND_CHOICES, FilterChoice, chosen_kinds, hidden_fields
-from multiradar.cli.replay import _BATCH_ROWS_MAX, EncodingChoice
+from multiradar.cli.playback.replay import _BATCH_ROWS_MAX, EncodingChoice
 from multiradar.cli.serve import LogForm, LogLevel
 from multiradar.estimation.filters.bank import FILTERS
 from multiradar.ingest.replay import AWAY_MAX_S, ReplayPlan
@@ -14,7 +14,7 @@ from multiradar.ingest.replay_http import Encoding
 from multiradar.settings.service import load_settings
 from multiradar.storage.recording import BLOCK_ROWS
 from multiradar.tracking.settings import TrackingSettings
-from multiradar_schemas.measurement import KINDS
+from multiradar_schemas.measurements.measurement import KINDS
 
 
 def test_the_choices_are_those_of_the_core() -> None:

@@ -12,8 +12,8 @@ import typer
 from multiradar.cli.main import run
 from multiradar.cli.study import study_command, study_help
 from multiradar.research.studies.catalogue import STUDIES, StudyEntry
-from support.fake_study import ENTRY, FAILING_SEED, FIXED, HOSTILE, STOPPED_SEED
-from support.waiting import WAIT_TIMEOUT_S, run_to_end
+from support.fakes.fake_study import ENTRY, FAILING_SEED, FIXED, HOSTILE, STOPPED_SEED
+from support.processes.waiting import WAIT_TIMEOUT_S, run_to_end
 
 CATALOGUE: dict[str, StudyEntry] = {"fake": ENTRY, "fixed": FIXED}
 

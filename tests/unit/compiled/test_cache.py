@@ -9,7 +9,7 @@ import pytest
 
 from multiradar.geodesy import _kernels as geodesy_kernels
 from multiradar_compiled.cache import cache_folder, kernel_folder
-from support import _mode_kernels
+from support.references import _mode_kernels
 
 
 def test_the_folder_is_made_in_the_users_cache_and_named_after_the_state(tmp_path: Path) -> None:
@@ -82,4 +82,4 @@ def test_kernels_outside_the_packages_have_a_folder_for_each_state_of_their_file
     kernel: Any = _mode_kernels.pass_and_mix
     parent, name = Path(kernel.stats.cache_path).parent, Path(kernel.stats.cache_path).name
     assert parent == folder
-    assert re.fullmatch(r"support\._mode_kernels-[0-9a-f]{16}", name)
+    assert re.fullmatch(r"support\.references\._mode_kernels-[0-9a-f]{16}", name)

@@ -9,7 +9,7 @@ from multiradar.research.studies.catalogue import STUDIES
 from multiradar.runtime.kernel_purposes import serve_purposes, track_purposes
 from multiradar.tracking.settings import TrackingSettings
 from multiradar_compiled.wanted import kernels_by_purpose, kernels_for
-from support import bearing_scene, live_scene
+from support.scenarios import bearing_scene, live_scene
 
 IMM = TrackingSettings(filter_name="imm")
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from multiradar_converters.scan_period import PLOTS_MIN, scan_period_s
-from support.sweeps import sweep
+from support.scenarios.sweeps import sweep
 
 
 @pytest.mark.parametrize("period_s", [4.0, 4.9, 12.0])

@@ -9,7 +9,7 @@ import pytest
 from multiradar.diagnosis.conversion import diagnose_conversion
 from multiradar.diagnosis.diagnosis import Diagnosis
 from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
-from support.mistaken import RADARS, Recording, recording
+from support.inputs.mistaken import RADARS, Recording, recording
 
 RANGE, AZIMUTH = pl.col("range_m"), pl.col("azimuth_deg")
 

@@ -6,10 +6,10 @@ import numpy as np
 import polars as pl
 import pytest
 
-from multiradar.diagnosis.offsets import offset_amiss
+from multiradar.diagnosis.cross_sensor.offsets import offset_amiss
+from multiradar.diagnosis.cross_sensor.registration import Registration
 from multiradar.diagnosis.plots import geodetic, located
-from multiradar.diagnosis.registration import Registration
-from support.mistaken import (
+from support.inputs.mistaken import (
     METRES_PER_DEGREE,
     RADARS,
     Edit,

@@ -8,7 +8,7 @@ from multiradar.diagnosis.diagnosis import Diagnosis
 from multiradar.diagnosis.evidence import Evidence
 from multiradar.diagnosis.findings import diagnose
 from multiradar.estimation.filters.bank import Outcome
-from support.mistaken import Recording, recording
+from support.inputs.mistaken import Recording, recording
 
 
 def evidence_of(one: Recording, **outcomes: int) -> Evidence:

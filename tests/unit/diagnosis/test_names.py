@@ -2,7 +2,7 @@
 
 import polars as pl
 
-from support.mistaken import RADARS, Recording, recording
+from support.inputs.mistaken import RADARS, Recording, recording
 
 
 def test_an_unknown_source_is_named_with_its_count_and_the_sensor_that_was_meant() -> None:

@@ -3,7 +3,7 @@
 import pytest
 
 from multiradar.diagnosis.sites import site_apart
-from support.mistaken import RADARS, recording
+from support.inputs.mistaken import RADARS, recording
 
 
 def test_sites_of_one_region_are_not_apart() -> None:

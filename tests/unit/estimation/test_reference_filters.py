@@ -13,8 +13,8 @@ from multiradar.estimation.measurement.sensors import (
     PARAMETER_RANGE_OFFSET,
     PARAMETER_TIME_OFFSET,
 )
-from support.measurement_models import EllipsoidPolar, FlatCartesian, FlatPolar
-from support.reference_filters import (
+from support.references.measurement_models import EllipsoidPolar, FlatCartesian, FlatPolar
+from support.references.reference_filters import (
     BlomSeparated,
     CovarianceIntersection,
     JointKalman,
@@ -24,8 +24,8 @@ from support.reference_filters import (
     intersect,
     intersection_bound,
 )
-from support.reference_runs import bias_prior, play, start_guesses
-from support.report_scene import (
+from support.references.reference_runs import bias_prior, play, start_guesses
+from support.scenarios.report_scene import (
     AZIMUTH_SIGMA_RAD,
     BIASES,
     RANGE_SIGMA_M,
@@ -34,8 +34,8 @@ from support.report_scene import (
     report_scene,
     start_all,
 )
-from support.report_scene import bias_prior as report_prior
-from support.scenes import Scene, make_scene, random_flights, three_radars
+from support.scenarios.report_scene import bias_prior as report_prior
+from support.scenarios.scenes import Scene, make_scene, random_flights, three_radars
 
 CARTESIAN = FlatCartesian(SITES_M, RANGE_SIGMA_M, AZIMUTH_SIGMA_RAD)
 POLAR = FlatPolar(SITES_M, RANGE_SIGMA_M, AZIMUTH_SIGMA_RAD)

@@ -5,7 +5,7 @@ import pytest
 
 from multiradar.errors import InputError
 from multiradar.evaluation.overlap import check_matched, check_times, outside, seldom_matched
-from support.skies import Row, reference_of, straight, tracks_of
+from support.scenarios.skies import Row, reference_of, straight, tracks_of
 
 DAY_S = 86_400.0
 #: 2018-08-01 08:00:00 UTC.

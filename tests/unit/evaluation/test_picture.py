@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from multiradar.errors import InputError
-from multiradar.evaluation.identity import identity_over_time
 from multiradar.evaluation.instants import look
+from multiradar.evaluation.measures.identity import identity_over_time
+from multiradar.evaluation.measures.siap import Siap, siap
+from multiradar.evaluation.measures.verdicts import Verdicts, verdicts
 from multiradar.evaluation.settings import EvaluationSettings
-from multiradar.evaluation.siap import Siap, siap
 from multiradar.evaluation.trajectories import Tracks
-from multiradar.evaluation.verdicts import Verdicts, verdicts
-from support.skies import Row, reference_of, straight, tracks_of
+from support.scenarios.skies import Row, reference_of, straight, tracks_of
 
 TIMES = range(0, 101, 4)
 FLIGHT = straight(TIMES, 0.0, 0.0, 100.0, 0.0)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from multiradar.errors import UnknownPresetError
-from multiradar.evaluation.continuity import Heard, Stretches
-from multiradar.evaluation.errors_of_updates import UpdateErrors
+from multiradar.evaluation.measures.continuity import Heard, Stretches
+from multiradar.evaluation.measures.update_errors import UpdateErrors
 from multiradar.evaluation.presets import PRESETS, Evidence, in_series, judge
 
 

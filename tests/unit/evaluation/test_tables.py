@@ -7,7 +7,7 @@ import polars as pl
 import pytest
 
 from multiradar.errors import InputError, MissingColumnError, MultiradarError
-from multiradar.evaluation.bias_errors import bias_histories
+from multiradar.evaluation.measures.bias_errors import bias_histories
 from multiradar.evaluation.tables import (
     reference_of_reports,
     reference_of_truth,

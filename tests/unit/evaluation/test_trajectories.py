@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from multiradar.evaluation.trajectories import places_at
-from support.skies import Row, reference_of, straight
+from support.scenarios.skies import Row, reference_of, straight
 
 
 def turning(times: list[float], rate_rad_per_s: float = np.radians(3.0)) -> list[Row]:

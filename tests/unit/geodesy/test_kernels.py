@@ -10,7 +10,7 @@ from multiradar.geodesy import _kernels as kernels
 from multiradar.geodesy.polar import slant_range_azimuth
 from multiradar.geodesy.system_plane import SystemPlane
 from support.kernels import plain
-from support.oracle import topocentric
+from support.references.oracle import topocentric
 
 CENTRE = (56.3, 61.2)
 SITES = [(56.8, 60.6, 250.0), (53.1, 66.9, 430.0), (59.9, 55.0, -12.0)]

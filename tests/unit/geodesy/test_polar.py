@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from multiradar.geodesy.polar import slant_range_azimuth
-from support.oracle import topocentric
+from support.references.oracle import topocentric
 
 SITES = [(56.8, 60.6, 250.0), (-33.9, 151.2, 20.0), (70.0, -179.9, 800.0)]
 

@@ -8,7 +8,7 @@ import pytest
 
 from multiradar.errors import ConfigurationError, OutsidePlaneError
 from multiradar.geodesy.system_plane import SystemPlane
-from support.oracle import orthographic
+from support.references.oracle import orthographic
 
 CENTRES = [(56.0, 61.0), (-12.0, -77.0), (0.0, 180.0), (78.0, 15.0)]
 

@@ -20,12 +20,12 @@ from multiradar.settings.asterix_output import AsterixOutputSettings
 from multiradar.tracking.outputs import EndedTracks, EngineOutput
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.wire import measurement_batch
-from multiradar_converters.asterix.catalogue import layout_of
-from multiradar_converters.asterix.fields import record_fields
-from multiradar_converters.asterix.program import program_of, walk
-from support.asterix_reports import SENDER
-from support.live_scene import cut, recording, sensors
-from support.waiting import WAIT_TIMEOUT_S
+from multiradar_converters.asterix.layout.catalogue import layout_of
+from multiradar_converters.asterix.layout.fields import record_fields
+from multiradar_converters.asterix.layout.program import program_of, walk
+from support.asterix.reports import SENDER
+from support.processes.waiting import WAIT_TIMEOUT_S
+from support.scenarios.live_scene import cut, recording, sensors
 
 TABLE = sensors()
 TRACKING = TrackingSettings()

@@ -16,9 +16,9 @@ from multiradar.ingest.replay_datagrams import (
     send_all,
     wall_times,
 )
-from multiradar_converters.asterix.datagrams import Datagrams
-from multiradar_converters.asterix.sending import Sending
-from support.waiting import WAIT_TIMEOUT_S
+from multiradar_converters.asterix.framing.datagrams import Datagrams
+from multiradar_converters.asterix.writing.sending import Sending
+from support.processes.waiting import WAIT_TIMEOUT_S
 
 
 def sending(*due_s: float) -> Sending:

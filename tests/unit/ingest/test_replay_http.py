@@ -10,7 +10,7 @@ import pytest
 from multiradar.errors import ConfigurationError, PeerError, UnavailableError
 from multiradar.ingest.replay import Answer
 from multiradar.ingest.replay_http import Encoding, HttpDestination, encode
-from multiradar_schemas.directions import PLAIN_SCHEMA
+from multiradar_schemas.measurements.directions import PLAIN_SCHEMA
 
 
 def _batch() -> pl.DataFrame:

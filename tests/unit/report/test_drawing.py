@@ -22,7 +22,7 @@ from multiradar.report.markdown import markdown_table, plot_svg
 from multiradar.report.thinning import POINTS_MAX, thin
 from multiradar.report.time_axis import step_of
 from multiradar.research.studies.result import StudyOptions
-from support.fake_study import ENTRY
+from support.fakes.fake_study import ENTRY
 
 #: Columns that a line is thinned to.
 COLUMNS = 300

@@ -9,7 +9,7 @@ import pytest
 from multiradar.report.page import CONTENTS_MIN, report_page
 from multiradar.research.studies.document import document_of
 from multiradar.research.studies.result import StudyOptions, StudyResult
-from support.fake_study import ENTRY, HOSTILE
+from support.fakes.fake_study import ENTRY, HOSTILE
 
 VOID = {"meta", "br", "link", "img", "hr", "input"}
 #: Names of namespaces look like addresses, and nothing is fetched from them.

@@ -11,11 +11,11 @@ from pydantic import ValidationError
 
 from multiradar_schemas import export
 from multiradar_schemas.arrow import BIAS_SCHEMA, MEASUREMENT_SCHEMA, TRACK_SCHEMA
-from multiradar_schemas.bias import BiasEstimate
 from multiradar_schemas.export import FOLDER, documents
-from multiradar_schemas.measurement import MEASUREMENT
-from multiradar_schemas.track import TrackUpdate
-from support.messages import SENSORS_TOML, adsb, radar, without
+from multiradar_schemas.measurements.measurement import MEASUREMENT
+from multiradar_schemas.products.bias import BiasEstimate
+from multiradar_schemas.products.track import TrackUpdate
+from support.inputs.messages import SENSORS_TOML, adsb, radar, without
 
 
 def test_the_command_writes_all_files_also_over_those_of_before(

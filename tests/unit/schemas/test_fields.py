@@ -6,9 +6,8 @@ import pytest
 
 from multiradar_schemas import export, fields
 from multiradar_schemas.fields import page
-from multiradar_schemas.reject import CODE_MEANINGS, RejectCode
-
-ROOT = Path(__file__).parents[3]
+from multiradar_schemas.measurements.reject import CODE_MEANINGS, RejectCode
+from support.paths import ROOT
 
 
 def test_the_page_is_that_of_the_models() -> None:

@@ -5,12 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from multiradar.simulation.bias_tables import BiasesTable, BiasTable
 from multiradar.simulation.flat import flat_plots
-from multiradar.simulation.observation import observe
+from multiradar.simulation.observation.observation import observe
 from multiradar.simulation.output import TRUE_BIAS_SCHEMA, TRUTH_SCHEMA
-from multiradar.simulation.scene_file import builtin_names, builtin_scene, load_scene
-from multiradar.simulation.scene_tables import (
+from multiradar.simulation.scenario.bias_tables import BiasesTable, BiasTable
+from multiradar.simulation.scenario.file import builtin_names, builtin_scene, load_scene
+from multiradar.simulation.scenario.tables import (
     AircraftTable,
     CoupledTable,
     LegTable,
@@ -20,9 +20,9 @@ from multiradar.simulation.scene_tables import (
     SensorTable,
     TrafficTable,
 )
-from multiradar_schemas.tables import Table
+from multiradar_schemas.documents.tables import Table
+from support.paths import ROOT
 
-ROOT = Path(__file__).parents[3]
 EXAMPLES = sorted((ROOT / "examples" / "scenes").glob("*.toml"))
 TABLES = (
     SceneTable, PlaneTable, AircraftTable, LegTable, ReportErrorTable, CoupledTable, TrafficTable,

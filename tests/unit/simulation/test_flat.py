@@ -7,8 +7,8 @@ import pytest
 
 from multiradar.errors import ConfigurationError
 from multiradar.simulation.flat import FlatPlots, flat_plots
-from multiradar.simulation.scene import Aircraft, Bias, Scene, Sensor
-from multiradar.simulation.scene_file import builtin_scene
+from multiradar.simulation.scenario.file import builtin_scene
+from multiradar.simulation.scenario.scene import Aircraft, Bias, Scene, Sensor
 
 DEGREE = float(np.radians(1.0))
 

@@ -8,14 +8,14 @@ import polars as pl
 import pytest
 
 from multiradar import wire
-from multiradar.simulation.counts import counts_by_sensor
-from multiradar.simulation.observation import Observation, observe
+from multiradar.simulation.observation.counts import counts_by_sensor
+from multiradar.simulation.observation.observation import Observation, observe
 from multiradar.simulation.output import measurements_frame, true_biases_frame, truth_frame
-from multiradar.simulation.scene import Bias, Scene
-from multiradar.simulation.scene_file import builtin_scene
-from multiradar.simulation.sensors_text import sensors_text
-from multiradar_schemas.directions import PLAIN_SCHEMA
-from multiradar_schemas.sensor import parse_sensors
+from multiradar.simulation.scenario.file import builtin_scene
+from multiradar.simulation.scenario.scene import Bias, Scene
+from multiradar.simulation.scenario.sensors_text import sensors_text
+from multiradar_schemas.measurements.directions import PLAIN_SCHEMA
+from multiradar_schemas.sensors.sensor import parse_sensors
 
 
 @pytest.fixture(scope="module")

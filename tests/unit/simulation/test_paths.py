@@ -8,7 +8,7 @@ import pytest
 from multiradar.estimation.motion.axes import frame_to_velocity
 from multiradar.research.motion.velocity_frame import VelocityFrame
 from multiradar.simulation.paths import fly
-from multiradar.simulation.scene import Aircraft, CoupledNoise, Leg, Way
+from multiradar.simulation.scenario.scene import Aircraft, CoupledNoise, Leg, Way
 
 # East and north differ everywhere: a swap of axes shows.
 AIRCRAFT = Aircraft(1, 5e3, -7e3, 8000.0, 200.0, np.radians(30.0), start_s=100.0)

@@ -9,7 +9,7 @@ from multiradar.errors import JournalError
 from multiradar.storage.journal import Journal
 from multiradar.storage.memory_journal import MemoryJournal
 from multiradar.storage.sqlite_journal import SqliteJournal
-from support.journal_entries import entry
+from support.inputs.journal_entries import entry
 
 
 def _on_disk(folder: Path) -> Journal:

@@ -12,8 +12,9 @@ import pytest
 from multiradar.errors import ConfigurationError, JournalError, JournalFullError
 from multiradar.storage import sqlite_journal
 from multiradar.storage.sqlite_journal import SqliteJournal
-from support.journal_entries import entry
-from support.waiting import run_to_end
+from support.inputs.journal_entries import entry
+from support.paths import TESTS
+from support.processes.waiting import run_to_end
 
 FINGERPRINT = "a" * 64
 
@@ -227,7 +228,7 @@ import resource, sys
 from pathlib import Path
 from multiradar.errors import JournalError
 from multiradar.storage.sqlite_journal import SqliteJournal
-from support.journal_entries import entry
+from support.inputs.journal_entries import entry
 
 journal = SqliteJournal(Path(sys.argv[1]), "a" * 64)
 resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[2]), resource.RLIM_INFINITY))
@@ -252,7 +253,7 @@ def test_a_failed_write_stops_the_journal_for_good_and_keeps_what_was_acknowledg
     tmp_path: Path,
 ) -> None:
     path = tmp_path / "journal.db"
-    tests = Path(__file__).parents[2]
+    tests = TESTS
     line = [sys.executable, "-c", _FAILING_DISK, str(path), "150000"]
     done = run_to_end(line, env={"PYTHONPATH": str(tests)})
     assert done.returncode == 0, done.stderr
@@ -274,7 +275,7 @@ import sys
 from pathlib import Path
 from multiradar.errors import JournalError
 from multiradar.storage.sqlite_journal import SqliteJournal
-from support.journal_entries import entry
+from support.inputs.journal_entries import entry
 
 journal = SqliteJournal(Path(sys.argv[1]), "a" * 64)
 acknowledged = 0
@@ -302,7 +303,7 @@ def _can_trace() -> bool:
 @pytest.mark.parametrize("call", [12, 16, 20])
 def test_one_failed_sync_is_never_trusted_again(tmp_path: Path, call: int) -> None:
     """After it the next sync succeeds, although data was lost: it must not be asked."""
-    path, tests = tmp_path / "journal.db", Path(__file__).parents[2]
+    path, tests = tmp_path / "journal.db", TESTS
     inject = f"inject=fdatasync,fsync:error=EIO:when={call}"
     line = ["strace", "-f", "-qq", "-o", "/dev/null", "-e", inject]
     line += [sys.executable, "-c", _FAILING_SYNC, str(path)]

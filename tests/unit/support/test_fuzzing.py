@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from support import fuzzing
-from support.waiting import WAIT_TIMEOUT_S
+from support.paths import TESTS
+from support.processes.waiting import WAIT_TIMEOUT_S
 
 pytestmark = pytest.mark.slow
 
@@ -24,7 +25,7 @@ def test_most_numbers_are_good(number: int) -> None:
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    shutil.copy(fuzzing.TESTS / "conftest.py", tmp_path)
+    shutil.copy(TESTS / "conftest.py", tmp_path)
     return tmp_path
 
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from multiradar.estimation.measurement.sensors import PARAMETER_RANGE_GAIN, PARAMETER_TIME_OFFSET
-from support.measurement_models import EllipsoidPolar
-from support.reference_runs import observations
-from support.scenes import Flight, make_scene, random_flights, three_radars
+from support.references.measurement_models import EllipsoidPolar
+from support.references.reference_runs import observations
+from support.scenarios.scenes import Flight, make_scene, random_flights, three_radars
 
 
 def test_plots_are_the_truth_plus_biases_plus_noise_of_the_stated_sigma() -> None:

@@ -13,7 +13,7 @@ from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.lifecycle.transitions import SILENT
 from multiradar.tracking.pool import CAPACITY_FIRST, PARTITIONS, AircraftPool
 from multiradar.tracking.roster import RowIdentities
-from support.batches import batch_of
+from support.inputs.batches import batch_of
 
 
 def assigned(pool: AircraftPool, batch: MeasurementBatch) -> RowIdentities:

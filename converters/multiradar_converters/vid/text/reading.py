@@ -17,7 +17,7 @@ from multiradar_converters.vid.text.layout import FileLayout
 from multiradar_converters.vid.text.lines import Line, RefusedError, looks_cut, parse_line
 from multiradar_converters.vid.text.sieve import Parsed, Rows, Sieve
 from multiradar_converters.vid.times import Clockwork
-from multiradar_schemas.reject import RejectCode
+from multiradar_schemas.measurements.reject import RejectCode
 
 #: Called with the number of bytes that have been read since the last call.
 Progress = Callable[[int], None]

@@ -11,7 +11,7 @@ from multiradar_converters.vid.accounting import Account, RejectedLine, RejectsF
 from multiradar_converters.vid.text.layout import FileLayout
 from multiradar_converters.vid.text.lines import Row, parse_line
 from multiradar_converters.vid.times import Clockwork
-from multiradar_schemas.reject import RejectCode
+from multiradar_schemas.measurements.reject import RejectCode
 
 # So many refused lines wait for a row before them to be decided, so that they come in order.
 _WAITING_REJECTS_MAX = 10_000

@@ -1,4 +1,4 @@
-"""Bounds of the numbers of a sensor: see `multiradar_schemas.sensor_bounds`, which has the same.
+"""Bounds of the numbers of a sensor: see `multiradar_schemas.sensors.bounds`, which has the same.
 
 The core knows no wire format, so it has its own copy, in degrees where the wire has degrees.
 """

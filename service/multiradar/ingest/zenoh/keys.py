@@ -16,7 +16,7 @@
 
 import re
 
-from multiradar_schemas.measurement import SENSOR_ID_PATTERN
+from multiradar_schemas.measurements.measurement import SENSOR_ID_PATTERN
 
 ROOT = "multiradar/v1"
 MEASUREMENTS = f"{ROOT}/measurements"

@@ -13,8 +13,8 @@ search solution of numerical and statistical problems", Journal of the ACM 8 (19
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.restoration._arc_kernels import misfit
-from multiradar.restoration._layout import (
+from multiradar.restoration.control_tracks._arc_kernels import misfit
+from multiradar.restoration.control_tracks._layout import (
     BEGIN,
     COUNT,
     LATERAL,
@@ -22,7 +22,7 @@ from multiradar.restoration._layout import (
     SEGMENT_COUNT,
     SEGMENTS,
 )
-from multiradar.restoration._settling_kernels import copy_track
+from multiradar.restoration.control_tracks._settling_kernels import copy_track
 from multiradar_compiled.kernels import in_loop, loop
 
 Floats = NDArray[np.float64]

@@ -11,17 +11,17 @@ from numpy.typing import NDArray
 from multiradar.errors import RestorationError
 from multiradar.research.bundle._hooke_jeeves_kernels import search
 from multiradar.research.bundle.search_rules import SEGMENT_MIN_S, SearchRules
-from multiradar.restoration import _layout as layout
-from multiradar.restoration._arc_kernels import branch_by_arc, misfit, state_at
-from multiradar.restoration._memory import settling_memory
-from multiradar.restoration._settling_kernels import settle
-from multiradar.restoration._thinning_kernels import thin, trace
-from multiradar.restoration._window_kernels import inform
-from multiradar.restoration.initial import arcs_through_triples
-from multiradar.restoration.plot_rows import plot_rows
-from multiradar.restoration.reading import control_track_of
-from multiradar.restoration.settings import BundleSettings
-from multiradar.restoration.tracks import ControlTrack, MeasurementTrack
+from multiradar.restoration.bundle._window_kernels import inform
+from multiradar.restoration.bundle.initial import arcs_through_triples
+from multiradar.restoration.control_tracks import _layout as layout
+from multiradar.restoration.control_tracks._arc_kernels import branch_by_arc, misfit, state_at
+from multiradar.restoration.control_tracks._memory import settling_memory
+from multiradar.restoration.control_tracks._settling_kernels import settle
+from multiradar.restoration.control_tracks._thinning_kernels import thin, trace
+from multiradar.restoration.control_tracks.plot_rows import plot_rows
+from multiradar.restoration.control_tracks.reading import control_track_of
+from multiradar.restoration.control_tracks.settings import BundleSettings
+from multiradar.restoration.control_tracks.tracks import ControlTrack, MeasurementTrack
 
 Floats = NDArray[np.float64]
 

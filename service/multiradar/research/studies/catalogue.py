@@ -114,7 +114,7 @@ BIAS_ESTIMATION = StudyEntry(
     purpose="Compare the filters on the scenario of the report's section 1.6: errors of "
     "position, velocity and biases with the theoretical and the reported ones, with and without "
     "drift.",
-    module="multiradar.research.studies.bias_estimation",
+    module="multiradar.research.studies.bias_estimation.study",
     runs=20,
     duration_s=1000.0,
     duration_bounds_s=(0.5, 10_000.0),
@@ -125,7 +125,7 @@ POLYNOMIAL_FORECAST = StudyEntry(
     title="Filtering and forecast of a polynomial trajectory",
     purpose="Reproduce the variance tables of Koptev, Rozov and Romanovsky: exact values, a Monte "
     "Carlo with its band, and the values of the paper.",
-    module="multiradar.research.studies.polynomial_forecast",
+    module="multiradar.research.studies.polynomial_forecast.study",
     runs=10_000,
 )
 COUPLED_MOTION = StudyEntry(
@@ -133,7 +133,7 @@ COUPLED_MOTION = StudyEntry(
     title="Motion models in the velocity frame",
     purpose="Draw figures 1 and 3 of Vasiliev and Mattis, show that accelerations in the velocity "
     "frame do not depend on the heading, and compare the motion models in a filter.",
-    module="multiradar.research.studies.coupled_motion",
+    module="multiradar.research.studies.coupled_motion.study",
     runs=100,
     duration_s=300.0,
     duration_bounds_s=(10.0, 3600.0),
@@ -151,7 +151,7 @@ MANOEUVRE_PLANE = StudyEntry(
     title="The plane of a manoeuvre",
     purpose="Reproduce the example of Korobochkin: errors of the plane of a circle, how often a "
     "plane motion is rejected, and how often a helix is detected.",
-    module="multiradar.research.studies.manoeuvre_plane",
+    module="multiradar.research.studies.manoeuvre_plane.study",
     runs=100,
 )
 BEARING_ONLY = StudyEntry(
@@ -159,7 +159,7 @@ BEARING_ONLY = StudyEntry(
     title="A trajectory from angles alone",
     purpose="Compare the filter of Nenartovich and Isakov, which updates with each angle, with the "
     "usual scheme that first computes positions from the angles.",
-    module="multiradar.research.studies.bearing_only",
+    module="multiradar.research.studies.bearing_only.study",
     runs=200,
 )
 TRAJECTORY_BUNDLE = StudyEntry(
@@ -167,7 +167,7 @@ TRAJECTORY_BUNDLE = StudyEntry(
     title="A bundle of trajectories, step by step",
     purpose="Draw figures 2.2 to 2.4 of the report on an S-shaped flight, the bundle before and "
     "after each step, and how its branches are extended beyond the last plot.",
-    module="multiradar.research.studies.trajectory_bundle",
+    module="multiradar.research.studies.trajectory_bundle.study",
     runs=20,
 )
 

@@ -16,7 +16,7 @@ from multiradar.runtime.admission.admission import ACCEPTED, LATE, Admission
 from multiradar.storage.recording import INDEX_COLUMN
 from multiradar.tracking.input.duplicates import Duplicates
 from multiradar.wire import Rejected, measurement_rows
-from multiradar_schemas.reject import Reject, RejectCode
+from multiradar_schemas.measurements.reject import Reject, RejectCode
 
 
 class RejectFile:

@@ -8,17 +8,17 @@ from numpy.typing import NDArray
 
 from multiradar.geodesy.stereographic import StereographicPlane
 from multiradar.runtime.asterix.numbers import NUMBERS
-from multiradar_converters.asterix import status_reports, track_reports
-from multiradar_converters.asterix.senders import Sender
-from multiradar_converters.asterix.status_reports import (
+from multiradar_converters.asterix.writing import status_reports, track_reports
+from multiradar_converters.asterix.writing.encoding import BLOCK_OCTETS_MAX, Records, blocks
+from multiradar_converters.asterix.writing.senders import Sender
+from multiradar_converters.asterix.writing.status_reports import (
     SensorReports,
     batch_record,
     sensor_records,
     service_record,
     status_record,
 )
-from multiradar_converters.asterix.track_reports import TrackReports, track_records
-from multiradar_converters.asterix.writing import BLOCK_OCTETS_MAX, Records, blocks
+from multiradar_converters.asterix.writing.track_reports import TrackReports, track_records
 
 _NO_CODE = -1
 

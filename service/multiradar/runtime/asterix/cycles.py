@@ -20,7 +20,7 @@ from multiradar.tracking.input.order import RELEASE_STEP_S
 from multiradar.tracking.outputs import EngineOutput
 from multiradar.tracking.plots import TrackPlots
 from multiradar.tracking.settings import TrackingSettings
-from multiradar_converters.asterix.status_reports import SERVICE_ENDED
+from multiradar_converters.asterix.writing.status_reports import SERVICE_ENDED
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance

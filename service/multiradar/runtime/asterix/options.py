@@ -5,7 +5,7 @@ import numpy as np
 from multiradar.geodesy.stereographic import StereographicPlane
 from multiradar.runtime.asterix.channel import ChannelOptions
 from multiradar.settings.asterix_output import AsterixOutputSettings
-from multiradar_converters.asterix.senders import Sender
+from multiradar_converters.asterix.writing.senders import Sender
 
 
 def channel_options(settings: AsterixOutputSettings) -> ChannelOptions:

@@ -14,7 +14,7 @@ from multiradar.estimation.measurement.sensors import (
 )
 from multiradar.tracking.health.health_records import ALARM_SILENT, HealthRecords
 from multiradar.tracking.outputs import BiasRecords
-from multiradar_converters.asterix.status_reports import (
+from multiradar_converters.asterix.writing.status_reports import (
     DEGRADED,
     INITIALISING,
     NOT_CONNECTED,

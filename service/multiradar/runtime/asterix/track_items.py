@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.tracking.input.measurements import KIND_BEARING, KIND_POSITION, MeasurementBatch
-from multiradar_converters.asterix.track_reports import UNDETERMINED
+from multiradar_converters.asterix.writing.track_reports import UNDETERMINED
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

@@ -31,7 +31,7 @@ from multiradar.tracking.outputs import (
     TrackUpdates,
 )
 from multiradar.tracking.settings import TrackingSettings
-from multiradar_converters.asterix.track_reports import SOURCES, TrackReports
+from multiradar_converters.asterix.writing.track_reports import SOURCES, TrackReports
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from multiradar.estimation.filters.bank import FilterDefinition
 from multiradar.runtime.engine.shared_biases import SharedBiases
-from multiradar.tracking.climbs import climbs, spread_of_heights
+from multiradar.tracking.encounters.climbs import climbs, spread_of_heights
 from multiradar.tracking.forecast.state_samples import SAMPLE_EVERY_S, Sampling, drawn
 from multiradar.tracking.mode_states import mode_states
 from multiradar.tracking.outputs import TrackStates

@@ -5,7 +5,7 @@ import io
 import polars as pl
 
 from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
-from multiradar_schemas.directions import lean
+from multiradar_schemas.measurements.directions import lean
 
 
 def encode_rows(frame: pl.DataFrame) -> bytes:

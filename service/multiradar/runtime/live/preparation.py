@@ -25,8 +25,8 @@ from multiradar.runtime.live.payload import complete, decode_rows, encode_rows
 from multiradar.storage.entries import Entry, EntryKind, RejectedRow, StoredEntry
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
-from multiradar_schemas.directions import has_directions, lean
-from multiradar_schemas.reject import RejectCode
+from multiradar_schemas.measurements.directions import has_directions, lean
+from multiradar_schemas.measurements.reject import RejectCode
 
 #: Column of a frame with the place of each row in its message.
 INDEX_COLUMN = "index"

@@ -180,7 +180,7 @@ class Publication:
         Returns
         -------
         list of dict or None
-            Fields of `multiradar_schemas.forecast.ForecastPoint`, none beyond the system plane.
+            Fields of `ForecastPoint` of the schemas, none beyond the system plane.
             None when there is no such live track.
 
         Raises
@@ -214,7 +214,7 @@ class Publication:
         Returns
         -------
         dict
-            The fields of `multiradar_schemas.encounter.Encounters`.
+            The fields of `multiradar_schemas.products.encounter.Encounters`.
         """
         if self._states is None:
             return no_encounters(query)
@@ -238,7 +238,7 @@ class Publication:
         Returns
         -------
         dict or None
-            The fields of `multiradar_schemas.manoeuvre_plane.ManoeuvrePlane`; None when there is
+            The fields of `ManoeuvrePlane` of the schemas; None when there is
             no such live track.
 
         Raises
@@ -261,7 +261,7 @@ class Publication:
         Returns
         -------
         dict or None
-            The fields of `multiradar_schemas.observability.Observability`; None when there is no
+            The fields of `Observability` of the schemas; None when there is no
             such live track, or its measurements are not kept any more.
         """
         return self._judged(observability_of_track, track_id, window_s)
@@ -281,7 +281,7 @@ class Publication:
         Returns
         -------
         dict or None
-            The fields of `multiradar_schemas.trajectories.Trajectories`; None when there is no such
+            The fields of `Trajectories` of the schemas; None when there is no such
             live track.
 
         Raises

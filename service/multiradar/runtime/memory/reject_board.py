@@ -12,7 +12,7 @@ from multiradar import wire
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.storage.entries import Quarantined, RejectedRow
 from multiradar.tracking.input.duplicates import Duplicates
-from multiradar_schemas.reject import RejectCode
+from multiradar_schemas.measurements.reject import RejectCode
 
 
 class RejectBoard:

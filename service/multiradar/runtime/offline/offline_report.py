@@ -16,7 +16,7 @@ from multiradar.runtime.offline.offline import (
     OfflineJob,
     OfflineResult,
 )
-from multiradar_schemas.reject import RejectCode
+from multiradar_schemas.measurements.reject import RejectCode
 from multiradar_schemas.report import Counts, InputFile, OutputFile, Report
 
 REPORT_FILE = "report.json"

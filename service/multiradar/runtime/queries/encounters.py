@@ -9,7 +9,6 @@ from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.memory.live_tracks import ages_and_states
 from multiradar.runtime.queries.encounter_query import BY_PROBABILITY, EncounterQuery
 from multiradar.runtime.queries.forecasts import points_inside
-from multiradar.tracking.climbs import CLIMB_COUNT, CLIMB_HEIGHT, CLIMB_RATE, moved_climbs
 from multiradar.tracking.encounters.approaches import (
     Approaches,
     bounds,
@@ -18,6 +17,12 @@ from multiradar.tracking.encounters.approaches import (
     height_at,
     heights_between,
     least_heights,
+)
+from multiradar.tracking.encounters.climbs import (
+    CLIMB_COUNT,
+    CLIMB_HEIGHT,
+    CLIMB_RATE,
+    moved_climbs,
 )
 from multiradar.tracking.encounters.learnt_courses import learnt_courses
 from multiradar.tracking.encounters.pairs import Pairs, Paths, near_pairs
@@ -100,7 +105,7 @@ def encounters(
     Returns
     -------
     dict
-        The fields of `multiradar_schemas.encounter.Encounters`.
+        The fields of `multiradar_schemas.products.encounter.Encounters`.
     """
     # Tracks may have moved on since the data time was asked for.
     time_s = float(np.max(sky.states.time_s, initial=sky.time_s))

@@ -16,7 +16,7 @@ from multiradar.tracking.forecast.forecast_family import MOTIONS
 from multiradar.tracking.forecast.forecast_scores import Plan
 from multiradar.tracking.forecast.regions import gaussian_factor
 from multiradar.tracking.outputs import TrackStates
-from multiradar_schemas.names import unknown
+from multiradar_schemas.documents.names import unknown
 
 Floats = NDArray[np.float64]
 

@@ -79,7 +79,7 @@ def checked_probability(probability: float) -> float:
 def forecast_document(
     track_id: int, probability: float, by: str, points: list[dict[str, Any]]
 ) -> dict[str, Any]:
-    """Return an answer: the fields of `multiradar_schemas.forecast.Forecast`."""
+    """Return an answer: the fields of `multiradar_schemas.products.forecast.Forecast`."""
     return {"track_id": track_id, "probability": probability, "by": by, "points": points}
 
 
@@ -129,7 +129,7 @@ def forecast_points(
     Returns
     -------
     list of dict
-        Fields of `multiradar_schemas.forecast.ForecastPoint`, with the state of the track and the
+        Fields of `ForecastPoint` of the schemas, with the state of the track and the
         age of its last update then. A track that leaves the plane has points up to there.
     """
     inside = int(points_inside(plane, course.means))

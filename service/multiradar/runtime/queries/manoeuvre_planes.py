@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.restoration.manoeuvre_plane import ManoeuvrePlane, fit_plane
-from multiradar.restoration.plot_positions import PlotPositions, plot_positions
+from multiradar.restoration.geometry.manoeuvre_plane import ManoeuvrePlane, fit_plane
+from multiradar.restoration.geometry.plot_positions import PlotPositions, plot_positions
 from multiradar.runtime.queries.track_windows import bias_estimates, window_plots
 
 
@@ -30,7 +30,7 @@ def plane_of_track(
     Returns
     -------
     dict
-        The fields of `multiradar_schemas.manoeuvre_plane.ManoeuvrePlane`.
+        The fields of `multiradar_schemas.products.manoeuvre_plane.ManoeuvrePlane`.
 
     Raises
     ------

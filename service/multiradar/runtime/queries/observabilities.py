@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.restoration.observability import observability
-from multiradar.restoration.straight_flight import Sightings
+from multiradar.restoration.geometry.observability import observability
+from multiradar.restoration.geometry.straight_flight import Sightings
 from multiradar.runtime.queries.track_windows import (
     azimuth_bias_sigmas,
     bias_estimates,
@@ -34,7 +34,7 @@ def observability_of_track(
     Returns
     -------
     dict
-        The fields of `multiradar_schemas.observability.Observability`.
+        The fields of `multiradar_schemas.products.observability.Observability`.
     """
     last = rows[-1]
     height_m = float(last["track_height_m"])

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from multiradar.errors import PlaneError, TrajectoryError
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.restoration.plot_positions import PlotPositions, plot_positions
+from multiradar.restoration.geometry.plot_positions import PlotPositions, plot_positions
 from multiradar.runtime.queries.track_windows import bias_estimates, window_plots
 from multiradar.tracking.forecast.polynomial_forecast import PolynomialForecast, polynomial_forecast
 

@@ -18,7 +18,7 @@ from multiradar.estimation.measurement.sensors import (
     PARAMETER_NAMES,
     SensorTable,
 )
-from multiradar.restoration.plot_positions import Plots
+from multiradar.restoration.geometry.plot_positions import Plots
 from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.memory.bias_board import BiasBoard
 from multiradar.runtime.memory.history import TrackHistory

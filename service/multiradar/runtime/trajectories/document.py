@@ -7,11 +7,11 @@ from numpy.typing import NDArray
 
 from multiradar.errors import OutsidePlaneError, TrajectoryError
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.restoration.bundle import Bundle
-from multiradar.restoration.estimate import BEST, WEIGHTED, Trajectory
-from multiradar.restoration.initial import TRIPLE_APART_M, TRIPLE_APART_S
-from multiradar.restoration.path import Path
-from multiradar.restoration.settings import KIND_NAMES
+from multiradar.restoration.bundle.bundle import Bundle
+from multiradar.restoration.bundle.estimate import BEST, WEIGHTED, Trajectory
+from multiradar.restoration.bundle.initial import TRIPLE_APART_M, TRIPLE_APART_S
+from multiradar.restoration.bundle.path import Path
+from multiradar.restoration.control_tracks.settings import KIND_NAMES
 from multiradar.runtime.trajectories.pool import Reading
 
 Floats = NDArray[np.float64]
@@ -46,7 +46,7 @@ def trajectories_of(
     Returns
     -------
     dict
-        The fields of `multiradar_schemas.trajectories.Trajectories`, without those of the track.
+        The fields of `Trajectories` of the schemas, without those of the track.
 
     Raises
     ------

@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.restoration.bundle import Bundle
-from multiradar.restoration.forecast import forecast
-from multiradar.restoration.forecast_settings import ForecastSettings
+from multiradar.restoration.bundle.bundle import Bundle
+from multiradar.restoration.forecast.forecast import forecast
+from multiradar.restoration.forecast.settings import ForecastSettings
 from multiradar.tracking.forecast.forecast_calibration import GAP_MAX_S
 from multiradar.tracking.forecast.forecast_scores import (
     HORIZONS_S,

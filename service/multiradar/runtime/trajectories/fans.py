@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 
 from multiradar.errors import ForecastError
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.restoration.fan import LATER_NAMES, REGION_MEMBERS, Fan, Members
-from multiradar.restoration.forecast import forecast
-from multiradar.restoration.forecast_settings import AHEAD_MAX_S
+from multiradar.restoration.forecast.fan import LATER_NAMES, REGION_MEMBERS, Fan, Members
+from multiradar.restoration.forecast.forecast import forecast
+from multiradar.restoration.forecast.settings import AHEAD_MAX_S
 from multiradar.runtime.trajectories.document import require_tracks
 from multiradar.runtime.trajectories.fan_scores import SETTINGS
 from multiradar.runtime.trajectories.pool import Reading
@@ -123,7 +123,7 @@ def told_members(course: FanCourse, plane: SystemPlane, height_m: float) -> list
     Returns
     -------
     list of list of dict
-        Fields of `multiradar_schemas.forecast.ForecastMember`, by falling weight; without those
+        Fields of `ForecastMember` of the schemas, by falling weight; without those
         that have left the plane.
     """
     members, fan = course.members, course.fan

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 
 from multiradar.errors import ConfigurationError
-from multiradar.restoration.settings import BundleSettings
+from multiradar.restoration.control_tracks.settings import BundleSettings
 
 #: Length of the initial window of a bundle, s: an aircraft of 27 m/s flies 800 m twice in it.
 INITIAL_S = 60.0

@@ -23,8 +23,8 @@ from multiradar.estimation.measurement.sensors import (
 )
 from multiradar.geodesy import _kernels as geodesy
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.restoration._plot_position_kernels import place_plot
-from multiradar.restoration.plot_positions import height_variance
+from multiradar.restoration.geometry._plot_position_kernels import place_plot
+from multiradar.restoration.geometry.plot_positions import height_variance
 from multiradar.tracking.input.measurements import KIND_BEARING, KIND_POSITION
 from multiradar.tracking.outputs import BiasRecords
 from multiradar.tracking.settings import TrackingSettings

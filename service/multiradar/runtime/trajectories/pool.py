@@ -9,9 +9,9 @@ import numpy as np
 
 from multiradar.errors import CovarianceError, MultiradarError, ShapeError, TimeOrderError
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.restoration._memory import scratch
-from multiradar.restoration.bundle import Bundle
-from multiradar.restoration.settings import BundleSettings
+from multiradar.restoration.bundle.bundle import Bundle
+from multiradar.restoration.control_tracks._memory import scratch
+from multiradar.restoration.control_tracks.settings import BundleSettings
 from multiradar.runtime.trajectories.fan_scores import NOTHING_LEARNT, FanScores
 from multiradar.runtime.trajectories.plots import (
     PLOT_DTYPE,

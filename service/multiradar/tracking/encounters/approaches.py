@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters.height._height_kernels import CLIMB_DENSITY
-from multiradar.tracking.climbs import CLIMB_KIND, later_variance
 from multiradar.tracking.encounters import _approach_kernels as kernels
 from multiradar.tracking.encounters._chance_kernels import (
     CLIMB_NOISE,
@@ -18,6 +17,7 @@ from multiradar.tracking.encounters._chance_kernels import (
     find_bounds,
     find_chances,
 )
+from multiradar.tracking.encounters.climbs import CLIMB_KIND, later_variance
 from multiradar.tracking.encounters.pairs import Paths
 
 #: Points over which chances are averaged: good to 0.01 whatever errs, and to 0.002 as a rule.

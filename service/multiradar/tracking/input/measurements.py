@@ -75,7 +75,7 @@ class MeasurementBatch:
     track_number : (n,) int64
         The recording's own number of the aircraft.
     callsign : (n,) int64
-        Eight letters of six bits (`multiradar_schemas.callsigns`).
+        Eight letters of six bits (`multiradar_schemas.measurements.callsigns`).
     directions : Directions or None
         What bearings tell beside the azimuth; None where no row does, as in most batches.
     """

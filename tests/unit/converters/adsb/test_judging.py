@@ -5,9 +5,9 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from multiradar_converters.adsb import roles
-from multiradar_converters.adsb.batches import Batch
 from multiradar_converters.adsb.judging import SPEED_MAX_MPS, STALE_M, STEP_S, Judge
+from multiradar_converters.adsb.reading import roles
+from multiradar_converters.adsb.reading.batches import Batch
 from multiradar_converters.errors import LayoutError
 
 METRE_DEG = 1.0 / 111_195.0

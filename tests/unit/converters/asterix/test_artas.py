@@ -5,13 +5,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from multiradar_converters.asterix.catalogue import layout_of
-from multiradar_converters.asterix.containers import read_blocks
-from multiradar_converters.asterix.editions import Editions
-from multiradar_converters.asterix.fields import record_fields
-from multiradar_converters.asterix.gathering import gather
-from multiradar_converters.asterix.program import program_of, walk
-from support.asterix_octets import block, record
+from multiradar_converters.asterix.decoding.editions import Editions
+from multiradar_converters.asterix.decoding.gathering import gather
+from multiradar_converters.asterix.framing.containers import read_blocks
+from multiradar_converters.asterix.layout.catalogue import layout_of
+from multiradar_converters.asterix.layout.fields import record_fields
+from multiradar_converters.asterix.layout.program import program_of, walk
+from support.asterix.octets import block, record
 
 ARTAS_TRACK = block(
     30,

@@ -7,8 +7,8 @@ import pytest
 from multiradar_converters.normalised.parsed import PARSED_SCHEMA
 from multiradar_converters.normalised.text import parse_json, parse_ndjson
 from multiradar_schemas.errors import BodyError
-from multiradar_schemas.reject import RejectCode
-from support.messages import adsb, array, radar, without
+from multiradar_schemas.measurements.reject import RejectCode
+from support.inputs.messages import adsb, array, radar, without
 
 GOOD = json.dumps(radar())
 

@@ -7,7 +7,7 @@ import polars as pl
 import pytest
 
 from multiradar_converters.vid.profile import load_profile
-from support import dumps
+from support.inputs import dumps
 
 PART = 6000
 

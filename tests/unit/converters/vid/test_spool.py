@@ -9,7 +9,7 @@ import pytest
 from multiradar_converters.vid import spool
 from multiradar_converters.vid.records import POINT_WORDS, Records, pack_track, points, times
 from multiradar_converters.vid.track_files import TrackFileNames, TrackWriter
-from support import dumps
+from support.inputs import dumps
 
 
 def scene(order: str, count: int = 5000) -> Records:

@@ -12,7 +12,7 @@ from multiradar.estimation.measurement.sensors import (
     PARAMETER_RANGE_OFFSET,
     SensorTable,
 )
-from support.scenes import PRIOR_SIGMA, sensor_table, three_radars
+from support.scenarios.scenes import PRIOR_SIGMA, sensor_table, three_radars
 
 OFFSETS = (PARAMETER_RANGE_OFFSET, PARAMETER_AZIMUTH_OFFSET)
 

@@ -8,18 +8,18 @@ from numpy.typing import NDArray
 
 from multiradar.estimation.filters.bank import FILTERS, Outcome
 from multiradar.tracking.modes import mode_table
-from support.compiled_filters import CompiledFilter, plain_settings
-from support.measurement_models import EllipsoidPolar
-from support.reference_filters import (
+from support.references.compiled_filters import CompiledFilter, plain_settings
+from support.references.measurement_models import EllipsoidPolar
+from support.references.reference_filters import (
     JointKalman,
     Linearised,
     MeasurementModel,
     Observation,
     ReferenceFilter,
 )
-from support.reference_modes import Imm
-from support.reference_runs import bias_prior, play, start_guesses
-from support.scenes import Scene, make_scene, random_flights, three_radars
+from support.references.reference_modes import Imm
+from support.references.reference_runs import bias_prior, play, start_guesses
+from support.scenarios.scenes import Scene, make_scene, random_flights, three_radars
 
 Floats = NDArray[np.float64]
 

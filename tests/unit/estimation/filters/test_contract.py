@@ -18,9 +18,9 @@ from multiradar.estimation.measurement.sensors import (
 )
 from multiradar.tracking.modes import mode_table
 from support.bands import tails
-from support.compiled_filters import CompiledFilter, Form, plain_settings
-from support.measurement_models import EllipsoidPolar, Flat
-from support.reference_filters import (
+from support.references.compiled_filters import CompiledFilter, Form, plain_settings
+from support.references.measurement_models import EllipsoidPolar, Flat
+from support.references.reference_filters import (
     BiasPrior,
     BlomMacro,
     BlomSeparated,
@@ -31,9 +31,16 @@ from support.reference_filters import (
     ReferenceFilter,
     TwoStage,
 )
-from support.reference_modes import Imm
-from support.reference_runs import START_SIGMA, bias_prior, play, start_guesses
-from support.scenes import Radar, Scene, flattened, make_scene, random_flights, three_radars
+from support.references.reference_modes import Imm
+from support.references.reference_runs import START_SIGMA, bias_prior, play, start_guesses
+from support.scenarios.scenes import (
+    Radar,
+    Scene,
+    flattened,
+    make_scene,
+    random_flights,
+    three_radars,
+)
 
 ACCELERATION = 0.3
 NAMES = sorted(FILTERS)

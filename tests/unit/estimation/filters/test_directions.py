@@ -9,8 +9,8 @@ from multiradar.estimation.filters.height._height_kernels import BY_HEIGHT, GUES
 from multiradar.estimation.measurement._kernels import KIND_DIRECTION, seen_from, sine_by_height
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.tracking.settings import TrackingSettings
-from support import moving_scene
-from support.direction_filter import model_of, one_aircraft
+from support.references.direction_filter import model_of, one_aircraft
+from support.scenarios import moving_scene
 
 TABLE = moving_scene.sensors(bias_sigma_deg=0.01)
 MEAN = np.array([12e3, 25e3, -120.0, 60.0])

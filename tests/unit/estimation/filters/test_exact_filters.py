@@ -12,9 +12,9 @@ from multiradar.research.sequential.arrays import Record
 from multiradar.research.sequential.player import play
 from multiradar.research.sequential.plots import Form, Plots, Starts
 from multiradar.research.sequential.sensors import BiasPrior, Sensors, flat_radars
-from multiradar.research.studies.bias_estimation_runs import DRIFT_DENSITY
+from multiradar.research.studies.bias_estimation.runs import DRIFT_DENSITY
 from multiradar.simulation.flat import FlatPlots, flat_plots
-from multiradar.simulation.scene_file import builtin_scene
+from multiradar.simulation.scenario.file import builtin_scene
 from support.bands import tails
 
 START_SIGMA = np.array([1000.0, 1000.0, 300.0, 300.0])

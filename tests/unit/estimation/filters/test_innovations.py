@@ -8,11 +8,11 @@ import pytest
 from multiradar.estimation.filters._kernels import EXPECTED_NIS
 from multiradar.estimation.filters.arrays import result_arrays
 from multiradar.estimation.filters.bank import FILTERS, Outcome
-from support.compiled_filters import CompiledFilter, plain_settings
-from support.measurement_models import EllipsoidPolar
-from support.reference_filters import JointKalman, Observation
-from support.reference_runs import bias_prior, play, start_guesses
-from support.scenes import Scene, make_scene, random_flights, three_radars
+from support.references.compiled_filters import CompiledFilter, plain_settings
+from support.references.measurement_models import EllipsoidPolar
+from support.references.reference_filters import JointKalman, Observation
+from support.references.reference_runs import bias_prior, play, start_guesses
+from support.scenarios.scenes import Scene, make_scene, random_flights, three_radars
 
 ACCELERATION = 0.3
 NAMES = sorted(FILTERS)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from multiradar.estimation.filters.bank import Outcome
-from support.compiled_filters import CompiledFilter, plain_settings
-from support.reference_runs import START_SIGMA, observations, start_guesses
-from support.scenes import make_scene, random_flights, three_radars
+from support.references.compiled_filters import CompiledFilter, plain_settings
+from support.references.reference_runs import START_SIGMA, observations, start_guesses
+from support.scenarios.scenes import make_scene, random_flights, three_radars
 
 ACCELERATION = 0.3
 

@@ -19,11 +19,11 @@ from multiradar.estimation.measurement.sensors import (
 )
 from multiradar.runtime.engine.engine import Engine
 from multiradar.tracking.settings import TrackingSettings
-from support.compiled_filters import CompiledFilter, plain_settings
-from support.measurement_models import EllipsoidPolar
-from support.reference_runs import bias_prior, play, start_guesses
-from support.reference_time_offsets import TimedTwoStage
-from support.scenes import Radar, Scene, make_scene, random_flights
+from support.references.compiled_filters import CompiledFilter, plain_settings
+from support.references.measurement_models import EllipsoidPolar
+from support.references.reference_runs import bias_prior, play, start_guesses
+from support.references.reference_time_offsets import TimedTwoStage
+from support.scenarios.scenes import Radar, Scene, make_scene, random_flights
 
 SCENES = 6
 PRIOR_SIGMA_S = 0.5

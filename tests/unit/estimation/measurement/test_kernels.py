@@ -13,8 +13,8 @@ from multiradar.estimation.measurement.sensors import PARAMETER_NAMES
 from multiradar.estimation.measurement.unseen_height import range_variance
 from multiradar.geodesy._kernels import plane_parameters, predict_polar, site_parameters
 from support.kernels import plain
-from support.measurement_models import FlatCartesian, FlatPolar
-from support.reference_filters import Observation
+from support.references.measurement_models import FlatCartesian, FlatPolar
+from support.references.reference_filters import Observation
 
 PLANE = plane_parameters(0.98, 1.06)
 SITE = site_parameters(PLANE, 0.985, 1.05, 420.0)

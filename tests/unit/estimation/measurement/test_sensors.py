@@ -17,8 +17,8 @@ from multiradar.errors import (
 )
 from multiradar.estimation.measurement import sensor_bounds
 from multiradar.estimation.measurement.sensors import PARAMETER_NAMES, SensorTable
-from multiradar_schemas import sensor_bounds as file_bounds
-from support.scenes import sensor_table, three_radars
+from multiradar_schemas.sensors import bounds as file_bounds
+from support.scenarios.scenes import sensor_table, three_radars
 
 # How the names of bounds end.
 UNITS = ("_M", "_S", "_DEG", "_GAIN")

@@ -17,11 +17,11 @@ from multiradar.ingest.asterix_queue import DatagramQueue, Received
 from multiradar.ingest.asterix_source import MemorySource
 from multiradar.observability.asterix_metrics import AsterixCollector
 from multiradar.runtime.live.receipt import Receipt, RejectedRow
-from multiradar_converters.asterix.datagrams import Datagrams
-from multiradar_converters.asterix.live import LiveDecoder, LiveOptions
-from multiradar_converters.asterix.live_batch import LiveBatch
-from support.asterix_octets import block, plot_048
-from support.waiting import wait_until
+from multiradar_converters.asterix.framing.datagrams import Datagrams
+from multiradar_converters.asterix.live.batch import LiveBatch
+from multiradar_converters.asterix.live.reception import LiveDecoder, LiveOptions
+from support.asterix.octets import block, plot_048
+from support.processes.waiting import wait_until
 
 NOON_S = 19_675 * 86_400.0 + 43_200.0
 NAMES = {(0x1482, "radar"): "20-130"}

@@ -2,7 +2,7 @@
 
 from multiradar.ingest.asterix_sensors import names_by_source, turns_by_source
 from multiradar.wire import sensor_table
-from multiradar_schemas.sensor import parse_sensors
+from multiradar_schemas.sensors.sensor import parse_sensors
 
 SENSORS = """
 [[sensor]]

@@ -15,8 +15,8 @@ from multiradar.ingest.zenoh.memory_bus import MemoryAnswer, MemoryBus
 from multiradar.ingest.zenoh.options import ZenohOptions
 from multiradar.runtime.live.receipt import Receipt
 from multiradar.runtime.trajectories.document import PATH_STEP_DEFAULT_S
-from support.fake_service import FakeService
-from support.zenoh_scene import StreamingView
+from support.fakes.fake_service import FakeService
+from support.scenarios.zenoh_scene import StreamingView
 
 KEY = "multiradar/v1/measurements/41-10"
 PLOT = {"time_s": 1.0, "kind": "radar", "range_m": 5e4, "azimuth_deg": 1.0}

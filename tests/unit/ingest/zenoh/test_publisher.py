@@ -11,7 +11,7 @@ from multiradar.ingest.zenoh.joining import JoinGate
 from multiradar.ingest.zenoh.memory_bus import MemoryBus
 from multiradar.ingest.zenoh.options import ZenohOptions
 from multiradar.ingest.zenoh.publisher import CACHE_SAMPLES_MIN, Publisher
-from support.zenoh_scene import StreamingView
+from support.scenarios.zenoh_scene import StreamingView
 
 TRACK_7 = "multiradar/v1/tracks/7"
 

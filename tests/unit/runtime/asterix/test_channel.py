@@ -8,8 +8,8 @@ import pytest
 
 from multiradar.geodesy.stereographic import StereographicPlane
 from multiradar.runtime.asterix.channel import Channel, ChannelOptions
-from multiradar_converters.asterix.track_reports import TrackReports
-from support.asterix_reports import SENDER, reports
+from multiradar_converters.asterix.writing.track_reports import TrackReports
+from support.asterix.reports import SENDER, reports
 
 
 def channel(**said: Any) -> Channel:

@@ -14,10 +14,10 @@ from multiradar.runtime.engine.engine import Engine
 from multiradar.tracking.outputs import EngineOutput
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.wire import measurement_batch
-from multiradar_converters.asterix.track_reports import TrackReports
-from multiradar_schemas.callsigns import callsign_texts
-from support.asterix_reports import SENDER
-from support.live_scene import START_S, cut, recording, sensors
+from multiradar_converters.asterix.writing.track_reports import TrackReports
+from multiradar_schemas.measurements.callsigns import callsign_texts
+from support.asterix.reports import SENDER
+from support.scenarios.live_scene import START_S, cut, recording, sensors
 
 TABLE = sensors()
 TRACKING = TrackingSettings(filter_name="imm")

@@ -10,12 +10,12 @@ from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.asterix.sensor_picture import SensorPicture
 from multiradar.tracking.outputs import BiasRecords
 from multiradar.wire import sensor_table
-from multiradar_converters.asterix.status_reports import (
+from multiradar_converters.asterix.writing.status_reports import (
     INITIALISING,
     NOT_CONNECTED,
     OPERATIONAL,
 )
-from multiradar_schemas.sensor import parse_sensors
+from multiradar_schemas.sensors.sensor import parse_sensors
 
 RANGE, AZIMUTH, GAIN, TIME = range(4)
 

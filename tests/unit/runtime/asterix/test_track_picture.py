@@ -19,9 +19,9 @@ from multiradar.tracking.input.measurements import (
 )
 from multiradar.tracking.outputs import TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
-from multiradar_converters.asterix.track_reports import TrackReports, track_records
-from support.asterix_reports import SENDER, read_tracks
-from support.live_scene import sensors
+from multiradar_converters.asterix.writing.track_reports import TrackReports, track_records
+from support.asterix.reports import SENDER, read_tracks
+from support.scenarios.live_scene import sensors
 
 TABLE = sensors()
 TRACKING = TrackingSettings()

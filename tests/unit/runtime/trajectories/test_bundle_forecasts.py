@@ -23,11 +23,19 @@ from multiradar.tracking.outputs import EngineOutput
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.wire import measurement_batch
 from multiradar_schemas.arrow import FORECAST_SCHEMA
-from multiradar_schemas.forecast import ForecastPoint, ForecastRow
-from support.engine_outputs import End, Sample, output_of
-from support.live_scene import START_S
-from support.trajectory_scene import MUTE, PLANE, REPORTING, TABLE, TURNING, flown, recording
-from support.waiting import WAIT_TIMEOUT_S
+from multiradar_schemas.products.forecast import ForecastPoint, ForecastRow
+from support.fakes.engine_outputs import End, Sample, output_of
+from support.processes.waiting import WAIT_TIMEOUT_S
+from support.scenarios.live_scene import START_S
+from support.scenarios.trajectory_scene import (
+    MUTE,
+    PLANE,
+    REPORTING,
+    TABLE,
+    TURNING,
+    flown,
+    recording,
+)
 
 pytestmark = pytest.mark.slow
 

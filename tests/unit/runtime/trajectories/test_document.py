@@ -5,14 +5,14 @@ import pytest
 
 from multiradar.errors import TrajectoryError
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.restoration.bundle import Bundle
+from multiradar.restoration.bundle.bundle import Bundle
 from multiradar.runtime.trajectories.document import POINTS_MAX, trajectories_of
 from multiradar.runtime.trajectories.options import trajectory_options
 from multiradar.runtime.trajectories.pool import Reading
 from multiradar.runtime.trajectories.table import table_row
 from multiradar_schemas.arrow import TRAJECTORY_SCHEMA
-from multiradar_schemas.trajectories import Trajectories
-from support.flown import S_SHAPE, flight, plots_of
+from multiradar_schemas.products.trajectories import Trajectories
+from support.scenarios.flown import S_SHAPE, flight, plots_of
 
 PLANE = SystemPlane(np.radians(50.0), np.radians(15.0))
 SETTINGS = trajectory_options(1, 1, 4.0, 2.0).bundle

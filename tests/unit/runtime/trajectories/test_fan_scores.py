@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from multiradar.restoration.bundle import Bundle
-from multiradar.restoration.forecast import forecast
-from multiradar.restoration.settings import BundleSettings
+from multiradar.restoration.bundle.bundle import Bundle
+from multiradar.restoration.control_tracks.settings import BundleSettings
+from multiradar.restoration.forecast.forecast import forecast
 from multiradar.runtime.trajectories import fan_scores
 from multiradar.runtime.trajectories.fan_scores import (
     ASKED_AFTER_S,

@@ -5,14 +5,14 @@ import pytest
 
 from multiradar.errors import ForecastError, TrajectoryError
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.restoration.bundle import Bundle
-from multiradar.restoration.forecast_settings import AHEAD_MAX_S
-from multiradar.restoration.settings import BundleSettings
+from multiradar.restoration.bundle.bundle import Bundle
+from multiradar.restoration.control_tracks.settings import BundleSettings
+from multiradar.restoration.forecast.settings import AHEAD_MAX_S
 from multiradar.runtime.trajectories.fans import MEMBERS_MAX, fan_course, told_members
 from multiradar.runtime.trajectories.pool import Reading
 from multiradar.tracking.forecast.regions import gaussian_factor
-from multiradar_schemas.forecast import ForecastMember
-from support.flown import flight, plots_of
+from multiradar_schemas.products.forecast import ForecastMember
+from support.scenarios.flown import flight, plots_of
 
 PLANE = SystemPlane(np.radians(50.0), np.radians(15.0))
 NOW_S = 96.0

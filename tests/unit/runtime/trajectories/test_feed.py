@@ -16,9 +16,10 @@ from multiradar.runtime.trajectories.options import TrajectoryOptions
 from multiradar.tracking.outputs import EngineOutput
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.wire import measurement_batch
-from support import live_scene
-from support.engine_outputs import End, Update, output_of
-from support.trajectory_scene import (
+from support.fakes.engine_outputs import End, Update, output_of
+from support.processes.waiting import WAIT_TIMEOUT_S, join, wait_until
+from support.scenarios import live_scene
+from support.scenarios.trajectory_scene import (
     JAMMED,
     PLANE,
     REPORTING,
@@ -28,7 +29,6 @@ from support.trajectory_scene import (
     flown,
     recording,
 )
-from support.waiting import WAIT_TIMEOUT_S, join, wait_until
 
 TRACKING = TrackingSettings(reorder_horizon_s=0.0)
 

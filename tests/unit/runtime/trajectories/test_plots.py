@@ -18,7 +18,7 @@ from multiradar.runtime.trajectories.plots import (
 )
 from multiradar.tracking.input.measurements import KIND_BEARING, KIND_POSITION, KIND_RADAR
 from multiradar.tracking.settings import TrackingSettings
-from support import live_scene
+from support.scenarios import live_scene
 
 TABLE = live_scene.sensors()
 RADAR, ADSB = TABLE.ids.index("41-10"), TABLE.ids.index("adsb")

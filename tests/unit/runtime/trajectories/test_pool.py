@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from multiradar.errors import CovarianceError
-from multiradar.restoration.bundle import Bundle
-from multiradar.restoration.settings import BundleSettings
+from multiradar.restoration.bundle.bundle import Bundle
+from multiradar.restoration.control_tracks.settings import BundleSettings
 from multiradar.runtime.trajectories.plots import (
     PLOT_DTYPE,
     Placed,
@@ -16,9 +16,9 @@ from multiradar.runtime.trajectories.plots import (
 from multiradar.runtime.trajectories.pool import TAKEN, BundlePool, warm_up
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.wire import sensor_table
-from multiradar_schemas.sensor import parse_sensors
-from support import live_scene
-from support.flown import S_SHAPE, flight, plots_of
+from multiradar_schemas.sensors.sensor import parse_sensors
+from support.scenarios import live_scene
+from support.scenarios.flown import S_SHAPE, flight, plots_of
 
 TABLE = live_scene.sensors()
 NOTHING = Published(np.zeros((len(TABLE), 4)), np.zeros((len(TABLE), 4)))

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from multiradar.runtime.trajectories.roster import LetGo, Order, Roster, Sampled, Take
-from support import live_scene
-from support.engine_outputs import Bias, End, Event, Sample, Update, output_of
+from support.fakes.engine_outputs import Bias, End, Event, Sample, Update, output_of
+from support.scenarios import live_scene
 
 TABLE = live_scene.sensors()
 

@@ -14,7 +14,7 @@ from multiradar.tracking.encounters.approaches import (
 )
 from multiradar.tracking.encounters.pairs import Paths
 from multiradar.tracking.forecast.forecast import forecast
-from support.encounter_paths import covariance, straight_paths
+from support.scenarios.encounter_paths import covariance, straight_paths
 
 TIMES_S = np.array([0.0, 30.0, 60.0, 120.0])
 PAIR = np.array([[0, 1]])

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from multiradar.estimation.filters.height._height_kernels import CLIMB_DENSITY
-from multiradar.tracking.climbs import CLIMB_COUNT
 from multiradar.tracking.encounters._relative_kernels import RARE, RARE_SHARE
 from multiradar.tracking.encounters.approaches import (
     bounds,
@@ -12,7 +11,8 @@ from multiradar.tracking.encounters.approaches import (
     closest_approaches,
     heights_between,
 )
-from support.encounter_paths import covariance, flown_distances, straight_paths
+from multiradar.tracking.encounters.climbs import CLIMB_COUNT
+from support.scenarios.encounter_paths import covariance, flown_distances, straight_paths
 
 TIMES_S = np.arange(0.0, 121.0, 10.0)
 DRAWN = 40_000

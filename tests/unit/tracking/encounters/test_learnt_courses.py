@@ -13,7 +13,7 @@ from multiradar.tracking.forecast.forecast_family import STRAIGHT
 from multiradar.tracking.forecast.forecast_scores import HORIZONS_S
 from multiradar.tracking.outputs import TrackStates
 from multiradar.tracking.settings import TrackingSettings
-from support.encounter_paths import covariance
+from support.scenarios.encounter_paths import covariance
 
 Floats = NDArray[np.float64]
 

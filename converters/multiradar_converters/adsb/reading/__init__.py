@@ -1,0 +1,1 @@
+"""Text of ADS-B files into columns: records, cells, numbers and times."""

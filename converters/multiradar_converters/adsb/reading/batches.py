@@ -1,0 +1,134 @@
+"""Records read into columns, by the compiled form where it can."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar_converters.adsb.reading import _kernels, plain, roles
+from multiradar_converters.adsb.reading.layout import Layout
+from multiradar_converters.adsb.reading.splitting import Piece
+from multiradar_converters.vid.text.lines import RefusedError
+from multiradar_schemas.measurements.reject import RejectCode
+
+Numbers = NDArray[np.float64]
+Words = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Refused:
+    """A record that cannot be taken; its place is a byte of JSON or a line of CSV."""
+
+    place: int
+    code: RejectCode
+    reason: str
+    raw: bytes
+
+
+@dataclass
+class Batch:
+    """Some records of a file.
+
+    Attributes
+    ----------
+    numbers, words : float64[7, n], int64[5, n]
+        Values by role (see `roles`), in SI.
+    places : int64[n]
+        Where each stands.
+    raw : callable
+        Returns what stands there.
+    refused : list of Refused
+        Records that are not among them.
+    found : int
+        Records that there were, and pieces of text that are none.
+    """
+
+    numbers: Numbers
+    words: Words
+    places: Words
+    raw: Callable[[int], bytes]
+    refused: list[Refused] = field(default_factory=list)
+    found: int = 0
+
+
+def read_objects(
+    piece: Piece, layout: Layout, numbers: Numbers, words: Words, odd: NDArray[np.bool_]
+) -> None:
+    """Read JSON objects by the compiled form; see `_kernels.read_objects`."""
+    _kernels.read_objects(
+        piece.text, piece.begins, piece.ends, layout.keys, layout.lengths, layout.key_roles,
+        layout.hints, layout.worded, layout.scale, layout.divisor, numbers, words, odd,
+    )  # fmt: skip
+
+
+def read_columns(
+    piece: Piece, layout: Layout, numbers: Numbers, words: Words, odd: NDArray[np.bool_]
+) -> None:
+    """Read lines of columns by the compiled form; see `_kernels.read_columns`."""
+    _kernels.read_columns(
+        piece.text, piece.begins, piece.ends, layout.separator[0],
+        np.array(layout.columns, dtype=np.int64), layout.worded, layout.scale, layout.divisor,
+        numbers, words, odd,
+    )  # fmt: skip
+
+
+def batch_of(
+    piece: Piece,
+    layout: Layout,
+    cells_of: Callable[[bytes], dict[int, str]],
+    fast: Callable[[Piece, Layout, Numbers, Words, NDArray[np.bool_]], None] | None,
+) -> Batch:
+    """Read records.
+
+    Parameters
+    ----------
+    piece : Piece
+        The records.
+    layout : Layout
+        How they are laid out.
+    cells_of : callable
+        The plain form: values by role of a record as it stands; raises RefusedError.
+    fast : callable or None
+        The compiled form, which leaves to the plain one what is odd; the result does not depend
+        on it.
+
+    Returns
+    -------
+    Batch
+        Records that may be taken, and those that may not.
+    """
+    count = len(piece.begins)
+    numbers = np.full((roles.NUMBERS, count), np.nan)
+    words = np.full((roles.WORDS, count), roles.ABSENT, dtype=np.int64)
+    odd = np.ones(count, dtype=np.bool_)
+    if fast is not None:
+        fast(piece, layout, numbers, words, odd)
+    refused = [Refused(each.place, each.code, each.reason, each.raw) for each in piece.faults]
+    kept = np.ones(count, dtype=np.bool_)
+    for k in np.flatnonzero(odd).tolist():
+        try:
+            row = plain.read_cells(cells_of(piece.raw(k)), layout)
+        except RefusedError as error:
+            refused.append(_refused(piece, k, error))
+            kept[k] = False
+        else:
+            numbers[:, k], words[:, k] = row.numbers, row.words
+    for k in np.flatnonzero(kept & ~plain.possible(numbers, words, layout)).tolist():
+        row = plain.Row(tuple(numbers[:, k].tolist()), tuple(words[:, k].tolist()))
+        fault = plain.fault_of(row, layout)
+        if fault is not None:
+            refused.append(_refused(piece, k, fault))
+            kept[k] = False
+    numbers, words = numbers[:, kept], words[:, kept]
+    own = np.flatnonzero(kept)
+    position = numbers[roles.POSITION_TIME]
+    numbers[roles.TIME] = np.where(np.isnan(position), numbers[roles.TIME], position)
+    found = count + len(piece.faults)
+    return Batch(
+        numbers, words, piece.places[own], lambda k: piece.raw(int(own[k])), refused, found
+    )
+
+
+def _refused(piece: Piece, record: int, error: RefusedError) -> Refused:
+    return Refused(int(piece.places[record]), error.code, error.reason, piece.raw(record))

@@ -1,0 +1,302 @@
+"""Files of trajectories read into columns: JSON lists, JSON lines, JSON columns, CSV, traces.
+
+=========== =====================================================================================
+form        what it is
+=========== =====================================================================================
+list        `[{"timestamp": 1533101250000, "icao24": "3003ae", …}, …]`
+lines       such objects one after another
+columns     `{"timestamp": {"0": 1533101250000, …}, …}`, as pandas writes tables; held in memory
+csv         a line of names, then a line a record; comma, semicolon or tab
+trace       a trace of readsb or tar1090, see `trace`
+=========== =====================================================================================
+
+The content tells the form, not the name.
+"""
+
+import codecs
+import itertools
+import json
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from multiradar_converters.adsb.reading import cells, trace
+from multiradar_converters.adsb.reading.batches import Batch, batch_of, read_columns, read_objects
+from multiradar_converters.adsb.reading.layout import Layout, lay_out
+from multiradar_converters.adsb.reading.splitting import (
+    RECORD_BYTES_MAX,
+    Elements,
+    Fault,
+    Lines,
+    Piece,
+)
+from multiradar_converters.adsb.reading.unpacking import Unpacked, read_text
+from multiradar_converters.errors import LayoutError
+from multiradar_converters.vid.text.lines import RefusedError
+from multiradar_schemas.measurements.reject import RejectCode
+
+#: Text of JSON columns, which cannot be read piece by piece, bytes.
+COLUMNS_BYTES_MAX = 1 << 26
+
+#: First records that tell the layout of a file.
+_SAMPLES = 200
+_COLUMNS = re.compile(rb'\s*\{\s*"(?:[^"\\]|\\.)*"\s*:\s*\{')
+_SEPARATORS = (b",", b";", b"\t")
+
+
+@dataclass
+class Source:
+    """A file that is being read.
+
+    Attributes
+    ----------
+    file : str
+        Its name.
+    form : str
+        How it is written.
+    layout : Layout
+        What its records hold.
+    unpacked : Unpacked
+        Counts bytes.
+    batches : iterator of Batch
+        Its records.
+    lines : Lines or None
+        Counts lines of CSV.
+    """
+
+    file: str
+    form: str
+    layout: Layout
+    unpacked: Unpacked
+    batches: Iterator[Batch]
+    lines: Lines | None = None
+
+
+def open_source(path: Path, progress: Callable[[int], None]) -> Source:
+    """Begin to read a file.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    progress : callable
+        Told the bytes read.
+
+    Returns
+    -------
+    Source
+        Its layout, and its records to come.
+
+    Raises
+    ------
+    LayoutError
+        It cannot be read, or is nothing that is known.
+    """
+    unpacked = Unpacked(path)
+    blocks = read_text(unpacked, progress)
+    head = next(blocks, b"").removeprefix(codecs.BOM_UTF8)
+    while not head.strip() and (block := next(blocks, b"")):
+        head = block
+    file = path.name
+    first = head.lstrip()[:1]
+    if not first:
+        msg = f"{path}: expected trajectories, was {unpacked.damage or 'an empty file'}"
+        raise LayoutError(msg)
+    if first == b"[":
+        return _list(file, unpacked, head, blocks)
+    if first != b"{":
+        return _csv(file, unpacked, head, blocks)
+    if _COLUMNS.match(head):
+        return _of_columns(file, unpacked, head, blocks)
+    if trace.TRACE.search(head):
+        return _trace(file, unpacked, head, blocks)
+    elements = Elements(_before(unpacked, head))
+    return _json("lines", file, unpacked, elements, itertools.chain([head], blocks))
+
+
+def _before(unpacked: Unpacked, head: bytes) -> int:
+    """Return the byte of the file at which a head begins."""
+    return unpacked.text_bytes - len(head)
+
+
+def _list(file: str, unpacked: Unpacked, head: bytes, blocks: Iterator[bytes]) -> Source:
+    begin = head.index(b"[") + 1
+    elements = Elements(_before(unpacked, head) + begin)
+    return _json("list", file, unpacked, elements, itertools.chain([head[begin:]], blocks))
+
+
+def _json(
+    form: str, file: str, unpacked: Unpacked, elements: Elements, blocks: Iterator[bytes]
+) -> Source:
+    pieces = _element_pieces(elements, blocks, unpacked, form)
+    first: list[Piece] = []
+    for piece in pieces:
+        first.append(piece)
+        if sum(len(each.begins) for each in first) >= _SAMPLES:
+            break
+    layout = _layout_of_objects(file, first)
+    return _source(form, file, layout, unpacked, itertools.chain(first, pieces))
+
+
+def _source(
+    form: str, file: str, layout: Layout, unpacked: Unpacked, pieces: Iterator[Piece]
+) -> Source:
+    cells_of = partial(cells.object_cells, layout=layout)
+    batches = (batch_of(piece, layout, cells_of, read_objects) for piece in pieces)
+    return Source(file, form, layout, unpacked, batches)
+
+
+def _element_pieces(
+    elements: Elements, blocks: Iterator[bytes], unpacked: Unpacked, form: str
+) -> Iterator[Piece]:
+    for block in blocks:
+        yield from elements.take(block)
+    if unpacked.damage or form == "lines" or elements.ended:
+        why = unpacked.damage or "the text ends within a record"
+    else:
+        why = "the list is not closed"
+    fault = elements.finish(why)
+    if fault is None and (unpacked.damage or (form != "lines" and not elements.ended)):
+        fault = Fault(unpacked.text_bytes, b"", RejectCode.TRUNCATED, why)
+    if fault is not None:
+        yield _fault_piece(fault)
+    if elements.rest and form != "trace":
+        reason = "expected nothing after the list"
+        yield _fault_piece(
+            Fault(elements.rest_place, elements.rest, RejectCode.MALFORMED_JSON, reason)
+        )
+
+
+def _fault_piece(fault: Fault) -> Piece:
+    none = np.empty(0, dtype=np.int64)
+    return Piece(np.empty(0, dtype=np.uint8), none, none, none, [fault])
+
+
+def _layout_of_objects(file: str, pieces: list[Piece]) -> Layout:
+    names: dict[str, list[str]] = {}
+    raws = (piece.raw(k) for piece in pieces for k in range(len(piece.begins)))
+    for raw in itertools.islice(raws, _SAMPLES):
+        try:
+            pairs = cells.object_pairs(raw)
+        except RefusedError:
+            # It will be told with its place when it is read.
+            continue
+        for name, value in pairs:
+            names.setdefault(name, []).append(cells.json_text(value))
+    if not names:
+        msg = f"{file}: expected JSON objects, one a record, found none"
+        raise LayoutError(msg)
+    return lay_out(file, list(names), names)
+
+
+def _trace(file: str, unpacked: Unpacked, head: bytes, blocks: Iterator[bytes]) -> Source:
+    match = trace.TRACE.search(head)
+    begin = match.end() if match else 0
+    cells_of = trace.trace_reader(file, head[:begin])
+    elements = Elements(_before(unpacked, head) + begin, b"[")
+    pieces = _element_pieces(elements, itertools.chain([head[begin:]], blocks), unpacked, "trace")
+    batches = (batch_of(piece, trace.LAYOUT, cells_of, None) for piece in pieces)
+    return Source(file, "trace", trace.LAYOUT, unpacked, batches)
+
+
+def _of_columns(file: str, unpacked: Unpacked, head: bytes, blocks: Iterator[bytes]) -> Source:
+    text = bytearray(head)
+    for block in blocks:
+        text += block
+        if len(text) > COLUMNS_BYTES_MAX:
+            msg = (
+                f"{file}: expected a list of records, or at most {COLUMNS_BYTES_MAX} bytes of "
+                "JSON columns, which cannot be read piece by piece, was more"
+            )
+            raise LayoutError(msg)
+    if unpacked.damage:
+        msg = f"{file}: expected whole JSON columns, but {unpacked.damage}"
+        raise LayoutError(msg)
+    try:
+        table = json.loads(text)
+        columns = {str(name): dict(column) for name, column in table.items()}
+    except (ValueError, TypeError, RecursionError) as error:
+        msg = f"{file}: expected JSON columns, each an object by row, was another form"
+        raise LayoutError(msg) from error
+    rows = list(dict.fromkeys(itertools.chain.from_iterable(columns.values())))
+    lines = (
+        json.dumps({name: column.get(row) for name, column in columns.items()}).encode() + b"\n"
+        for row in rows
+    )
+    elements = Elements(0)
+    pieces: list[Piece] = []
+    row = 0
+    for group in _grouped(lines):
+        for piece in elements.take(group):
+            count = len(piece.begins)
+            places = row + np.arange(count)
+            pieces.append(Piece(piece.text, piece.begins, piece.ends, places, piece.faults))
+            row += count
+    return _source("columns", file, _layout_of_objects(file, pieces), unpacked, iter(pieces))
+
+
+def _grouped(lines: Iterator[bytes]) -> Iterator[bytes]:
+    while group := b"".join(itertools.islice(lines, 4096)):
+        yield group
+
+
+def _csv(file: str, unpacked: Unpacked, head: bytes, blocks: Iterator[bytes]) -> Source:
+    if b"\0" in head or (len(head) > RECORD_BYTES_MAX and b"\n" not in head[:RECORD_BYTES_MAX]):
+        msg = f"{file}: expected JSON, or CSV with a line of names, found neither"
+        raise LayoutError(msg)
+    lines = Lines()
+    pieces = _line_pieces(lines, itertools.chain([head], blocks), unpacked)
+    # Lines that are too long may stand before the names.
+    before: list[Fault] = []
+    header = None
+    for piece in pieces:
+        before += piece.faults
+        if len(piece.begins):
+            header = piece
+            break
+    if header is None:
+        msg = f"{file}: expected JSON, or CSV with a line of names, found neither"
+        raise LayoutError(msg)
+    separator = max(_SEPARATORS, key=header.raw(0).count)
+    names, samples = _sampled(file, header, separator)
+    layout = lay_out(file, names, samples, separator)
+    rest = Piece(header.text, header.begins[1:], header.ends[1:], header.places[1:], before)
+    cells_of = partial(cells.line_cells, layout=layout)
+    batches = (
+        batch_of(piece, layout, cells_of, read_columns) for piece in itertools.chain([rest], pieces)
+    )
+    return Source(file, "csv", layout, unpacked, batches, lines)
+
+
+def _sampled(file: str, piece: Piece, separator: bytes) -> tuple[list[str], dict[str, list[str]]]:
+    """Read the names of the columns, and their values in the first lines."""
+    try:
+        names = cells.split_line(piece.raw(0), separator)
+    except RefusedError as error:
+        msg = f"{file}: expected JSON, or CSV with a line of names, was neither: {error.reason}"
+        raise LayoutError(msg) from error
+    samples: dict[str, list[str]] = {name: [] for name in names}
+    for k in range(1, min(len(piece.begins), _SAMPLES)):
+        try:
+            fields = cells.split_line(piece.raw(k), separator)
+        except RefusedError:
+            # It will be told with its place when it is read.
+            continue
+        for name, text in zip(names, fields, strict=False):
+            samples[name].append(text)
+    return names, samples
+
+
+def _line_pieces(lines: Lines, blocks: Iterator[bytes], unpacked: Unpacked) -> Iterator[Piece]:
+    for block in blocks:
+        yield from lines.take(block)
+    if unpacked.damage:
+        yield _fault_piece(
+            Fault(lines.lines + 1, lines.carry, RejectCode.TRUNCATED, unpacked.damage)
+        )
+    else:
+        yield from lines.take(b"", at_end=True)

@@ -1,0 +1,153 @@
+"""Traces of readsb and tar1090 (`trace_full_ADDRESS.json`): one aircraft, one point a list.
+
+::
+
+    {"icao": "3c6444", "r": "D-AIBD", …, "timestamp": 1609275898.495, "trace": [point, …]}
+
+======= ==========================================================================
+place   what it holds
+======= ==========================================================================
+0       seconds after `timestamp`
+1, 2    latitude and longitude, degrees
+3       barometric altitude, ft; "ground"; null
+4       ground speed, kt, or null
+5       track, degrees, or null
+6       bits: 1 a gap before this point, 2 a new flight, 4 geometric rate of climb,
+        8 place 3 is a geometric altitude
+7       rate of climb, ft/min, or null
+8       an object with `flight`, `squawk` and more, or null
+9       source of the position, such as `adsb_icao` or `mlat` (since 2022)
+10      geometric altitude, ft, or null (since 2022)
+======= ==========================================================================
+
+An address with `~` before it is none of an aircraft (TIS-B); its points are refused. So are
+positions whose source is neither ADS-B nor multilateration.
+"""
+
+import json
+import math
+import re
+from collections.abc import Callable
+
+from multiradar_converters.adsb.reading import roles
+from multiradar_converters.adsb.reading.cells import Pairs, json_text, json_value
+from multiradar_converters.adsb.reading.layout import Layout
+from multiradar_converters.adsb.reading.roles import FOOT_M, KNOT_MPS, Chosen
+from multiradar_converters.adsb.reading.time_forms import DECIMAL
+from multiradar_converters.errors import LayoutError
+from multiradar_converters.vid.text.lines import RefusedError
+from multiradar_schemas.measurements.reject import RejectCode
+
+TRACE = re.compile(rb'"trace"\s*:\s*\[')
+
+_PLACES_MIN = 4
+_FLAGS, _DETAILS, _SOURCE, _GEOMETRIC = 6, 8, 9, 10
+_ALTITUDE_IS_GEOMETRIC = 8
+_OF_ADSB = ("adsb", "adsr")
+
+#: What the points hold, as a layout.
+LAYOUT = Layout(
+    Chosen(
+        names={
+            roles.TIME: "timestamp",
+            roles.LATITUDE: "latitude",
+            roles.LONGITUDE: "longitude",
+            roles.HEIGHT: "altitude",
+            roles.GEOMETRIC: "geometric altitude",
+            roles.SPEED: "ground speed",
+            roles.ADDRESS: "icao",
+            roles.CODE: "squawk",
+            roles.CALLSIGN: "flight",
+        },
+        scale={roles.HEIGHT: FOOT_M, roles.GEOMETRIC: FOOT_M, roles.SPEED: KNOT_MPS},
+    ),
+    "unix-s",
+    "unix-s",
+)
+
+
+def trace_reader(file: str, head: bytes) -> Callable[[bytes], dict[int, str]]:
+    """Return what reads a point.
+
+    Parameters
+    ----------
+    file : str
+        Name of the file, for messages.
+    head : bytes
+        What stands before the first point.
+
+    Returns
+    -------
+    callable
+        Takes a point as it stands and returns values by role; raises RefusedError.
+
+    Raises
+    ------
+    LayoutError
+        The head does not tell the address and the time.
+    """
+    match = TRACE.search(head)
+    try:
+        said = json.loads(head[: match.start() if match else 0] + b'"trace":0}')
+        begin_s, address = float(said["timestamp"]), str(said["icao"])
+    except (ValueError, KeyError, TypeError, RecursionError) as error:
+        msg = f"{file}: expected icao and timestamp before the points of a trace, found neither"
+        raise LayoutError(msg) from error
+    if not math.isfinite(begin_s):
+        msg = f"{file}: expected the timestamp of a trace in Unix seconds, was {begin_s}"
+        raise LayoutError(msg)
+
+    def cells_of(raw: bytes) -> dict[int, str]:
+        return _point(raw, begin_s, address)
+
+    return cells_of
+
+
+def _point(raw: bytes, begin_s: float, address: str) -> dict[int, str]:
+    point = json_value(raw)
+    if not isinstance(point, list):
+        raise RefusedError(RejectCode.WRONG_TYPE, "expected a point of a trace, which is a list")
+    if len(point) < _PLACES_MIN:
+        reason = f"expected at least {_PLACES_MIN} values in a point, was {len(point)}"
+        raise RefusedError(RejectCode.WRONG_FIELD_COUNT, reason)
+    cells = {
+        roles.TIME: _moment(json_text(point[0]), begin_s),
+        roles.LATITUDE: json_text(point[1]),
+        roles.LONGITUDE: json_text(point[2]),
+        roles.ADDRESS: address,
+        roles.KIND: _kind(point),
+    }
+    altitude = json_text(point[3])
+    flags = json_text(_at(point, _FLAGS))
+    told = flags.isascii() and flags.isdecimal()
+    if told and int(flags[:6]) & _ALTITUDE_IS_GEOMETRIC and altitude != "ground":
+        cells[roles.GEOMETRIC] = altitude
+    else:
+        cells[roles.HEIGHT] = altitude
+        cells[roles.GEOMETRIC] = json_text(_at(point, _GEOMETRIC))
+    cells[roles.SPEED] = json_text(_at(point, 4))
+    details = _at(point, _DETAILS)
+    if isinstance(details, Pairs):
+        named = dict(details.pairs)
+        cells[roles.CALLSIGN] = json_text(named.get("flight"))
+        cells[roles.CODE] = json_text(named.get("squawk"))
+    return cells
+
+
+def _moment(text: str, begin_s: float) -> str:
+    # What is no number is told as it stands.
+    return repr(begin_s + float(text)) if DECIMAL.fullmatch(text) else text
+
+
+def _kind(point: list[object]) -> str:
+    source = json_text(_at(point, _SOURCE))
+    if source == "mlat":
+        return "mlat"
+    if source and not source.startswith(_OF_ADSB):
+        reason = f"expected a position of ADS-B or multilateration, was of {source[:40]!r}"
+        raise RefusedError(RejectCode.UNKNOWN_KIND, reason)
+    return "adsb"
+
+
+def _at(point: list[object], place: int) -> object:
+    return point[place] if place < len(point) else None

@@ -1,0 +1,1 @@
+"""Records into target reports, service messages, system tracks and sensor status."""

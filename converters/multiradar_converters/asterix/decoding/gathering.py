@@ -1,0 +1,304 @@
+"""One file decoded: its blocks walked layout by layout, a part at a time, into columns."""
+
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import polars as pl
+
+from multiradar_converters.asterix.decoding.editions import Editions, source_name, sources_of
+from multiradar_converters.asterix.decoding.sensor_status import last_status
+from multiradar_converters.asterix.decoding.services import Services, read_services
+from multiradar_converters.asterix.decoding.system_tracks import read_system_tracks
+from multiradar_converters.asterix.decoding.targets import Targets, read_targets
+from multiradar_converters.asterix.framing.containers import Blocks
+from multiradar_converters.asterix.layout import _kernels
+from multiradar_converters.asterix.layout.columns import Columns, Integers, Numbers
+from multiradar_converters.asterix.layout.notation import Layout
+from multiradar_converters.asterix.layout.program import REASONS, Walked, program_of, walk
+from multiradar_schemas.measurements.reject import RejectCode
+
+#: Categories of another processor: its tracks, and what it says of its sensors.
+SYSTEM_TRACKS, SENSOR_STATUS = 62, 63
+
+#: Categories in which ARTAS speaks to its users (031: of its sensors) and which no table describes;
+#: none of them is a measurement. Their blocks are counted and passed over.
+SKIPPED = (31,)
+
+#: Blocks walked through at once: bounds the memory.
+BLOCKS_AT_ONCE = 1 << 14
+
+# Records of one block are fewer; so a block's place times this, and the record's place in it, order
+# the records of a file.
+_RECORDS_OF_BLOCK = 1 << 16
+
+
+@dataclass(frozen=True)
+class Broken:
+    """A block, or octets that are none, on their way to `rejects.ndjson`."""
+
+    offset: int
+    octets: int
+    code: RejectCode
+    reason: str
+    begin: int
+    category: int = -1
+    source: int = -1
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Where records stand.
+
+    Attributes
+    ----------
+    order : int64[n]
+        Place among the records of the file.
+    source : int64[n]
+        Who wrote them.
+    begin, end : int64[n]
+        Their octets in the data of the file.
+    offset : int64[n]
+        Their place in the file.
+    received_s : float64[n]
+        Recorder's time, s; NaN for none.
+    """
+
+    order: Integers
+    source: Integers
+    begin: Integers
+    end: Integers
+    offset: Integers
+    received_s: Numbers
+
+
+@dataclass
+class Gathered:
+    """What a file holds.
+
+    Attributes
+    ----------
+    blocks : Blocks
+        Its blocks.
+    targets, services : list
+        Rows of records with what they say, by category.
+    tracks : list
+        Rows of system tracks with what they say.
+    status : dict
+        What each source last said of its sensors.
+    records : Counter
+        Records by category and source.
+    items : Counter
+        Items by category, source and name.
+    octets : Counter
+        Octets by what became of them: framing, decoded, skipped, quarantined.
+    skipped : Counter
+        Blocks passed over by category.
+    broken : list of Broken
+        What could not be decoded.
+    """
+
+    blocks: Blocks
+    targets: list[tuple[int, Rows, Targets]] = field(default_factory=list)
+    services: list[tuple[int, Rows, Services]] = field(default_factory=list)
+    tracks: list[tuple[Rows, pl.DataFrame]] = field(default_factory=list)
+    status: dict[int, dict[str, dict[str, float]]] = field(default_factory=dict)
+    records: Counter[tuple[int, int]] = field(default_factory=Counter)
+    items: Counter[tuple[int, int, str]] = field(default_factory=Counter)
+    octets: Counter[str] = field(default_factory=Counter)
+    skipped: Counter[int] = field(default_factory=Counter)
+    broken: list[Broken] = field(default_factory=list)
+
+
+def gather(
+    blocks: Blocks,
+    editions: Editions,
+    at_once: int = BLOCKS_AT_ONCE,
+    watch: Callable[[Walked, Rows], None] | None = None,
+) -> Gathered:
+    """Decode the blocks of a file.
+
+    Parameters
+    ----------
+    blocks : Blocks
+        The blocks.
+    editions : Editions
+        Layouts; those of new sources are added.
+    at_once : int
+        So many blocks at a time; the result does not depend on it but for the lists' lengths.
+    watch : callable or None
+        Told the records of each category and source in turn.
+
+    Returns
+    -------
+    Gathered
+        Columns, counts, and what is broken.
+    """
+    sources = sources_of(blocks)
+    editions.learn(blocks, sources)
+    return decode_blocks(blocks, sources, editions.layouts(blocks, sources), at_once, watch)
+
+
+def decode_blocks(
+    blocks: Blocks,
+    sources: Integers,
+    layouts: tuple[list[Layout], Integers],
+    at_once: int = BLOCKS_AT_ONCE,
+    watch: Callable[[Walked, Rows], None] | None = None,
+    *,
+    measurements_only: bool = False,
+) -> Gathered:
+    """Decode blocks whose layouts are known.
+
+    Parameters
+    ----------
+    blocks : Blocks
+        The blocks.
+    sources : int64[n]
+        Who wrote each block.
+    layouts : list of Layout, int64[n]
+        Layouts, and which of them each block has; -1 for none.
+    at_once, watch
+        As in `gather`.
+    measurements_only : bool
+        Leave out items, and what another processor says.
+
+    Returns
+    -------
+    Gathered
+        Columns, counts, and what is broken.
+    """
+    gathered = Gathered(blocks)
+    gathered.octets["framing"] = blocks.framing
+    for offset, octets, reason in blocks.gaps:
+        gathered.broken.append(Broken(offset, octets, RejectCode.MALFORMED_BLOCK, reason, offset))
+    if blocks.cut:
+        last = gathered.broken[-1]
+        reason = f"the file ends inside a block: {last.octets} of its {blocks.cut} octets"
+        gathered.broken[-1] = replace(last, code=RejectCode.TRUNCATED, reason=reason)
+    known, numbers = layouts
+    _pass_over(gathered, np.flatnonzero(numbers < 0))
+    for first in range(0, len(numbers), at_once):
+        part = numbers[first : first + at_once]
+        for number in np.unique(part[part >= 0]).tolist():
+            own = first + np.flatnonzero(part == number)
+            walked, rows = _decode(gathered, own, sources[own], known[number])
+            if not len(rows.order):
+                continue
+            columns = Columns(walked, blocks.data)
+            _keep(gathered, rows, walked.program.layout.category, columns)
+            if not measurements_only:
+                _count_items(gathered, rows, walked)
+                _keep_other_processor(gathered, rows, columns)
+            if watch is not None:
+                watch(walked, rows)
+    gathered.broken.sort(key=lambda one: one.offset)
+    gathered.octets["quarantined"] = sum(one.octets for one in gathered.broken)
+    return gathered
+
+
+def _pass_over(gathered: Gathered, own: Integers) -> None:
+    """Count blocks of categories that are passed over, quarantine those that are not known."""
+    blocks = gathered.blocks
+    for block in own.tolist():
+        begin, end = int(blocks.begins[block]), int(blocks.ends[block])
+        category = int(blocks.data[begin])
+        if category in SKIPPED:
+            gathered.skipped[category] += 1
+            gathered.octets["skipped"] += end - begin
+            continue
+        reason = f"category {category:03d} is not known"
+        gathered.broken.append(
+            Broken(
+                int(blocks.offsets[block]),
+                end - begin,
+                RejectCode.UNKNOWN_KIND,
+                reason,
+                begin,
+                category,
+            )
+        )
+
+
+def _decode(
+    gathered: Gathered, own: Integers, sources: Integers, layout: Layout
+) -> tuple[Walked, Rows]:
+    """Walk through blocks of one layout; those that do not fit are broken."""
+    blocks = gathered.blocks
+    begins, ends = blocks.begins[own], blocks.ends[own]
+    walked = walk(program_of(layout), blocks.data, begins + 3, ends)
+    faulty = walked.faults[:, 0] != _kernels.FITS
+    for place in np.flatnonzero(faulty).tolist():
+        gathered.broken.append(_fault(blocks, int(own[place]), int(sources[place]), walked, place))
+    gathered.octets["decoded"] += int((ends - begins)[~faulty].sum())
+    rows = _rows(blocks, own, sources, walked)
+    for source, count in zip(*np.unique(rows.source, return_counts=True), strict=True):
+        gathered.records[layout.category, int(source)] += int(count)
+    return walked, rows
+
+
+def _keep(gathered: Gathered, rows: Rows, category: int, columns: Columns) -> None:
+    targets = read_targets(category, columns)
+    if targets is not None:
+        gathered.targets.append((category, rows, targets))
+    services = read_services(category, columns)
+    if services is not None:
+        gathered.services.append((category, rows, services))
+
+
+def _keep_other_processor(gathered: Gathered, rows: Rows, columns: Columns) -> None:
+    category = columns.walked.program.layout.category
+    if category == SYSTEM_TRACKS:
+        gathered.tracks.append((rows, read_system_tracks(columns)))
+    if category == SENSOR_STATUS:
+        for source in np.unique(rows.source).tolist():
+            status = last_status(columns.walked, rows.source == source, columns.data)
+            gathered.status.setdefault(source, {}).update(status)
+
+
+def _fault(blocks: Blocks, block: int, source: int, walked: Walked, place: int) -> Broken:
+    fault, at, node = (int(value) for value in walked.faults[place])
+    layout = walked.program.layout
+    item = walked.program.wrong_item(node)
+    begin, end = int(blocks.begins[block]), int(blocks.ends[block])
+    where = f"item {item}: " if item else ""
+    return Broken(
+        offset=int(blocks.offsets[block]),
+        octets=end - begin,
+        code=RejectCode.MALFORMED_BLOCK,
+        reason=(
+            f"category {layout.category:03d} of {source_name(source)}, edition "
+            f"{layout.editions[0]}, {where}{REASONS[fault]}, at octet {at - begin} of the block"
+        ),
+        begin=begin,
+        category=layout.category,
+        source=source,
+    )
+
+
+def _rows(blocks: Blocks, own: Integers, sources: Integers, walked: Walked) -> Rows:
+    block = own[walked.records[:, 0]]
+    columns = Columns(walked, blocks.data)
+    first = np.searchsorted(walked.records[:, 0], walked.records[:, 0], side="left")
+    area, system = columns.integers("010", "SAC"), columns.integers("010", "SIC")
+    begin = walked.records[:, 1]
+    return Rows(
+        order=block * _RECORDS_OF_BLOCK + np.arange(len(block)) - first,
+        # In category 001 only the first record of a block names the source.
+        source=np.where(area < 0, sources[walked.records[:, 0]], area << 8 | system),
+        begin=begin,
+        end=walked.records[:, 2],
+        offset=begin - blocks.begins[block] + blocks.offsets[block],
+        received_s=blocks.received_s[block],
+    )
+
+
+def _count_items(gathered: Gathered, rows: Rows, walked: Walked) -> None:
+    category, names = walked.program.layout.category, walked.program.names
+    items = [k for k, name in enumerate(names) if "/" not in name and "+" not in name]
+    for source in np.unique(rows.source).tolist():
+        present = (walked.starts[rows.source == source][:, items] >= 0).sum(axis=0)
+        for k, count in zip(items, present.tolist(), strict=True):
+            if count:
+                gathered.items[category, source, names[k]] += count

@@ -1,0 +1,44 @@
+"""Columns of numbers as text: codes, addresses, callsigns."""
+
+import re
+from collections.abc import Callable
+
+import numpy as np
+import polars as pl
+
+from multiradar_converters.asterix.layout.columns import Integers
+from multiradar_converters.asterix.layout.fields import letters
+from multiradar_schemas.measurements.measurement import CALLSIGN_PATTERN
+
+_CALLSIGN_BITS = 48
+_CALLSIGN = re.compile(CALLSIGN_PATTERN)
+
+
+def named(values: Integers, name: Callable[[int], str | None]) -> pl.Series:
+    """Name every distinct number once."""
+    distinct, places = np.unique(values, return_inverse=True)
+    names = pl.Series([name(value) for value in distinct.tolist()], dtype=pl.String)
+    return names.gather(pl.Series(places.astype(np.uint32)))
+
+
+def code_names(codes: Integers) -> pl.Series:
+    """Return four octal digits; null for negative ones."""
+    return named(codes, lambda value: None if value < 0 else f"{value:04o}")
+
+
+def address_names(addresses: Integers) -> pl.Series:
+    """Return six hexadecimal digits; null for none, and for 0, which is nobody's address."""
+    return named(addresses, lambda value: None if value <= 0 else f"{value:06x}")
+
+
+def callsign_names(callsigns: Integers) -> pl.Series:
+    """Return eight letters of six bits without blanks around them; null for none.
+
+    Null also with a blank inside, for which senders and damage put what is no letter.
+    """
+    return named(callsigns, _callsign)
+
+
+def _callsign(value: int) -> str | None:
+    text = "" if value < 0 else letters(value, _CALLSIGN_BITS).strip()
+    return text if _CALLSIGN.fullmatch(text) else None

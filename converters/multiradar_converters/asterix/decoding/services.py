@@ -1,0 +1,90 @@
+"""Service messages of radars (002, 034): their clock, north marks, sectors, the antenna's turn."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from multiradar_converters.asterix.layout.columns import Columns, Integers, Numbers
+
+NORTH, SECTOR = 1, 2
+_TURN_S = 360.0
+# Turns of surveillance radars.
+_PERIOD_MIN_S, _PERIOD_MAX_S = 1.0, 30.0
+
+
+@dataclass(frozen=True)
+class Services:
+    """Service messages, a row each.
+
+    Attributes
+    ----------
+    message : int64[n]
+        Type: 1 north mark, 2 sector crossed.
+    time_s : float64[n]
+        Time of day, s; NaN where there is none.
+    sector_deg : float64[n]
+        Azimuth that the antenna crossed, 0 at a north mark; NaN where it is none of these.
+    period_s : float64[n]
+        Stated time of a turn; NaN where there is none.
+    site : float64[n, 3]
+        Stated latitude and longitude, degree, and height of the antenna, m; NaN for none.
+    """
+
+    message: Integers
+    time_s: Numbers
+    sector_deg: Numbers
+    period_s: Numbers
+    site: Numbers
+
+
+def read_services(category: int, columns: Columns) -> Services | None:
+    """Read service messages; None for categories that have none."""
+    if category not in (2, 34):
+        return None
+    message = columns.integers("000")
+    sector = np.where(message == NORTH, 0.0, columns.numbers("020"))
+    names = ("LAT", "LON", "HGT")
+    return Services(
+        message=message,
+        time_s=columns.numbers("030"),
+        sector_deg=np.where((message == NORTH) | (message == SECTOR), sector, np.nan),
+        period_s=columns.numbers("041"),
+        site=np.stack([columns.numbers("120", name) for name in names], axis=1),
+    )
+
+
+def turn_s(message: Integers, time_s: Numbers, sector_deg: Numbers, stated_s: Numbers) -> float:
+    """Find the time of a turn of one antenna.
+
+    From north marks, else from sectors, else as the radar states it.
+
+    Parameters
+    ----------
+    message : int64[n]
+        Types of its messages, by time.
+    time_s : float64[n]
+        Their times, s.
+    sector_deg : float64[n]
+        Azimuth crossed, degree.
+    stated_s : float64[n]
+        Stated time of a turn.
+
+    Returns
+    -------
+    float
+        Median time of a turn, s; NaN where nothing tells it.
+    """
+    north = np.diff(time_s[(message == NORTH) & ~np.isnan(time_s)])
+    north = north[(north >= _PERIOD_MIN_S) & (north <= _PERIOD_MAX_S)]
+    if len(north) >= 2:
+        return float(np.median(north))
+    known = ~np.isnan(time_s) & ~np.isnan(sector_deg)
+    passed = np.diff(time_s[known])
+    swept = np.diff(sector_deg[known]) % _TURN_S
+    good = (passed > 0.0) & (swept > 0.0) & (swept < 180.0) & (passed < _PERIOD_MAX_S)
+    if good.sum() >= 3:
+        return float(_TURN_S * passed[good].sum() / swept[good].sum())
+    stated = stated_s[stated_s > 0.0]
+    if len(north) or not len(stated):
+        return float(north[0]) if len(north) else float("nan")
+    return float(np.median(stated))

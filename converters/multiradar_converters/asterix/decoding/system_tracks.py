@@ -1,0 +1,89 @@
+"""System tracks (062) of another processor, as a reference: `system_tracks.parquet`.
+
+time 070 · track number 040 · position 105 · velocity 185 · Mode 3/A code 060 · address 380/ADR ·
+callsign 245, else 380/ID · flight level 136 (measured), else 135 (calculated) · state 080
+"""
+
+import numpy as np
+import polars as pl
+
+from multiradar_converters.asterix.decoding.naming import (
+    address_names,
+    callsign_names,
+    code_names,
+    named,
+)
+from multiradar_converters.asterix.layout.columns import Columns, Integers, Numbers
+
+#: States of a track, by number.
+STATES = ("confirmed", "tentative", "coasting", "ended", "simulated")
+
+SCHEMA = pl.Schema(
+    {
+        "time_s": pl.Float64(),
+        "sensor_id": pl.String(),
+        "track_number": pl.Int64(),
+        "mode_s_address": pl.String(),
+        "mode_3a": pl.String(),
+        "callsign": pl.String(),
+        "latitude_deg": pl.Float64(),
+        "longitude_deg": pl.Float64(),
+        "height_m": pl.Float64(),
+        "speed_mps": pl.Float64(),
+        "heading_deg": pl.Float64(),
+        "state": pl.String(),
+    }
+)
+
+_METRES_OF_LEVEL = 30.48
+
+
+def read_system_tracks(columns: Columns) -> pl.DataFrame:
+    """Read records of category 062.
+
+    Parameters
+    ----------
+    columns : Columns
+        The records.
+
+    Returns
+    -------
+    DataFrame
+        The columns of `SCHEMA` but the sensor; times of day, s.
+    """
+    east, north = columns.numbers("185", "VX"), columns.numbers("185", "VY")
+    measured, calculated = columns.numbers("136"), columns.numbers("135", "CTB")
+    doubtful = columns.flags("060", "G") | columns.flags("060", "V")
+    callsign = columns.integers("245", "CHR")
+    values: dict[str, Numbers | Integers] = {
+        "time_s": columns.numbers("070"),
+        "track_number": columns.integers("040", absent=-1),
+        "latitude_deg": columns.numbers("105", "LAT"),
+        "longitude_deg": columns.numbers("105", "LON"),
+        "height_m": np.where(np.isnan(measured), calculated, measured) * _METRES_OF_LEVEL,
+        "speed_mps": np.hypot(east, north),
+        "heading_deg": np.rad2deg(np.arctan2(east, north)) % 360.0,
+    }
+    texts = {
+        "mode_s_address": address_names(columns.integers("380/ADR")),
+        "mode_3a": code_names(np.where(doubtful, -1, columns.integers("060", "MODE3A"))),
+        "callsign": callsign_names(np.where(callsign < 0, columns.integers("380/ID"), callsign)),
+        "state": named(_states(columns), STATES.__getitem__),
+    }
+    made = pl.DataFrame(
+        {name: pl.Series(column, nan_to_null=True) for name, column in values.items()} | texts
+    )
+    return made.with_columns(pl.col("track_number").replace(-1, None))
+
+
+def _states(columns: Columns) -> Integers:
+    state = np.zeros(len(columns), dtype=np.int64)
+    # A later one goes before those above it.
+    for name, flags in (
+        ("tentative", columns.flags("080", "CNF")),
+        ("coasting", columns.flags("080+3", "CST")),
+        ("ended", columns.flags("080+1", "TSE")),
+        ("simulated", columns.flags("080+1", "SIM")),
+    ):
+        state[flags] = STATES.index(name)
+    return state

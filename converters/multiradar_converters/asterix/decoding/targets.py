@@ -1,0 +1,258 @@
+"""Target reports: what categories 001, 048, 020 and 021 say of an aircraft.
+
+===========================  =====================  ================  ===========================
+                             001, 048               020               021
+===========================  =====================  ================  ===========================
+position                     040                    041               131, 130
+time of day                  141 (001), 140 (048)   140               073 with 074, 071, 030
+Mode 3/A code                070                    070               070
+height                       090 (Mode C)           090, 105, 110     145, 140
+Mode S address               220                    220               080
+callsign                     240                    245               170
+test, simulated, fixed, SPI  020                    020               040 (SPI: 0.26 only)
+===========================  =====================  ================  ===========================
+
+A code or flight level that is garbled or not validated is not taken; a flag says so.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from multiradar_converters.asterix.layout.columns import Columns, Flags, Integers, Numbers
+
+METRES_OF_MILE = 1852.0
+METRES_OF_FOOT = 0.3048
+_METRES_OF_LEVEL = 100.0 * METRES_OF_FOOT
+_LATITUDE_MAX_DEG = 90.0
+
+#: Names of the flags, by bit.
+FLAGS = (
+    "test",
+    "simulated",
+    "fixed_transponder",
+    "spi",
+    "code_garbled",
+    "code_not_validated",
+    "height_garbled",
+    "height_not_validated",
+    "height_geometric",
+    "on_ground",
+    "no_detection",
+)
+_BIT = {name: 1 << bit for bit, name in enumerate(FLAGS)}
+#: Flags of reports that are no aircraft, or not seen this turn.
+NOT_AIRCRAFT = ("test", "simulated", "fixed_transponder", "no_detection")
+
+
+@dataclass(frozen=True)
+class Targets:
+    """Target reports, a row each.
+
+    Attributes
+    ----------
+    kind : str
+        radar, mlat or adsb.
+    time_s : float64[n]
+        Time of day, s; NaN where there is none.
+    truncated_s : float64[n]
+        Time of day modulo 512 s; NaN where there is none.
+    range_m, azimuth_deg, latitude_deg, longitude_deg, height_m : float64[n]
+        NaN where there is none.
+    code, address, callsign : int64[n]
+        Mode 3/A code, Mode S address, eight letters of six bits; -1 where there is none.
+    flags : int64[n]
+        Bits, see `FLAGS`.
+    """
+
+    kind: str
+    time_s: Numbers
+    truncated_s: Numbers
+    range_m: Numbers
+    azimuth_deg: Numbers
+    latitude_deg: Numbers
+    longitude_deg: Numbers
+    height_m: Numbers
+    code: Integers
+    address: Integers
+    callsign: Integers
+    flags: Integers
+
+
+def flag_bits(*names: str) -> int:
+    """Return the bits of flags."""
+    return sum(_BIT[name] for name in names)
+
+
+def flag_text(bits: int) -> str | None:
+    """Return the names of flags, separated by commas; None for none."""
+    return ",".join(name for name in FLAGS if bits & _BIT[name]) or None
+
+
+def read_targets(category: int, columns: Columns) -> Targets | None:
+    """Read target reports.
+
+    Parameters
+    ----------
+    category : int
+        Their category.
+    columns : Columns
+        The records.
+
+    Returns
+    -------
+    Targets or None
+        None where the category has no target reports that are measurements.
+    """
+    reader = _READERS.get(category)
+    return None if reader is None else reader(columns)
+
+
+def _nothing(columns: Columns) -> Numbers:
+    return np.full(len(columns), np.nan)
+
+
+def _marked(*parts: tuple[str, Flags]) -> Integers:
+    bits = np.zeros(len(parts[0][1]), dtype=np.int64)
+    for name, flags in parts:
+        bits |= np.where(flags, _BIT[name], 0)
+    return bits
+
+
+def _code(columns: Columns, node: str) -> tuple[Integers, Integers]:
+    """Return codes without doubtful ones, and flags."""
+    garbled, unsure = columns.flags(node, "G"), columns.flags(node, "V")
+    code = columns.integers(node, "MODE3A")
+    flags = _marked(("code_garbled", garbled), ("code_not_validated", unsure))
+    return np.where(garbled | unsure, -1, code), flags
+
+
+def _level(columns: Columns, node: str, field: str) -> tuple[Numbers, Integers]:
+    """Return heights by flight level without doubtful ones, and flags."""
+    garbled, unsure = columns.flags(node, "G"), columns.flags(node, "V")
+    height = columns.numbers(node, field) * _METRES_OF_LEVEL
+    flags = _marked(("height_garbled", garbled), ("height_not_validated", unsure))
+    return np.where(garbled | unsure, np.nan, height), flags
+
+
+def _or_geometric(height: Numbers, feet: Numbers) -> tuple[Numbers, Integers]:
+    """Fill in geometric heights where there is no other."""
+    missing = np.isnan(height) & ~np.isnan(feet)
+    return np.where(missing, feet * METRES_OF_FOOT, height), _marked(("height_geometric", missing))
+
+
+def _radar(columns: Columns, *, detection: str, level: str, time: Numbers) -> Targets:
+    code, code_flags = _code(columns, "070")
+    height, height_flags = _level(columns, "090", level)
+    flags = _marked(
+        ("test", columns.flags("020+1", "TST")),
+        ("simulated", columns.flags("020", "SIM")),
+        ("fixed_transponder", columns.flags("020", "RAB")),
+        ("spi", columns.flags("020", "SPI")),
+        ("no_detection", columns.integers("020", detection) == 0),
+    )
+    return Targets(
+        kind="radar",
+        time_s=time,
+        truncated_s=columns.numbers("141"),
+        range_m=columns.numbers("040", "RHO") * METRES_OF_MILE,
+        azimuth_deg=columns.numbers("040", "THETA"),
+        latitude_deg=_nothing(columns),
+        longitude_deg=_nothing(columns),
+        height_m=height,
+        code=code,
+        address=columns.integers("220"),
+        callsign=columns.integers("240"),
+        flags=flags | code_flags | height_flags,
+    )
+
+
+def _category_001(columns: Columns) -> Targets:
+    return _radar(columns, detection="SSRPSR", level="HGT", time=_nothing(columns))
+
+
+def _category_048(columns: Columns) -> Targets:
+    return _radar(columns, detection="TYP", level="FL", time=columns.numbers("140"))
+
+
+def _category_020(columns: Columns) -> Targets:
+    code, code_flags = _code(columns, "070")
+    level, level_flags = _level(columns, "090", "FL")
+    feet = columns.numbers("105")
+    height, height_flags = _or_geometric(
+        level, np.where(np.isnan(feet), columns.numbers("110"), feet)
+    )
+    flags = _marked(
+        ("test", columns.flags("020+1", "TST")),
+        ("simulated", columns.flags("020+1", "SIM")),
+        ("fixed_transponder", columns.flags("020+1", "RAB")),
+        ("spi", columns.flags("020+1", "SPI")),
+        ("on_ground", columns.flags("020+1", "GBS")),
+    )
+    return Targets(
+        kind="mlat",
+        time_s=columns.numbers("140"),
+        truncated_s=_nothing(columns),
+        range_m=_nothing(columns),
+        azimuth_deg=_nothing(columns),
+        latitude_deg=columns.numbers("041", "LAT"),
+        longitude_deg=columns.numbers("041", "LON"),
+        height_m=height,
+        code=code,
+        address=columns.integers("220"),
+        callsign=columns.integers("245", "CHR"),
+        flags=flags | code_flags | level_flags | height_flags,
+    )
+
+
+def _category_021(columns: Columns) -> Targets:
+    old = columns.has("030")
+    place, time = ("130", columns.numbers("030")) if old else ("131", _reception_021(columns))
+    code, code_flags = _code(columns, "070")
+    height, height_flags = _or_geometric(
+        columns.numbers("145") * _METRES_OF_LEVEL, columns.numbers("140")
+    )
+    kinds = "040" if old else "040+1"
+    flags = _marked(
+        ("test", columns.flags(kinds, "TST")),
+        ("simulated", columns.flags(kinds, "SIM")),
+        ("fixed_transponder", columns.flags("040", "RAB")),
+        ("spi", columns.flags("040", "SPI") | (columns.integers("200", "SS") == 3)),
+        ("on_ground", columns.flags(kinds, "GBS")),
+    )
+    # A fine position that cannot be is one written to another scale; the coarse one is right.
+    fine = columns.present(place) & (np.abs(columns.numbers(place, "LAT")) <= _LATITUDE_MAX_DEG)
+    return Targets(
+        kind="adsb",
+        time_s=time,
+        truncated_s=_nothing(columns),
+        range_m=_nothing(columns),
+        azimuth_deg=_nothing(columns),
+        latitude_deg=np.where(fine, columns.numbers(place, "LAT"), columns.numbers("130", "LAT")),
+        longitude_deg=np.where(fine, columns.numbers(place, "LON"), columns.numbers("130", "LON")),
+        height_m=height,
+        code=code,
+        address=columns.integers("080"),
+        callsign=columns.integers("170"),
+        flags=flags | code_flags | height_flags,
+    )
+
+
+def _reception_021(columns: Columns) -> Numbers:
+    """Return the time of the position: fine reception time, reception, applicability, sending."""
+    coarse = columns.numbers("073")
+    step = np.array([0.0, 1.0, -1.0, 0.0])[np.maximum(columns.integers("074", "FSI"), 0)]
+    fine = np.floor(coarse) + step + columns.numbers("074", "TOMRP")
+    time = np.where(np.isnan(fine), coarse, fine)
+    for other in ("071", "077"):
+        time = np.where(np.isnan(time), columns.numbers(other), time)
+    return time
+
+
+_READERS: dict[int, Callable[[Columns], Targets]] = {
+    1: _category_001,
+    20: _category_020,
+    21: _category_021,
+    48: _category_048,
+}

@@ -1,0 +1,193 @@
+"""Captures of network traffic: the payloads of UDP datagrams (see `internet`).
+
+=========  ======================================================================================
+pcap       header of 24 octets (magic number, link type in the last four), then packets: seconds,
+           fraction (µs or ns), octets kept, octets sent; either byte order
+pcapng     blocks: type, length, body, length; type 1 is an interface, 6 an enhanced packet, 2 an
+           older one, 3 a simple one, which has no time
+=========  ======================================================================================
+"""
+
+import math
+import struct
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar_converters.asterix.framing.datagrams import Datagrams
+from multiradar_converters.asterix.framing.internet import (
+    LINKS,
+    Fragments,
+    Gap,
+    Packet,
+    Payload,
+    datagram_of,
+)
+from multiradar_converters.errors import LayoutError
+
+_PCAP = {
+    b"\xd4\xc3\xb2\xa1": ("<", 1e-6),
+    b"\xa1\xb2\xc3\xd4": (">", 1e-6),
+    b"\x4d\x3c\xb2\xa1": ("<", 1e-9),
+    b"\xa1\xb2\x3c\x4d": (">", 1e-9),
+}
+_PCAPNG = b"\x0a\x0d\x0d\x0a"
+_INTERFACE, _OLD_PACKET, _SIMPLE_PACKET, _PACKET = 1, 2, 3, 6
+
+
+def is_capture(data: NDArray[np.uint8]) -> bool:
+    """Tell whether a file begins like a capture."""
+    magic = bytes(data[:4])
+    return magic in _PCAP or magic == _PCAPNG
+
+
+def payloads(data: NDArray[np.uint8], name: str) -> tuple[list[Payload], list[Gap], int]:
+    """Find the payloads of all UDP datagrams.
+
+    Parameters
+    ----------
+    data : uint8[b]
+        The file.
+    name : str
+        Its name.
+
+    Returns
+    -------
+    payloads : list of Payload
+        In the order of the file; one put together from fragments where its last one stands.
+    gaps : list of (offset, octets, reason)
+        Octets that cannot be read as packets.
+    framing : int
+        All other octets.
+
+    Raises
+    ------
+    LayoutError
+        The packets are of a link that is not known.
+    """
+    raw = data.tobytes()
+    packets, gaps = _pcapng(raw) if raw[:4] == _PCAPNG else _pcap(raw)
+    found: list[Payload] = []
+    fragments = Fragments()
+    unknown = [packet for packet in packets if packet.link not in LINKS]
+    if unknown and len(unknown) == len(packets):
+        msg = f"{name}: expected packets of Ethernet, IP or Linux, was link type {unknown[0].link}"
+        raise LayoutError(msg)
+    for packet in packets:
+        if packet.link not in LINKS:
+            gaps.append((packet.offset, packet.octets, f"link type {packet.link} is not known"))
+            continue
+        payload = datagram_of(raw, packet, fragments)
+        if payload is not None:
+            found.append(payload)
+    gaps += fragments.left()
+    taken = sum(payload.octets for payload in found) + sum(octets for _, octets, _ in gaps)
+    return found, gaps, len(raw) - taken
+
+
+def datagrams(
+    data: NDArray[np.uint8], name: str
+) -> tuple[Datagrams, NDArray[np.int64], list[Gap], int]:
+    """Find the UDP datagrams of a capture; gaps and framing as in `payloads`.
+
+    Parameters
+    ----------
+    data : uint8[b]
+        The file.
+    name : str
+        Its name.
+
+    Returns
+    -------
+    datagrams : Datagrams
+        Their payloads; those put together from fragments stand after the octets of the file.
+    offsets : int64[n]
+        Where each stands in the file.
+    gaps, framing
+        As `payloads` returns them.
+    """
+    found, gaps, framing = payloads(data, name)
+    extra = b"".join(payload.joined for payload in found)
+    whole = np.concatenate([data, np.frombuffer(extra, dtype=np.uint8)]) if extra else data
+    octets = np.array([payload.octets for payload in found], dtype=np.int64)
+    offsets = np.array([payload.offset for payload in found], dtype=np.int64)
+    joined = np.array([len(payload.joined) for payload in found], dtype=np.int64)
+    begins = np.where(joined > 0, len(data) + np.cumsum(joined) - joined, offsets)
+    received = np.array([payload.received_s for payload in found], dtype=np.float64)
+    return Datagrams(whole, begins, begins + octets, received), offsets, gaps, framing
+
+
+def _pcap(raw: bytes) -> tuple[list[Packet], list[Gap]]:
+    order, fraction = _PCAP[raw[:4]]
+    if len(raw) < 24:
+        return [], [(0, len(raw), "the header of the capture is cut off")]
+    (link,) = struct.unpack_from(f"{order}I", raw, 20)
+    packets = []
+    at = 24
+    while at + 16 <= len(raw):
+        seconds, parts, kept, _ = struct.unpack_from(f"{order}4I", raw, at)
+        if at + 16 + kept > len(raw):
+            break
+        packets.append(Packet(at + 16, kept, seconds + parts * fraction, link & 0xFFFF))
+        at += 16 + kept
+    return packets, [(at, len(raw) - at, "a packet is cut off")] if at < len(raw) else []
+
+
+def _pcapng(raw: bytes) -> tuple[list[Packet], list[Gap]]:
+    packets: list[Packet] = []
+    links: list[tuple[int, float]] = []
+    gaps: list[Gap] = []
+    order = "<"
+    at = 0
+    while at + 12 <= len(raw):
+        if raw[at : at + 4] == _PCAPNG:
+            order = "<" if raw[at + 8 : at + 12] == b"\x4d\x3c\x2b\x1a" else ">"
+            links = []
+        kind, length = struct.unpack_from(f"{order}2I", raw, at)
+        if length < 12 or at + length > len(raw):
+            break
+        body = raw[at + 8 : at + length - 4]
+        if kind == _INTERFACE and len(body) >= 8:
+            links.append((struct.unpack_from(f"{order}H", body)[0], _resolution(body[8:], order)))
+        elif kind in (_PACKET, _OLD_PACKET, _SIMPLE_PACKET):
+            packet = _packet(body, kind, at + 8, order, links)
+            if packet is None:
+                gaps.append((at + 8, len(body), "a packet of no interface that is described"))
+            else:
+                packets.append(packet)
+        at += length
+    if at < len(raw):
+        gaps.append((at, len(raw) - at, "a packet is cut off"))
+    return packets, gaps
+
+
+def _packet(
+    body: bytes, kind: int, begin: int, order: str, links: list[tuple[int, float]]
+) -> Packet | None:
+    """Read the block of a packet; None where it is of no known interface, or too short."""
+    if kind == _SIMPLE_PACKET:
+        if len(body) < 4 or not links:
+            return None
+        (sent,) = struct.unpack_from(f"{order}I", body)
+        return Packet(begin + 4, min(sent, len(body) - 4), math.nan, links[0][0])
+    if len(body) < 20:
+        return None
+    number, high, low, kept = struct.unpack_from(f"{order}4I", body)
+    if kind == _OLD_PACKET:
+        (number,) = struct.unpack_from(f"{order}H", body)
+    if number >= len(links) or kept > len(body) - 20:
+        return None
+    link, step = links[number]
+    return Packet(begin + 20, kept, (high << 32 | low) * step, link)
+
+
+def _resolution(options: bytes, order: str) -> float:
+    """Return the step of the times of an interface, s: option 9, else 1 µs."""
+    at = 0
+    while at + 4 <= len(options):
+        code, length = struct.unpack_from(f"{order}2H", options, at)
+        if code == 9 and length == 1 and at + 4 < len(options):
+            power = options[at + 4]
+            return float(2.0 ** -(power & 0x7F) if power & 0x80 else 10.0**-power)
+        at += 4 + -(-length // 4) * 4
+    return 1e-6

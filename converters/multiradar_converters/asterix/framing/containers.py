@@ -1,0 +1,309 @@
+"""The files that hold ASTERIX: what is a block in them, and what is framing.
+
+==================  =============================================================================
+`.ast` `.raw` …     blocks one after another
+`.gps`              a header of 2 200 octets (0xCD), then blocks, each followed by ten octets, of
+                    which the 7th to the 9th are the time of day of its reception in 1/128 s
+`.pcap` `.pcapng`   packets; see `capture`
+`.rply`             datagrams with the time between them; see `replay_file`
+==================  =============================================================================
+
+The first octets of a file tell which it is. A block is a category (one octet), its length with
+these three octets (two octets, high one first) and records.
+"""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar_converters.asterix.framing import capture
+from multiradar_converters.asterix.framing.datagrams import (
+    NO_BLOCK,
+    CutDatagrams,
+    Datagrams,
+    split_datagrams,
+)
+from multiradar_converters.asterix.framing.replay_file import is_replay_file, read_replay_file
+from multiradar_converters.asterix.layout import _kernels
+from multiradar_converters.asterix.layout.program import catalogue
+from multiradar_converters.errors import LayoutError
+
+# No block: category 031 is not known, and none begins with such a length.
+_GZIP = b"\x1f\x8b\x08"
+_HEADER = 2200
+_HEADER_OCTET = 0xCD
+_TRAILER = 10
+_RECEPTION = slice(6, 9)
+_TICKS_PER_S = 128.0
+_BLOCKS_AT_ONCE = 1 << 12
+# Category and length.
+_BLOCK_HEAD = 3
+
+
+@dataclass(frozen=True)
+class Blocks:
+    """The blocks of a file.
+
+    Attributes
+    ----------
+    file : str
+        Its name.
+    size : int
+        Its size, octets.
+    form : str
+        blocks, gps, capture or rply.
+    data : uint8[b]
+        The octets; after those of the file, payloads put together from fragments.
+    begins, ends : int64[n]
+        Where each block begins and ends in `data`.
+    offsets : int64[n]
+        Where it begins in the file.
+    received_s : float64[n]
+        When it was received, s of day or Unix time; NaN if that is not recorded.
+    gaps : list of (offset, octets, reason)
+        Octets that are no block.
+    framing : int
+        Octets that belong to the form of the file.
+    cut : int
+        Length of the block in which the file ends, of which the last gap is what is there; 0 where
+        it ends in none.
+    """
+
+    file: str
+    size: int
+    form: str
+    data: NDArray[np.uint8]
+    begins: NDArray[np.int64]
+    ends: NDArray[np.int64]
+    offsets: NDArray[np.int64]
+    received_s: NDArray[np.float64]
+    gaps: list[tuple[int, int, str]]
+    framing: int
+    cut: int = 0
+
+
+def read_blocks(path: Path) -> Blocks:
+    """Cut a file into blocks.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Returns
+    -------
+    Blocks
+        Its blocks, and what is none.
+
+    Raises
+    ------
+    LayoutError
+        The file cannot be read, is packed, or is a capture of a kind that is not known.
+    """
+    return _read(path)[0]
+
+
+def read_datagrams(path: Path) -> tuple[Blocks, Datagrams]:
+    """Read a recording, and the datagrams of it that can be sent again.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Returns
+    -------
+    Blocks
+        As `read_blocks`.
+    Datagrams
+        The datagrams of a network; of other recordings each block is one. Times are those of the
+        recorder; NaN where it wrote none.
+
+    Raises
+    ------
+    LayoutError
+        The file cannot be read, is packed, or is a capture of a kind that is not known.
+    """
+    blocks, datagrams = _read(path)
+    if datagrams is None:
+        datagrams = Datagrams(blocks.data, blocks.begins, blocks.ends, blocks.received_s)
+    return blocks, datagrams
+
+
+def _read(path: Path) -> tuple[Blocks, Datagrams | None]:
+    """Return the blocks, and the datagrams of a network in which they came."""
+    data = _octets(path)
+    if capture.is_capture(data):
+        return _from_capture(path, data)
+    if is_replay_file(data):
+        return _from_replay_file(path, data)
+    return _without_datagrams(path, data), None
+
+
+def _without_datagrams(path: Path, data: NDArray[np.uint8]) -> Blocks:
+    if _is_gps(path, data):
+        begins, ends, gaps = split(data, _HEADER, _TRAILER)
+        trailers = ends[:, None] + np.arange(_TRAILER)[_RECEPTION]
+        received = data[trailers].astype(np.int64) @ np.array([1 << 16, 1 << 8, 1]) / _TICKS_PER_S
+        framing = _HEADER + _TRAILER * len(begins)
+        cut = _cut(data, begins, gaps)
+        return Blocks(
+            path.name, len(data), "gps", data, begins, ends, begins, received, gaps, framing, cut
+        )
+    begins, ends, gaps = split(data, 0, 0)
+    received = np.full(len(begins), np.nan)
+    cut = _cut(data, begins, gaps)
+    return Blocks(
+        path.name, len(data), "blocks", data, begins, ends, begins, received, gaps, 0, cut
+    )
+
+
+def _cut(
+    data: NDArray[np.uint8], begins: NDArray[np.int64], gaps: list[tuple[int, int, str]]
+) -> int:
+    """Return the length of the block in which a file ends, 0 where what is there is none."""
+    if not gaps or gaps[-1][0] + gaps[-1][1] < len(data):
+        return 0
+    at, there, _ = gaps[-1]
+    # Other octets at the end, such as padding, are seldom of a category that the file has.
+    if there < _BLOCK_HEAD or data[at] not in data[begins]:
+        return 0
+    length = int(data[at + 1]) << 8 | int(data[at + 2])
+    return length if length > there else 0
+
+
+def _octets(path: Path) -> NDArray[np.uint8]:
+    if path.exists() and not path.is_file():
+        msg = f"{path}: expected a file, was something else"
+        raise LayoutError(msg)
+    try:
+        data = np.fromfile(path, dtype=np.uint8)
+    except OSError as error:
+        msg = f"{path}: cannot be read: {error.strerror}"
+        raise LayoutError(msg) from error
+    if data[:3].tobytes() == _GZIP:
+        msg = f"{path}: expected a recording, was one packed by gzip; unpack it first"
+        raise LayoutError(msg)
+    return data
+
+
+def _is_gps(path: Path, data: NDArray[np.uint8]) -> bool:
+    """Tell whether a file has the header; if only its name says so, whether that explains more."""
+    if len(data) < _HEADER:
+        return False
+    if bool((data[:_HEADER] == _HEADER_OCTET).all()):
+        return True
+    if path.suffix.lower() != ".gps":
+        return False
+    as_gps, as_blocks = (split(data, *form)[2] for form in ((_HEADER, _TRAILER), (0, 0)))
+    return sum(octets for _, octets, _ in as_gps) < sum(octets for _, octets, _ in as_blocks)
+
+
+def split(
+    data: NDArray[np.uint8], at: int, trailer: int
+) -> tuple[NDArray[np.int64], NDArray[np.int64], list[tuple[int, int, str]]]:
+    """Cut octets into blocks.
+
+    Parameters
+    ----------
+    data : uint8[b]
+        The octets.
+    at : int
+        Where the first block begins.
+    trailer : int
+        Octets after each block that do not belong to it.
+
+    Returns
+    -------
+    begins, ends : int64[n]
+        The blocks.
+    gaps : list of (offset, octets, reason)
+        Octets that are no block.
+    """
+    blocks = np.empty((_BLOCKS_AT_ONCE, 2), dtype=np.int64)
+    holes = np.empty((_BLOCKS_AT_ONCE, 2), dtype=np.int64)
+    known = catalogue()
+    starts = np.empty(known.nodes_max, dtype=np.int32)
+    found, gaps = [], []
+    while at < len(data):
+        count, gap_count, at = _kernels.split_blocks(
+            data,
+            at,
+            trailer,
+            known.nodes,
+            known.profiles,
+            known.layouts,
+            known.categories,
+            starts,
+            blocks,
+            holes,
+        )
+        found.append(blocks[:count].copy())
+        gaps += [(int(a), int(b - a), NO_BLOCK) for a, b in holes[:gap_count]]
+    cut = np.concatenate(found) if found else np.empty((0, 2), dtype=np.int64)
+    return np.ascontiguousarray(cut[:, 0]), np.ascontiguousarray(cut[:, 1]), gaps
+
+
+def blocks_of_datagrams(
+    datagrams: Datagrams, offsets: NDArray[np.int64], file: str = "", form: str = "datagrams"
+) -> tuple[Blocks, CutDatagrams]:
+    """Cut datagrams into blocks.
+
+    Parameters
+    ----------
+    datagrams : Datagrams
+        The datagrams.
+    offsets : int64[n]
+        Where each stands in its file.
+    file, form : str
+        Name and form of that file.
+
+    Returns
+    -------
+    blocks : Blocks
+        Their blocks, as if the datagrams were all of the file.
+    cut : CutDatagrams
+        Which datagram each came in.
+    """
+    cut = split_datagrams(datagrams)
+    moved = offsets - datagrams.begins
+    gaps = [
+        (begin + int(moved[datagram]), end - begin, NO_BLOCK)
+        for begin, end, datagram in cut.gaps.tolist()
+    ]
+    blocks = Blocks(
+        file=file,
+        size=int((datagrams.ends - datagrams.begins).sum()),
+        form=form,
+        data=datagrams.data,
+        begins=cut.begins,
+        ends=cut.ends,
+        offsets=cut.begins + moved[cut.datagram],
+        received_s=datagrams.received_s[cut.datagram],
+        gaps=gaps,
+        framing=0,
+    )
+    return blocks, cut
+
+
+def _from_capture(path: Path, data: NDArray[np.uint8]) -> tuple[Blocks, Datagrams]:
+    datagrams, offsets, gaps, framing = capture.datagrams(data, path.name)
+    blocks, _cut = blocks_of_datagrams(datagrams, offsets, path.name, "capture")
+    blocks = replace(blocks, size=len(data), gaps=gaps + blocks.gaps, framing=framing)
+    return blocks, datagrams
+
+
+def _from_replay_file(path: Path, data: NDArray[np.uint8]) -> tuple[Blocks, Datagrams]:
+    datagrams, gaps, framing = read_replay_file(data)
+    blocks, _cut = blocks_of_datagrams(datagrams, datagrams.begins, path.name, "rply")
+    blocks = replace(
+        blocks,
+        size=len(data),
+        # It tells how long after one another they came, not when.
+        received_s=np.full(len(blocks.begins), np.nan),
+        gaps=gaps + blocks.gaps,
+        framing=framing,
+    )
+    return blocks, datagrams

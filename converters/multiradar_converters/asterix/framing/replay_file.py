@@ -1,0 +1,86 @@
+"""`.rply` recordings of Asterix Display Analyser: datagrams with the time between them.
+
+======  ========================================================================================
+0..3    octets of the datagram (signed, low octet first)
+4..7    time since the datagram before, ms (signed, low octet first)
+8…      the datagram
+======  ========================================================================================
+
+There is no header and no time of day. The program is public; its reader tells the layout.
+"""
+
+import struct
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar_converters.asterix.framing.datagrams import Datagrams
+
+_HEAD = struct.Struct("<2i")
+_OCTETS_MAX = 65_507
+_PAUSE_MAX_MS = 86_400_000
+_BLOCK_HEAD = 3
+
+
+def is_replay_file(data: NDArray[np.uint8]) -> bool:
+    """Tell whether a file begins like such a recording: a head, then a block that fits."""
+    raw = data[: _HEAD.size + _BLOCK_HEAD].tobytes()
+    octets = _datagram_octets(raw, 0)
+    if not octets or len(raw) < _HEAD.size + _BLOCK_HEAD:
+        return False
+    block = int.from_bytes(raw[_HEAD.size + 1 :], "big")
+    after = _HEAD.size + octets
+    follows = _datagram_octets(data[after : after + _HEAD.size].tobytes(), 0)
+    return _BLOCK_HEAD < block <= octets and (after == len(data) or follows > 0)
+
+
+def read_replay_file(data: NDArray[np.uint8]) -> tuple[Datagrams, list[tuple[int, int, str]], int]:
+    """Find the datagrams.
+
+    Parameters
+    ----------
+    data : uint8[b]
+        The file.
+
+    Returns
+    -------
+    datagrams : Datagrams
+        The datagrams; times since the first.
+    gaps : list of (offset, octets, reason)
+        Octets after which no datagram can be found any more.
+    framing : int
+        Octets of sizes and times.
+    """
+    raw = data.tobytes()
+    begins: list[int] = []
+    ends: list[int] = []
+    times: list[float] = []
+    at, now_ms = 0, 0
+    while octets := _datagram_octets(raw, at):
+        begin = at + _HEAD.size
+        if begin + octets > len(raw):
+            break
+        now_ms += _HEAD.unpack_from(raw, at)[1] if begins else 0
+        begins.append(begin)
+        ends.append(begin + octets)
+        times.append(now_ms / 1000.0)
+        at = begin + octets
+    gaps = [(at, len(raw) - at, "no datagram begins here, or it is cut off")]
+    return (
+        Datagrams(
+            data,
+            np.array(begins, dtype=np.int64),
+            np.array(ends, dtype=np.int64),
+            np.array(times, dtype=np.float64),
+        ),
+        gaps if at < len(raw) else [],
+        _HEAD.size * len(begins),
+    )
+
+
+def _datagram_octets(raw: bytes, at: int) -> int:
+    """Return the octets of the datagram whose head stands here; 0 if none does."""
+    if at + _HEAD.size > len(raw):
+        return 0
+    octets, pause_ms = _HEAD.unpack_from(raw, at)
+    return octets if 0 < octets <= _OCTETS_MAX and 0 <= pause_ms <= _PAUSE_MAX_MS else 0

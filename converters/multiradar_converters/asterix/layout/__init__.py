@@ -1,0 +1,1 @@
+"""Layouts of categories and editions, and the compiled walk through them."""

@@ -1,0 +1,1 @@
+"""ASTERIX from a network, batch after batch."""

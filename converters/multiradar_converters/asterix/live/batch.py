@@ -1,0 +1,198 @@
+"""What a batch of datagrams said, and what became of its octets and records."""
+
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import polars as pl
+
+from multiradar_converters.asterix.decoding.gathering import SKIPPED, Gathered, Rows
+from multiradar_converters.asterix.framing.datagrams import CutDatagrams, Datagrams
+from multiradar_converters.asterix.layout.columns import Flags, Integers
+from multiradar_schemas.measurements.directions import PLAIN_SCHEMA
+from multiradar_schemas.measurements.reject import RejectCode
+
+#: What may become of a target report.
+FATES = ("measurement", "duplicate", "left_out", "refused")
+
+
+@dataclass(frozen=True)
+class RefusedOctets:
+    """Octets of a datagram that are no measurement, and why."""
+
+    datagram: int
+    offset: int
+    octets: bytes
+    code: RejectCode
+    reason: str
+
+
+@dataclass
+class LiveBatch:
+    """What datagrams said.
+
+    Attributes
+    ----------
+    frame : DataFrame
+        Measurements, columns of `PLAIN_SCHEMA`, in the order of their reception.
+    datagram : int64[m]
+        The datagram that each came in.
+    refused : list of RefusedOctets
+        What was refused.
+    octets : dict of int64[n]
+        Octets of each datagram that were decoded, skipped and quarantined.
+    records : dict of int64[n]
+        Target reports of each datagram that became a measurement, or were a duplicate, left_out
+        (no aircraft, or no position) or refused.
+    categories : Counter
+        Records by category.
+    """
+
+    frame: pl.DataFrame
+    datagram: Integers
+    refused: list[RefusedOctets]
+    octets: dict[str, Integers]
+    records: dict[str, Integers]
+    categories: Counter[int]
+
+
+def new_batch(gathered: Gathered, datagrams: Datagrams, cut: CutDatagrams) -> LiveBatch:
+    """Account for the octets of datagrams; their target reports are still to be told.
+
+    Parameters
+    ----------
+    gathered : Gathered
+        Their blocks, decoded.
+    datagrams : Datagrams
+        The datagrams.
+    cut : CutDatagrams
+        Which datagram each block came in.
+
+    Returns
+    -------
+    LiveBatch
+        Without measurements.
+    """
+    refused = _broken(gathered, datagrams)
+    categories = Counter[int]()
+    for (category, _source), count in gathered.records.items():
+        categories[category] += count
+    return LiveBatch(
+        frame=pl.DataFrame(schema=PLAIN_SCHEMA),
+        datagram=np.empty(0, np.int64),
+        refused=refused,
+        octets=_octets(gathered, refused, cut.datagram, len(datagrams)),
+        records={name: np.zeros(len(datagrams), np.int64) for name in FATES},
+        categories=categories,
+    )
+
+
+def unreadable(datagrams: Datagrams, reason: str) -> LiveBatch:
+    """Refuse datagrams as a whole.
+
+    Parameters
+    ----------
+    datagrams : Datagrams
+        The datagrams.
+    reason : str
+        One sentence.
+
+    Returns
+    -------
+    LiveBatch
+        All octets are quarantined.
+    """
+    count = len(datagrams)
+    refused = [
+        RefusedOctets(
+            place,
+            0,
+            datagrams.data[datagrams.begins[place] : datagrams.ends[place]].tobytes(),
+            RejectCode.MALFORMED_BLOCK,
+            reason,
+        )
+        for place in range(count)
+    ]
+    nothing = np.zeros(count, np.int64)
+    return LiveBatch(
+        frame=pl.DataFrame(schema=PLAIN_SCHEMA),
+        datagram=np.empty(0, np.int64),
+        refused=refused,
+        octets={
+            "decoded": nothing,
+            "skipped": nothing,
+            "quarantined": datagrams.ends - datagrams.begins,
+        },
+        records=dict.fromkeys(FATES, nothing),
+        categories=Counter(),
+    )
+
+
+class Tally:
+    """Counts what became of records, by the datagram that they came in."""
+
+    def __init__(self, batch: LiveBatch, datagrams: Datagrams) -> None:
+        self._batch = batch
+        self._datagrams = datagrams
+
+    def datagram(self, rows: Rows) -> Integers:
+        """Return the datagram of each record; empty ones hold none."""
+        return np.searchsorted(self._datagrams.begins, rows.begin, side="right") - 1
+
+    def count(self, rows: Rows, own: Flags, name: str) -> None:
+        """Count records under a name."""
+        places = self.datagram(rows)[own]
+        self._batch.records[name] += np.bincount(places, minlength=len(self._datagrams))
+
+    def refuse(
+        self, rows: Rows, wrong: Flags, code: RejectCode, reason: Callable[[int], str]
+    ) -> None:
+        """Refuse records, for a reason by their source; their octets are kept."""
+        if not wrong.any():
+            return
+        self.count(rows, wrong, "refused")
+        data, begins = self._datagrams.data, self._datagrams.begins
+        for place, source, begin, end in zip(
+            self.datagram(rows)[wrong].tolist(),
+            rows.source[wrong].tolist(),
+            rows.begin[wrong].tolist(),
+            rows.end[wrong].tolist(),
+            strict=True,
+        ):
+            octets = data[begin:end].tobytes()
+            offset = begin - int(begins[place])
+            self._batch.refused.append(RefusedOctets(place, offset, octets, code, reason(source)))
+
+
+def _broken(gathered: Gathered, datagrams: Datagrams) -> list[RefusedOctets]:
+    """Return blocks that do not fit, and octets that are none."""
+    refused = []
+    for one in gathered.broken:
+        place = int(np.searchsorted(datagrams.begins, one.offset, side="right")) - 1
+        octets = datagrams.data[one.offset : one.offset + one.octets].tobytes()
+        offset = one.offset - int(datagrams.begins[place])
+        refused.append(RefusedOctets(place, offset, octets, one.code, one.reason))
+    empty = np.flatnonzero(datagrams.begins == datagrams.ends).tolist()
+    refused += [
+        RefusedOctets(place, 0, b"", RejectCode.TRUNCATED, "an empty datagram") for place in empty
+    ]
+    return refused
+
+
+def _octets(
+    gathered: Gathered, refused: list[RefusedOctets], datagram: Integers, count: int
+) -> dict[str, Integers]:
+    """Return what became of the octets of each datagram."""
+    blocks = gathered.blocks
+    lengths = blocks.ends - blocks.begins
+    skipped = np.isin(blocks.data[blocks.begins], SKIPPED)
+    broken = np.isin(blocks.begins, np.array([one.offset for one in gathered.broken], np.int64))
+    quarantined = np.zeros(count, dtype=np.int64)
+    for one in refused:
+        quarantined[one.datagram] += len(one.octets)
+    octets = {"quarantined": quarantined}
+    for name, own in (("decoded", ~skipped & ~broken), ("skipped", skipped)):
+        sums = np.bincount(datagram[own], weights=lengths[own], minlength=count)
+        octets[name] = sums.astype(np.int64)
+    return octets

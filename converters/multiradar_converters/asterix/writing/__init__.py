@@ -1,0 +1,1 @@
+"""ASTERIX written: system tracks, status, and recordings sent again."""

@@ -1,0 +1,1 @@
+"""Files that people write: TOML read into models, with every mistake located."""

@@ -1,0 +1,102 @@
+"""Reading of files that people write: TOML in, a model out, or every mistake in it."""
+
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path as FilePath
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ValidationError
+
+from multiradar_schemas.documents.mistakes import mistakes_in
+from multiradar_schemas.documents.toml_lines import Path, key_lines
+from multiradar_schemas.errors import DocumentError
+
+Model = TypeVar("Model", bound=BaseModel)
+
+
+@dataclass(frozen=True, slots=True)
+class Document:
+    """A TOML file that was read.
+
+    Attributes
+    ----------
+    source : str
+        What it is called in errors.
+    values : dict
+        Its tables.
+    lines : dict of tuple to int
+        The line of each key, from 1; see `multiradar_schemas.documents.toml_lines`.
+    """
+
+    source: str
+    values: dict[str, Any]
+    lines: dict[Path, int]
+
+
+def read_toml(path: FilePath) -> Document:
+    """Read a TOML file.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Returns
+    -------
+    Document
+        Its tables.
+
+    Raises
+    ------
+    DocumentError
+        When the file cannot be read, is not UTF-8 or is no TOML.
+    """
+    try:
+        # Editors of some systems put a byte-order mark at the beginning.
+        text = path.read_text(encoding="utf-8-sig")
+    except FileNotFoundError as error:
+        raise DocumentError(str(path), "no such file") from error
+    except OSError as error:
+        raise DocumentError(str(path), f"cannot be read: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        reason = f"expected UTF-8 text, was another encoding at byte {error.start}"
+        raise DocumentError(str(path), reason) from error
+    return parse_toml(text, source=str(path))
+
+
+def parse_toml(text: str, *, source: str) -> Document:
+    """Return a TOML text as a document; see `read_toml`."""
+    try:
+        values = tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, RecursionError, ValueError) as error:
+        raise DocumentError(source, f"not valid TOML: {error}") from error
+    return Document(source, values, key_lines(text))
+
+
+def validated(model: type[Model], document: Document, *, key: str = "key") -> Model:
+    """Return a document as a model.
+
+    Parameters
+    ----------
+    model : type
+        The model.
+    document : Document
+        What was read.
+    key : str
+        What a key of it is called in sentences.
+
+    Returns
+    -------
+    Model
+        The values, checked.
+
+    Raises
+    ------
+    DocumentError
+        With every wrong value: its line and place, what was expected and what it was.
+    """
+    try:
+        return model.model_validate(document.values)
+    except ValidationError as error:
+        reasons = mistakes_in(error, model, document.values, document.lines, key=key)
+        raise DocumentError(document.source, *reasons) from error

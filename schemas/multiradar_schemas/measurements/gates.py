@@ -1,0 +1,181 @@
+"""Checks on whole columns: a table of measurements in, the rows to refuse out, with reasons."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import polars as pl
+from numpy.typing import NDArray
+
+from multiradar_schemas.documents.names import shown
+from multiradar_schemas.measurements.measurement import (
+    AZIMUTH_END_DEG,
+    CALLSIGN_PATTERN,
+    ELEVATION_MAX_DEG,
+    HEIGHT_MAX_M,
+    HEIGHT_MIN_M,
+    KIND_NEEDS,
+    KINDS,
+    LATITUDE_MAX_DEG,
+    LONGITUDE_MAX_DEG,
+    MODE_3A_PATTERN,
+    MODE_S_ADDRESS_PATTERN,
+    RANGE_MAX_M,
+    SENSOR_ID_PATTERN,
+    SOURCE,
+    SOURCE_FIELDS,
+    TIME_MAX_S,
+)
+from multiradar_schemas.measurements.reject import RejectCode
+
+
+@dataclass(frozen=True, slots=True)
+class Gate:
+    """One reason to refuse a row.
+
+    Attributes
+    ----------
+    code : RejectCode
+        The stable code.
+    field : str
+        The column at fault.
+    expected : str
+        What the column should have held, for the sentence.
+    refuses : Expr
+        Whether a row is refused; null means no.
+    shows : str, optional
+        The column whose value the sentence repeats, when it is not the one at fault.
+    """
+
+    code: RejectCode
+    field: str
+    expected: str
+    refuses: pl.Expr
+    shows: str | None = None
+
+
+def refusals(
+    frame: pl.DataFrame, gates: Sequence[Gate]
+) -> tuple[NDArray[np.int64], tuple[RejectCode, ...], tuple[str, ...]]:
+    """Return the rows that a gate refuses, each with the first gate that does.
+
+    Parameters
+    ----------
+    frame : DataFrame
+        Columns of `MEASUREMENT_SCHEMA` and those that the gates name.
+    gates : sequence of Gate
+        Reasons to refuse, the most important first.
+
+    Returns
+    -------
+    (k,) int64
+        Indices of the rows, ascending.
+    tuple of RejectCode
+        The code of each.
+    tuple of str
+        The sentence of each.
+    """
+    cascade = [pl.when(gate.refuses).then(pl.lit(n, pl.Int16)) for n, gate in enumerate(gates)]
+    verdict = frame.select(pl.coalesce(cascade).alias("gate")).to_series()
+    if verdict.null_count() == len(verdict):
+        return np.empty(0, np.int64), (), ()
+    index = verdict.is_not_null().arg_true().to_numpy().astype(np.int64)
+    first = verdict.drop_nulls().to_list()
+    refused = frame[index].to_dicts()
+    codes = tuple(gates[number].code for number in first)
+    reasons = tuple(
+        _sentence(gates[number], row) for number, row in zip(first, refused, strict=True)
+    )
+    return index, codes, reasons
+
+
+def _sentence(gate: Gate, row: dict[str, object]) -> str:
+    value = row[gate.shows or gate.field]
+    found = "absent" if value is None else shown(value)
+    return f"{gate.field}: expected {gate.expected}, was {found}"
+
+
+def _number(field: str, expected: str, inside: pl.Expr) -> tuple[Gate, Gate]:
+    finite = Gate(RejectCode.NON_FINITE, field, "a finite number", ~pl.col(field).is_finite())
+    return finite, Gate(RejectCode.OUT_OF_RANGE, field, expected, ~inside)
+
+
+def _between(field: str, least: float, most: float, unit: str) -> tuple[Gate, Gate]:
+    expected = f"a number from {least:g} to {most:g} {unit}"
+    return _number(field, expected, pl.col(field).is_between(least, most))
+
+
+def _text(field: str, pattern: str) -> Gate:
+    refuses = ~pl.col(field).str.contains(pattern)
+    return Gate(RejectCode.OUT_OF_RANGE, field, f"text of the form {pattern}", refuses)
+
+
+def _needed(field: str, kinds: tuple[str, ...]) -> Gate:
+    refuses = pl.col(field).is_null() & pl.col("kind").is_in(kinds)
+    return Gate(RejectCode.MISSING_FIELD, field, "a value for this kind", refuses)
+
+
+def _needs() -> tuple[Gate, ...]:
+    fields = dict.fromkeys(field for needed in KIND_NEEDS.values() for field in needed)
+    return tuple(
+        _needed(field, tuple(kind for kind in KINDS if field in KIND_NEEDS[kind]))
+        for field in fields
+    )
+
+
+# The first that is absent is told, as in JSON.
+def _whole_source() -> tuple[Gate, ...]:
+    given = pl.any_horizontal(pl.col(name).is_not_null() for name in SOURCE_FIELDS)
+    expected = f"all of {SOURCE} or none"
+    return tuple(
+        Gate(RejectCode.MISSING_FIELD, name, expected, given & pl.col(name).is_null())
+        for name in SOURCE_FIELDS
+    )
+
+
+_time = pl.col("time_s")
+_range = pl.col("range_m")
+_azimuth = pl.col("azimuth_deg")
+
+#: What every table of measurements must pass, whatever its sensors are.
+PHYSICAL_GATES: tuple[Gate, ...] = (
+    Gate(RejectCode.MISSING_FIELD, "time_s", "a value", _time.is_null()),
+    Gate(RejectCode.MISSING_FIELD, "sensor_id", "a value", pl.col("sensor_id").is_null()),
+    Gate(RejectCode.MISSING_FIELD, "kind", "a value", pl.col("kind").is_null()),
+    Gate(
+        RejectCode.UNKNOWN_KIND,
+        "kind",
+        f"one of {', '.join(KINDS)}",
+        ~pl.col("kind").is_in(KINDS),
+    ),
+    *_needs(),
+    *_number("time_s", f"seconds below {TIME_MAX_S:g}", _time.abs() < TIME_MAX_S),
+    *_number(
+        "range_m",
+        f"metres greater than 0, at most {RANGE_MAX_M:g}",
+        (_range > 0.0) & (_range <= RANGE_MAX_M),
+    ),
+    *_number(
+        "azimuth_deg",
+        f"degrees from 0 to less than {AZIMUTH_END_DEG:g}",
+        (_azimuth >= 0.0) & (_azimuth < AZIMUTH_END_DEG),
+    ),
+    *_between("latitude_deg", -LATITUDE_MAX_DEG, LATITUDE_MAX_DEG, "degrees"),
+    *_between("longitude_deg", -LONGITUDE_MAX_DEG, LONGITUDE_MAX_DEG, "degrees"),
+    *_between("height_m", HEIGHT_MIN_M, HEIGHT_MAX_M, "m"),
+    Gate(
+        RejectCode.OUT_OF_RANGE,
+        "track_number",
+        "a number of at least 0",
+        pl.col("track_number") < 0,
+    ),
+    _text("sensor_id", SENSOR_ID_PATTERN),
+    _text("mode_3a", MODE_3A_PATTERN),
+    _text("mode_s_address", MODE_S_ADDRESS_PATTERN),
+    _text("callsign", CALLSIGN_PATTERN),
+    *_between("elevation_deg", -ELEVATION_MAX_DEG, ELEVATION_MAX_DEG, "degrees"),
+    *_between("source_latitude_deg", -LATITUDE_MAX_DEG, LATITUDE_MAX_DEG, "degrees"),
+    *_between("source_longitude_deg", -LONGITUDE_MAX_DEG, LONGITUDE_MAX_DEG, "degrees"),
+    *_between("source_height_m", HEIGHT_MIN_M, HEIGHT_MAX_M, "m"),
+    *_whole_source(),
+)

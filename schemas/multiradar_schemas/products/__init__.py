@@ -1,0 +1,1 @@
+"""What the service reports: tracks, biases, health, forecasts, encounters, trajectories."""

@@ -1,0 +1,50 @@
+"""Bias estimates, as JSON: the same fields as the columns of `biases.parquet`."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field, StringConstraints
+
+from multiradar_schemas.base import Record, described
+from multiradar_schemas.measurements.measurement import SENSOR_ID_PATTERN
+
+ParameterName = Literal["range_offset_m", "azimuth_offset_deg", "range_gain", "time_offset_s"]
+
+
+class BiasEstimate(Record):
+    """One bias parameter of one sensor at the end of an epoch; a row of `biases.parquet`.
+
+    A bias is measured minus true. The unit is the end of the parameter's name (`range_gain` has
+    none).
+    """
+
+    time_s: Annotated[
+        float, described("Data time of the end of the epoch", unit="s", source="tracker")
+    ]
+    sensor_id: Annotated[
+        str,
+        StringConstraints(pattern=SENSOR_ID_PATTERN),
+        described("The sensor", unit="text", source="sensors.toml"),
+    ]
+    parameter: Annotated[
+        ParameterName, described("The bias parameter", unit="name", source="sensors.toml")
+    ]
+    estimate: Annotated[
+        float,
+        described("Estimate, measured minus true", unit="m, degree, 1 or s", source="filter"),
+    ]
+    sigma: Annotated[
+        float,
+        Field(ge=0.0),
+        described("Its standard deviation at `time_s`", unit="as `estimate`", source="filter"),
+    ]
+    epoch: Annotated[int, described("Number of the epoch of data time", unit="1", source="tracker")]
+    prior_ratio: Annotated[
+        float,
+        Field(ge=0.0),
+        described(
+            "`sigma` over that beforehand: about 1 when the measurements told nothing about the "
+            "parameter by itself; above 1 where it drifts",
+            unit="1",
+            source="filter",
+        ),
+    ]

@@ -1,0 +1,196 @@
+"""Tracks, as JSON: the same fields as the columns of `tracks.parquet`, and their age."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field, StringConstraints
+
+from multiradar_schemas.base import Record, described
+from multiradar_schemas.measurements.measurement import MODE_3A_PATTERN, SENSOR_ID_PATTERN
+
+TrackState = Literal["tentative", "confirmed", "coasting"]
+
+
+class TrackUpdate(Record):
+    """A track as it stood after one measurement; a row of `tracks.parquet`."""
+
+    time_s: Annotated[
+        float, described("Data time of the measurement", unit="s", source="measurement")
+    ]
+    track_id: Annotated[
+        int,
+        Field(ge=1),
+        described("The track, numbered by first appearance", unit="1", source="tracker"),
+    ]
+    track_number: Annotated[
+        int | None,
+        Field(ge=0),
+        described(
+            "The recording's own number of the aircraft",
+            unit="1",
+            source="recording",
+            absent="no measurement of the track carried one",
+        ),
+    ]
+    mode_s_address: Annotated[
+        str | None,
+        StringConstraints(pattern=r"^[0-9a-f]{6}$"),
+        described(
+            "ICAO 24-bit address",
+            unit="6 lower-case hexadecimal digits",
+            source="aircraft",
+            absent="never heard",
+        ),
+    ]
+    mode_3a: Annotated[
+        str | None,
+        StringConstraints(pattern=MODE_3A_PATTERN),
+        described(
+            "Mode 3/A code last heard",
+            unit="4 octal digits",
+            source="aircraft",
+            absent="never heard",
+        ),
+    ]
+    latitude_deg: Annotated[
+        float, described("Estimated WGS 84 latitude", unit="degree", source="filter")
+    ]
+    longitude_deg: Annotated[
+        float, described("Estimated WGS 84 longitude", unit="degree", source="filter")
+    ]
+    height_m: Annotated[
+        float | None,
+        described(
+            "Height by those that were heard, of their kind (Mode C: pressure altitude); of an "
+            "aircraft that tells none, what radars at several places make of it",
+            unit="m",
+            source="filter",
+            absent="neither heard nor known to 1000 m",
+        ),
+    ]
+    speed_mps: Annotated[
+        float, Field(ge=0.0), described("Estimated ground speed", unit="m/s", source="filter")
+    ]
+    heading_deg: Annotated[
+        float,
+        Field(ge=0.0, lt=360.0),
+        described(
+            "Direction of the ground speed, clockwise from true north",
+            unit="degree",
+            source="filter",
+        ),
+    ]
+    position_sigma_m: Annotated[
+        float,
+        Field(ge=0.0),
+        described(
+            "Square root of the trace of the horizontal position covariance, "
+            "uncertainty of the biases included",
+            unit="m",
+            source="filter",
+        ),
+    ]
+    state: Annotated[
+        TrackState,
+        described(
+            "tentative (too few measurements yet), confirmed, coasting (no measurement lately)",
+            unit="name",
+            source="tracker",
+        ),
+    ]
+    sequence: Annotated[
+        int,
+        Field(ge=1),
+        described("Number of the update over all tracks, 1, 2, 3, …", unit="1", source="tracker"),
+    ]
+    sensor_id: Annotated[
+        str,
+        StringConstraints(pattern=SENSOR_ID_PATTERN),
+        described("The sensor that measured", unit="text", source="measurement"),
+    ]
+    velocity_sigma_mps: Annotated[
+        float,
+        Field(ge=0.0),
+        described(
+            "Square root of the trace of the horizontal velocity covariance",
+            unit="m/s",
+            source="filter",
+        ),
+    ]
+    turn_right_probability: Annotated[
+        float | None,
+        Field(ge=0.0, le=1.0),
+        described(
+            "Probability that the aircraft turns to the right, by the modes of the filter `imm`",
+            unit="1",
+            source="filter",
+            absent="filter without modes, or first measurement",
+        ),
+    ]
+    turn_left_probability: Annotated[
+        float | None,
+        Field(ge=0.0, le=1.0),
+        described(
+            "That it turns to the left",
+            unit="1",
+            source="filter",
+            absent="filter without modes, or first measurement",
+        ),
+    ]
+    speed_change_probability: Annotated[
+        float | None,
+        Field(ge=0.0, le=1.0),
+        described(
+            "That it speeds up or slows down; the rest is straight flight",
+            unit="1",
+            source="filter",
+            absent="filter without modes, or first measurement",
+        ),
+    ]
+    vertical_rate_mps: Annotated[
+        float | None,
+        described(
+            "Rate of climb, negative in a descent",
+            unit="m/s",
+            source="filter",
+            absent="no height heard, or not known to 5 m/s",
+        ),
+    ]
+    height_sigma_m: Annotated[
+        float | None,
+        Field(ge=0.0),
+        described(
+            "Standard deviation of the height, as a height of its kind",
+            unit="m",
+            source="filter",
+            absent="`height_m` is absent",
+        ),
+    ]
+    adsb_implausible: Annotated[
+        bool,
+        described(
+            "Whether the positions that the aircraft reports of itself are contradicted by what "
+            "others measure of it, or no radar sees it where several should",
+            unit="true or false",
+            source="tracker",
+        ),
+    ]
+    callsign: Annotated[
+        str | None,
+        StringConstraints(pattern=r"^[0-9A-Z]{1,8}$"),
+        described(
+            "Callsign last heard",
+            unit="1 to 8 of A-Z, 0-9",
+            source="aircraft",
+            absent="never heard",
+        ),
+    ]
+
+
+class Track(TrackUpdate):
+    """A live track as the service answers it."""
+
+    age_s: Annotated[
+        float,
+        Field(ge=0.0),
+        described("Data time now minus `time_s`", unit="s", source="service"),
+    ]

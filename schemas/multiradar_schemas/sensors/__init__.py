@@ -1,0 +1,1 @@
+"""Sensors and what is known of their biases: `sensors.toml`."""

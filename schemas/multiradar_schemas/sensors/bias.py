@@ -1,0 +1,94 @@
+"""What a sensors file says of the biases of a sensor."""
+
+from typing import Annotated, Any
+
+from pydantic import Field
+
+from multiradar_schemas.base import described
+from multiradar_schemas.documents.tables import Table
+from multiradar_schemas.sensors import bounds as bounds
+from multiradar_schemas.sensors.bounds import Bounds, ParameterBounds
+
+#: Where the fields come from.
+FILE = "sensors.toml"
+
+
+def of_file(description: str, unit: str, absent: str = "never") -> Any:
+    """Return field information of the file; see `multiradar_schemas.base.described`."""
+    return described(description, unit=unit, source=FILE, absent=absent)
+
+
+def within(limits: Bounds) -> Any:
+    """Return field information: both bounds are taken."""
+    return Field(ge=limits.least, le=limits.most)
+
+
+class BiasParameter(Table):
+    """What is known of one bias before anything is measured; a bias is measured minus true.
+
+    The bounds of a parameter are in the classes below, one for each.
+    """
+
+    estimate: Annotated[
+        bool | None, of_file("Estimate it", "true or false", "the default of the kind holds")
+    ] = None
+    prior: float = 0.0
+    prior_sigma: float | None = None
+    drift: float = 0.0
+
+
+def _mean(limits: ParameterBounds) -> Any:
+    return within(Bounds(-limits.value, limits.value))
+
+
+_MEAN = of_file(
+    "Mean beforehand; where it is not estimated, its known value, taken off every measurement",
+    "of the parameter",
+)
+_SIGMA = of_file(
+    "Standard deviation beforehand", "of the parameter", "the default of the parameter holds"
+)
+_DRIFT = of_file("Random walk: standard deviation after one second", "of the parameter / √s")
+
+
+class RangeOffset(BiasParameter):
+    """Offset of range, m."""
+
+    prior: Annotated[float, _mean(bounds.RANGE_OFFSET_M), _MEAN] = 0.0
+    prior_sigma: Annotated[float | None, within(bounds.RANGE_OFFSET_M.sigma), _SIGMA] = None
+    drift: Annotated[float, Field(ge=0.0, le=bounds.RANGE_OFFSET_M.drift), _DRIFT] = 0.0
+
+
+class AzimuthOffset(BiasParameter):
+    """Offset of azimuth, degrees."""
+
+    prior: Annotated[float, _mean(bounds.AZIMUTH_OFFSET_DEG), _MEAN] = 0.0
+    prior_sigma: Annotated[float | None, within(bounds.AZIMUTH_OFFSET_DEG.sigma), _SIGMA] = None
+    drift: Annotated[float, Field(ge=0.0, le=bounds.AZIMUTH_OFFSET_DEG.drift), _DRIFT] = 0.0
+
+
+class RangeGain(BiasParameter):
+    """Relative error of range."""
+
+    prior: Annotated[float, _mean(bounds.RANGE_GAIN), _MEAN] = 0.0
+    prior_sigma: Annotated[float | None, within(bounds.RANGE_GAIN.sigma), _SIGMA] = None
+    drift: Annotated[float, Field(ge=0.0, le=bounds.RANGE_GAIN.drift), _DRIFT] = 0.0
+
+
+class TimeOffset(BiasParameter):
+    """Offset of the time stamps, s."""
+
+    prior: Annotated[float, _mean(bounds.TIME_OFFSET_S), _MEAN] = 0.0
+    prior_sigma: Annotated[float | None, within(bounds.TIME_OFFSET_S.sigma), _SIGMA] = None
+    drift: Annotated[float, Field(ge=0.0, le=bounds.TIME_OFFSET_S.drift), _DRIFT] = 0.0
+
+
+class SensorBias(Table):
+    """The named bias parameters of a sensor."""
+
+    range_offset_m: Annotated[RangeOffset, of_file("Offset of range", "m")] = RangeOffset()
+    azimuth_offset_deg: Annotated[AzimuthOffset, of_file("Offset of azimuth", "degree")] = (
+        AzimuthOffset()
+    )
+    range_gain: Annotated[RangeGain, of_file("Relative error of range", "1")] = RangeGain()
+    time_offset_s: Annotated[TimeOffset, of_file("Offset of the time stamps", "s")] = TimeOffset()

@@ -1,0 +1,336 @@
+"""Sensors and what is known of their biases: the model of `sensors.toml`."""
+
+import math
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import (
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ModelWrapValidatorHandler,
+    StringConstraints,
+    ValidationError,
+    model_validator,
+)
+from pydantic_core import InitErrorDetails, PydanticCustomError
+
+from multiradar_schemas.base import Record
+from multiradar_schemas.documents.explain import ABSENT_ERROR, SENTENCE_ERROR
+from multiradar_schemas.documents.files import Document, parse_toml, read_toml, validated
+from multiradar_schemas.documents.tables import Table, wrong
+from multiradar_schemas.measurements.measurement import SENSOR_ID_PATTERN
+from multiradar_schemas.sensors import bounds as bounds
+from multiradar_schemas.sensors.bias import FILE, BiasParameter, SensorBias, of_file, within
+
+SensorKind = Literal["radar", "adsb", "mlat", "direction-finder"]
+
+#: Names of the bias parameters, in the order of the bias vector.
+BIAS_PARAMETERS = ("range_offset_m", "azimuth_offset_deg", "range_gain", "time_offset_s")
+
+#: Standard deviation of each parameter beforehand, in the parameter's own unit.
+PRIOR_SIGMA_DEFAULT = {
+    "range_offset_m": 500.0,
+    "azimuth_offset_deg": 0.5,
+    "range_gain": 0.002,
+    "time_offset_s": 0.5,
+}
+
+#: Parameters that each kind of sensor can have, and those estimated unless told otherwise.
+PARAMETERS_BY_KIND: dict[str, tuple[str, ...]] = {
+    "radar": BIAS_PARAMETERS,
+    "direction-finder": ("azimuth_offset_deg", "time_offset_s"),
+    "adsb": (),
+    "mlat": (),
+}
+ESTIMATED_BY_KIND: dict[str, tuple[str, ...]] = {
+    "radar": ("range_offset_m", "azimuth_offset_deg"),
+    "direction-finder": ("azimuth_offset_deg",),
+    "adsb": (),
+    "mlat": (),
+}
+
+
+class EstimatedBias(Record):
+    """A bias parameter that is estimated, its defaults filled in."""
+
+    parameter: str
+    prior: float
+    prior_sigma: float
+    drift: float
+
+
+def _sensor_schema(schema: dict[str, Any]) -> None:
+    """Say in the JSON Schema what the validators of `Sensor` say."""
+    schema["required"] = ["kind"]
+    named_by = (["id"], ["source", "sensor"], ["sac", "sic"])
+    schema["anyOf"] = [{"required": names} for names in named_by]
+    schema["if"] = {"properties": {"kind": {"enum": ["radar", "direction-finder"]}}}
+    schema["then"] = {"required": ["latitude_deg", "longitude_deg", "height_m"]}
+
+
+class Sensor(Table):
+    """One sensor of `sensors.toml`; its id may follow from its numbers."""
+
+    model_config = ConfigDict(json_schema_extra=_sensor_schema)
+
+    id: Annotated[
+        str,
+        StringConstraints(pattern=SENSOR_ID_PATTERN),
+        of_file("Name of the sensor", "letters, digits, `.`, `_`, `-`"),
+    ]
+    kind: Annotated[SensorKind, of_file("What it measures", "name")]
+    latitude_deg: Annotated[
+        float | None,
+        within(bounds.LATITUDE_DEG),
+        of_file("WGS 84 latitude of the site", "degree", "adsb, mlat"),
+    ] = None
+    longitude_deg: Annotated[
+        float | None,
+        within(bounds.LONGITUDE_DEG),
+        of_file("WGS 84 longitude of the site", "degree", "adsb, mlat"),
+    ] = None
+    height_m: Annotated[
+        float | None,
+        within(bounds.HEIGHT_M),
+        of_file("Height of the antenna above the ellipsoid", "m", "adsb, mlat"),
+    ] = None
+    range_sigma_m: Annotated[
+        float, within(bounds.RANGE_SIGMA_M), of_file("Random error of range, 1 sigma", "m")
+    ] = 50.0
+    azimuth_sigma_deg: Annotated[
+        float,
+        within(bounds.AZIMUTH_SIGMA_DEG),
+        of_file("Random error of azimuth, 1 sigma", "degree"),
+    ] = 0.08
+    position_sigma_m: Annotated[
+        float,
+        within(bounds.POSITION_SIGMA_M),
+        of_file("Random error of a reported position, 1 sigma each axis", "m"),
+    ] = 30.0
+    elevation_sigma_deg: Annotated[
+        float | None,
+        within(bounds.AZIMUTH_SIGMA_DEG),
+        of_file("Random error of elevation, 1 sigma", "degree", "it measures none"),
+    ] = None
+    moving: Annotated[
+        bool,
+        of_file(
+            "Whether a direction finder moves: its bearings then tell where it was, and its place "
+            "here is about where it stays",
+            "true or false",
+        ),
+    ] = False
+    rotation_period_s: Annotated[
+        float | None,
+        within(bounds.ROTATION_PERIOD_S),
+        of_file("Time of one turn of the antenna", "s", "unknown, or it does not turn"),
+    ] = None
+    range_max_m: Annotated[
+        float | None,
+        within(bounds.RANGE_MAX_M),
+        of_file("Instrumented range", "m", "unknown"),
+    ] = None
+    also: Annotated[
+        tuple[Annotated[str, StringConstraints(pattern=SENSOR_ID_PATTERN)], ...],
+        BeforeValidator(lambda names: tuple(names) if isinstance(names, list) else names),
+        of_file(
+            "Further names under which its measurements come, as through a second network",
+            "list of ids, such as `43-10`",
+        ),
+    ] = ()
+    source: Annotated[
+        int | None, Field(ge=0), of_file("Number of the source in dumps", "1", "not from a dump")
+    ] = None
+    sensor: Annotated[
+        int | None, Field(ge=0), of_file("Number of the sensor in dumps", "1", "not from a dump")
+    ] = None
+    sac: Annotated[
+        int | None, Field(ge=0, le=255), of_file("ASTERIX area code", "1", "not ASTERIX")
+    ] = None
+    sic: Annotated[
+        int | None, Field(ge=0, le=255), of_file("ASTERIX identification code", "1", "not ASTERIX")
+    ] = None
+    bias: Annotated[SensorBias, of_file("Its bias parameters", "table")] = SensorBias()
+
+    def names_by_numbers(self) -> tuple[str, ...]:
+        """Return the names that dumps and ASTERIX make of the sensor's numbers."""
+        pairs = ((self.source, self.sensor), (self.sac, self.sic))
+        return tuple(f"{a}-{b}" for a, b in pairs if a is not None and b is not None)
+
+    def all_names(self) -> set[str]:
+        """Return every name under which measurements of the sensor come."""
+        return {self.id, *self.names_by_numbers(), *self.also}
+
+    @model_validator(mode="after")
+    def _id_and_numbers_agree(self) -> Self:
+        names = self.names_by_numbers()
+        if names and self.id not in names and re.fullmatch(r"\d+-\d+", self.id):
+            raise wrong(
+                f"expected the id that the numbers make, {' or '.join(names)}, was {self.id}"
+            )
+        return self
+
+    @model_validator(mode="before")
+    @classmethod
+    def _name_by_numbers(cls, data: Any) -> Any:
+        if not isinstance(data, dict) or "id" in data:
+            return data
+        for first, second in (("source", "sensor"), ("sac", "sic")):
+            if first in data and second in data:
+                return {**data, "id": f"{data[first]}-{data[second]}"}
+        return data
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _site_is_known(cls, data: Any, check: ModelWrapValidatorHandler[Self]) -> Self:
+        # Beside the mistakes of other fields, so that all are told at once.
+        absent = _absent_site(data)
+        if absent:
+            data = {name: value for name, value in data.items() if name not in absent}
+        errors = [
+            InitErrorDetails(
+                type=PydanticCustomError(ABSENT_ERROR, "missing"), loc=(one,), input=None
+            )
+            for one in absent
+        ]
+        try:
+            made = check(data)
+        except ValidationError as error:
+            errors += _line_errors(error)
+        if errors:
+            raise ValidationError.from_exception_data(cls.__name__, errors)
+        return made
+
+    @model_validator(mode="after")
+    def _directions_fit_the_kind(self) -> Self:
+        if self.moving and self.kind != "direction-finder":
+            raise wrong(f"expected a direction-finder where moving is true, was the {self.kind}")
+        if self.elevation_sigma_deg is not None and self.kind in ("adsb", "mlat"):
+            raise wrong(f"expected no elevation_sigma_deg for the {self.kind} {self.id}, has one")
+        clock = self.bias.time_offset_s
+        if self.moving and (clock.estimate or clock.prior != 0.0):
+            # Its place is that of the true time, which a wrong clock does not tell.
+            raise wrong(f"expected no time_offset_s for {self.id}, which is moving, has one")
+        return self
+
+    @model_validator(mode="after")
+    def _biases_fit_the_kind(self) -> Self:
+        for name in BIAS_PARAMETERS:
+            one: BiasParameter = getattr(self.bias, name)
+            if name in PARAMETERS_BY_KIND[self.kind]:
+                continue
+            of_it = f"of {name} for the {self.kind} {self.id}"
+            if one.estimate:
+                raise wrong(f"expected no estimate {of_it}, has one")
+            if one.prior != 0.0:
+                raise wrong(f"expected no prior {of_it}, was {one.prior:g}")
+        return self
+
+    def estimated_biases(self) -> tuple[EstimatedBias, ...]:
+        """Return the bias parameters to estimate, in the order of the bias vector."""
+        chosen = []
+        for name in BIAS_PARAMETERS:
+            known: BiasParameter = getattr(self.bias, name)
+            if self._estimates(name):
+                sigma = known.prior_sigma
+                chosen.append(
+                    EstimatedBias(
+                        parameter=name,
+                        prior=known.prior,
+                        prior_sigma=PRIOR_SIGMA_DEFAULT[name] if sigma is None else sigma,
+                        drift=known.drift,
+                    )
+                )
+        return tuple(chosen)
+
+    def known_biases(self) -> dict[str, float]:
+        """Return the biases that are not estimated but known, where they are not 0."""
+        values = {name: float(getattr(self.bias, name).prior) for name in BIAS_PARAMETERS}
+        return {
+            name: value
+            for name, value in values.items()
+            if value != 0.0 and not self._estimates(name)
+        }
+
+    def _estimates(self, name: str) -> bool:
+        known: BiasParameter = getattr(self.bias, name)
+        return name in ESTIMATED_BY_KIND[self.kind] if known.estimate is None else known.estimate
+
+
+# What a radar cannot do without; nan stands where a template leaves it to be filled in.
+def _absent_site(data: Any) -> list[str]:
+    if not isinstance(data, dict) or data.get("kind") not in ("radar", "direction-finder"):
+        return []
+    site = {name: data.get(name) for name in ("latitude_deg", "longitude_deg", "height_m")}
+    return [name for name, value in site.items() if value is None or _is_nan(value)]
+
+
+def _is_nan(value: Any) -> bool:
+    return isinstance(value, float) and math.isnan(value)
+
+
+def _line_errors(error: ValidationError) -> list[InitErrorDetails]:
+    return [
+        InitErrorDetails(
+            type=wrong(one["msg"]) if one["type"] == SENTENCE_ERROR else one["type"],
+            loc=one["loc"],
+            input=one["input"],
+            ctx=one.get("ctx", {}),
+        )
+        for one in error.errors(include_url=False)
+    ]
+
+
+class SensorsFile(Table):
+    """All sensors of an installation."""
+
+    sensor: Annotated[
+        tuple[Sensor, ...], Field(min_length=1), of_file("The sensors, one table each", "tables")
+    ]
+
+    @model_validator(mode="after")
+    def _names_are_unique(self) -> Self:
+        seen: set[str] = set()
+        for one in self.sensor:
+            names = one.all_names()
+            for name in sorted(names & seen):
+                raise wrong(f"expected each id and each pair of numbers once, was twice {name}")
+            seen |= names
+        return self
+
+
+def load_sensors(path: Path) -> SensorsFile:
+    """Read `sensors.toml`.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Returns
+    -------
+    SensorsFile
+        Its sensors, in the order of the file.
+
+    Raises
+    ------
+    DocumentError
+        When the file cannot be read, is no TOML, or holds a value that does not belong; the
+        sentence names the place and says what was expected and what was there.
+    """
+    return _sensors(read_toml(path))
+
+
+def parse_sensors(text: str, *, source: str = FILE) -> SensorsFile:
+    """Read the text of a `sensors.toml`; see `load_sensors`."""
+    return _sensors(parse_toml(text, source=source))
+
+
+def _sensors(document: Document) -> SensorsFile:
+    listed = document.values.get("sensor")
+    if isinstance(listed, list):
+        document = replace(document, values=document.values | {"sensor": tuple(listed)})
+    return validated(SensorsFile, document)

@@ -1,0 +1,132 @@
+"""Shapes of answers that are more than one record, for the OpenAPI document."""
+
+from typing import Any
+
+from pydantic import BaseModel, Field
+
+from multiradar.api.answers.encoding import ARROW, GEOJSON
+from multiradar_schemas.products.bias import BiasEstimate
+from multiradar_schemas.products.health import RadarHealth
+from multiradar_schemas.products.track import Track, TrackUpdate
+from multiradar_schemas.products.transition import Transition
+
+_CURSOR = Field(description="`cursor` of the next page; null on the last one")
+_COUNT = Field(description="Rows in this response")
+
+
+class TrackPage(BaseModel):
+    """A page of live tracks."""
+
+    count: int = _COUNT
+    next_cursor: str | None = _CURSOR
+    tracks: list[Track]
+
+
+class HistoryPage(BaseModel):
+    """A page of the updates of one track, oldest first."""
+
+    count: int = _COUNT
+    next_cursor: str | None = _CURSOR
+    updates: list[TrackUpdate]
+
+
+class TransitionPage(BaseModel):
+    """A page of the state transitions of one track, oldest first."""
+
+    count: int = _COUNT
+    next_cursor: str | None = _CURSOR
+    transitions: list[Transition]
+
+
+class BiasAnswer(BaseModel):
+    """Bias estimates of one sensor: the present ones, or by epoch with `history=true`."""
+
+    count: int = _COUNT
+    next_cursor: str | None = _CURSOR
+    sensor_id: str
+    biases: list[BiasEstimate]
+
+
+class SensorDiagnosis(BaseModel):
+    """What is probably wrong with a sensor."""
+
+    sensor_id: str = Field(description="The sensor, or a source that is not configured")
+    code: str = Field(description="The cause, for programs", examples=["range_unit"])
+    sentence: str = Field(description="The cause and what to do")
+
+
+class SensorState(BaseModel):
+    """A sensor as configured, with its present state; more members may follow."""
+
+    id: str
+    kind: str
+    health: RadarHealth | None = Field(
+        default=None, description="For radars, after the first epoch"
+    )
+    diagnoses: list[SensorDiagnosis] = Field(
+        default=[], description="What is probably wrong with it, its settings or its data"
+    )
+
+
+class SensorList(BaseModel):
+    """All sensors by identifier."""
+
+    count: int = _COUNT
+    sensors: list[SensorState]
+
+
+class RejectedMeasurement(BaseModel):
+    """A row in the quarantine."""
+
+    number: int = Field(description="Its number in the quarantine: 1, 2, 3, …")
+    journal_sequence: int = Field(description="Journal entry it belongs to")
+    source: str = Field(description="Input it came from")
+    index: int = Field(description="Index of the row in its message, from 0")
+    code: str = Field(description="Stable code of the reason", examples=["OUT_OF_RANGE"])
+    reason: str = Field(description="The reason in words")
+    raw: str = Field(description="Original content; empty where it was not retained")
+
+
+class RejectPage(BaseModel):
+    """A page of the quarantine, oldest first."""
+
+    count: int = _COUNT
+    next_after: int | None = Field(description="`after` of the next page; null on the last one")
+    rejects: list[RejectedMeasurement]
+
+
+class Status(BaseModel):
+    """Counts, sequence numbers and digests; more members may follow."""
+
+    version: str
+    tracks: int = Field(description="Live tracks, tentative ones included")
+    tracks_initiated: int = Field(description="All tracks so far, tentative ones included")
+    tracks_confirmed: int = Field(description="Tracks so far that were confirmed")
+    tracks_confirmed_live: int = Field(description="Live tracks that were confirmed")
+    tracks_ended: int = Field(description="Tracks so far that were dropped")
+
+
+class Readiness(BaseModel):
+    """Whether the service is recovered and accepts measurements."""
+
+    ready: bool
+
+
+class Health(BaseModel):
+    """The process is alive."""
+
+    status: str
+
+
+#: The answer of routes to one thing that may not be there.
+NOT_FOUND: dict[int | str, dict[str, Any]] = {404: {"description": "Not found"}}
+
+
+def table_answers(*, geojson: bool = False) -> dict[int | str, dict[str, Any]]:
+    """Return the other media types that a table is answered in."""
+    content: dict[str, Any] = {ARROW: {"schema": {"type": "string", "format": "binary"}}}
+    if geojson:
+        content[GEOJSON] = {
+            "schema": {"type": "object", "description": "RFC 7946 FeatureCollection"}
+        }
+    return {200: {"content": content}, 406: {"description": "No such response format"}}

@@ -1,0 +1,86 @@
+"""Routes of sensors and their biases."""
+
+from functools import partial
+from typing import Annotated, Literal
+
+from fastapi import APIRouter, Depends, Query
+from starlette.responses import Response
+
+from multiradar.api.access import Access, Granted
+from multiradar.api.answers import encoding
+from multiradar.api.answers.documents import NOT_FOUND, BiasAnswer, SensorList, SensorState
+from multiradar.api.answers.paging import HISTORY_ROWS_MAX, page_by_time
+from multiradar.api.answers.tables import json_response
+from multiradar.api.problems import parameter_error
+from multiradar.api.query import Cursor, Integer, SensorId, Since, strict_query
+from multiradar.errors import RequestError
+from multiradar.runtime.ports import View
+
+router = APIRouter(prefix="/v1/sensors", tags=["sensors"], dependencies=[Depends(strict_query)])
+
+History = Annotated[
+    Literal["true", "false"],
+    Query(description="`true`: the estimates of every epoch, oldest first"),
+]
+HistoryLimit = Annotated[
+    Integer, Query(ge=1, le=HISTORY_ROWS_MAX, description="Maximum rows of a history")
+]
+
+
+@router.get("", response_model=SensorList)
+async def list_sensors(access: Granted) -> Response:
+    """List the sensors by identifier, with their present state."""
+    sensors = await access.workers.run(access.view.sensors)
+    return json_response({"count": len(sensors), "sensors": sensors})
+
+
+@router.get("/{sensor_id}", response_model=SensorState, responses=NOT_FOUND)
+async def get_sensor(sensor_id: SensorId, access: Granted) -> Response:
+    """Return one sensor with its present state."""
+    return json_response(await access.workers.run(_sensor, access.view, sensor_id))
+
+
+@router.get("/{sensor_id}/bias", response_model=BiasAnswer, responses=NOT_FOUND)
+async def get_bias(
+    sensor_id: SensorId,
+    access: Granted,
+    *,
+    history: History = "false",
+    since: Since = None,
+    limit: HistoryLimit = 1000,
+    cursor: Cursor = None,
+) -> Response:
+    """Return the bias estimates of a sensor, each with its standard deviation."""
+    if history == "true":
+        return await access.workers.run(_history, access, sensor_id, since, limit, cursor)
+    given = {"since": since, "cursor": cursor}
+    unused = [name for name, value in given.items() if value is not None]
+    if unused:
+        raise parameter_error(dict.fromkeys(unused, "expected only together with history=true"))
+    return await access.workers.run(_latest, access, sensor_id)
+
+
+def _latest(access: Access, sensor_id: str) -> Response:
+    _sensor(access.view, sensor_id)
+    biases = access.view.bias(sensor_id)
+    head = {"count": len(biases), "next_cursor": None, "sensor_id": sensor_id}
+    return json_response({**head, "biases": biases})
+
+
+def _history(
+    access: Access, sensor_id: str, since: float | None, limit: int, cursor: str | None
+) -> Response:
+    _sensor(access.view, sensor_id)
+    read = partial(access.view.bias_history, sensor_id)
+    rows = min(limit, access.view.page_rows_max)
+    page, following = page_by_time(read, since, cursor, rows)
+    head = {"count": page.height, "next_cursor": following, "sensor_id": sensor_id}
+    body = encoding.envelope(head, "biases", encoding.rows(page))
+    return Response(body, media_type=encoding.JSON)
+
+
+def _sensor(view: View, sensor_id: str) -> dict[str, object]:
+    for sensor in view.sensors():
+        if sensor.get("id") == sensor_id:
+            return sensor
+    raise RequestError(404, "SENSOR_NOT_FOUND", f"no sensor has the name {sensor_id}")

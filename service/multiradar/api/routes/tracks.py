@@ -1,0 +1,265 @@
+"""Routes of tracks: the list, one track, its history and its forecast."""
+
+from collections.abc import Callable
+from functools import partial
+from typing import Annotated, Any, NamedTuple
+
+import polars as pl
+from fastapi import APIRouter, Depends, Query, Request
+from starlette.responses import Response
+
+from multiradar.api.access import Granted
+from multiradar.api.answers.documents import (
+    NOT_FOUND,
+    HistoryPage,
+    TrackPage,
+    TransitionPage,
+    table_answers,
+)
+from multiradar.api.answers.paging import (
+    HISTORY_ROWS_MAX,
+    page_by_time,
+    read_track_cursor,
+    track_cursor,
+)
+from multiradar.api.answers.tables import (
+    TableFormat,
+    TrackFormat,
+    chosen_form,
+    json_response,
+    table_response,
+)
+from multiradar.api.problems import parameter_error
+from multiradar.api.query import Cursor, Integer, Limit, Number, Since, TrackId, strict_query
+from multiradar.api.selection import bounding_box, columns, identity, inside
+from multiradar.errors import ForecastError, RequestError, TrajectoryError
+from multiradar.runtime.ports import View
+from multiradar.runtime.queries.forecast_methods import FILTER, METHODS
+from multiradar.runtime.queries.forecasts import (
+    HORIZON_DEFAULT_S,
+    HORIZON_MAX_S,
+    PROBABILITY_DEFAULT,
+    PROBABILITY_MAX,
+    PROBABILITY_MIN,
+    STEP_DEFAULT_S,
+    STEP_MIN_S,
+    forecast_document,
+)
+from multiradar_schemas.products.forecast import Forecast
+from multiradar_schemas.products.track import Track
+
+router = APIRouter(prefix="/v1/tracks", tags=["tracks"], dependencies=[Depends(strict_query)])
+
+BoundingBoxText = Annotated[
+    str | None,
+    Query(
+        max_length=200,
+        description="Bounding box in degrees, `min_lon,min_lat,max_lon,max_lat`; it crosses the "
+        "antimeridian where min_lon > max_lon",
+        examples=["36.5,54.9,38.9,56.4"],
+    ),
+]
+IdentityText = Annotated[
+    str | None,
+    Query(
+        alias="identity",
+        max_length=40,
+        description="Mode S address, Mode 3/A code or track number; the prefixes `mode_s:`, "
+        "`mode_3a:`, `number:` and `callsign:` search only that field",
+        examples=["4840d6", "7000", "number:12"],
+    ),
+]
+FieldsText = Annotated[
+    str | None,
+    Query(
+        max_length=500,
+        description="Fields to return, separated by commas; `track_id` is always included",
+        examples=["track_id,latitude_deg,longitude_deg"],
+    ),
+]
+HistoryLimit = Annotated[
+    Integer, Query(ge=1, le=HISTORY_ROWS_MAX, description="Maximum rows per page")
+]
+Horizon = Annotated[
+    Number,
+    Query(gt=0.0, le=HORIZON_MAX_S, description="Prediction horizon, s", examples=[120]),
+]
+Probability = Annotated[
+    Number,
+    Query(
+        ge=PROBABILITY_MIN,
+        le=PROBABILITY_MAX,
+        description="Containment probability of the regions",
+        examples=[0.95],
+    ),
+]
+_FORECAST_ANSWERS: dict[int | str, dict[str, Any]] = NOT_FOUND | {
+    409: {"description": "The track has no bundle to predict from; see `code`"}
+}
+By = Annotated[str, Query(max_length=40, description=f"Method: {', '.join(METHODS)}")]
+Step = Annotated[
+    Number,
+    Query(ge=STEP_MIN_S, le=HORIZON_MAX_S, description="Time between points, s", examples=[10]),
+]
+
+
+@router.get("", response_model=TrackPage, responses=table_answers(geojson=True))
+async def list_tracks(
+    request: Request,
+    access: Granted,
+    *,
+    bbox: BoundingBoxText = None,
+    since: Since = None,
+    identity_: IdentityText = None,
+    fields: FieldsText = None,
+    limit: Limit = 1000,
+    cursor: Cursor = None,
+    format_: TrackFormat = None,
+) -> Response:
+    """List the live tracks by ascending number, page by page."""
+    form = chosen_form(request, format_, ("json", "geojson", "arrow"))
+    condition = _condition(bbox, since, identity_, cursor)
+    names = None if fields is None else columns(fields)
+
+    def answer() -> Response:
+        tracks = access.view.tracks()
+        page = tracks.filter(condition).sort("track_id").head(limit + 1) if len(tracks) else tracks
+        more = page.height > limit
+        page = page.head(limit)
+        following = track_cursor(page["track_id"][-1]) if more else None
+        return table_response(request, _chosen(page, names, form), "tracks", form, following)
+
+    return await access.workers.run(answer)
+
+
+@router.get("/{track_id}", response_model=Track, responses=NOT_FOUND)
+async def get_track(track_id: TrackId, access: Granted) -> Response:
+    """Return one live track."""
+    track = await access.workers.run(access.view.track, track_id)
+    if track is None:
+        raise track_not_found(track_id)
+    return json_response(track)
+
+
+@router.get(
+    "/{track_id}/history", response_model=HistoryPage, responses=NOT_FOUND | table_answers()
+)
+async def get_history(
+    request: Request,
+    track_id: TrackId,
+    access: Granted,
+    *,
+    since: Since = None,
+    limit: HistoryLimit = 1000,
+    cursor: Cursor = None,
+    format_: TableFormat = None,
+) -> Response:
+    """Return the retained updates of a track, oldest first, also after the track was dropped."""
+    asked = _Asked(track_id, since, cursor, limit, chosen_form(request, format_, ("json", "arrow")))
+    read = partial(access.view.history, track_id)
+    return await access.workers.run(
+        partial(_table_of_track, request, access.view, "updates", read, asked)
+    )
+
+
+@router.get(
+    "/{track_id}/transitions", response_model=TransitionPage, responses=NOT_FOUND | table_answers()
+)
+async def get_transitions(
+    request: Request,
+    track_id: TrackId,
+    access: Granted,
+    *,
+    since: Since = None,
+    limit: HistoryLimit = 1000,
+    cursor: Cursor = None,
+    format_: TableFormat = None,
+) -> Response:
+    """Return the state transitions of a track with their reasons, also after it was dropped."""
+    asked = _Asked(track_id, since, cursor, limit, chosen_form(request, format_, ("json", "arrow")))
+    read = partial(access.view.transitions, track_id)
+    return await access.workers.run(
+        partial(_table_of_track, request, access.view, "transitions", read, asked)
+    )
+
+
+@router.get("/{track_id}/forecast", response_model=Forecast, responses=_FORECAST_ANSWERS)
+async def get_forecast(
+    track_id: TrackId,
+    access: Granted,
+    *,
+    horizon_s: Horizon = HORIZON_DEFAULT_S,
+    step_s: Step = STEP_DEFAULT_S,
+    probability: Probability = PROBABILITY_DEFAULT,
+    by: By = FILTER,
+) -> Response:
+    """Predict the position of a track, with covariances and containment regions."""
+    try:
+        points = await access.workers.run(
+            access.view.forecast, track_id, horizon_s, step_s, probability, by
+        )
+    except ForecastError as error:
+        raise parameter_error({error.parameter: error.reason}) from error
+    except TrajectoryError as error:
+        raise RequestError(409, error.code, str(error)) from error
+    if points is None:
+        raise track_not_found(track_id)
+    return json_response(forecast_document(track_id, probability, by, points))
+
+
+def _condition(
+    bbox: str | None, since: float | None, wanted: str | None, cursor: str | None
+) -> pl.Expr:
+    condition = pl.lit(True)
+    if bbox is not None:
+        condition &= inside(bounding_box(bbox))
+    if since is not None:
+        condition &= pl.col("time_s") >= since
+    if wanted is not None:
+        condition &= identity(wanted)
+    if cursor is not None:
+        condition &= pl.col("track_id") > read_track_cursor(cursor)
+    return condition
+
+
+def _chosen(page: pl.DataFrame, names: list[str] | None, form: str) -> pl.DataFrame:
+    if names is None:
+        return page
+    # A feature has a position, whatever fields are asked for.
+    always = {"latitude_deg", "longitude_deg"} if form == "geojson" else set()
+    return page.select(name for name in page.columns if name in always or name in names)
+
+
+class _Asked(NamedTuple):
+    # What a request says of the rows and the form of a table by time of a track.
+    track_id: int
+    since: float | None
+    cursor: str | None
+    limit: int
+    form: str
+
+
+def _table_of_track(
+    request: Request,
+    view: View,
+    name: str,
+    read: Callable[[float, int], pl.DataFrame],
+    asked: _Asked,
+) -> Response:
+    rows = min(asked.limit, view.page_rows_max)
+    page, following = page_by_time(read, asked.since, asked.cursor, rows)
+    _check_known(view, asked.track_id, page)
+    return table_response(request, page, name, asked.form, following)
+
+
+def _check_known(view: View, track_id: int, page: pl.DataFrame) -> None:
+    # A page may be empty for a time at which nothing was; of a track that nobody knows it is.
+    if not page.is_empty() or view.track(track_id) is not None:
+        return
+    if all(read(track_id, None, 1).is_empty() for read in (view.history, view.transitions)):
+        raise track_not_found(track_id)
+
+
+def track_not_found(track_id: int) -> RequestError:
+    """Return the refusal of a request for a track that nobody knows."""
+    return RequestError(404, "TRACK_NOT_FOUND", f"no track with the number {track_id} is known")

@@ -1,0 +1,1 @@
+"""`multiradar convert`: vid, ASTERIX and ADS-B."""

@@ -1,0 +1,84 @@
+"""`multiradar convert adsb`: trajectories that others heard become measurements."""
+
+import datetime as dt
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from multiradar.cli.compiling import compile_kernels
+from multiradar.cli.conversion.outcome import convert_files, records_line, times_line
+from multiradar.cli.options import JsonOption, parse_date
+from multiradar.cli.terminal.diagnoses import fail_when_badly_converted
+from multiradar.errors import InputError
+
+#: What `--help` says.
+ADSB_HELP = (
+    "Convert ADS-B trajectories.\n\n"
+    "FILE is JSON (a list of records, a record a line, or columns), CSV with the same columns, or "
+    "a trace of readsb or tar1090, plain or packed by gzip; the format is detected. Columns are "
+    "identified by name: timestamp, latitude, longitude, icao24 and altitude, or those of "
+    "OpenSky and readsb.\n\n"
+    "DIR is created: measurements.parquet, rejects.ndjson (every rejected record), report.json and "
+    "sensors.toml (a template)."
+)
+
+
+def convert_adsb(
+    files: Annotated[
+        list[Path], typer.Argument(metavar="FILE...", help="Trajectories.", show_default=False)
+    ],
+    *,
+    out: Annotated[
+        Path,
+        typer.Option(metavar="DIR", help="Output directory; must not exist.", show_default=False),
+    ],
+    date: Annotated[
+        str | None,
+        typer.Option(
+            metavar="YYYY-MM-DD",
+            help="Date on which times without a date start. With it they become Unix times; "
+            "without it they are times of day, counted on past midnight.",
+            parser=parse_date,
+            show_default=False,
+        ),
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Convert ADS-B trajectories."""
+    from multiradar_converters.adsb.conversion import convert
+    from multiradar_converters.adsb.options import Options
+
+    options = Options(date=None if date is None else dt.date.fromisoformat(date))
+    compile_kernels(["convert adsb"])
+    report = convert_files(files, lambda advance: convert(files, out, options, advance))
+    print(json.dumps(report, indent=1, ensure_ascii=False) if as_json else _summary(report, out))
+    _fail_when_cut(report, out)
+    fail_when_badly_converted(report, out)
+
+
+def _fail_when_cut(report: dict[str, Any], out: Path) -> None:
+    # How much is missing nobody knows; what was read is kept.
+    cut = [
+        name
+        for name, account in report["figures"]["files"].items()
+        if "TRUNCATED" in account["rejected_by_code"]
+    ]
+    if cut:
+        msg = f"{', '.join(cut)}: cut short, its end is missing; what was read is in {out}"
+        raise InputError(msg)
+
+
+def _summary(report: dict[str, Any], out: Path) -> str:
+    figures = report["figures"]
+    return "\n".join(
+        [
+            f"{records_line(report)}; blank {report['counts']['blank']}",
+            f"{figures['aircraft']} aircraft; old positions under new times: {figures['stale']}, "
+            f"repeated: {figures['repeated']}, jumps: {figures['jumps']}, times going backwards: "
+            f"{figures['backwards']}",
+            times_line(figures["first_s"], figures["last_s"]),
+            f"wrote {out}",
+        ]
+    )

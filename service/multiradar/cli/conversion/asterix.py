@@ -1,0 +1,132 @@
+"""`multiradar convert asterix`: ASTERIX recordings become measurements."""
+
+import datetime as dt
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from multiradar.cli.compiling import compile_kernels
+from multiradar.cli.conversion.outcome import convert_files, records_line, times_line
+from multiradar.cli.inputs import read_sensors
+from multiradar.cli.options import JsonOption, parse_date
+from multiradar.cli.terminal.diagnoses import fail_when_badly_converted
+from multiradar.errors import InputError
+
+#: What `--help` says.
+ASTERIX_HELP = (
+    "Convert ASTERIX recordings.\n\n"
+    "FILE is blocks back to back (.ast, .raw), a .gps or .rply recording, or a network capture "
+    "(.pcap, .pcapng); the format is detected. Several files form one recording, the "
+    "earliest first.\n\n"
+    "DIR is created: measurements.parquet (plots of categories 001 and 048, multilateration of "
+    "020, ADS-B of 021), rejects.ndjson (every block that cannot be decoded), report.json (records "
+    "by category, sensor and item) and sensors.toml (scan periods, ranges, and sites "
+    "where they are reported)."
+)
+
+
+def convert_asterix(
+    files: Annotated[
+        list[Path], typer.Argument(metavar="FILE...", help="Recordings.", show_default=False)
+    ],
+    *,
+    out: Annotated[
+        Path,
+        typer.Option(metavar="DIR", help="Output directory; must not exist.", show_default=False),
+    ],
+    sensors: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.toml",
+            help="sensors.toml: assigns sensor ids to SAC and SIC.",
+            show_default="SAC-SIC",
+        ),
+    ] = None,
+    date: Annotated[
+        str | None,
+        typer.Option(
+            metavar="YYYY-MM-DD",
+            help="Date on which the recording starts. With it, times are Unix times; without it, "
+            "times of day, counted on past midnight.",
+            parser=parse_date,
+            show_default=False,
+        ),
+    ] = None,
+    edition: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="[SAC-SIC/]CATEGORY=EDITION",
+            help="Edition of a category, such as 021=0.26 or 20-130/048=1.15; repeatable.",
+            show_default="the newest that fits",
+        ),
+    ] = None,
+    all_targets: Annotated[
+        bool,
+        typer.Option(
+            "--all-targets",
+            help="Include test targets, simulated targets, fixed transponders and reports without "
+            "a detection; see the column flags.",
+        ),
+    ] = False,
+    records: Annotated[
+        bool,
+        typer.Option(
+            "--records",
+            help="Also write records.ndjson: every field of every record, with its unit.",
+        ),
+    ] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Convert ASTERIX recordings."""
+    from multiradar_converters.asterix.conversion import convert
+    from multiradar_converters.asterix.decoding.editions import parse_editions
+    from multiradar_converters.asterix.options import Options
+    from multiradar_converters.errors import ProfileError
+
+    try:
+        editions = parse_editions(edition or [])
+    except ProfileError as error:
+        raise typer.BadParameter(str(error), param_hint="--edition") from error
+    options = Options(
+        sensors=None if sensors is None else read_sensors(sensors),
+        date=None if date is None else dt.date.fromisoformat(date),
+        editions=editions,
+        all_targets=all_targets,
+        records=records,
+    )
+    compile_kernels(["convert asterix"])
+    report = convert_files(files, lambda advance: convert(files, out, options, advance))
+    print(json.dumps(report, indent=1, ensure_ascii=False) if as_json else _summary(report, out))
+    _fail_when_cut(report, out)
+    fail_when_badly_converted(report, out, options.sensors)
+
+
+def _fail_when_cut(report: dict[str, Any], out: Path) -> None:
+    # How much is missing nobody knows; what was read is kept.
+    cut = [f"{file}: {reason}" for file, reason in report["figures"]["cut_short"].items()]
+    if cut:
+        msg = f"{'; '.join(cut)}; probably cut while copying, what was read is in {out}"
+        raise InputError(msg)
+
+
+def _summary(report: dict[str, Any], out: Path) -> str:
+    figures = report["figures"]
+    left = ", ".join(f"{name} {count}" for name, count in figures["left_out"].items() if count)
+    return "\n".join(
+        [
+            records_line(report),
+            "records by category: "
+            + (", ".join(f"{name} {n}" for name, n in figures["records"].items()) or "none"),
+            f"measurements: {report['outputs'][0]['rows']} of {len(figures['measurements'])} "
+            f"sensors; left out: {left or 'none'}",
+            *(
+                f"updates of system tracks: {output['rows']} (for `evaluate --system-tracks`)"
+                for output in report["outputs"]
+                if output["file"] == "system_tracks.parquet"
+            ),
+            times_line(figures["first_s"], figures["last_s"]),
+            f"wrote {out}",
+        ]
+    )

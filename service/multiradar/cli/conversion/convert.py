@@ -1,0 +1,234 @@
+"""`multiradar convert`: recordings in other forms become measurements and tracks on disk."""
+
+import ctypes
+import datetime as dt
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from multiradar.cli.compiling import compile_kernels
+from multiradar.cli.conversion.outcome import bytes_bar, conversion_faults, times_line
+from multiradar.cli.options import JsonOption
+from multiradar.cli.terminal.diagnoses import fail_when_badly_converted
+from multiradar.errors import ConfigurationError
+from multiradar_schemas.documents.names import unknown
+
+if TYPE_CHECKING:
+    from multiradar_converters.vid.options import Options
+
+#: As `multiradar_converters.vid.options.TRACK_KINDS`, not imported here: help must be fast.
+TRACK_KIND_CHOICES = ("ads", "multiradar", "monoradar", "plots")
+
+#: Number of the parameter in glibc's malloc.h.
+_M_ARENA_MAX = -8
+
+_VID_HELP = (
+    "Convert the text dump of a VID recording.\n\n"
+    "DUMP is a directory with tracks.txt, plots.txt and plots_ads.txt. OUT is created: one "
+    "directory per aircraft (the dump's global) with ads, 240_mr, SOURCE_mr (tracks of one radar) "
+    "and SOURCE_r (plots referenced by these) as .new4 and .plt.\n\n"
+    "Further files: measurements.parquet (every plot and every ADS-B row), sensors.toml (a "
+    "template with measured scan periods and ranges, site coordinates to be filled in), "
+    "rejects.ndjson (every rejected line) and report.json. The options select what goes into the "
+    ".new4 and .plt files; the table always contains everything."
+)
+
+convert_app = typer.Typer(
+    name="convert",
+    help="Convert recordings to measurements.parquet and track files.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+)
+
+
+@convert_app.callback()
+def _convert() -> None:
+    """Convert recordings to measurements.parquet and track files."""
+
+
+def parse_track_kinds(text: str) -> str:
+    """Check a list of kinds of track files, separated by commas."""
+    for kind in text.split(","):
+        if kind.strip() not in TRACK_KIND_CHOICES:
+            raise typer.BadParameter(unknown("kind", kind.strip(), TRACK_KIND_CHOICES))
+    return text
+
+
+def parse_date(text: str) -> str:
+    """Check a date."""
+    try:
+        day = dt.datetime.strptime(text, "%Y-%m-%d").replace(tzinfo=dt.UTC)
+    except ValueError as error:
+        msg = f"expected a date such as 2018-08-01, was {text!r}"
+        raise typer.BadParameter(msg) from error
+    return day.date().isoformat()
+
+
+@convert_app.command(name="vid", help=_VID_HELP)
+def convert_vid(
+    dump: Annotated[
+        Path,
+        typer.Argument(metavar="DUMP", help="Dump directory.", show_default=False),
+    ],
+    out: Annotated[
+        Path,
+        typer.Argument(metavar="OUT", help="Output directory; must not exist.", show_default=False),
+    ],
+    *,
+    aircraft_max: Annotated[
+        int | None,
+        typer.Option(
+            min=1,
+            metavar="N",
+            help="Maximum number of aircraft, those with most ADS-B reports first. "
+            "Old name: AZN_TRACKS_MAX.",
+            show_default="all",
+        ),
+    ] = None,
+    ads_measurements_min: Annotated[
+        int,
+        typer.Option(
+            min=0,
+            metavar="N",
+            help="Minimum number of ADS-B reports of an aircraft; 0 includes those without ADS-B. "
+            "Old name: AZN_TRACKS_MIN_MEASUR.",
+        ),
+    ] = 0,
+    sensor_only: Annotated[
+        int | None,
+        typer.Option(
+            min=0,
+            metavar="SENSOR",
+            help="Use only plots and radar tracks of this kind of sensor (10: secondary, 1: "
+            "primary). Old name: RADAR_SENSOR_ONLY.",
+            show_default="all",
+        ),
+    ] = None,
+    track_measurements_min: Annotated[
+        int,
+        typer.Option(
+            min=1,
+            metavar="N",
+            help="Minimum number of measurements of a track. Old name: TRACKS_MIN_MEASUR.",
+        ),
+    ] = 1,
+    kinds: Annotated[
+        str,
+        typer.Option(
+            metavar="KIND,KIND",
+            help=f"Kinds of track files to write: {', '.join(TRACK_KIND_CHOICES)}.",
+            parser=parse_track_kinds,
+            show_default="all",
+        ),
+    ] = ",".join(TRACK_KIND_CHOICES),
+    date: Annotated[
+        str | None,
+        typer.Option(
+            metavar="YYYY-MM-DD",
+            help="Date of the recording. With it, times in the table are Unix times; without it, "
+            "times of day, and the .plt files start on 1970-01-01.",
+            parser=parse_date,
+            show_default=False,
+        ),
+    ] = None,
+    profile: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.toml",
+            help="Layout of the dump: names of files and columns, units, separator, time format.",
+            show_default="the layout of docs/converter.md",
+        ),
+    ] = None,
+    allow_missing: Annotated[
+        bool,
+        typer.Option("--allow-missing", help="Accept dumps without tracks.txt or plots_ads.txt."),
+    ] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Convert the text dump of a VID recording."""
+    from multiradar_converters.errors import ProfileError
+    from multiradar_converters.vid.options import Options
+    from multiradar_converters.vid.profile import load_profile
+
+    try:
+        options = Options(
+            aircraft_max=aircraft_max,
+            ads_measurements_min=ads_measurements_min,
+            sensor_only=sensor_only,
+            track_measurements_min=track_measurements_min,
+            kinds=tuple(kind.strip() for kind in kinds.split(",")),
+            date=None if date is None else dt.date.fromisoformat(date),
+            profile=load_profile(profile),
+            allow_missing=allow_missing,
+        )
+    except ProfileError as error:
+        raise ConfigurationError(str(error), error.source, error.reasons) from error
+    report = convert_with_bar(dump, out, options)
+    print(json.dumps(report, indent=1, ensure_ascii=False) if as_json else _summary(report, out))
+    fail_when_badly_converted(report, out)
+
+
+def convert_with_bar(dump: Path, out: Path, options: "Options") -> dict[str, Any]:
+    """Convert a dump, with a progress bar on a terminal.
+
+    Parameters
+    ----------
+    dump, out : Path
+        Folder of the dump, and the folder to make.
+    options : Options
+        The user's choices.
+
+    Returns
+    -------
+    dict
+        What `report.json` says.
+
+    Raises
+    ------
+    OutputExistsError
+        `out` exists; nothing was touched.
+    InputError
+        The dump cannot be read; `out` does not exist.
+    """
+    _share_heap()
+    compile_kernels(["convert vid"])
+    from multiradar_converters.vid.conversion import PASSES, convert
+    from multiradar_converters.vid.survey import dump_bytes
+
+    with conversion_faults(), bytes_bar(PASSES * dump_bytes(dump, options)) as advance:
+        return convert(dump, out, options, advance)
+
+
+def _share_heap() -> None:
+    """Let all threads of this process allocate from one heap, where the C library is glibc.
+
+    With a heap for each thread a conversion holds 130 MiB more that nobody uses.
+    """
+    try:
+        ctypes.CDLL(None).mallopt(_M_ARENA_MAX, 1)
+    except (AttributeError, OSError, TypeError):
+        # Another C library: nothing to tell it.
+        return
+
+
+def _summary(report: dict[str, Any], out: Path) -> str:
+    counts, figures = report["counts"], report["figures"]
+    lines = [
+        f"read {counts['read']} lines: accepted {counts['accepted']}, "
+        f"rejected {counts['rejected']}{_by_code(report)}; blank {counts['blank']}",
+        f"{figures['aircraft']} aircraft; tracks written: "
+        + (", ".join(f"{stem} {n}" for stem, n in figures["tracks_written"].items()) or "none"),
+        f"plots not referenced by any track: {figures['plots_named_by_no_track']}",
+        times_line(figures["first_s"], figures["last_s"]),
+    ]
+    if "note" in figures:
+        lines.append(f"note: {figures['note']}")
+    return "\n".join([*lines, f"wrote {out}"])
+
+
+def _by_code(report: dict[str, Any]) -> str:
+    """Name the codes of rejects, the commonest first."""
+    codes = sorted(report["rejected_by_code"].items(), key=lambda item: (-item[1], item[0]))
+    return f" ({', '.join(f'{code} {count}' for code, count in codes)})" if codes else ""

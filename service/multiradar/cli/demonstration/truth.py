@@ -1,0 +1,112 @@
+"""What is known of the sample recording: sites and true biases of its radars, the date."""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from multiradar.errors import InputError
+
+TRUTH_FILE = "truth.json"
+_REPOSITORY = Path(__file__).resolve().parents[4]
+_SAMPLE = _REPOSITORY / "examples" / "vid-sample"
+
+
+@dataclass(frozen=True, slots=True)
+class Truth:
+    """What a recording is known to contain.
+
+    Attributes
+    ----------
+    date : str or None
+        Date of its first line, YYYY-MM-DD.
+    biases : dict
+        True bias (measured minus true) by sensor and parameter; empty when unknown.
+    sensors_toml : str or None
+        Text of a sensors file with the sites and noise, but without the biases.
+    """
+
+    date: str | None
+    biases: dict[tuple[str, str], float]
+    sensors_toml: str | None
+
+
+def sample_folder() -> Path:
+    """Return the folder of the sample recording.
+
+    Raises
+    ------
+    InputError
+        When this is an installation without the examples.
+    """
+    if not _SAMPLE.is_dir():
+        msg = f"{_SAMPLE}: expected the sample recording, found none; name a dump with --dump"
+        raise InputError(msg)
+    return _SAMPLE
+
+
+def read_truth(dump: Path) -> Truth:
+    """Read `truth.json` of a dump; a dump without one has no truth.
+
+    Raises
+    ------
+    InputError
+        The file is there but cannot be used.
+    """
+    path = dump / TRUTH_FILE
+    if not path.exists():
+        return Truth(date=None, biases={}, sensors_toml=None)
+    return read_truth_file(path)
+
+
+def read_truth_file(path: Path) -> Truth:
+    """Read a file such as `truth.json`.
+
+    Raises
+    ------
+    InputError
+        It cannot be used.
+    """
+    try:
+        document = json.loads(path.read_text(encoding="utf-8"))
+        radars = document["radars"]
+        return Truth(
+            date=document.get("date"),
+            biases=dict(pair for radar in radars for pair in _biases(radar)),
+            sensors_toml="\n".join([*(_radar_toml(radar) for radar in radars), _ADSB_TOML]),
+        )
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        what = f"missing {error}" if isinstance(error, KeyError) else str(error)
+        msg = f"{path}: not the truth of a recording: {what}"
+        raise InputError(msg) from error
+
+
+def _biases(radar: dict[str, Any]) -> list[tuple[tuple[str, str], float]]:
+    sensor = f"{radar['source']}-{radar['sensor']}"
+    return [
+        ((sensor, "range_offset_m"), float(radar["bias_range"])),
+        ((sensor, "azimuth_offset_deg"), float(radar["bias_azimuth_deg"])),
+    ]
+
+
+_ADSB_TOML = """\
+[[sensor]]
+id = "adsb"
+kind = "adsb"
+"""
+
+
+def _radar_toml(radar: dict[str, Any]) -> str:
+    return f"""\
+[[sensor]]
+source = {radar["source"]:d}
+sensor = {radar["sensor"]:d}
+kind = "radar"
+latitude_deg = {radar["lat"]!r}
+longitude_deg = {radar["lon"]!r}
+height_m = {radar["h"]!r}
+range_sigma_m = {radar["sigma_range"]!r}
+azimuth_sigma_deg = {radar["sigma_azimuth_deg"]!r}
+rotation_period_s = {radar["period"]!r}
+range_max_m = {radar["max_range"]!r}
+"""

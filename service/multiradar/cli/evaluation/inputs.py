@@ -1,0 +1,418 @@
+"""What an evaluation reads: tracks and biases, and the reference beside the plots it is of."""
+
+import dataclasses
+import sys
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import polars as pl
+
+from multiradar.cli.evaluation.recorded import (
+    dump_tracks,
+    has_dump_tracks,
+    recorded_truth,
+    reports_of_dump,
+    true_biases,
+)
+from multiradar.cli.inputs import read_sensors
+from multiradar.cli.terminal.folders import no_such
+from multiradar.errors import InputError, MissingColumnError, OutsidePlaneError
+from multiradar.evaluation.measures.bias_errors import BiasHistory, bias_histories
+from multiradar.evaluation.settings import EvaluationSettings
+from multiradar.evaluation.tables import (
+    aircraft_name,
+    reference_of_reports,
+    reference_of_truth,
+    tracks_of,
+)
+
+if TYPE_CHECKING:
+    from multiradar.evaluation.trajectories import Reference, Tracks
+
+TRACKS_FILE = "tracks.parquet"
+BIASES_FILE = "biases.parquet"
+FORECAST_FILES = ("forecasts.parquet", "bundle_forecasts.parquet")
+TRUTH_FILE = "truth.parquet"
+TRUE_BIASES_FILE = "truth_biases.parquet"
+SYSTEM_TRACKS_FILE = "system_tracks.parquet"
+
+#: Updates of another processor's tracks that are no estimate of where an aircraft is.
+_NOT_SEEN = ("coasting", "ended", "simulated")
+_NO_PLOTS = {"time_s": pl.Float64, "sensor_id": pl.String, "name": pl.String}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Known:
+    """What is known of the aircraft.
+
+    Attributes
+    ----------
+    kind : str
+        truth, recorded, adsb, smoothed or system-tracks.
+    path : Path
+        As it was given.
+    reference : Reference
+        Where the aircraft are.
+    plots : DataFrame
+        `time_s`, `sensor_id` and `name` (of the aircraft, null where unknown) of the plots.
+    true_biases : (DataFrame, str), optional
+        The true biases, and what they are called in errors.
+    claimed : dict of str to float or str
+        What a reference that is estimated is made with, and says of itself.
+    """
+
+    kind: str
+    path: Path
+    reference: "Reference"
+    plots: pl.DataFrame
+    true_biases: tuple[pl.DataFrame, str] | None = None
+    claimed: dict[str, float | str] = field(default_factory=dict)
+
+
+def read_truth(given: Path, settings: EvaluationSettings) -> Known:
+    """Read the truth of a simulation.
+
+    Parameters
+    ----------
+    given : Path
+        The folder that `simulate` made, or its `truth.parquet`.
+    settings : EvaluationSettings
+        Of which the gap of the reference is used.
+
+    Returns
+    -------
+    Known
+        With true biases where they lie beside it.
+
+    Raises
+    ------
+    InputError
+        It is not there or cannot be used.
+    """
+    path = given / TRUTH_FILE if given.is_dir() else given
+    frame = read_table(path, "the output of `simulate`")
+    reference = reference_of_truth(frame, str(path), settings.reference_gap_s)
+    plots = pl.DataFrame(schema=_NO_PLOTS)
+    if "sensor_id" in frame.columns:
+        name = pl.col("track_number").cast(pl.String).alias("name")
+        plots = frame.select(
+            pl.col("time_s").cast(pl.Float64), pl.col("sensor_id").cast(pl.String), name
+        )
+    beside = path.parent / TRUE_BIASES_FILE
+    biases = (read_table(beside, "true biases"), str(beside)) if beside.exists() else None
+    return Known("truth", given, reference, plots, biases)
+
+
+def read_recorded(given: Path, known: Known | None, settings: EvaluationSettings) -> Known:
+    """Read the `truth.json` of a dump: the true biases of its radars.
+
+    Parameters
+    ----------
+    given : Path
+        The file, or the folder of the dump.
+    known : Known, optional
+        Where the aircraft are; without it the ADS-B reports of the dump say.
+    settings : EvaluationSettings
+        Of which the gap of the reference is used.
+
+    Returns
+    -------
+    Known
+        With true biases.
+
+    Raises
+    ------
+    InputError
+        It is not there or cannot be used, or nothing says where the aircraft are.
+    """
+    truth, path = recorded_truth(given)
+    biases = (true_biases(truth), str(path))
+    if known is not None:
+        claimed = known.claimed | {"truth": str(given)}
+        return dataclasses.replace(known, true_biases=biases, claimed=claimed)
+    reports = _reports("recorded", given, *reports_of_dump(path, truth), settings)
+    return dataclasses.replace(reports, true_biases=biases)
+
+
+def read_reports(given: Path, settings: EvaluationSettings) -> Known:
+    """Read the ADS-B reports of a recording.
+
+    Parameters
+    ----------
+    given : Path
+        The folder that `convert` or `simulate` made, or its `measurements.parquet`.
+    settings : EvaluationSettings
+        Of which the gap of the reference is used.
+
+    Returns
+    -------
+    Known
+        The other measurements are the plots.
+
+    Raises
+    ------
+    InputError
+        It is not there, cannot be used, or has no ADS-B reports.
+    """
+    return _reports("adsb", given, *_measurements(given), settings)
+
+
+def _reports(
+    kind: str, given: Path, frame: pl.DataFrame, source: str, settings: EvaluationSettings
+) -> Known:
+    heard = frame.filter(pl.col("kind") == "adsb")
+    if heard.is_empty():
+        msg = f"{source}: no ADS-B reports, which --adsb takes as the reference"
+        raise InputError(msg)
+    reference = reference_of_reports(heard, source, settings.reference_gap_s)
+    others = frame.filter(pl.col("kind") != "adsb")
+    return Known(kind, given, reference, others.select("time_s", "sensor_id", aircraft_name()))
+
+
+def read_system_tracks(given: Path, settings: EvaluationSettings) -> Known:
+    """Read the system tracks of a recording.
+
+    Parameters
+    ----------
+    given : Path
+        The folder that `convert asterix` made, or its `system_tracks.parquet`; or the folder that
+        `convert vid` made, that of one aircraft in it, or a `240_mr.new4`.
+    settings : EvaluationSettings
+        Of which the gap of the reference is used.
+
+    Returns
+    -------
+    Known
+        Aircraft by track number, without plots. Updates that only carry a track on, end it or are
+        simulated are left out.
+
+    Raises
+    ------
+    InputError
+        It is not there, cannot be used, or is of several processors.
+    """
+    path = given / SYSTEM_TRACKS_FILE if given.is_dir() else given
+    plots = pl.DataFrame(schema=_NO_PLOTS)
+    if has_dump_tracks(given) and not (given / SYSTEM_TRACKS_FILE).exists():
+        reference = reference_of_reports(dump_tracks(given), str(given), settings.reference_gap_s)
+        return Known("system-tracks", given, reference, plots)
+    frame = read_table(path, "system tracks (of `convert asterix` or `convert vid`)")
+    missing = [name for name in ("state", "sensor_id") if name not in frame.columns]
+    if missing:
+        raise MissingColumnError(str(path), missing, frame.columns)
+    told = frame.filter(~pl.col("state").is_in(_NOT_SEEN)).drop_nulls("latitude_deg")
+    processors = told["sensor_id"].unique().sort().to_list()
+    if len(processors) != 1:
+        named = ", ".join(map(str, processors)) or "none"
+        msg = f"{path}: expected system tracks of one processor, was: {named}"
+        raise InputError(msg)
+    reference = reference_of_reports(told, str(path), settings.reference_gap_s)
+    return Known("system-tracks", given, reference, plots)
+
+
+def read_smoothed(
+    given: Path,
+    sensors: Path,
+    tracks: Path,
+    settings: EvaluationSettings,
+    smoother: str = "constant-velocity",
+) -> Known:
+    """Smooth the measurements of a recording.
+
+    Parameters
+    ----------
+    given : Path
+        The folder that `convert` or `simulate` made, or its `measurements.parquet`.
+    sensors : Path
+        Sites and errors: sensors.toml.
+    tracks : Path
+        The folder that `track` made: its biases are taken off the plots.
+    settings : EvaluationSettings
+        Of which the gap of the reference and the density are used.
+    smoother : str
+        How aircraft may be taken to move: see `smoothed_reference`.
+
+    Returns
+    -------
+    Known
+        With what the smoothed positions claim of themselves.
+
+    Raises
+    ------
+    InputError
+        It is not there or cannot be used.
+    ConfigurationError
+        The sensors cannot be used.
+    """
+    from multiradar.evaluation.smoothing.reference import smoothed_reference
+
+    known_sensors = read_sensors(sensors).sensor
+    frame, source = _measurements(given)
+    _warn_of_unknown(frame, [one.all_names() for one in known_sensors], sensors)
+    biases = _biases(tracks, None)
+    made = smoothed_reference(
+        frame,
+        known_sensors,
+        biases,
+        source=source,
+        density=settings.density,
+        gap_s=settings.reference_gap_s,
+        smoother=smoother,
+    )
+    plots = frame.filter(pl.col("kind") != "adsb")
+    return Known(
+        "smoothed",
+        given,
+        made.reference,
+        plots.select("time_s", "sensor_id", aircraft_name()),
+        claimed={
+            "sensors": str(sensors),
+            "smoother": smoother,
+            "sigma_m": made.sigma_m,
+            "outliers": made.outliers,
+        },
+    )
+
+
+def read_tracks(given: Path, known: Known, settings: EvaluationSettings) -> "Tracks":
+    """Read the tracks that are judged.
+
+    Parameters
+    ----------
+    given : Path
+        The folder that `track` made, or its `tracks.parquet`.
+    known : Known
+        On whose plane they are laid.
+    settings : EvaluationSettings
+        Whether tentative tracks count.
+
+    Returns
+    -------
+    Tracks
+        By track, then time.
+
+    Raises
+    ------
+    InputError
+        It is not there or cannot be used.
+    """
+    path = given / TRACKS_FILE if given.is_dir() else given
+    frame = read_table(path, "the output of `track`")
+    try:
+        return tracks_of(frame, str(path), known.reference.plane, tentative=settings.tentative)
+    except OutsidePlaneError as error:
+        msg = (
+            f"{path}: the tracks are on another side of the Earth than the reference {known.path}: "
+            "another recording, or swapped coordinates?"
+        )
+        raise InputError(msg) from error
+
+
+def read_biases(given: Path, known: Known) -> list[BiasHistory]:
+    """Read the biases beside the tracks, with their truth where it is known.
+
+    Parameters
+    ----------
+    given : Path
+        The folder that `track` made; a single file has no biases beside it.
+    known : Known
+        Where the truth may be.
+
+    Returns
+    -------
+    list of BiasHistory
+        None where there are no biases.
+
+    Raises
+    ------
+    InputError
+        A table cannot be used.
+    """
+    return _biases(given, known.true_biases)
+
+
+def read_forecasts(given: Path) -> list[tuple[pl.DataFrame, str]]:
+    """Read the forecasts beside the tracks.
+
+    Parameters
+    ----------
+    given : Path
+        The folder that `track` made; a single file has no forecasts beside it.
+
+    Returns
+    -------
+    list of (DataFrame, str)
+        Each table, and what it is called in errors.
+
+    Raises
+    ------
+    InputError
+        One is no Parquet.
+    """
+    if not given.is_dir():
+        return []
+    paths = [given / name for name in FORECAST_FILES]
+    return [(read_table(path, "forecasts"), str(path)) for path in paths if path.exists()]
+
+
+def read_table(path: Path, what: str) -> pl.DataFrame:
+    """Read a Parquet file.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    what : str
+        What should be in it.
+
+    Returns
+    -------
+    DataFrame
+        All of it.
+
+    Raises
+    ------
+    InputError
+        It is not there, or is no Parquet.
+    """
+    if not path.is_file():
+        raise InputError(no_such(path, what))
+    try:
+        return pl.read_parquet(path)
+    except (pl.exceptions.PolarsError, OSError) as error:
+        reason = str(error).strip().split("\n", maxsplit=1)[0]
+        msg = f"{path}: expected {what} in Parquet, cannot be read as such ({reason})"
+        raise InputError(msg) from error
+
+
+def _biases(given: Path, truth: tuple[pl.DataFrame, str] | None) -> list[BiasHistory]:
+    path = given / BIASES_FILE
+    if not given.is_dir() or not path.exists():
+        return []
+    found = read_table(path, "biases")
+    return bias_histories(found, str(path), *(truth or (None, "")))
+
+
+def _warn_of_unknown(frame: pl.DataFrame, known: list[set[str]], sensors: Path) -> None:
+    names = set().union(*known)
+    found = frame.group_by("sensor_id").len().sort("sensor_id").rows()
+    lost = [f"{name} ({count} measurements)" for name, count in found if name not in names]
+    if lost:
+        verb = "is" if len(lost) == 1 else "are"
+        print(
+            f"multiradar: {', '.join(lost)} {verb} not in {sensors} and not used", file=sys.stderr
+        )
+
+
+def _measurements(given: Path) -> tuple[pl.DataFrame, str]:
+    from multiradar.storage.recording import Recording, measurements_path
+
+    path = measurements_path(given)
+    if not path.is_file():
+        raise InputError(no_such(path, "the output of `convert` or `simulate`"))
+    recording = Recording(path)
+    if recording.rows == 0:
+        msg = f"{recording.path}: no measurements in it"
+        raise InputError(msg)
+    return pl.concat(recording.blocks()), str(recording.path)

@@ -1,0 +1,1 @@
+"""`multiradar replay`."""

@@ -1,0 +1,226 @@
+"""`multiradar replay`: a recording played to a running service, in data time."""
+
+import math
+import sys
+import time
+from enum import StrEnum
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from multiradar.cli.inputs import DumpChoice, check_found, codes_told, open_measurements
+from multiradar.cli.options import (
+    TRACKING_DEFAULTS,
+    AllowMissingOption,
+    DateOption,
+    JsonOption,
+    KindsOption,
+    MeasurementsArgument,
+    ProfileOption,
+    chosen_kinds,
+)
+from multiradar.cli.playback.datagrams import Times, is_udp, replay_datagrams
+from multiradar.cli.terminal.progress import progress_bar
+from multiradar.errors import InputError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from multiradar.ingest.replay import Destination, ReplayCounts
+
+_BATCH_ROWS_MAX = 65_536
+
+
+class EncodingChoice(StrEnum):
+    """How a batch is written."""
+
+    ARROW = "arrow"
+    JSON = "json"
+    NDJSON = "ndjson"
+
+
+def parse_speed(text: str) -> float:
+    """Return seconds of data time a second; `max` is infinite."""
+    if text == "max":
+        return math.inf
+    try:
+        speed = float(text)
+    except ValueError:
+        speed = math.nan
+    if not 0.0 < speed < math.inf:
+        msg = f"expected a number greater than 0, or max, was {text!r}"
+        raise typer.BadParameter(msg)
+    return speed
+
+
+def replay(
+    measurements: MeasurementsArgument,
+    *,
+    to: Annotated[
+        str,
+        typer.Option(
+            metavar="ADDRESS",
+            help="Service address: http://127.0.0.1:8321 or zenoh:tcp/127.0.0.1:7447; for an "
+            "ASTERIX recording udp:ADDRESS:PORT, unicast or a multicast group.",
+        ),
+    ] = "http://127.0.0.1:8321",
+    speed: Annotated[
+        float,
+        typer.Option(
+            metavar="NUMBER|max",
+            parser=parse_speed,
+            help="Playback speed (1 = real time); max: as fast as the service ingests.",
+        ),
+    ] = "1.0",  # type: ignore[assignment]  # given to the parser like any other text
+    batch: Annotated[
+        int,
+        typer.Option(
+            min=1, max=_BATCH_ROWS_MAX, help="Maximum number of measurements per message."
+        ),
+    ] = 1000,
+    encoding: Annotated[
+        EncodingChoice, typer.Option(help="Message encoding.")
+    ] = EncodingChoice.ARROW,
+    kinds: KindsOption = None,
+    date: DateOption = None,
+    profile: ProfileOption = None,
+    allow_missing: AllowMissingOption = False,
+    flush: Annotated[
+        bool, typer.Option(help="Flush the service at the end of the recording.")
+    ] = True,
+    run_name: Annotated[
+        str | None,
+        typer.Option(
+            help="Name of this run; under another name the same measurements are ingested again.",
+            show_default="derived from the content",
+        ),
+    ] = None,
+    wait: Annotated[
+        float,
+        typer.Option(
+            metavar="SECONDS",
+            min=0.0,
+            max=86_400.0,
+            help="How long a service that went away is retried; one that never answered for 5 s at "
+            "most, one that is starting as long as it answers.",
+        ),
+    ] = 120.0,
+    interface: Annotated[
+        str,
+        typer.Option(metavar="ADDRESS", help="With udp: interface of the multicast group."),
+    ] = "127.0.0.1",
+    times: Annotated[
+        Times,
+        typer.Option(help="With udp: times of day as recorded, or shifted to now."),
+    ] = Times.RECORDED,
+    json_wanted: JsonOption = False,
+) -> None:
+    """Replay a recording to a service; already acknowledged data are not ingested again.
+
+    With udp: MEASUREMENTS is an ASTERIX recording, sent datagram by datagram as recorded.
+    """
+    if is_udp(to):
+        if (kinds, date, profile, run_name) != (None, None, None, None):
+            msg = "expected none of --kinds, --date, --profile and --run-name with --to udp:"
+            raise typer.BadParameter(msg)
+        replay_datagrams(
+            measurements,
+            to,
+            interface=interface,
+            speed=speed,
+            times=times,
+            json_wanted=json_wanted,
+        )
+        return
+    from multiradar.clock import SystemClock
+    from multiradar.ingest.replay import Replay, ReplayPlan
+
+    plan = ReplayPlan(
+        batch_rows=batch,
+        speed=speed,
+        kinds=chosen_kinds(kinds),
+        run_name=_checked_run_name(run_name),
+        flush=flush,
+        away_max_s=wait,
+    )
+    dump = DumpChoice(date, profile, allow_missing)
+    # The horizon of a service whose settings are the defaults.
+    opened = open_measurements(measurements, dump, TRACKING_DEFAULTS.reorder_horizon_s)
+    with opened as recording:
+        destination = _destination(to, encoding)
+        try:
+            with progress_bar("replaying", recording.rows) as show:
+                play = Replay(
+                    recording,
+                    destination,
+                    plan,
+                    SystemClock(),
+                    time.sleep,
+                    lambda counts: show(counts.read),
+                    _say_wait,
+                )
+                counts = play.run()
+            configured = destination.configured() if counts.unknown_sensors else ()
+        finally:
+            destination.close()
+    check_found(counts.read, kinds, measurements)
+    _print_counts(counts, json_wanted)
+    if counts.unknown_sensors:
+        raise InputError(_strangers(counts.unknown_sensors, configured))
+    if counts.rejected == counts.read:
+        msg = f"none of {counts.read} measurements accepted: {codes_told(counts.rejected_by_code)}"
+        raise InputError(msg)
+
+
+def _strangers(unknown: "Mapping[str, int]", configured: "Sequence[str]") -> str:
+    # Not at the head of the module: help must be fast.
+    from multiradar.diagnosis.names import counted, listed
+
+    names = listed([f"{name} ({counted(count)})" for name, count in sorted(unknown.items())])
+    has = f", which has {listed(configured)}" if configured else ""
+    return (
+        f"sensors of the recording that are not configured in the service{has}: {names}; their "
+        "measurements were rejected: start the service with the sensors file of the recording"
+    )
+
+
+def _say_wait(sentence: str) -> None:
+    print(f"multiradar: {sentence}", file=sys.stderr, flush=True)
+
+
+def _checked_run_name(name: str | None) -> str | None:
+    # It becomes the first part of the key of every message, which is printable ASCII.
+    if name is None or (name.isascii() and name.isprintable() and 0 < len(name.strip()) <= 64):
+        return None if name is None else name.strip()
+    msg = "expected a run name of 1 to 64 printable ASCII characters"
+    raise typer.BadParameter(msg)
+
+
+def _destination(to: str, encoding: EncodingChoice) -> "Destination":
+    if to.startswith(("http://", "https://")):
+        from multiradar.ingest.replay_http import Encoding, HttpDestination
+
+        return HttpDestination(to, Encoding(encoding.value))
+    if to.startswith("zenoh:"):
+        from multiradar.ingest.replay_http import Encoding
+        from multiradar.ingest.replay_zenoh import ZenohDestination
+
+        return ZenohDestination(to.removeprefix("zenoh:"), Encoding(encoding.value))
+    msg = f"--to: expected http://ADDRESS, zenoh:ENDPOINT or udp:ADDRESS:PORT, was {to!r}"
+    raise typer.BadParameter(msg)
+
+
+def _print_counts(counts: "ReplayCounts", json_wanted: bool) -> None:
+    if json_wanted:
+        import json
+        from dataclasses import asdict
+
+        print(json.dumps(asdict(counts)))
+        return
+    print(
+        f"{counts.read} measurements in {counts.batches} messages: {counts.accepted} accepted, "
+        f"{counts.rejected} rejected, {counts.duplicate} duplicate"
+        + (f"; {counts.retries} retries" if counts.retries else "")
+    )
+    if counts.rejected_by_code:
+        print(f"rejected: {codes_told(counts.rejected_by_code)}")

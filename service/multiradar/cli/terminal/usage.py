@@ -1,0 +1,156 @@
+"""What is wrong with a command line, as one sentence: unknown names, values, options twice."""
+
+import re
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import typer
+
+from multiradar_schemas.documents.names import did_you_mean, unknown
+
+_CHOICE = re.compile(r"^'(?P<was>.*)' is not one of (?P<known>.*?)\.?$", re.DOTALL)
+_COMMAND = re.compile(r"^No such command '(?P<was>.*?)'\.", re.DOTALL)
+_EXTRA = re.compile(r"^Got unexpected extra argument\(s\) \((?P<was>.*)\)$", re.DOTALL)
+_NUMBERS = {int: "a whole number", float: "a number"}
+
+
+def check_arguments(arguments: Sequence[str], root: Any) -> None:
+    """Refuse what a parser of options lets pass and nobody means.
+
+    Parameters
+    ----------
+    arguments : sequence of str
+        What follows the name of the program.
+    root : command
+        The commands there are.
+
+    Raises
+    ------
+    typer.BadParameter
+        An argument is empty or no UTF-8, or an option that has one value is given twice.
+    """
+    for argument in arguments:
+        # Octets that are no UTF-8 come as half characters, which no report and no table can hold.
+        if any("\ud800" <= letter <= "\udfff" for letter in argument):
+            raise typer.BadParameter(f"expected arguments in UTF-8, was {argument!r}")
+    if "" in arguments:
+        # Read as a path it would mean the working directory.
+        before = arguments[: list(arguments).index("")]
+        after = f" after {before[-1]!r}" if before else ""
+        raise typer.BadParameter(f"empty argument{after} (an unset variable of the shell?)")
+    for option in getattr(_command(arguments, root), "params", ()):
+        given = [name for name in map(_name, _options(arguments)) if name in _names(option)]
+        if len(given) > 1 and not option.multiple:
+            named = " and ".join(dict.fromkeys(given))
+            raise typer.BadParameter(f"{named}: given {len(given)} times, expected once")
+
+
+def usage_sentence(error: Exception, arguments: Sequence[str], root: Any) -> str:
+    """Return what is wrong with the arguments.
+
+    Parameters
+    ----------
+    error : Exception
+        What the parser of options, or one of this project's checks, says.
+    arguments : sequence of str
+        What follows the name of the program.
+    root : command
+        The commands there are.
+
+    Returns
+    -------
+    str
+        One sentence; nothing where the error only asks for help.
+    """
+    sentence = str(error).removeprefix("Value error, ")
+    command = _command(arguments, root)
+    option = getattr(error, "param", None)
+    if hasattr(error, "option_name"):
+        return _of_option(sentence, error.option_name, command)
+    if sentence.startswith("Missing parameter"):
+        return f"missing {_called(option)}"
+    if found := _COMMAND.match(sentence):
+        return unknown("command", found["was"], getattr(error, "cmd", root).commands)
+    if found := _EXTRA.match(sentence):
+        return f"unexpected argument {found['was']!r}; a name with blanks needs quotes"
+    if option is None or not _names(option):
+        return sentence
+    return f"{option.opts[0]}: {_of_value(sentence, option, arguments)}"
+
+
+def _of_option(sentence: str, name: str, command: Any) -> str:
+    known = [one for option in getattr(command, "params", ()) for one in _names(option)]
+    if name in known:
+        option = next(one for one in command.params if name in _names(one))
+        return sentence if option.is_flag else f"missing value of {_called(option)}"
+    near = did_you_mean(name, known)
+    return f"unknown option '{name}'{near}; see --help"
+
+
+def _of_value(sentence: str, option: Any, arguments: Sequence[str]) -> str:
+    if choice := _CHOICE.match(sentence):
+        what = option.opts[0].lstrip("-").replace("-", " ")
+        return unknown(what, choice["was"], choice["known"].replace("'", "").split(", "))
+    if not sentence.startswith("Input should be "):
+        return sentence
+    kind = _NUMBERS.get(option.type_descriptor.annotation)
+    expected = sentence.removeprefix("Input should be ")
+    if kind is not None:
+        expected = f"{kind}{_bounds(option.min, option.max)}"
+    was = _given(option, arguments)
+    return f"expected {expected}" + ("" if was is None else f", was {was!r}")
+
+
+def _bounds(least: float | None, most: float | None) -> str:
+    if least is not None and most is not None:
+        return f" from {_number(least)} to {_number(most)}"
+    if least is not None:
+        return f" of at least {_number(least)}"
+    return "" if most is None else f" of at most {_number(most)}"
+
+
+def _number(value: float) -> str:
+    return str(value) if isinstance(value, int) else f"{value:.12g}"
+
+
+def _called(option: Any) -> str:
+    # As the help calls it.
+    if not option.opts[0].startswith("-"):
+        return f"argument {option.metavar or option.name.upper()}"
+    value = option.metavar
+    return f"option {option.opts[0]}{f' {value}' if value else ''}"
+
+
+def _names(option: Any) -> list[str]:
+    return [name for name in (*option.opts, *option.secondary_opts) if name.startswith("-")]
+
+
+def _name(argument: str) -> str:
+    return argument.partition("=")[0]
+
+
+def _options(arguments: Sequence[str]) -> Iterable[str]:
+    # What follows two dashes are no options.
+    for argument in arguments:
+        if argument == "--":
+            return
+        if argument.startswith("--"):
+            yield argument
+
+
+def _given(option: Any, arguments: Sequence[str]) -> str | None:
+    for place, argument in enumerate(arguments):
+        name, equals, value = argument.partition("=")
+        if name in _names(option):
+            following = arguments[place + 1 : place + 2]
+            return value if equals else next(iter(following), None)
+    return None
+
+
+def _command(arguments: Sequence[str], root: Any) -> Any:
+    command = root
+    for argument in arguments:
+        if argument.startswith("-") or not hasattr(command, "commands"):
+            break
+        command = command.commands.get(argument, command)
+    return command

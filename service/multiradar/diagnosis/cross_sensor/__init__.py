@@ -1,0 +1,1 @@
+"""A sensor compared with the others: which single mistake explains its plots."""

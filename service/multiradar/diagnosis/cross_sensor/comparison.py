@@ -1,0 +1,185 @@
+"""The plots of each sensor against what all the others see."""
+
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from multiradar.diagnosis.cross_sensor.agreement import (
+    NO_AGREEMENT,
+    Agreement,
+    polar_agreement,
+    position_agreement,
+)
+from multiradar.diagnosis.cross_sensor.hypotheses import Polar, as_given
+from multiradar.diagnosis.cross_sensor.references import (
+    Pairs,
+    Paths,
+    candidate_pairs,
+    common_key,
+    joined,
+    named_pairs,
+    named_paths,
+    recorded_pairs,
+    tracked_paths,
+)
+from multiradar.diagnosis.evidence import Evidence
+from multiradar.diagnosis.plots import Floats, Plots, Site, located, plots_of, positions, reported
+from multiradar.estimation.measurement._kernels import KIND_POSITION, KIND_RADAR
+from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET, SensorTable
+
+#: Plots of a sensor that are compared, and so many of them at least say something.
+TESTED_MAX = 400
+TESTED_MIN = 20
+#: A sensor agrees with others when so great a part of its plots lies where they see aircraft.
+AGREES_MIN = 0.5
+
+Reading = Callable[[Floats, Floats], Polar]
+
+
+def configured_bias(sensors: SensorTable, number: int, kind: int) -> tuple[float, float]:
+    """Return a bias as configured and its standard deviation beforehand, 0 where it is fixed."""
+    columns = np.flatnonzero(
+        (sensors.parameter_sensor == number) & (sensors.parameter_kind == kind)
+    )
+    if len(columns) == 0:
+        return float(sensors.known_bias[number, kind]), 0.0
+    return float(sensors.prior_mean[columns[0]]), float(sensors.prior_sigma[columns[0]])
+
+
+class Comparison:
+    """The plots that are retained of each sensor, and where others see their aircraft.
+
+    Offsets of clocks are subtracted as configured, biases of range and azimuth are not.
+
+    Parameters
+    ----------
+    evidence : Evidence
+        What is retained of the run.
+    """
+
+    def __init__(self, evidence: Evidence) -> None:
+        self._sensors = evidence.sensors
+        self._tracked = evidence.tracked()
+        self._plots: dict[int, Plots] = {}
+        for name, source in evidence.sources.items():
+            number = evidence.number(name)
+            if number < 0 or self._sensors.moving[number]:
+                continue
+            plots = plots_of(source.plots())
+            column = plots.range_m if self.is_radar(number) else plots.latitude_deg
+            wanted = self._sensors.kinds[number] in (KIND_RADAR, KIND_POSITION)
+            plots = plots.take(np.isfinite(column) & wanted)
+            late_s, _ = configured_bias(self._sensors, number, PARAMETER_TIME_OFFSET)
+            plots = replace(plots, time_s=plots.time_s - late_s)
+            if plots.size:
+                self._plots[number] = plots
+
+    @property
+    def numbers(self) -> tuple[int, ...]:
+        """The sensors with plots that can be compared, as rows of the table."""
+        return tuple(sorted(self._plots))
+
+    def is_radar(self, number: int) -> bool:
+        """Return whether a sensor measures range and azimuth."""
+        return bool(self._sensors.kinds[number] == KIND_RADAR)
+
+    def site(self, number: int) -> Site:
+        """Return the site of a sensor as configured, rad and m."""
+        sensors = self._sensors
+        return (
+            float(sensors.latitude_rad[number]),
+            float(sensors.longitude_rad[number]),
+            float(sensors.height_m[number]),
+        )
+
+    def plots(self, number: int) -> Plots:
+        """Return the plots that are retained of a sensor."""
+        return self._plots[number]
+
+    def tested(self, number: int) -> Plots:
+        """Return the plots of a sensor that are compared."""
+        return self._plots[number].thinned(TESTED_MAX)
+
+    def overlaps(self, number: int, others: Collection[int], late_s: float) -> bool:
+        """Return whether a sensor whose clock is so late shares time with others."""
+        time_s = self._plots[number].time_s - late_s
+        known = [self._plots[one].time_s for one in others if one != number]
+        return any(time_s.min() <= other.max() and other.min() <= time_s.max() for other in known)
+
+    def pairs(
+        self,
+        number: int,
+        others: Collection[int],
+        *,
+        late_s: float = 0.0,
+        reading: Reading = as_given,
+        sites: Mapping[int, Site] | None = None,
+    ) -> Pairs:
+        """Return where others see the aircraft of the tested plots of a sensor.
+
+        Parameters
+        ----------
+        number : int
+            The sensor.
+        others : collection of int
+            Who is asked beside the recording itself.
+        late_s : float
+            How late the clock of the sensor is.
+        reading : callable
+            What the numbers of the other radars mean.
+        sites : mapping, optional
+            Sites of others that are not as configured.
+        """
+        plots = self.tested(number)
+        asked = {one: self._plots[one] for one in others if one != number and one in self._plots}
+        key = common_key(plots, asked.values())
+        if key is not None:
+            where = {
+                one: self._positions(one, reading, (sites or {}).get(one, self.site(one)))
+                for one in asked
+            }
+            found = named_pairs(plots, named_paths(asked, where, key), key, late_s)
+        else:
+            found = candidate_pairs(plots, self._paths(asked, reading, sites or {}), late_s)
+        if not self.is_radar(number):
+            return found
+        return joined(recorded_pairs(plots), found)
+
+    def agreement(self, number: int, pairs: Pairs) -> Agreement:
+        """Return how well a sensor, as configured, agrees."""
+        plots = self.tested(number)
+        compared = len(np.unique(pairs.plot))
+        if compared < TESTED_MIN:
+            return NO_AGREEMENT._replace(compared=compared)
+        if self.is_radar(number):
+            measured = as_given(plots.range_m, plots.azimuth_deg)
+            return polar_agreement(measured, self.site(number), pairs, compared=compared)
+        return position_agreement(reported(plots), pairs, compared=compared)
+
+    def _positions(self, number: int, reading: Reading, site: Site) -> Floats:
+        plots = self._plots[number]
+        if not self.is_radar(number):
+            return positions(plots, None)
+        return located(site, *reading(plots.range_m, plots.azimuth_deg), plots.heights())
+
+    # The tracks of the run, by the plots of others that updated them.
+    def _paths(self, asked: Collection[int], reading: Reading, sites: Mapping[int, Site]) -> Paths:
+        measured = self._tracked.measured
+        position = np.full((len(measured), 3), np.nan)
+        for number in asked:
+            rows = np.flatnonzero(measured.sensor == number)
+            nothing = np.full((len(rows), 3), -1, np.int64)
+            plots = Plots(
+                measured.time_s[rows], measured.range_m[rows],
+                np.degrees(measured.azimuth_rad[rows]), np.degrees(measured.latitude_rad[rows]),
+                np.degrees(measured.longitude_rad[rows]), measured.height_m[rows], nothing,
+            )  # fmt: skip
+            if self.is_radar(number):
+                site = sites.get(number, self.site(number))
+                polar = reading(plots.range_m, plots.azimuth_deg)
+                position[rows] = located(site, *polar, plots.heights())
+            else:
+                position[rows] = reported(plots)
+        source = measured.sensor.astype(np.int64)
+        return tracked_paths(source, self._tracked.track_id, measured.time_s, position)

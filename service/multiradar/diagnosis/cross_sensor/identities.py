@@ -1,0 +1,75 @@
+"""Identities that are the same for all aircraft of a sensor."""
+
+import numpy as np
+
+from multiradar.diagnosis.cross_sensor.comparison import TESTED_MIN
+from multiradar.diagnosis.diagnosis import Diagnosis
+from multiradar.diagnosis.plots import KEYS, Floats, Plots, Site, located, reported
+
+#: So great a part of the plots has the one value.
+SAME_MIN = 0.95
+#: Plots of so long, s, the scan of a long-range radar, lie in so many cells of this size, m, in the
+#: median. An aircraft flies 4 km in it and is in two cells at most but at a corner; two aircraft
+#: that share an address, as it happens, are in four.
+WINDOW_S, CELL_M, CELLS_MIN = 12.0, 20_000.0, 6
+#: Codes that many aircraft have rightly: Mode S and VFR conspicuity (ICAO EUR Doc 023; FAA JO
+#: 7110.66), and 0000 and 2000, of aircraft without one.
+CONSPICUITY = frozenset(
+    int(code, 8) for code in ("0000", "1000", "1200", "1400", "2000", "7000", "7001", "7010")
+)
+_TEXTS = {"track_number": "d", "mode_s_address": "06X", "mode_3a": "04o"}
+
+
+def identity_alike(name: str, plots: Plots, site: Site | None) -> Diagnosis | None:
+    """Say so where plots of many aircraft have one track number, address or code.
+
+    Parameters
+    ----------
+    name : str
+        The sensor.
+    plots : Plots
+        Its plots.
+    site : Site, optional
+        Of a radar, rad and m; None for what reports positions.
+    """
+    for column, key in enumerate(KEYS):
+        known = np.flatnonzero(plots.keys[:, column] >= 0)
+        if len(known) < TESTED_MIN:
+            continue
+        values, counts = np.unique(plots.keys[known, column], return_counts=True)
+        value = int(values[counts.argmax()])
+        legitimate = key == "mode_3a" and value in CONSPICUITY
+        if legitimate or counts.max() < SAME_MIN * len(known):
+            continue
+        cells = _cells(plots.take(known), site)
+        if cells >= CELLS_MIN:
+            return Diagnosis(
+                name,
+                "identity",
+                f"{name}: {key} is probably the same for all its aircraft: it is "
+                f"{value:{_TEXTS[key]}} in {counts.max() / len(known):.0%} of the plots that have "
+                f"one, and those of {WINDOW_S:.0f} s lie in {cells:.0f} places, "
+                f"{CELL_M / 1e3:.0f} km wide; leave {key} empty where nothing "
+                "names the aircraft",
+            )
+    return None
+
+
+# In how many cells the plots of a window lie, in the median.
+def _cells(plots: Plots, site: Site | None) -> float:
+    position = (
+        reported(plots)
+        if site is None
+        else located(site, plots.range_m, np.radians(plots.azimuth_deg), plots.heights())
+    )
+    good = np.isfinite(position).all(axis=1)
+    window = _numbers(plots.time_s[good, None], WINDOW_S)
+    cell = _numbers(position[good], CELL_M)
+    cells = np.unique(np.column_stack([window, cell]), axis=0)
+    _, counts = np.unique(cells[:, 0], return_counts=True)
+    return float(np.median(counts)) if len(counts) else 0.0
+
+
+def _numbers(values: Floats, width: float) -> Floats:
+    found: Floats = np.floor((values - values.min(axis=0, initial=np.inf)) / width)
+    return found

@@ -1,0 +1,88 @@
+"""Offsets of range and azimuth that are configured, against those that other sensors show."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from multiradar.diagnosis.cross_sensor.comparison import configured_bias
+from multiradar.diagnosis.cross_sensor.registration import SIGMAS, Registration
+from multiradar.diagnosis.diagnosis import Diagnosis
+from multiradar.diagnosis.names import listed
+from multiradar.estimation.measurement.sensors import (
+    PARAMETER_AZIMUTH_OFFSET,
+    PARAMETER_NAMES,
+    PARAMETER_RANGE_GAIN,
+    PARAMETER_RANGE_OFFSET,
+    SensorTable,
+)
+
+#: An offset is another one from so much on, m and rad: in right recordings the fit was off by
+#: 0.1 km and 0.02° at most, also where offsets drift.
+DIFFERENT = (150.0, float(np.radians(0.1)))
+#: ... and where it is so many standard deviations beforehand away: chance takes it to 4.
+PRIOR_SIGMAS = 5.0
+#: No radar has offsets beyond these, m and rad: what looks like more is another mistake.
+POSSIBLE = (5000.0, float(np.radians(5.0)))
+OFFSET_CODE = "bias"
+_KINDS = (PARAMETER_RANGE_OFFSET, PARAMETER_AZIMUTH_OFFSET)
+
+
+def offset_amiss(
+    sensors: SensorTable, number: int, found: Registration, others: Sequence[str]
+) -> Diagnosis | None:
+    """Say so where an offset is fixed at a wrong value, or its prior excludes the right one.
+
+    Parameters
+    ----------
+    sensors : SensorTable
+        As configured.
+    number : int
+        The radar.
+    found : Registration
+        What the others show of it.
+    others : sequence of str
+        Names of the others.
+    """
+    if _has_gain(sensors, number):
+        # The fit has no gain: an offset of range would be of it.
+        return None
+    for place, kind in enumerate(_KINDS):
+        value, sigma = found.offset[place], found.offset_sigma[place]
+        configured, prior_sigma = configured_bias(sensors, number, kind)
+        apart = abs(value - configured)
+        if abs(value) <= POSSIBLE[place] and apart >= max(
+            DIFFERENT[place], SIGMAS * sigma, PRIOR_SIGMAS * prior_sigma
+        ):
+            numbers = (configured, prior_sigma, value, sigma)
+            return _wrong(sensors.ids[number], kind, numbers, others)
+    return None
+
+
+def _has_gain(sensors: SensorTable, number: int) -> bool:
+    return configured_bias(sensors, number, PARAMETER_RANGE_GAIN) != (0.0, 0.0)
+
+
+def _wrong(
+    name: str, kind: int, numbers: tuple[float, float, float, float], others: Sequence[str]
+) -> Diagnosis:
+    setting = f"bias.{PARAMETER_NAMES[kind]}"
+    if kind == PARAMETER_AZIMUTH_OFFSET:
+        value, prior_sigma, seen, sigma = np.degrees(numbers).tolist()
+        unit, form = "°", ".3f"
+    else:
+        value, prior_sigma, seen, sigma = numbers
+        unit, form = " m", ".0f"
+    how, remedy = (
+        f"fixed at {value:g}{unit} (estimate = false)",
+        "correct prior, or remove estimate = false",
+    )
+    if prior_sigma:
+        how = f"at {value:g}{unit} with a prior_sigma of {prior_sigma:g}{unit}"
+        remedy = "correct prior, or increase prior_sigma"
+    alone = f" (or {others[0]} is wrong: there is no third sensor)" if len(others) == 1 else ""
+    return Diagnosis(
+        name,
+        OFFSET_CODE,
+        f"{name}: {setting} is probably wrong: the sensors file has it {how}, and "
+        f"{listed(others)} show {seen:{form}} ± {sigma:{form}}{unit}{alone}; {remedy}",
+    )

@@ -1,0 +1,1 @@
+"""The scorecard for readers and programs: tables, plots, figures."""

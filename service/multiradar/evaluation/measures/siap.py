@@ -1,0 +1,83 @@
+"""The measures of the single integrated air picture (SIAP)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from multiradar.evaluation.instants import Instants
+from multiradar.evaluation.measures.identity import Identity
+
+_HOUR_S = 3600.0
+
+
+@dataclass(frozen=True, slots=True)
+class Siap:
+    """Measures of the picture as a whole; None where there is nothing to measure.
+
+    Attributes
+    ----------
+    completeness : float
+        Share of the aircraft that have a track; 1 is best.
+    ambiguity : float
+        Tracks for each aircraft that has one; 1 is best.
+    spuriousness : float
+        Fraction of the tracks that are spurious; 0 is best.
+    positional_accuracy_m, velocity_accuracy_mps : float
+        Mean distance and mean velocity error of the assigned tracks.
+    number_changes_per_h : float
+        Rate of track number change: new tracks of an aircraft for each hour it was tracked.
+    longest_segment : float
+        Longest time with one track over the time of the aircraft, over all aircraft; 1 is best.
+    """
+
+    completeness: float | None
+    ambiguity: float | None
+    spuriousness: float | None
+    positional_accuracy_m: float | None
+    velocity_accuracy_mps: float | None
+    number_changes_per_h: float | None
+    longest_segment: float | None
+
+
+def siap(instants: Instants, identity: Identity) -> Siap:
+    """Return the SIAP measures over all instants.
+
+    Parameters
+    ----------
+    instants : Instants
+        Who is whose at each instant.
+    identity : Identity
+        Who was whose over time.
+
+    Returns
+    -------
+    Siap
+        Sums over all instants: completeness Σ JT / Σ J, ambiguity Σ NA / Σ JT, spuriousness
+        Σ (N − NA) / Σ N, with J aircraft, JT of them tracked, N tracks, NA of them at an aircraft.
+
+    References
+    ----------
+    P. Votruba, R. Nisley, R. Rothrock, B. Zombro, "Single Integrated Air Picture (SIAP) Metrics
+    Implementation", SIAP System Engineering Task Force, technical report 2001-001.
+    """
+    mine = np.flatnonzero(instants.track_of >= 0)
+    his = instants.track_of[mine]
+    off = np.hypot(*(instants.track_m[his] - instants.aircraft_m[mine]).T)
+    slip = np.hypot(*(instants.track_mps[his] - instants.aircraft_mps[mine]).T)
+    aircraft, tracked, tracks = len(instants.aircraft), len(mine), int(instants.judged.sum())
+    at_aircraft = tracked + int(instants.redundant.sum())
+    known = slip[np.isfinite(slip)]
+    hours = tracked * instants.step_s / _HOUR_S
+    return Siap(
+        completeness=_quotient(tracked, aircraft),
+        ambiguity=_quotient(at_aircraft, tracked),
+        spuriousness=_quotient(tracks - at_aircraft, tracks),
+        positional_accuracy_m=_quotient(float(off.sum()), tracked),
+        velocity_accuracy_mps=_quotient(float(known.sum()), len(known)),
+        number_changes_per_h=_quotient(identity.number_changes, hours),
+        longest_segment=_quotient(float(identity.longest_s.sum()), aircraft * instants.step_s),
+    )
+
+
+def _quotient(part: float, whole: float) -> float | None:
+    return part / whole if whole else None

@@ -1,0 +1,1 @@
+"""The smoothed reference: plots of all sensors with biases subtracted, smoothed."""

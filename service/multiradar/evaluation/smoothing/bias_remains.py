@@ -1,0 +1,66 @@
+"""What is left of the biases of radars after their estimates were taken off, on the plane."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from multiradar.evaluation.measures.bias_errors import BiasHistory
+from multiradar.evaluation.smoothing.multiple_modes import BiasErrors
+from multiradar.evaluation.trajectories import Floats, Indices
+from multiradar.geodesy.system_plane import SystemPlane
+from multiradar_schemas.sensors.sensor import Sensor
+
+
+def bias_remains(
+    plane: SystemPlane,
+    places: tuple[Floats, Floats, Indices],
+    sensors: Sequence[Sensor],
+    biases: Sequence[BiasHistory],
+) -> BiasErrors:
+    """Return by how far places are off where the estimated biases are.
+
+    Parameters
+    ----------
+    plane : SystemPlane
+        The plane of the places.
+    places : (n, 2) float64, (n,) float64, (n,) int64
+        East and north, slant ranges of plots, and which of the sensors measured each.
+    sensors : sequence of Sensor
+        Of the estimated biases of a radar those of range and azimuth are taken.
+    biases : sequence of BiasHistory
+        Their sigmas, the last of each; a bias without estimates keeps that of its prior.
+
+    Returns
+    -------
+    BiasErrors
+        One column for each bias. That estimates of different biases depend on each other is not
+        in the tables, and so not in the covariance.
+    """
+    position_m, range_m, sensor = places
+    columns, sigmas = [], []
+    known = {(one.sensor_id, one.parameter): float(one.sigma[-1]) for one in biases}
+    for number, one in enumerate(sensors):
+        own = np.flatnonzero(sensor == number)
+        if one.kind != "radar":
+            continue
+        assert one.latitude_deg is not None
+        assert one.longitude_deg is not None
+        site = plane.to_plane(np.radians(one.latitude_deg), np.radians(one.longitude_deg))
+        way = position_m[own] - np.stack(site, axis=-1)
+        ground = np.maximum(np.hypot(*way.T), 1.0)
+        farther = way * (range_m[own] / ground**2)[:, None]
+        clockwise = np.radians(np.stack([way[:, 1], -way[:, 0]], axis=-1))
+        moves = {
+            "range_offset_m": farther,
+            "range_gain": farther * range_m[own, None],
+            "azimuth_offset_deg": clockwise,
+        }
+        for estimated in one.estimated_biases():
+            if estimated.parameter not in moves:
+                continue
+            column = np.zeros((len(position_m), 2))
+            column[own] = moves[estimated.parameter]
+            columns.append(column)
+            sigmas.append(known.get((one.id, estimated.parameter), estimated.prior_sigma))
+    sensitivity = np.stack(columns, axis=-1) if columns else np.zeros((len(position_m), 2, 0))
+    return BiasErrors(sensitivity, np.diag(np.array(sigmas, np.float64) ** 2))

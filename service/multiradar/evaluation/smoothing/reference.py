@@ -1,0 +1,248 @@
+"""A reference from the measurements themselves: all sensors, biases taken off, smoothed."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import polars as pl
+
+from multiradar.errors import InputError
+from multiradar.evaluation.measures.bias_errors import BiasHistory
+from multiradar.evaluation.smoothing.bias_remains import bias_remains
+from multiradar.evaluation.smoothing.motion_modes import usual_modes
+from multiradar.evaluation.smoothing.multiple_modes import smooth_modes
+from multiradar.evaluation.smoothing.plots_in_place import (
+    Radar,
+    noise_on_plane,
+    place_plots,
+    without_biases,
+)
+from multiradar.evaluation.smoothing.single_mode import Sightings, smooth
+from multiradar.evaluation.tables import HEIGHT_MAX_M, NUMBER_MAX, aircraft_name
+from multiradar.evaluation.trajectories import Flags, Floats, Indices, Reference
+from multiradar.geodesy.system_plane import SystemPlane
+from multiradar_schemas.sensors.sensor import Sensor
+
+#: An aircraft with fewer places has no trajectory.
+PLACES_MIN = 5
+#: How aircraft may be taken to move.
+CONSTANT_VELOCITY = "constant-velocity"
+INTERACTING_MODES = "imm"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SmoothedReference:
+    """A reference and what it claims of itself.
+
+    Attributes
+    ----------
+    reference : Reference
+        With velocities; aircraft are named by track number, or else by Mode S address.
+    sigma_m : float
+        Root mean trace of the covariance of its positions, m: what the biases left is in that of
+        interacting modes alone.
+    outliers : int
+        Measurements that were left out as far from all others.
+    """
+
+    reference: Reference
+    sigma_m: float
+    outliers: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Places:
+    # Measurements of known aircraft as places; plots without a height are filled from neighbours.
+    aircraft: Indices
+    sensor: Indices
+    time_s: Floats
+    latitude_rad: Floats
+    longitude_rad: Floats
+    height_m: Floats
+    range_m: Floats
+    usable: Flags
+
+
+def smoothed_reference(
+    measurements: pl.DataFrame,
+    sensors: Sequence[Sensor],
+    biases: Sequence[BiasHistory],
+    *,
+    source: str,
+    density: float,
+    gap_s: float,
+    smoother: str = CONSTANT_VELOCITY,
+) -> SmoothedReference:
+    """Return the trajectories that all measurements together tell.
+
+    Parameters
+    ----------
+    measurements : DataFrame
+        `measurements.parquet`; rows of unknown aircraft or sensors, and bearings, are passed over.
+    sensors : sequence of Sensor
+        Sites and random errors.
+    biases : sequence of BiasHistory
+        Estimates of the biases: the last one, or that of the time for a bias that drifts.
+    source : str
+        What the measurements are called in errors.
+    density : float
+        Spectral density of the acceleration of aircraft, m²/s³.
+    gap_s : float
+        Places farther apart in time are not joined, s.
+    smoother : str
+        `CONSTANT_VELOCITY`, see `smoothing.smooth`, or `INTERACTING_MODES`, see
+        `imm_smoothing.smooth_modes`.
+
+    Returns
+    -------
+    SmoothedReference
+        Places at the times of the measurements.
+
+    Raises
+    ------
+    InputError
+        No aircraft has measurements enough.
+    """
+    numbers = {one.id: number for number, one in enumerate(sensors)}
+    # What is no number is passed over, as in the tracker's quarantine.
+    sane = [
+        pl.when(pl.col(name).abs() <= most).then(name)
+        for name, most in (
+            ("time_s", NUMBER_MAX),
+            ("range_m", NUMBER_MAX),
+            ("azimuth_deg", NUMBER_MAX),
+            ("latitude_deg", 90.0),
+            ("longitude_deg", 360.0),
+            ("height_m", HEIGHT_MAX_M),
+        )
+    ]
+    rows = measurements.with_columns(aircraft_name(), *sane).filter(
+        pl.col("time_s").is_not_null()
+        & pl.col("name").is_not_null()
+        & pl.col("kind").is_in(["radar", "adsb", "mlat"])
+        & pl.col("sensor_id").is_in(list(numbers))
+    )
+    names, aircraft = np.unique(rows["name"].to_numpy().astype(np.str_), return_inverse=True)
+    of = np.array([numbers[name] for name in rows["sensor_id"]], np.int64)
+    places = _placed(rows, aircraft.astype(np.int64), of, sensors, biases)
+    enough = np.bincount(places.aircraft[places.usable], minlength=len(names)) >= PLACES_MIN
+    kept = np.flatnonzero(places.usable & enough[places.aircraft])
+    if not len(kept):
+        msg = f"{source}: expected {PLACES_MIN} measurements of an aircraft or more, was none"
+        raise InputError(msg)
+    kept = kept[np.lexsort((places.time_s[kept], places.aircraft[kept]))]
+    latitude, longitude = places.latitude_rad[kept], places.longitude_rad[kept]
+    plane = SystemPlane.for_sensors(latitude, longitude)
+    position = np.stack(plane.to_plane(latitude, longitude), axis=-1)
+    noise = _noise(plane, position, places.range_m[kept], places.sensor[kept], sensors)
+    whose, when = places.aircraft[kept], places.time_s[kept]
+    sightings = Sightings(whose, when, position, noise)
+    if smoother == INTERACTING_MODES:
+        shown = position, places.range_m[kept], places.sensor[kept]
+        left = bias_remains(plane, shown, sensors, biases)
+        found = smooth_modes(sightings, usual_modes(), density, left)
+    else:
+        found = smooth(sightings, density)
+    used = np.flatnonzero(found.used)
+    # Of places at one time any one knows all of them.
+    later = (np.diff(whose[used]) != 0) | (np.diff(when[used]) > 0.0)
+    told = used[np.append(later, np.ones(1, np.bool_))]
+    present, renumbered = np.unique(whose[told], return_inverse=True)
+    reference = Reference(
+        plane=plane,
+        names=names[present],
+        aircraft=renumbered.astype(np.int64),
+        time_s=when[told],
+        position_m=found.state[told, :2],
+        velocity_mps=found.state[told, 2:],
+        height_m=places.height_m[kept][told],
+        gap_s=gap_s,
+    )
+    sigma_m = float(np.sqrt(np.mean(found.position_variance_m2[told])))
+    return SmoothedReference(reference, sigma_m, int(np.sum(~found.used)))
+
+
+def _placed(
+    rows: pl.DataFrame,
+    aircraft: Indices,
+    sensor: Indices,
+    sensors: Sequence[Sensor],
+    biases: Sequence[BiasHistory],
+) -> _Places:
+    column = {
+        name: rows[name].cast(pl.Float64).fill_null(np.nan).to_numpy().copy()
+        for name in (
+            "time_s", "range_m", "azimuth_deg", "latitude_deg", "longitude_deg", "height_m",
+        )
+    }  # fmt: skip
+    time_s, range_m = column["time_s"], column["range_m"]
+    latitude, longitude = np.radians(column["latitude_deg"]), np.radians(column["longitude_deg"])
+    height = _filled(aircraft, time_s, column["height_m"])
+    usable = np.isfinite(latitude) & np.isfinite(longitude)
+    for number, one in enumerate(sensors):
+        own = np.flatnonzero(sensor == number)
+        if one.kind != "radar" or not len(own):
+            continue
+        bias = _biases_at(one, time_s[own], biases)
+        range_m[own], azimuth_deg, time_s[own] = without_biases(
+            range_m[own], column["azimuth_deg"][own], time_s[own], bias
+        )
+        placed = place_plots(_radar(one).site, range_m[own], np.radians(azimuth_deg), height[own])
+        latitude[own], longitude[own] = placed.latitude_rad, placed.longitude_rad
+        usable[own] = placed.usable
+    return _Places(aircraft, sensor, time_s, latitude, longitude, height, range_m, usable)
+
+
+# Heights of an aircraft that were not heard lie between those that were.
+def _filled(aircraft: Indices, time_s: Floats, height_m: Floats) -> Floats:
+    filled = height_m.copy()
+    order = np.lexsort((time_s, aircraft))
+    ends = np.flatnonzero(np.diff(aircraft[order])) + 1
+    for own in np.split(order, ends):
+        known = own[np.isfinite(height_m[own])]
+        if 0 < len(known) < len(own):
+            filled[own] = np.interp(time_s[own], time_s[known], height_m[known])
+    return filled
+
+
+def _biases_at(sensor: Sensor, time_s: Floats, biases: Sequence[BiasHistory]) -> dict[str, Floats]:
+    found = {name: np.full(len(time_s), value) for name, value in sensor.known_biases().items()}
+    for one in sensor.estimated_biases():
+        found[one.parameter] = np.full(len(time_s), one.prior)
+        for history in biases:
+            if (history.sensor_id, history.parameter) != (sensor.id, one.parameter):
+                continue
+            drifts = one.drift > 0.0
+            found[one.parameter] = (
+                np.interp(time_s, history.time_s, history.estimate)
+                if drifts
+                else np.full(len(time_s), history.estimate[-1])
+            )
+    return found
+
+
+def _noise(
+    plane: SystemPlane,
+    position_m: Floats,
+    range_m: Floats,
+    sensor: Indices,
+    sensors: Sequence[Sensor],
+) -> Floats:
+    noise = np.zeros((len(position_m), 2, 2))
+    for number, one in enumerate(sensors):
+        own = sensor == number
+        if one.kind == "radar":
+            noise[own] = noise_on_plane(plane, _radar(one), position_m[own], range_m[own])
+        else:
+            noise[own] = one.position_sigma_m**2 * np.eye(2)
+    return noise
+
+
+def _radar(one: Sensor) -> Radar:
+    latitude, longitude, height = one.latitude_deg, one.longitude_deg, one.height_m
+    # The schema gives every radar a site.
+    assert latitude is not None
+    assert longitude is not None
+    assert height is not None
+    site = (float(np.radians(latitude)), float(np.radians(longitude)), height)
+    return Radar(site, one.range_sigma_m, float(np.radians(one.azimuth_sigma_deg)))

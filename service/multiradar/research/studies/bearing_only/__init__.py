@@ -1,0 +1,1 @@
+"""Tracks from bearings alone."""

@@ -1,0 +1,1 @@
+"""Biases of radars estimated with the tracks."""

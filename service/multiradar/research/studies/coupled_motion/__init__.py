@@ -1,0 +1,1 @@
+"""Motion models with coupled axes."""

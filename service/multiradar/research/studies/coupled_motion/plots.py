@@ -1,0 +1,205 @@
+"""The plots of the coupled-motion study, from its rows."""
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from multiradar.report.content import Plot, Series
+from multiradar.research.studies.coupled_motion.models import (
+    DRAWN,
+    FRAME,
+    PRINTED_TURN_RATES_RAD_PER_S,
+    TRACKED,
+    TURN_RATES_RAD_PER_S,
+    Scenario,
+)
+from multiradar.research.studies.coupled_motion.rows import Row
+
+#: What the paper calls the panels of its figures.
+PANELS = ("1 a", "1 b", "3 a", "3 b")
+
+BAND = ("band_low", "band_high")
+#: The flights of model (5) whose course changes as in figure 3 a.
+PRINTED_FLIGHTS = TRACKED[2 + TURN_RATES_RAD_PER_S.index(PRINTED_TURN_RATES_RAD_PER_S[0])]
+HEADING_CAPTION = (
+    "Lines: what the parameters say; points: simulated. Only in the velocity frame do the "
+    "parameters mean the same at every heading and tell along from across."
+)
+CONSISTENCY_CAPTION = (
+    "The noise of the relative-speed variant follows the axes: its filter is nearly right between "
+    "them and loses aircraft that fly along one."
+)
+TURN_CAPTION = {
+    "velocity_rms_mps": "Root mean square over the flights, after the first fifth. The lines of "
+    "Cartesian and white acceleration lie on each other.",
+    "position_rms_m": "",
+    "nees": "1 for a filter whose claims are right, more where it claims too much.",
+}
+
+
+def plots(rows: Sequence[Row]) -> list[Plot]:
+    """Return the plots; those with a name go into the guide.
+
+    Parameters
+    ----------
+    rows : sequence of dict
+        Of the study.
+
+    Returns
+    -------
+    list of Plot
+        Figures 1 and 3, accelerations by heading, errors in time, consistency by heading.
+    """
+    figures = [
+        _figure(rows, scenario, panel) for scenario, panel in zip(DRAWN, PANELS, strict=True)
+    ]
+    return [
+        *figures,
+        *_headings(rows),
+        *_by_turn_rate(rows),
+        *_consistency(rows),
+        _in_time(rows),
+    ]
+
+
+def _figure(rows: Sequence[Row], scenario: Scenario, panel: str) -> Plot:
+    of = [row for row in rows if row["part"] == "figure" and _is(row, scenario)]
+    runs = sorted({row["run"] for row in of if row["run"] is not None}, key=float)
+    series = []
+    for run in runs:
+        east = [row for row in of if row["run"] == run and row["quantity"] == "east_m"]
+        north = [row for row in of if row["run"] == run and row["quantity"] == "north_m"]
+        series.append(
+            Series(
+                "", _numbers(east, "value") / 1e3, _numbers(north, "value") / 1e3, "track",
+                key=f"run {run}",
+            )
+        )  # fmt: skip
+    return Plot(
+        f"Figure {panel}: {scenario.setting}",
+        "east, km",
+        "north, km",
+        tuple(series),
+        equal_axes=True,
+        caption="Trajectories on the plane, all from the origin at 100 m/s.",
+        group=f"Figure {panel[0]}: model ({'5' if scenario.model == FRAME else '2'})",
+        name=f"figure-{panel[0]}" if panel.endswith("b") else "",
+    )
+
+
+def _headings(rows: Sequence[Row]) -> Iterable[Plot]:
+    of = [row for row in rows if row["part"] == "heading"]
+    for setting in dict.fromkeys(row["setting"] for row in of):
+        ours = [row for row in of if row["setting"] == setting]
+        is_frame = ours[0]["model"] == FRAME
+        yield Plot(
+            f"{ours[0]['model']}: {setting}",
+            "heading, °",
+            "acceleration, m/s²",
+            tuple(_along_and_across(ours)),
+            caption=HEADING_CAPTION if is_frame else "",
+            group="Root mean square acceleration of one interval, by heading",
+        )
+
+
+def _along_and_across(rows: Sequence[Row]) -> Iterable[Series]:
+    for quantity, label in (
+        ("acceleration_along_mps2", "along the track"),
+        ("acceleration_across_mps2", "across the track"),
+    ):
+        points = [row for row in rows if row["quantity"] == quantity]
+        heading = _numbers(points, "heading_deg")
+        yield Series(label, heading, _numbers(points, "expected"), "line")
+        simulated = _numbers(points, "value")
+        yield Series(f"{label}, simulated", heading, simulated, "points", key=label)
+
+
+def _by_turn_rate(rows: Sequence[Row]) -> Iterable[Plot]:
+    flights = TRACKED[-len(TURN_RATES_RAD_PER_S) :]
+    rates = np.degrees(TURN_RATES_RAD_PER_S)
+    for quantity, title, unit, name in (
+        ("velocity_rms_mps", "Velocity error", ", m/s", "velocity"),
+        ("position_rms_m", "Position error", ", m", ""),
+        ("nees", "NEES / 6", "", "nees"),
+    ):
+        found: dict[str, list[Row]] = {}
+        for scenario in flights:
+            for row in rows:
+                if _is(row, scenario) and row["quantity"] == quantity and _is_mean(row):
+                    found.setdefault(str(row["filter"]), []).append(row)
+        series = [Series(one, rates, _numbers(of, "value")) for one, of in found.items()]
+        if quantity == "nees":
+            series.append(Series("expected", rates, np.ones(len(rates)), "reference"))
+        yield Plot(
+            title,
+            "v_K of the flights, °/s",
+            f"{title}{unit}",
+            tuple(series),
+            y_scale="log",
+            caption=TURN_CAPTION[quantity],
+            group="Flights of model (5), by how fast their course changes",
+            name=name,
+        )
+
+
+def _consistency(rows: Sequence[Row]) -> Iterable[Plot]:
+    for scenario in (*TRACKED[:2], PRINTED_FLIGHTS):
+        of = _tracking(rows, scenario, "nees", "heading_deg")
+        series = [
+            Series(name, _numbers(points, "heading_deg"), _numbers(points, "value"))
+            for name, points in of.items()
+        ]
+        series.append(Series("expected", np.array([0.0, 345.0]), np.ones(2), "reference"))
+        yield Plot(
+            f"{scenario.model}, {scenario.setting}",
+            "initial heading, °",
+            "NEES / 6",
+            tuple(series),
+            y_scale="log",
+            caption=CONSISTENCY_CAPTION if scenario.model == FRAME else "",
+            group="Normalised error squared by initial heading, by what is tracked",
+        )
+
+
+def _in_time(rows: Sequence[Row]) -> Plot:
+    scenario = PRINTED_FLIGHTS
+    series: list[Series] = []
+    for name, points in _tracking(rows, scenario, "nees", "time_s").items():
+        time, low, high = (_numbers(points, column) for column in ("time_s", *BAND))
+        if not series:
+            series.append(Series("95 % band", time, low, "band", y2=high))
+        series.append(Series(name, time, _numbers(points, "value")))
+    return Plot(
+        f"Consistency in time: {scenario.model}, {scenario.setting}",
+        "time, s",
+        "NEES / 6",
+        tuple(series),
+        y_scale="log",
+        caption="Mean over the flights; the band holds it 95 % of the time for a filter whose "
+        "claims are right.",
+    )
+
+
+# Rows of a quantity that have a time (or a heading), by filter.
+def _tracking(
+    rows: Sequence[Row], scenario: Scenario, quantity: str, by: str
+) -> dict[str, list[Row]]:
+    result: dict[str, list[Row]] = {}
+    for row in rows:
+        wanted = row["part"] == "tracking" and row["quantity"] == quantity
+        if wanted and row[by] is not None and _is(row, scenario):
+            result.setdefault(str(row["filter"]), []).append(row)
+    return result
+
+
+# A figure of the whole flight.
+def _is_mean(row: Row) -> bool:
+    return row["part"] == "tracking" and row["time_s"] is None and row["heading_deg"] is None
+
+
+def _is(row: Row, scenario: Scenario) -> bool:
+    return row["model"] == scenario.model and row["setting"] == scenario.setting
+
+
+def _numbers(rows: Iterable[Row], column: str) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+    return np.array([row[column] for row in rows], np.float64)

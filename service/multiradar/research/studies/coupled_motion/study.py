@@ -1,0 +1,221 @@
+"""The motion models of Vasiliev and Mattis: figures 1 and 3, and what each is worth in a filter.
+
+Three parts, told by the column `part` of a row:
+
+figure
+    Trajectories of model (2) with a = 1 and 2 m/s² and of model (5) with a = 1 m/s² and v_K = 3 and
+    6 °/s, and statistics of many such trajectories.
+heading
+    Root mean square acceleration along and across the track of one interval, by heading. The
+    parameters of (5) mean the same at every heading; those of (2) do so only when they are equal,
+    and then know no difference of along and across; those of the relative-speed variant never do.
+tracking
+    Flights of (2), the relative-speed variant and (5), tracked by filters that assume each of (2),
+    relative, (7), (5) and constant velocity with white acceleration. Every filter is told the same
+    accelerations of the kind of aircraft, in the terms it has.
+
+Columns of a row: `part`; `model` and `setting` (what moves, and with which parameters); `filter`
+(tracking only); `quantity`; `run`, `time_s`, `heading_deg` where the quantity has them, else null;
+`value`; `expected` (what theory, or the filter itself, says it should be); `band_low`, `band_high`
+(where `value` lies when `expected` is right: 99.9 % for headings, 95 % for NEES).
+
+Quantities: `east_m`, `north_m` of a drawn trajectory; over many of them `acceleration_along_mps2`,
+`acceleration_across_mps2`, `speed_change_mps` and `turned_deg`, root mean square; of a filter
+`position_rms_m` and `velocity_rms_mps` (expected: what it claims) and `nees` (divided by its
+dimension: expected 1), with `time_s` at that time, with `heading_deg` for the flights that began
+within 7.5° of it, with neither for the whole flight but its first fifth.
+"""
+
+from collections.abc import Callable, Iterable
+
+import numpy as np
+
+from multiradar.report.content import Table, Value
+from multiradar.research.studies.catalogue import COUPLED_MOTION
+from multiradar.research.studies.coupled_motion.figures import heading_spreads, realise
+from multiradar.research.studies.coupled_motion.models import (
+    DRAWN,
+    INITIAL_SPEED_MPS,
+    INTERVAL_S,
+    TRACKED,
+    Scenario,
+    filter_model,
+)
+from multiradar.research.studies.coupled_motion.plots import plots
+from multiradar.research.studies.coupled_motion.rows import (
+    Row,
+    figure_rows,
+    heading_rows,
+    tracking_rows,
+)
+from multiradar.research.studies.coupled_motion.tracking import (
+    PLACE_SIGMA_M,
+    Floats,
+    Tracked,
+    batches,
+    fly,
+    track,
+)
+from multiradar.research.studies.result import Progress, StudyOptions, StudyResult, step_counter
+
+#: Quantity, title and caption of the tables of filters by what they track.
+TABLES = (
+    (
+        "velocity_rms_mps",
+        "Velocity error of each filter, m/s, by what it tracks",
+        "Root mean square over the flights, after the first fifth. Places are measured every "
+        f"{INTERVAL_S:g} s, with an error of {PLACE_SIGMA_M:g} m in each coordinate.",
+    ),
+    ("position_rms_m", "Position error of each filter, m, by what it tracks", ""),
+    (
+        "nees",
+        "NEES / 6 of each filter, by what it tracks",
+        "1 for a filter whose claims are right, more where it claims too much.",
+    ),
+)
+
+SUMMARY = (
+    "An aircraft accelerates along its velocity and turns across it; it does not know where the "
+    "axes of a tracker point. What does it look like when the random acceleration of a motion "
+    "model is given along fixed axes, (2), or in the frame of the velocity, (5), and what is each "
+    "model worth in a filter?"
+)
+
+
+def run(options: StudyOptions, progress: Progress) -> StudyResult:
+    """Draw the figures, sample accelerations by heading, and track flights of each model.
+
+    Parameters
+    ----------
+    options : StudyOptions
+        `runs` flights for each model that is tracked; `filters` of
+        `coupled_motion_models.FILTERS`; `duration_s` of every trajectory.
+    progress : callable
+        Told how many parts are done.
+
+    Returns
+    -------
+    StudyResult
+        Rows as in the head of this module.
+
+    Raises
+    ------
+    UnknownFilterError
+        A filter has a name that is not known.
+    ConfigurationError
+        A duration outside the bounds of the study.
+
+    References
+    ----------
+    Vasiliev, Mattis, equations (2), (5) and (7), and its figures 1 and 3.
+    """
+    chosen = COUPLED_MOTION.complete(options)
+    runs, names, duration_s = chosen.runs, chosen.filters, chosen.duration_s
+    assert runs is not None
+    assert names is not None
+    assert duration_s is not None
+    steps = round(duration_s / INTERVAL_S)
+    parts = batches(runs, steps)
+    tick = step_counter(progress, len(DRAWN) + 1 + len(TRACKED) * len(names) * len(parts))
+    # Each part has draws of its own, so that a choice of filters changes nothing else.
+    seeds = iter(np.random.SeedSequence(chosen.seed).spawn(len(DRAWN) + 1 + len(TRACKED)))
+    rows: list[Row] = []
+    for scenario in DRAWN:
+        rows += figure_rows(scenario, realise(scenario, steps, _generator(next(seeds))))
+        tick()
+    for spread in heading_spreads(_generator(next(seeds))):
+        rows += heading_rows(spread)
+    tick()
+    for scenario in TRACKED:
+        rng = _generator(next(seeds))
+        rows += _tracked(scenario, names, parts, steps=steps, rng=rng, tick=tick)
+    return StudyResult(
+        study=COUPLED_MOTION.name,
+        title=COUPLED_MOTION.title,
+        seed=chosen.seed,
+        rows=rows,
+        tables=[*_tracking_tables(rows, names), _figure_table(rows)],
+        plots=plots(rows),
+        notes=_notes(runs, steps),
+        summary=SUMMARY,
+        options={"runs": runs, "filters": list(names), "duration_s": steps * INTERVAL_S},
+    )
+
+
+# One batch of flights at a time, the same for every filter.
+def _tracked(
+    scenario: Scenario,
+    names: tuple[str, ...],
+    parts: list[Floats],
+    *,
+    steps: int,
+    rng: np.random.Generator,
+    tick: Callable[[], None],
+) -> list[Row]:
+    found: dict[str, Tracked] = {}
+    for headings_rad in parts:
+        flights = fly(scenario, headings_rad, steps, rng)
+        for name in names:
+            part = track(filter_model(name, scenario, flights.start), flights)
+            found[name] = found[name] + part if name in found else part
+            tick()
+    every = np.concatenate(parts)
+    return [row for name in names for row in tracking_rows(scenario, name, found[name], every)]
+
+
+def _generator(seed: np.random.SeedSequence) -> np.random.Generator:
+    return np.random.Generator(np.random.PCG64(seed))
+
+
+def _tracking_tables(rows: list[Row], names: tuple[str, ...]) -> list[Table]:
+    return [
+        Table(title, ("motion", "parameters", *names), tuple(_by_motion(rows, quantity)), caption)
+        for quantity, title, caption in TABLES
+    ]
+
+
+# Of each kind of flights, its name, its parameters, and the value of each filter.
+def _by_motion(rows: list[Row], quantity: str) -> Iterable[tuple[Value, ...]]:
+    found: dict[tuple[Value, Value], list[Value]] = {}
+    for row in rows:
+        is_mean = row["time_s"] is None and row["heading_deg"] is None
+        if row["part"] == "tracking" and is_mean and row["quantity"] == quantity:
+            found.setdefault((row["model"], row["setting"]), []).append(row["value"])
+    return ((*key, *values) for key, values in found.items())
+
+
+def _figure_table(rows: list[Row]) -> Table:
+    found: dict[tuple[str, str], dict[str, Row]] = {}
+    for row in rows:
+        if row["part"] == "figure" and row["run"] is None:
+            key = (str(row["model"]), str(row["setting"]))
+            found.setdefault(key, {})[str(row["quantity"])] = row
+    return Table(
+        "What the trajectories of figures 1 and 3 do",
+        ("motion", "parameters", "along, m/s²", "across, m/s²", "speed changes, m/s", "turned, °"),
+        tuple((*key, *(row["value"] for row in of.values())) for key, of in found.items()),
+        "Root mean squares: of the acceleration along and across the track in the plane, and of "
+        "the change of ground speed and the angle turned through between start and end.",
+    )
+
+
+def _notes(runs: int, steps: int) -> list[str]:
+    return [
+        f"The paper does not print the interval, the number of steps or the initial speed of its "
+        f"figures. Here T = {INTERVAL_S:g} s, {steps} steps, {INITIAL_SPEED_MPS:g} m/s, headings "
+        "spread evenly over the circle, a climb of 2°; up, a_z = 0.2 m/s² and v_φ = 0.1 °/s.",
+        f"Tracking: {runs} flights of each model, the same for every filter. Each filter is told "
+        "the root mean square accelerations of the kind of aircraft along, across and up; models "
+        "by axes take the mean square of the first two for both horizontal axes, models of the "
+        "velocity frame take them as they are, as rates divided by the initial speed.",
+        "The parameters of (5) mean the same at every heading. Those of (2) do so only when "
+        "a_x = a_y; a filter with it is then consistent on average, and cannot know that an "
+        "aircraft turns harder than it accelerates. The relative-speed variant gives no noise "
+        "along an axis without initial speed: near the axes its filter believes itself and loses "
+        "aircraft that turn.",
+        "(7) takes the direction of its noise from the estimated velocity. At 6 °/s that is "
+        "some 10° off, and turns enough of the strong noise across the track out of its "
+        "direction to make the filter claim too much; (5), which keeps the course as a state, "
+        "claims nearly right. With white acceleration the position moves within an interval, "
+        "which the models of the paper do not have.",
+    ]

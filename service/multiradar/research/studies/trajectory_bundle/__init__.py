@@ -1,0 +1,1 @@
+"""Multiple-hypothesis trajectory sets."""

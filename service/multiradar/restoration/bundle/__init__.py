@@ -1,0 +1,1 @@
+"""The bundle of one aircraft, plot by plot: a multiple-hypothesis trajectory set."""

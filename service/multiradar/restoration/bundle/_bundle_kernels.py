@@ -1,0 +1,240 @@
+"""Compiled step of a bundle: slide the window, take a plot, settle, branch, thin.
+
+References
+----------
+IMM UrO RAN report (2016), section 2.2: the order of the steps. The project's own: branches are
+begun in cells of time, one for each kind of control, and not through the plot.
+"""
+
+from math import ceil, exp, floor, log, sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar.restoration.bundle._window_kernels import leave
+from multiradar.restoration.control_tracks._arc_kernels import branch_by_arc, surprises
+from multiradar.restoration.control_tracks._layout import (
+    APART_M,
+    APART_SIGMAS,
+    BEGIN,
+    BRANCH_WEIGHT,
+    BROUGHT,
+    CELL_S,
+    COUNT,
+    EAST_EAST,
+    EAST_NORTH,
+    ENDING,
+    EXPECTED,
+    FOLLOWING,
+    KIND,
+    KINDS,
+    LATERAL,
+    LATERAL_BEYOND,
+    LATERAL_MAX,
+    LATERAL_MEAN,
+    LONGITUDINAL,
+    LONGITUDINAL_MAX,
+    LONGITUDINAL_MEAN,
+    NORTH_NORTH,
+    SEGMENT_COUNT,
+    SEGMENT_MIN_S,
+    SEGMENTS,
+    SEGMENTS_MAX,
+    TIME,
+    WEIGHT,
+    WINDOW_PLOTS_MAX,
+    WINDOW_S,
+)
+from multiradar.restoration.control_tracks._settling_kernels import copy_track, settle
+from multiradar.restoration.control_tracks._thinning_kernels import rank, thin, trace
+from multiradar_compiled.kernels import in_loop, loop
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+# Where so many of the last plots are outliers of the best track, the newest one too, arcs lead to
+# it, and the tracks settle in more rounds.
+RECENT, SURPRISES_MIN, RESCUE_ROUNDS = 6, 3, 6
+# After so long without a plot one that is an outlier is enough for that, s: in this time a turn
+# goes farther than settling from straight flight finds.
+RARE_S = 8.0
+# A window holds so many plots, if they are no older than so many times its length.
+WINDOW_PLOTS_MIN, LONGER = 6, 2.0
+# Cells that a gap between plots may leave to be begun at once.
+CELLS_MAX = 4
+# Tracks that are compared with each other, for each that may stay.
+CONSIDERED = 6
+
+
+@loop
+def take_plot(
+    tracks: Floats, live: int, room: int, anchor_s: float, plots: Floats, first: int, last: int,
+    since_s: float, kinds: Floats, rules: Floats, rounds: int, spare: Floats, H: Floats, g: Floats,
+    H2: Floats, g2: Floats, S: Floats, T: Floats, M: Floats, r: Floats, A: Floats, B: Floats,
+    grid: Floats, traces: Floats, order: Integers, kept: Integers,
+) -> tuple[int, int, float]:  # fmt: skip
+    """Take the plot in row last − 1; return the number of tracks, the first row, the anchor.
+
+    Cells that open after `since_s` are those in which branches begin.
+    """
+    usual = (rules[LATERAL_MAX], rules[LONGITUDINAL_MAX])
+    now_s = plots[last - 1, TIME]
+    before_s = plots[last - 2, TIME]
+    while leaves(plots, first, last, rules[WINDOW_S]):
+        for i in range(live):
+            weight = tracks[i, WEIGHT]
+            leave(tracks[i], anchor_s, plots, first, kinds, rules, A, B)
+            settle(
+                tracks[i], spare, plots[first, TIME], plots, first + 1, last - 1, before_s, kinds,
+                rules, 0, H, g, H2, g2, S, T, M, r,
+            )  # fmt: skip
+            tracks[i, BROUGHT] += weight - tracks[i, WEIGHT]
+            tracks[i, WEIGHT] = weight
+        anchor_s = plots[first, TIME]
+        first += 1
+    recent = max(first, last - RECENT)
+    strange = surprises(tracks[0], anchor_s, plots, recent, last)
+    # The best track stays if it does not know the newest plot, for that may be wrong: where plots
+    # are rare, so many segments may begin between two of them that they would leave it no room.
+    kept_anyway = -1
+    if surprises(tracks[0], anchor_s, plots, last - 1, last):
+        kept_anyway = 0
+    if kept_anyway == 0 and (strange >= SURPRISES_MIN or now_s - before_s >= RARE_S):
+        rounds += RESCUE_ROUNDS
+        # Rather beyond the limits than lost.
+        if strange >= SURPRISES_MIN:
+            for part in range(2):
+                rules[LATERAL_MAX + part] = rules[LATERAL_BEYOND + part]
+        live = rescue(tracks, live, spare, anchor_s, plots, first, last, rules, g, g2)
+    for i in range(live):
+        settle(
+            tracks[i], spare, anchor_s, plots, first, last, now_s, kinds, rules, rounds,
+            H, g, H2, g2, S, T, M, r,
+        )  # fmt: skip
+    parents = live
+    live = branch(tracks, live, since_s, now_s, kinds, rules)
+    for i in range(parents, live):
+        # Before it begins no plot tells of a segment.
+        if tracks[i, SEGMENTS + SEGMENT_COUNT * (int(tracks[i, COUNT]) - 1) + BEGIN] < now_s:
+            settle(
+                tracks[i], spare, anchor_s, plots, first, last, now_s, kinds, rules, rounds,
+                H, g, H2, g2, S, T, M, r,
+            )  # fmt: skip
+    for part in range(2):
+        rules[LATERAL_MAX + part] = usual[part]
+    leave_hopeless(tracks, live, CONSIDERED * room, order, kept_anyway)
+    # Whole seconds: tracks are compared at the same times whatever their switches.
+    begin_s = ceil(now_s - rules[WINDOW_S])
+    for k in range(len(grid)):
+        grid[k] = begin_s + k
+    for i in range(live):
+        if tracks[i, WEIGHT] > -np.inf:
+            trace(tracks[i], anchor_s, grid, traces[i])
+    apart_m = max(rules[APART_M], rules[APART_SIGMAS] * sigma_of(plots, first, last))
+    chosen = thin(tracks, live, room, traces, len(grid), apart_m, order, kept, kept_anyway)
+    compact(tracks, kept, order, chosen)
+    return chosen, first, anchor_s
+
+
+@in_loop
+def leaves(plots: Floats, first: int, last: int, window_s: float) -> bool:
+    """Return whether the oldest plot leaves the window: the fewer there are, the later."""
+    count, age_s = last - first, plots[last - 1, TIME] - plots[first, TIME]
+    old = age_s > window_s and (count > WINDOW_PLOTS_MIN or age_s > LONGER * window_s)
+    return count > 2 and (old or count > WINDOW_PLOTS_MAX)
+
+
+@in_loop
+def sigma_of(plots: Floats, first: int, last: int) -> float:
+    """Return the standard deviation of a place that all plots of the window would tell, m."""
+    information = 0.0
+    for row in range(first, last):
+        a, b, c = plots[row, EAST_EAST], plots[row, EAST_NORTH], plots[row, NORTH_NORTH]
+        information += sqrt(max(a * c - b * b, 0.0))
+    return 1.0 / sqrt(information)
+
+
+@in_loop
+def branch(
+    tracks: Floats, live: int, before_s: float, now_s: float, kinds: Floats, rules: Floats
+) -> int:
+    """Begin a branch of each other kind in each cell of time that opens, and return the number."""
+    cell_s = rules[CELL_S]
+    # A cell lies around its middle, and opens half a cell before it.
+    cell = floor(now_s / cell_s + 0.5)
+    opened = max(floor(before_s / cell_s + 0.5) + 1.0, cell - CELLS_MAX + 1.0)
+    best, parents = -np.inf, live
+    for i in range(parents):
+        best = max(best, tracks[i, WEIGHT])
+    while opened <= cell:
+        for i in range(parents):
+            count = int(tracks[i, COUNT])
+            at = SEGMENTS + SEGMENT_COUNT * (count - 1)
+            kind = int(tracks[i, at + KIND])
+            young = count > 1 and opened * cell_s - tracks[i, at + BEGIN] < rules[SEGMENT_MIN_S]
+            heavy = exp(tracks[i, WEIGHT] - best) >= rules[BRANCH_WEIGHT]
+            if count < SEGMENTS_MAX and heavy and not young:
+                for other in range(KINDS):
+                    if other != kind and live < len(tracks):
+                        copy_track(tracks[i], tracks[live])
+                        tracks[live, COUNT] = count + 1.0
+                        new = at + SEGMENT_COUNT
+                        tracks[live, new + BEGIN] = opened * cell_s
+                        tracks[live, new + EXPECTED] = opened * cell_s
+                        tracks[live, new + KIND] = other
+                        tracks[live, new + LATERAL] = kinds[other, LATERAL_MEAN]
+                        tracks[live, new + LONGITUDINAL] = kinds[other, LONGITUDINAL_MEAN]
+                        # What a segment that has not begun adds to `constants`, and its prior
+                        # to the determinant: the chance that it begins in this cell.
+                        tracks[live, WEIGHT] += kinds[kind, FOLLOWING + other] + log(
+                            kinds[kind, ENDING] * cell_s
+                        )
+                        live += 1
+        opened += 1.0
+    return live
+
+
+@in_loop
+def leave_hopeless(tracks: Floats, live: int, most: int, order: Integers, always: int) -> None:
+    """Take the weight of all but the best tracks, and one: there is no room for those."""
+    rank(tracks, live, order)
+    for i in range(most, live):
+        if order[i] != always:
+            tracks[order[i], WEIGHT] = -np.inf
+
+
+@in_loop
+def rescue(
+    tracks: Floats, live: int, spare: Floats, anchor_s: float, plots: Floats, first: int,
+    last: int, rules: Floats, a: Floats, b: Floats,
+) -> int:  # fmt: skip
+    """Add the best arc from each track to the last plot, and return the number of tracks."""
+    parents = live
+    for i in range(parents):
+        if live < len(tracks):
+            found = branch_by_arc(
+                tracks[i], tracks[live], spare, anchor_s, plots, first, last, rules, a, b
+            )
+            if found < np.inf:
+                live += 1
+    return live
+
+
+@in_loop
+def compact(tracks: Floats, kept: Integers, order: Integers, chosen: int) -> None:
+    """Bring the tracks that stay to the front, the best first, by swapping rows."""
+    # order[i]: where the track that stood in row i is now; row by row the right one is swapped in.
+    for i in range(len(order)):
+        order[i] = i
+    for i in range(chosen):
+        place = order[kept[i]]
+        if place != i:
+            for column in range(tracks.shape[1]):
+                value = tracks[i, column]
+                tracks[i, column] = tracks[place, column]
+                tracks[place, column] = value
+            for j in range(len(order)):
+                if order[j] == i:
+                    order[j] = place
+                    break
+            order[kept[i]] = i

@@ -1,0 +1,490 @@
+"""A bundle of trajectories of one aircraft, plot by plot.
+
+Each track is a motion of piecewise constant accelerations whose parameters, switches included, are
+those that fit plots and priors best; its weight is the probability of the plots with it. See
+docs/restoration.md.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from multiradar.errors import RestorationError, TimeOrderError
+from multiradar.estimation.array_checks import finite_array
+from multiradar.restoration.bundle._bundle_kernels import take_plot
+from multiradar.restoration.bundle.ends import TrackEnds, ends_of
+from multiradar.restoration.bundle.estimate import (
+    BEST,
+    WEIGHTED,
+    Estimate,
+    Trajectory,
+    velocity_states,
+)
+from multiradar.restoration.bundle.habits import NOTED_EVERY_S, TOLD_AFTER_S, Habits
+from multiradar.restoration.bundle.initial import TRIPLE_APART_M, TRIPLE_APART_S
+from multiradar.restoration.bundle.losing import Doubted, is_likelier, knows_none, lost_from
+from multiradar.restoration.bundle.path import Path, Window, path_of
+from multiradar.restoration.bundle.starting import first_tracks
+from multiradar.restoration.control_tracks import _layout as layout
+from multiradar.restoration.control_tracks._memory import Scratch, scratch
+from multiradar.restoration.control_tracks._thinning_kernels import trace
+from multiradar.restoration.control_tracks.plot_rows import plot_rows
+from multiradar.restoration.control_tracks.reading import control_track_of, kind_at, segments_of
+from multiradar.restoration.control_tracks.settings import KIND_NAMES, BundleSettings
+from multiradar.restoration.control_tracks.shared_errors import require_part
+from multiradar.restoration.control_tracks.tracks import (
+    GeometricTrack,
+    MeasurementTrack,
+    measurement_track,
+)
+
+Floats = NDArray[np.float64]
+
+#: The initial window is so many times its length where it holds no arc: for slow aircraft, and
+#: radars that turn slowly.
+_WIDER = (1.0, 1.5, 2.0, 3.0)
+#: After an attempt to begin anew in vain so long, s, before the next.
+_PATIENCE_S = 8.0
+
+
+class Bundle:
+    """Trajectories of one aircraft with weights; takes its plots one at a time, in order.
+
+    Parameters
+    ----------
+    settings : BundleSettings
+        Rules of the bundle.
+    memory : Scratch, optional
+        What it works in, of `_memory.scratch(settings)`; bundles that never work at the same time
+        may share one, which saves three quarters of the memory. Its own by default.
+
+    References
+    ----------
+    IMM UrO RAN report (2016), section 2.2. The project's own: priors, the weight by Laplace's
+    method, least squares in place of the search of section 2.5.
+    """
+
+    def __init__(self, settings: BundleSettings, memory: Scratch | None = None) -> None:
+        self._settings = settings
+        self._kinds, self._rules = settings.kinds(), settings.rules()
+        self._tracks = np.zeros((layout.CANDIDATES_MAX, layout.TRACK_COUNT))
+        self._plots = np.zeros((2 * layout.INITIAL_PLOTS_MAX, layout.PLOT_COUNT))
+        self._settling, self._memory = memory or scratch(settings)
+        # Rows of the window are first … last − 1; the anchor of the tracks is the time of the last
+        # plot that left it, or of the first there was.
+        self._first = self._last = self._live = 0
+        self._anchor_s = np.nan
+        self._restarts = 0
+        self._tried_s = -np.inf
+        self._habits = Habits()
+
+    def __len__(self) -> int:
+        """Return the number of tracks: 0 before the first triple of plots that makes an arc."""
+        return self._live
+
+    @property
+    def restarts(self) -> int:
+        """How often no track could follow the plots, and all began anew.
+
+        References
+        ----------
+        The project's own.
+        """
+        return self._restarts
+
+    @property
+    def habits(self) -> Habits:
+        """How long the aircraft has flown straight, and has not.
+
+        References
+        ----------
+        The project's own.
+        """
+        return self._habits
+
+    @property
+    def plots(self) -> int:
+        """Number of plots in the window.
+
+        References
+        ----------
+        The project's own.
+        """
+        return self._last - self._first
+
+    @property
+    def window_s(self) -> tuple[float, float]:
+        """Times from which the tracks tell how the aircraft flew, and of the last plot.
+
+        Raises
+        ------
+        RestorationError
+            If there are no tracks yet.
+
+        References
+        ----------
+        IMM UrO RAN report (2016), section 2.1: a running window.
+        """
+        self._require_tracks()
+        now_s = self._now_s()
+        return max(self._anchor_s, now_s - self._settings.window_s), now_s
+
+    @property
+    def plots_s(self) -> Floats:
+        """Times of the plots in the window, (n,), ascending.
+
+        References
+        ----------
+        The project's own.
+        """
+        return self._plots[self._first : self._last, layout.TIME].copy()
+
+    def take(
+        self,
+        time_s: float,
+        position_m: ArrayLike,
+        covariance_m2: ArrayLike,
+        shared_m2: ArrayLike | None = None,
+    ) -> None:
+        """Take a plot.
+
+        Parameters
+        ----------
+        time_s : float
+            When, not before the last one.
+        position_m : (2,) array_like
+            East and north, less the biases of the radar.
+        covariance_m2 : (2, 2) array_like
+            Of the errors: noise of the radar, and what is not known of its biases.
+        shared_m2 : (2, 2) array_like, optional
+            The part of it that other plots have in common with this one, as that of biases. Tracks
+            are weighed without it; it is added to the covariance of what they say.
+
+        Raises
+        ------
+        TimeOrderError
+            If it is earlier than the last one.
+        ShapeError
+            If a number is not finite.
+        CovarianceError
+            If a covariance is none.
+
+        References
+        ----------
+        IMM UrO RAN report (2016), section 2.2.
+        """
+        self._append(time_s, position_m, covariance_m2, shared_m2)
+        if self._silent():
+            self._live, self._first = 0, self._last - 1
+            self._restarts += 1
+        if self._live:
+            self._step(float(self._plots[self._last - 2, layout.TIME]))
+            self._heed()
+            if self._live:
+                self._note()
+        else:
+            self._begin()
+
+    def take_all(self, plots: MeasurementTrack) -> None:
+        """Take plots one after the other.
+
+        Parameters
+        ----------
+        plots : MeasurementTrack
+            Not before those that were taken.
+
+        References
+        ----------
+        IMM UrO RAN report (2016), section 2.2.
+        """
+        for row in range(len(plots)):
+            self.take(float(plots.time_s[row]), plots.position_m[row], plots.covariance_m2[row])
+
+    def weights(self) -> Floats:
+        """Return the probabilities of the tracks.
+
+        Returns
+        -------
+        (m,) float64
+            Of sum one, the best first.
+
+        Raises
+        ------
+        RestorationError
+            If there are no tracks yet.
+
+        References
+        ----------
+        IMM UrO RAN report (2016), section 2.2.4.
+        """
+        self._require_tracks()
+        logarithm = self._tracks[: self._live, layout.WEIGHT]
+        weight: Floats = np.exp(logarithm - logarithm.max())
+        return np.asarray(weight / weight.sum())
+
+    def trajectories(self) -> tuple[Trajectory, ...]:
+        """Return all tracks.
+
+        Returns
+        -------
+        tuple of Trajectory
+            The best first.
+
+        Raises
+        ------
+        RestorationError
+            If there are no tracks yet.
+
+        References
+        ----------
+        IMM UrO RAN report (2016), section 2.4: control tracks.
+        """
+        found = []
+        for weight, track in zip(self.weights(), self._tracks, strict=False):
+            kinds = tuple(KIND_NAMES[int(kind)] for kind in segments_of(track)[:, layout.KIND])
+            controls = control_track_of(track, self._anchor_s)
+            found.append(Trajectory(float(weight), controls, kinds))
+        return tuple(found)
+
+    def restored(self, time_s: ArrayLike, by: str = WEIGHTED) -> GeometricTrack:
+        """Return how the aircraft flew.
+
+        Parameters
+        ----------
+        time_s : (k,) array_like
+            Ascending times, within `window_s` to be estimates of their own; after it, a forecast.
+        by : str
+            `best`: the best track. `weighted`: the mean of all by their weights.
+
+        Returns
+        -------
+        GeometricTrack
+            At these times.
+
+        Raises
+        ------
+        RestorationError
+            If there are no tracks yet.
+        ValueError
+            If `by` is neither.
+
+        References
+        ----------
+        IMM UrO RAN report (2016), section 2.2.5.
+        """
+        times = finite_array(time_s, "times of a geometric track", (None,))
+        weights = self._weights_by(by)
+        states = np.zeros((len(weights), len(times), 4))
+        for track, state in zip(self._tracks, states, strict=False):
+            trace(track, self._anchor_s, times, state)
+        mean = np.einsum("i,ikc->kc", weights, velocity_states(states))
+        return GeometricTrack(
+            times, mean[:, :2], np.hypot(mean[:, 2], mean[:, 3]), np.arctan2(mean[:, 2], mean[:, 3])
+        )
+
+    def estimate(self, by: str = WEIGHTED, time_s: float | None = None) -> Estimate:
+        """Return the motion at the last plot, or at another time.
+
+        Parameters
+        ----------
+        by : str
+            `best`: that of the best track. `weighted`: the mean over all tracks by their weights.
+        time_s : float, optional
+            When; the time of the last plot if not given.
+
+        Returns
+        -------
+        Estimate
+            With accelerations.
+
+        Raises
+        ------
+        RestorationError
+            If there are no tracks yet.
+        ShapeError
+            If the time is not finite.
+        ValueError
+            If `by` is neither.
+
+        References
+        ----------
+        IMM UrO RAN report (2016), section 2.2.5.
+        """
+        given_s = self._now_s() if time_s is None else time_s
+        when = float(finite_array(given_s, "time of an estimate", ()))
+        path = self.path([when], by)
+        return Estimate(
+            when, path.state[0], path.covariance[0], float(path.lateral_mps2[0]),
+            float(path.longitudinal_mps2[0]), path.kind_probability[0],
+        )  # fmt: skip
+
+    def path(self, time_s: ArrayLike, by: str = WEIGHTED) -> Path:
+        """Return the motion at many times, with covariances.
+
+        Parameters
+        ----------
+        time_s : (k,) array_like
+            Ascending times, as for `restored`.
+        by : str
+            `best` or `weighted`, as for `estimate`.
+
+        Returns
+        -------
+        Path
+            At these times.
+
+        Raises
+        ------
+        RestorationError
+            If there are no tracks yet.
+        ValueError
+            If `by` is neither.
+
+        References
+        ----------
+        IMM UrO RAN report (2016), section 2.2.5; covariances are the project's own.
+        """
+        times = finite_array(time_s, "times of a path", (None,))
+        weights = self._weights_by(by)
+        return path_of(self._tracks, weights, self._window(), times, self._settling)
+
+    def ends(self) -> TrackEnds:
+        """Return how the tracks end at the last plot, from where a forecast goes on.
+
+        Returns
+        -------
+        TrackEnds
+            The best first.
+
+        Raises
+        ------
+        RestorationError
+            If there are no tracks yet.
+
+        References
+        ----------
+        The project's own.
+        """
+        return ends_of(self._tracks, self.weights(), self._window(), self._settling)
+
+    def copy(self) -> "Bundle":
+        """Return a bundle that says the same, with memory of its own.
+
+        Returns
+        -------
+        Bundle
+            It may be read, and go on, while this one goes on.
+
+        References
+        ----------
+        The project's own.
+        """
+        other = Bundle(self._settings)
+        other._live, other._anchor_s = self._live, self._anchor_s
+        other._restarts, other._tried_s = self._restarts, self._tried_s
+        other._last = self._last - self._first
+        other._habits = self._habits
+        other._tracks[: self._live] = self._tracks[: self._live]
+        other._plots[: other._last] = self._plots[self._first : self._last]
+        return other
+
+    def _note(self) -> None:
+        told_s = self._now_s() - TOLD_AFTER_S
+        due = not told_s < self._habits.until_s + NOTED_EVERY_S
+        if due and told_s >= self._anchor_s:
+            kinds = [kind_at(track, told_s) for track in self._tracks[: self._live]]
+            straight = self.weights() @ (np.array(kinds) == layout.STRAIGHT)
+            self._habits = self._habits.noted(told_s, float(straight))
+
+    def _window(self) -> Window:
+        plots = self._plots[self._first : self._last]
+        return Window(self._anchor_s, plots, self._kinds, self._rules)
+
+    def _now_s(self) -> float:
+        return float(self._plots[self._last - 1, layout.TIME])
+
+    def _weights_by(self, by: str) -> Floats:
+        if by not in (BEST, WEIGHTED):
+            raise ValueError(f"expected {BEST!r} or {WEIGHTED!r}, was {by!r}")
+        weights = self.weights()
+        return np.ones(1) if by == BEST else weights
+
+    def _require_tracks(self) -> None:
+        if not self._live:
+            raise RestorationError(
+                f"expected three plots {TRIPLE_APART_S:g} s and {TRIPLE_APART_M:g} m apart within "
+                f"{self._settings.window_s:g} s, was {self._last - self._first} plots without such"
+            )
+
+    def _append(
+        self, time_s: float, position_m: ArrayLike, covariance_m2: ArrayLike,
+        shared_m2: ArrayLike | None,
+    ) -> None:  # fmt: skip
+        plot = measurement_track(
+            [time_s], np.asarray(position_m)[None], np.asarray(covariance_m2)[None], [0]
+        )
+        row = plot_rows(plot, self._settings)[0]
+        if shared_m2 is not None:
+            shared = require_part(shared_m2, plot.covariance_m2[0])
+            row[layout.SHARED :] = shared[0, 0], shared[0, 1], shared[1, 1]
+        if self._last > self._first and row[layout.TIME] < self._now_s():
+            raise TimeOrderError("time of a plot", float(row[layout.TIME]), self._now_s())
+        if self._last == len(self._plots):
+            kept = self._last - self._first
+            self._plots[:kept] = self._plots[self._first : self._last]
+            self._first, self._last = 0, kept
+        self._plots[self._last] = row
+        self._last += 1
+
+    # Begin with the last plots, so many as make an arc.
+    def _begin(self) -> None:
+        rules, times = self._settings, self._plots[: self._last, layout.TIME]
+        oldest = int(np.searchsorted(times[self._first :], times[-1] - rules.window_s))
+        self._first = max(self._first + oldest, self._last - layout.INITIAL_PLOTS_MAX)
+        for factor in _WIDER:
+            begin_s = times[-1] - min(factor * rules.initial_s, rules.window_s)
+            first = self._first + int(np.searchsorted(times[self._first :], begin_s))
+            tracks = first_tracks(self._plots[first : self._last], rules, self._settling)
+            if len(tracks):
+                self._take_over(tracks, first)
+                return
+
+    # Where the best track does not know the last plots: others, if those are likelier, or silence.
+    def _heed(self) -> None:
+        now_s = self._now_s()
+        best = Doubted(self._tracks[0], self._anchor_s, self._plots, self._first, self._last)
+        first = lost_from(best) if self._live else self._last
+        if first == self._last or now_s - self._tried_s < _PATIENCE_S:
+            return
+        refuted = knows_none(best)
+        tracks = first_tracks(self._plots[first : self._last], self._settings, self._settling)
+        if len(tracks):
+            self._tried_s = now_s
+        if len(tracks) and is_likelier(tracks[0], best, first, refuted=refuted):
+            self._take_over(tracks, first)
+            self._restarts += 1
+        elif refuted:
+            self._live, self._first = 0, first
+            self._restarts += 1
+
+    # First tracks are of one segment: that the aircraft may have begun or ended to turn before it
+    # was followed, they branch in the cells since then.
+    def _take_over(self, tracks: Floats, first: int) -> None:
+        self._tracks[: len(tracks)] = tracks
+        self._live, self._first = len(tracks), first
+        self._anchor_s = float(self._plots[first, layout.TIME])
+        self._step(self._anchor_s)
+
+    # Take the newest plot; segments may begin after a time.
+    def _step(self, since_s: float) -> None:
+        self._live, self._first, self._anchor_s = take_plot(
+            self._tracks, self._live, self._settings.tracks_max, self._anchor_s, self._plots,
+            self._first, self._last, since_s, self._kinds, self._rules, self._settings.rounds,
+            *self._settling, *self._memory,
+        )  # fmt: skip
+
+    # Of a time before a longer silence than the window nothing is known.
+    def _silent(self) -> bool:
+        if not self._live:
+            return False
+        before_s, now_s = self._plots[self._last - 2 : self._last, layout.TIME]
+        return bool(now_s - before_s > self._settings.window_s)

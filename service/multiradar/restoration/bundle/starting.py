@@ -1,0 +1,155 @@
+"""The first tracks of a bundle: the best motion of the initial window, as each kind of motion."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar.restoration.bundle._window_kernels import inform
+from multiradar.restoration.bundle.initial import arc_rows
+from multiradar.restoration.control_tracks import _layout as layout
+from multiradar.restoration.control_tracks._arc_kernels import misfit
+from multiradar.restoration.control_tracks._memory import SettlingMemory
+from multiradar.restoration.control_tracks._motion_kernels import SPEED_MIN
+from multiradar.restoration.control_tracks._settling_kernels import settle
+from multiradar.restoration.control_tracks._thinning_kernels import trace
+from multiradar.restoration.control_tracks.settings import BundleSettings
+
+Floats = NDArray[np.float64]
+
+#: What is known of place, speed and heading before any plot: standard deviations, m, m/s, rad.
+_STATE_SIGMAS = (2000.0, 2000.0, 100.0, 1.0)
+#: Probability of straight flight before anything is known.
+_STRAIGHT_AT_FIRST = 0.6
+#: Share of turns and changes of speed of any size within the limits: standard deviations of their
+#: accelerations are a third of the limits. Who climbs from a runway speeds up by 4 m/s².
+_ANY_SIZE, _LIMIT_SHARE = 0.3, 1.0 / 3.0
+#: What an aircraft may do at first: kind, whether of any size, probability.
+_BEGINNINGS = (
+    (layout.STRAIGHT, False, _STRAIGHT_AT_FIRST),
+    *(
+        (kind, wide, share * (1.0 - _STRAIGHT_AT_FIRST) / (layout.KINDS - 1))
+        for wide, share in ((False, 1.0 - _ANY_SIZE), (True, _ANY_SIZE))
+        for kind in range(1, layout.KINDS)
+    ),
+)
+#: Rounds in which a first track settles; far more than it needs.
+_ROUNDS = 20
+#: Plots of the initial window that make triples: 1140 of them.
+_PLOTS_TRIED_MAX = 20
+#: Rounds of weighing plots by how well they fit to a straight line.
+_LINE_ROUNDS = 4
+
+
+def first_tracks(plots: Floats, settings: BundleSettings, memory: SettlingMemory) -> Floats:
+    """Return the first tracks of a bundle.
+
+    Parameters
+    ----------
+    plots : (n, PLOT_COUNT) ndarray
+        Plots of the initial window, columns as in `_layout`.
+    settings : BundleSettings
+        Rules of the bundle.
+    memory : SettlingMemory
+        To work in.
+
+    Returns
+    -------
+    (k, TRACK_COUNT) ndarray
+        Two for each kind of motion, one for straight flight, the best first, with the first plot's
+        time for their anchor; none where no triple of plots makes an arc.
+
+    References
+    ----------
+    IMM UrO RAN report (2016), section 2.2.1, for the arc; that it is only where the search begins
+    is the project's own.
+    """
+    kinds, rules = settings.kinds(), settings.rules()
+    anchor_s = float(plots[0, layout.TIME])
+    begun = _begun(plots, settings)
+    found = []
+    for kind, wide, chance in _BEGINNINGS if len(begun) else ():
+        settled = begun.copy()
+        for track in settled:
+            _begin_as(track, kind, settings.kinds()[kind, :4], memory)
+            if wide:
+                _widen(track, kind, settings, memory)
+            track[layout.BROUGHT] = np.log(chance)
+            settle(
+                track, memory.spare, anchor_s, plots, 0, len(plots),
+                float(plots[-1, layout.TIME]), kinds, rules, _ROUNDS, *memory[1:],
+            )  # fmt: skip
+        weights = settled[:, layout.WEIGHT]
+        if np.isfinite(weights).any():
+            found.append(settled[int(np.nanargmax(weights))])
+    tracks = np.array(found).reshape(-1, layout.TRACK_COUNT)
+    return np.asarray(tracks[np.argsort(-tracks[:, layout.WEIGHT], kind="stable")])
+
+
+# Where the search begins: the arc of the least deviations in time, the arc of the best weight (a
+# wrong plot beside the way deviates little in time), and a straight line (arcs do not know how
+# good each plot is).
+def _begun(plots: Floats, settings: BundleSettings) -> Floats:
+    arcs = arc_rows(
+        plots[:, layout.TIME], plots[:, layout.PLOT_EAST : layout.PLOT_NORTH + 1], _PLOTS_TRIED_MAX
+    )
+    if not len(arcs):
+        return np.empty((0, layout.TRACK_COUNT))
+    anchor_s, limit, state = (
+        float(plots[0, layout.TIME]),
+        settings.lateral_max_mps2,
+        np.empty((1, 4)),
+    )
+    tracks = np.zeros((len(arcs) + 1, layout.TRACK_COUNT))
+    tracks[:, layout.COUNT] = 1.0
+    for arc, track in zip(arcs, tracks, strict=False):
+        track[layout.EAST : layout.HEADING + 1] = arc[1:5]
+        track[layout.SEGMENTS + layout.LATERAL] = np.clip(arc[5], -limit, limit)
+        trace(track, float(arc[0]), np.array([anchor_s]), state)
+        track[layout.EAST : layout.HEADING + 1] = state[0]
+    tracks[-1, layout.EAST : layout.HEADING + 1] = _line(plots)
+    misfits = [misfit(track, anchor_s, plots, 0, len(plots)) for track in tracks[:-1]]
+    return np.asarray(tracks[[0, int(np.argmin(misfits)), -1]])
+
+
+# Place, speed and heading at the first plot of the straight line that fits best: least squares,
+# weighed anew by the chance that each plot is good.
+def _line(plots: Floats) -> Floats:
+    since_s = plots[:, layout.TIME] - plots[0, layout.TIME]
+    a, b, c = plots[:, layout.EAST_EAST], plots[:, layout.EAST_NORTH], plots[:, layout.NORTH_NORTH]
+    known = np.array([[a, b], [b, c]]).transpose(2, 0, 1)
+    seen = plots[:, layout.PLOT_EAST : layout.PLOT_NORTH + 1]
+    origin = seen[0]
+    powers = np.stack([np.ones_like(since_s), since_s], axis=-1)
+    good = np.ones(len(plots))
+    for _ in range(_LINE_ROUNDS):
+        weighed = good[:, None, None] * known
+        information = np.einsum("kp,kq,kij->piqj", powers, powers, weighed).reshape(4, 4)
+        vector = np.einsum("kp,kij,kj->pi", powers, weighed, seen - origin).ravel()
+        line = np.linalg.lstsq(information, vector, rcond=None)[0].reshape(2, 2)
+        off = powers @ line + origin - seen
+        half = 0.5 * np.einsum("ki,kij,kj->k", off, known, off)
+        good = 1.0 / (1.0 + np.exp(np.minimum(plots[:, layout.FLOOR] + half, 700.0)))
+    speed = max(float(np.hypot(*line[1])), SPEED_MIN)
+    return np.array([*(line[0] + origin), speed, np.arctan2(line[1, 0], line[1, 1])])
+
+
+# Whatever the arc says of accelerations, a kind begins with what it knows; a turn as the arc.
+def _begin_as(track: Floats, kind: int, controls: Floats, memory: SettlingMemory) -> None:
+    mean_u, sigma_u, mean_w, sigma_w = controls
+    track[layout.SEGMENTS + layout.KIND] = kind
+    track[layout.SEGMENTS + layout.LONGITUDINAL] = mean_w
+    if kind not in (layout.RIGHT, layout.LEFT):
+        track[layout.SEGMENTS + layout.LATERAL] = mean_u
+    state = track[layout.EAST : layout.HEADING + 1]
+    track[layout.PRIOR_MEAN : layout.PRIOR_MEAN + 6] = (*state, mean_u, mean_w)
+    covariance = np.diag(np.square([*_STATE_SIGMAS, sigma_u, sigma_w]))
+    track[layout.PRIOR_COVARIANCE : layout.PRIOR_COVARIANCE + 36] = covariance.ravel()
+    inform(track, memory.H, memory.H2)
+
+
+# The acceleration that a kind means may be of any size within the limits.
+def _widen(track: Floats, kind: int, settings: BundleSettings, memory: SettlingMemory) -> None:
+    turns = kind in (layout.RIGHT, layout.LEFT)
+    limit = settings.lateral_max_mps2 if turns else settings.longitudinal_max_mps2
+    at = layout.PRIOR_COVARIANCE + (28 if turns else 35)
+    track[at] = max(track[at], (_LIMIT_SHARE * limit) ** 2)
+    inform(track, memory.H, memory.H2)

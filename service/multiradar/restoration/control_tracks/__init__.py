@@ -1,0 +1,1 @@
+"""Control tracks: segments of constant acceleration, their fit to plots and priors."""

@@ -1,0 +1,233 @@
+"""Measurement tracks, control tracks and geometric tracks, as arrays.
+
+Places are (east, north) in metres on the system plane; headings are clockwise from north, and not
+cut at a full turn. The report's X is north and its Z east.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from multiradar.errors import ShapeError, TimeOrderError
+from multiradar.estimation.array_checks import finite_array, require_shape
+from multiradar.estimation.gaussian import require_covariance
+from multiradar.restoration.control_tracks.motion import advance
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MeasurementTrack:
+    """Plots of one aircraft by ascending time.
+
+    Attributes
+    ----------
+    time_s : (n,) float64
+        When.
+    position_m : (n, 2) float64
+        Where, less the biases of the radar.
+    covariance_m2 : (n, 2, 2) float64
+        Of the errors: the noise of the radar, and what is not known of its biases.
+    radar : (n,) int64
+        Who measured.
+    """
+
+    time_s: Floats
+    position_m: Floats
+    covariance_m2: Floats
+    radar: Integers
+
+    def __len__(self) -> int:
+        """Return the number of plots."""
+        return len(self.time_s)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GeometricTrack:
+    """Where an aircraft is at times on a grid.
+
+    Attributes
+    ----------
+    time_s : (k,) float64
+        Ascending times.
+    position_m : (k, 2) float64
+        East and north.
+    speed_mps, heading_rad : (k,) float64
+        Of the velocity.
+    """
+
+    time_s: Floats
+    position_m: Floats
+    speed_mps: Floats
+    heading_rad: Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ControlTrack:
+    """A motion of piecewise constant accelerations: segments, each of which begins where one ends.
+
+    Attributes
+    ----------
+    start : (4,) float64
+        East, north (m), speed (m/s) and heading (rad) at the beginning of the first segment.
+    begin_s : (s,) float64
+        When each segment begins, ascending; it ends where the next begins, and the last has no end.
+    lateral_mps2, longitudinal_mps2 : (s,) float64
+        Its accelerations: to the right, and forwards.
+
+    References
+    ----------
+    IMM UrO RAN report (2016), section 2.4.
+    """
+
+    start: Floats
+    begin_s: Floats
+    lateral_mps2: Floats
+    longitudinal_mps2: Floats
+
+    def geometric(self, time_s: ArrayLike) -> GeometricTrack:
+        """Return the geometric track.
+
+        Parameters
+        ----------
+        time_s : (k,) array_like
+            Ascending times; before the first segment it is flown back.
+
+        Returns
+        -------
+        GeometricTrack
+            At these times.
+
+        Raises
+        ------
+        MotionParameterError
+            If the speed would come to nothing.
+        TimeOrderError
+            If the times do not ascend.
+
+        References
+        ----------
+        IMM UrO RAN report (2016), equation (2.3) and section 2.4.
+        """
+        times = finite_array(time_s, "times of a geometric track", (None,))
+        if np.any(np.diff(times) < 0.0):
+            place = int(np.argmax(np.diff(times) < 0.0))
+            raise TimeOrderError(
+                "times of a geometric track", float(times[place + 1]), float(times[place])
+            )
+        segment = np.maximum(np.searchsorted(self.begin_s, times, side="right") - 1, 0)
+        states = self._states_at_begins()[segment]
+        found = advance(
+            states, self.lateral_mps2[segment], self.longitudinal_mps2[segment],
+            times - self.begin_s[segment],
+        )  # fmt: skip
+        return GeometricTrack(times, found[:, :2], found[:, 2], found[:, 3])
+
+    def _states_at_begins(self) -> Floats:
+        states = [np.asarray(self.start, np.float64)]
+        for i, length in enumerate(np.diff(self.begin_s)):
+            states.append(
+                advance(states[-1], self.lateral_mps2[i], self.longitudinal_mps2[i], length)
+            )
+        return np.array(states)
+
+
+def whole_seconds(first_s: float, last_s: float) -> Floats:
+    """Return the whole seconds from one time to another, the grid of geometric tracks.
+
+    Parameters
+    ----------
+    first_s, last_s : float
+        Ends.
+
+    Returns
+    -------
+    (k,) ndarray
+        Seconds within them.
+
+    References
+    ----------
+    IMM UrO RAN report (2016), section 2.3: a grid of all whole seconds.
+    """
+    return np.arange(np.ceil(first_s), np.floor(last_s) + 1.0)
+
+
+def mean_distance(one: GeometricTrack, other: GeometricTrack) -> float:
+    """Return how far two geometric tracks on one grid are apart.
+
+    Parameters
+    ----------
+    one, other : GeometricTrack
+        At the same times.
+
+    Returns
+    -------
+    float
+        The mean over the grid, m.
+
+    Raises
+    ------
+    ShapeError
+        If the grids differ.
+
+    References
+    ----------
+    IMM UrO RAN report (2016), section 2.2.4.
+    """
+    if not np.array_equal(one.time_s, other.time_s):
+        raise ShapeError("tracks to compare", "one grid of times", one.time_s.shape, "two")
+    apart = one.position_m - other.position_m
+    return float(np.mean(np.hypot(apart[:, 0], apart[:, 1])))
+
+
+def measurement_track(
+    time_s: ArrayLike, position_m: ArrayLike, covariance_m2: ArrayLike, radar: ArrayLike
+) -> MeasurementTrack:
+    """Make a measurement track of what comes from outside.
+
+    Parameters
+    ----------
+    time_s : (n,) array_like
+        Ascending times.
+    position_m : (n, 2) array_like
+        East and north.
+    covariance_m2 : (n, 2, 2) array_like
+        Covariances of the errors.
+    radar : (n,) array_like
+        Who measured.
+
+    Returns
+    -------
+    MeasurementTrack
+        The same values.
+
+    Raises
+    ------
+    ShapeError
+        If shapes do not fit or numbers are not finite.
+    CovarianceError
+        If a covariance is none.
+    TimeOrderError
+        If times do not ascend.
+
+    References
+    ----------
+    IMM UrO RAN report (2016), section 2.4.
+    """
+    times = finite_array(time_s, "times of plots", (None,))
+    back = np.flatnonzero(np.diff(times) < 0.0)
+    if len(back):
+        at = int(back[0])
+        raise TimeOrderError("times of plots", float(times[at + 1]), float(times[at]))
+    count = len(times)
+    return MeasurementTrack(
+        times,
+        finite_array(position_m, "places of plots", (count, 2)),
+        require_covariance(
+            require_shape(covariance_m2, "covariances of plots", (count, 2, 2)),
+            "covariances of plots",
+        ),
+        np.asarray(require_shape(radar, "radars of plots", (count,)), np.int64),
+    )

@@ -1,0 +1,1 @@
+"""Forecasts from a bundle: weighted members with covariances."""

@@ -1,0 +1,1 @@
+"""Plots as points in space: manoeuvre plane, observability."""

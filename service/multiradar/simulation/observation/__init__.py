@@ -1,0 +1,1 @@
+"""What the sensors of a scenario see: detections, noise, clutter, faults."""

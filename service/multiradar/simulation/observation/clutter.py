@@ -1,0 +1,48 @@
+"""Plots that show no aircraft."""
+
+import numpy as np
+
+from multiradar.simulation.observation.looks import TURN_RAD, Plots, outside_gaps
+from multiradar.simulation.scenario.scene import Sensor
+
+# Clutter of a radar without instrumented range lies within this.
+_RANGE_MAX_M = 200e3
+
+
+def clutter_plots(sensor: Sensor, duration_s: float, rng: np.random.Generator) -> Plots:
+    """Draw the clutter of a radar, evenly over the area and the time.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        Its mean number of such plots a turn, its storms, coverage and gaps.
+    duration_s : float
+        Length of the scene.
+    rng : Generator
+        For everything.
+
+    Returns
+    -------
+    Plots
+        In no order; all are outliers.
+
+    References
+    ----------
+    The project's own: a Poisson number of plots a turn, evenly over the area.
+    """
+    period = sensor.rotation_period_s or sensor.interval_s
+    count = rng.poisson(sensor.clutter_per_turn * duration_s / period)
+    parts = [rng.uniform(0.0, duration_s, count)]
+    for storm in sensor.storms:
+        end_s = min(storm.end_s, duration_s)
+        lasts_s = max(end_s - storm.start_s, 0.0)
+        more = rng.poisson(storm.plots_per_turn * lasts_s / period)
+        parts.append(storm.start_s + lasts_s * rng.uniform(size=more))
+    time_s = np.concatenate(parts)
+    count = len(time_s)
+    squares = np.square([sensor.range_min_m, min(sensor.range_max_m, _RANGE_MAX_M)])
+    range_m = np.sqrt(squares[0] + (squares[1] - squares[0]) * rng.uniform(size=count))
+    azimuth_rad = rng.uniform(0.0, TURN_RAD, count)
+    seen = outside_gaps(sensor, time_s) & (range_m > 0.0)
+    time_s = time_s[seen]
+    return Plots(time_s, time_s, range_m[seen], azimuth_rad[seen], np.ones(len(time_s), np.bool_))

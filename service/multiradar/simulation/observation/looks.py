@@ -1,0 +1,194 @@
+"""When a radar looks at an aircraft, and the plots it makes of it."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar.estimation.measurement.sensors import (
+    PARAMETER_AZIMUTH_OFFSET,
+    PARAMETER_RANGE_GAIN,
+    PARAMETER_RANGE_OFFSET,
+    PARAMETER_TIME_OFFSET,
+)
+from multiradar.simulation.scenario.scene import Sensor, Span
+
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+
+TURN_RAD = 2.0 * np.pi
+# The antenna meets the aircraft, which moves on meanwhile: each round gains two digits or more.
+_ROUNDS = 2
+# What a plot that shows nothing is wrong by.
+_OUTLIER_RANGE_M: Span = (2e3, 2e4)
+_OUTLIER_AZIMUTH_RAD = 0.2
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """The true line of sight from a radar to an aircraft at times (n,).
+
+    Attributes
+    ----------
+    range_m, azimuth_rad : (n,) ndarray
+        Slant range and azimuth.
+    visible : (n,) ndarray of bool
+        Whether it is within the coverage.
+    elevation_rad : (n,) ndarray, optional
+        Elevation; none on a flat plane.
+    """
+
+    range_m: Floats
+    azimuth_rad: Floats
+    visible: Bools
+    elevation_rad: Floats | None = None
+
+
+#: Gives the line of sight at times (n,).
+Look = Callable[[Floats], Line]
+
+
+@dataclass(frozen=True, slots=True)
+class Plots:
+    """The plots of one aircraft by one radar, by ascending true time.
+
+    Attributes
+    ----------
+    true_s, time_s : (n,) ndarray
+        When it was measured, and its time stamp.
+    range_m, azimuth_rad : (n,) ndarray
+        Measured; the azimuth in [0, 2π).
+    outlier : (n,) ndarray of bool
+        Plots that show nothing.
+    elevation_rad : (n,) ndarray, optional
+        Measured, where the sensor measures elevations.
+    """
+
+    true_s: Floats
+    time_s: Floats
+    range_m: Floats
+    azimuth_rad: Floats
+    outlier: Bools
+    elevation_rad: Floats | None = None
+
+
+def look_times(sensor: Sensor, phase: float, life_s: Span, look: Look | None = None) -> Floats:
+    """Return the times at which a sensor looks at an aircraft.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        An antenna that turns, or measures at the multiples of an interval.
+    phase : float
+        Part of a turn (or interval) in which the first one begins, in [0, 1).
+    life_s : (from, until)
+        Only times after the first and not after the second.
+    look : callable, optional
+        The line of sight; a turning antenna needs it.
+
+    Returns
+    -------
+    (n,) ndarray
+        Ascending times.
+
+    References
+    ----------
+    The project's own: an antenna that turns evenly meets an aircraft that moves on.
+    """
+    start, end = life_s
+    period = sensor.rotation_period_s or sensor.interval_s
+    first = np.floor(start / period) - 1.0
+    turns = np.arange(first, np.ceil(end / period) + 1.0)
+    time_s = period * (turns + phase)
+    if sensor.rotation_period_s is not None and look is not None:
+        north = time_s
+        for _ in range(_ROUNDS):
+            seen = look(np.clip(time_s, start, end))
+            time_s = north + period * seen.azimuth_rad / TURN_RAD
+    return time_s[(time_s > start) & (time_s <= end)]
+
+
+def make_plots(
+    sensor: Sensor,
+    time_s: Floats,
+    look: Look,
+    bias_at: Callable[[Floats], Floats],
+    rng: np.random.Generator,
+) -> tuple[Plots, int]:
+    """Measure an aircraft.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        Its errors and coverage.
+    time_s : (n,) ndarray
+        When it looks.
+    look : callable
+        The line of sight.
+    bias_at : callable
+        Times (n,) to biases (4, n), in the order of `PARAMETER_NAMES`; measured minus true.
+    rng : Generator
+        For noise, detections and outliers.
+
+    Returns
+    -------
+    Plots
+        What it sees; looks in gaps, outside the coverage and without detection give none.
+    int
+        Number of looks within the coverage.
+
+    References
+    ----------
+    IMM UrO RAN report (2016), equation (1.5), in polar form.
+    """
+    line, bias, count = look(time_s), bias_at(time_s), len(time_s)
+    noise = rng.normal(size=(2, count))
+    chance = rng.uniform(size=(4, count))
+    outlier = chance[0] < sensor.outlier_probability
+    far, aside = _outlier(chance[2], chance[3])
+    measured = line.range_m * (1.0 + bias[PARAMETER_RANGE_GAIN]) + bias[PARAMETER_RANGE_OFFSET]
+    measured += sensor.range_sigma_m * noise[0] + outlier * far
+    pointed = line.azimuth_rad + bias[PARAMETER_AZIMUTH_OFFSET]
+    pointed += sensor.azimuth_sigma_rad * noise[1] + outlier * aside
+    seen = line.visible & (chance[1] < sensor.detection_probability) & (measured > 0.0)
+    seen &= outside_gaps(sensor, time_s)
+    stamp = time_s + bias[PARAMETER_TIME_OFFSET]
+    raised = None
+    if sensor.elevation_sigma_rad is not None and line.elevation_rad is not None:
+        # Drawn last, so that no other number of a stream depends on it.
+        raised = line.elevation_rad + sensor.elevation_sigma_rad * rng.normal(size=count)
+        raised = np.clip(raised, -0.5 * np.pi, 0.5 * np.pi)[seen]
+    plots = Plots(
+        time_s[seen], stamp[seen], measured[seen], wrapped(pointed[seen]), outlier[seen], raised
+    )
+    return plots, int(np.count_nonzero(line.visible))
+
+
+def outside_gaps(sensor: Sensor, time_s: Floats) -> Bools:
+    """Return (n,) whether the sensor gives data at times (n,)."""
+    inside = np.zeros(len(time_s), np.bool_)
+    for start, end in sensor.gaps_s:
+        inside |= (time_s >= start) & (time_s < end)
+    return ~inside
+
+
+def wrapped(azimuth_rad: Floats) -> Floats:
+    """Return angles in [0, 2π).
+
+    References
+    ----------
+    D. E. Knuth, "The Art of Computer Programming", volume 1, section 1.2.4: the remainder modulo
+    2π.
+    """
+    angle = np.mod(azimuth_rad, TURN_RAD)
+    # np.mod of a tiny negative number rounds to 2π itself.
+    return np.where(angle >= TURN_RAD, 0.0, angle)
+
+
+# Range and azimuth by which an outlier is wrong, from two numbers in [0, 1).
+def _outlier(first: Floats, second: Floats) -> tuple[Floats, Floats]:
+    least, most = _OUTLIER_RANGE_M
+    sign = np.where(first < 0.5, -1.0, 1.0)
+    far = sign * (least + (most - least) * np.mod(2.0 * first, 1.0))
+    return far, _OUTLIER_AZIMUTH_RAD * (2.0 * second - 1.0)

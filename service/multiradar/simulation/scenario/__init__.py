@@ -1,0 +1,1 @@
+"""Scenarios: truth and sensors, read from and written to TOML."""

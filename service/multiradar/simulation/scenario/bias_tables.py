@@ -1,0 +1,105 @@
+"""What a scene says of the biases of a radar: the tables, their keys, units and bounds."""
+
+from typing import Annotated, Any, Self
+
+from pydantic import BeforeValidator, model_validator
+
+from multiradar.estimation.measurement.sensors import PARAMETER_NAMES
+from multiradar_schemas.documents.tables import Table, wrong
+from multiradar_schemas.sensors import bounds as bounds
+from multiradar_schemas.sensors.bias import within
+from multiradar_schemas.sensors.bounds import Bounds, ParameterBounds
+
+#: A bias jumps within the longest scene, s.
+JUMP_MAX_S = 7 * 86_400.0
+
+
+class BiasTable(Table):
+    """One bias parameter; a number alone is its value. The classes below have the bounds."""
+
+    value: float = 0.0
+    drift: float = 0.0
+    jump: float = 0.0
+    jump_s: Annotated[float | None, within(Bounds(0.0, JUMP_MAX_S))] = None
+    estimate: bool | None = None
+    prior: float = 0.0
+    prior_sigma: float | None = None
+    assumed_drift: float | None = None
+
+    @model_validator(mode="after")
+    def _jump_has_a_time(self) -> Self:
+        if self.jump != 0.0 and self.jump_s is None:
+            raise wrong(f"expected jump_s, when the bias jumps by {self.jump:g}, was none")
+        return self
+
+
+def _mean(limits: ParameterBounds) -> Any:
+    return within(Bounds(-limits.value, limits.value))
+
+
+def _drift(limits: ParameterBounds) -> Any:
+    return within(Bounds(0.0, limits.drift))
+
+
+class RangeOffsetTable(BiasTable):
+    """Offset of range, m."""
+
+    value: Annotated[float, _mean(bounds.RANGE_OFFSET_M)] = 0.0
+    drift: Annotated[float, _drift(bounds.RANGE_OFFSET_M)] = 0.0
+    jump: Annotated[float, _mean(bounds.RANGE_OFFSET_M)] = 0.0
+    prior: Annotated[float, _mean(bounds.RANGE_OFFSET_M)] = 0.0
+    prior_sigma: Annotated[float | None, within(bounds.RANGE_OFFSET_M.sigma)] = None
+    assumed_drift: Annotated[float | None, _drift(bounds.RANGE_OFFSET_M)] = None
+
+
+class AzimuthOffsetTable(BiasTable):
+    """Offset of azimuth, degrees."""
+
+    value: Annotated[float, _mean(bounds.AZIMUTH_OFFSET_DEG)] = 0.0
+    drift: Annotated[float, _drift(bounds.AZIMUTH_OFFSET_DEG)] = 0.0
+    jump: Annotated[float, _mean(bounds.AZIMUTH_OFFSET_DEG)] = 0.0
+    prior: Annotated[float, _mean(bounds.AZIMUTH_OFFSET_DEG)] = 0.0
+    prior_sigma: Annotated[float | None, within(bounds.AZIMUTH_OFFSET_DEG.sigma)] = None
+    assumed_drift: Annotated[float | None, _drift(bounds.AZIMUTH_OFFSET_DEG)] = None
+
+
+class RangeGainTable(BiasTable):
+    """Relative error of range."""
+
+    value: Annotated[float, _mean(bounds.RANGE_GAIN)] = 0.0
+    drift: Annotated[float, _drift(bounds.RANGE_GAIN)] = 0.0
+    jump: Annotated[float, _mean(bounds.RANGE_GAIN)] = 0.0
+    prior: Annotated[float, _mean(bounds.RANGE_GAIN)] = 0.0
+    prior_sigma: Annotated[float | None, within(bounds.RANGE_GAIN.sigma)] = None
+    assumed_drift: Annotated[float | None, _drift(bounds.RANGE_GAIN)] = None
+
+
+class TimeOffsetTable(BiasTable):
+    """Offset of the time stamps, s."""
+
+    value: Annotated[float, _mean(bounds.TIME_OFFSET_S)] = 0.0
+    drift: Annotated[float, _drift(bounds.TIME_OFFSET_S)] = 0.0
+    jump: Annotated[float, _mean(bounds.TIME_OFFSET_S)] = 0.0
+    prior: Annotated[float, _mean(bounds.TIME_OFFSET_S)] = 0.0
+    prior_sigma: Annotated[float | None, within(bounds.TIME_OFFSET_S.sigma)] = None
+    assumed_drift: Annotated[float | None, _drift(bounds.TIME_OFFSET_S)] = None
+
+
+def _as_table(value: Any) -> Any:
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    return {"value": value} if is_number else value
+
+
+_NUMBER_ALONE = BeforeValidator(_as_table)
+
+
+class BiasesTable(Table):
+    """The bias parameters of a radar, in the order of `PARAMETER_NAMES`."""
+
+    range_offset_m: Annotated[RangeOffsetTable, _NUMBER_ALONE] | None = None
+    azimuth_offset_deg: Annotated[AzimuthOffsetTable, _NUMBER_ALONE] | None = None
+    range_gain: Annotated[RangeGainTable, _NUMBER_ALONE] | None = None
+    time_offset_s: Annotated[TimeOffsetTable, _NUMBER_ALONE] | None = None
+
+
+assert tuple(BiasesTable.model_fields) == PARAMETER_NAMES

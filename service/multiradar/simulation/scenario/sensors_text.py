@@ -1,0 +1,80 @@
+"""The sensors file of a scene: what the tracker is told, which is not the truth."""
+
+from typing import Any
+
+import numpy as np
+
+from multiradar.estimation.measurement.sensors import (
+    PARAMETER_AZIMUTH_OFFSET,
+    PARAMETER_NAMES,
+)
+from multiradar.geodesy.system_plane import SystemPlane
+from multiradar.simulation.scenario.scene import SITED, Bias, Scene, Sensor
+from multiradar.simulation.scenario.toml_text import toml_text
+
+# A picometre of angle: coordinates are written as they were given.
+_DIGITS = 12
+
+_HEAD = """\
+# Sensors of a simulated scene: sites, noise, turn times and what is known of the biases beforehand.
+# The true biases are not here: they are in truth_biases.parquet.
+
+"""
+
+
+def sensors_text(scene: Scene) -> str:
+    """Return the text of `sensors.toml`.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its sensors.
+
+    Returns
+    -------
+    str
+        Sites, sigmas, turn times, priors and drifts; the values of the biases are not in it.
+    """
+    plane = SystemPlane(*scene.centre_rad)
+    return _HEAD + toml_text({"sensor": [_sensor(one, plane) for one in scene.sensors]})
+
+
+def _sensor(sensor: Sensor, plane: SystemPlane) -> dict[str, Any]:
+    table: dict[str, Any] = {"id": sensor.identifier, "kind": sensor.kind}
+    if sensor.kind not in SITED:
+        return table | {"position_sigma_m": sensor.position_sigma_m}
+    latitude, longitude = plane.to_geodetic(sensor.east_m, sensor.north_m)
+    table |= {
+        "latitude_deg": round(float(np.degrees(latitude)), _DIGITS),
+        "longitude_deg": round(float(np.degrees(longitude)), _DIGITS),
+        "height_m": sensor.height_m,
+        **({"range_sigma_m": sensor.range_sigma_m} if sensor.kind == "radar" else {}),
+        "azimuth_sigma_deg": round(float(np.degrees(sensor.azimuth_sigma_rad)), _DIGITS),
+        "rotation_period_s": sensor.rotation_period_s,
+    }
+    if sensor.elevation_sigma_rad is not None:
+        sigma_deg = float(np.degrees(sensor.elevation_sigma_rad))
+        table["elevation_sigma_deg"] = round(sigma_deg, _DIGITS)
+    if sensor.moves:
+        table["moving"] = True
+    if np.isfinite(sensor.range_max_m):
+        table["range_max_m"] = sensor.range_max_m
+    biases = {
+        PARAMETER_NAMES[kind]: _known(kind, sensor.biases[kind]) for kind in sorted(sensor.told)
+    }
+    known = {name: one for name, one in biases.items() if one}
+    return table | ({"bias": known} if known else {})
+
+
+# What the tracker is told of a parameter that the scene speaks of.
+def _known(kind: int, bias: Bias) -> dict[str, Any]:
+    unit = float(np.degrees(1.0)) if kind == PARAMETER_AZIMUTH_OFFSET else 1.0
+    drift = bias.drift if bias.assumed_drift is None else bias.assumed_drift
+    known: dict[str, Any] = {"estimate": bias.estimate is not False}
+    if bias.prior != 0.0:
+        known["prior"] = round(bias.prior * unit, _DIGITS)
+    if bias.prior_sigma is not None:
+        known["prior_sigma"] = round(bias.prior_sigma * unit, _DIGITS)
+    if drift > 0.0:
+        known["drift"] = round(drift * unit, _DIGITS)
+    return known

@@ -1,0 +1,257 @@
+"""A service without journal and engine, the twin of the real one for tests of the HTTP side."""
+
+import threading
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future
+from dataclasses import dataclass, field
+from typing import Any
+
+import polars as pl
+
+from multiradar.runtime.live.receipt import Receipt, RejectedRow
+from multiradar.runtime.queries.encounter_query import EncounterQuery
+from multiradar.runtime.queries.encounters import no_encounters
+from multiradar.runtime.queries.forecast_methods import BUNDLE, method_of
+from multiradar.runtime.queries.forecasts import forecast_steps
+from multiradar.runtime.stream.events import Event, EventRing, Subscription
+from multiradar.storage.entries import Quarantined
+from multiradar.tracking.forecast.regions import gaussian_factor
+from multiradar_schemas.arrow import BIAS_SCHEMA, TRACK_SCHEMA, TRANSITION_SCHEMA
+from support.processes.waiting import WAIT_TIMEOUT_S
+
+LIVE_SCHEMA = pl.Schema({**TRACK_SCHEMA, "age_s": pl.Float64()})
+
+
+def live_tracks(count: int) -> pl.DataFrame:
+    """Tracks 1 to `count`, one degree of longitude apart from each other, time 1000 s and on."""
+    number = pl.int_range(1, count + 1, eager=True)
+    frame = pl.select(
+        time_s=1000.0 + number,
+        track_id=number,
+        track_number=pl.when(number % 2 == 0).then(number + 100),
+        mode_s_address=pl.when(number % 3 != 0).then(
+            pl.lit("4840") + (number % 100).cast(pl.String).str.zfill(2)
+        ),
+        mode_3a=pl.when(number % 4 == 0).then(pl.lit("7000")),
+        latitude_deg=50.0 + (number % 10) / 10.0,
+        longitude_deg=(number - 180.0) % 360.0 - 180.0,
+        height_m=pl.when(number % 5 != 0).then(9000.0 + number),
+        speed_mps=200.0 + number % 50,
+        heading_deg=(number * 7.25) % 360.0,
+        position_sigma_m=35.5 + number / 1e3,
+        state=pl.lit("confirmed"),
+        sequence=number,
+        sensor_id=pl.lit("41-10"),
+        velocity_sigma_mps=pl.lit(1.5),
+        turn_right_probability=pl.when(number % 2 == 0).then(0.25),
+        turn_left_probability=pl.when(number % 2 == 0).then(0.125),
+        speed_change_probability=pl.when(number % 2 == 0).then(0.5),
+        vertical_rate_mps=pl.when(number % 5 != 0).then(-2.5),
+        height_sigma_m=pl.when(number % 5 != 0).then(3.0),
+        adsb_implausible=number % 3 == 0,
+        callsign=pl.when(number % 6 == 0).then(pl.format("TST{}", number)),
+        age_s=count - number,
+    )
+    return frame.cast(LIVE_SCHEMA).select(LIVE_SCHEMA.names())
+
+
+def updates_of(track_id: int, count: int, same_time: int = 1) -> pl.DataFrame:
+    """Updates of one track, `same_time` of them at each second from 0 on."""
+    frame = live_tracks(count)
+    return frame.drop("age_s").with_columns(
+        time_s=(pl.int_range(count) // same_time).cast(pl.Float64),
+        track_id=pl.lit(track_id, pl.Int64),
+    )
+
+
+@dataclass
+class FakeView:
+    """What can be read, as the test puts it in."""
+
+    live: pl.DataFrame = field(default_factory=lambda: live_tracks(10))
+    updates: dict[int, pl.DataFrame] = field(default_factory=dict)
+    steps: dict[int, pl.DataFrame] = field(default_factory=dict)
+    biases: pl.DataFrame = field(default_factory=lambda: pl.DataFrame(schema=BIAS_SCHEMA))
+    ring: EventRing = field(default_factory=lambda: EventRing(1000))
+    page_rows_max: int = 10_000
+    forecast_steps_max: int = 1000
+    failure: Exception | None = None
+    plane_failure: Exception | None = None
+    asked: EncounterQuery | None = None
+    trajectory_failure: Exception | None = None
+    #: Threads that have asked for all tracks.
+    readers: list[int] = field(default_factory=list)
+    gate: threading.Event | None = None
+
+    def tracks(self) -> pl.DataFrame:
+        self.readers.append(threading.get_ident())
+        if self.failure is not None:
+            raise self.failure
+        if self.gate is not None:
+            self.gate.wait(WAIT_TIMEOUT_S)
+        return self.live
+
+    def track(self, track_id: int) -> dict[str, Any] | None:
+        rows = self.live.filter(pl.col("track_id") == track_id)
+        return rows.row(0, named=True) if len(rows) else None
+
+    def history(self, track_id: int, since_s: float | None, limit: int) -> pl.DataFrame:
+        rows = self.updates.get(track_id, self.live.drop("age_s").clear())
+        if since_s is None:
+            return rows.tail(limit)
+        return rows.filter(pl.col("time_s") >= since_s).head(limit)
+
+    def transitions(self, track_id: int, since_s: float | None, limit: int) -> pl.DataFrame:
+        rows = self.steps.get(track_id, pl.DataFrame(schema=TRANSITION_SCHEMA))
+        if since_s is None:
+            return rows.tail(limit)
+        return rows.filter(pl.col("time_s") >= since_s).head(limit)
+
+    def forecast(
+        self, track_id: int, horizon_s: float, step_s: float, probability: float, by: str
+    ) -> list[dict[str, Any]] | None:
+        method_of(by, probability)
+        if by == BUNDLE and self.trajectory_failure is not None:
+            raise self.trajectory_failure
+        steps_s = forecast_steps(horizon_s, step_s, self.forecast_steps_max)
+        track = self.track(track_id)
+        if track is None:
+            return None
+        return [
+            {
+                "time_s": track["time_s"] + step_s,
+                "latitude_deg": track["latitude_deg"],
+                "longitude_deg": track["longitude_deg"],
+                "height_m": track["height_m"],
+                "covariance_east_m2": 400.0,
+                "covariance_east_north_m2": 0.0,
+                "covariance_north_m2": 400.0,
+                "position_sigma_m": 28.28,
+                "region_major_m": 20.0 * gaussian_factor(probability) ** 0.5,
+                "region_minor_m": 20.0 * gaussian_factor(probability) ** 0.5,
+                "region_azimuth_deg": 0.0,
+                "region_factor": gaussian_factor(probability),
+                "calibrated": True,
+                "motion": "straight",
+                "state": track["state"],
+                "age_s": track["age_s"] + step_s,
+            }
+            for step_s in steps_s.tolist()
+        ]
+
+    def encounters(self, query: EncounterQuery) -> dict[str, Any]:
+        self.asked = query
+        return no_encounters(query)
+
+    def manoeuvre_plane(self, track_id: int, window_s: float) -> dict[str, Any] | None:
+        if self.plane_failure is not None:
+            raise self.plane_failure
+        if self.track(track_id) is None:
+            return None
+        return {"track_id": track_id, "window_s": window_s, "is_planar": True}
+
+    def observability(self, track_id: int, window_s: float) -> dict[str, Any] | None:
+        if self.track(track_id) is None:
+            return None
+        return {"track_id": track_id, "window_s": window_s, "is_observable": False}
+
+    def trajectories(self, track_id: int, points: int, step_s: int) -> dict[str, Any] | None:
+        if self.trajectory_failure is not None:
+            raise self.trajectory_failure
+        if self.track(track_id) is None:
+            return None
+        return {"track_id": track_id, "points": points, "step_s": step_s}
+
+    def sensors(self) -> list[dict[str, Any]]:
+        return [{"id": "41-10", "kind": "radar", "updates": 7, "range_max_m": float("inf")}]
+
+    def bias(self, sensor_id: str) -> list[dict[str, Any]]:
+        return self.biases.filter(pl.col("sensor_id") == sensor_id).tail(2).to_dicts()
+
+    def bias_history(self, sensor_id: str, since_s: float | None, limit: int) -> pl.DataFrame:
+        rows = self.biases.filter(pl.col("sensor_id") == sensor_id)
+        if since_s is None:
+            return rows.tail(limit)
+        return rows.filter(pl.col("time_s") >= since_s).head(limit)
+
+    def status(self) -> dict[str, Any]:
+        return {"version": "0.1.0", "data_time_s": None, "event_sequence": self.ring.head}
+
+    def subscribe(self, after: int | None, depth: int) -> Subscription:
+        return self.ring.subscribe(after, depth)
+
+    def add_events(self, count: int, kind: str = "track", padding: int = 0) -> None:
+        """Append events to the ring."""
+        first = self.ring.head + 1
+
+        def encode() -> Sequence[Event]:
+            filler = b"x" * padding
+            return [
+                Event(number, kind, "7", b'{"number":%d,"padding":"%s"}' % (number, filler))
+                for number in range(first, first + count)
+            ]
+
+        self.ring.append(count, encode)
+
+
+@dataclass
+class Submission:
+    """What one call of `submit` was given."""
+
+    frame: pl.DataFrame
+    source: str
+    idempotency_key: str | None
+    rejected: tuple[RejectedRow, ...]
+
+
+@dataclass
+class FakeService:
+    """Takes measurements into a list and acknowledges them at once, or as the test says."""
+
+    view: FakeView = field(default_factory=FakeView)
+    submissions: list[Submission] = field(default_factory=list)
+    flushes: list[str] = field(default_factory=list)
+    failure: Exception | None = None
+    state: str = "running"
+    start_step: str = ""
+    quarantine: list[Quarantined] = field(default_factory=list)
+    answer: Callable[[Submission, "Future[Receipt]"], None] | None = None
+    _receipts: dict[str, Receipt] = field(default_factory=dict)
+
+    def quarantined(self, after: int, limit: int, code: str | None = None) -> list[Quarantined]:
+        rows = [row for row in self.quarantine if code in (None, row.row.code)]
+        return [row for row in rows if row.number > after][:limit]
+
+    def submit(
+        self,
+        frame: pl.DataFrame,
+        *,
+        source: str,
+        idempotency_key: str | None = None,
+        rejected: Sequence[RejectedRow] = (),
+    ) -> "Future[Receipt]":
+        if self.failure is not None:
+            raise self.failure
+        submission = Submission(frame, source, idempotency_key, tuple(rejected))
+        future: Future[Receipt] = Future()
+        if self.answer is not None:
+            self.answer(submission, future)
+            return future
+        known = None if idempotency_key is None else self._receipts.get(idempotency_key)
+        if known is not None:
+            future.set_result(Receipt(known.accepted, known.rejected, True, known.journal_sequence))
+            return future
+        self.submissions.append(submission)
+        receipt = Receipt(frame.height, tuple(rejected), False, len(self.submissions))
+        if idempotency_key is not None:
+            self._receipts[idempotency_key] = receipt
+        future.set_result(receipt)
+        return future
+
+    def flush(self, *, source: str, idempotency_key: str | None = None) -> "Future[Receipt]":
+        if self.failure is not None:
+            raise self.failure
+        self.flushes.append(source)
+        future: Future[Receipt] = Future()
+        future.set_result(Receipt(0, (), False, len(self.submissions) + len(self.flushes)))
+        return future

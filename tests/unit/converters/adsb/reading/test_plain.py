@@ -1,0 +1,58 @@
+"""What may be taken of a record: both judgements agree on the bounds themselves."""
+
+import numpy as np
+import pytest
+
+from multiradar_converters.adsb.reading import plain, roles
+from multiradar_converters.adsb.reading.layout import lay_out
+from multiradar_converters.adsb.reading.plain import Row
+
+BEGIN_S = 1_533_110_400.0
+LAYOUT = lay_out(
+    "file",
+    ["time_s", "lat", "lon", "icao24", "altitude_m", "geoaltitude_m", "last_position"],
+    {"time_s": [f"{BEGIN_S}"] * 3, "last_position": [f"{BEGIN_S}"] * 3},
+)
+
+
+def judged(role: int, value: float) -> tuple[bool, str | None]:
+    """Return whether a record with this value may be taken, and what is wrong with it."""
+    numbers = [plain.NAN] * roles.NUMBERS
+    for known, number in ((roles.TIME, BEGIN_S), (roles.LATITUDE, 47.0), (roles.LONGITUDE, 8.0)):
+        numbers[known] = number
+    words = [roles.ABSENT] * roles.WORDS
+    words[roles.ADDRESS - roles.FIRST_WORD] = 0x3C660C
+    if role < roles.FIRST_WORD:
+        numbers[role] = value
+    else:
+        words[role - roles.FIRST_WORD] = int(value)
+    fault = plain.fault_of(Row(tuple(numbers), tuple(words)), LAYOUT)
+    good = plain.possible(np.array(numbers)[:, None], np.array(words)[:, None], LAYOUT)
+    return bool(good[0]), None if fault is None else fault.reason
+
+
+@pytest.mark.parametrize(
+    ("role", "low", "high"),
+    [
+        (roles.LATITUDE, -90.0, 90.0),
+        (roles.LONGITUDE, -180.0, 180.0),
+        (roles.HEIGHT, -1000.0, 40_000.0),
+        (roles.GEOMETRIC, -1000.0, 40_000.0),
+        (roles.POSITION_TIME, BEGIN_S - 3600.0, BEGIN_S + 60.0),
+        (roles.ADDRESS, 1, 0xFFFFFE),
+    ],
+)
+def test_the_bounds_themselves_are_taken_and_what_lies_beyond_is_not(
+    role: int, low: float, high: float
+) -> None:
+    for value in (low, high):
+        assert judged(role, value) == (True, None)
+    whole = role >= roles.FIRST_WORD
+    below, above = (
+        (low - 1, high + 1) if whole else (np.nextafter(low, -np.inf), np.nextafter(high, np.inf))
+    )
+    for value in (below, above):
+        good, reason = judged(role, value)
+        assert not good
+        assert reason is not None
+        assert reason.startswith(LAYOUT.name_of(role))

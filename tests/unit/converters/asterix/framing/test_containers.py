@@ -1,0 +1,177 @@
+"""Files cut into blocks: each octet belongs to a block, the framing, or a gap that is told."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from multiradar_converters.asterix.framing.containers import Blocks, read_blocks
+from multiradar_converters.errors import LayoutError
+from support.asterix.octets import (
+    block,
+    datagram,
+    frame,
+    gps,
+    north_mark,
+    octets,
+    pcap,
+    plot_048,
+    record,
+)
+
+ONE = block(48, plot_048(1.0))
+TWO = block(48, plot_048(2.0), plot_048(2.5))
+NORTH = north_mark(3.0)
+PRIVATE = block(255, record((1, "0102")))
+
+
+def read(tmp_path: Path, content: bytes) -> Blocks:
+    path = tmp_path / "recording"
+    path.write_bytes(content)
+    return read_blocks(path)
+
+
+def cut(blocks: Blocks) -> list[bytes]:
+    """Return the blocks; check that the octets of the file add up, and that offsets are true."""
+    gaps = sum(octets for _, octets, _ in blocks.gaps)
+    assert blocks.framing + gaps + int((blocks.ends - blocks.begins).sum()) == blocks.size
+    return [
+        blocks.data[begin:end].tobytes()
+        for begin, end in zip(blocks.begins, blocks.ends, strict=True)
+    ]
+
+
+def test_blocks_back_to_back(tmp_path: Path) -> None:
+    blocks = read(tmp_path, ONE + TWO + NORTH)
+    assert blocks.form == "blocks"
+    assert cut(blocks) == [ONE, TWO, NORTH]
+    assert blocks.offsets.tolist() == [0, len(ONE), len(ONE + TWO)]
+    assert np.isnan(blocks.received_s).all()
+
+
+def test_an_empty_file_has_no_blocks(tmp_path: Path) -> None:
+    assert cut(read(tmp_path, b"")) == []
+
+
+@pytest.mark.parametrize("noise", [b"\x00" * 5, b"\x30\x00", b"\x30\x00\x02\xff\xff", b"\x31" * 40])
+def test_blocks_after_noise_are_found_again(tmp_path: Path, noise: bytes) -> None:
+    blocks = read(tmp_path, ONE + noise + TWO + NORTH)
+    assert cut(blocks) == [ONE, TWO, NORTH]
+    assert blocks.gaps == [(len(ONE), len(noise), "no block begins here")]
+
+
+def test_a_block_that_is_cut_off_is_a_gap(tmp_path: Path) -> None:
+    blocks = read(tmp_path, ONE + TWO[:-1])
+    assert cut(blocks) == [ONE]
+    assert blocks.gaps == [(len(ONE), len(TWO) - 1, "no block begins here")]
+
+
+def test_blocks_of_unknown_categories_are_blocks_where_others_follow(tmp_path: Path) -> None:
+    assert cut(read(tmp_path, PRIVATE + PRIVATE + ONE + PRIVATE)) == [
+        PRIVATE,
+        PRIVATE,
+        ONE,
+        PRIVATE,
+    ]
+
+
+def test_a_gps_recording_gives_the_time_of_reception(tmp_path: Path) -> None:
+    blocks = read(tmp_path, gps([(28800.5, ONE), (28801.0, NORTH)]))
+    assert blocks.form == "gps"
+    assert cut(blocks) == [ONE, NORTH]
+    assert blocks.received_s.tolist() == [28800.5, 28801.0]
+    assert blocks.framing == 2200 + 20
+
+
+@pytest.mark.parametrize("ending", [".gps", ".GPS"])
+def test_a_gps_recording_with_another_header_is_told_by_its_name(
+    tmp_path: Path, ending: str
+) -> None:
+    path = tmp_path / f"recording{ending}"
+    path.write_bytes(b"recorder 7".ljust(2200) + gps([(1.0, ONE), (2.0, TWO)])[2200:])
+    blocks = read_blocks(path)
+    assert (blocks.form, cut(blocks)) == ("gps", [ONE, TWO])
+    path.write_bytes((ONE + TWO) * 40)
+    assert read_blocks(path).form == "blocks"
+
+
+def test_a_gps_recording_goes_on_after_noise(tmp_path: Path) -> None:
+    whole = gps([(1.0, ONE)]) + octets("ff 0000 11") + gps([(2.0, TWO), (3.0, NORTH)])[2200:]
+    blocks = read(tmp_path, whole)
+    assert cut(blocks) == [ONE, TWO, NORTH]
+    assert [octets for _, octets, _ in blocks.gaps] == [4]
+
+
+def test_a_capture_gives_several_blocks_of_a_datagram(tmp_path: Path) -> None:
+    arp = bytes(12) + octets("0806") + bytes(28)
+    packets = [(1000.25, datagram(ONE + TWO)), (1000.5, arp), (1001.0, datagram(NORTH, vlan=True))]
+    blocks = read(tmp_path, pcap(packets))
+    assert blocks.form == "capture"
+    assert cut(blocks) == [ONE, TWO, NORTH]
+    assert blocks.received_s.tolist() == [1000.25, 1000.25, 1001.0]
+    assert blocks.offsets[0] == 24 + 16 + 14 + 20 + 8
+
+
+def test_padding_of_short_frames_is_no_payload(tmp_path: Path) -> None:
+    assert cut(read(tmp_path, pcap([(1.0, datagram(NORTH) + bytes(9))]))) == [NORTH]
+
+
+def fragments(payload: bytes) -> tuple[bytes, bytes]:
+    udp = bytes.fromhex("2198 2198") + (len(payload) + 8).to_bytes(2, "big") + bytes(2) + payload
+    return frame(udp[:24], flags=0x2000), frame(udp[24:], flags=3)
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_fragments_are_put_together_in_either_order(tmp_path: Path, turned: bool) -> None:
+    parts = fragments(ONE + TWO)
+    packets = [(1.0, one) for one in (reversed(parts) if turned else parts)]
+    assert cut(read(tmp_path, pcap(packets))) == [ONE, TWO]
+
+
+def test_a_fragment_without_its_rest_is_told(tmp_path: Path) -> None:
+    first, _ = fragments(ONE + TWO)
+    blocks = read(tmp_path, pcap([(1.0, first), (2.0, datagram(NORTH))]))
+    assert cut(blocks) == [NORTH]
+    assert [reason for *_, reason in blocks.gaps] == ["fragments of this datagram are missing"]
+
+
+def test_a_capture_that_is_cut_off_gives_what_is_there(tmp_path: Path) -> None:
+    blocks = read(tmp_path, pcap([(1.0, datagram(ONE)), (2.0, datagram(TWO))])[:-3])
+    assert cut(blocks) == [ONE]
+    assert [reason for *_, reason in blocks.gaps] == ["a packet is cut off"]
+
+
+def test_a_capture_of_the_next_generation(tmp_path: Path) -> None:
+    def part(kind: int, body: bytes) -> bytes:
+        body += bytes(-len(body) % 4)
+        length = (len(body) + 12).to_bytes(4, "little")
+        return kind.to_bytes(4, "little") + length + body + length
+
+    packet = datagram(ONE)
+    nanoseconds = 5_250_000_000
+    header = (
+        bytes(4)
+        + (nanoseconds >> 32).to_bytes(4, "little")
+        + (nanoseconds & 0xFFFFFFFF).to_bytes(4, "little")
+        + 2 * len(packet).to_bytes(4, "little")
+    )
+    whole = (
+        part(0x0A0D0D0A, octets("4d3c2b1a 0100 0000") + b"\xff" * 8)
+        + part(1, octets("0100 0000 00000000 0900 0100 09000000"))
+        + part(6, header + packet)
+    )
+    blocks = read(tmp_path, whole)
+    assert cut(blocks) == [ONE]
+    assert blocks.received_s.tolist() == pytest.approx([5.25])
+
+
+def test_an_unknown_link_is_refused_by_name(tmp_path: Path) -> None:
+    whole = bytearray(pcap([(1.0, datagram(ONE))]))
+    whole[20] = 147
+    with pytest.raises(LayoutError, match="was link type 147"):
+        read(tmp_path, bytes(whole))
+
+
+def test_a_missing_file_is_told(tmp_path: Path) -> None:
+    with pytest.raises(LayoutError, match="cannot be read"):
+        read_blocks(tmp_path / "missing")

@@ -1,0 +1,150 @@
+"""Datagrams are found in packets of every link, of both versions of IP, whole or in fragments."""
+
+import math
+import struct
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from multiradar_converters.asterix.framing.containers import Blocks, read_blocks
+from multiradar_converters.asterix.framing.datagrams import Datagrams, split_datagrams
+from support.asterix.octets import block, datagram, frame, north_mark, octets, pcap
+
+ONE = north_mark(1.0)
+TWO = block(2, b"\xf0\x14\x82\x01\x00\x00\x00\x80")
+
+
+def udp(payload: bytes) -> bytes:
+    return struct.pack(">4H", 8600, 8600, len(payload) + 8, 0) + payload
+
+
+def version_4(payload: bytes) -> bytes:
+    return frame(udp(payload))[14:]
+
+
+def version_6(body: bytes, following: int = 17) -> bytes:
+    return struct.pack(">IHBB", 0x6000_0000, len(body), following, 1) + bytes(range(32)) + body
+
+
+def ethernet(packet: bytes, kind: str = "0800", tags: str = "") -> bytes:
+    return bytes(12) + octets(tags) + octets(kind) + packet
+
+
+def capture(link: int, *packets: bytes) -> bytes:
+    whole = bytearray(pcap((float(k), packet) for k, packet in enumerate(packets)))
+    whole[20:24] = link.to_bytes(4, "little")
+    return bytes(whole)
+
+
+def read(folder: Path, whole: bytes) -> Blocks:
+    path = folder / "recording"
+    path.write_bytes(whole)
+    blocks = read_blocks(path)
+    taken = int((blocks.ends - blocks.begins).sum()) + sum(size for _, size, _ in blocks.gaps)
+    assert blocks.framing + taken == len(whole)
+    return blocks
+
+
+def cut(blocks: Blocks) -> list[bytes]:
+    pairs = zip(blocks.begins.tolist(), blocks.ends.tolist(), strict=True)
+    return [blocks.data[a:b].tobytes() for a, b in pairs]
+
+
+LINKS: dict[str, tuple[int, Callable[[bytes], bytes]]] = {
+    "ethernet": (1, lambda b: ethernet(version_4(b))),
+    "one tag": (1, lambda b: ethernet(version_4(b), tags="8100 0005")),
+    "two tags": (1, lambda b: ethernet(version_4(b), tags="88a8 0005 8100 0006")),
+    "version 6": (1, lambda b: ethernet(version_6(udp(b)), "86dd")),
+    "raw": (101, version_4),
+    "raw version 6": (229, lambda b: version_6(udp(b))),
+    "cooked": (113, lambda b: bytes(14) + octets("0800") + version_4(b)),
+    "cooked 2": (276, lambda b: octets("0800") + bytes(18) + version_4(b)),
+    "loopback": (0, lambda b: octets("02000000") + version_4(b)),
+}
+
+
+@pytest.mark.parametrize("name", LINKS)
+def test_every_link_is_read(name: str, tmp_path: Path) -> None:
+    link, packet = LINKS[name]
+    blocks = read(tmp_path, capture(link, packet(ONE + TWO), packet(TWO)))
+    assert cut(blocks) == [ONE, TWO, TWO]
+    assert blocks.received_s.tolist() == [0.0, 0.0, 1.0]
+
+
+def test_a_length_that_is_left_to_the_card_is_that_of_the_packet(tmp_path: Path) -> None:
+    packet = bytearray(datagram(ONE))
+    packet[16:18] = b"\0\0"
+    assert cut(read(tmp_path, capture(1, bytes(packet)))) == [ONE]
+
+
+def test_what_is_no_udp_is_framing(tmp_path: Path) -> None:
+    packets = [
+        ethernet(b"\0" * 46, "0806"),
+        ethernet(b"\x45" + bytes(60)),
+        ethernet(version_6(b"\x3a" * 40, 58), "86dd"),
+        ethernet(b"\x95" * 60),
+        b"\x01\x02",
+        ethernet(b""),
+    ]
+    blocks = read(tmp_path, capture(1, *packets, datagram(ONE)))
+    assert cut(blocks) == [ONE]
+    assert blocks.gaps == []
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_fragments_of_version_6_are_put_together(turned: bool, tmp_path: Path) -> None:
+    whole = udp(ONE * 5)
+    parts = [
+        version_6(struct.pack(">BBHI", 17, 0, place | more, 77) + whole[place:end], 44)
+        for place, end, more in ((0, 24, 1), (24, 48, 1), (48, len(whole), 0))
+    ]
+    packets = [ethernet(part, "86dd") for part in (reversed(parts) if turned else parts)]
+    assert cut(read(tmp_path, capture(1, *packets))) == [ONE] * 5
+
+
+def next_generation(*parts: tuple[int, bytes]) -> bytes:
+    whole = b""
+    for kind, body in ((0x0A0D0D0A, octets("4d3c2b1a 0100 0000") + b"\xff" * 8), *parts):
+        body += bytes(-len(body) % 4)
+        length = struct.pack("<I", len(body) + 12)
+        whole += struct.pack("<I", kind) + length + body + length
+    return whole
+
+
+def test_packets_of_all_kinds_of_the_next_generation_are_read(tmp_path: Path) -> None:
+    packet = datagram(ONE)
+    sizes = struct.pack("<II", len(packet), len(packet))
+    microseconds = struct.pack("<II", 0, 2_000_000)
+    whole = next_generation(
+        (1, struct.pack("<HHI", 1, 0, 0)),
+        (1, struct.pack("<HHI", 147, 0, 0)),
+        (3, struct.pack("<I", len(packet)) + packet),
+        (2, struct.pack("<HH", 0, 9) + microseconds + sizes + packet),
+        (6, struct.pack("<I", 0) + microseconds + sizes + packet),
+        (6, struct.pack("<I", 1) + microseconds + sizes + packet),
+        (6, struct.pack("<I", 2) + microseconds + sizes + packet),
+        (3, b"\x01"),
+    )
+    blocks = read(tmp_path, whole)
+    assert cut(blocks) == [ONE] * 3
+    first, *others = blocks.received_s.tolist()
+    assert math.isnan(first)
+    assert others == [2.0, 2.0]
+    assert [reason for *_, reason in blocks.gaps] == [
+        "a packet of no interface that is described",
+        "link type 147 is not known",
+    ]
+
+
+def test_what_fragments_make_is_cut_however_large_it_is() -> None:
+    """The search for blocks waited for room that was never there."""
+    size = 200_000
+    whole = Datagrams(
+        np.zeros(size, np.uint8),
+        np.zeros(1, np.int64),
+        np.array([size]),
+        np.zeros(1),
+    )
+    assert split_datagrams(whole).gaps.tolist() == [[0, size, 0]]

@@ -1,0 +1,42 @@
+"""Which mistakes are tried of a sensor: not those that its numbers rule out."""
+
+import numpy as np
+import pytest
+
+from multiradar.diagnosis.cross_sensor.explanations import _within_a_circle
+from multiradar.diagnosis.cross_sensor.hypotheses import AZIMUTH_UNITS, MIRRORED
+from multiradar.diagnosis.plots import Plots
+
+
+def plots(azimuth: np.ndarray) -> Plots:
+    """Plots of which only ranges and azimuths are known."""
+    nothing = np.full(len(azimuth), np.nan)
+    return Plots(
+        np.arange(float(len(azimuth))), np.full(len(azimuth), 1e5), azimuth, nothing, nothing,
+        nothing, np.full((len(azimuth), 3), -1, np.int64),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("circle", "possible"),
+    [
+        (2.0 * np.pi, {"radians", "milliradians", "gradians", "mils", "4096", "65 536"}),
+        (400.0, {"milliradians", "gradians", "mils", "4096", "65 536"}),
+        (2000.0 * np.pi, {"milliradians", "mils", "65 536"}),
+        (6400.0, {"mils", "65 536"}),
+        (65_536.0, {"65 536"}),
+    ],
+)
+def test_a_unit_in_which_azimuths_go_beyond_a_circle_is_not_tried(
+    circle: float, possible: set[str]
+) -> None:
+    """6400 mils are nearly as many milliradians, and were taken for them."""
+    seen = plots(np.linspace(0.0, circle, 1000, endpoint=False))
+    units = ("radians", "milliradians", "gradians", "mils", "4096", "65 536")
+    found = {
+        unit
+        for unit, reading in zip(units, AZIMUTH_UNITS, strict=True)
+        if _within_a_circle(reading, seen)
+    }
+    assert found == possible
+    assert _within_a_circle(MIRRORED, seen)

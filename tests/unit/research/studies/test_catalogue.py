@@ -1,0 +1,52 @@
+"""The catalogue fills in what a study takes, and leaves out what it does not."""
+
+import math
+import re
+
+import pytest
+
+from multiradar.errors import ConfigurationError, UnknownFilterError
+from multiradar.research.studies.catalogue import STUDIES
+from multiradar.research.studies.result import StudyOptions
+from support.fakes.fake_study import ENTRY, FIXED
+from support.paths import ROOT
+
+DOCUMENT = ROOT / "docs" / "studies.md"
+
+
+def test_what_is_not_chosen_is_the_studys_own() -> None:
+    assert ENTRY.complete(StudyOptions(seed=4)) == StudyOptions(3, 4, ENTRY.filters, 10.0)
+    chosen = StudyOptions(1, 2, ("ci",), 0.5)
+    assert ENTRY.complete(chosen) == chosen
+
+
+def test_what_a_study_does_not_take_does_not_reach_it() -> None:
+    assert FIXED.takes == ("seed",)
+    assert FIXED.complete(StudyOptions(5, 2, ("no such",), 9.0)) == StudyOptions(seed=2)
+
+
+def test_a_filter_that_is_not_judged_is_named_with_those_that_are() -> None:
+    with pytest.raises(
+        UnknownFilterError, match=r"unknown filter 'kalman'; known: joint, two-stage, ci"
+    ):
+        ENTRY.complete(StudyOptions(filters=("ci", "kalman")))
+
+
+@pytest.mark.parametrize("name", [name for name, entry in STUDIES.items() if entry.duration_s])
+def test_a_study_is_neither_too_short_nor_without_end(name: str) -> None:
+    entry = STUDIES[name]
+    least, most = entry.duration_bounds_s
+    assert least < (entry.duration_s or 0.0) < most
+    for duration_s in (least, most):
+        assert entry.complete(StudyOptions(duration_s=duration_s)).duration_s == duration_s
+    for wrong in (least * 0.99, most * 1.01, math.nan):
+        expected = f"--duration of {name}: expected {least:g} to {most:g} s, was {wrong:g} s"
+        with pytest.raises(ConfigurationError, match=re.escape(expected)):
+            entry.complete(StudyOptions(duration_s=wrong))
+
+
+def test_every_study_says_in_one_sentence_what_it_shows() -> None:
+    for name, entry in STUDIES.items():
+        assert entry.name == name
+        assert re.fullmatch(r"[A-Z][^\n]*\.", entry.purpose)
+        assert f"<!-- end of {name} -->" in DOCUMENT.read_text(encoding="utf-8")

@@ -1,0 +1,149 @@
+"""The functional of a track, its slopes, and the search for its least."""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from multiradar.restoration.bundle._window_kernels import inform
+from multiradar.restoration.control_tracks import _layout as layout
+from multiradar.restoration.control_tracks._arc_kernels import misfit
+from multiradar.restoration.control_tracks._functional_kernels import assess
+from multiradar.restoration.control_tracks._memory import SettlingMemory, settling_memory
+from multiradar.restoration.control_tracks._settling_kernels import settle
+from multiradar.restoration.control_tracks.plot_rows import plot_rows
+from multiradar.restoration.control_tracks.reading import parameters_of
+from multiradar.restoration.control_tracks.settings import BundleSettings
+from support.kernels import plain
+from support.scenarios.flown import S_SHAPE, flight, plots_of
+
+Floats = NDArray[np.float64]
+SETTINGS = BundleSettings()
+KINDS, RULES = SETTINGS.kinds(), SETTINGS.rules()
+UNTIL_S = 150.0
+
+
+def rows(seed: int = 1, wrong: float = 0.0) -> Floats:
+    plots = plots_of(flight(S_SHAPE), UNTIL_S, np.random.default_rng(seed), wrong=wrong)
+    return plot_rows(plots, SETTINGS)
+
+
+def track(memory: SettlingMemory, *, off: float = 0.0) -> Floats:
+    """The S-shaped flight as a track, or one that is off it a little in everything."""
+    made = np.zeros(layout.TRACK_COUNT)
+    made[layout.COUNT] = len(S_SHAPE)
+    state = (off * 40.0, off * -30.0, 180.0 + off * 2.0, np.pi / 2.0 + off * 0.01)
+    made[layout.EAST : layout.HEADING + 1] = state
+    for i, (begin, lateral) in enumerate(S_SHAPE):
+        at = layout.SEGMENTS + layout.SEGMENT_COUNT * i
+        kind = layout.STRAIGHT if not lateral else layout.RIGHT if lateral > 0.0 else layout.LEFT
+        made[at : at + layout.SEGMENT_COUNT] = (
+            begin + off * 1.5, lateral + off * 0.2, off * 0.01, kind, begin,
+        )  # fmt: skip
+    made[layout.PRIOR_MEAN : layout.PRIOR_MEAN + 6] = (0.0, 0.0, 180.0, np.pi / 2.0, 0.0, 0.0)
+    covariance = np.diag([1e6, 1e6, 1e4, 1.0, 1e-4, 1e-4])
+    made[layout.PRIOR_COVARIANCE : layout.PRIOR_COVARIANCE + 36] = covariance.ravel()
+    inform(made, memory.H, memory.H2)
+    return made
+
+
+def value(of: Floats, plots: Floats, memory: SettlingMemory) -> float:
+    return float(
+        assess(of, 0.0, plots, 1, len(plots), KINDS, RULES[layout.CELL_SIGMA_S], *memory[1:3],
+               *memory[5:])
+    )  # fmt: skip
+
+
+def test_the_gradient_is_that_of_the_functional() -> None:
+    memory, plots = settling_memory(), rows(wrong=0.05)
+    made = track(memory, off=0.3)
+    value(made, plots, memory)
+    columns, steps = parameters_of(len(S_SHAPE))
+    gradient = memory.g[: len(columns)].copy()
+    for slope, column, step in zip(gradient, columns, steps, strict=True):
+        ends = []
+        for way in (step, -step):
+            moved = made.copy()
+            moved[column] += way
+            ends.append(value(moved, plots, memory))
+        # A difference of values of some hundred has seven digits at these steps.
+        assert (ends[0] - ends[1]) / (2.0 * step) == pytest.approx(slope, rel=1e-3, abs=1e-2)
+
+
+def test_the_curvature_is_that_of_least_squares() -> None:
+    # Without outliers and at the best track: H is the slope of the gradient, but for the second
+    # derivatives of the way times what the noise leaves of residuals, which switches feel most.
+    memory, plots = settling_memory(), rows()
+    made = track(memory)
+    settle(made, memory.spare, 0.0, plots, 1, len(plots), UNTIL_S, KINDS, RULES, 20, *memory[1:])
+    value(made, plots, memory)
+    columns, steps = parameters_of(len(S_SHAPE))
+    size = len(columns)
+    lower = np.tril(memory.H[:size, :size])
+    curvature = lower + np.tril(lower, -1).T
+    slopes = np.empty((size, size))
+    for i, (column, step) in enumerate(zip(columns, steps, strict=True)):
+        ends = []
+        for way in (step, -step):
+            moved = made.copy()
+            moved[column] += way
+            value(moved, plots, memory)
+            ends.append(memory.g[:size].copy())
+        slopes[i] = (ends[0] - ends[1]) / (2.0 * step)
+    scale = np.sqrt(np.outer(np.diag(curvature), np.diag(curvature)))
+    assert np.abs((slopes - curvature) / scale).max() < 0.3
+    assert np.linalg.eigvalsh(curvature / scale).min() > 0.0
+
+
+def test_a_plot_far_away_costs_no_more_than_an_outlier() -> None:
+    memory, plots = settling_memory(), rows()
+    made = track(memory)
+    before = misfit(made, 0.0, plots, 1, len(plots))
+    for far in (3e3, 3e5):
+        moved = plots.copy()
+        moved[50, layout.PLOT_EAST] += far
+        after = misfit(made, 0.0, moved, 1, len(plots))
+        assert 0.0 < after - before <= -plots[50, layout.FLOOR] + 1e-9
+
+
+def test_it_settles_where_the_aircraft_flew() -> None:
+    memory, plots = settling_memory(), rows(seed=3, wrong=0.05)
+    made = track(memory, off=1.0)
+    before = value(made, plots, memory)
+    after = settle(
+        made, memory.spare, 0.0, plots, 1, len(plots), UNTIL_S, KINDS, RULES, 20, *memory[1:]
+    )
+    assert after < before - 10.0
+    segments = made[layout.SEGMENTS :][: 4 * layout.SEGMENT_COUNT].reshape(4, -1)
+    # 50 m of noise at every 1.5 s over 40 s tell u to 0.05 m/s² and a switch to a second or so.
+    np.testing.assert_allclose(segments[1:3, layout.LATERAL], [-2.0, 2.0], atol=0.2)
+    np.testing.assert_allclose(segments[1:, layout.BEGIN], [60.0, 100.0, 140.0], atol=4.0)
+
+
+def test_limits_hold() -> None:
+    memory, plots = settling_memory(), rows()
+    tight = RULES.copy()
+    tight[layout.LATERAL_MAX], tight[layout.LONGITUDINAL_MAX] = 1.0, 0.005
+    made = track(memory)
+    made[layout.SEGMENTS + layout.LATERAL :: layout.SEGMENT_COUNT][:4] = 0.0
+    settle(made, memory.spare, 0.0, plots, 1, len(plots), UNTIL_S, KINDS, tight, 20, *memory[1:])
+    segments = made[layout.SEGMENTS :][: 4 * layout.SEGMENT_COUNT].reshape(4, -1)
+    # The flight turns with 2 m/s²: what is allowed of that is taken.
+    np.testing.assert_allclose(segments[1:3, layout.LATERAL], [-1.0, 1.0], rtol=1e-12)
+    assert np.abs(segments[:, layout.LONGITUDINAL]).max() <= 0.005
+
+
+def test_kernels_do_what_their_plain_forms_do() -> None:
+    compiled, uncompiled = settling_memory(), settling_memory()
+    plots = rows(wrong=0.05)
+    made = track(compiled, off=0.5)
+    found = value(made, plots, compiled)
+    same = plain(assess)(
+        made, 0.0, plots, 1, len(plots), KINDS, RULES[layout.CELL_SIGMA_S], *uncompiled[1:3],
+        *uncompiled[5:],
+    )  # fmt: skip
+    assert found == pytest.approx(same, rel=1e-12)
+    np.testing.assert_allclose(compiled.g, uncompiled.g, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(compiled.H, uncompiled.H, rtol=1e-9, atol=1e-9)
+    assert misfit(made, 0.0, plots, 1, len(plots)) == pytest.approx(
+        plain(misfit)(made, 0.0, plots, 1, len(plots)), rel=1e-12
+    )

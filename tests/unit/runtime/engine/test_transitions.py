@@ -1,0 +1,164 @@
+"""What became of each track, when and why, is told of all tracks and is the same however cut."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from multiradar.runtime.engine.digest import OutputDigest
+from multiradar.runtime.engine.engine import Engine
+from multiradar.tracking.input.measurements import MeasurementBatch
+from multiradar.tracking.lifecycle.transitions import REASON_NAMES, TRANSITION_NAMES
+from multiradar.tracking.outputs import EndedTracks, TrackTransitions
+from multiradar.tracking.settings import TrackingSettings
+from support.scenarios.scenes import Flight, Scene, make_scene, random_flights, three_radars
+
+KNOWN = TrackingSettings()
+NAMELESS = TrackingSettings(hidden_fields=("track_number", "mode_s_address", "mode_3a"))
+STRAIGHT = Flight(0.0, 240.0, (2e4, 3e4, 150.0, 80.0))
+# Keeps the data time going while nothing is heard of the other.
+OTHER = replace(STRAIGHT, state=(-4e4, -2e4, 150.0, 80.0))
+
+Step = tuple[str, str]
+
+
+def seen(*flights: Flight) -> Scene:
+    return make_scene(np.random.default_rng(5), three_radars(), list(flights) or [STRAIGHT])
+
+
+def told(
+    batch: MeasurementBatch, scene: Scene, settings: TrackingSettings, size: int = 10**6
+) -> tuple[TrackTransitions, EndedTracks, str]:
+    engine, digest = Engine(scene.sensors, settings), OutputDigest()
+    starts = range(0, len(batch), size)
+    outputs = [engine.push(batch.take(slice(first, first + size))) for first in starts]
+    outputs.append(engine.flush())
+    for output in outputs:
+        digest.add(output)
+    return (
+        TrackTransitions.concatenate([output.transitions for output in outputs]),
+        EndedTracks.concatenate([output.ended for output in outputs]),
+        digest.hexdigest(),
+    )
+
+
+def steps(found: TrackTransitions, track: int = 1) -> list[Step]:
+    mine = found.track_id == track
+    return [
+        (TRANSITION_NAMES[step], REASON_NAMES[why])
+        for step, why in zip(found.transition[mine], found.reason[mine], strict=True)
+    ]
+
+
+def without(scene: Scene, first_s: float, last_s: float) -> MeasurementBatch:
+    since_s = scene.batch.time_s - scene.batch.time_s[0]
+    return scene.batch.take((since_s < first_s) | (since_s > last_s) | (scene.aircraft == 1))
+
+
+@pytest.mark.parametrize(
+    ("settings", "started", "confirmed"),
+    [(KNOWN, "new-identity", "updates"), (NAMELESS, "new-place", "likelihood")],
+)
+def test_a_gap_is_told_as_coasting_and_as_resumed(
+    settings: TrackingSettings, started: str, confirmed: str
+) -> None:
+    scene = seen(STRAIGHT, OTHER)
+    rows = without(scene, 120.0, 150.0)
+    found, ended, _ = told(rows, scene, settings)
+    first_s = scene.batch.time_s[0]
+    track = 1 + int(scene.aircraft[0] != 0)
+    mine = found.track_id == track
+    assert steps(found, track) == [
+        ("started", started),
+        ("confirmed", confirmed),
+        ("coasting", "silent"),
+        ("resumed", "heard"),
+    ]
+    assert len(ended) == 0
+    start, _, coasting, resumed = found.time_s[mine] - first_s
+    assert start < 4.0
+    assert 150.0 < resumed < 155.0
+    last_s = found.last_update_s[mine] - first_s
+    assert np.isnan(last_s[0])
+    assert 112.0 < last_s[2] == last_s[3] <= 120.0
+    # Noticed when the epoch after opened.
+    assert 15.0 < coasting - last_s[2] < 15.0 + settings.epoch_s
+
+
+@pytest.mark.parametrize("settings", [KNOWN, NAMELESS])
+def test_a_track_that_fell_silent_ended_for_that(settings: TrackingSettings) -> None:
+    scene = seen(replace(STRAIGHT, end_s=60.0), OTHER)
+    found, ended, _ = told(scene.batch, scene, settings)
+    (track,) = ended.track_id.tolist()
+    assert [REASON_NAMES[why] for why in ended.reason] in (["silent"], ["unlikely"])
+    assert steps(found, track)[-1] == ("ended", REASON_NAMES[ended.reason[0]])
+    (last,) = np.flatnonzero(found.transition == TRANSITION_NAMES.index("ended"))
+    assert found.time_s[last] == ended.time_s[0]
+    assert found.last_update_s[last] - scene.batch.time_s[0] <= 60.0
+    assert found.into_track_id.tolist() == [-1] * len(found)
+
+
+def test_a_track_that_earned_no_trust_ended_unconfirmed() -> None:
+    scene = seen(replace(STRAIGHT, end_s=6.0), OTHER)
+    rows = scene.batch.take((scene.aircraft != 0) | (scene.batch.sensor == 0))
+    found, ended, _ = told(rows, scene, NAMELESS)
+    (track,) = ended.track_id.tolist()
+    assert steps(found, track) == [("started", "new-place"), ("ended", "unconfirmed")]
+
+
+def test_plots_that_do_not_fit_restart_a_track_and_it_is_confirmed_anew() -> None:
+    scene = seen()
+    batch = scene.batch
+    late = batch.time_s > batch.time_s[0] + 120.0
+    moved = replace(batch, range_m=np.where(late, batch.range_m + 30e3, batch.range_m))
+    found, _, _ = told(moved, scene, KNOWN)
+    restarts = steps(found)
+    assert restarts[:2] == [("started", "new-identity"), ("confirmed", "updates")]
+    assert ("restarted", "refused") in restarts
+    assert restarts[-1] in (("confirmed", "updates"), ("restarted", "refused"))
+
+
+def test_a_merged_track_names_the_one_that_stands_for_it() -> None:
+    scene = seen()
+    engine = Engine(scene.sensors, NAMELESS)
+    half = len(scene.batch) // 2
+    engine.push(scene.batch.take(slice(0, half)))
+    pool = engine._pool
+    old, new = int(pool.used()[0]), int(pool.roster.free[pool.roster.counters[1] - 1])
+    for array in (*pool.aircraft, *pool.life):
+        if len(array):
+            array[new] = array[old]
+    pool.roster.counters[:] += (1, -1)
+    pool.roster.track_id[new] = pool.roster.counters[0]
+    pool.life.heard[new] = -np.inf
+    output = engine.push(scene.batch.take(slice(half, None)))
+    assert output.ended.track_id.tolist() == [2]
+    assert REASON_NAMES[output.ended.reason[0]] == "merged"
+    assert output.ended.into_track_id.tolist() == [1]
+    assert steps(output.transitions, 2)[-1] == ("ended", "merged")
+    assert output.transitions.into_track_id[output.transitions.track_id == 2][-1] == 1
+
+
+@pytest.mark.parametrize("settings", [KNOWN, NAMELESS])
+def test_the_steps_do_not_depend_on_batches_and_never_go_back(settings: TrackingSettings) -> None:
+    rng = np.random.default_rng(8)
+    radars = [replace(radar, detection=0.8) for radar in three_radars()]
+    scene = make_scene(rng, radars, random_flights(rng, 20, 200.0, lives_differ=True))
+    rows = without(scene, 90.0, 112.0)
+    expected, ended, digest = told(rows, scene, settings)
+    assert len(ended) >= 3
+    assert (np.diff(expected.time_s) >= 0.0).all()
+    ends = expected.transition == TRANSITION_NAMES.index("ended")
+    assert expected.track_id[ends].tolist() == ended.track_id.tolist()
+    for size in (1, 7, 300):
+        assert told(rows, scene, settings, size)[2] == digest
+
+
+def test_every_track_starts_once_and_first() -> None:
+    rng = np.random.default_rng(8)
+    scene = make_scene(rng, three_radars(), random_flights(rng, 12, 60.0, lives_differ=True))
+    found, _, _ = told(scene.batch, scene, NAMELESS)
+    for track in np.unique(found.track_id).tolist():
+        names = [name for name, _ in steps(found, track)]
+        assert names.index("started") == 0
+        assert names.count("started") == 1

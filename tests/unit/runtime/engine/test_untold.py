@@ -1,0 +1,106 @@
+"""The engine says which biases its sensors could not show, and shows those that an anchor gives."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from multiradar.estimation.bias.observability import Untold
+from multiradar.runtime.engine.engine import Engine
+from multiradar.tracking.input.measurements import KIND_POSITION, MeasurementBatch
+from multiradar.tracking.settings import TrackingSettings
+from support.scenarios.scenes import Radar, Scene, make_scene, random_flights, three_radars
+
+EXACT = ["two-stage", "joint"]
+
+
+def scene_of(radars: list[Radar], duration_s: float = 200.0) -> Scene:
+    rng = np.random.default_rng(8)
+    return make_scene(rng, radars, random_flights(rng, 6, duration_s))
+
+
+def tracked(name: str, scene: Scene, batch: MeasurementBatch) -> tuple[tuple[Untold, ...], Engine]:
+    engine = Engine(scene.sensors, TrackingSettings(filter_name=name, acceleration_density=0.5))
+    engine.push(batch)
+    engine.flush()
+    return engine.untold(), engine
+
+
+def ratios(engine: Engine, scene: Scene) -> np.ndarray:
+    state = engine.biases
+    return state.sigma / scene.sensors.prior_sigma
+
+
+@pytest.mark.parametrize("name", EXACT)
+def test_one_radar_alone_shows_nothing_of_its_biases(name: str) -> None:
+    scene = scene_of(three_radars()[:1])
+    untold, engine = tracked(name, scene, scene.batch)
+    assert [one.name for one in untold] == ["range offset of A", "azimuth offset of A"]
+    np.testing.assert_allclose(ratios(engine, scene), 1.0, rtol=1e-9)
+
+
+@pytest.mark.parametrize("name", EXACT)
+def test_two_radars_on_one_site_show_nothing_of_their_biases(name: str) -> None:
+    first = three_radars()[0]
+    scene = scene_of([first, replace(first, identifier="A2")])
+    untold, engine = tracked(name, scene, scene.batch)
+    assert len(untold) == 4
+    np.testing.assert_allclose(ratios(engine, scene), 1.0, rtol=1e-9)
+
+
+@pytest.mark.parametrize("name", EXACT)
+def test_two_radars_close_to_each_other_do_not_show_what_is_common_to_them(name: str) -> None:
+    first = three_radars()[0]
+    near = replace(first, identifier="A2", latitude_deg=first.latitude_deg + 0.011)
+    scene = scene_of([first, near], duration_s=60.0)
+    untold, engine = tracked(name, scene, scene.batch)
+    assert {one.name for one in untold} == {
+        "range offsets of A and A2 together (one offset of all ranges)",
+        "azimuth offsets of A and A2 together (a common turn)",
+    }
+    assert min(one.prior_ratio for one in untold) > 0.7
+    assert ratios(engine, scene).max() < 0.75
+
+
+@pytest.mark.parametrize("name", EXACT)
+def test_three_radars_show_all(name: str) -> None:
+    scene = scene_of(three_radars())
+    untold, engine = tracked(name, scene, scene.batch)
+    assert untold == ()
+    assert ratios(engine, scene).max() < 0.05
+
+
+@pytest.mark.parametrize("name", EXACT)
+def test_reported_positions_anchor_a_radar(name: str) -> None:
+    adsb = Radar("adsb", 56.0, 61.0, biases={}, detection=0.0)
+    scene = scene_of([three_radars()[0], adsb])
+    sensors = scene.sensors
+    kinds = sensors.kinds.copy()
+    kinds[1] = KIND_POSITION
+    scene = replace(scene, sensors=replace(sensors, kinds=kinds))
+    rows = np.arange(0, len(scene.batch), 2)
+    rng = np.random.default_rng(9)
+    place = scene.truth[rows, :2] + 30.0 * rng.normal(size=(len(rows), 2))
+    latitude, longitude = scene.plane.to_geodetic(place[:, 0], place[:, 1])
+    reports = replace(
+        scene.batch.take(rows),
+        sensor=np.full(len(rows), 1, np.int32),
+        kind=np.full(len(rows), KIND_POSITION, np.int8),
+        latitude_rad=latitude,
+        longitude_rad=longitude,
+    )
+    both = MeasurementBatch.concatenate([scene.batch, reports])
+    both = both.take(np.argsort(both.time_s, kind="stable"))
+    untold, engine = tracked(name, scene, both)
+    assert untold == ()
+    assert ratios(engine, scene).max() < 0.1
+    error = engine.biases.estimate - scene.biases_at(0.0)
+    assert np.abs(error / engine.biases.sigma).max() < 4.0
+
+
+def test_biases_that_nobody_measured_drift_and_are_said_to_be_untold() -> None:
+    radar = replace(three_radars()[0], drifts={0: 20.0, 1: 2e-4})
+    scene = scene_of([radar])
+    untold, engine = tracked("two-stage", scene, scene.batch)
+    assert [one.prior_ratio for one in untold] == pytest.approx([1.0, 1.0])
+    assert ratios(engine, scene).min() > 1.02

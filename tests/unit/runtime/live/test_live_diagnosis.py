@@ -1,0 +1,78 @@
+"""The diagnosis of a service that runs."""
+
+import json
+import logging
+
+import polars as pl
+import pytest
+
+from multiradar.runtime.live.live_diagnosis import LiveDiagnosis
+from multiradar.storage.entries import RejectedRow
+from support.fakes.engine_outputs import Update, output_of
+from support.inputs.mistaken import START_S, recording
+
+WRONG = recording().changed("1-10", range_m=pl.col("range_m") / 1e3)
+
+
+def opened() -> LiveDiagnosis:
+    """Return one that looks when it is asked to, not by itself."""
+    diagnosis = LiveDiagnosis(WRONG.table(), period_s=3600.0)
+    diagnosis.start()
+    return diagnosis
+
+
+def test_a_window_that_is_not_over_says_nothing() -> None:
+    diagnosis = opened()
+    diagnosis.read(WRONG.frame.filter(pl.col("time_s") < START_S + 30.0), ())
+    assert not diagnosis.look()
+    assert diagnosis.records() == []
+    diagnosis.stop()
+
+
+def test_what_is_wrong_is_told_of_its_sensor_and_logged_once(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    diagnosis = opened()
+    with caplog.at_level(logging.WARNING):
+        for _ in range(2):
+            diagnosis.read(WRONG.frame, ())
+            assert diagnosis.look()
+    assert [one["code"] for one in diagnosis.of("1-10")] == ["range_unit"]
+    assert diagnosis.of("2-10") == []
+    assert [one["sensor_id"] for one in diagnosis.records()] == ["1-10"]
+    said = [record.getMessage() for record in caplog.records]
+    assert len(said) == 1
+    assert said[0].startswith("diagnosis: 1-10: its ranges are probably in kilometres")
+    diagnosis.stop()
+
+
+def test_what_is_right_again_is_told_no_more() -> None:
+    diagnosis = opened()
+    diagnosis.read(WRONG.frame, ())
+    diagnosis.look()
+    diagnosis.read(recording().frame, ())
+    diagnosis.put(output_of([Update(1, START_S, 1)]))
+    diagnosis.look()
+    assert diagnosis.records() == []
+    diagnosis.stop()
+
+
+def test_rows_that_were_rejected_count_for_their_sensor() -> None:
+    diagnosis = opened()
+    right = recording().frame
+    raw = json.dumps({"sensor_id": "1-10", "range_m": 1e9})
+    diagnosis.put(output_of([Update(1, START_S, 1)]))
+    rejects = [RejectedRow(row, "OUT_OF_RANGE", "too far", raw) for row in range(900)]
+    diagnosis.read(right, [*rejects, RejectedRow(900, "MALFORMED_JSON", "no JSON", "{")])
+    diagnosis.look()
+    found = diagnosis.of("1-10")
+    assert [one["code"] for one in found] == ["measurements_lost"]
+    assert "900 OUT_OF_RANGE" in found[0]["sentence"]
+    diagnosis.stop()
+
+
+def test_before_the_start_nothing_is_retained() -> None:
+    diagnosis = LiveDiagnosis(WRONG.table())
+    diagnosis.read(WRONG.frame, ())
+    assert not diagnosis.look()
+    diagnosis.stop()

@@ -1,0 +1,99 @@
+"""The feed of output never waits, and says when something is missing."""
+
+import threading
+
+from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.live.output_feed import OutputFeed
+from multiradar.tracking.outputs import EngineOutput
+from multiradar.tracking.settings import TrackingSettings
+from multiradar.wire import measurement_batch
+from support.processes.waiting import join
+from support.scenarios.live_scene import recording, sensors
+
+TABLE = sensors()
+
+
+def made(pieces: int) -> list[EngineOutput]:
+    """Outputs with some updates each."""
+    engine = Engine(TABLE, TrackingSettings())
+    frame = recording(100 * pieces)
+    found = [
+        engine.push(measurement_batch(frame[100 * k : 100 * (k + 1)], TABLE)[0])
+        for k in range(pieces)
+    ]
+    return [output for output in found if len(output.updates)]
+
+
+def test_output_comes_in_order_and_then_the_end() -> None:
+    feed, outputs = OutputFeed(), made(6)
+    for output in outputs:
+        feed.put(output)
+    feed.close()
+    assert feed.rows == sum(len(output.updates) for output in outputs)
+    taken = [feed.take() for _ in outputs]
+    assert [fed.output for fed in taken if fed is not None] == outputs
+    assert feed.take() is None
+    assert (feed.rows, feed.dropped) == (0, 0)
+
+
+def test_what_is_too_much_is_dropped_and_counted_and_notices_stay() -> None:
+    outputs = made(6)
+    rows = [len(output.updates) for output in outputs]
+    feed = OutputFeed(rows_max=rows[0] + rows[1])
+    feed.put(outputs[0])
+    feed.catch_up()
+    feed.put(outputs[1])
+    assert feed.dropped == 0
+    feed.put(outputs[2])
+    assert feed.dropped == sum(rows[:3])
+    feed.put(outputs[3])
+    feed.close()
+    taken = [feed.take() for _ in range(3)]
+    assert [fed is not None and fed.caught_up for fed in taken] == [True, False, False]
+    assert [fed is not None and fed.lost for fed in taken] == [False, True, False]
+    assert taken[2] is not None
+    assert taken[2].output is outputs[3]
+
+
+def test_a_restart_takes_the_place_of_what_waits() -> None:
+    feed, outputs = OutputFeed(), made(3)
+    feed.put(outputs[0])
+    feed.restart()
+    feed.close()
+    fed = feed.take()
+    assert fed is not None
+    assert fed.restarted
+    assert (feed.rows, feed.dropped) == (0, 0)
+
+
+def test_that_the_journal_was_played_is_heard_across_a_restart() -> None:
+    """Nobody says it again, and before it is heard nothing is told to anybody."""
+    feed, outputs = OutputFeed(), made(3)
+    feed.put(outputs[0])
+    feed.catch_up()
+    feed.restart()
+    first, second = feed.take(), feed.take()
+    assert first is not None
+    assert (first.caught_up, first.restarted) == (True, False)
+    assert first.reached_s == outputs[0].updates.time_s.max()
+    assert second is not None
+    assert (second.caught_up, second.restarted) == (False, True)
+
+
+def test_a_closed_feed_keeps_nothing_more() -> None:
+    feed, outputs = OutputFeed(), made(3)
+    feed.close()
+    feed.put(outputs[0])
+    assert feed.rows == 0
+    assert feed.take() is None
+
+
+def test_who_waits_is_woken() -> None:
+    feed, outputs = OutputFeed(), made(3)
+    taken = []
+    reader = threading.Thread(target=lambda: taken.extend([feed.take(), feed.take()]))
+    reader.start()
+    feed.put(outputs[0])
+    feed.close()
+    join(reader)
+    assert [fed if fed is None else fed.output for fed in taken] == [outputs[0], None]

@@ -1,0 +1,25 @@
+"""Measurements in the journal have the columns of the schema, whatever they came with."""
+
+import polars as pl
+from polars.testing import assert_frame_equal
+
+from multiradar.runtime.live.payload import complete, decode_rows, encode_rows
+from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
+from support.scenarios.live_scene import recording
+
+
+def test_absent_columns_are_null_other_types_are_cast_and_others_left_out() -> None:
+    whole = complete(recording(20))
+    assert whole.schema == MEASUREMENT_SCHEMA
+    assert complete(whole) is whole
+    lacking = whole.drop("height_m").with_columns(pl.col("range_m").cast(pl.Float32), more=1)
+    found = complete(lacking)
+    assert found.schema == MEASUREMENT_SCHEMA
+    assert found["height_m"].null_count() == 20
+    assert_frame_equal(complete(whole.with_columns(more=1)), whole)
+
+
+def test_rows_come_back_as_they_were() -> None:
+    frame = recording(20)
+    assert_frame_equal(complete(decode_rows(encode_rows(frame))), complete(frame))
+    assert encode_rows(frame[:0]) == b""

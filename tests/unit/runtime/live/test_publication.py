@@ -1,0 +1,391 @@
+"""The read side is honest about age, and says the same as the output of the engine."""
+
+import json
+import threading
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import polars as pl
+import pytest
+
+from multiradar.errors import ConfigurationError, ForecastError
+from multiradar.runtime.limits import RuntimeLimits
+from multiradar.runtime.live.publication import Publication
+from multiradar.runtime.stream.events import Event
+from multiradar.tracking.forecast.regions import gaussian_factor
+from multiradar.tracking.input.measurements import MeasurementBatch
+from multiradar.tracking.lifecycle.transitions import MERGED, NO_TRACK, SILENT
+from multiradar.tracking.outputs import (
+    STATE_TENTATIVE,
+    EndedTracks,
+    EngineOutput,
+)
+from multiradar.tracking.settings import TrackingSettings
+from multiradar.wire import biases_frame, measurement_batch, tracks_frame
+from multiradar_schemas.arrow import BIAS_SCHEMA, TRACK_SCHEMA
+from multiradar_schemas.products.forecast import ForecastPoint
+from multiradar_schemas.products.health import RadarHealth
+from support.fakes.fake_engine import FakeEngine
+from support.fakes.health import health_records
+from support.processes.waiting import join
+from support.scenarios.live_scene import START_S, recording, sensors
+
+TABLE = sensors()
+
+
+class _Told:
+    """A publication that a fake engine writes to."""
+
+    def __init__(self, **limits: float) -> None:
+        self.engine = FakeEngine()
+        bounds = RuntimeLimits(**limits)  # type: ignore[arg-type]
+        self.view = Publication(TABLE, TrackingSettings(), bounds)
+        self.view.attach(lambda: (self.engine.tracks(), self.engine.plane), dict)
+        self.data_time_s = -np.inf
+
+    def tell(self, frame: pl.DataFrame) -> EngineOutput:
+        """Push a frame through the engine and publish what comes out."""
+        batch, _ = measurement_batch(frame, TABLE)
+        return self.publish(self.engine.push(batch), float(batch.time_s.max()))
+
+    def publish(self, output: EngineOutput, time_s: float) -> EngineOutput:
+        """Publish an output, as at a data time."""
+        self.data_time_s = max(self.data_time_s, time_s)
+        self.view.publish(output, self.data_time_s)
+        return output
+
+    def end(self, tracks: list[int], time_s: float, into_track: int = NO_TRACK) -> None:
+        """Publish the end of tracks."""
+        nothing = self.engine.push(MeasurementBatch.empty())
+        count = len(tracks)
+        into = np.full(count, into_track)
+        reason = np.where(into == NO_TRACK, SILENT, MERGED).astype(np.int8)
+        ended = EndedTracks(np.array(tracks), np.full(count, time_s), reason, into)
+        self.publish(EngineOutput(nothing.updates, nothing.biases, ended), time_s)
+
+
+def _nothing(told: _Told) -> EngineOutput:
+    return told.engine.push(MeasurementBatch.empty())
+
+
+def _events(view: Publication) -> list[Event]:
+    subscription = view.subscribe(0, 10**6)
+    found: list[Event] = []
+    while part := subscription.poll(100):
+        found += part
+    return found
+
+
+def _at(frame: pl.DataFrame, time_s: float) -> pl.DataFrame:
+    return frame[:1].with_columns(time_s=pl.lit(START_S + time_s))
+
+
+def test_a_live_track_is_its_latest_update_and_its_age() -> None:
+    told = _Told()
+    output = told.tell(recording(300))
+    every = tracks_frame(output.updates, TABLE)
+    expected = every.group_by("track_id", maintain_order=True).last().sort("track_id")
+    tracks = told.view.tracks()
+    assert dict(tracks.schema) == {**TRACK_SCHEMA, "age_s": pl.Float64()}
+    assert tracks.drop("age_s").equals(expected.select(tracks.columns[:-1]))
+    age_s = told.data_time_s - expected["time_s"]
+    assert tracks["age_s"].to_list() == age_s.to_list()
+    assert told.view.track(3) == tracks.filter(pl.col("track_id") == 3).row(0, named=True)
+    assert told.view.track(99) is None
+
+
+def test_a_track_that_was_not_heard_coasts_and_one_that_ended_is_gone() -> None:
+    told, frame = _Told(), recording(10)
+    number = int(frame["track_number"][0]) + 1
+    told.tell(_at(frame, 0.0))
+    other = frame[:1].with_columns(
+        track_number=pl.lit(100, pl.Int64), time_s=pl.lit(START_S + 15.0)
+    )
+    told.tell(other)
+    assert told.view.tracks()["state"].to_list() == ["confirmed", "confirmed"]
+    told.tell(other.with_columns(time_s=pl.lit(START_S + 15.001)))
+    assert told.view.tracks()["state"].to_list() == ["coasting", "confirmed"]
+    track = told.view.track(number)
+    assert track is not None
+    assert (track["state"], track["age_s"]) == ("coasting", pytest.approx(15.001, abs=1e-6))
+    points = told.view.forecast(number, 10.0, 5.0)
+    assert points is not None
+    assert {point["state"] for point in points} == {"coasting"}
+    told.end([number], START_S + 60.0)
+    assert told.view.tracks()["track_id"].to_list() == [101]
+    assert told.view.track(number) is None
+    assert told.view.forecast(number, 10.0, 5.0) is None
+    status = told.view.status()
+    assert (status["tracks"], status["tracks_initiated"], status["tracks_ended"]) == (1, 101, 1)
+    assert len(told.view.history(number, None, 10)) == 1
+
+
+def test_a_tentative_track_stays_tentative() -> None:
+    told, frame = _Told(), recording(10)
+    output = told.engine.push(measurement_batch(_at(frame, 0.0), TABLE)[0])
+    output.updates.state[:] = STATE_TENTATIVE
+    told.publish(output, START_S + 100.0)
+    assert told.view.tracks()["state"].to_list() == ["tentative"]
+
+
+def test_a_measurement_that_is_newer_than_the_data_time_has_no_negative_age() -> None:
+    told, frame = _Told(), recording(10)
+    output = told.engine.push(measurement_batch(_at(frame, 5.0), TABLE)[0])
+    told.publish(output, START_S)
+    assert told.view.tracks()["age_s"].to_list() == [0.0]
+
+
+def test_a_forecast_begins_now_and_spreads() -> None:
+    told, frame = _Told(), recording(10)
+    number = int(frame["track_number"][0]) + 1
+    told.tell(_at(frame, 0.0))
+    told.data_time_s = START_S + 4.0
+    told.end([], START_S + 4.0)
+    points = told.view.forecast(number, 60.0, 20.0)
+    assert points is not None
+    assert [point["time_s"] - START_S for point in points] == [4.0, 24.0, 44.0, 64.0]
+    assert [point["age_s"] for point in points] == [4.0, 24.0, 44.0, 64.0]
+    for point in points:
+        ForecastPoint.model_validate(point)
+    # The fake engine flies north at 100 m/s: 2 km in 20 s, a minute of latitude is 1.85 km.
+    north_deg = np.diff([point["latitude_deg"] for point in points])
+    np.testing.assert_allclose(north_deg * 60.0 * 1853.8, 2000.0, rtol=2e-3)
+    assert abs(points[3]["longitude_deg"] - points[0]["longitude_deg"]) < 1e-3
+    sigma = [point["position_sigma_m"] for point in points]
+    assert sigma == sorted(sigma)
+    # After 4 s, of the variances 100 and 400 m², 1 and 4 m²/s² of the fake engine, it is no less;
+    # nothing is known of the traffic yet, and a heading that walks by 0.02 rad²/s at 100 m/s
+    # leads away by 65 m: the variance is 0.02 · 100² · 4³ / 3.
+    assert sigma[0] == pytest.approx(np.sqrt(100 + 16 + 400 + 64 + 65.3**2), rel=0.05)
+    assert not any(point["calibrated"] for point in points)
+    assert all(point["region_factor"] == gaussian_factor(0.95) for point in points)
+
+
+@pytest.mark.parametrize(
+    ("horizon_s", "step_s"),
+    [
+        (-1.0, 1.0),
+        (0.0, 1.0),
+        (10.0, 0.0),
+        (10.0, 0.09),
+        (10.0, np.nan),
+        (np.inf, 1.0),
+        (np.nan, 1.0),
+        (1e300, 1e-300),
+        (1e200, 1e199),
+        (1e5, 1e4),
+        (3600.1, 10.0),
+    ],
+)
+def test_a_forecast_without_sense_is_refused(horizon_s: float, step_s: float) -> None:
+    told = _Told()
+    told.tell(recording(10))
+    with pytest.raises(ForecastError, match="expected"):
+        told.view.forecast(1, horizon_s, step_s)
+
+
+def test_a_forecast_of_the_bound_is_given_and_one_more_is_refused() -> None:
+    told, frame = _Told(forecast_steps_max=10), recording(10)
+    number = int(frame["track_number"][0]) + 1
+    told.tell(frame)
+    points = told.view.forecast(number, 0.9, 0.1)
+    assert points is not None
+    assert len(points) == 10
+    with pytest.raises(ForecastError, match="at most 10 points, was 11"):
+        told.view.forecast(number, 1.0, 0.1)
+
+
+def test_biases_are_the_latest_and_the_history_pages() -> None:
+    told = _Told()
+    output = told.tell(recording(2000))
+    name = TABLE.ids[0]
+    every = biases_frame(output.biases, TABLE)
+    assert told.view.bias(name) == every[-1:].to_dicts()
+    assert told.view.bias("nobody") == []
+    assert told.view.bias(TABLE.ids[1]) == []
+    history = told.view.bias_history(name, None, 1000)
+    assert dict(history.schema) == dict(BIAS_SCHEMA)
+    assert history.equals(every)
+    assert told.view.bias_history(name, None, 3).equals(every[-3:])
+    since = every["time_s"][5]
+    assert told.view.bias_history(name, since, 4).equals(every[5:9])
+
+
+def test_small_pages_cut_no_read_of_a_history() -> None:
+    """Who pages reads one row more than the page: a read that is cut looks like the last page."""
+    told = _Told(page_rows_max=3)
+    frame = recording(2000)
+    output = told.tell(frame)
+    number = int(output.updates.track_id[0])
+    assert told.view.page_rows_max == 3
+    assert len(told.view.history(number, -1e11, 10)) == 10
+    assert len(told.view.bias_history(TABLE.ids[0], -1e11, 10)) == 10
+
+
+def test_the_bias_history_is_bounded() -> None:
+    told = _Told(bias_history_rows_max=7)
+    every = biases_frame(told.tell(recording(2000)).biases, TABLE)
+    assert len(every) > 14
+    assert told.view.bias_history(TABLE.ids[0], None, 1000).equals(every[-7:])
+
+
+def test_sensors_tell_what_was_heard_of_them() -> None:
+    told, frame = _Told(), recording(300)
+    told.tell(frame)
+    by_id = {sensor["id"]: sensor for sensor in told.view.sensors()}
+    assert list(by_id) == sorted(TABLE.ids)
+    counts = frame.group_by("sensor_id").agg(pl.len(), pl.col("time_s").max())
+    for name, count, last_s in counts.iter_rows():
+        assert by_id[name]["updates"] == count
+        assert by_id[name]["last_update_s"] == last_s
+        assert by_id[name]["age_s"] == told.data_time_s - last_s
+    assert by_id["adsb"]["latitude_deg"] is None
+    assert by_id["41-10"]["latitude_deg"] == pytest.approx(50.0)
+    assert json.loads(json.dumps(by_id, allow_nan=False))
+
+
+def test_the_health_of_a_radar_is_that_of_the_last_epoch() -> None:
+    told = _Told()
+    output = told.tell(recording(300))
+    assert told.view.sensors()[0]["health"] is None
+    assert told.view.status()["sensor_alarms"] == {}
+    health = health_records(
+        epoch=[1, 1, 2, 2], sensor=[0, 1, 0, 1], time_s=[4.0, 4.0, 8.0, 8.0], alarms=[0, 0, 1, 0]
+    )
+    told.publish(replace(output, updates=_nothing(told).updates, health=health), 8.0)
+    told.publish(_nothing(told), 9.0)
+    by_id = {sensor["id"]: sensor["health"] for sensor in told.view.sensors()}
+    assert by_id["41-10"]["alarms"] == "silent"
+    assert {row["time_s"] for row in by_id.values() if row} == {8.0}
+    assert by_id["adsb"] is None
+    assert told.view.status()["sensor_alarms"] == {"41-10": ["silent"]}
+    RadarHealth.model_validate(by_id["41-20"])
+
+
+def test_events_tell_every_row_in_the_order_of_data_time() -> None:
+    told = _Told(status_period_s=20.0)
+    output = told.tell(recording(1000))
+    told.end([4], told.data_time_s)
+    events = _events(told.view)
+    assert [event.sequence for event in events] == list(range(1, len(events) + 1))
+    by_kind = {
+        kind: [json.loads(event.payload) for event in events if event.kind == kind]
+        for kind in ("track", "bias", "ended", "status")
+    }
+    assert pl.DataFrame(by_kind["track"], schema=TRACK_SCHEMA).equals(
+        tracks_frame(output.updates, TABLE)
+    )
+    assert pl.DataFrame(by_kind["bias"], schema=BIAS_SCHEMA).equals(
+        biases_frame(output.biases, TABLE)
+    )
+    assert by_kind["ended"] == [{"time_s": told.data_time_s, "track_id": 4, "reason": "silent"}]
+    assert [mark["time_s"] - START_S for mark in by_kind["status"]] == [20.0, 40.0]
+    for event in events:
+        payload = json.loads(event.payload)
+        key = payload.get("track_id", payload.get("sensor_id", ""))
+        assert event.key == ("" if event.kind == "status" else str(key))
+    reached = -np.inf
+    for event in events:
+        time_s = json.loads(event.payload)["time_s"]
+        if event.kind == "track":
+            reached = max(reached, time_s)
+        else:
+            # The end of an epoch stands before the first update that is later.
+            assert reached <= time_s
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [1, 7, 150, 299])
+def test_events_do_not_depend_on_the_batches(size: int) -> None:
+    frame = recording(300, step_s=0.2)
+    whole, pieces = _Told(), _Told()
+    whole.tell(frame)
+    for start in range(0, len(frame), size):
+        pieces.tell(frame[start : start + size])
+    assert _events(pieces.view) == _events(whole.view)
+
+
+def test_numbers_that_do_not_exist_are_null() -> None:
+    told, frame = _Told(), recording(10)
+    for count in (1, 10):
+        output = told.engine.push(measurement_batch(frame[:count], TABLE)[0])
+        output.updates.height_m[:] = np.nan
+        output.updates.velocity_sigma_mps[:] = np.inf
+        told.publish(output, START_S)
+    for event in _events(told.view):
+        if event.kind == "track":
+            payload = json.loads(event.payload, parse_constant=lambda word: pytest.fail(word))
+            assert payload["height_m"] is payload["velocity_sigma_mps"] is None
+
+
+def test_nothing_is_known_before_the_first_measurement() -> None:
+    view = Publication(TABLE, TrackingSettings(), RuntimeLimits())
+    assert view.tracks().is_empty()
+    assert dict(view.tracks().schema) == {**TRACK_SCHEMA, "age_s": pl.Float64()}
+    assert view.track(1) is None
+    assert view.history(1, None, 10).is_empty()
+    assert view.forecast(1, 10.0, 1.0) is None
+    assert [sensor["age_s"] for sensor in view.sensors()] == [None] * 3
+    assert view.status()["data_time_s"] is None
+    assert view.status()["event_sequence"] == 0
+
+
+def test_the_table_of_tracks_follows_every_publication() -> None:
+    told, frame = _Told(), recording(200)
+    told.tell(frame[:100])
+    first = told.view.tracks()
+    assert told.view.tracks() is first
+    told.tell(frame[100:])
+    assert told.view.tracks()["sequence"].max() == 200
+
+
+@pytest.mark.slow
+def test_readers_of_all_kinds_do_not_disturb_the_writer() -> None:
+    told, frame, done = _Told(history_rows_max=100), recording(600), threading.Event()
+    failures: list[BaseException] = []
+    calls: list[Callable[[], object]] = [
+        told.view.tracks,
+        lambda: told.view.track(2),
+        lambda: told.view.history(2, None, 50),
+        told.view.sensors,
+        lambda: told.view.bias_history(TABLE.ids[0], START_S, 50),
+        told.view.status,
+        lambda: _events(told.view),
+    ]
+
+    def read(call: Callable[[], object]) -> None:
+        while not done.is_set():
+            try:
+                call()
+            except BaseException as error:
+                failures.append(error)
+                return
+
+    readers = [threading.Thread(target=read, args=(call,)) for call in calls]
+    for reader in readers:
+        reader.start()
+    for start in range(0, len(frame), 20):
+        told.tell(frame[start : start + 20])
+    done.set()
+    for reader in readers:
+        join(reader)
+    assert failures == []
+    assert told.view.status()["output_sequence"] == 600
+
+
+def test_a_bound_of_zero_is_refused() -> None:
+    with pytest.raises(ConfigurationError, match="events_max: expected a bound greater than 0"):
+        RuntimeLimits(events_max=0)
+
+
+def test_a_publication_that_begins_anew_says_the_same_again() -> None:
+    told, frame = _Told(), recording(500)
+    told.tell(frame)
+    before, tracks = _events(told.view), told.view.tracks()
+    told.view.restart()
+    assert told.view.tracks().is_empty()
+    told.engine = FakeEngine()
+    told.tell(frame)
+    assert _events(told.view) == before
+    assert told.view.tracks().equals(tracks)

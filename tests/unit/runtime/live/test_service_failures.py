@@ -1,0 +1,238 @@
+"""The live pipeline when the disk or the engine fails: nothing is lost, and everybody is told."""
+
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+import numpy as np
+import polars as pl
+import pytest
+
+from multiradar.errors import (
+    JournalError,
+    JournalFullError,
+    PipelineError,
+)
+from multiradar.runtime.live.service import Service, ServiceState
+from multiradar.storage.memory_journal import MemoryJournal
+from multiradar.tracking.input.measurements import MeasurementBatch
+from multiradar.tracking.outputs import EngineOutput
+from multiradar.tracking.settings import TrackingSettings
+from support.fakes.fake_engine import EngineCrashError, FakeEngine
+from support.processes.live_services import (
+    TABLE,
+    FailingJournal,
+    Starter,
+    services,
+    settled,
+    submit,
+)
+from support.processes.waiting import WAIT_TIMEOUT_S
+from support.scenarios.live_scene import cut, recording
+
+
+@pytest.fixture
+def start() -> Iterator[Starter]:
+    """Start services that are stopped at the end."""
+    with services() as starter:
+        yield starter
+
+
+def test_a_failed_journal_stops_the_intake_and_reading_goes_on(start: Starter) -> None:
+    journal = FailingJournal(JournalError("disk I/O error"))
+    service = start(journal)
+    frame = recording(100)
+    submit(service, frame[:40])
+    journal.failing = True
+    with pytest.raises(JournalError, match="disk I/O error"):
+        submit(service, frame[40:50])
+    journal.failing = False
+    with pytest.raises(JournalError, match="disk I/O error"):
+        service.submit(frame[50:60], source="test")
+    assert service.state is ServiceState.FAILED
+    status = settled(service)
+    assert (status["state"], status["failure"]) == ("failed", "disk I/O error")
+    assert status["read"] == status["accepted"] == 40
+    assert len(service.view.tracks()) == frame[:40]["track_number"].n_unique()
+
+
+def test_a_full_disk_refuses_and_room_lets_the_service_go_on(start: Starter) -> None:
+    journal = FailingJournal(JournalFullError("no room on the disk"))
+    service = start(journal)
+    frame = recording(100)
+    submit(service, frame[:40])
+    journal.failing = True
+    later = frame[40:50].with_columns(pl.col("time_s") + 100.0)
+    for _ in range(2):
+        with pytest.raises(JournalFullError):
+            submit(service, later)
+    journal.failing = False
+    # The data clock did not move with what was not taken.
+    assert submit(service, frame[50:]).accepted == 50
+    assert service.state is ServiceState.RUNNING
+    assert settled(service)["read"] == 90
+
+
+def test_an_entry_that_kills_the_engine_is_passed_over_and_all_others_count(start: Starter) -> None:
+    journal = MemoryJournal()
+    frame = recording(100)
+    poison = float(frame["time_s"][45])
+
+    def crash(batch: MeasurementBatch) -> None:
+        if np.any(batch.time_s == poison):
+            raise EngineCrashError("poison")
+
+    service = start(journal, lambda: FakeEngine(crash))
+    subscription = service.view.subscribe(0, 10_000)
+    for piece in cut(frame, [20, 20, 10, 20]):
+        submit(service, piece)
+    status = settled(service)
+    assert status["skipped"] == [3]
+    assert status["output_sequence"] == 90
+    numbers = [event.sequence for event in iter_events(subscription.poll)]
+    assert numbers == list(range(1, len(numbers) + 1))
+    service.stop()
+
+    again = start(journal, lambda: FakeEngine(crash))
+    assert settled(again)["output_sha256"] == status["output_sha256"]
+    clean = start()
+    for piece in [frame[:40], frame[50:]]:
+        submit(clean, piece)
+    assert settled(clean)["output_sha256"] == status["output_sha256"]
+
+
+def test_an_engine_that_fails_once_loses_nothing(start: Starter) -> None:
+    failures = iter([True])
+
+    def crash(_batch: MeasurementBatch) -> None:
+        if next(failures, False):
+            raise EngineCrashError("a passing weakness")
+
+    service = start(engine=lambda: FakeEngine(crash))
+    submit(service, recording(100))
+    status = settled(service)
+    assert (status["skipped"], status["output_sequence"]) == ([], 100)
+
+
+def test_who_stops_waiting_for_the_engine_does_not_stop_it(start: Starter) -> None:
+    service, gate = start(), threading.Event()
+    frame = recording(20)
+    view, publish = service.view, service.view.publish
+
+    def publish_late(output: EngineOutput, data_time_s: float | None) -> None:
+        gate.wait(WAIT_TIMEOUT_S)
+        publish(output, data_time_s)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(view, "publish", publish_late)
+        submit(service, frame[:10])
+        waiting = service.settled()
+        assert waiting.cancel()
+        gate.set()
+        assert service.settled().result(WAIT_TIMEOUT_S) == 10
+    submit(service, frame[10:])
+    assert service.settled().result(WAIT_TIMEOUT_S) == 20
+    assert service.state is ServiceState.RUNNING
+
+
+def test_who_stopped_waiting_does_not_keep_a_service_from_stopping(start: Starter) -> None:
+    service, gate = start(), threading.Event()
+
+    def crash(output: EngineOutput, data_time_s: float | None) -> None:
+        gate.wait(WAIT_TIMEOUT_S)
+        raise OSError("no room for the output")
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(service.view, "publish", crash)
+        submit(service, recording(10))
+        left, stays = service.settled(), service.settled()
+        assert left.cancel()
+        gate.set()
+        with pytest.raises(PipelineError, match="the engine has stopped"):
+            stays.result(WAIT_TIMEOUT_S)
+    assert service.state is ServiceState.FAILED
+
+
+def test_an_engine_that_always_fails_stops_the_service_and_says_so(start: Starter) -> None:
+    def crash(_batch: MeasurementBatch) -> None:
+        raise MemoryError
+
+    service = start(engine=lambda: FakeEngine(crash))
+    submit(service, recording(10))
+    with pytest.raises(PipelineError, match="no memory"):
+        service.settled().result(WAIT_TIMEOUT_S)
+    assert service.state is ServiceState.FAILED
+    with pytest.raises(PipelineError, match="no memory"):
+        service.submit(recording(10), source="test")
+
+
+def test_who_asks_after_the_end_of_the_engine_is_told_of_it(start: Starter) -> None:
+    """Once, who asked whether all was processed after the engine had failed waited for ever."""
+
+    def crash(_batch: MeasurementBatch) -> None:
+        raise MemoryError
+
+    service = start(engine=lambda: FakeEngine(crash))
+    submit(service, recording(10))
+    with pytest.raises(PipelineError, match="no memory"):
+        service.settled().result(WAIT_TIMEOUT_S)
+    with pytest.raises(PipelineError, match="no memory"):
+        service.settled().result(WAIT_TIMEOUT_S)
+    service.stop()
+    with pytest.raises(PipelineError, match="no memory"):
+        service.settled().result(WAIT_TIMEOUT_S)
+
+
+def test_the_end_of_a_stream_fails_with_the_engine(start: Starter) -> None:
+    gate = threading.Event()
+
+    def crash(_batch: MeasurementBatch) -> None:
+        gate.wait(WAIT_TIMEOUT_S)
+        raise MemoryError
+
+    service = start(engine=lambda: FakeEngine(crash))
+    submit(service, recording(10))
+    ended = service.flush(source="test")
+    gate.set()
+    with pytest.raises(PipelineError, match="no memory"):
+        ended.result(WAIT_TIMEOUT_S)
+
+
+def test_what_was_processed_is_settled_after_a_stop(start: Starter) -> None:
+    service = start()
+    submit(service, recording(10))
+    service.stop()
+    assert service.settled().result(WAIT_TIMEOUT_S) == 10
+
+
+def test_a_service_that_does_not_run_takes_nothing() -> None:
+    service = Service(
+        open_journal=MemoryJournal,
+        open_engine=FakeEngine,
+        sensors=TABLE,
+        tracking=TrackingSettings(),
+    )
+    for call in (
+        lambda: service.submit(recording(1), source="test"),
+        lambda: service.flush(source="test"),
+        service.settled,
+        lambda: service.quarantined(0, 1),
+    ):
+        with pytest.raises(PipelineError):
+            call()
+    service.start()
+    with pytest.raises(PipelineError, match="started before"):
+        service.start()
+    service.stop()
+    service.stop()
+    with pytest.raises(PipelineError):
+        service.submit(recording(1), source="test")
+    assert service.view.status()["state"] == "stopped"
+
+
+def iter_events(poll: Callable[[int], Sequence[object]]) -> list[Any]:
+    """Poll until nothing comes."""
+    found: list[Any] = []
+    while part := poll(100):
+        found += part
+    return found

@@ -1,0 +1,39 @@
+"""The board of biases: what was known at a time, found without reading all of it."""
+
+import numpy as np
+import pytest
+
+from multiradar.runtime.memory.bias_board import BIAS_DTYPE, BiasBoard
+from multiradar.tracking.outputs import BiasRecords
+from support.scenarios.live_scene import sensors
+
+EPOCH_S = 4.0
+EPOCHS = 500
+
+
+@pytest.mark.parametrize("rows_max", [150, 10_000])
+@pytest.mark.parametrize("silent_from", [EPOCHS, 100])
+def test_what_was_known_at_a_time_is_the_last_row_of_each_parameter_until_then(
+    rows_max: int, silent_from: int
+) -> None:
+    board = BiasBoard(sensors(), rows_max)
+    told = []
+    for epoch in range(EPOCHS):
+        # From some epoch on, nothing is told of the last parameter.
+        names = [(0, 0), (0, 1), (1, 0), (1, 1)][: 4 if epoch < silent_from else 3]
+        count = len(names)
+        records = BiasRecords(
+            np.full(count, epoch), np.full(count, EPOCH_S * epoch),
+            np.array([sensor for sensor, _ in names], np.int32),
+            np.array([parameter for _, parameter in names], np.int8),
+            np.arange(count, dtype=np.float64) + 10.0 * epoch, np.ones(count),
+        )  # fmt: skip
+        board.append(records)
+        told += [(epoch, EPOCH_S * epoch, *name, k + 10.0 * epoch) for k, name in enumerate(names)]
+    kept = told[-rows_max:]
+    for time_s in (EPOCH_S * EPOCHS, EPOCH_S * (EPOCHS - 60) + 1.0, 700.0, 10.0):
+        expected = {row[2:4]: row[4] for row in kept if row[1] <= time_s}
+        found = board.at(time_s)
+        assert found.dtype == BIAS_DTYPE
+        known = zip(found["sensor"].tolist(), found["parameter"].tolist(), strict=True)
+        assert dict(zip(known, found["estimate"].tolist(), strict=True)) == expected

@@ -1,0 +1,81 @@
+"""The history ring beyond single readers: many tracks, and readers while it is written."""
+
+import threading
+
+import numpy as np
+import pytest
+
+from multiradar.runtime import _kernels as kernels
+from multiradar.runtime.memory.history import UPDATE_DTYPE, TrackHistory, row_updates, update_rows
+from support.kernels import plain
+from support.processes.waiting import join
+
+
+def test_identifiers_may_grow_without_end() -> None:
+    history = TrackHistory(100)
+    rows = np.zeros(3, UPDATE_DTYPE)
+    rows["track_id"] = [5, 1_000_000, 5]
+    rows["sequence"] = [1, 2, 3]
+    history.append(rows)
+    assert history.read(1_000_000, None, 5)["sequence"].tolist() == [2]
+    assert history.read(5, None, 5)["sequence"].tolist() == [1, 3]
+    assert history.read(999_999_999, None, 5)["sequence"].tolist() == []
+
+
+def test_a_batch_larger_than_the_ring_leaves_its_end() -> None:
+    history = TrackHistory(4)
+    rows = np.zeros(11, UPDATE_DTYPE)
+    rows["track_id"] = 1
+    rows["sequence"] = np.arange(11)
+    history.append(rows)
+    assert history.read(1, None, 100)["sequence"].tolist() == [7, 8, 9, 10]
+
+
+@pytest.mark.parametrize("follow", [kernels.follow, plain(kernels.follow)])
+def test_a_link_that_leads_forward_ends_the_walk(follow: object) -> None:
+    """A row that is overwritten while it is read may link anywhere."""
+    assert callable(follow)
+    found = np.zeros(10, np.int64)
+    links = np.array([-1, 0, 5, 2], np.int64)
+    assert follow(links, np.zeros(4), 3, 0, -np.inf, found, False) == 2
+    assert found[:2].tolist() == [3, 2]
+
+
+def test_rows_and_updates_are_the_same_columns() -> None:
+    rows = np.zeros(3, UPDATE_DTYPE)
+    rows["track_id"] = [7, 8, 9]
+    rows["height_m"] = [np.nan, 1.5, -3.0]
+    again = update_rows(row_updates(rows))
+    assert again.tobytes() == rows.tobytes()
+
+
+@pytest.mark.slow
+def test_readers_see_whole_rows_of_their_track_while_it_is_written() -> None:
+    history, done = TrackHistory(64), threading.Event()
+    wrong: list[str] = []
+
+    def read() -> None:
+        while not done.is_set():
+            found = history.read(3, None, 40)
+            sequence = found["sequence"]
+            if not (np.all(found["track_id"] == 3) and np.all(np.diff(sequence) > 0)):
+                wrong.append(f"tracks {found['track_id']}, numbers {sequence}")
+            if not np.array_equal(found["height_m"], sequence.astype(np.float64)):
+                wrong.append(f"heights {found['height_m']} of {sequence}")
+
+    readers = [threading.Thread(target=read) for _ in range(2)]
+    for reader in readers:
+        reader.start()
+    random = np.random.default_rng(1)
+    sequence = 0
+    for _ in range(3000):
+        rows = np.zeros(23, UPDATE_DTYPE)
+        rows["track_id"] = random.integers(1, 5, 23)
+        rows["sequence"] = np.arange(sequence, sequence + 23)
+        rows["height_m"] = rows["sequence"]
+        sequence += 23
+        history.append(rows)
+    done.set()
+    for reader in readers:
+        join(reader)
+    assert wrong == []

@@ -1,0 +1,114 @@
+"""Forecasts in the table are those that a service gives of the same measurements."""
+
+import numpy as np
+import polars as pl
+import pytest
+
+from multiradar.errors import ForecastError
+from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.limits import RuntimeLimits
+from multiradar.runtime.live.publication import Publication
+from multiradar.runtime.offline.forecast_table import ForecastTable
+from multiradar.tracking.forecast.forecast_scores import HORIZONS_S
+from multiradar.tracking.forecast.state_samples import Sampling
+from multiradar.tracking.settings import TrackingSettings
+from multiradar_schemas.arrow import FORECAST_SCHEMA
+from multiradar_schemas.products.forecast import ForecastRow
+from support.scenarios.scenes import Scene, make_scene, random_flights, three_radars
+
+pytestmark = pytest.mark.slow
+
+DURATION_S = 300.0
+#: All samples fall on ends of epochs; the last epoch that is full ends here.
+END_S = 296.0
+
+
+def _scene() -> Scene:
+    rng = np.random.Generator(np.random.PCG64(11))
+    flights = random_flights(rng, 12, DURATION_S, extent_m=80e3, acceleration_density=1.0)
+    return make_scene(rng, three_radars(), flights)
+
+
+def _table(scene: Scene, settings: TrackingSettings, rows: int, every_s: float) -> pl.DataFrame:
+    engine = Engine(scene.sensors, settings, sampling=Sampling.ALL)
+    table = ForecastTable(scene.sensors, settings, engine.plane, every_s)
+    cuts = range(0, len(scene.batch), rows)
+    outputs = [engine.push(scene.batch.take(slice(cut, cut + rows))) for cut in cuts]
+    frames = [table.take(output) for output in (*outputs, engine.flush())]
+    return pl.concat([*frames, table.finish()])
+
+
+@pytest.mark.parametrize("filter_name", ["two-stage", "imm", "blom", "ci"])
+def test_the_table_does_not_depend_on_batches(filter_name: str) -> None:
+    scene, settings = _scene(), TrackingSettings(filter_name=filter_name)
+    whole = _table(scene, settings, 10**6, 8.0)
+    assert whole.equals(_table(scene, settings, 61, 8.0))
+    assert whole.schema == FORECAST_SCHEMA
+    assert set(whole["horizon_s"]) == set(HORIZONS_S.tolist())
+    for row in whole.sample(20, seed=1).to_dicts():
+        ForecastRow.model_validate(row)
+    assert whole["calibrated"].any()
+    assert not whole["calibrated"].all()
+    apart_s = whole.filter(horizon_s=10.0).group_by("track_id").agg(pl.col("made_s").diff().min())
+    # A track is forecast once in a sample, at its last update: a turn of 4 s sooner or later.
+    assert apart_s["made_s"].min() > 4.0  # type: ignore[operator]
+
+
+def test_forecasts_are_as_far_apart_as_asked_for() -> None:
+    scene, settings = _scene(), TrackingSettings()
+    often, rare = (_table(scene, settings, 500, every_s) for every_s in (8.0, 60.0))
+    assert len(often) > 5 * len(rare) > 0
+    # What is learnt is the same, however many forecasts are written.
+    keys = ["track_id", "made_s", "horizon_s"]
+    assert rare.join(often, on=keys).height == rare.height
+    assert rare.equals(often.join(rare.select(keys), on=keys, how="semi"))
+
+
+@pytest.mark.parametrize("filter_name", ["two-stage", "imm"])
+def test_a_service_gives_the_numbers_of_the_table(filter_name: str) -> None:
+    scene, settings = _scene(), TrackingSettings(filter_name=filter_name, reorder_horizon_s=0.0)
+    last = int(np.searchsorted(scene.batch.time_s, END_S))
+    batch = scene.batch.take(slice(0, last))
+    table = ForecastTable(
+        scene.sensors,
+        settings,
+        (engine := Engine(scene.sensors, settings, sampling=Sampling.ALL)).plane,
+        8.0,
+    )
+    rows = pl.concat([table.take(engine.push(batch)), table.take(engine.flush())])
+    live = Engine(scene.sensors, settings, sampling=Sampling.DRAWN)
+    view = Publication(scene.sensors, settings, RuntimeLimits())
+    view.attach(lambda: (live.tracks(), live.plane), dict)
+    now_s = float(batch.time_s[-1])
+    for first in range(0, last, 77):
+        view.publish(live.push(batch.take(slice(first, min(first + 77, last)))), now_s)
+    view.publish(live.flush(), now_s)
+    newest = rows.filter(pl.col("made_s") == now_s)
+    (track_id,) = newest["track_id"].unique()
+    points = view.forecast(track_id, 300.0, 10.0)
+    assert points is not None
+    told = {point["time_s"] - now_s: point for point in points}
+    assert len(newest) == len(HORIZONS_S)
+    for row in newest.to_dicts():
+        point = told[row["horizon_s"]]
+        for name, value in point.items():
+            known = isinstance(value, float)
+            assert row[name] == (pytest.approx(value, rel=1e-12) if known else value), name
+
+
+def test_any_motion_of_the_filter_can_be_asked_for_and_no_other() -> None:
+    scene, settings = _scene(), TrackingSettings()
+    live = Engine(scene.sensors, settings, sampling=Sampling.DRAWN)
+    view = Publication(scene.sensors, settings, RuntimeLimits())
+    view.attach(lambda: (live.tracks(), live.plane), dict)
+    view.publish(live.push(scene.batch), DURATION_S)
+    track_id = int(view.live_ids()[0])
+    radius_m = {}
+    for name in ("straight", "walk-3000", "walk-100"):
+        points = view.forecast(track_id, 30.0, 10.0, 0.95, name)
+        assert points is not None
+        assert {point["motion"] for point in points} == {name}
+        radius_m[name] = points[-1]["region_major_m"]
+    assert radius_m["straight"] < radius_m["walk-100"]
+    with pytest.raises(ForecastError, match="expected filter, straight"):
+        view.forecast(track_id, 30.0, 10.0, 0.95, "modes")

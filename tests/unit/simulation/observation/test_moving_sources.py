@@ -1,0 +1,131 @@
+"""Direction finders that move and measure elevations, in scenes."""
+
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+import pytest
+
+from multiradar.errors import ConfigurationError
+from multiradar.geodesy.polar import slant_range_azimuth
+from multiradar.simulation.observation.observation import observe
+from multiradar.simulation.output import measurements_frame, truth_frame
+from multiradar.simulation.scenario.file import load_scene, load_table, table_text
+from multiradar.simulation.scenario.scene import Scene
+from multiradar.simulation.scenario.sensors_text import sensors_text
+from multiradar.wire import measurement_batch, sensor_table
+from multiradar_schemas.arrow import MEASUREMENT_DIRECTIONS, MEASUREMENT_SCHEMA
+from multiradar_schemas.sensors.sensor import parse_sensors
+
+TEXT = """
+    duration_s = 300
+    [[aircraft]]
+    latitude_deg = 50.5
+    longitude_deg = 15
+    height_m = 9000
+    speed_mps = 200
+    heading_deg = 90
+    [[sensor]]
+    id = "df"
+    kind = "direction-finder"
+    latitude_deg = 50
+    longitude_deg = 15
+    height_m = 3000
+    azimuth_sigma_deg = 0.1
+    {more}
+"""
+FLYING = """
+    elevation_sigma_deg = 0.2
+    speed_mps = 150
+    heading_deg = 45
+    [[sensor.leg]]
+    duration_s = 300
+    turn_rate_deg_per_s = 1.5
+"""
+
+
+def scene(tmp_path: Path, more: str) -> Scene:
+    path = tmp_path / "scene.toml"
+    path.write_text(TEXT.format(more=more), encoding="utf-8")
+    return load_scene(path)
+
+
+def test_a_finder_flies_its_legs_and_sees_from_where_it_is(tmp_path: Path) -> None:
+    made = scene(tmp_path, FLYING)
+    observation = observe(made, np.random.default_rng(1))
+    rows, truth = measurements_frame(made, observation), truth_frame(made, observation)
+    assert rows.schema == MEASUREMENT_SCHEMA
+    assert len(rows) == 300
+    sources = np.radians(rows.select(MEASUREMENT_DIRECTIONS[1:3]).to_numpy())
+    assert rows["source_height_m"].unique().to_list() == [3000.0]
+    # 1.5°/s at 150 m/s is a circle of 5.7 km radius, flown round in 240 s.
+    radius = 6.38e6 * np.array([1.0, np.cos(np.radians(50.0))])
+    steps = np.linalg.norm(np.diff(sources, axis=0) * radius, axis=1)
+    assert steps == pytest.approx(np.full(299, 150.0), rel=0.01)
+    assert np.linalg.norm((sources[240] - sources[0]) * radius) < 100.0
+    places = truth.select(
+        pl.col("latitude_deg").radians(), pl.col("longitude_deg").radians(), "height_m"
+    ).to_numpy()
+    seen = [
+        slant_range_azimuth((float(a), float(b), 3000.0), *place)
+        for (a, b), place in zip(sources, places, strict=True)
+    ]
+    _, azimuth, elevation = np.degrees(np.array(seen, np.float64)).T
+    off = (rows["azimuth_deg"].to_numpy() - azimuth + 180.0) % 360.0 - 180.0
+    assert np.std(off) == pytest.approx(0.1, rel=0.15)
+    above = rows["elevation_deg"].to_numpy() - elevation
+    assert np.std(above) == pytest.approx(0.2, rel=0.15)
+    assert abs(np.mean(above)) < 0.05
+
+
+def test_its_sensors_file_lets_its_bearings_in(tmp_path: Path) -> None:
+    made = scene(tmp_path, FLYING)
+    text = sensors_text(made)
+    assert "moving = true" in text
+    table = sensor_table(parse_sensors(text))
+    assert np.degrees(table.elevation_sigma_rad).tolist() == pytest.approx([0.2])
+    frame = measurements_frame(made, observe(made, np.random.default_rng(1)))
+    batch, refused = measurement_batch(frame, table)
+    assert not len(refused)
+    assert len(batch) == 300
+
+
+def test_scenes_without_them_have_the_columns_that_they_had(tmp_path: Path) -> None:
+    made = scene(tmp_path, "")
+    frame = measurements_frame(made, observe(made, np.random.default_rng(1)))
+    assert not set(MEASUREMENT_DIRECTIONS) & set(frame.columns)
+    assert "moving" not in sensors_text(made)
+    # What is measured beside does not depend on it.
+    elevated = scene(tmp_path, "elevation_sigma_deg = 0.2")
+    other = measurements_frame(elevated, observe(elevated, np.random.default_rng(1)))
+    assert other.select(frame.columns).equals(frame)
+    assert other["source_height_m"].null_count() == len(other)
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        ("heading_deg = 5", "expected speed_mps beside heading_deg"),
+        ("speed_mps = 5\nbias.time_offset_s = 0.1", "expected no bias.time_offset_s"),
+        ("elevation_sigma_deg = 0", "elevation_sigma_deg"),
+    ],
+)
+def test_what_cannot_be_is_told(more: str, words: str, tmp_path: Path) -> None:
+    with pytest.raises(ConfigurationError, match=words):
+        scene(tmp_path, more)
+
+
+@pytest.mark.parametrize("key", ["elevation_sigma_deg = 0.2", "speed_mps = 100"])
+def test_radars_stand_still_and_measure_no_elevations(key: str, tmp_path: Path) -> None:
+    path = tmp_path / "scene.toml"
+    path.write_text(TEXT.format(more=key).replace("direction-finder", "radar"), encoding="utf-8")
+    with pytest.raises(ConfigurationError, match="for the radar df"):
+        load_scene(path)
+
+
+def test_a_scene_with_them_comes_back_from_its_text(tmp_path: Path) -> None:
+    path = tmp_path / "scene.toml"
+    path.write_text(TEXT.format(more=FLYING), encoding="utf-8")
+    copy = tmp_path / "copy.toml"
+    copy.write_text(table_text(load_table(path)), encoding="utf-8")
+    assert load_scene(copy) == load_scene(path)
