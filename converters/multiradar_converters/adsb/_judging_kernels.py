@@ -1,9 +1,4 @@
-"""Compiled judgement of each aircraft's reports in the order of their file.
-
-References
-----------
-The project's own.
-"""
+"""Compiled judgement of each aircraft's reports in the order of their file."""
 
 import numpy as np
 from numpy.typing import NDArray

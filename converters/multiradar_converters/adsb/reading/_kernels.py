@@ -3,10 +3,6 @@
 A record that is anything but plainly right is noted in `odd` and left to the plain form, which
 says what is wrong with it, or that it is right after all. The text of a call ends in a byte that
 belongs to no value, so every scan stops there.
-
-References
-----------
-The project's own.
 """
 
 import numpy as np

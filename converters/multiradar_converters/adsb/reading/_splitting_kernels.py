@@ -1,9 +1,4 @@
-"""Compiled cutting of text into records.
-
-References
-----------
-The project's own.
-"""
+"""Compiled cutting of text into records."""
 
 import numpy as np
 from numpy.typing import NDArray

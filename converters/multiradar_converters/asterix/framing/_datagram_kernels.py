@@ -1,9 +1,4 @@
-"""Compiled cutting of many datagrams into blocks.
-
-References
-----------
-The project's own.
-"""
+"""Compiled cutting of many datagrams into blocks."""
 
 from multiradar_compiled.kernels import loop
 from multiradar_converters.asterix.layout._kernels import Octets, Places, Words, split_blocks

@@ -1,9 +1,4 @@
-"""Compiled search for records that came before.
-
-References
-----------
-The project's own.
-"""
+"""Compiled search for records that came before."""
 
 import numpy as np
 from numpy.typing import NDArray

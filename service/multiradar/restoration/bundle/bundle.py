@@ -83,32 +83,17 @@ class Bundle:
 
     @property
     def restarts(self) -> int:
-        """How often no track could follow the plots, and all began anew.
-
-        References
-        ----------
-        The project's own.
-        """
+        """How often no track could follow the plots, and all began anew."""
         return self._restarts
 
     @property
     def habits(self) -> Habits:
-        """How long the aircraft has flown straight, and has not.
-
-        References
-        ----------
-        The project's own.
-        """
+        """How long the aircraft has flown straight, and has not."""
         return self._habits
 
     @property
     def plots(self) -> int:
-        """Number of plots in the window.
-
-        References
-        ----------
-        The project's own.
-        """
+        """Number of plots in the window."""
         return self._last - self._first
 
     @property
@@ -130,12 +115,7 @@ class Bundle:
 
     @property
     def plots_s(self) -> Floats:
-        """Times of the plots in the window, (n,), ascending.
-
-        References
-        ----------
-        The project's own.
-        """
+        """Times of the plots in the window, (n,), ascending."""
         return self._plots[self._first : self._last, layout.TIME].copy()
 
     def take(
@@ -359,10 +339,6 @@ class Bundle:
         ------
         RestorationError
             If there are no tracks yet.
-
-        References
-        ----------
-        The project's own.
         """
         return ends_of(self._tracks, self.weights(), self._window(), self._settling)
 
@@ -373,10 +349,6 @@ class Bundle:
         -------
         Bundle
             It may be read, and go on, while this one goes on.
-
-        References
-        ----------
-        The project's own.
         """
         other = Bundle(self._settings)
         other._live, other._anchor_s = self._live, self._anchor_s

@@ -47,10 +47,6 @@ class TrackEnds:
         Rates at which the bundle took segments of each kind to end, 1/s.
     shared_m2 : (2, 2) float64
         The part of the covariance of each place that plots share.
-
-    References
-    ----------
-    The project's own.
     """
 
     time_s: float
@@ -79,10 +75,6 @@ class TrackEnds:
         -------
         (m,) ndarray
             Numbers of `settings.KIND_NAMES`.
-
-        References
-        ----------
-        The project's own.
         """
         begun = np.sum(self.segment_begin_s[:, 1:] <= time_s, axis=1)
         return np.asarray(self.segment_kind[np.arange(len(self)), begun])

@@ -22,10 +22,6 @@ class Habits:
         Sums over the flight.
     until_s : float
         To when they go; NaN before the first.
-
-    References
-    ----------
-    The project's own.
     """
 
     straight_s: float = 0.0
@@ -46,10 +42,6 @@ class Habits:
         -------
         Habits
             New sums.
-
-        References
-        ----------
-        The project's own.
         """
         if np.isnan(self.until_s):
             return replace(self, until_s=until_s)
@@ -76,10 +68,6 @@ class Habits:
         -------
         float
             Time straight over the number of manoeuvres.
-
-        References
-        ----------
-        The project's own.
         """
         share = expected_s / (expected_s + manoeuvre_s)
         straight = self.straight_s + share * weight_s

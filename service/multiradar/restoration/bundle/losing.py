@@ -35,10 +35,6 @@ class Doubted(NamedTuple):
         Plots, columns as in `_layout`.
     first, last : int
         The window is the rows first … last − 1.
-
-    References
-    ----------
-    The project's own.
     """
 
     track: Floats
@@ -59,10 +55,6 @@ class Doubted(NamedTuple):
         -------
         int
             Their number.
-
-        References
-        ----------
-        The project's own.
         """
         return int(surprises(self.track, self.anchor_s, self.plots, first, last))
 
@@ -80,10 +72,6 @@ def lost_from(best: Doubted) -> int:
     int
         Row of the first plot after the last two in a row that it knows; `last` where it knows the
         newest plot, or where too few are outliers of it.
-
-    References
-    ----------
-    The project's own.
     """
     row, known, strange = best.last, 0, 0
     while row > best.first and known < _KNOWN_IN_A_ROW:
@@ -115,10 +103,6 @@ def is_likelier(new: Floats, best: Doubted, since: int, *, refuted: bool) -> boo
     -------
     bool
         Whether it is, and most plots are none of its outliers.
-
-    References
-    ----------
-    The project's own.
     """
     plots, last = best.plots, best.last
     strange = surprises(new, float(plots[since, layout.TIME]), plots, since, last)
@@ -138,10 +122,6 @@ def knows_none(best: Doubted) -> bool:
     -------
     bool
         What it says then is no more than a guess.
-
-    References
-    ----------
-    The project's own.
     """
     times = best.plots[best.first : best.last, layout.TIME]
     oldest = best.first + int(np.searchsorted(times, times[-1] - _REFUTED_S))

@@ -149,10 +149,6 @@ def sound_weights(weights: Floats, sound: NDArray[np.bool_]) -> Floats:
     ------
     TrajectoryError
         If none with a weight is: `NO_COVARIANCE`.
-
-    References
-    ----------
-    The project's own.
     """
     if sound.all():
         return weights

@@ -104,10 +104,6 @@ def parameters_of(count: int) -> tuple[list[int], list[float]]:
         Columns of the track in the order of the derivatives of the functional.
     steps : list of float
         Small beside what plots tell of them, in their units.
-
-    References
-    ----------
-    The project's own.
     """
     columns = [layout.EAST, layout.NORTH, layout.SPEED, layout.HEADING]
     steps = list(_STATE_STEPS)

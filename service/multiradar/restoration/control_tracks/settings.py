@@ -127,10 +127,6 @@ class BundleSettings:
         -------
         (KINDS, KIND_COUNT) ndarray
             Columns as in `_layout`.
-
-        References
-        ----------
-        The project's own.
         """
         still = self.straight_sigma_mps2
         # What a turn changes of the speed is small, and not nothing.

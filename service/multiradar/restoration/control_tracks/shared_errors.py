@@ -41,10 +41,6 @@ def require_part(shared_m2: ArrayLike, covariance_m2: Floats) -> Floats:
         If it is not two by two finite numbers.
     CovarianceError
         If it, or what is left of the whole, has a negative variance in some direction.
-
-    References
-    ----------
-    The project's own.
     """
     shared = finite_array(shared_m2, "covariance of shared errors", (2, 2))
     least = -_ROUNDING * float(np.trace(covariance_m2))

@@ -28,10 +28,6 @@ class Members(NamedTuple):
         As in the fan; of the rest the mean.
     covariance : (k, n, 4, 4) float64
         As in the fan; of the rest what its members differ by included.
-
-    References
-    ----------
-    The project's own.
     """
 
     member: Integers
@@ -63,10 +59,6 @@ class Fan:
         East and north, m, and their rates, m/s.
     covariance : (k, c, 4, 4) float64
         Of the errors of `state`.
-
-    References
-    ----------
-    The project's own.
     """
 
     time_s: float

@@ -61,10 +61,6 @@ def forecast(
         If the times do not ascend.
     ShapeError
         If they are no finite numbers.
-
-    References
-    ----------
-    The project's own.
     """
     ahead = require_ahead(ahead_s)
     straight_s = rounded_duration_s(
@@ -114,10 +110,6 @@ def require_ahead(ahead_s: ArrayLike) -> Floats:
         If the times do not ascend.
     ShapeError
         If they are no finite numbers.
-
-    References
-    ----------
-    The project's own.
     """
     ahead = finite_array(ahead_s, "times ahead", (None,))
     wrong = ahead[(ahead < 0.0) | (ahead > AHEAD_MAX_S)]

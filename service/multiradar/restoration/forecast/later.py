@@ -40,10 +40,6 @@ def rounded_duration_s(duration_s: float) -> float:
     -------
     float
         One within 7 %.
-
-    References
-    ----------
-    The project's own.
     """
     bounded = min(max(duration_s, _SHORTEST_S), _LONGEST_S)
     return float(np.exp(np.round(_STEPS_PER_E * np.log(bounded)) / _STEPS_PER_E))

@@ -44,10 +44,6 @@ class ForecastSettings:
     ------
     ConfigurationError
         If one of them is out of its range.
-
-    References
-    ----------
-    The project's own.
     """
 
     straight_s: float = 80.0

@@ -157,10 +157,6 @@ def height_variance(height_m: Floats) -> float:
     float
         Of the steps and of the transponder, m²; heights all on steps of 100 ft are told in them,
         others are finer.
-
-    References
-    ----------
-    The project's own.
     """
     beside = np.abs(height_m - COARSE_STEP_M * np.round(height_m / COARSE_STEP_M))
     step = COARSE_VARIANCE if bool((beside <= ROUNDING_M).all()) else FINE_VARIANCE

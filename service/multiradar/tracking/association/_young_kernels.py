@@ -1,10 +1,6 @@
 """Compiled doubts about young tracks: a velocity that nobody flies, a first plot that was false.
 
 Symbols as in `multiradar.tracking.association._association_kernels`.
-
-References
-----------
-The project's own.
 """
 
 import math

@@ -4,10 +4,6 @@ A, C, U are the covariance of a track's position now, of it with the velocity no
 velocity; V that of its mean velocity since now: the usual one or, in the share `RARE_SHARE` of
 cases, the rare one. x = what the biases make common to two tracks; T = true metres by metres on the
 plane; k, u = piece of the horizon and part of it.
-
-References
-----------
-The project's own.
 """
 
 import numpy as np

@@ -12,10 +12,6 @@ shortest time that is judged λ C goes on from D, as regions go on from the cova
 longest that is, λ grows with the time.
 
 Few aircraft turn, and those are far off: λ is one of two, see `two_sizes`.
-
-References
-----------
-The project's own.
 """
 
 from typing import NamedTuple

@@ -231,12 +231,7 @@ def _sight(
 
 
 def collected(looks: Looks, found: list[tuple[int, BearingsState]]) -> Filtered:
-    """Return of all states, with the number of the sight before each, those at the ends of turns.
-
-    References
-    ----------
-    The project's own.
-    """
+    """Return the states at the end of each scan, with the number of the sight before each."""
     ends = set((np.flatnonzero(np.diff(looks.turn, append=looks.turn[-1] + 1))).tolist())
     chosen = [(place, state) for place, state in found if place in ends]
     estimates = [state.estimate() for _, state in chosen]
