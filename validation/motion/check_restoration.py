@@ -28,9 +28,9 @@ from time import process_time
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.evaluation.smoothing.motion_modes import usual_modes
-from multiradar.evaluation.smoothing.multiple_modes import BiasErrors, smooth_modes
-from multiradar.evaluation.smoothing.single_mode import Sightings
+from multiradar.evaluation.smoothing.motion_modes import civil_modes
+from multiradar.evaluation.smoothing.multiple_modes import ResidualBiases, smooth_modes
+from multiradar.evaluation.smoothing.single_mode import PositionMeasurements
 from multiradar.research.bundle.printed import PrintedBundle
 from multiradar.restoration.bundle.bundle import Bundle
 from multiradar.restoration.bundle.estimate import BEST, WEIGHTED
@@ -141,7 +141,7 @@ def print_searches(settings: BundleSettings, seed: int, aircraft: int = 6) -> No
     spent: dict[str, list[float]] = {"search of Hooke and Jeeves": [], "least squares": []}
     left: dict[str, list[float]] = {name: [] for name in spent}
     for number in np.unique(seen.aircraft):
-        taken = seen.take(
+        taken = seen.select(
             np.flatnonzero(
                 (seen.aircraft == number) & (seen.time_s > 100.0) & (seen.time_s < 190.0)
             )
@@ -249,10 +249,10 @@ def smoothed(seen: Seen, pasts: list[Old]) -> Past:
     """Smooth all pasts at once, as if each were of an aircraft of its own."""
     every = np.concatenate([known for known, _, _ in pasts])
     number = np.repeat(np.arange(len(pasts)), [len(known) for known, _, _ in pasts])
-    taken = seen.sightings.take(every)
-    apart = Sightings(number, taken.time_s, taken.position_m, taken.covariance_m2)
-    biases = BiasErrors(seen.biases.sensitivity[every], seen.biases.covariance)
-    state = smooth_modes(apart, usual_modes(), OUTLIER_DENSITY, biases).state
+    taken = seen.sightings.select(every)
+    apart = PositionMeasurements(number, taken.time_s, taken.position_m, taken.covariance_m2)
+    biases = ResidualBiases(seen.biases.sensitivity[every], seen.biases.covariance)
+    state = smooth_modes(apart, civil_modes(), OUTLIER_DENSITY, biases).state
     squares, doing = [], []
     for i, (_, old, told) in enumerate(pasts):
         places = state[number == i][-len(old) :, :2]

@@ -17,10 +17,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.evaluation.smoothing.motion_modes import usual_modes
-from multiradar.evaluation.smoothing.multiple_modes import BiasErrors, smooth_modes
-from multiradar.evaluation.smoothing.plots_in_place import Radar, noise_on_plane, place_plots
-from multiradar.evaluation.smoothing.single_mode import Sightings, Smoothed, smooth
+from multiradar.evaluation.smoothing.motion_modes import civil_modes
+from multiradar.evaluation.smoothing.multiple_modes import ResidualBiases, smooth_modes
+from multiradar.evaluation.smoothing.plot_positions import Radar, locate_plots, noise_on_plane
+from multiradar.evaluation.smoothing.single_mode import PositionMeasurements, Smoothed, smooth
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.engine.engine import Engine
 from multiradar.tracking.settings import TrackingSettings
@@ -38,8 +38,8 @@ DENSITIES = (3.0, 10.0, 30.0)
 class Seen:
     """Plots of a scene in place, where the aircraft were, and what they did."""
 
-    sightings: Sightings
-    biases: BiasErrors
+    sightings: PositionMeasurements
+    biases: ResidualBiases
     true_m: Floats
     doing: Integers
 
@@ -76,7 +76,7 @@ def by_density(density: float) -> Callable[[Seen], Smoothed]:
 
 def by_modes(one: Seen) -> Smoothed:
     """Smooth with interacting modes."""
-    return smooth_modes(one.sightings, usual_modes(), DENSITIES[-1], one.biases)
+    return smooth_modes(one.sightings, civil_modes(), DENSITIES[-1], one.biases)
 
 
 def row(name: str, seen: list[Seen], by: Callable[[Seen], Smoothed]) -> str:
@@ -135,11 +135,11 @@ def in_place(one: Flown) -> Seen:
     shown = shown[np.lexsort((batch.time_s[shown], rows.aircraft[shown]))]
     true = np.stack(plane.to_plane(rows.true_latitude_rad, rows.true_longitude_rad), axis=-1)
     return Seen(
-        Sightings(
+        PositionMeasurements(
             rows.aircraft[shown].astype(np.int64), batch.time_s[shown], position[shown],
             noise[shown],
         ),
-        BiasErrors(slope[shown][..., :columns], covariance),
+        ResidualBiases(slope[shown][..., :columns], covariance),
         true[shown],
         one.doing[shown],
     )  # fmt: skip
@@ -147,7 +147,7 @@ def in_place(one: Flown) -> Seen:
 
 def places(plane: SystemPlane, radar: Radar, polar: Floats, height_m: Floats) -> Floats:
     """Return where plots are on the plane, NaN above the radar."""
-    found = place_plots(radar.site, polar[0], polar[1], height_m)
+    found = locate_plots(radar.site, polar[0], polar[1], height_m)
     place = np.stack(plane.to_plane(found.latitude_rad, found.longitude_rad), axis=-1)
     return np.where(found.usable[:, None], place, np.nan)
 

@@ -1,7 +1,7 @@
-"""Tracks and aircraft at regular instants, and which track is whose.
+"""Tracks and aircraft at regular instants, and their assignment to each other.
 
-At an instant every aircraft is where the reference says, and every track where its last update,
-carried on with its speed and heading, says: what a display would show.
+At an instant the position of an aircraft is that of the reference. The position of a track is its
+last update, extrapolated with its speed and heading, as on a display.
 """
 
 from dataclasses import dataclass
@@ -19,18 +19,18 @@ from multiradar.evaluation.trajectories import (
     Reference,
     Tracks,
     joined,
-    places_on,
+    positions_on,
 )
 
-#: Instants that one evaluation may have.
+#: Maximum number of instants of an evaluation.
 INSTANTS_MAX = 1_000_000
-#: A time that misses an instant by rounding alone, in steps, is at it.
+#: A time off an instant by less than this, in steps, is at the instant (rounding).
 _ROUNDING = 1e-6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Instants:
-    """What there is at each instant, and who is whose.
+    """Aircraft and tracks at each instant, and their assignment.
 
     Attributes
     ----------
@@ -39,11 +39,11 @@ class Instants:
     step_s : float
         Time between them.
     aircraft, aircraft_instant : (n,) int64
-        Aircraft that the reference has at an instant, and its number; by aircraft, then time.
+        Aircraft known to the reference at an instant, and its number; by aircraft, then time.
     track, track_instant : (k,) int64
-        Tracks that live at an instant; by track, then time.
+        Tracks alive at an instant; by track, then time.
     aircraft_m, track_m, aircraft_mps, track_mps : (n, 2), (k, 2) float64
-        Places and velocities on the plane.
+        Positions and velocities on the plane.
     track_of : (n,) int64
         Row of the track assigned to each aircraft; −1 for none.
     aircraft_of : (k,) int64
@@ -51,7 +51,7 @@ class Instants:
     redundant : (k,) bool
         Not assigned, but within the gate of an aircraft: a duplicate.
     spurious : (k,) bool
-        Not assigned, nothing within the gate, and the reference would know.
+        Not assigned, no aircraft within the gate, and the reference is complete there.
     """
 
     time_s: Floats
@@ -70,38 +70,38 @@ class Instants:
     spurious: Flags
 
     @property
-    def judged(self) -> Flags:
-        """Which rows of tracks the reference can say something of."""
+    def evaluated(self) -> Flags:
+        """Rows of tracks that the reference can classify."""
         return (self.aircraft_of >= 0) | self.redundant | self.spurious
 
 
-def look(tracks: Tracks, reference: Reference, settings: EvaluationSettings) -> Instants:
+def assign_tracks(tracks: Tracks, reference: Reference, settings: EvaluationSettings) -> Instants:
     """Assign tracks to aircraft at every instant.
 
     Parameters
     ----------
     tracks : Tracks
-        What is judged.
+        The tracks to evaluate.
     reference : Reference
         What is known.
     settings : EvaluationSettings
-        Step, gate, and how long a track is carried on.
+        Step, gate and maximum extrapolation time of a track.
 
     Returns
     -------
     Instants
-        By position alone: what tracks and aircraft are called plays no part.
+        Assigned by position alone; names of tracks and aircraft are not used.
 
     Raises
     ------
     InputError
-        Tracks and reference have no time in common, or there are too many instants.
+        Tracks and reference do not overlap in time, or there are too many instants.
     """
     times = _instants(tracks, reference, settings.step_s)
     here, here_instant = _spread(
         reference.time_s, _reference_ends(reference, settings.step_s), times, settings.step_s
     )
-    places = places_on(reference, here, times[here_instant])
+    positions = positions_on(reference, here, times[here_instant])
     row, instant = _spread(
         tracks.time_s,
         _track_ends(tracks, settings.age_max_s, settings.step_s),
@@ -111,7 +111,7 @@ def look(tracks: Tracks, reference: Reference, settings: EvaluationSettings) -> 
     age_s = (times[instant] - tracks.time_s[row])[:, None]
     track_m = tracks.position_m[row] + age_s * tracks.velocity_mps[row]
     first, second, distance = near_pairs(
-        places.position_m, here_instant, track_m, instant, settings.gate_m
+        positions.position_m, here_instant, track_m, instant, settings.gate_m
     )
     best = best_pairs(first, second, distance, settings.gate_m, 1.0)
     track_of, aircraft_of = np.full(len(here), -1), np.full(len(row), -1)
@@ -123,12 +123,13 @@ def look(tracks: Tracks, reference: Reference, settings: EvaluationSettings) -> 
     own = _own_aircraft(track, np.where(aircraft_of >= 0, aircraft[aircraft_of], -1))
     alive = np.zeros((len(times), len(reference.names) + 1), np.bool_)
     alive[here_instant, aircraft] = True
-    # The last column stands for tracks that meet no aircraft.
+    # The last column is for tracks that never match an aircraft.
     alive[:, -1] = not settings.partial
     spurious = (aircraft_of < 0) & ~redundant & alive[instant, own]
     return Instants(
-        times, settings.step_s, aircraft, here_instant, track, instant, places.position_m, track_m,
-        places.velocity_mps, tracks.velocity_mps[row], track_of, aircraft_of, redundant, spurious,
+        times, settings.step_s, aircraft, here_instant, track, instant, positions.position_m,
+        track_m, positions.velocity_mps, tracks.velocity_mps[row], track_of, aircraft_of, redundant,
+        spurious,
     )  # fmt: skip
 
 
@@ -146,7 +147,7 @@ def _instants(tracks: Tracks, reference: Reference, step_s: float) -> Floats:
     return times
 
 
-# Rows that count from their time until an end, at the instants between: row and instant of each.
+# Rows valid from their time until an end, at the instants between: row and instant of each.
 def _spread(
     time_s: Floats, end_s: Floats, instants: Floats, step_s: float
 ) -> tuple[Indices, Indices]:
@@ -161,7 +162,7 @@ def _spread(
 
 def _reference_ends(reference: Reference, step_s: float) -> Floats:
     following = np.append(reference.time_s[1:], 0.0)
-    # The last position before a gap counts at its own time.
+    # The last position before a gap is valid at its own time only.
     alone = reference.time_s + 2.0 * _ROUNDING * step_s
     ends: Floats = np.where(joined(reference), following, alone)
     return ends
@@ -175,8 +176,8 @@ def _track_ends(tracks: Tracks, age_max_s: float, step_s: float) -> Floats:
     return ends
 
 
-# The aircraft that a track belongs to at each row: that of its last match, or else of its first;
-# −1 where it never has one.
+# The aircraft of a track at each row: that of its last match, or else of its first; −1 where it
+# never matches.
 def _own_aircraft(track: Indices, matched: Indices) -> Indices:
     own = matched.copy()
     for rows in (slice(None), slice(None, None, -1)):

@@ -1,8 +1,7 @@
 """The best assignment of tracks to aircraft, at many instants at once.
 
-Pairs within the cut-off are found with one tree for all instants. Where a track and an aircraft
-have only each other they are matched at once; what is left falls into small groups, each of which
-is assigned optimally.
+Pairs within the cut-off are found with one tree for all instants. A track and an aircraft that have
+only each other are matched at once. The rest forms small groups, each assigned optimally.
 """
 
 import numpy as np
@@ -24,12 +23,12 @@ def near_pairs(
     second_instant: Indices,
     radius_m: float,
 ) -> tuple[Indices, Indices, Floats]:
-    """Return all pairs of one instant that are within a radius.
+    """Return all pairs of the same instant within a radius.
 
     Parameters
     ----------
     first_m, second_m : (n, 2), (k, 2) float64
-        Places.
+        Positions.
     first_instant, second_instant : (n,), (k,) int64
         Number of the instant of each.
     radius_m : float
@@ -40,7 +39,7 @@ def near_pairs(
     first, second : (q,) int64
         Row of each partner.
     distance_m : (q,) float64
-        How far they are apart, below the radius.
+        Distance, below the radius.
     """
     none = np.zeros(0, np.int64)
     if not len(first_m) or not len(second_m):
@@ -51,7 +50,7 @@ def near_pairs(
     ]
     found = trees[0].sparse_distance_matrix(trees[1], radius_m, output_type="ndarray")
     first, second = found["i"].astype(np.int64), found["j"].astype(np.int64)
-    # The time axis is large: distances are formed anew from the places.
+    # The time axis is large: distances are recomputed from the positions for precision.
     distance = np.hypot(*(first_m[first] - second_m[second]).T)
     order = np.lexsort((second, first))
     order = order[distance[order] < radius_m]
@@ -68,17 +67,17 @@ def best_pairs(
     first, second : (q,) int64
         Partners of the possible pairs.
     distance_m : (q,) float64
-        How far they are apart, m.
+        Distance between them, m.
     cutoff_m : float
-        A pair farther apart is none, m.
+        Pairs farther apart are excluded, m.
     order : float
-        Exponent p of the distance in the sum that is least.
+        Exponent p of the distance in the minimised sum.
 
     Returns
     -------
     (r,) int64
-        Which of the pairs are taken; no partner is in two of them. They minimise the sum of
-        min(d, c)ᵖ, which is the assignment of OSPA and of GOSPA with α = 2.
+        Selected pairs; no partner is in two of them. They minimise the sum of min(d, c)ᵖ, which is
+        the assignment of OSPA and of GOSPA with α = 2.
     """
     candidates = np.flatnonzero(distance_m < cutoff_m)
     first, second = first[candidates], second[candidates]
@@ -87,16 +86,16 @@ def best_pairs(
     _, first = np.unique(first, return_inverse=True)
     _, second = np.unique(second, return_inverse=True)
     alone = (np.bincount(first)[first] == 1) & (np.bincount(second)[second] == 1)
-    taken = [candidates[alone]]
+    selected = [candidates[alone]]
     rest = np.flatnonzero(~alone)
     for group in _groups(first[rest], second[rest]):
         pairs = rest[group]
         costs = (distance_m[candidates[pairs]] / cutoff_m) ** order
-        taken.append(candidates[pairs[_assigned(first[pairs], second[pairs], costs)]])
-    return np.sort(np.concatenate(taken))
+        selected.append(candidates[pairs[_assigned(first[pairs], second[pairs], costs)]])
+    return np.sort(np.concatenate(selected))
 
 
-# Pairs that compete, directly or through others, as lists of their positions.
+# Groups of pairs that compete, directly or through others, as lists of their rows.
 def _groups(first: Indices, second: Indices) -> list[Indices]:
     if not len(first):
         return []
@@ -116,7 +115,7 @@ def _assigned(first: Indices, second: Indices, costs: Floats) -> Indices:
     columns, column = np.unique(second, return_inverse=True)
     matrix = np.ones((len(rows), len(columns)))
     matrix[row, column] = costs
-    place = np.full(matrix.shape, -1)
-    place[row, column] = np.arange(len(costs))
-    chosen: Indices = place[linear_sum_assignment(matrix)]
+    pair = np.full(matrix.shape, -1)
+    pair[row, column] = np.arange(len(costs))
+    chosen: Indices = pair[linear_sum_assignment(matrix)]
     return chosen[chosen >= 0]

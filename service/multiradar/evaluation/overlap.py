@@ -1,4 +1,4 @@
-"""Whether tracks and a reference are of one time and one area, and what may be wrong if not."""
+"""Checks that tracks and reference overlap in time and area, with advice if they do not."""
 
 from dataclasses import dataclass
 
@@ -8,11 +8,11 @@ from multiradar.errors import InputError
 from multiradar.evaluation.trajectories import Flags, Floats, Indices, Reference, Tracks
 from multiradar.report.times import is_dated, time_text
 
-#: Part of the reference outside the time or area of the tracks from which it is worth a word.
+#: Fraction of the reference outside the time or area of the tracks that gives a warning.
 OUTSIDE_MIN = 0.5
-#: Part of the time of its aircraft with a track below which it is worth a word, too.
+#: Fraction of the aircraft's time with a track below which there is a warning, too.
 MATCHED_MIN = 0.5
-#: Times that are so near whole hours apart are those of another zone, s.
+#: Times this near to whole hours apart suggest another time zone, s.
 _ZONE_WITHIN_S = 300.0
 _HOUR_S, _DAY_S = 3600.0, 86_400.0
 
@@ -31,19 +31,19 @@ class _Span:
 
 
 def check_times(tracks: Tracks, reference: Reference) -> None:
-    """Refuse a reference of another time than the tracks.
+    """Reject a reference that does not overlap the tracks in time.
 
     Parameters
     ----------
     tracks : Tracks
-        What is evaluated.
+        The tracks to evaluate.
     reference : Reference
         What is known.
 
     Raises
     ------
     InputError
-        With both times and what may be wrong.
+        With both times and advice.
     """
     own, known = _span(tracks.time_s), _span(reference.time_s)
     if own.meets(known):
@@ -56,12 +56,12 @@ def check_times(tracks: Tracks, reference: Reference) -> None:
 
 
 def check_matched(tracks: Tracks, reference: Reference, track_of: Indices, gate_m: float) -> None:
-    """Refuse an evaluation in which no track ever meets an aircraft of the reference.
+    """Reject an evaluation in which no track ever matches an aircraft of the reference.
 
     Parameters
     ----------
     tracks, reference : Tracks, Reference
-        What was compared.
+        Tracks and reference.
     track_of : (n,) int64
         Track assigned to each aircraft at each instant; −1 for none.
     gate_m : float
@@ -84,19 +84,19 @@ def check_matched(tracks: Tracks, reference: Reference, track_of: Indices, gate_
 
 
 def outside(tracks: Tracks, reference: Reference, gate_m: float) -> list[str]:
-    """Return a sentence for each way in which most of a reference lies outside the tracks.
+    """Return warnings where most of a reference lies outside the tracks.
 
     Parameters
     ----------
     tracks, reference : Tracks, Reference
-        What is compared.
+        Tracks and reference.
     gate_m : float
         Association radius, m.
 
     Returns
     -------
     list of str
-        None where less than `OUTSIDE_MIN` of its positions lies outside.
+        Empty where less than `OUTSIDE_MIN` of its positions lies outside.
     """
     own, known = _span(tracks.time_s), _span(reference.time_s)
     late = (reference.time_s < own.first_s) | (reference.time_s > own.last_s)
@@ -119,8 +119,8 @@ def outside(tracks: Tracks, reference: Reference, gate_m: float) -> list[str]:
     return sentences
 
 
-def seldom_matched(track_of: Indices, gate_m: float) -> list[str]:
-    """Return a sentence where the aircraft of a reference have a track for little of their time.
+def rarely_matched(track_of: Indices, gate_m: float) -> list[str]:
+    """Return a warning where the aircraft of a reference have a track for little of their time.
 
     Parameters
     ----------
@@ -132,7 +132,7 @@ def seldom_matched(track_of: Indices, gate_m: float) -> list[str]:
     Returns
     -------
     list of str
-        None from `MATCHED_MIN` on.
+        Empty from `MATCHED_MIN` on.
     """
     share = float(np.mean(track_of >= 0))
     if share >= MATCHED_MIN:
@@ -155,9 +155,9 @@ def _advice(own: _Span, known: _Span) -> str:
     later_s = known.first_s - own.first_s
     days = round(later_s / _DAY_S)
     if days and own.meets(known, days * _DAY_S):
-        way = "after" if days > 0 else "before"
+        order = "after" if days > 0 else "before"
         count = f"{abs(days)} day{'' if abs(days) == 1 else 's'}"
-        return f"the reference is {count} {way} the tracks: wrong day (--date of `convert`)?"
+        return f"the reference is {count} {order} the tracks: wrong day (--date of `convert`)?"
     hours = round(later_s / _HOUR_S)
     if abs(later_s - hours * _HOUR_S) <= _ZONE_WITHIN_S and 0 < abs(hours) <= 14:
         return f"they are {abs(hours)} h apart: another time zone, or another recording?"

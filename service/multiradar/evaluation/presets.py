@@ -1,4 +1,4 @@
-"""Requirements of the field, as sets of lines that pass, fail or cannot be told."""
+"""Published requirements, as sets of lines that pass, fail or are not applicable."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -8,19 +8,19 @@ from types import MappingProxyType
 import numpy as np
 
 from multiradar.errors import UnknownPresetError
-from multiradar.evaluation.measures.continuity import Heard, Stretches, detection
+from multiradar.evaluation.measures.continuity import AircraftUpdates, TrackedPeriods, detection
 from multiradar.evaluation.measures.update_errors import UpdateErrors
 from multiradar.evaluation.trajectories import Floats
 
-#: With fewer samples nothing is said of a requirement.
+#: With fewer samples a requirement is not applicable.
 SAMPLES_MIN = 100
-#: With fewer updates a flight has no figure of its own.
+#: With fewer updates a flight is not evaluated on its own.
 FLIGHT_UPDATES_MIN = 30
-#: Errors in a row that make a series.
+#: Consecutive errors that make a series.
 SERIES_MIN = 3
 
 
-class Verdict(StrEnum):
+class PresetOutcome(StrEnum):
     """Whether a requirement is met."""
 
     PASS = "pass"
@@ -30,29 +30,29 @@ class Verdict(StrEnum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Evidence:
-    """What requirements are judged by.
+    """Data by which requirements are evaluated.
 
     Attributes
     ----------
     errors : UpdateErrors
         Errors of updates.
-    updates : Heard
+    updates : AircraftUpdates
         Updates of each aircraft.
-    where : Stretches
-        Times over which aircraft should be tracked.
+    where : TrackedPeriods
+        Periods in which aircraft should be tracked.
     interval_s : (n,) float64
-        Times between updates.
+        Intervals between updates.
     """
 
     errors: UpdateErrors
-    updates: Heard
-    where: Stretches
+    updates: AircraftUpdates
+    where: TrackedPeriods
     interval_s: Floats
 
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """A figure, how many samples it is of, and how many are needed."""
+    """A figure, its number of samples, and the number needed."""
 
     value: float
     samples: int
@@ -66,15 +66,15 @@ class Requirement:
     Attributes
     ----------
     text : str
-        What is required.
+        Requirement in words.
     limit : float
         The bound, in `unit`.
     unit : str
         m or %.
     at_least : bool
-        Whether the bound is the least or the largest value that passes.
+        Whether the bound is the smallest or the largest value that passes.
     measure : callable
-        Gives the figure.
+        Returns the figure.
     """
 
     text: str
@@ -85,64 +85,64 @@ class Requirement:
 
 
 @dataclass(frozen=True, slots=True)
-class Judgement:
-    """A requirement with what was found.
+class PresetResult:
+    """Result of one requirement.
 
     Attributes
     ----------
     preset : str
         Name of the preset.
     requirement : Requirement
-        What is required.
+        The requirement.
     found : Found
-        What was found.
-    verdict : Verdict
+        The value found.
+    outcome : PresetOutcome
         Not applicable with too few samples.
     """
 
     preset: str
     requirement: Requirement
     found: Found
-    verdict: Verdict
+    outcome: PresetOutcome
 
 
-def judge(names: Sequence[str], evidence: Evidence) -> list[Judgement]:
-    """Judge presets.
+def evaluate_presets(names: Sequence[str], evidence: Evidence) -> list[PresetResult]:
+    """Evaluate presets.
 
     Parameters
     ----------
     names : sequence of str
         Of `PRESETS`.
     evidence : Evidence
-        What was found.
+        Data of the evaluation.
 
     Returns
     -------
-    list of Judgement
+    list of PresetResult
         Every requirement of every preset, in order.
 
     Raises
     ------
     UnknownPresetError
-        A name that there is not.
+        Unknown name.
     """
     for name in names:
         if name not in PRESETS:
             raise UnknownPresetError(name, tuple(PRESETS))
-    judgements = []
+    results = []
     for name in names:
         for requirement in PRESETS[name]:
             found = requirement.measure(evidence)
-            judgements.append(Judgement(name, requirement, found, _verdict(requirement, found)))
-    return judgements
+            results.append(PresetResult(name, requirement, found, _outcome(requirement, found)))
+    return results
 
 
-def _verdict(requirement: Requirement, found: Found) -> Verdict:
+def _outcome(requirement: Requirement, found: Found) -> PresetOutcome:
     if found.samples < found.samples_min or not np.isfinite(found.value):
-        return Verdict.NOT_APPLICABLE
+        return PresetOutcome.NOT_APPLICABLE
     if requirement.at_least:
-        return Verdict.PASS if found.value >= requirement.limit else Verdict.FAIL
-    return Verdict.PASS if found.value <= requirement.limit else Verdict.FAIL
+        return PresetOutcome.PASS if found.value >= requirement.limit else PresetOutcome.FAIL
+    return PresetOutcome.PASS if found.value <= requirement.limit else PresetOutcome.FAIL
 
 
 def _detection(interval_s: float) -> Callable[[Evidence], Found]:
@@ -189,7 +189,7 @@ def _series(above_m: float) -> Callable[[Evidence], Found]:
 
 
 def in_series(errors: UpdateErrors, above_m: float) -> int:
-    """Count the updates in series of at least three large errors of one aircraft.
+    """Count the updates in series of at least three consecutive large errors of one aircraft.
 
     Parameters
     ----------
@@ -214,7 +214,7 @@ def _per_flight(rms_m: float, large_m: float) -> tuple[Requirement, ...]:
     series = f"updates in series of {SERIES_MIN} or more errors above {large_m:g} m"
     return (
         Requirement("RMS position error of the worst flight", rms_m, "m", False, _worst_flight),
-        # R5 of both volumes bears with 0.03 % of the reports.
+        # R5 of both volumes allows 0.03 % of the reports.
         Requirement(series, 0.03, "%", False, _series(large_m)),
     )
 

@@ -6,46 +6,51 @@ from dataclasses import dataclass, field
 import numpy as np
 import polars as pl
 
-from multiradar.evaluation.instants import Instants, look
+from multiradar.evaluation.instants import Instants, assign_tracks
 from multiradar.evaluation.measures.bias_errors import BiasHistory
 from multiradar.evaluation.measures.consistency import Consistency, consistency
-from multiradar.evaluation.measures.continuity import heard, intervals, stretches, tracked_since
+from multiradar.evaluation.measures.continuity import (
+    aircraft_updates,
+    intervals,
+    tracked_periods,
+    tracked_since,
+)
 from multiradar.evaluation.measures.distances import SetDistances, set_distances
 from multiradar.evaluation.measures.forecast_errors import ForecastErrors, forecast_errors, joined
 from multiradar.evaluation.measures.identity import Identity, identity_over_time
 from multiradar.evaluation.measures.plots_on_tracks import first_plots, plots_on_the_right_track
 from multiradar.evaluation.measures.siap import Siap, siap
+from multiradar.evaluation.measures.track_classes import TrackClasses, classify_tracks
 from multiradar.evaluation.measures.update_errors import (
     UpdateErrors,
     aircraft_of_updates,
     errors_of_updates,
 )
-from multiradar.evaluation.measures.verdicts import Verdicts, verdicts
-from multiradar.evaluation.presets import Evidence, Judgement, judge
+from multiradar.evaluation.presets import Evidence, PresetResult, evaluate_presets
 from multiradar.evaluation.settings import EvaluationSettings
 from multiradar.evaluation.trajectories import Floats, Indices, Reference, Tracks
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scorecard:
-    """What an evaluation found.
+    """Results of an evaluation.
 
     Attributes
     ----------
     settings : EvaluationSettings
-        What it depends on.
+        Settings of the comparison.
     tracks, reference : Tracks, Reference
-        What was compared.
+        Tracks and reference.
     instants : Instants
-        Who was whose at each instant.
+        Assignment at each instant.
     identity : Identity
-        Who was whose over time.
+        Assignment over time.
     aircraft : (n,) int64
-        Whose each update is; −1 for none.
+        Aircraft of each update; −1 for none.
     errors : UpdateErrors
         Errors of updates.
-    verdicts : Verdicts
-        What each track is.
+    track_classes : TrackClasses
+        Class of each track.
     siap : Siap
         Measures of the picture.
     distances : SetDistances
@@ -57,15 +62,15 @@ class Scorecard:
     interval_s : (i,) float64
         Times between updates.
     interval_aircraft : (i,) int64
-        Whose they are.
-    judgements : list of Judgement
+        Aircraft of each interval.
+    preset_results : list of PresetResult
         Presets.
     plots : tuple of int, optional
-        Plots on the right track, and all.
+        Plots on the right track, and all plots.
     biases : list of BiasHistory
         Biases over time.
     forecasts : ForecastErrors, optional
-        Forecasts whose truth is known.
+        Forecasts with known truth.
     """
 
     settings: EvaluationSettings
@@ -75,7 +80,7 @@ class Scorecard:
     identity: Identity
     aircraft: Indices
     errors: UpdateErrors
-    verdicts: Verdicts
+    track_classes: TrackClasses
     siap: Siap
     distances: SetDistances
     position: Consistency | None
@@ -83,7 +88,7 @@ class Scorecard:
     delay_s: Floats
     interval_s: Floats
     interval_aircraft: Indices
-    judgements: list[Judgement]
+    preset_results: list[PresetResult]
     plots: tuple[int, int] | None = None
     biases: list[BiasHistory] = field(default_factory=list)
     forecasts: ForecastErrors | None = None
@@ -104,19 +109,19 @@ def evaluate(
     Parameters
     ----------
     tracks : Tracks
-        What is judged.
+        The tracks to evaluate.
     reference : Reference
-        What is known, on the same plane.
+        On the same plane.
     settings : EvaluationSettings
-        How they are compared.
+        Settings of the comparison.
     presets : sequence of str
-        Requirements to judge.
+        Presets to evaluate.
     plots : DataFrame, optional
-        `time_s`, `sensor_id` and `name` (of the aircraft, null where unknown) of the plots tracked.
+        `time_s`, `sensor_id` and `name` (of the aircraft, null where unknown) of the tracked plots.
     biases : sequence of BiasHistory
-        Biases to show with the rest.
+        Biases to include.
     forecasts : sequence of (DataFrame, str)
-        `forecasts.parquet` and `bundle_forecasts.parquet`, and what each is called in errors.
+        `forecasts.parquet` and `bundle_forecasts.parquet`, with their names used in errors.
 
     Returns
     -------
@@ -126,20 +131,20 @@ def evaluate(
     Raises
     ------
     InputError
-        Tracks and reference have no time in common, or forecasts cannot be used.
+        Tracks and reference do not overlap in time, or forecasts cannot be used.
     UnknownPresetError
-        A preset that there is not.
+        Unknown preset.
     """
-    instants = look(tracks, reference, settings)
+    instants = assign_tracks(tracks, reference, settings)
     identity = identity_over_time(instants, len(reference.names), len(tracks.ids), settings.dwell_s)
     aircraft = aircraft_of_updates(tracks, reference, instants, identity)
     errors = errors_of_updates(tracks, reference, aircraft, settings)
-    updates = heard(tracks, reference, aircraft)
-    where = stretches(reference, updates)
+    updates = aircraft_updates(tracks, reference, aircraft)
+    where = tracked_periods(reference, updates)
     interval_s, interval_aircraft = intervals(updates, where)
     claimed = np.hypot(tracks.position_sigma_m[errors.update], settings.reference_sigma_m)
     claimed_velocity = tracks.velocity_sigma_mps[errors.update]
-    # Aircraft of which no plot is known are expected from their first known place on.
+    # Aircraft without plots are expected from their first reference position on.
     expected = reference.time_s[
         np.searchsorted(reference.aircraft, np.arange(len(reference.names)))
     ].copy()
@@ -157,7 +162,7 @@ def evaluate(
         identity=identity,
         aircraft=aircraft,
         errors=errors,
-        verdicts=verdicts(tracks, instants),
+        track_classes=classify_tracks(tracks, instants),
         siap=siap(instants, identity),
         distances=set_distances(instants, settings.cutoff_m, settings.order),
         position=consistency(errors.position_m, claimed, errors.aircraft, errors.time_s),
@@ -165,7 +170,7 @@ def evaluate(
         delay_s=delay_s,
         interval_s=interval_s,
         interval_aircraft=interval_aircraft,
-        judgements=judge(presets, Evidence(errors, updates, where, interval_s)),
+        preset_results=evaluate_presets(presets, Evidence(errors, updates, where, interval_s)),
         plots=on_track,
         biases=list(biases),
         forecasts=joined(

@@ -1,4 +1,4 @@
-"""What an evaluation depends on beside tracks and reference."""
+"""Settings of an evaluation."""
 
 import math
 from dataclasses import dataclass, fields
@@ -15,28 +15,28 @@ class EvaluationSettings:
     step_s : float
         Time between the instants at which tracks are assigned to aircraft, s.
     gate_m : float
-        Association radius: a track farther from an aircraft is not its track, m.
+        Association radius: a track farther from an aircraft is not assigned to it, m.
     age_max_s : float
-        A track is carried on from its last update for so long, s.
+        Maximum extrapolation time of a track from its last update, s.
     reference_gap_s : float
         The reference is not interpolated between positions farther apart, s.
     cutoff_m, order : float
         c and p of OSPA and GOSPA: m, and at least 1.
     dwell_s : float
-        A track that is nearest to another aircraft for less than this has not changed over, s.
+        A track that is nearest to another aircraft for less than this has not swapped, s.
     gap_s : float
-        A time between two updates of an aircraft from which on it is told as a gap, s.
+        Shortest interval between two updates of an aircraft that counts as a gap, s.
     settling_s : float
-        Updates of the first so many seconds of a track do not count as errors, s.
+        Updates in the first seconds of a track do not count as errors, s.
     reference_sigma_m : float
         Error of the reference itself, square root of the trace of its covariance, m; it is added
-        to what tracks claim.
+        to the reported covariance of tracks.
     density : float
-        Spectral density of the acceleration of aircraft, with which a reference is smoothed, m²/s³.
+        Spectral density of the acceleration of aircraft for smoothing a reference, m²/s³.
     scan_period_s : float, optional
-        Turn of a radar, s, to tell delays in scans.
+        Scan period of a radar, s, to express delays in scans.
     partial : bool
-        Whether the reference may lack aircraft: a track that meets none is then not judged.
+        Whether the reference may lack aircraft: a track that matches none is then not evaluated.
     tentative : bool
         Whether tentative tracks count.
 
@@ -70,6 +70,6 @@ class EvaluationSettings:
             bound = least.get(one.name)
             good = value > 0.0 if bound is None else value >= bound
             if not (math.isfinite(value) and good):
-                told = "above 0" if bound is None else f"of at least {bound:g}"
-                msg = f"{one.name}: expected a number {told}, was {value:g}"
+                expected = "above 0" if bound is None else f"of at least {bound:g}"
+                msg = f"{one.name}: expected a number {expected}, was {value:g}"
                 raise ConfigurationError(msg)

@@ -1,4 +1,4 @@
-"""From tables on disk to arrays on a plane, with a named error for what cannot be used."""
+"""Reading tables into arrays on a plane, with a specific error for unusable values."""
 
 import numpy as np
 import polars as pl
@@ -7,15 +7,15 @@ from multiradar.errors import InputError, MissingColumnError
 from multiradar.evaluation.trajectories import Floats, Indices, Reference, Tracks
 from multiradar.geodesy.system_plane import SystemPlane
 
-#: No time, place, speed or sigma of anything is larger.
+#: Largest plausible time, position, speed or sigma.
 NUMBER_MAX = 1e12
-#: Nor does an aircraft fly higher, m: such a height is taken as unknown.
+#: Maximum height of an aircraft, m; larger ones count as unknown.
 HEIGHT_MAX_M = 1e6
-#: Nor does one climb faster, m/s: such a rate is taken as unknown.
+#: Maximum rate of climb, m/s; larger ones count as unknown.
 CLIMB_MAX_MPS = 1e3
-#: Column of `tracks.parquet` that is used where it is there.
+#: Optional column of `tracks.parquet`.
 CLIMB_COLUMN = "vertical_rate_mps"
-#: Columns that are used of `tracks.parquet`.
+#: Columns read from `tracks.parquet`.
 TRACK_COLUMNS = (
     "time_s", "track_id", "latitude_deg", "longitude_deg", "height_m", "speed_mps",
     "heading_deg", "position_sigma_m", "velocity_sigma_mps", "state", "sensor_id",
@@ -24,26 +24,26 @@ _TRACK_NUMBERS = (
     "time_s", "latitude_deg", "longitude_deg", "speed_mps", "heading_deg", "position_sigma_m",
     "velocity_sigma_mps",
 )  # fmt: skip
-#: Columns that are used of `truth.parquet`.
+#: Columns read from `truth.parquet`.
 TRUTH_COLUMNS = (
     "time_s", "track_number", "latitude_deg", "longitude_deg", "height_m", "speed_mps",
     "heading_deg",
 )  # fmt: skip
-#: Columns that are used of ADS-B reports in `measurements.parquet`.
+#: Columns read from ADS-B reports in `measurements.parquet`.
 REPORT_COLUMNS = (
     "time_s", "track_number", "mode_s_address", "latitude_deg", "longitude_deg", "height_m",
 )  # fmt: skip
 
 
 def reference_of_truth(frame: pl.DataFrame, source: str, gap_s: float) -> Reference:
-    """Return the reference that the truth of a simulation is.
+    """Return the reference from the truth of a simulation.
 
     Parameters
     ----------
     frame : DataFrame
-        `truth.parquet`; rows without an aircraft are clutter and passed over.
+        `truth.parquet`; rows without an aircraft are clutter and skipped.
     source : str
-        What it is called in errors.
+        Name used in errors.
     gap_s : float
         Positions farther apart in time are not joined, s.
 
@@ -55,9 +55,9 @@ def reference_of_truth(frame: pl.DataFrame, source: str, gap_s: float) -> Refere
     Raises
     ------
     MissingColumnError
-        A column is not there.
+        A column is missing.
     InputError
-        Nothing is in it, or a value is no number.
+        The table is empty, or a value is not a number.
     """
     _require_columns(frame, TRUTH_COLUMNS, source)
     known = frame.drop_nulls(["track_number"]).with_columns(
@@ -68,14 +68,14 @@ def reference_of_truth(frame: pl.DataFrame, source: str, gap_s: float) -> Refere
 
 
 def reference_of_reports(frame: pl.DataFrame, source: str, gap_s: float) -> Reference:
-    """Return the reference that ADS-B reports are.
+    """Return the reference from ADS-B reports.
 
     Parameters
     ----------
     frame : DataFrame
         Rows of `measurements.parquet` with positions.
     source : str
-        What it is called in errors.
+        Name used in errors.
     gap_s : float
         Reports farther apart in time are not joined, s.
 
@@ -83,14 +83,14 @@ def reference_of_reports(frame: pl.DataFrame, source: str, gap_s: float) -> Refe
     -------
     Reference
         Without velocities; aircraft are named by track number, or else by Mode S address. Reports
-        that have neither are passed over.
+        with neither are skipped.
 
     Raises
     ------
     MissingColumnError
-        A column is not there.
+        A column is missing.
     InputError
-        Nothing is in it, or a value is no number.
+        The table is empty, or a value is not a number.
     """
     _require_columns(frame, REPORT_COLUMNS, source)
     known = frame.with_columns(aircraft_name()).drop_nulls(["name"])
@@ -98,7 +98,7 @@ def reference_of_reports(frame: pl.DataFrame, source: str, gap_s: float) -> Refe
 
 
 def aircraft_name() -> pl.Expr:
-    """Return the name of the aircraft that a measurement says it is of; null for none."""
+    """Return the aircraft name of a measurement: track number or Mode S address; null for none."""
     return pl.coalesce(pl.col("track_number").cast(pl.String), "mode_s_address").alias("name")
 
 
@@ -110,9 +110,9 @@ def tracks_of(frame: pl.DataFrame, source: str, plane: SystemPlane, *, tentative
     frame : DataFrame
         `tracks.parquet`.
     source : str
-        What it is called in errors.
+        Name used in errors.
     plane : SystemPlane
-        That of the reference.
+        The plane of the reference.
     tentative : bool
         Whether tentative tracks count.
 
@@ -124,11 +124,11 @@ def tracks_of(frame: pl.DataFrame, source: str, plane: SystemPlane, *, tentative
     Raises
     ------
     MissingColumnError
-        A column is not there.
+        A column is missing.
     InputError
-        Nothing is in it, or a value is no number.
+        The table is empty, or a value is not a number.
     OutsidePlaneError
-        A track is on the other side of the Earth.
+        A track is outside the plane.
     """
     _require_columns(frame, TRACK_COLUMNS, source)
     _require_rows(frame, "tracks", source)
@@ -209,7 +209,7 @@ def _heights(rows: pl.DataFrame) -> Floats:
     return np.where(np.abs(heights) <= HEIGHT_MAX_M, heights, np.nan)
 
 
-# Tables of other trackers may not have it.
+# Optional: tables of other trackers may lack it.
 def _climb(rows: pl.DataFrame) -> Floats:
     if CLIMB_COLUMN not in rows.columns or not rows[CLIMB_COLUMN].dtype.is_numeric():
         return np.full(len(rows), np.nan)
@@ -243,10 +243,13 @@ def _require_numbers(frame: pl.DataFrame, columns: tuple[str, ...], source: str)
         if name.endswith("latitude_deg"):
             wrong = np.union1d(wrong, np.flatnonzero(np.abs(values) > 90.0))
         if len(wrong):
-            told = frame[name][int(wrong[0])]
-            msg = f"{source}: expected a number in {name} of row {wrong[0]}, was {told}"
+            value = frame[name][int(wrong[0])]
+            msg = f"{source}: expected a number in {name} of row {wrong[0]}, was {value}"
             raise InputError(msg)
         if "_sigma_" in name and np.any(values < 0.0):
             row = int(np.argmax(values < 0.0))
-            msg = f"{source}: expected no sigma below 0 in {name} of row {row}, was {values[row]:g}"
+            msg = (
+                f"{source}: expected a sigma of at least 0 in {name} of row {row}, "
+                f"was {values[row]:g}"
+            )
             raise InputError(msg)

@@ -1,7 +1,7 @@
-"""Tracks and reference as arrays on one plane, and where they are at a time.
+"""Tracks and reference as arrays on one plane, and interpolation of the reference.
 
-Positions and velocities are (east, north) on a `SystemPlane` laid through the middle of the
-reference; rows stand by object, then by time.
+Positions and velocities are (east, north) on a `SystemPlane` through the middle of the reference;
+rows are sorted by object, then by time.
 """
 
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from multiradar.geodesy.system_plane import SystemPlane
 
-#: Time over which heights of the reference tell a rate of climb, s.
+#: Time over which the rate of climb is derived from heights of the reference, s.
 CLIMB_SPAN_S = 10.0
 
 Floats = NDArray[np.float64]
@@ -21,7 +21,7 @@ Flags = NDArray[np.bool_]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Tracks:
-    """Updates of tracks, those of a track together and in time.
+    """Updates of tracks, sorted by track, then time.
 
     Attributes
     ----------
@@ -38,14 +38,13 @@ class Tracks:
     height_m, climb_mps : (n,) float64
         Height and its rate, NaN where unknown.
     position_sigma_m, velocity_sigma_mps : (n,) float64
-        Square root of the trace of the claimed covariance.
+        Square root of the trace of the reported covariance.
     measured : (n,) bool
-        False where a track only coasted.
+        False for coasting updates.
     sensor_id : (n,) str
-        What measured.
+        Sensor of the update.
     initiated, confirmed : int
-        Number of all tracks that there were, tentative ones included, and of those that were
-        confirmed.
+        Number of all tracks, including tentative ones, and of those that were confirmed.
     """
 
     ids: Indices
@@ -66,12 +65,12 @@ class Tracks:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reference:
-    """What is known of the aircraft, the positions of one together and in time.
+    """Known positions of the aircraft, sorted by aircraft, then time.
 
     Attributes
     ----------
     plane : SystemPlane
-        What the positions lie on.
+        The plane of the positions.
     names : (m,) str
         Name of each aircraft.
     aircraft : (n,) int64
@@ -99,8 +98,8 @@ class Reference:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Places:
-    """Where the reference is at given times: NaN where it does not say.
+class Positions:
+    """The reference at given times: NaN where unknown.
 
     Attributes
     ----------
@@ -133,8 +132,8 @@ def joined(reference: Reference) -> Flags:
     return np.append(same & near, np.zeros(min(1, len(reference.time_s)), np.bool_))
 
 
-def places_on(reference: Reference, row: Indices, time_s: Floats) -> Places:
-    """Return where the reference is at times that belong to its rows.
+def positions_on(reference: Reference, row: Indices, time_s: Floats) -> Positions:
+    """Return the reference at times that belong to its rows.
 
     Parameters
     ----------
@@ -147,15 +146,15 @@ def places_on(reference: Reference, row: Indices, time_s: Floats) -> Places:
 
     Returns
     -------
-    Places
-        Between rows a cubic through positions and velocities (Hermite) where velocities are known,
-        straight lines elsewhere.
+    Positions
+        Between rows a cubic Hermite interpolation of positions and velocities where velocities are
+        known, straight lines elsewhere.
 
     Notes
     -----
-    The error of the cubic is at most the fourth derivative of the motion times Δt⁴ / 384; in a turn
-    of 3 °/s at 200 m/s and rows 5 s apart below 0.1 m. Straight lines are off by a Δt² / 8, with
-    an acceleration of 10 m/s² and 10 s 125 m.
+    The error of the cubic is at most the fourth derivative of the motion times Δt⁴ / 384: below
+    0.1 m in a turn of 3 °/s at 200 m/s with rows 5 s apart. The error of straight lines is
+    a Δt² / 8: 125 m with an acceleration of 10 m/s² and rows 10 s apart.
     """
     linked = joined(reference)[row]
     after = np.where(linked, row + 1, row)
@@ -164,7 +163,7 @@ def places_on(reference: Reference, row: Indices, time_s: Floats) -> Places:
     start, end = reference.position_m[row], reference.position_m[after]
     if reference.velocity_mps is None:
         position = start + share * (end - start)
-        return Places(position, _slopes(reference, row), _heights(reference, row, share[:, 0]))
+        return Positions(position, _slopes(reference, row), _heights(reference, row, share[:, 0]))
     first = reference.velocity_mps[row] * span_s[:, None]
     last = np.where(linked[:, None], reference.velocity_mps[after] * span_s[:, None], first)
     end = np.where(linked[:, None], end, start + first)
@@ -175,19 +174,19 @@ def places_on(reference: Reference, row: Indices, time_s: Floats) -> Places:
     slope = first + share * (
         2.0 * (3.0 * rest - 2.0 * first - last) + 3.0 * share * (first + last - 2.0 * rest)
     )
-    return Places(position, slope / span_s[:, None], _heights(reference, row, share[:, 0]))
+    return Positions(position, slope / span_s[:, None], _heights(reference, row, share[:, 0]))
 
 
-# Velocities of the lines that leave rows; the end of a stretch has that of the line leading to it.
+# Velocities of the lines that leave rows; the end of a stretch has that of the preceding line.
 def _slopes(reference: Reference, row: Indices) -> Floats:
     linked = joined(reference)
     former = np.where(linked[row], row, np.maximum(row - 1, 0))
     latter = np.minimum(former + 1, len(linked) - 1)
     duration = reference.time_s[latter] - reference.time_s[former]
-    way = reference.position_m[latter] - reference.position_m[former]
+    offset = reference.position_m[latter] - reference.position_m[former]
     known = linked[former]
-    slopes: Floats = np.full(way.shape, np.nan)
-    slopes[known] = way[known] / duration[known, None]
+    slopes: Floats = np.full(offset.shape, np.nan)
+    slopes[known] = offset[known] / duration[known, None]
     return slopes
 
 
@@ -198,12 +197,12 @@ def _heights(reference: Reference, row: Indices, share: Floats) -> Floats:
 
 
 def climb_at(reference: Reference, aircraft: Indices, time_s: Floats) -> Floats:
-    """Return how fast aircraft climb at times, m/s.
+    """Return the rates of climb of aircraft at times, m/s.
 
     Parameters
     ----------
     reference : Reference
-        What is known; of heights alone.
+        Only its heights are used.
     aircraft : (q,) int64
         Index of an aircraft; negative for none.
     time_s : (q,) float64
@@ -212,23 +211,23 @@ def climb_at(reference: Reference, aircraft: Indices, time_s: Floats) -> Floats:
     Returns
     -------
     (q,) float64
-        Mean rate over `CLIMB_SPAN_S` around each time: steps of height of 25 ft make it 0.3 m/s
-        wrong, and a climb that begins there is rounded off. NaN where either end is unknown.
+        Mean rate over `CLIMB_SPAN_S` around each time. Height steps of 25 ft cause errors of
+        0.3 m/s, and the start of a climb is smoothed. NaN where either end is unknown.
     """
     half = 0.5 * CLIMB_SPAN_S
-    before = places_at(reference, aircraft, time_s - half).height_m
-    after = places_at(reference, aircraft, time_s + half).height_m
+    before = positions_at(reference, aircraft, time_s - half).height_m
+    after = positions_at(reference, aircraft, time_s + half).height_m
     rate: Floats = (after - before) / CLIMB_SPAN_S
     return rate
 
 
-def places_at(reference: Reference, aircraft: Indices, time_s: Floats) -> Places:
-    """Return where aircraft are at times.
+def positions_at(reference: Reference, aircraft: Indices, time_s: Floats) -> Positions:
+    """Return positions of aircraft at times.
 
     Parameters
     ----------
     reference : Reference
-        What is known.
+        Positions of the aircraft.
     aircraft : (q,) int64
         Index of an aircraft; negative for none.
     time_s : (q,) float64
@@ -236,11 +235,11 @@ def places_at(reference: Reference, aircraft: Indices, time_s: Floats) -> Places
 
     Returns
     -------
-    Places
+    Positions
         NaN in a gap, before the first and after the last position, and where there is no aircraft.
     """
     origin = reference.time_s.min()
-    # One axis for all aircraft: the times of each after those of the one before.
+    # One axis for all aircraft: the times of each follow those of the previous one.
     length = float(np.ptp(reference.time_s)) + 1.0
     axis = reference.aircraft * length + (reference.time_s - origin)
     asked = np.clip(time_s - origin, -0.5, length - 0.5)
@@ -249,8 +248,8 @@ def places_at(reference: Reference, aircraft: Indices, time_s: Floats) -> Places
     row = np.where(valid, row, 0)
     valid &= reference.aircraft[row] == aircraft
     valid &= joined(reference)[row] | (np.abs(time_s - reference.time_s[row]) <= 1e-6)
-    found = places_on(reference, row, np.where(valid, time_s, reference.time_s[row]))
-    return Places(
+    found = positions_on(reference, row, np.where(valid, time_s, reference.time_s[row]))
+    return Positions(
         np.where(valid[:, None], found.position_m, np.nan),
         np.where(valid[:, None], found.velocity_mps, np.nan),
         np.where(valid, found.height_m, np.nan),

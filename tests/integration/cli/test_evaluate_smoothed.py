@@ -1,4 +1,4 @@
-"""A smoothed reference is nearer to the truth than the tracks, and says how near."""
+"""A smoothed reference is closer to the truth than the tracks, and reports its accuracy."""
 
 import json
 import re
@@ -12,7 +12,7 @@ import pytest
 from multiradar.cli.evaluation.inputs import Known, read_smoothed, read_truth
 from multiradar.cli.main import run
 from multiradar.evaluation.settings import EvaluationSettings
-from multiradar.evaluation.trajectories import Floats, places_at
+from multiradar.evaluation.trajectories import Floats, positions_at
 
 SETTINGS = EvaluationSettings()
 
@@ -21,7 +21,7 @@ SETTINGS = EvaluationSettings()
 def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("smoothed")
     made = str(folder / "made")
-    # Rotating radars that fall silent, miss, and make outliers.
+    # Rotating radars with gaps, missed detections and outliers.
     options = ["--duration", "400", "--seed", "3"]
     assert run(["simulate", "rotating-gaps", "--out", made, *options]) == 0
     sensors = ["--sensors", f"{made}/sensors.toml"]
@@ -30,13 +30,13 @@ def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def distances(smoothed: Known, truth: Known) -> Floats:
-    """Return how far the smoothed places are from the true ones, m."""
+    """Return the distances of the smoothed positions from the true ones, m."""
     one, other = smoothed.reference, truth.reference
     number = {name: index for index, name in enumerate(other.names)}
-    whose = np.array([number[name] for name in one.names])[one.aircraft]
-    places = places_at(other, whose, one.time_s).position_m
-    known = np.isfinite(places[:, 0])
-    east, north = one.plane.to_plane(*other.plane.to_geodetic(*places[known].T))
+    aircraft_index = np.array([number[name] for name in one.names])[one.aircraft]
+    positions = positions_at(other, aircraft_index, one.time_s).position_m
+    known = np.isfinite(positions[:, 0])
+    east, north = one.plane.to_plane(*other.plane.to_geodetic(*positions[known].T))
     found: Floats = np.hypot(one.position_m[known, 0] - east, one.position_m[known, 1] - north)
     return found
 
@@ -48,7 +48,7 @@ def evaluated(capsys: pytest.CaptureFixture[str], *arguments: object) -> dict[st
     return found
 
 
-def test_it_is_nearer_to_the_truth_than_the_tracks_and_says_how_near(
+def test_it_is_closer_to_the_truth_than_the_tracks_and_reports_its_accuracy(
     scene: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     made, sensors = scene / "made", scene / "made" / "sensors.toml"
@@ -61,13 +61,13 @@ def test_it_is_nearer_to_the_truth_than_the_tracks_and_says_how_near(
     assert rms < 0.8 * tracks["errors"]["position_m"]["rms"]
     sigma = smoothed.claimed["sigma_m"]
     assert isinstance(sigma, float)
-    # The density that serves turns is too careful for straight flights.
+    # The density that suits turns is too large for straight flights.
     assert 0.5 * sigma < rms < 1.3 * sigma
     measured = pl.read_parquet(made / "truth.parquet")
     assert smoothed.claimed["outliers"] == pytest.approx(measured["outlier"].sum(), abs=5)
 
 
-def test_tracks_are_judged_by_it(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_tracks_are_evaluated_against_it(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
     made = scene / "made"
     by_truth = evaluated(capsys, scene / "tracks", "--truth", made)
     found = evaluated(
@@ -76,12 +76,12 @@ def test_tracks_are_judged_by_it(scene: Path, capsys: pytest.CaptureFixture[str]
     assert found["reference"]["kind"] == "smoothed"
     assert found["compared"]["aircraft"] == by_truth["compared"]["aircraft"]
     assert found["identity"]["swaps"] == found["tracks"]["false"] == 0
-    # It shares the plots with the tracks: their errors seem smaller than they are.
+    # It uses the same plots as the tracks: their errors appear smaller than they are.
     one, other = (card["errors"]["position_m"]["rms"] for card in (found, by_truth))
     assert 0.4 * other < one < 1.1 * other
 
 
-def test_with_interacting_modes_it_is_nearer_and_says_so(
+def test_interacting_modes_are_more_accurate_and_report_it(
     scene: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     made, sensors = scene / "made", scene / "made" / "sensors.toml"
@@ -102,7 +102,7 @@ def test_with_interacting_modes_it_is_nearer_and_says_so(
     assert found["reference"]["sigma_m"] == pytest.approx(sigma, rel=1e-4)
 
 
-def test_biases_that_are_not_known_shift_it(scene: Path) -> None:
+def test_uncorrected_biases_shift_it(scene: Path) -> None:
     made, sensors = scene / "made", scene / "made" / "sensors.toml"
     truth = read_truth(made, SETTINGS)
     known = distances(read_smoothed(made, sensors, scene / "tracks", SETTINGS), truth)
@@ -112,7 +112,7 @@ def test_biases_that_are_not_known_shift_it(scene: Path) -> None:
     assert np.median(blind) > 3.0 * np.median(known)
 
 
-def test_what_it_cannot_be_made_of_is_told(
+def test_unusable_input_is_reported(
     scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     made = scene / "made"
@@ -133,7 +133,7 @@ def test_what_it_cannot_be_made_of_is_told(
     one = re.findall(r'id = "([^"]+)"', text)[0]
     (tmp_path / "renamed.toml").write_text(text.replace(f'"{one}"', '"other"'), encoding="utf-8")
     run([*smoothed, str(made), "--sensors", str(tmp_path / "renamed.toml")])
-    told = capsys.readouterr().err
-    assert re.search(rf"{one} \(\d+ measurements\) is not in \S+renamed.toml and not used", told)
+    picture = capsys.readouterr().err
+    assert re.search(rf"{one} \(\d+ measurements\) is not in \S+renamed.toml and not used", picture)
     assert run(["evaluate", tracks, "--truth", str(made), "--smoother", "imm"]) == 2
     assert "--smoother is for --smoothed only" in capsys.readouterr().err

@@ -5,14 +5,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from multiradar.evaluation.instants import look
+from multiradar.evaluation.instants import assign_tracks
 from multiradar.evaluation.measures.distances import set_distances
 from multiradar.evaluation.settings import EvaluationSettings
 from support.scenarios.skies import reference_of, straight, tracks_of
 
 CUTOFF_M = 1000.0
-place = st.floats(-2000.0, 2000.0).map(lambda value: round(value, 3))
-points = st.lists(st.tuples(place, place), min_size=1, max_size=5)
+position = st.floats(-2000.0, 2000.0).map(lambda value: round(value, 3))
+points = st.lists(st.tuples(position, position), min_size=1, max_size=5)
 Points = list[tuple[float, float]]
 
 
@@ -20,8 +20,8 @@ def ospa(first: Points, second: Points, order: float = 2.0) -> float:
     reference = reference_of(
         {f"{n}": straight([0.0], *one, 0.0, 0.0) for n, one in enumerate(first)}
     )
-    seen = tracks_of({n: straight([0.0], *one, 0.0, 0.0) for n, one in enumerate(second)})
-    instants = look(seen, reference, EvaluationSettings(gate_m=1e5))
+    simulated = tracks_of({n: straight([0.0], *one, 0.0, 0.0) for n, one in enumerate(second)})
+    instants = assign_tracks(simulated, reference, EvaluationSettings(gate_m=1e5))
     return float(set_distances(instants, CUTOFF_M, order).ospa_m[0])
 
 
@@ -39,7 +39,7 @@ def test_it_is_a_metric_bounded_by_the_cut_off(
 
 @settings(max_examples=30)
 @given(points, points, st.randoms(use_true_random=False))
-def test_the_order_and_the_names_of_tracks_play_no_part(
+def test_order_and_names_of_tracks_do_not_matter(
     first: Points, second: Points, draw: object
 ) -> None:
     order = np.random.Generator(np.random.PCG64(draw.randrange(1000))).permutation(len(second))  # type: ignore[attr-defined]

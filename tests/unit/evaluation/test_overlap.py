@@ -1,10 +1,10 @@
-"""A reference of another time or area than the tracks: what is said, and how much of it."""
+"""Messages for a reference of another time or area than the tracks."""
 
 import numpy as np
 import pytest
 
 from multiradar.errors import InputError
-from multiradar.evaluation.overlap import check_matched, check_times, outside, seldom_matched
+from multiradar.evaluation.overlap import check_matched, check_times, outside, rarely_matched
 from support.scenarios.skies import Row, reference_of, straight, tracks_of
 
 DAY_S = 86_400.0
@@ -24,9 +24,9 @@ def _times(own_s: float, known_s: float, span_s: float = 600.0) -> str:
     return str(fault.value)
 
 
-def test_both_times_are_told_in_utc() -> None:
-    told = _times(BEGIN_S, BEGIN_S + 4000.0)
-    assert told == (
+def test_both_times_are_reported_in_utc() -> None:
+    picture = _times(BEGIN_S, BEGIN_S + 4000.0)
+    assert picture == (
         "tracks and reference have no time in common: tracks 2018-08-01 08:00:00 UTC to "
         "2018-08-01 08:09:50 UTC; reference 2018-08-01 09:06:40 UTC to 2018-08-01 09:16:30 UTC; "
         "another recording, or a wrong day (--date of `convert`)?"
@@ -43,16 +43,16 @@ def test_both_times_are_told_in_utc() -> None:
         (28_800.0, BEGIN_S, "what was tracked has times of day only: convert"),
     ],
 )
-def test_what_may_be_wrong_is_said(own_s: float, known_s: float, advice: str) -> None:
+def test_advice_is_given(own_s: float, known_s: float, advice: str) -> None:
     assert advice in _times(own_s, known_s)
 
 
-def test_times_that_touch_are_no_mistake() -> None:
+def test_adjacent_times_are_accepted() -> None:
     tracks = tracks_of({1: _flight(BEGIN_S, 610.0)})
     check_times(tracks, reference_of({"a": _flight(BEGIN_S + 600.0)}))
 
 
-def test_tracks_that_meet_nothing_are_told_with_both_areas() -> None:
+def test_tracks_without_any_match_are_reported_with_both_areas() -> None:
     tracks = tracks_of({1: _flight(BEGIN_S)})
     reference = reference_of({"a": _flight(BEGIN_S, east_m=90_000.0)})
     with pytest.raises(InputError) as fault:
@@ -67,35 +67,35 @@ def test_tracks_that_meet_nothing_are_told_with_both_areas() -> None:
 
 
 @pytest.mark.parametrize(("part", "sentences"), [(0.49, 0), (0.5, 1)])
-def test_most_of_a_reference_outside_the_time_of_the_tracks_is_told(
+def test_most_of_a_reference_outside_the_time_of_the_tracks_is_reported(
     part: float, sentences: int
 ) -> None:
     reference = reference_of({"a": _flight(BEGIN_S, 1000.0)})
     tracks = tracks_of({1: _flight(BEGIN_S, 1000.0 * (1.0 - part))})
-    told = outside(tracks, reference, 2000.0)
-    assert len(told) == sentences
-    assert all("lies outside the time of the tracks" in one for one in told)
+    picture = outside(tracks, reference, 2000.0)
+    assert len(picture) == sentences
+    assert all("lies outside the time of the tracks" in one for one in picture)
 
 
 @pytest.mark.parametrize(("east_m", "sentences"), [(1999.0, 0), (2001.0, 1)])
-def test_most_of_a_reference_outside_the_area_of_the_tracks_is_told(
+def test_most_of_a_reference_outside_the_area_of_the_tracks_is_reported(
     east_m: float, sentences: int
 ) -> None:
     flights = {"a": _flight(BEGIN_S), "b": _flight(BEGIN_S, east_m=east_m)}
-    told = outside(tracks_of({1: flights["a"]}), reference_of(flights), 2000.0)
-    assert len(told) == sentences
-    assert all("50% of the reference lies outside the area" in one for one in told)
+    picture = outside(tracks_of({1: flights["a"]}), reference_of(flights), 2000.0)
+    assert len(picture) == sentences
+    assert all("50% of the reference lies outside the area" in one for one in picture)
 
 
-def test_what_is_of_another_time_is_not_told_as_of_another_area_as_well() -> None:
+def test_another_time_is_not_reported_as_another_area_too() -> None:
     reference = reference_of({"a": _flight(BEGIN_S), "b": _flight(BEGIN_S + 700.0, east_m=9e4)})
-    (told,) = outside(tracks_of({1: _flight(BEGIN_S)}), reference, 2000.0)
-    assert "outside the time of the tracks" in told
+    (picture,) = outside(tracks_of({1: _flight(BEGIN_S)}), reference, 2000.0)
+    assert "outside the time of the tracks" in picture
 
 
-def test_aircraft_that_seldom_have_a_track_are_worth_a_word() -> None:
-    assert seldom_matched(np.array([7, -1]), 2.0) == []
-    (said,) = seldom_matched(np.array([7, -1, -1, -1]), 2.0)
+def test_rarely_matched_aircraft_give_a_warning() -> None:
+    assert rarely_matched(np.array([7, -1]), 2.0) == []
+    (said,) = rarely_matched(np.array([7, -1, -1, -1]), 2.0)
     assert said == (
         "the aircraft of the reference have a track within 2 m (--gate) for 25% of their time "
         "only: another recording, or too small a gate?"

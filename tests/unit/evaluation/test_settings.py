@@ -1,4 +1,4 @@
-"""How tracks are judged unless something else is asked for: figures of before depend on it."""
+"""Default settings of an evaluation: published figures depend on them."""
 
 from dataclasses import asdict
 

@@ -1,4 +1,4 @@
-"""Tables from disk become arrays, or an error that says what was expected and what was there."""
+"""Tables from disk become arrays, or an error states what was expected and found."""
 
 from collections.abc import Callable
 
@@ -61,10 +61,10 @@ BIASES = pl.DataFrame(
 )  # fmt: skip
 
 
-def test_a_rate_of_climb_is_used_where_it_is_told() -> None:
+def test_a_reported_rate_of_climb_is_used() -> None:
     assert np.isnan(tracks_of(TRACKS, "tracks", PLANE, tentative=True).climb_mps).all()
-    told = TRACKS.with_columns(vertical_rate_mps=pl.Series([1.0, None, 1e9]))
-    found = tracks_of(told, "tracks", PLANE, tentative=True)
+    picture = TRACKS.with_columns(vertical_rate_mps=pl.Series([1.0, None, 1e9]))
+    found = tracks_of(picture, "tracks", PLANE, tentative=True)
     assert sorted(found.climb_mps[np.isfinite(found.climb_mps)].tolist()) == [1.0]
 
 
@@ -73,7 +73,7 @@ def test_truth_is_sorted_by_aircraft_and_time_without_clutter() -> None:
     assert found.names.tolist() == ["7"]
     assert found.time_s.tolist() == [0.0, 4.0]
     assert found.velocity_mps is not None
-    # At 9000 m, a little less of it on the ground below.
+    # At 9000 m; the distance on the ground below is a little less.
     assert found.velocity_mps[0] == pytest.approx([0.0, 278.0 / (1.0 + 9000.0 / 6.37e6)], rel=1e-4)
     assert np.diff(found.position_m[:, 1]) == pytest.approx([1111.8], abs=0.5)
 
@@ -116,7 +116,7 @@ def _reports(frame: pl.DataFrame) -> object:
 
 
 @pytest.mark.parametrize(
-    ("read", "frame", "told"),
+    ("read", "frame", "message"),
     [
         (_tracks, TRACKS.drop("speed_mps"), "missing column speed_mps; found: time_s"),
         (_tracks, TRACKS.clear(), "no tracks in it"),
@@ -129,7 +129,7 @@ def _reports(frame: pl.DataFrame) -> object:
         (
             _tracks,
             TRACKS.with_columns(velocity_sigma_mps=pl.Series([10.0, -1.0, 1.0])),
-            "expected no sigma below 0 in velocity_sigma_mps of row 1, was -1",
+            "expected a sigma of at least 0 in velocity_sigma_mps of row 1, was -1",
         ),
         (
             _tracks,
@@ -162,10 +162,10 @@ def _reports(frame: pl.DataFrame) -> object:
         (_reports, REPORTS[3:], "no positions of aircraft in it"),
     ],
 )
-def test_what_cannot_be_used_is_told(
-    read: Callable[[pl.DataFrame], object], frame: pl.DataFrame, told: str
+def test_unusable_tables_are_reported(
+    read: Callable[[pl.DataFrame], object], frame: pl.DataFrame, message: str
 ) -> None:
-    with pytest.raises(MultiradarError, match=told):
+    with pytest.raises(MultiradarError, match=message):
         read(frame)
 
 
@@ -182,7 +182,7 @@ def test_biases_have_their_truth_between_its_times_only() -> None:
     assert alone.last == 1
 
 
-def test_biases_without_their_columns_are_refused() -> None:
+def test_biases_with_missing_columns_are_rejected() -> None:
     with pytest.raises(MissingColumnError, match="sigma"):
         bias_histories(BIASES.drop("sigma"), "b", None, "t")
     broken = BIASES.with_columns(estimate=pl.Series([None, 1.0]))

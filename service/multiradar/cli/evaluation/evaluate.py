@@ -227,7 +227,7 @@ def evaluate(
         _print(_document(tracks, card, figures, whole=False))
         if html is not None:
             print(f"report written to {html}")
-    if strict and any(one.verdict != "pass" for one in card.judgements):
+    if strict and any(one.outcome != "pass" for one in card.preset_results):
         raise typer.Exit(_FAILED)
 
 
@@ -312,7 +312,7 @@ def _evaluated(
 ) -> "tuple[Scorecard, Figures]":
     from multiradar.cli.evaluation.inputs import read_biases, read_forecasts, read_tracks
     from multiradar.evaluation.card.figures import figures_of
-    from multiradar.evaluation.overlap import check_matched, outside, seldom_matched
+    from multiradar.evaluation.overlap import check_matched, outside, rarely_matched
     from multiradar.evaluation.scorecard import evaluate as evaluate_tracks
 
     known = chosen.read(tracks, settings)
@@ -327,7 +327,7 @@ def _evaluated(
         forecasts=read_forecasts(tracks),
     )
     check_matched(judged, known.reference, card.instants.track_of, settings.gate_m)
-    sentences = outside(judged, known.reference, settings.gate_m) or seldom_matched(
+    sentences = outside(judged, known.reference, settings.gate_m) or rarely_matched(
         card.instants.track_of, settings.gate_m
     )
     for sentence in sentences:

@@ -11,7 +11,7 @@ from multiradar.evaluation.measures.forecast_errors import ForecastErrors
 from multiradar.evaluation.scorecard import Scorecard
 from multiradar.evaluation.trajectories import Floats
 
-#: A false track that lives longer is told apart, s.
+#: A false track that lives longer is counted separately, s.
 LONG_LIFE_S = 30.0
 _HOUR_S = 3600.0
 
@@ -64,9 +64,9 @@ def figures_of(card: Scorecard) -> Figures:
                 "unit": one.requirement.unit,
                 "found": _finite(one.found.value),
                 "samples": one.found.samples,
-                "verdict": str(one.verdict),
+                "verdict": str(one.outcome),
             }
-            for one in card.judgements
+            for one in card.preset_results
         ],
         "biases": [_bias(one) for one in card.biases],
         "forecasts": [] if card.forecasts is None else _forecasts(card.forecasts),
@@ -80,7 +80,7 @@ def summary(values: Floats) -> Figures:
     Parameters
     ----------
     values : (n,) float64
-        Errors with their sign; NaN is passed over.
+        Signed errors; NaN is skipped.
 
     Returns
     -------
@@ -110,7 +110,7 @@ def by_aircraft(card: Scorecard) -> list[Figures]:
     Returns
     -------
     list of dict
-        In the order of their names.
+        Sorted by name.
     """
     count = len(card.reference.names)
     instants, errors = card.instants, card.errors
@@ -199,7 +199,7 @@ def _nees(found: Consistency | None) -> Figures:
 def _initiation(card: Scorecard) -> Figures:
     known = card.delay_s[np.isfinite(card.delay_s)]
     found = summary(known)
-    told: Figures = {
+    figures: Figures = {
         "aircraft": len(card.delay_s),
         "never_tracked": int(np.sum(np.isinf(card.delay_s))),
         "median_s": found["median"],
@@ -208,9 +208,9 @@ def _initiation(card: Scorecard) -> Figures:
     }
     period = card.settings.scan_period_s
     if period is not None and len(known):
-        told["median_scans"] = float(np.median(known)) / period
-        told["longest_scans"] = float(known.max()) / period
-    return told
+        figures["median_scans"] = float(np.median(known)) / period
+        figures["longest_scans"] = float(known.max()) / period
+    return figures
 
 
 def _continuity(card: Scorecard) -> Figures:
@@ -241,9 +241,9 @@ def _identity(card: Scorecard) -> Figures:
 
 
 def _tracks(card: Scorecard) -> Figures:
-    found = card.verdicts
+    found = card.track_classes
     wrong, twice = found.life_s[found.false_], found.life_s[found.duplicate]
-    judged = found.true | found.duplicate | found.false_
+    evaluated = found.true | found.duplicate | found.false_
     return {
         "of_aircraft": int(found.true.sum()),
         "duplicate": len(twice),
@@ -251,7 +251,7 @@ def _tracks(card: Scorecard) -> Figures:
         "false": len(wrong),
         "false_longest_s": float(wrong.max()) if len(wrong) else None,
         "false_longer_than_30_s": int(np.sum(wrong > LONG_LIFE_S)),
-        "not_judged": int(np.sum(~judged)),
+        "not_judged": int(np.sum(~evaluated)),
     }
 
 

@@ -7,17 +7,17 @@ import numpy as np
 from multiradar.evaluation.measures.bias_errors import BiasHistory
 from multiradar.evaluation.measures.consistency import Consistency
 from multiradar.evaluation.scorecard import Scorecard
-from multiradar.evaluation.trajectories import Flags, Floats, Indices, joined, places_at
+from multiradar.evaluation.trajectories import Flags, Floats, Indices, joined, positions_at
 from multiradar.report.content import Plot, Series, Style
 from multiradar.report.times import axis_label, time_text
 
-#: Points of a map that are drawn of tracks, and of the reference.
+#: Maximum number of points on a map, of the tracks and of the reference each.
 _MAP_POINTS_MAX = 12_000
 #: Bins of a plot over time, and of a histogram.
 _BINS = 60
-#: Age of a track from which on its largest error is looked for, and what is shown around it, s.
+#: Minimum track age for the largest error; time shown before and after it, s.
 _SETTLED_S, _AROUND_S = 60.0, 30.0
-#: Biases that are drawn: a page with more is read by nobody.
+#: Maximum number of biases drawn.
 _BIASES_MAX = 24
 _UNITS = {"range_offset_m": "m", "azimuth_offset_deg": "°", "range_gain": "1", "time_offset_s": "s"}
 
@@ -35,7 +35,7 @@ def card_plots(card: Scorecard) -> list[Plot]:
     list of Plot
         The map first; biases last.
     """
-    # One label for all axes of time, so that those side by side have the same limits.
+    # One label for all time axes, so that adjacent plots share their limits.
     instants_s = card.instants.time_s
     time_label = axis_label(instants_s[[0, -1]].tolist() if len(instants_s) else [])
     plots = [_map(card)]
@@ -53,7 +53,7 @@ def card_plots(card: Scorecard) -> list[Plot]:
 
 
 def _map(card: Scorecard) -> Plot:
-    reference, tracks, found = card.reference, card.tracks, card.verdicts
+    reference, tracks, found = card.reference, card.tracks, card.track_classes
     series = [
         _lines("reference", reference.position_m, ~joined(reference), "reference"),
         *(
@@ -77,7 +77,7 @@ def _map(card: Scorecard) -> Plot:
     )
 
 
-# What happened around the largest error that is no beginning of a track.
+# The neighbourhood of the largest error outside track initiation.
 def _worst(card: Scorecard) -> Iterator[Plot]:
     errors, tracks, reference = card.errors, card.tracks, card.reference
     age_s = (
@@ -87,9 +87,9 @@ def _worst(card: Scorecard) -> Iterator[Plot]:
     row = int(np.argmax(settled))
     time_s, aircraft = errors.time_s[row], errors.aircraft[row]
     near = np.abs(errors.time_s - time_s) <= _AROUND_S
-    told = tracks.position_m[errors.update[near & (errors.aircraft == aircraft)]] / 1000.0
+    reported = tracks.position_m[errors.update[near & (errors.aircraft == aircraft)]] / 1000.0
     when = np.arange(time_s - _AROUND_S, time_s + _AROUND_S, 1.0)
-    flown = places_at(reference, np.full(len(when), aircraft), when).position_m / 1000.0
+    flown = positions_at(reference, np.full(len(when), aircraft), when).position_m / 1000.0
     worst = tracks.position_m[errors.update[row]] / 1000.0
     yield Plot(
         title=f"The largest error of a settled track: {errors.position_m[row]:.0f} m, "
@@ -98,7 +98,7 @@ def _worst(card: Scorecard) -> Iterator[Plot]:
         y_label="north, km",
         series=(
             Series("reference", flown[:, 0], flown[:, 1], "reference"),
-            Series("updates", told[:, 0], told[:, 1], "points", key="tracks"),
+            Series("updates", reported[:, 0], reported[:, 1], "points", key="tracks"),
             Series("the largest error", worst[:1], worst[1:], "rings", key="false"),
         ),
         equal_axes=True,
@@ -111,14 +111,14 @@ def _ends(owner: Indices) -> Flags:
     return np.append(np.diff(owner) != 0, np.ones(1, np.bool_))
 
 
-# One series of many lines: a NaN after the end of each.
-def _lines(label: str, place_m: Floats, ends: Flags, style: Style, key: str = "") -> Series:
-    every = -(-len(place_m) // _MAP_POINTS_MAX)
-    # Where few are drawn of many, both ends of a line are among them.
-    kept = (np.arange(len(place_m)) % every == 0) | ends | np.append(True, ends[:-1])
-    place_km, ends = place_m[kept] / 1000.0, ends[kept]
+# One series of many lines, separated by NaN.
+def _lines(label: str, position_m: Floats, ends: Flags, style: Style, key: str = "") -> Series:
+    every = -(-len(position_m) // _MAP_POINTS_MAX)
+    # Decimation keeps both ends of every line.
+    kept = (np.arange(len(position_m)) % every == 0) | ends | np.append(True, ends[:-1])
+    position_km, ends = position_m[kept] / 1000.0, ends[kept]
     after = np.flatnonzero(ends) + 1
-    east, north = (np.insert(place_km[:, axis], after, np.nan) for axis in (0, 1))
+    east, north = (np.insert(position_km[:, axis], after, np.nan) for axis in (0, 1))
     return Series(label, east, north, style, key=key)
 
 
@@ -127,12 +127,12 @@ def _errors_over_time(card: Scorecard, time_label: str) -> Plot:
     edges = np.linspace(errors.time_s.min(), errors.time_s.max(), _BINS + 1)
     number = np.clip(np.searchsorted(edges, errors.time_s, side="right") - 1, 0, _BINS - 1)
     middle = 0.5 * (edges[:-1] + edges[1:])
-    told: dict[str, Floats] = {name: np.full(_BINS, np.nan) for name in ("RMS", "median", "95 %")}
+    figures = {name: np.full(_BINS, np.nan) for name in ("RMS", "median", "95 %")}
     for one in range(_BINS):
         own = errors.position_m[number == one]
         if len(own):
-            told["RMS"][one] = np.sqrt(np.mean(own**2))
-            told["median"][one], told["95 %"][one] = np.percentile(own, [50.0, 95.0])
+            figures["RMS"][one] = np.sqrt(np.mean(own**2))
+            figures["median"][one], figures["95 %"][one] = np.percentile(own, [50.0, 95.0])
     return Plot(
         title="Position errors over time",
         x_label=time_label,
@@ -140,9 +140,9 @@ def _errors_over_time(card: Scorecard, time_label: str) -> Plot:
         y_label="position error, m",
         series=(
             Series("updates", errors.time_s, errors.position_m, "points", key="updates"),
-            *(Series(name, middle, values) for name, values in told.items()),
+            *(Series(name, middle, values) for name, values in figures.items()),
         ),
-        y_limits=(0.0, float(max(np.nanmax(told["95 %"]) * 1.3, 1.0))),
+        y_limits=(0.0, float(max(np.nanmax(figures["95 %"]) * 1.3, 1.0))),
         name="errors-over-time",
     )
 
@@ -153,7 +153,7 @@ def _distributions(card: Scorecard) -> Iterator[Plot]:
     share = np.arange(1, len(size) + 1) / len(size) * 100.0
     group = "Position errors"
     yield Plot(
-        title="Share of the updates with a smaller error",
+        title="Cumulative distribution of position errors",
         x_label="position error, m",
         y_label="updates, %",
         series=(Series("position", size, share),),
@@ -186,7 +186,7 @@ def _picture(card: Scorecard, time_label: str) -> Iterator[Plot]:
     instants, found = card.instants, card.distances
     count = len(instants.time_s)
     group = "Air picture over time"
-    judged = instants.track_instant[instants.judged]
+    evaluated = instants.track_instant[instants.evaluated]
     tracked = instants.aircraft_instant[instants.track_of >= 0]
     yield Plot(
         title="Aircraft and tracks",
@@ -198,7 +198,7 @@ def _picture(card: Scorecard, time_label: str) -> Iterator[Plot]:
             for label, rows in (
                 ("aircraft", instants.aircraft_instant),
                 ("aircraft with a track", tracked),
-                ("tracks evaluated", judged),
+                ("tracks evaluated", evaluated),
             )
         ),
         group=group,
@@ -221,7 +221,7 @@ def _consistency(name: str, title: str, found: Consistency, time_label: str) -> 
         title=title,
         x_label=time_label,
         x_scale="time",
-        y_label=f"NEES of {name}, for each dimension",
+        y_label=f"NEES of {name}, per dimension",
         series=(
             Series("95 % band", found.time_s, found.low, "band", found.high, key="band"),
             Series("mean over the aircraft", found.time_s, found.mean_by_time, key="mean"),

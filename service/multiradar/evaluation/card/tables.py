@@ -25,7 +25,7 @@ _DEFINITIONS = (
 
 
 def preset_table(figures: Figures) -> Table:
-    """Return the requirements with what was found.
+    """Return the requirements with the values found.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ def preset_table(figures: Figures) -> Table:
 
 
 def card_tables(figures: Figures) -> list[Table]:
-    """Return the tables of a scorecard, presets and single aircraft aside.
+    """Return the tables of a scorecard, without presets and single aircraft.
 
     Parameters
     ----------
@@ -76,12 +76,12 @@ def aircraft_table(figures: Figures, most: int | None = None) -> Table:
     figures : dict
         Of `figures_of`.
     most : int, optional
-        How many to show; all where not given.
+        Maximum number of rows; all where not given.
 
     Returns
     -------
     Table
-        Aircraft that were never compared come first.
+        Aircraft without any compared update come first.
     """
     rows = sorted(
         _list(figures["aircraft"]),
@@ -104,7 +104,7 @@ def aircraft_table(figures: Figures, most: int | None = None) -> Table:
 
 
 def notes_of(card: Scorecard, figures: Figures) -> list[str]:
-    """Return what a reader must know of the figures, one sentence each.
+    """Return what a reader must know to interpret the figures, one sentence each.
 
     Parameters
     ----------
@@ -133,10 +133,11 @@ def notes_of(card: Scorecard, figures: Figures) -> list[str]:
             "The reference is made of the same plots and biases as the tracks. It uses later plots "
             "as well, but errors that it shares with the tracks are not included."
         )
-    unjudged = _dict(figures["tracks"])["not_judged"]
-    if unjudged:
+    not_evaluated = _dict(figures["tracks"])["not_judged"]
+    if not_evaluated:
         notes.append(
-            f"{unjudged} tracks lie outside the reference, in time or place, and are not evaluated."
+            f"{not_evaluated} tracks lie outside the reference, in time or position, and are "
+            "not evaluated."
         )
     if settings.partial:
         notes.append(
@@ -147,10 +148,10 @@ def notes_of(card: Scorecard, figures: Figures) -> list[str]:
 
 def _errors(figures: Figures) -> Table:
     rows = []
-    for name, told in _ERRORS.items():
+    for name, label in _ERRORS.items():
         one = _dict(_dict(figures["errors"])[name])
         values = (one[key] for key in ("samples", "mean", "rms", "median", "p95", "largest"))
-        rows.append((told, *values))
+        rows.append((label, *values))
     header = ("error", "samples", "mean", "RMS", "median", "95 %", "largest")
     return Table("Errors", header, _cells(rows), _DEFINITIONS)
 
@@ -165,24 +166,24 @@ def _picture(figures: Figures) -> Table:
         ("velocity accuracy", _unit(siap["velocity_accuracy_mps"], "m/s"), "mean error"),
         ("track number changes", _unit(siap["number_changes_per_h"], "/h"), "tracked time"),
         ("longest track segment", _percent(siap["longest_segment"]), "of the aircraft's time"),
-        ("OSPA", _unit(ospa["mean_m"], "m"), _ospa_told(ospa)),
-        ("GOSPA", _unit(gospa["mean_m"], "m"), _gospa_told(gospa)),
+        ("OSPA", _unit(ospa["mean_m"], "m"), _ospa_definition(ospa)),
+        ("GOSPA", _unit(gospa["mean_m"], "m"), _gospa_definition(gospa)),
     ]
     return Table("Air picture (SIAP)", ("measure", "value", "definition"), _cells(rows))
 
 
-def _ospa_told(ospa: Figures) -> str:
+def _ospa_definition(ospa: Figures) -> str:
     return f"mean; c = {ospa['cutoff_m']:g} m, p = {ospa['order']:g}"
 
 
-def _gospa_told(gospa: Figures) -> str:
+def _gospa_definition(gospa: Figures) -> str:
     parts = (f"{name} {_percent(gospa[f'{name}_share'])}" for name in
              ("localisation", "missed", "false"))  # fmt: skip
     return f"mean; contribution to GOSPA^p: {', '.join(parts)}"
 
 
 def _tracks(figures: Figures) -> Table:
-    begin, going, who, kinds = (
+    begin, going, identity, kinds = (
         _dict(figures[name]) for name in ("initiation", "continuity", "identity", "tracks")
     )
     rows = [
@@ -192,9 +193,9 @@ def _tracks(figures: Figures) -> Table:
         ("continuity", _percent(going["continuity"])),
         (f"gaps of {going['gap_s']:g} s or more", _count_and_share(going)),
         ("longest gap", _unit(going["longest_gap_s"], "s")),
-        ("identity swaps", f"{who['swaps']} ({_number(who['swaps_per_h'])} an hour)"),
-        ("changes of track number", _number(who["number_changes"])),
-        ("plots on the right track", _plots(who)),
+        ("identity swaps", f"{identity['swaps']} ({_number(identity['swaps_per_h'])} per hour)"),
+        ("changes of track number", _number(identity["number_changes"])),
+        ("plots on the right track", _plots(identity)),
         ("false tracks", _with_longest(kinds, "false")),
         ("duplicate tracks", _with_longest(kinds, "duplicate")),
         ("tracks not evaluated", _number(kinds["not_judged"])),
@@ -214,10 +215,10 @@ def _with_longest(kinds: Figures, name: str) -> str:
     return "0" if longest is None else f"{kinds[name]} (longest {_number(longest)} s)"
 
 
-def _plots(who: Figures) -> str | None:
-    if not who["plots_judged"]:
+def _plots(identity: Figures) -> str | None:
+    if not identity["plots_judged"]:
         return None
-    return f"{_percent(who['plots_on_right_track'])} of {who['plots_judged']}"
+    return f"{_percent(identity['plots_on_right_track'])} of {identity['plots_judged']}"
 
 
 def _consistency(figures: Figures) -> Table:
@@ -237,8 +238,8 @@ def _consistency(figures: Figures) -> Table:
         "NEES of", "samples", "mean", "inside the 95 % region", "means inside the 95 % band",
     )  # fmt: skip
     caption = (
-        "The mean is per dimension: 1 where the reported covariance is right, above 1 where it is "
-        "too small."
+        "The mean is per dimension: 1 where the reported covariance is correct, above 1 where it "
+        "is too small."
     )
     return Table("Covariance consistency (NEES)", header, _cells(rows), caption)
 
@@ -270,12 +271,12 @@ def _forecasts(figures: Figures) -> Table:
         for one in _list(figures["forecasts"])
     ]
     header = (
-        "by", "ahead", "samples", "containment", "radius of the region (median), m",
+        "method", "horizon", "samples", "containment", "radius of the region (median), m",
         "error (median), m", "RMS, m", "error² / sigma²",
     )  # fmt: skip
     caption = (
-        "Regions are scaled by earlier errors, so that their containment is right also where "
-        "error² / sigma², of the covariance alone, is not 1."
+        "Regions are scaled by earlier errors, so that their containment is correct even where "
+        "error² / sigma² of the covariance alone is not 1."
     )
     return Table("Forecasts", header, _cells(rows), caption)
 

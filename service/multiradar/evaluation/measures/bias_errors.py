@@ -20,11 +20,11 @@ class BiasHistory:
     Attributes
     ----------
     sensor_id, parameter : str
-        Whose bias, and which.
+        Sensor and bias parameter.
     time_s, estimate, sigma : (n,) float64
-        What the tracker published.
+        Published by the tracker.
     true : (n,) float64
-        The truth, linear between its times; NaN where it is not known.
+        The truth, linear between its times; NaN where unknown.
     """
 
     sensor_id: str
@@ -36,7 +36,7 @@ class BiasHistory:
 
     @property
     def last(self) -> int:
-        """Row of the last estimate of which the truth is known, or the last one."""
+        """Row of the last estimate with a known truth, or of the last estimate."""
         known = np.flatnonzero(np.isfinite(self.true))
         return int(known[-1]) if len(known) else len(self.time_s) - 1
 
@@ -51,9 +51,9 @@ def bias_histories(
     biases : DataFrame
         `biases.parquet`.
     source, truth_source : str
-        What they are called in errors.
+        Names used in errors.
     truth : DataFrame, optional
-        `truth_biases.parquet`; without it no truth is known.
+        `truth_biases.parquet`; without it the truth is unknown.
 
     Returns
     -------
@@ -63,9 +63,9 @@ def bias_histories(
     Raises
     ------
     MissingColumnError
-        A column is not there.
+        A column is missing.
     InputError
-        A column holds no numbers.
+        A column is not numeric.
     """
     _require(biases, BIAS_COLUMNS, source)
     if truth is not None:

@@ -1,4 +1,4 @@
-"""Whether tracks are as good as they say: normalised estimation errors squared (NEES)."""
+"""Covariance consistency of tracks: normalised estimation errors squared (NEES)."""
 
 from dataclasses import dataclass
 
@@ -7,9 +7,9 @@ from scipy.stats import chi2
 
 from multiradar.evaluation.trajectories import Floats, Indices
 
-#: Width of the bands.
+#: Probability of the regions and bands.
 BAND = 0.95
-#: Time over which one update of each aircraft is taken, s: long enough to hear all of them.
+#: Bin width for one update of each aircraft, s: long enough for every radar to scan.
 BIN_S = 10.0
 #: Dimensions of a horizontal position or velocity.
 DIMENSIONS = 2
@@ -17,20 +17,20 @@ DIMENSIONS = 2
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Consistency:
-    """Errors squared over what was claimed.
+    """NEES figures.
 
     Attributes
     ----------
     samples : int
-        How many errors.
+        Number of errors.
     mean : float
-        Mean for each dimension: 1 where claims are right, above where they promise too much.
+        Mean per dimension: 1 where covariances are correct, above 1 where they are too small.
     inside : float
-        Share of errors within the 95 % bound of their own claim.
+        Fraction of errors inside their own 95 % region.
     time_s, mean_by_time, low, high : (b,) float64
-        Middle of each time bin, mean for each dimension over the aircraft in it, and its 95 % band.
+        Middle of each time bin, mean per dimension over the aircraft in it, and its 95 % band.
     inside_by_time : float
-        Share of the bins whose mean is within the band.
+        Fraction of the bins whose mean is within the band.
     """
 
     samples: int
@@ -46,30 +46,30 @@ class Consistency:
 def consistency(
     error: Floats, sigma: Floats, aircraft: Indices, time_s: Floats
 ) -> Consistency | None:
-    """Compare errors with what was claimed of them.
+    """Compare errors with their reported covariances.
 
     Parameters
     ----------
     error : (n,) float64
         Length of the error vector; NaN where unknown.
     sigma : (n,) float64
-        Square root of the trace of the claimed covariance, in the same unit.
+        Square root of the trace of the reported covariance, in the same unit.
     aircraft : (n,) int64
-        Whose it is.
+        Aircraft of each error.
     time_s : (n,) float64
-        When.
+        Time of each error.
 
     Returns
     -------
     Consistency or None
-        None when there is nothing to compare.
+        None without samples.
 
     Notes
     -----
-    Tracks tell the trace of a covariance, not the matrix: 2 |e|² / trace stands for eᵀ P⁻¹ e, which
-    has the same mean when the claim is right, and the chi-square distribution when the error is as
-    large in every direction. Errors of one aircraft that follow each other are not independent;
-    therefore the band is that of one error of each aircraft in a bin.
+    Tracks report the trace of a covariance, not the matrix: 2 |e|² / trace stands for eᵀ P⁻¹ e. It
+    has the same mean when the covariance is correct, and a chi-square distribution when the error
+    is isotropic. Successive errors of one aircraft are correlated; therefore the band is that of
+    one error of each aircraft in a bin.
 
     References
     ----------

@@ -1,4 +1,4 @@
-"""When tracks begin, how often they are updated, and where they have gaps."""
+"""Track initiation times, update intervals and gaps."""
 
 from dataclasses import dataclass
 
@@ -6,19 +6,26 @@ import numpy as np
 
 from multiradar.evaluation.instants import Instants
 from multiradar.evaluation.measures.identity import Identity
-from multiradar.evaluation.trajectories import Floats, Indices, Reference, Tracks, joined, places_at
+from multiradar.evaluation.trajectories import (
+    Floats,
+    Indices,
+    Reference,
+    Tracks,
+    joined,
+    positions_at,
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Stretches:
-    """Times over which the reference knows an aircraft and somebody tracks it or should.
+class TrackedPeriods:
+    """Periods in which the reference knows an aircraft and it should be tracked.
 
     Attributes
     ----------
     aircraft : (n,) int64
         The aircraft.
     begin_s, end_s : (n,) float64
-        From the first update of the aircraft on, until the reference ends or has a gap.
+        From the first update of the aircraft until the reference ends or has a gap.
     """
 
     aircraft: Indices
@@ -27,8 +34,8 @@ class Stretches:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Heard:
-    """Updates that an aircraft's tracks had while the reference knew it.
+class AircraftUpdates:
+    """Updates of the tracks of each aircraft while the reference knows it.
 
     Attributes
     ----------
@@ -42,7 +49,7 @@ class Heard:
     time_s: Floats
 
 
-def heard(tracks: Tracks, reference: Reference, aircraft: Indices) -> Heard:
+def aircraft_updates(tracks: Tracks, reference: Reference, aircraft: Indices) -> AircraftUpdates:
     """Return the measured updates of each aircraft.
 
     Parameters
@@ -52,34 +59,34 @@ def heard(tracks: Tracks, reference: Reference, aircraft: Indices) -> Heard:
     reference : Reference
         What is known.
     aircraft : (n,) int64
-        Whose each update is; −1 for none.
+        Aircraft of each update; −1 for none.
 
     Returns
     -------
-    Heard
-        Those at times at which the reference knows the aircraft.
+    AircraftUpdates
+        Updates at times at which the reference knows the aircraft.
     """
     update = np.flatnonzero(tracks.measured & (aircraft >= 0))
-    places = places_at(reference, aircraft[update], tracks.time_s[update])
-    update = update[np.isfinite(places.position_m[:, 0])]
+    positions = positions_at(reference, aircraft[update], tracks.time_s[update])
+    update = update[np.isfinite(positions.position_m[:, 0])]
     of, when = aircraft[update], tracks.time_s[update]
     order = np.lexsort((when, of))
-    return Heard(of[order], when[order])
+    return AircraftUpdates(of[order], when[order])
 
 
-def stretches(reference: Reference, updates: Heard) -> Stretches:
-    """Return the times over which an aircraft that was tracked once should be tracked.
+def tracked_periods(reference: Reference, updates: AircraftUpdates) -> TrackedPeriods:
+    """Return the periods in which an aircraft should be tracked, from its first update on.
 
     Parameters
     ----------
     reference : Reference
         What is known.
-    updates : Heard
-        Its updates; an aircraft without any has no stretch (its initiation failed).
+    updates : AircraftUpdates
+        Its updates; an aircraft without any has no period (its initiation failed).
 
     Returns
     -------
-    Stretches
+    TrackedPeriods
         By aircraft, then time.
     """
     ends = np.flatnonzero(~joined(reference))
@@ -90,48 +97,50 @@ def stretches(reference: Reference, updates: Heard) -> Stretches:
     begin = np.maximum(reference.time_s[begins], first[aircraft])
     end = reference.time_s[ends]
     kept = end > begin
-    return Stretches(aircraft[kept], begin[kept], end[kept])
+    return TrackedPeriods(aircraft[kept], begin[kept], end[kept])
 
 
-def intervals(updates: Heard, where: Stretches) -> tuple[Floats, Indices]:
-    """Return the times between updates that follow each other, the last one to the end included.
+def intervals(updates: AircraftUpdates, where: TrackedPeriods) -> tuple[Floats, Indices]:
+    """Return the intervals between successive updates, the last one to the end included.
 
     Parameters
     ----------
-    updates : Heard
+    updates : AircraftUpdates
         Updates by aircraft.
-    where : Stretches
-        Intervals do not reach over their ends.
+    where : TrackedPeriods
+        Intervals do not extend beyond their ends.
 
     Returns
     -------
     interval_s : (n,) float64
-        Lengths; their sum is the time of the stretches.
+        Lengths; their sum is the total length of the periods.
     aircraft : (n,) int64
-        Whose.
+        Aircraft of each interval.
     """
     aircraft = np.concatenate([updates.aircraft, where.aircraft, where.aircraft])
     time = np.concatenate([updates.time_s, where.begin_s, where.end_s])
-    # At equal times a stretch begins before an update, and ends after it.
+    # At equal times a period starts before an update, and ends after it.
     kind = np.repeat([1, 0, 2], [len(updates.time_s), len(where.end_s), len(where.end_s)])
     order = np.lexsort((kind, time, aircraft))
     aircraft, time, kind = aircraft[order], time[order], kind[order]
     within = (kind[:-1] != 2) & (aircraft[:-1] == aircraft[1:]) & (kind[1:] != 0)
     length = np.diff(time)
-    # What begins with an update at the same time is no interval.
+    # A period that starts at the time of an update adds no interval.
     kept = within & (length > 0.0)
     return length[kept], aircraft[:-1][kept]
 
 
-def detection(updates: Heard, where: Stretches, interval_s: float) -> tuple[int, int]:
-    """Count the update intervals with an update, and all of them.
+def detection(
+    updates: AircraftUpdates, where: TrackedPeriods, interval_s: float
+) -> tuple[int, int]:
+    """Count the update intervals with an update, and all update intervals.
 
     Parameters
     ----------
-    updates : Heard
+    updates : AircraftUpdates
         Updates by aircraft.
-    where : Stretches
-        Cut into intervals from their beginning on; what is left over at the end does not count.
+    where : TrackedPeriods
+        Divided into intervals from their start; an incomplete one at the end is not counted.
     interval_s : float
         Length of an interval, s.
 
@@ -157,27 +166,27 @@ def detection(updates: Heard, where: Stretches, interval_s: float) -> tuple[int,
 
 
 def tracked_since(tracks: Tracks, instants: Instants, identity: Identity) -> Floats:
-    """Return since when each aircraft has had a track.
+    """Return the time from which each aircraft has had a track.
 
     Parameters
     ----------
     tracks : Tracks
-        Those that count: a tentative track is none.
+        Those that count, without tentative tracks.
     instants : Instants
         The instants at which tracks were assigned.
     identity : Identity
-        Who followed whom.
+        Aircraft followed by each track over time.
 
     Returns
     -------
     (m,) float64
-        The beginning of the first track that followed the aircraft, s; infinite for none. A track
-        that was another aircraft's before counts from the instant at which it settled on this one.
+        Initiation time of the first track that followed the aircraft, s; infinite for none. A track
+        that followed another aircraft before counts from the instant at which it settled here.
     """
     since = np.full(len(identity.tracks_of_aircraft), np.inf)
     for track, runs in enumerate(identity.aircraft_of_track):
         for number, run in enumerate(runs):
-            begun = tracks.time_s[np.searchsorted(tracks.track, track)]
-            time_s = instants.time_s[run.first] if number else begun
+            initiated_s = tracks.time_s[np.searchsorted(tracks.track, track)]
+            time_s = instants.time_s[run.first] if number else initiated_s
             since[run.partner] = min(since[run.partner], time_s)
     return since

@@ -1,4 +1,4 @@
-"""OSPA and GOSPA: how far a picture of the sky is from the truth, one number at every instant."""
+"""OSPA and GOSPA: distance between the set of tracks and the set of aircraft at every instant."""
 
 from dataclasses import dataclass
 
@@ -39,11 +39,11 @@ def set_distances(instants: Instants, cutoff_m: float, order: float) -> SetDista
     Parameters
     ----------
     instants : Instants
-        Tracks of which the reference says nothing are left out.
+        Tracks that the reference cannot classify are left out.
     cutoff_m : float
-        c: from here on an aircraft without a track and a track far off are the same, m.
+        Cut-off distance c, m.
     order : float
-        p, at least 1: the larger, the more single large errors weigh.
+        p, at least 1: a larger p gives large errors more weight.
 
     Returns
     -------
@@ -59,10 +59,10 @@ def set_distances(instants: Instants, cutoff_m: float, order: float) -> SetDista
     assignment metric", Fusion 2017, proposition 1.
     """
     count = len(instants.time_s)
-    judged = np.flatnonzero(instants.judged)
-    track_instant = instants.track_instant[judged]
+    evaluated = np.flatnonzero(instants.evaluated)
+    track_instant = instants.track_instant[evaluated]
     first, second, distance = near_pairs(
-        instants.aircraft_m, instants.aircraft_instant, instants.track_m[judged], track_instant,
+        instants.aircraft_m, instants.aircraft_instant, instants.track_m[evaluated], track_instant,
         cutoff_m,
     )  # fmt: skip
     best = best_pairs(first, second, distance, cutoff_m, order)

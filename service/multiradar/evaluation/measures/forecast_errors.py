@@ -1,4 +1,4 @@
-"""Forecasts against where the aircraft went: how far off, and how often inside their regions."""
+"""Forecasts against the reference: errors, and containment of their regions."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
@@ -14,10 +14,10 @@ from multiradar.evaluation.trajectories import (
     Indices,
     Reference,
     Tracks,
-    places_at,
+    positions_at,
 )
 
-#: Columns that are used of tables of forecasts.
+#: Columns read from tables of forecasts.
 FORECAST_COLUMNS = (
     "track_id", "made_s", "horizon_s", "time_s", "probability", "latitude_deg", "longitude_deg",
     "covariance_east_m2", "covariance_east_north_m2", "covariance_north_m2", "region_major_m",
@@ -35,13 +35,13 @@ class ForecastErrors:
     by : (n,) str
         Methods of the forecasts.
     horizon_s, probability : (n,) float64
-        How far ahead; that of the region.
+        Forecast horizon, s; probability of the region.
     inside : (n,) bool
         Whether the aircraft was in the region.
     error_m : (n,) float64
         Distance from the forecast, true metres.
     normalised : (n,) float64
-        error² / sigma² for each dimension, by the covariance of the forecast.
+        error² / sigma² per dimension, by the covariance of the forecast.
     radius_m : (n,) float64
         Geometric mean of the semi-axes of the region.
     """
@@ -58,36 +58,36 @@ class ForecastErrors:
 def forecast_errors(
     frame: pl.DataFrame, source: str, tracks: Tracks, reference: Reference, aircraft: Indices
 ) -> ForecastErrors:
-    """Compare forecasts with where the aircraft of their tracks went.
+    """Compare forecasts with the later positions of the aircraft.
 
     Parameters
     ----------
     frame : DataFrame
         `forecasts.parquet` or `bundle_forecasts.parquet`.
     source : str
-        What it is called in errors.
+        Name used in errors.
     tracks : Tracks
         Of n updates.
     reference : Reference
-        Where aircraft are.
+        Positions of the aircraft.
     aircraft : (n,) int64
-        Whose each update is; −1 for none.
+        Aircraft of each update; −1 for none.
 
     Returns
     -------
     ForecastErrors
-        Those made at an update that has an aircraft, for a time at which that is known.
+        Forecasts made at an update of a known aircraft, for times at which its position is known.
 
     Raises
     ------
     MissingColumnError
-        A column is not there.
+        A column is missing.
     InputError
-        A column holds no numbers, or an ellipse or a covariance is none.
+        A column is not numeric, or an ellipse or a covariance is degenerate.
     """
     columns = _columns(frame, source)
-    whose = _aircraft(columns, tracks, aircraft)
-    truth = places_at(reference, whose, columns["time_s"]).position_m
+    aircraft_index = _aircraft(columns, tracks, aircraft)
+    truth = positions_at(reference, aircraft_index, columns["time_s"]).position_m
     known = np.isfinite(truth[:, 0])
     columns, truth = {name: one[known] for name, one in columns.items()}, truth[known]
     plane = reference.plane
@@ -114,7 +114,7 @@ def forecast_errors(
 
 
 def joined(parts: Sequence[ForecastErrors]) -> ForecastErrors | None:
-    """Return all forecasts as one; None where there are no tables of any."""
+    """Return all forecasts as one; None where there are no tables."""
     if not parts:
         return None
     names = [one.name for one in fields(ForecastErrors)]
@@ -133,13 +133,13 @@ def _normalised(off: Floats, columns: dict[str, Floats]) -> Floats:
     return normalised
 
 
-# Whose the update is at which each forecast was made; −1 for none.
+# The aircraft of the update at which each forecast was made; −1 for none.
 def _aircraft(columns: dict[str, Floats], tracks: Tracks, aircraft: Indices) -> Indices:
     track_id = columns["track_id"].astype(np.int64)
     place = np.minimum(np.searchsorted(tracks.ids, track_id), len(tracks.ids) - 1)
     known = tracks.ids[place] == track_id
     origin = tracks.time_s.min()
-    # One axis for all tracks: the updates of each after those of the one before.
+    # One axis for all tracks: the updates of each follow those of the previous one.
     length = float(np.ptp(tracks.time_s)) + 2.0
     axis = tracks.track * length + (tracks.time_s - origin)
     asked = np.clip(columns["made_s"] - origin + 1e-6, -1.0, length - 1.0)
@@ -158,7 +158,7 @@ def _columns(frame: pl.DataFrame, source: str) -> dict[str, Floats]:
     for name in FORECAST_COLUMNS:
         values = frame[name]
         good = values.dtype.is_numeric() and not values.null_count()
-        # Areas may be as large as the square of any length.
+        # Areas may be as large as the square of the largest length.
         most = NUMBER_MAX**2 if name.endswith("_m2") else NUMBER_MAX
         if not good or not values.cast(pl.Float64).is_between(-most, most).all():
             msg = f"{source}: expected a number in every row of {name}, was {values.dtype}"

@@ -1,4 +1,4 @@
-"""Who was whose over time: identity swaps, changes of track number, the longest segments."""
+"""Assignment over time: identity swaps, changes of track number, longest segments."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,7 @@ from multiradar.evaluation.trajectories import Indices
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """A stretch over which one has the same partner.
+    """A run of instants with the same partner.
 
     Attributes
     ----------
@@ -27,16 +27,16 @@ class Run:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Identity:
-    """What became of the assignment over time.
+    """The assignment over time.
 
     Attributes
     ----------
     aircraft_of_track : list of list of Run
-        For each track the aircraft that it followed, one after the other.
+        For each track the aircraft that it followed, in order of time.
     tracks_of_aircraft : list of list of Run
-        For each aircraft the tracks that followed it.
+        For each aircraft the tracks that followed it, in order of time.
     longest_s : (m,) float64
-        For each aircraft the longest time that one track followed it without a break.
+        For each aircraft the longest time with the same track without a break.
     """
 
     aircraft_of_track: list[list[Run]]
@@ -45,17 +45,17 @@ class Identity:
 
     @property
     def swaps(self) -> int:
-        """How often a track left one aircraft and settled on another."""
+        """Number of times a track changed from one aircraft to another."""
         return sum(max(0, len(runs) - 1) for runs in self.aircraft_of_track)
 
     @property
     def number_changes(self) -> int:
-        """How often an aircraft's track gave way to another."""
+        """Number of times an aircraft changed from one track to another."""
         return sum(max(0, len(runs) - 1) for runs in self.tracks_of_aircraft)
 
 
 def identity_over_time(instants: Instants, aircraft: int, tracks: int, dwell_s: float) -> Identity:
-    """Return who was whose over time.
+    """Return the assignment over time.
 
     Parameters
     ----------
@@ -64,13 +64,13 @@ def identity_over_time(instants: Instants, aircraft: int, tracks: int, dwell_s: 
     aircraft, tracks : int
         How many there are.
     dwell_s : float
-        A stretch shorter than this is passed over, s: where two aircraft cross, the nearer one
-        changes for an instant without anybody being taken for another.
+        Shorter runs are skipped, s: where two aircraft cross, the nearest one changes for an
+        instant without an identity swap.
 
     Returns
     -------
     Identity
-        Stretches in order of time.
+        Runs in order of time.
     """
     mine = np.flatnonzero(instants.track_of >= 0)
     his = instants.track_of[mine]
@@ -78,7 +78,7 @@ def identity_over_time(instants: Instants, aircraft: int, tracks: int, dwell_s: 
     when = instants.aircraft_instant[mine]
     dwell = int(np.ceil(dwell_s / instants.step_s - 1e-9))
     followed = _settled(one, other, when, aircraft, dwell)
-    # The rows of an aircraft are consecutive: a gap of the reference breaks no segment.
+    # The rows of an aircraft are consecutive: a gap in the reference does not break a segment.
     longest = _longest(one, _settled_partner(followed, one, when), mine, aircraft)
     return Identity(
         aircraft_of_track=_settled(other, one, when, tracks, dwell),
@@ -101,8 +101,8 @@ def _settled(
     owner: Indices, partner: Indices, when: Indices, owners: int, dwell: int
 ) -> list[list[Run]]:
     found: list[list[Run]] = [[] for _ in range(owners)]
-    for of, whom, first, last in _runs(owner, partner, when):
-        found[of].append(Run(whom, first, last))
+    for of, other, first, last in _runs(owner, partner, when):
+        found[of].append(Run(other, first, last))
     return [_without_flicker(runs, dwell) for runs in found]
 
 
@@ -110,7 +110,7 @@ def _without_flicker(runs: list[Run], dwell: int) -> list[Run]:
     if len(runs) < 2:
         return runs
     kept = [run for run in runs if run.last - run.first + 1 >= dwell]
-    # Where nothing lasts, what lasted longest is what there was.
+    # Without a settled run, the longest run counts.
     kept = kept or [max(runs, key=lambda run: run.last - run.first)]
     merged = kept[:1]
     for run in kept[1:]:
@@ -121,7 +121,7 @@ def _without_flicker(runs: list[Run], dwell: int) -> list[Run]:
     return merged
 
 
-# Whom an owner has settled on at each instant: the partner of the run that began last.
+# The settled partner at each instant: that of the latest settled run.
 def _settled_partner(runs: list[list[Run]], owner: Indices, when: Indices) -> Indices:
     table = np.array(
         [(of, run.first, run.partner) for of, own in enumerate(runs) for run in own], np.int64
@@ -131,7 +131,7 @@ def _settled_partner(runs: list[list[Run]], owner: Indices, when: Indices) -> In
     length = int(when.max()) + 2
     of, first, partner = table.T
     row = np.searchsorted(of * length + first, owner * length + when, side="right") - 1
-    # Before its first settled run an owner has that one already.
+    # Before the first settled run, its partner counts already.
     row = np.where((row < 0) | (of[np.maximum(row, 0)] != owner), row + 1, row)
     found: Indices = partner[row]
     return found

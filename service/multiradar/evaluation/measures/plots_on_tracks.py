@@ -1,4 +1,4 @@
-"""Which plots went to the right track, where it is known whose each plot is."""
+"""Plots on the right track, where the aircraft of each plot is known."""
 
 import numpy as np
 import polars as pl
@@ -16,18 +16,18 @@ def plots_on_the_right_track(
     tracks : Tracks
         Of n updates.
     reference : Reference
-        Its names are those of the plots.
+        Its names are those used in the plots.
     aircraft : (n,) int64
-        Whose track each update is of; −1 for none.
+        Aircraft of the track at each update; −1 for none.
     plots : DataFrame
-        `time_s`, `sensor_id` and `name` of plots. Where a sensor has several plots at one time, it
-        cannot be told which of them an update took, and they are passed over.
+        `time_s`, `sensor_id` and `name` of plots. Where a sensor has several plots at one time, the
+        plot of an update is ambiguous, and they are skipped.
 
     Returns
     -------
     right, total : int
-        Updates by plots of known aircraft on tracks that are judged: those whose track is that of
-        the plot's aircraft, and all.
+        Updates by plots of known aircraft on evaluated tracks: those whose track follows the
+        plot's aircraft, and all.
     """
     names = {str(name): number for number, name in enumerate(reference.names)}
     single = plots.filter(pl.len().over("time_s", "sensor_id") == 1).drop_nulls(["name"])
@@ -48,12 +48,12 @@ def plots_on_the_right_track(
 
 
 def first_plots(reference: Reference, plots: pl.DataFrame) -> dict[int, float]:
-    """Return when each aircraft was first measured.
+    """Return the time of the first plot of each aircraft.
 
     Parameters
     ----------
     reference : Reference
-        Its names are those of the plots.
+        Its names are those used in the plots.
     plots : DataFrame
         `time_s` and `name` of plots.
 

@@ -12,12 +12,12 @@ _HOUR_S = 3600.0
 
 @dataclass(frozen=True, slots=True)
 class Siap:
-    """Measures of the picture as a whole; None where there is nothing to measure.
+    """Measures of the air picture as a whole; None where there is nothing to measure.
 
     Attributes
     ----------
     completeness : float
-        Share of the aircraft that have a track; 1 is best.
+        Fraction of the aircraft that have a track; 1 is best.
     ambiguity : float
         Tracks for each aircraft that has one; 1 is best.
     spuriousness : float
@@ -25,9 +25,9 @@ class Siap:
     positional_accuracy_m, velocity_accuracy_mps : float
         Mean distance and mean velocity error of the assigned tracks.
     number_changes_per_h : float
-        Rate of track number change: new tracks of an aircraft for each hour it was tracked.
+        Track number changes per hour of tracked time.
     longest_segment : float
-        Longest time with one track over the time of the aircraft, over all aircraft; 1 is best.
+        Longest time with one track over the time of the aircraft, for all aircraft; 1 is best.
     """
 
     completeness: float | None
@@ -45,9 +45,9 @@ def siap(instants: Instants, identity: Identity) -> Siap:
     Parameters
     ----------
     instants : Instants
-        Who is whose at each instant.
+        Assignment at each instant.
     identity : Identity
-        Who was whose over time.
+        Assignment over time.
 
     Returns
     -------
@@ -64,7 +64,7 @@ def siap(instants: Instants, identity: Identity) -> Siap:
     his = instants.track_of[mine]
     off = np.hypot(*(instants.track_m[his] - instants.aircraft_m[mine]).T)
     slip = np.hypot(*(instants.track_mps[his] - instants.aircraft_mps[mine]).T)
-    aircraft, tracked, tracks = len(instants.aircraft), len(mine), int(instants.judged.sum())
+    aircraft, tracked, tracks = len(instants.aircraft), len(mine), int(instants.evaluated.sum())
     at_aircraft = tracked + int(instants.redundant.sum())
     known = slip[np.isfinite(slip)]
     hours = tracked * instants.step_s / _HOUR_S

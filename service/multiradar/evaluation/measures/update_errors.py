@@ -1,4 +1,4 @@
-"""How far each update of a track is from its aircraft: position, velocity, heading, height."""
+"""Errors of track updates: position, velocity, heading, height."""
 
 from dataclasses import dataclass
 
@@ -13,16 +13,16 @@ from multiradar.evaluation.trajectories import (
     Reference,
     Tracks,
     climb_at,
-    places_at,
+    positions_at,
 )
 
-#: An aircraft that is slower has no course to speak of, m/s.
+#: Below this speed the course of an aircraft is undefined, m/s.
 COURSE_SPEED_MIN_MPS = 10.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class UpdateErrors:
-    """Errors (track minus reference) of the updates that have an aircraft.
+    """Errors (track minus reference) of the updates with a known aircraft.
 
     Attributes
     ----------
@@ -36,9 +36,9 @@ class UpdateErrors:
         Lengths of the error vectors, true metres.
     along_m, across_m : (n,) float64
         Components of the position error along the course of the reference and to the right of it;
-        NaN where the aircraft hardly moves.
+        NaN where the aircraft is too slow for a course.
     speed_mps, heading_deg, height_m, climb_mps : (n,) float64
-        Errors; heading in (−180, 180], NaN where the aircraft hardly moves; height and rate of
+        Errors; heading in (−180, 180], NaN where the aircraft is too slow; height and rate of
         climb NaN where either is unknown.
     """
 
@@ -58,24 +58,24 @@ class UpdateErrors:
 def aircraft_of_updates(
     tracks: Tracks, reference: Reference, instants: Instants, identity: Identity
 ) -> Indices:
-    """Return whose each update is.
+    """Return the aircraft of each update.
 
     Parameters
     ----------
     tracks : Tracks
         Of n updates.
     reference : Reference
-        Where the aircraft are at the time of an update.
+        Positions of the aircraft at the times of updates.
     instants : Instants
         The instants at which tracks were assigned.
     identity : Identity
-        The stretches over which a track followed an aircraft.
+        The runs over which a track followed an aircraft.
 
     Returns
     -------
     (n,) int64
-        Index of the aircraft of the stretch that the update falls into, or that is one instant
-        away; between two stretches that of the nearer aircraft. −1 for none.
+        Index of the aircraft of the run that contains the update or is one instant away; between
+        two runs that of the nearer aircraft. −1 for none.
     """
     rows = [
         (track, run.first, run.last, run.partner)
@@ -94,63 +94,64 @@ def aircraft_of_updates(
         row = np.clip(candidate, 0, len(owner) - 1)
         near = (place >= first[row] - 1.0) & (place <= last[row] + 1.0)
         hit = np.flatnonzero(near & (owner[row] == tracks.track) & (candidate == row))
-        whose = partner[row[hit]]
-        there = places_at(reference, whose, tracks.time_s[hit]).position_m
-        # Where the reference says nothing, the stretch alone decides.
+        aircraft_index = partner[row[hit]]
+        there = positions_at(reference, aircraft_index, tracks.time_s[hit]).position_m
+        # Without a reference position, the run alone decides.
         distance = np.nan_to_num(np.hypot(*(tracks.position_m[hit] - there).T), nan=1e12)
         nearer = distance < apart[hit]
-        found[hit[nearer]], apart[hit[nearer]] = whose[nearer], distance[nearer]
+        found[hit[nearer]], apart[hit[nearer]] = aircraft_index[nearer], distance[nearer]
     return found
 
 
 def errors_of_updates(
     tracks: Tracks, reference: Reference, aircraft: Indices, settings: EvaluationSettings
 ) -> UpdateErrors:
-    """Return the errors of all updates that can be judged.
+    """Return the errors of all updates with a reference position.
 
     Parameters
     ----------
     tracks : Tracks
         Of n updates.
     reference : Reference
-        What is known, at the very time of an update.
+        Interpolated to the time of each update.
     aircraft : (n,) int64
-        Whose each update is; −1 for none.
+        Aircraft of each update; −1 for none.
     settings : EvaluationSettings
-        Of which the settling time is used.
+        Settings; only the settling time is used.
 
     Returns
     -------
     UpdateErrors
-        Of measured updates alone: by track, then time.
+        Of measured updates only: by track, then time.
     """
-    begun = tracks.time_s[np.searchsorted(tracks.track, tracks.track)]
-    wanted = tracks.measured & (aircraft >= 0) & (tracks.time_s - begun >= settings.settling_s)
+    initiated_s = tracks.time_s[np.searchsorted(tracks.track, tracks.track)]
+    settled = tracks.time_s - initiated_s >= settings.settling_s
+    wanted = tracks.measured & (aircraft >= 0) & settled
     update = np.flatnonzero(wanted)
-    places = places_at(reference, aircraft[update], tracks.time_s[update])
-    known = np.isfinite(places.position_m[:, 0])
-    update, height = update[known], places.height_m[known]
-    position, velocity = places.position_m[known], places.velocity_mps[known]
+    positions = positions_at(reference, aircraft[update], tracks.time_s[update])
+    known = np.isfinite(positions.position_m[:, 0])
+    update, height = update[known], positions.height_m[known]
+    position, velocity = positions.position_m[known], positions.velocity_mps[known]
     matrix = reference.plane.local_matrix(position[:, 0], position[:, 1], np.nan_to_num(height))
     off = np.einsum("nij,nj->ni", matrix, tracks.position_m[update] - position)
     true = np.einsum("nij,nj->ni", matrix, velocity)
-    told = tracks.ground_mps[update]
+    reported = tracks.ground_mps[update]
     speed = np.hypot(*true.T)
     with np.errstate(invalid="ignore", divide="ignore"):
         course = np.where((speed >= COURSE_SPEED_MIN_MPS)[:, None], true / speed[:, None], np.nan)
     turn = np.arctan2(
-        told[:, 0] * course[:, 1] - told[:, 1] * course[:, 0],
-        told[:, 0] * course[:, 0] + told[:, 1] * course[:, 1],
+        reported[:, 0] * course[:, 1] - reported[:, 1] * course[:, 0],
+        reported[:, 0] * course[:, 0] + reported[:, 1] * course[:, 1],
     )
     return UpdateErrors(
         update=update,
         aircraft=aircraft[update],
         time_s=tracks.time_s[update],
         position_m=np.hypot(*off.T),
-        velocity_mps=np.hypot(*(told - true).T),
+        velocity_mps=np.hypot(*(reported - true).T),
         along_m=off[:, 0] * course[:, 0] + off[:, 1] * course[:, 1],
         across_m=off[:, 0] * course[:, 1] - off[:, 1] * course[:, 0],
-        speed_mps=np.hypot(*told.T) - speed,
+        speed_mps=np.hypot(*reported.T) - speed,
         heading_deg=np.degrees(turn),
         height_m=tracks.height_m[update] - height,
         climb_mps=tracks.climb_mps[update]

@@ -1,7 +1,7 @@
-"""How aircraft may move, for the smoother of interacting modes: straight, turning, speeding.
+"""Motion modes of the interacting-multiple-model smoother: straight, turning, changing speed.
 
-Written apart from the tracker's, which the scorecard must not know. Arrays are of many aircraft at
-once: (aircraft, mode, …); the state is (east, north, east velocity, north velocity).
+Independent of the tracker's models, which the scorecard must not use. Arrays are of many aircraft
+at once: (aircraft, mode, …); the state is (east, north, east velocity, north velocity).
 """
 
 from dataclasses import dataclass
@@ -11,13 +11,13 @@ import numpy as np
 from multiradar.evaluation.trajectories import Floats
 
 GRAVITY_MPS2 = 9.80665
-#: Slower than this an aircraft has no course, m/s.
+#: Below this speed an aircraft has no course, m/s.
 SLOW_MPS = 10.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MotionModes:
-    """Modes of motion; all others begin in the first, straight flight, and go back to it.
+    """Modes of motion; all transitions go through the first, straight flight.
 
     Attributes
     ----------
@@ -26,7 +26,7 @@ class MotionModes:
     along, across : (j,) float64
         Spectral densities of the acceleration along the velocity and across it, m²/s³.
     straight_s, manoeuvre_s : float
-        Mean time for which an aircraft flies straight, and for which it manoeuvres.
+        Mean duration of straight flight and of a manoeuvre.
     """
 
     lateral_mps2: Floats
@@ -39,8 +39,8 @@ class MotionModes:
         """Return the number of modes."""
         return len(self.lateral_mps2)
 
-    def passages(self, step_s: Floats) -> Floats:
-        """Return (a, j, j) the probabilities of mode [·, 1] after a time, by the mode before it.
+    def transition_probabilities(self, step_s: Floats) -> Floats:
+        """Return (a, j, j) transition probabilities over a time: from mode, to mode.
 
         Parameters
         ----------
@@ -62,16 +62,16 @@ class MotionModes:
         return chances
 
     def motion(self, step_s: Floats, velocity: Floats, variance: Floats) -> Floats:
-        """Return (a, j, 4, 4) the matrices of motion over a time.
+        """Return (a, j, 4, 4) the transition matrices over a time.
 
         Parameters
         ----------
         step_s : (a,) float64
             The time, s.
         velocity : (a, j, 2) float64
-            At its beginning, m/s.
+            At its start, m/s.
         variance : (a, j) float64
-            Sum of the variances of its components: an unknown speed turns less.
+            Sum of the variances of its components: an uncertain speed reduces the turn rate.
         """
         speed = np.hypot(velocity[..., 0], velocity[..., 1])
         rate = self.lateral_mps2 * speed / np.maximum(speed**2 + variance, SLOW_MPS**2)
@@ -89,25 +89,25 @@ class MotionModes:
         return matrix
 
     def noise(self, step_s: Floats, velocity: Floats, more: Floats) -> Floats:
-        """Return (a, j, 4, 4) the covariances that the accelerations add over a time.
+        """Return (a, j, 4, 4) the process noise covariances over a time.
 
         Parameters
         ----------
         step_s : (a,) float64
             The time, s.
         velocity : (a, j, 2) float64
-            In its middle, m/s: the accelerations are along it and across it.
+            In the middle of the step, m/s: the accelerations are along and across it.
         more : (a,) float64
-            Density that is added in every direction, m²/s³.
+            Density added in every direction, m²/s³.
         """
         speed = np.hypot(velocity[..., 0], velocity[..., 1])
         unit = velocity / np.maximum(speed, SLOW_MPS)[..., None]
-        # At rest there is no along: the same in every direction.
+        # At rest the noise is the same in every direction.
         rest = 0.5 * (self.along + self.across) * (1.0 - np.sum(unit**2, axis=-1))
         right = np.stack([unit[..., 1], -unit[..., 0]], axis=-1)
         density = (rest + more[:, None])[..., None, None] * np.eye(2)
-        for size, way in ((self.along, unit), (self.across, right)):
-            density = density + size[:, None, None] * way[..., :, None] * way[..., None, :]
+        for size, axis in ((self.along, unit), (self.across, right)):
+            density = density + size[:, None, None] * axis[..., :, None] * axis[..., None, :]
         step = step_s[:, None, None, None]
         noise = np.zeros((*speed.shape, 4, 4))
         noise[..., :2, :2] = step**3 / 3.0 * density
@@ -116,13 +116,13 @@ class MotionModes:
         return noise
 
 
-def usual_modes() -> MotionModes:
+def civil_modes() -> MotionModes:
     """Return modes that fit civil traffic.
 
     Returns
     -------
     MotionModes
-        Straight flight, turns both ways by 13°, 19° and 25° of bank, and a change of speed.
+        Straight flight, turns to both sides with 13°, 19° and 25° of bank, and a change of speed.
     """
     steepest = GRAVITY_MPS2 * np.tan(np.radians(25.0))
     sides = np.array([0.5, -0.5, 0.75, -0.75, 1.0, -1.0])

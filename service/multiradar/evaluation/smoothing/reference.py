@@ -1,4 +1,4 @@
-"""A reference from the measurements themselves: all sensors, biases taken off, smoothed."""
+"""A reference from the measurements themselves: all sensors, biases subtracted, smoothed."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,41 +8,41 @@ import polars as pl
 
 from multiradar.errors import InputError
 from multiradar.evaluation.measures.bias_errors import BiasHistory
-from multiradar.evaluation.smoothing.bias_remains import bias_remains
-from multiradar.evaluation.smoothing.motion_modes import usual_modes
+from multiradar.evaluation.smoothing.motion_modes import civil_modes
 from multiradar.evaluation.smoothing.multiple_modes import smooth_modes
-from multiradar.evaluation.smoothing.plots_in_place import (
+from multiradar.evaluation.smoothing.plot_positions import (
     Radar,
+    locate_plots,
     noise_on_plane,
-    place_plots,
     without_biases,
 )
-from multiradar.evaluation.smoothing.single_mode import Sightings, smooth
+from multiradar.evaluation.smoothing.residual_biases import residual_biases
+from multiradar.evaluation.smoothing.single_mode import PositionMeasurements, smooth
 from multiradar.evaluation.tables import HEIGHT_MAX_M, NUMBER_MAX, aircraft_name
 from multiradar.evaluation.trajectories import Flags, Floats, Indices, Reference
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar_schemas.sensors.sensor import Sensor
 
-#: An aircraft with fewer places has no trajectory.
+#: Minimum number of positions of a trajectory.
 PLACES_MIN = 5
-#: How aircraft may be taken to move.
+#: Motion models of the smoother.
 CONSTANT_VELOCITY = "constant-velocity"
 INTERACTING_MODES = "imm"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SmoothedReference:
-    """A reference and what it claims of itself.
+    """A smoothed reference with its accuracy.
 
     Attributes
     ----------
     reference : Reference
         With velocities; aircraft are named by track number, or else by Mode S address.
     sigma_m : float
-        Root mean trace of the covariance of its positions, m: what the biases left is in that of
-        interacting modes alone.
+        Root mean trace of the covariance of its positions, m; residual biases are included with
+        interacting modes only.
     outliers : int
-        Measurements that were left out as far from all others.
+        Number of measurements excluded as outliers.
     """
 
     reference: Reference
@@ -51,8 +51,8 @@ class SmoothedReference:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Places:
-    # Measurements of known aircraft as places; plots without a height are filled from neighbours.
+class _Positions:
+    # Measurements of known aircraft as positions; missing heights are interpolated.
     aircraft: Indices
     sensor: Indices
     time_s: Floats
@@ -73,38 +73,38 @@ def smoothed_reference(
     gap_s: float,
     smoother: str = CONSTANT_VELOCITY,
 ) -> SmoothedReference:
-    """Return the trajectories that all measurements together tell.
+    """Return trajectories smoothed from all measurements.
 
     Parameters
     ----------
     measurements : DataFrame
-        `measurements.parquet`; rows of unknown aircraft or sensors, and bearings, are passed over.
+        `measurements.parquet`; rows of unknown aircraft or sensors, and bearings, are skipped.
     sensors : sequence of Sensor
-        Sites and random errors.
+        Positions and random errors.
     biases : sequence of BiasHistory
-        Estimates of the biases: the last one, or that of the time for a bias that drifts.
+        Estimates of the biases: the last one, or that at each time for a drifting bias.
     source : str
-        What the measurements are called in errors.
+        Name of the measurements in errors.
     density : float
         Spectral density of the acceleration of aircraft, m²/s³.
     gap_s : float
-        Places farther apart in time are not joined, s.
+        Positions farther apart in time are not joined, s.
     smoother : str
-        `CONSTANT_VELOCITY`, see `smoothing.smooth`, or `INTERACTING_MODES`, see
-        `imm_smoothing.smooth_modes`.
+        `CONSTANT_VELOCITY`, see `single_mode.smooth`, or `INTERACTING_MODES`, see
+        `multiple_modes.smooth_modes`.
 
     Returns
     -------
     SmoothedReference
-        Places at the times of the measurements.
+        Positions at the times of the measurements.
 
     Raises
     ------
     InputError
-        No aircraft has measurements enough.
+        No aircraft has enough measurements.
     """
     numbers = {one.id: number for number, one in enumerate(sensors)}
-    # What is no number is passed over, as in the tracker's quarantine.
+    # Non-finite values are skipped, as in the tracker's quarantine.
     sane = [
         pl.when(pl.col(name).abs() <= most).then(name)
         for name, most in (
@@ -124,51 +124,51 @@ def smoothed_reference(
     )
     names, aircraft = np.unique(rows["name"].to_numpy().astype(np.str_), return_inverse=True)
     of = np.array([numbers[name] for name in rows["sensor_id"]], np.int64)
-    places = _placed(rows, aircraft.astype(np.int64), of, sensors, biases)
-    enough = np.bincount(places.aircraft[places.usable], minlength=len(names)) >= PLACES_MIN
-    kept = np.flatnonzero(places.usable & enough[places.aircraft])
+    positions = _located(rows, aircraft.astype(np.int64), of, sensors, biases)
+    enough = np.bincount(positions.aircraft[positions.usable], minlength=len(names)) >= PLACES_MIN
+    kept = np.flatnonzero(positions.usable & enough[positions.aircraft])
     if not len(kept):
         msg = f"{source}: expected {PLACES_MIN} measurements of an aircraft or more, was none"
         raise InputError(msg)
-    kept = kept[np.lexsort((places.time_s[kept], places.aircraft[kept]))]
-    latitude, longitude = places.latitude_rad[kept], places.longitude_rad[kept]
+    kept = kept[np.lexsort((positions.time_s[kept], positions.aircraft[kept]))]
+    latitude, longitude = positions.latitude_rad[kept], positions.longitude_rad[kept]
     plane = SystemPlane.for_sensors(latitude, longitude)
     position = np.stack(plane.to_plane(latitude, longitude), axis=-1)
-    noise = _noise(plane, position, places.range_m[kept], places.sensor[kept], sensors)
-    whose, when = places.aircraft[kept], places.time_s[kept]
-    sightings = Sightings(whose, when, position, noise)
+    noise = _noise(plane, position, positions.range_m[kept], positions.sensor[kept], sensors)
+    aircraft_index, when = positions.aircraft[kept], positions.time_s[kept]
+    measured = PositionMeasurements(aircraft_index, when, position, noise)
     if smoother == INTERACTING_MODES:
-        shown = position, places.range_m[kept], places.sensor[kept]
-        left = bias_remains(plane, shown, sensors, biases)
-        found = smooth_modes(sightings, usual_modes(), density, left)
+        shown = position, positions.range_m[kept], positions.sensor[kept]
+        left = residual_biases(plane, shown, sensors, biases)
+        found = smooth_modes(measured, civil_modes(), density, left)
     else:
-        found = smooth(sightings, density)
+        found = smooth(measured, density)
     used = np.flatnonzero(found.used)
-    # Of places at one time any one knows all of them.
-    later = (np.diff(whose[used]) != 0) | (np.diff(when[used]) > 0.0)
-    told = used[np.append(later, np.ones(1, np.bool_))]
-    present, renumbered = np.unique(whose[told], return_inverse=True)
+    # Positions of the same time have the same smoothed state: one is enough.
+    later = (np.diff(aircraft_index[used]) != 0) | (np.diff(when[used]) > 0.0)
+    selected = used[np.append(later, np.ones(1, np.bool_))]
+    present, renumbered = np.unique(aircraft_index[selected], return_inverse=True)
     reference = Reference(
         plane=plane,
         names=names[present],
         aircraft=renumbered.astype(np.int64),
-        time_s=when[told],
-        position_m=found.state[told, :2],
-        velocity_mps=found.state[told, 2:],
-        height_m=places.height_m[kept][told],
+        time_s=when[selected],
+        position_m=found.state[selected, :2],
+        velocity_mps=found.state[selected, 2:],
+        height_m=positions.height_m[kept][selected],
         gap_s=gap_s,
     )
-    sigma_m = float(np.sqrt(np.mean(found.position_variance_m2[told])))
+    sigma_m = float(np.sqrt(np.mean(found.position_variance_m2[selected])))
     return SmoothedReference(reference, sigma_m, int(np.sum(~found.used)))
 
 
-def _placed(
+def _located(
     rows: pl.DataFrame,
     aircraft: Indices,
     sensor: Indices,
     sensors: Sequence[Sensor],
     biases: Sequence[BiasHistory],
-) -> _Places:
+) -> _Positions:
     column = {
         name: rows[name].cast(pl.Float64).fill_null(np.nan).to_numpy().copy()
         for name in (
@@ -187,13 +187,13 @@ def _placed(
         range_m[own], azimuth_deg, time_s[own] = without_biases(
             range_m[own], column["azimuth_deg"][own], time_s[own], bias
         )
-        placed = place_plots(_radar(one).site, range_m[own], np.radians(azimuth_deg), height[own])
-        latitude[own], longitude[own] = placed.latitude_rad, placed.longitude_rad
-        usable[own] = placed.usable
-    return _Places(aircraft, sensor, time_s, latitude, longitude, height, range_m, usable)
+        located = locate_plots(_radar(one).site, range_m[own], np.radians(azimuth_deg), height[own])
+        latitude[own], longitude[own] = located.latitude_rad, located.longitude_rad
+        usable[own] = located.usable
+    return _Positions(aircraft, sensor, time_s, latitude, longitude, height, range_m, usable)
 
 
-# Heights of an aircraft that were not heard lie between those that were.
+# Missing heights of an aircraft are interpolated.
 def _filled(aircraft: Indices, time_s: Floats, height_m: Floats) -> Floats:
     filled = height_m.copy()
     order = np.lexsort((time_s, aircraft))

@@ -1,4 +1,4 @@
-"""The Rauch–Tung–Striebel smoother over all places of many aircraft at once.
+"""The Rauch–Tung–Striebel smoother over all positions of many aircraft at once.
 
 Constant velocity with white acceleration on each axis of the plane. The state of an aircraft is
 (east, north, east velocity, north velocity).
@@ -10,19 +10,19 @@ import numpy as np
 
 from multiradar.evaluation.trajectories import Flags, Floats, Indices
 
-#: Standard deviation of each component of the velocity before anything is known, m/s.
+#: Prior standard deviation of each component of the velocity, m/s.
 _VELOCITY_PRIOR_MPS = 300.0
-#: Square of the normalised innovation above which a place is an outlier (two dimensions, 5 · 10⁻⁸).
+#: Normalised innovation squared of an outlier (two dimensions, 5 · 10⁻⁸).
 _OUTLIER = 33.6
-#: After so many outliers in a row the next place is believed.
+#: After this many consecutive outliers the next position is accepted.
 _OUTLIERS_MAX = 3
-#: Aircraft that are smoothed together.
+#: Number of aircraft smoothed together.
 _CHUNK = 256
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Smoothed:
-    """States of aircraft at the times of their places, given all places.
+    """Smoothed states of aircraft at the times of their positions.
 
     Attributes
     ----------
@@ -43,17 +43,17 @@ class Smoothed:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Sightings:
-    """Places of aircraft.
+class PositionMeasurements:
+    """Measured positions of aircraft.
 
     Attributes
     ----------
     aircraft : (n,) int64
-        Whose, ascending.
+        Index of the aircraft, ascending.
     time_s : (n,) float64
-        When, ascending within an aircraft.
+        Time, ascending within an aircraft.
     position_m : (n, 2) float64
-        Where.
+        East and north.
     covariance_m2 : (n, 2, 2) float64
         Covariance of the errors.
     """
@@ -67,54 +67,56 @@ class Sightings:
         """Return the number of places."""
         return len(self.time_s)
 
-    def take(self, rows: Indices) -> "Sightings":
-        """Return some of them, in this order."""
-        return Sightings(
+    def select(self, rows: Indices) -> "PositionMeasurements":
+        """Return rows, in the given order."""
+        return PositionMeasurements(
             self.aircraft[rows],
             self.time_s[rows],
             self.position_m[rows],
             self.covariance_m2[rows],
         )
 
-    def backwards(self) -> "Sightings":
-        """Return them as if time ran the other way."""
-        turned = self.take(np.arange(len(self))[::-1])
-        return Sightings(-turned.aircraft, -turned.time_s, turned.position_m, turned.covariance_m2)
+    def backwards(self) -> "PositionMeasurements":
+        """Return them with time reversed."""
+        turned = self.select(np.arange(len(self))[::-1])
+        return PositionMeasurements(
+            -turned.aircraft, -turned.time_s, turned.position_m, turned.covariance_m2
+        )
 
 
-def smooth(sightings: Sightings, density: float) -> Smoothed:
-    """Smooth the places of aircraft.
+def smooth(measured: PositionMeasurements, density: float) -> Smoothed:
+    """Smooth the positions of aircraft.
 
     Parameters
     ----------
-    sightings : Sightings
-        All of them.
+    measured : PositionMeasurements
+        Positions of all aircraft.
     density : float
         Spectral density of the acceleration on each axis, m²/s³.
 
     Returns
     -------
     Smoothed
-        The exact mean given all places that are no outliers, for linear motion.
+        The exact mean given all positions without outliers, for linear motion.
 
     Notes
     -----
-    An outlier is what a gated filter refuses both forwards and backwards in time: forwards alone it
-    would believe a first place that is one.
+    An outlier is rejected by a gated filter both forwards and backwards in time: forwards alone it
+    would accept an outlier as the first position.
 
     References
     ----------
     H. E. Rauch, F. Tung, C. T. Striebel, "Maximum likelihood estimates of linear dynamic systems",
     AIAA Journal 3 (1965) 1445-1450, equations (3.28) to (3.30).
     """
-    count = len(sightings)
-    forwards = _run(sightings, density, gated=True).used
-    backwards = _run(sightings.backwards(), density, gated=True).used[::-1]
-    change = np.diff(sightings.aircraft) != 0
+    count = len(measured)
+    forwards = _run(measured, density, gated=True).used
+    backwards = _run(measured.backwards(), density, gated=True).used[::-1]
+    change = np.diff(measured.aircraft) != 0
     begins, ends = np.append(True, change)[:count], np.append(change, True)[-count:]
     used = (forwards & ~begins) | (backwards & ~ends) | (begins & ends)
     rows = np.flatnonzero(used)
-    found = _run(sightings.take(rows), density, gated=False)
+    found = _run(measured.select(rows), density, gated=False)
     state, variance = np.full((count, 4), np.nan), np.full(count, np.nan)
     covariance = np.full((count, 2, 2), np.nan)
     state[rows], variance[rows] = found.state, found.position_variance_m2
@@ -122,31 +124,33 @@ def smooth(sightings: Sightings, density: float) -> Smoothed:
     return Smoothed(state, variance, used, covariance)
 
 
-def _run(sightings: Sightings, density: float, *, gated: bool) -> Smoothed:
-    count = len(sightings)
+def _run(measured: PositionMeasurements, density: float, *, gated: bool) -> Smoothed:
+    count = len(measured)
     found = Smoothed(
         np.zeros((count, 4)), np.zeros(count), np.ones(count, np.bool_), np.zeros((count, 2, 2))
     )
-    first = np.flatnonzero(np.append(True, np.diff(sightings.aircraft) != 0)[:count])
+    first = np.flatnonzero(np.append(True, np.diff(measured.aircraft) != 0)[:count])
     length = np.diff(np.append(first, count))
-    # Aircraft of like length together: little is filled up.
+    # Aircraft with similar numbers of positions together: little padding.
     order = np.argsort(length, kind="stable")
     for begin in range(0, len(order), _CHUNK):
         chosen = order[begin : begin + _CHUNK]
         steps = np.arange(int(length[chosen].max()))
-        # Behind its end an aircraft stands still at its last place, without measuring it.
+        # Padding: beyond its end an aircraft keeps its last position, without measuring it.
         row = first[chosen, None] + np.minimum(steps, length[chosen, None] - 1)
-        _Chunk(sightings, row, steps < length[chosen, None], density).run(found, gated=gated)
+        _Chunk(measured, row, steps < length[chosen, None], density).run(found, gated=gated)
     return found
 
 
 class _Chunk:
     # Aircraft side by side: arrays (aircraft, step, …).
-    def __init__(self, sightings: Sightings, row: Indices, live: Flags, density: float) -> None:
+    def __init__(
+        self, measured: PositionMeasurements, row: Indices, live: Flags, density: float
+    ) -> None:
         self._row, self._live, self._density = row, live, density
-        self._place = sightings.position_m[row]
-        self._noise = sightings.covariance_m2[row]
-        time_s = sightings.time_s[row]
+        self._position = measured.position_m[row]
+        self._noise = measured.covariance_m2[row]
+        time_s = measured.time_s[row]
         self._step_s = np.diff(time_s, axis=1, prepend=time_s[:, :1])
         many, steps = row.shape
         self._mean, self._covariance = np.zeros((many, steps, 4)), np.zeros((many, steps, 4, 4))
@@ -159,7 +163,7 @@ class _Chunk:
         found.used[row] = self._used[live]
         if gated:
             return
-        self._go_back()
+        self._smooth_back()
         found.state[row] = self._mean[live]
         variance = self._covariance[live]
         found.position_variance_m2[row] = variance[:, 0, 0] + variance[:, 1, 1]
@@ -167,29 +171,29 @@ class _Chunk:
 
     def _filter(self, outlier: float) -> None:
         many, steps = self._row.shape
-        self._mean[:, 0, :2] = self._place[:, 0]
+        self._mean[:, 0, :2] = self._position[:, 0]
         self._covariance[:, 0, :2, :2] = self._noise[:, 0]
         self._covariance[:, 0, 2:, 2:] = _VELOCITY_PRIOR_MPS**2 * np.eye(2)
         self._used[:, 0] = True
-        refused = np.zeros(many, np.int64)
+        rejected = np.zeros(many, np.int64)
         for step in range(1, steps):
             motion, noise = _motion(self._step_s[:, step], self._density)
             mean = np.einsum("aij,aj->ai", motion, self._mean[:, step - 1])
             spread = motion @ self._covariance[:, step - 1] @ motion.transpose(0, 2, 1) + noise
             self._ahead_mean[:, step], self._ahead[:, step] = mean, spread
-            innovation = self._place[:, step] - mean[:, :2]
+            innovation = self._position[:, step] - mean[:, :2]
             total = spread[:, :2, :2] + self._noise[:, step]
             weighed = np.linalg.solve(total, innovation[..., None])[..., 0]
             near = np.einsum("ai,ai->a", innovation, weighed) <= outlier
-            taken = self._live[:, step] & (near | (refused >= _OUTLIERS_MAX))
-            refused = np.where(taken, 0, refused + 1)
+            accepted = self._live[:, step] & (near | (rejected >= _OUTLIERS_MAX))
+            rejected = np.where(accepted, 0, rejected + 1)
             gain = np.linalg.solve(total, spread[:, :2, :]).transpose(0, 2, 1)
-            gain *= taken[:, None, None]
+            gain *= accepted[:, None, None]
             self._mean[:, step] = mean + np.einsum("aij,aj->ai", gain, innovation)
             self._covariance[:, step] = _symmetric(spread - gain @ spread[:, :2, :])
-            self._used[:, step] = taken
+            self._used[:, step] = accepted
 
-    def _go_back(self) -> None:
+    def _smooth_back(self) -> None:
         for step in range(self._row.shape[1] - 2, -1, -1):
             motion, _ = _motion(self._step_s[:, step + 1], self._density)
             # Rauch et al. (1965): G = P Fᵀ P(k+1|k)⁻¹.
@@ -201,7 +205,7 @@ class _Chunk:
             self._covariance[:, step] += _symmetric(back @ change @ back.transpose(0, 2, 1))
 
 
-# Rounding makes a covariance asymmetric, and over hundreds of steps that grows.
+# Rounding errors of asymmetry grow over hundreds of steps.
 def _symmetric(matrix: Floats) -> Floats:
     half: Floats = 0.5 * (matrix + matrix.transpose(0, 2, 1))
     return half

@@ -22,11 +22,11 @@ FLIGHT = straight(np.arange(0.0, 300.0, 4.0).tolist(), 0.0, 0.0, 200.0, 0.0)
 
 def _card(start_s: float, error_m: float = 30.0) -> Scorecard:
     flown = [(start_s + row[0], *row[1:]) for row in FLIGHT]
-    seen = [(row[0], row[1], row[2] + error_m, *row[3:]) for row in flown]
+    simulated = [(row[0], row[1], row[2] + error_m, *row[3:]) for row in flown]
     # One update is off by far more than the others.
-    late = seen[50]
-    seen[50] = (late[0], late[1], late[2] + 20.0 * error_m, *late[3:])
-    tracks = replace(tracks_of({7: seen}), initiated=5)
+    late = simulated[50]
+    simulated[50] = (late[0], late[1], late[2] + 20.0 * error_m, *late[3:])
+    tracks = replace(tracks_of({7: simulated}), initiated=5)
     return evaluate(
         tracks, reference_of({"one": flown}), EvaluationSettings(gate_m=1e5), tuple(PRESETS)
     )
@@ -50,14 +50,14 @@ def test_the_largest_error_is_given_its_time() -> None:
     assert _plot(_card(28_800.0), "worst").title.endswith(", aircraft one, 08:03:20")
 
 
-def test_tracks_are_counted_by_what_became_of_them() -> None:
+def test_tracks_are_counted_by_state() -> None:
     compared = figures_of(_card(EIGHT))["compared"]
     assert isinstance(compared, dict)
     assert (compared["tracks"], compared["tracks_confirmed"]) == (1, 1)
     assert compared["tracks_initiated"] == 5
 
 
-def test_no_table_has_an_exponent_however_large_or_small_errors_are() -> None:
+def test_no_table_has_an_exponent_for_large_or_small_errors() -> None:
     for error_m in (1e-7, 12_345.0):
         card = _card(EIGHT, error_m)
         figures = figures_of(card) | {"reference": {"kind": "truth"}}

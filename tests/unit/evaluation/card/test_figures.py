@@ -6,7 +6,7 @@ from typing import cast
 import numpy as np
 
 from multiradar.evaluation.card import figures
-from multiradar.evaluation.measures.verdicts import Verdicts
+from multiradar.evaluation.measures.track_classes import TrackClasses
 from multiradar.evaluation.scorecard import Scorecard
 
 
@@ -14,7 +14,9 @@ def test_false_tracks_of_more_than_30_s_are_counted() -> None:
     life_s = np.array([29.0, 30.0, 30.5, 31.0, 100.0, 60.0])
     false = np.array([True, True, True, True, True, False])
     none = np.zeros(len(life_s), np.bool_)
-    card = cast("Scorecard", SimpleNamespace(verdicts=Verdicts(~false, none, false, life_s)))
+    card = cast(
+        "Scorecard", SimpleNamespace(track_classes=TrackClasses(~false, none, false, life_s))
+    )
     found = figures._tracks(card)
     assert found == {
         "of_aircraft": 1, "duplicate": 0, "duplicate_longest_s": None, "false": 5,

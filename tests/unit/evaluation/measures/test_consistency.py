@@ -1,4 +1,4 @@
-"""NEES is 1 for each dimension where the claim is right, and its band holds 95 %."""
+"""NEES is 1 per dimension where the covariance is correct, and its band holds 95 %."""
 
 import numpy as np
 import pytest
@@ -7,18 +7,18 @@ from multiradar.evaluation.measures.consistency import Consistency, consistency
 
 
 def drawn(claim: float) -> Consistency:
-    """Return what 40 aircraft show that err by 10 m on each axis and claim another sigma."""
+    """Return the NEES of 40 aircraft with errors of 10 m per axis and another reported sigma."""
     draw = np.random.Generator(np.random.PCG64(3))
     aircraft, bins = 40, 300
     error = np.hypot(*draw.normal(0.0, 10.0, (2, aircraft * bins)))
-    whose = np.repeat(np.arange(aircraft), bins)
+    aircraft_index = np.repeat(np.arange(aircraft), bins)
     when = np.tile(np.arange(bins) * 10.0, aircraft)
-    found = consistency(error, np.full(len(error), claim), whose, when)
+    found = consistency(error, np.full(len(error), claim), aircraft_index, when)
     assert found is not None
     return found
 
 
-def test_a_right_claim_gives_one_and_the_shares_of_the_band() -> None:
+def test_a_correct_covariance_gives_one_and_nominal_containment() -> None:
     found = drawn(10.0 * np.sqrt(2.0))
     assert found.samples == 12_000
     assert found.mean == pytest.approx(1.0, abs=0.03)
@@ -27,7 +27,7 @@ def test_a_right_claim_gives_one_and_the_shares_of_the_band() -> None:
     assert found.inside_by_time == pytest.approx(0.95, abs=0.04)
 
 
-def test_a_claim_of_half_the_error_gives_four_and_leaves_the_band() -> None:
+def test_a_sigma_of_half_the_error_gives_four_outside_the_band() -> None:
     found = drawn(5.0 * np.sqrt(2.0))
     assert found.mean == pytest.approx(4.0, abs=0.1)
     assert found.inside_by_time == 0.0
@@ -52,6 +52,6 @@ def test_one_update_of_each_aircraft_counts_in_a_bin() -> None:
     assert found.mean == pytest.approx((81.0 + 1.0 + 1.0) / 3.0)
 
 
-def test_nothing_is_said_of_nothing() -> None:
+def test_no_samples_give_no_result() -> None:
     nothing = np.zeros(0)
     assert consistency(nothing, nothing, nothing.astype(np.int64), nothing) is None

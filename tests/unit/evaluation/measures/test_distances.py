@@ -1,11 +1,11 @@
-"""OSPA and GOSPA give what their papers' formulas give."""
+"""OSPA and GOSPA agree with the formulas of their papers."""
 
 import itertools
 
 import numpy as np
 import pytest
 
-from multiradar.evaluation.instants import look
+from multiradar.evaluation.instants import assign_tracks
 from multiradar.evaluation.measures.distances import SetDistances, set_distances
 from multiradar.evaluation.settings import EvaluationSettings
 from support.scenarios.skies import reference_of, straight, tracks_of
@@ -16,16 +16,19 @@ Point = tuple[float, float]
 def between(
     aircraft: list[Point], tracks: list[Point], cutoff_m: float, order: float
 ) -> SetDistances:
-    """Return the distances at one instant; a far aircraft in both sets leaves neither empty."""
+    """Return the distances at one instant; a distant aircraft in both sets keeps them non-empty."""
     far = (1e6, 1e6)
     reference = reference_of(
-        {f"{n:02d}": straight([0.0], *place, 0.0, 0.0) for n, place in enumerate([*aircraft, far])}
+        {
+            f"{n:02d}": straight([0.0], *position, 0.0, 0.0)
+            for n, position in enumerate([*aircraft, far])
+        }
     )
-    seen = tracks_of(
-        {n: straight([0.0], *place, 0.0, 0.0) for n, place in enumerate([*tracks, far])}
+    simulated = tracks_of(
+        {n: straight([0.0], *position, 0.0, 0.0) for n, position in enumerate([*tracks, far])}
     )
     wide = EvaluationSettings(gate_m=1e5)
-    return set_distances(look(seen, reference, wide), cutoff_m, order)
+    return set_distances(assign_tracks(simulated, reference, wide), cutoff_m, order)
 
 
 def by_hand(
@@ -54,7 +57,7 @@ def test_both_are_the_least_over_all_assignments(order: float) -> None:
     draw = np.random.Generator(np.random.PCG64(7))
     for _ in range(20):
         aircraft, tracks = (
-            [tuple(place) for place in draw.uniform(-900.0, 900.0, (draw.integers(0, 5), 2))]
+            [tuple(position) for position in draw.uniform(-900.0, 900.0, (draw.integers(0, 5), 2))]
             for _ in range(2)
         )
         found = between(aircraft, tracks, 700.0, order)
@@ -65,12 +68,12 @@ def test_both_are_the_least_over_all_assignments(order: float) -> None:
         assert parts[0] == pytest.approx(found.gospa_m[0] ** order)
 
 
-def test_a_missed_aircraft_and_a_false_track_are_told_apart() -> None:
+def test_a_missed_aircraft_and_a_false_track_are_distinguished() -> None:
     found = between([(0.0, 0.0), (5000.0, 0.0)], [(30.0, 40.0)], 1000.0, 2.0)
     assert found.localisation[0] == pytest.approx(50.0**2)
     assert found.missed[0] == pytest.approx(0.5 * 1000.0**2)
     assert found.false_[0] == 0.0
-    # Three aircraft with the far one: one 50 m off, one missed, one exact.
+    # Three aircraft with the distant one: one 50 m off, one missed, one exact.
     assert found.ospa_m[0] == pytest.approx(np.sqrt((50.0**2 + 1000.0**2) / 3.0))
 
 

@@ -15,7 +15,7 @@ EAST = straight(TIMES, 30e3, 0.0, 200.0, 0.0)
 
 
 def _rows(reference: Reference, off_m: tuple[float, float], **changes: object) -> pl.DataFrame:
-    """A forecast of track 1 made at 20 s for 50 s, off by so many metres east and north."""
+    """A forecast of track 1 made at 20 s for 50 s, with an error east and north in metres."""
     latitude, longitude = reference.plane.to_geodetic(off_m[0], 50.0 * 200.0 + off_m[1])
     return pl.DataFrame(
         {
@@ -39,8 +39,8 @@ def _rows(reference: Reference, off_m: tuple[float, float], **changes: object) -
 
 def _errors(frame: pl.DataFrame, reference: Reference) -> ForecastErrors:
     tracks = tracks_of({1: NORTH, 2: EAST})
-    whose = np.where(tracks.track == 0, 0, 1)
-    return forecast_errors(frame, "forecasts.parquet", tracks, reference, whose)
+    aircraft_index = np.where(tracks.track == 0, 0, 1)
+    return forecast_errors(frame, "forecasts.parquet", tracks, reference, aircraft_index)
 
 
 @pytest.mark.parametrize(
@@ -60,7 +60,7 @@ def test_the_region_is_an_ellipse_along_its_azimuth(
     reference = reference_of({"a": NORTH, "b": EAST})
     found = _errors(_rows(reference, off_m), reference)
     assert found.inside.tolist() == [inside]
-    # The plane is true below the flight, whose centre is some kilometres off: parts in 1e5.
+    # The plane is true to scale below the flight, some kilometres from its centre: parts in 1e5.
     assert found.error_m[0] == pytest.approx(np.hypot(*off_m), rel=1e-3)
     assert found.normalised[0] == pytest.approx(normalised, rel=2e-3)
     assert found.radius_m[0] == pytest.approx(np.sqrt(200.0 * 100.0))
@@ -73,7 +73,7 @@ def test_an_oblique_ellipse_lies_clockwise_from_north() -> None:
         assert _errors(frame, reference).inside.tolist() == [inside]
 
 
-def test_forecasts_whose_truth_is_not_known_are_passed_over() -> None:
+def test_forecasts_with_unknown_truth_are_skipped() -> None:
     reference = reference_of({"a": NORTH, "b": EAST})
     for changes in ({"time_s": 500.0}, {"track_id": 7}, {"made_s": 21.0}, {"made_s": -90.0}):
         frame = _rows(reference, (0.0, 0.0), **changes)
@@ -83,7 +83,7 @@ def test_forecasts_whose_truth_is_not_known_are_passed_over() -> None:
     assert other.error_m[0] > 30e3
 
 
-def test_what_is_no_forecast_is_refused() -> None:
+def test_invalid_forecasts_are_rejected() -> None:
     reference = reference_of({"a": NORTH, "b": EAST})
     good = _rows(reference, (0.0, 0.0))
     with pytest.raises(MissingColumnError):

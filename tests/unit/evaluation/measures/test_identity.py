@@ -1,9 +1,9 @@
-"""Swaps, number changes and segments are those that a person would count."""
+"""Swaps, number changes and segments, against counts by hand."""
 
 import numpy as np
 import pytest
 
-from multiradar.evaluation.instants import Instants, look
+from multiradar.evaluation.instants import Instants, assign_tracks
 from multiradar.evaluation.measures.identity import identity_over_time
 from multiradar.evaluation.measures.siap import siap
 from multiradar.evaluation.settings import EvaluationSettings
@@ -18,63 +18,63 @@ EAST = straight(TIMES, 1500.0, 0.0, 0.0, 200.0)
 BOTH = reference_of({"west": WEST, "east": EAST})
 
 
-def seen(tracks: Tracks, reference: Reference = BOTH) -> tuple[Instants, int, int]:
-    instants = look(tracks, reference, SETTINGS)
+def simulated(tracks: Tracks, reference: Reference = BOTH) -> tuple[Instants, int, int]:
+    instants = assign_tracks(tracks, reference, SETTINGS)
     found = identity_over_time(instants, len(reference.names), len(tracks.ids), SETTINGS.dwell_s)
     return instants, found.swaps, found.number_changes
 
 
-def test_tracks_that_stay_where_they_are_swap_nothing() -> None:
-    instants, swaps, changes = seen(tracks_of({1: WEST, 2: EAST}))
+def test_steady_tracks_have_no_swaps() -> None:
+    instants, swaps, changes = simulated(tracks_of({1: WEST, 2: EAST}))
     assert (swaps, changes) == (0, 0)
     assert len(instants.time_s) == 101
     assert np.all(instants.track_of >= 0)
 
 
-def test_two_tracks_that_change_places_are_two_swaps() -> None:
+def test_two_tracks_that_exchange_aircraft_are_two_swaps() -> None:
     crossing = tracks_of({1: WEST[:50] + EAST[50:], 2: EAST[:50] + WEST[50:]})
-    assert seen(crossing)[1:] == (2, 2)
+    assert simulated(crossing)[1:] == (2, 2)
 
 
-def test_a_track_that_is_nearer_to_another_for_a_moment_has_not_swapped() -> None:
+def test_a_track_briefly_nearest_to_another_aircraft_has_not_swapped() -> None:
     flicker = tracks_of(
         {1: WEST[:50] + EAST[50:55] + WEST[55:], 2: EAST[:50] + WEST[50:55] + EAST[55:]}
     )
-    instants, swaps, changes = seen(flicker)
+    instants, swaps, changes = simulated(flicker)
     assert (swaps, changes) == (0, 0)
     assert list(identity_over_time(instants, 2, 2, 20.0).longest_s) == [101.0, 101.0]
 
 
 def test_a_new_track_after_a_lost_one_is_a_change_of_number_and_no_swap() -> None:
     again = tracks_of({1: WEST[:40], 2: EAST, 3: WEST[60:]})
-    instants, swaps, changes = seen(again)
+    instants, swaps, changes = simulated(again)
     assert (swaps, changes) == (0, 1)
     found = identity_over_time(instants, 2, 3, SETTINGS.dwell_s)
-    # Last update at 39 s, carried on for 12 s: instants 0 to 51.
+    # Last update at 39 s, extrapolated for 12 s: instants 0 to 51.
     assert list(found.longest_s) == [101.0, 52.0]
-    told = siap(instants, found)
-    assert told.number_changes_per_h == pytest.approx(3600.0 / (101 + 52 + 41))
-    assert told.longest_segment == pytest.approx((101 + 52) / 202)
-    assert told.completeness == pytest.approx((101 + 52 + 41) / 202)
+    picture = siap(instants, found)
+    assert picture.number_changes_per_h == pytest.approx(3600.0 / (101 + 52 + 41))
+    assert picture.longest_segment == pytest.approx((101 + 52) / 202)
+    assert picture.completeness == pytest.approx((101 + 52 + 41) / 202)
 
 
 def test_a_gap_of_the_reference_breaks_no_segment() -> None:
-    torn = reference_of({"west": WEST[:30] + WEST[60:], "east": EAST})
-    instants, swaps, changes = seen(tracks_of({1: WEST, 2: EAST}), torn)
+    broken = reference_of({"west": WEST[:30] + WEST[60:], "east": EAST})
+    instants, swaps, changes = simulated(tracks_of({1: WEST, 2: EAST}), broken)
     assert (swaps, changes) == (0, 0)
     assert list(identity_over_time(instants, 2, 2, 20.0).longest_s) == [101.0, 71.0]
-    assert np.sum(instants.judged) == 101 + 71
+    assert np.sum(instants.evaluated) == 101 + 71
     assert siap(instants, identity_over_time(instants, 2, 2, 20.0)).completeness == 1.0
 
 
-def test_names_of_tracks_change_nothing_but_names() -> None:
+def test_track_names_do_not_affect_the_result() -> None:
     rows: dict[int, list[Row]] = {
         1: WEST[:50] + EAST[50:],
         2: EAST[:50] + WEST[50:],
         3: straight(range(20, 80), -1400.0, 0.0, 0.0, 200.0),
     }
     renamed = {9: rows[1], 4: rows[2], 1: rows[3]}
-    first, second = seen(tracks_of(rows)), seen(tracks_of(renamed))
+    first, second = simulated(tracks_of(rows)), simulated(tracks_of(renamed))
     assert first[1:] == second[1:]
     for name in ("completeness", "ambiguity", "spuriousness", "positional_accuracy_m"):
         one, other = (

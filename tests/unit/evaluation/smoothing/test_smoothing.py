@@ -1,16 +1,16 @@
-"""The smoother is the least-squares trajectory, and outliers do not bend it, wherever they are."""
+"""The smoother is the least-squares trajectory, and rejects outliers at any position in it."""
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from multiradar.evaluation.smoothing.plots_in_place import (
+from multiradar.evaluation.smoothing.plot_positions import (
     Radar,
+    locate_plots,
     noise_on_plane,
-    place_plots,
     without_biases,
 )
-from multiradar.evaluation.smoothing.single_mode import Sightings, smooth
+from multiradar.evaluation.smoothing.single_mode import PositionMeasurements, smooth
 from multiradar.geodesy.polar import slant_range_azimuth
 from multiradar.geodesy.system_plane import SystemPlane
 
@@ -19,20 +19,20 @@ DENSITY = 5.0
 SITE = (np.radians(46.4), np.radians(6.1), 1677.0)
 
 
-def drawn(*lengths: int, seed: int = 2) -> Sightings:
-    """Return aircraft of so many places each, 30 to 200 m off their straight ways."""
+def drawn(*lengths: int, seed: int = 2) -> PositionMeasurements:
+    """Return aircraft with given numbers of positions, 30 to 200 m off their straight paths."""
     draw = np.random.Generator(np.random.PCG64(seed))
     aircraft = np.repeat(np.arange(len(lengths)), lengths)
     count = len(aircraft)
     times = np.concatenate([np.cumsum(draw.uniform(0.0, 4.0, one)) for one in lengths])
-    way = np.array([200.0, -60.0]) * times[:, None]
+    path = np.array([200.0, -60.0]) * times[:, None]
     root = draw.uniform(-100.0, 100.0, (count, 2, 2)) + 30.0 * np.eye(2)
     noise = root @ root.transpose(0, 2, 1) + 900.0 * np.eye(2)
     error = np.einsum("nij,nj->ni", np.linalg.cholesky(noise), draw.normal(size=(count, 2)))
-    return Sightings(aircraft, times, way + error, noise)
+    return PositionMeasurements(aircraft, times, path + error, noise)
 
 
-def least_squares(one: Sightings) -> tuple[Floats, Floats]:
+def least_squares(one: PositionMeasurements) -> tuple[Floats, Floats]:
     """Return states and covariance of one aircraft by one dense system of normal equations."""
     count = len(one)
     information, right = np.zeros((4 * count, 4 * count)), np.zeros(4 * count)
@@ -56,38 +56,40 @@ def least_squares(one: Sightings) -> tuple[Floats, Floats]:
 
 
 def test_it_is_the_least_squares_trajectory_of_each_aircraft() -> None:
-    sightings = drawn(12, 7, 30)
-    found = smooth(sightings, DENSITY)
+    measured = drawn(12, 7, 30)
+    found = smooth(measured, DENSITY)
     assert found.used.all()
     for aircraft in range(3):
-        rows = np.flatnonzero(sightings.aircraft == aircraft)
-        state, covariance = least_squares(sightings.take(rows))
+        rows = np.flatnonzero(measured.aircraft == aircraft)
+        state, covariance = least_squares(measured.select(rows))
         assert found.state[rows] == pytest.approx(state, abs=1e-3)
         variance = np.diag(covariance).reshape(-1, 4)[:, :2].sum(axis=1)
         assert found.position_variance_m2[rows] == pytest.approx(variance, rel=1e-5)
 
 
 def test_a_thousand_steps_of_uneven_noise_stay_a_covariance() -> None:
-    # Once asymmetric by rounding, they grew without bound.
+    # Without symmetrisation, rounding errors grew without bound.
     found = smooth(drawn(1000, 1000, seed=5), 30.0)
     assert np.all(found.position_variance_m2 > 0.0)
     assert found.position_variance_m2.max() < 1e5
 
 
 @pytest.mark.parametrize("where", [0, 1, 15, 28, 29])
-def test_an_outlier_is_left_out_wherever_it_is(where: int) -> None:
+def test_an_outlier_at_any_position_is_rejected(where: int) -> None:
     clean = drawn(30)
     position = clean.position_m.copy()
     position[where] += [9000.0, -4000.0]
-    found = smooth(Sightings(clean.aircraft, clean.time_s, position, clean.covariance_m2), DENSITY)
+    found = smooth(
+        PositionMeasurements(clean.aircraft, clean.time_s, position, clean.covariance_m2), DENSITY
+    )
     assert np.flatnonzero(~found.used).tolist() == [where]
     rest = np.arange(30) != where
-    without = smooth(clean.take(np.flatnonzero(rest)), DENSITY)
+    without = smooth(clean.select(np.flatnonzero(rest)), DENSITY)
     assert found.state[rest] == pytest.approx(without.state, abs=1e-9)
     assert np.isnan(found.state[where]).all()
 
 
-def test_a_plot_is_placed_where_it_was_measured() -> None:
+def test_a_plot_is_located_where_it_was_measured() -> None:
     draw = np.random.Generator(np.random.PCG64(4))
     latitude, longitude = (
         SITE[0] + draw.uniform(-0.05, 0.05, 200),
@@ -95,7 +97,7 @@ def test_a_plot_is_placed_where_it_was_measured() -> None:
     )
     height = draw.uniform(500.0, 12_000.0, 200)
     slant, azimuth, elevation = slant_range_azimuth(SITE, latitude, longitude, height)
-    found = place_plots(SITE, slant, azimuth, height)
+    found = locate_plots(SITE, slant, azimuth, height)
     level = np.abs(np.sin(elevation)) < 0.9
     assert level.sum() > 190
     assert found.usable[level].all()
@@ -103,8 +105,8 @@ def test_a_plot_is_placed_where_it_was_measured() -> None:
     assert found.longitude_rad[level] == pytest.approx(longitude[level], abs=1e-8)
 
 
-def test_a_plot_without_height_or_overhead_has_no_place() -> None:
-    found = place_plots(
+def test_a_plot_without_height_or_overhead_has_no_position() -> None:
+    found = locate_plots(
         SITE, np.array([5e4, 9000.0, 5e4]), np.zeros(3), np.array([np.nan, 10_600.0, 9000.0])
     )
     assert found.usable.tolist() == [False, False, True]

@@ -1,4 +1,4 @@
-"""Plots of radars as places on the plane: biases taken off, with the covariance of their noise."""
+"""Positions of radar plots on the plane, corrected for biases, with their noise covariance."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -12,13 +12,13 @@ from multiradar.geodesy.wgs84 import ecef_to_geodetic, enu_rotation, geodetic_to
 # The height of the point on the beam is nearly linear in the elevation: each round gains three
 # digits at 10 km range and more farther out.
 _ELEVATION_ROUNDS = 6
-#: A plot steeper than this says little of where the aircraft is.
+#: At a steeper elevation the height error dominates the position: unusable.
 _SINE_MAX = 0.95
 
 
 @dataclass(frozen=True, slots=True)
 class Radar:
-    """A radar as plots are placed with it.
+    """A radar for locating plots.
 
     Attributes
     ----------
@@ -34,15 +34,15 @@ class Radar:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Placed:
-    """Places of plots.
+class PlotPositions:
+    """Positions of plots.
 
     Attributes
     ----------
     latitude_rad, longitude_rad : (n,) float64
         WGS 84.
     usable : (n,) bool
-        False where the height is unknown or the aircraft is above the radar.
+        False where the height is unknown or the elevation is too steep.
     """
 
     latitude_rad: Floats
@@ -50,10 +50,10 @@ class Placed:
     usable: Flags
 
 
-def place_plots(
+def locate_plots(
     site: tuple[float, float, float], range_m: Floats, azimuth_rad: Floats, height_m: Floats
-) -> Placed:
-    """Return where plots are whose height is known.
+) -> PlotPositions:
+    """Return the positions of plots with known heights.
 
     Parameters
     ----------
@@ -64,8 +64,8 @@ def place_plots(
 
     Returns
     -------
-    Placed
-        The point at that range and azimuth whose height is the one given.
+    PlotPositions
+        The point at that range and azimuth with the given height.
     """
     origin, axes = geodetic_to_ecef(*site), enu_rotation(site[0], site[1])
     usable = np.isfinite(height_m) & np.isfinite(azimuth_rad) & (range_m > 0.0)
@@ -82,32 +82,32 @@ def place_plots(
         latitude, longitude, reached = ecef_to_geodetic(origin + (length[:, None] * local) @ axes)
         elevation = elevation + (height - reached) / (length * level)
         elevation = np.clip(elevation, -np.arcsin(_SINE_MAX), np.arcsin(_SINE_MAX))
-    return Placed(latitude, longitude, usable)
+    return PlotPositions(latitude, longitude, usable)
 
 
 def noise_on_plane(plane: SystemPlane, radar: Radar, position_m: Floats, range_m: Floats) -> Floats:
-    """Return the covariance of places of plots.
+    """Return the covariance of positions of plots.
 
     Parameters
     ----------
     plane : SystemPlane
-        What the places lie on.
+        The plane of the positions.
     radar : Radar
-        Whose plots they are.
+        The radar of the plots.
     position_m : (n, 2) float64
-        Places on the plane.
+        Positions on the plane.
     range_m : (n,) float64
         Slant ranges.
 
     Returns
     -------
     (n, 2, 2) float64
-        The error of range lies along the line to the radar, that of azimuth across it, m².
+        The range error lies along the line to the radar, the azimuth error across it, m².
     """
     foot = np.stack(plane.to_plane(radar.site[0], radar.site[1]), axis=-1)
-    way = position_m - foot
-    ground = np.maximum(np.hypot(*way.T), 1.0)
-    along = way / ground[:, None]
+    offset = position_m - foot
+    ground = np.maximum(np.hypot(*offset.T), 1.0)
+    along = offset / ground[:, None]
     across = np.stack([-along[:, 1], along[:, 0]], axis=-1)
     far = (radar.range_sigma_m * range_m / ground) ** 2
     wide = (radar.azimuth_sigma_rad * ground) ** 2
@@ -121,7 +121,7 @@ def noise_on_plane(plane: SystemPlane, radar: Radar, position_m: Floats, range_m
 def without_biases(
     range_m: Floats, azimuth_deg: Floats, time_s: Floats, bias: Mapping[str, Floats]
 ) -> tuple[Floats, Floats, Floats]:
-    """Return what a radar would have measured without its biases.
+    """Return measurements corrected for biases.
 
     Parameters
     ----------
@@ -133,7 +133,7 @@ def without_biases(
     Returns
     -------
     range_m, azimuth_deg, time_s : (n,) float64
-        True but for the random errors.
+        Free of biases, with random errors.
     """
     nothing = np.zeros(len(range_m))
     gain = 1.0 + bias.get("range_gain", nothing)

@@ -1,4 +1,4 @@
-"""What each track is: an aircraft's, a duplicate, false, or one that cannot be judged."""
+"""Classification of tracks: true, duplicate, false or not evaluated."""
 
 from dataclasses import dataclass
 
@@ -9,15 +9,15 @@ from multiradar.evaluation.trajectories import Flags, Floats, Tracks
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Verdicts:
-    """What each track is, by what it was most of the time.
+class TrackClasses:
+    """Class of each track, by what it was most of the time.
 
     Attributes
     ----------
     true, duplicate, false_ : (k,) bool
-        At most one of them is set for a track; none where the reference says nothing of it.
+        At most one is set for a track; none where the reference cannot classify it.
     life_s : (k,) float64
-        From its first to its last update.
+        Time from the first to the last update.
     """
 
     true: Flags
@@ -26,19 +26,19 @@ class Verdicts:
     life_s: Floats
 
 
-def verdicts(tracks: Tracks, instants: Instants) -> Verdicts:
-    """Judge each track as a whole.
+def classify_tracks(tracks: Tracks, instants: Instants) -> TrackClasses:
+    """Classify each track as a whole.
 
     Parameters
     ----------
     tracks : Tracks
         With k tracks.
     instants : Instants
-        What it was at each instant.
+        Assignment at each instant.
 
     Returns
     -------
-    Verdicts
+    TrackClasses
         A tie is decided in favour of the track.
     """
     count = len(tracks.ids)
@@ -51,4 +51,4 @@ def verdicts(tracks: Tracks, instants: Instants) -> Verdicts:
     first = np.searchsorted(tracks.track, np.arange(count))
     last = np.searchsorted(tracks.track, np.arange(count), side="right") - 1
     life: Floats = tracks.time_s[last] - tracks.time_s[first]
-    return Verdicts(true, duplicate, ~true & ~duplicate & (spurious > 0), life)
+    return TrackClasses(true, duplicate, ~true & ~duplicate & (spurious > 0), life)

@@ -1,42 +1,42 @@
-"""What is left of the biases of radars after their estimates were taken off, on the plane."""
+"""Residual biases of radars after correction by their estimates, on the plane."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
 from multiradar.evaluation.measures.bias_errors import BiasHistory
-from multiradar.evaluation.smoothing.multiple_modes import BiasErrors
+from multiradar.evaluation.smoothing.multiple_modes import ResidualBiases
 from multiradar.evaluation.trajectories import Floats, Indices
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar_schemas.sensors.sensor import Sensor
 
 
-def bias_remains(
+def residual_biases(
     plane: SystemPlane,
-    places: tuple[Floats, Floats, Indices],
+    positions: tuple[Floats, Floats, Indices],
     sensors: Sequence[Sensor],
     biases: Sequence[BiasHistory],
-) -> BiasErrors:
-    """Return by how far places are off where the estimated biases are.
+) -> ResidualBiases:
+    """Return the position errors caused by errors of the estimated biases.
 
     Parameters
     ----------
     plane : SystemPlane
-        The plane of the places.
-    places : (n, 2) float64, (n,) float64, (n,) int64
-        East and north, slant ranges of plots, and which of the sensors measured each.
+        The plane of the positions.
+    positions : (n, 2) float64, (n,) float64, (n,) int64
+        East and north, slant ranges of plots, and index of the sensor of each.
     sensors : sequence of Sensor
-        Of the estimated biases of a radar those of range and azimuth are taken.
+        Only range and azimuth biases of radars are used.
     biases : sequence of BiasHistory
-        Their sigmas, the last of each; a bias without estimates keeps that of its prior.
+        Their last sigmas are used; a bias without estimates keeps that of its prior.
 
     Returns
     -------
-    BiasErrors
-        One column for each bias. That estimates of different biases depend on each other is not
-        in the tables, and so not in the covariance.
+    ResidualBiases
+        One column for each bias. Correlations between estimates of different biases are not in the
+        tables, and so not in the covariance.
     """
-    position_m, range_m, sensor = places
+    position_m, range_m, sensor = positions
     columns, sigmas = [], []
     known = {(one.sensor_id, one.parameter): float(one.sigma[-1]) for one in biases}
     for number, one in enumerate(sensors):
@@ -46,10 +46,10 @@ def bias_remains(
         assert one.latitude_deg is not None
         assert one.longitude_deg is not None
         site = plane.to_plane(np.radians(one.latitude_deg), np.radians(one.longitude_deg))
-        way = position_m[own] - np.stack(site, axis=-1)
-        ground = np.maximum(np.hypot(*way.T), 1.0)
-        farther = way * (range_m[own] / ground**2)[:, None]
-        clockwise = np.radians(np.stack([way[:, 1], -way[:, 0]], axis=-1))
+        offset = position_m[own] - np.stack(site, axis=-1)
+        ground = np.maximum(np.hypot(*offset.T), 1.0)
+        farther = offset * (range_m[own] / ground**2)[:, None]
+        clockwise = np.radians(np.stack([offset[:, 1], -offset[:, 0]], axis=-1))
         moves = {
             "range_offset_m": farther,
             "range_gain": farther * range_m[own, None],
@@ -63,4 +63,4 @@ def bias_remains(
             columns.append(column)
             sigmas.append(known.get((one.id, estimated.parameter), estimated.prior_sigma))
     sensitivity = np.stack(columns, axis=-1) if columns else np.zeros((len(position_m), 2, 0))
-    return BiasErrors(sensitivity, np.diag(np.array(sigmas, np.float64) ** 2))
+    return ResidualBiases(sensitivity, np.diag(np.array(sigmas, np.float64) ** 2))
