@@ -12,7 +12,7 @@ from benchmark.load import Load, make_load
 from benchmark.peers import FILTERPY, STONE_SOUP, filterpy_nanoseconds, stone_soup_nanoseconds
 from benchmark.plan import Plan
 from benchmark.report import Row
-from multiradar.estimation.bias.book import BiasBook
+from multiradar.estimation.bias.estimator import BiasEstimator
 from multiradar.estimation.filters.arrays import Work, result_arrays
 from multiradar.estimation.filters.bank import FILTERS, FilterDefinition
 from multiradar.tracking.model import filter_model
@@ -66,7 +66,7 @@ def nanoseconds(definition: FilterDefinition, load: Load, runs: int, *, threads:
     """
     columns = len(load.sensors.parameter_kind)
     model = filter_model(
-        load.sensors, TrackingSettings(), load.plane, BiasBook(load.sensors, definition).state
+        load.sensors, TrackingSettings(), load.plane, BiasEstimator(load.sensors, definition).state
     )
     pool = AircraftPool(definition, columns, len(load.sensors), len(model.modes))
     while len(pool.aircraft.time) <= load.rows.slot.max():

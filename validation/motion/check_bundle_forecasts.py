@@ -117,7 +117,7 @@ def compare(flown: Flown, run_s: float, *, alone: bool) -> Found:
     sightings = in_place(flown).sightings
     for key, bundle, told in bundles_of(flown, said_by_imm, run_s):
         began = process_time()
-        fan = forecast(bundle.ends(), AHEAD_S, ForecastSettings(), bundle.habits)
+        fan = forecast(bundle.final_states(), AHEAD_S, ForecastSettings(), bundle.manoeuvre_history)
         spent.append(process_time() - began)
         truth = paths[key[0]].place(fan.time_s + AHEAD_S)
         factors = np.full(len(AHEAD_S), gaussian_factor(PROBABILITY))
@@ -156,7 +156,7 @@ def bundles_of(
             sample(fans, bundles, fresh, until_s)
             fresh, until_s = [], until_s + SAMPLE_S
         bundle = bundles[aircraft]
-        bundle.take(time_s, sightings.position_m[row], sightings.covariance_m2[row])
+        bundle.push(time_s, sightings.position_m[row], sightings.covariance_m2[row])
         fresh.append(aircraft)
         key = aircraft, time_s
         if key in wanted and len(bundle):

@@ -217,7 +217,7 @@ def follow(
     for k, row in enumerate(rows):
         time_s = float(sightings.time_s[row])
         began = process_time()
-        bundle.take(time_s, sightings.position_m[row], sightings.covariance_m2[row])
+        bundle.push(time_s, sightings.position_m[row], sightings.covariance_m2[row])
         spent += process_time() - began
         if not len(bundle) or time_s < SETTLED_S:
             continue

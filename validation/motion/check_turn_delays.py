@@ -112,7 +112,7 @@ def told_by_bundle(seen: Seen, settings: BundleSettings) -> Floats:
         bundle = Bundle(settings)
         for row in np.flatnonzero(sightings.aircraft == aircraft):
             time_s = float(sightings.time_s[row])
-            bundle.take(time_s, sightings.position_m[row], sightings.covariance_m2[row])
+            bundle.push(time_s, sightings.position_m[row], sightings.covariance_m2[row])
             if len(bundle) and time_s >= SETTLED_S:
                 # As `estimate` has it, without the covariance, which takes most of its time.
                 turning[row] = sum(

@@ -259,7 +259,7 @@ class SystemPlane:
         ndarray of bool
             Whether the foot is at most 60° from the centre.
         """
-        *_, cosine = self._lean(east_m, north_m)
+        *_, cosine = self._inclination(east_m, north_m)
         return np.asarray(cosine >= kernels.COSINE_MIN)
 
     def contains_geodetic(
@@ -288,12 +288,12 @@ class SystemPlane:
     def _gradient(
         self, east_m: ArrayLike, north_m: ArrayLike
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-        east, north, gradient, cosine = self._lean(east_m, north_m)
+        east, north, gradient, cosine = self._inclination(east_m, north_m)
         self._require_inside(cosine, east, north, "plane coordinates (m)")
         return east, north, gradient
 
     # The same with the cosine of the angle between the verticals, without a check.
-    def _lean(
+    def _inclination(
         self, east_m: ArrayLike, north_m: ArrayLike
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
         east, north = np.broadcast_arrays(

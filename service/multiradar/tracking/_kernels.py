@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from multiradar.estimation.filters._kernels import NO_ROOM_SLOT
 from multiradar.estimation.filters.arrays import Aircraft
-from multiradar.estimation.filters.height._height_kernels import forget_height
+from multiradar.estimation.filters.height._height_kernels import reset_height
 from multiradar.estimation.measurement._kernels import KIND_BEARING, KIND_POSITION
 from multiradar.geodesy._kernels import geodetic_to_plane, local_matrix, plane_to_geodetic
 from multiradar.tracking.lifecycle.lifecycle import BY_IDENTITY, TENTATIVE, Lifecycle
@@ -148,11 +148,11 @@ def assign(
             roster.mode_3a[slot] = MISSING
             roster.callsign[slot] = MISSING
             aircraft.time[slot] = np.nan
-            forget_height(slot, aircraft.height, aircraft.vertical)
-            aircraft.refusals[slot] = 0
+            reset_height(slot, aircraft.height, aircraft.vertical)
+            aircraft.rejections[slot] = 0
             aircraft.updates[slot] = 0
             aircraft.updated[slot] = np.nan
-            aircraft.place[slot] = MISSING
+            aircraft.measured_from[slot] = MISSING
             aircraft.velocity[slot] = np.nan
             begin_life(slot, TENTATIVE if anonymous else BY_IDENTITY, life)
         identities.slot[row] = slot

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.estimation.bias.book import column_starts
+from multiradar.estimation.bias.estimator import column_starts
 from multiradar.estimation.bias.store import BiasState
 from multiradar.estimation.filters import _kernels as kernels
 from multiradar.estimation.filters.arrays import Model
@@ -61,7 +61,7 @@ def filter_model(
         plane=parameters,
         sites=np.array(sites),
         noises=np.ascontiguousarray(noises),
-        places=_places(sensors),
+        site_numbers=_site_numbers(sensors),
         starts=column_starts(sensors),
         parameters=sensors.parameter_kind.astype(np.int64),
         bias=np.empty(0),
@@ -96,7 +96,7 @@ def with_biases(model: Model, biases: BiasState) -> Model:
     )
 
 
-def _places(sensors: SensorTable) -> NDArray[np.int64]:
+def _site_numbers(sensors: SensorTable) -> NDArray[np.int64]:
     # A sensor takes the number of the first one that stands where it stands; sensors without a site
     # keep their own.
     position = geodetic_to_ecef(sensors.latitude_rad, sensors.longitude_rad, sensors.height_m)
@@ -113,19 +113,19 @@ def _options(settings: TrackingSettings) -> NDArray[np.float64]:
     options[kernels.ACCELERATION_DENSITY] = settings.acceleration_density
     options[kernels.SPEED_SIGMA] = settings.speed_sigma_mps
     options[kernels.DOWNWEIGHT_NIS] = settings.downweight_nis
-    options[kernels.REFUSE_NIS] = settings.refuse_nis
-    options[kernels.REFUSALS_MAX] = settings.refusals_max
+    options[kernels.REJECT_NIS] = settings.refuse_nis
+    options[kernels.REJECTIONS_MAX] = settings.refusals_max
     options[kernels.CONE_RATIO] = settings.cone_ratio
     options[kernels.ASSUMED_HEIGHT] = settings.assumed_height_m
     options[kernels.ASSUMED_HEIGHT_SIGMA] = settings.assumed_height_sigma_m
-    options[kernels.SURPRISE_GAIN] = settings.surprise_gain
-    options[kernels.SURPRISE_FLOOR] = settings.surprise_floor
+    options[kernels.FADING_NIS_GAIN] = settings.surprise_gain
+    options[kernels.FADING_NIS_FLOOR] = settings.surprise_floor
     options[kernels.MANOEUVRE_FACTOR_MAX] = settings.manoeuvre_factor_max
     options[kernels.EXACT_HEIGHTS] = settings.exact_heights
     options[kernels.SCALE_TIME] = settings.ci_scale_time_s
     options[kernels.VELOCITY_FRAME] = settings.motion == VELOCITY_FRAME
     options[kernels.DENSITY_ALONG] = settings.longitudinal_acceleration_mps2**2 * NOMINAL_INTERVAL_S
     options[kernels.DENSITY_OF_COURSE] = settings.turn_rate_rad_per_s**2 * NOMINAL_INTERVAL_S
-    options[kernels.MODES_SURPRISE_FLOOR] = settings.imm_surprise_floor
-    options[kernels.MODES_SURPRISE_DENSITY] = settings.imm_surprise_density
+    options[kernels.MODES_NIS_FLOOR] = settings.imm_surprise_floor
+    options[kernels.MODES_NIS_DENSITY] = settings.imm_surprise_density
     return options

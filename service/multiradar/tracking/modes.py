@@ -4,13 +4,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.errors import ConfigurationError
-from multiradar.estimation.filters.imm._mode_room_kernels import (
+from multiradar.estimation.filters.imm._mode_scratch_kernels import (
     ACROSS,
     ALONG,
     LATERAL,
     LEAVING,
     MODE_COUNT,
-    SURPRISED,
+    UNMODELLED,
 )
 from multiradar.tracking.settings import IMM_MODES_MAX, IMM_MODES_MIN, TrackingSettings
 
@@ -32,7 +32,7 @@ def mode_table(settings: TrackingSettings) -> NDArray[np.float64]:
     -------
     (j, MODE_COUNT) float64
         Straight flight, turns right and left by rising bank, and with an even number of modes a
-        change of speed; columns as in `estimation.filters._mode_room_kernels`.
+        change of speed; columns as in `estimation.filters._mode_scratch_kernels`.
 
     Raises
     ------
@@ -59,5 +59,5 @@ def mode_table(settings: TrackingSettings) -> NDArray[np.float64]:
     if speeding:
         table[-1, ALONG] = settings.imm_speeding_density
     # Where a mode of wide noise can take what no mode explains, the others stay narrow.
-    table[-1 if speeding else slice(None), SURPRISED] = 1.0
+    table[-1 if speeding else slice(None), UNMODELLED] = 1.0
     return table

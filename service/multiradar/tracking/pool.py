@@ -128,8 +128,8 @@ class AircraftPool:
         aircraft.covariance[slot] = start.covariance[np.triu_indices(4)]
         aircraft.sensitivity[slot] = start.sensitivity
         aircraft.time[slot] = start.time_s
-        aircraft.surprise[slot] = 1.0
-        aircraft.place[slot] = start.place
+        aircraft.fading_nis[slot] = 1.0
+        aircraft.measured_from[slot] = start.place
         aircraft.vertical[slot, GUESS] = start.height_m
         aircraft.vertical[slot, GUESS_VARIANCE] = start.height_variance_m2
         if self._definition.keeps_modes:

@@ -12,7 +12,7 @@ import math
 import numpy as np
 import pytest
 
-from multiradar.estimation.measurement.cone_of_silence import azimuth_trusted
+from multiradar.estimation.measurement.cone_of_silence import outside_cone
 from multiradar.geodesy import _kernels as kernels
 from multiradar.geodesy.system_plane import SystemPlane
 from support.paths import SAMPLE
@@ -61,7 +61,7 @@ def test_plots_lie_where_the_recording_puts_them() -> None:
         radar = radars[key]
         corrected = slant - radar["known_bias_range"]
         ground = math.sqrt(max(0.0, corrected**2 - (height - radar["h"]) ** 2))
-        if not azimuth_trusted(ground, height, radar["h"]):
+        if not outside_cone(ground, height, radar["h"]):
             continue  # Above the radar a metre of range is many of ground.
         ok, east, north = kernels.locate_polar(
             plane,

@@ -55,7 +55,7 @@ def hostile_model(tracking: TrackingSettings, *, timed: bool) -> Model:
         plane=PLANE,
         sites=sites,
         noises=noise,
-        places=np.arange(SENSORS),
+        site_numbers=np.arange(SENSORS),
         starts=np.arange(0, COLUMNS + 1, 2),
         parameters=np.tile([0, PARAMETER_TIME_OFFSET if timed else 1], SENSORS),
         bias=np.zeros(COLUMNS),
@@ -101,7 +101,7 @@ def test_no_number_that_is_none_leaves_the_kernel(
     outcomes = {Outcome(code) for code in result.outcome.tolist()}
     started = ~np.isnan(aircraft.time)
     assert started.any() == bool(outcomes & {Outcome.STARTED})
-    for array in (aircraft.mean, aircraft.covariance, aircraft.sensitivity, aircraft.surprise):
+    for array in (aircraft.mean, aircraft.covariance, aircraft.sensitivity, aircraft.fading_nis):
         assert np.isfinite(array).all()
     assert (aircraft.covariance[:, DIAGONAL] >= 0.0).all()
     for array in (aircraft.mode_mean, aircraft.mode_covariance, aircraft.mode_sensitivity):
@@ -164,7 +164,7 @@ def test_every_filter_says_the_same_of_a_row(name: str, case: str) -> None:
 
 @pytest.mark.parametrize("name", FILTERS)
 def test_a_first_bearing_has_no_place_and_says_nothing_to_filters_that_take_none(name: str) -> None:
-    expected = Outcome.UNLOCATABLE if FILTERS[name].takes_bearings else Outcome.UNSUPPORTED
+    expected = Outcome.UNLOCATABLE if FILTERS[name].accepts_bearings else Outcome.UNSUPPORTED
     assert outcomes_of(name, [(0, 1.0, 2, 0, 5e4, 1.0, 3e3)]) == [expected]
 
 

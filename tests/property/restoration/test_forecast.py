@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from multiradar.restoration.bundle.bundle import Bundle
-from multiradar.restoration.bundle.habits import Habits
+from multiradar.restoration.bundle.manoeuvre_history import ManoeuvreHistory
 from multiradar.restoration.control_tracks.settings import BundleSettings
 from multiradar.restoration.forecast.forecast import forecast
 from multiradar.restoration.forecast.settings import AHEAD_MAX_S, ForecastSettings
@@ -15,7 +15,7 @@ from support.scenarios.flown import flight, plots_of
 def _bundle(seed: int, lateral_mps2: float, until_s: float) -> Bundle:
     flown = flight(((0.0, 0.0), (50.0, lateral_mps2)))
     bundle = Bundle(BundleSettings(tracks_max=6))
-    bundle.take_all(
+    bundle.push_all(
         plots_of(flown, until_s, np.random.default_rng(seed), interval_s=4.0, wrong=0.1)
     )
     return bundle
@@ -27,14 +27,16 @@ def _bundle(seed: int, lateral_mps2: float, until_s: float) -> Bundle:
     st.floats(-4.0, 4.0),
     st.floats(45.0, 120.0),
     st.lists(st.floats(0.0, AHEAD_MAX_S), min_size=1, max_size=6),
-    st.builds(Habits, st.floats(0.0, 1e7), st.floats(0.0, 1e7)),
+    st.builds(ManoeuvreHistory, st.floats(0.0, 1e7), st.floats(0.0, 1e7)),
 )
 def test_the_same_bundle_gives_the_same_fan_and_a_sound_one(
-    seed: int, lateral_mps2: float, until_s: float, ahead: list[float], habits: Habits
+    seed: int, lateral_mps2: float, until_s: float, ahead: list[float], habits: ManoeuvreHistory
 ) -> None:
     times = np.sort(ahead)
     one, two = (
-        forecast(_bundle(seed, lateral_mps2, until_s).ends(), times, ForecastSettings(), habits)
+        forecast(
+            _bundle(seed, lateral_mps2, until_s).final_states(), times, ForecastSettings(), habits
+        )
         for _ in range(2)
     )
     np.testing.assert_array_equal(one.weight, two.weight)

@@ -3,19 +3,19 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.estimation.filters.imm._mode_column_kernels import join_columns, move_columns
+from multiradar.estimation.filters.imm._mode_column_kernels import combine_columns, move_columns
 from multiradar.estimation.filters.imm._mode_kernels import (
-    join_modes,
+    combine_modes,
     mix_modes,
     move_modes,
-    pass_modes,
+    transition_modes,
 )
-from multiradar.estimation.filters.imm._mode_room_kernels import (
-    CHANCE,
+from multiradar.estimation.filters.imm._mode_scratch_kernels import (
     COURSE,
-    expect_modes,
-    keep,
+    POSTERIOR,
+    evaluate_modes,
     load_modes,
+    set_row,
     store_modes,
 )
 from multiradar_compiled.kernels import loop
@@ -32,13 +32,13 @@ def pass_and_mix(
     """Let the modes pass into each other and mix them, in place; they do not move."""
     count = table.shape[0]
     a, P = load_modes(0, count, means, covariances)
-    x = expect_modes(0, count, a, bias, sensitivities, room)
-    before, after = pass_modes(0, count, interval, table, probabilities, room)
+    x = evaluate_modes(0, count, a, bias, sensitivities, room)
+    before, after = transition_modes(0, count, interval, table, probabilities, room)
     a, x, P = mix_modes(before, a, x, P, room)
     store_modes(0, count, a, P, means, covariances)
     store_row(passed, 0, 0, count, after)
     for row in range(4):
-        keep(room, COURSE + row, every_lane(1.0 if row == 2 else 0.0))
+        set_row(room, COURSE + row, every_lane(1.0 if row == 2 else 0.0))
     move_columns(0, count, probabilities, room, sensitivities)
 
 
@@ -49,7 +49,7 @@ def move_alone(
 ) -> None:  # fmt: skip
     """Move modes on that do not pass into each other, in place; and x."""
     a, P = load_modes(0, count, means, covariances)
-    x = expect_modes(0, count, a, bias, sensitivities, room)
+    x = evaluate_modes(0, count, a, bias, sensitivities, room)
     a, x, P = move_modes(interval, more, a, x, P, room)
     store_modes(0, count, a, P, means, covariances)
     for r in range(4):
@@ -64,8 +64,8 @@ def join(
     """Set mean, covariance and sensitivity to those of all modes together."""
     count = means.shape[0]
     a, P = load_modes(0, count, means, covariances)
-    x = expect_modes(0, count, a, bias, sensitivities, room)
+    x = evaluate_modes(0, count, a, bias, sensitivities, room)
     chances = load_row(probabilities, 0, 0, count)
-    keep(room, CHANCE, chances)
-    join_modes(0, chances, a, x, P, mean, covariance)
-    join_columns(0, count, room, sensitivities, sensitivity)
+    set_row(room, POSTERIOR, chances)
+    combine_modes(0, chances, a, x, P, mean, covariance)
+    combine_columns(0, count, room, sensitivities, sensitivity)

@@ -5,12 +5,12 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.estimation.bias.book import BiasBook
+from multiradar.estimation.bias.estimator import BiasEstimator
 from multiradar.estimation.filters._kernels import SEVERAL
 from multiradar.estimation.filters.arrays import Rows, Work, result_arrays
 from multiradar.estimation.filters.bank import Outcome, find_filter
-from multiradar.estimation.filters.joint._joint_kernels import adopt_aircraft
-from multiradar.estimation.measurement._kernels import KIND_FLAT_PLACE, KIND_FLAT_POLAR
+from multiradar.estimation.filters.joint._joint_kernels import insert_aircraft
+from multiradar.estimation.measurement._kernels import KIND_FLAT_POLAR, KIND_FLAT_POSITION
 from multiradar.estimation.measurement.linearised import cartesian_plot
 from multiradar.tracking.input.measurements import KIND_BEARING, KIND_POSITION, KIND_RADAR
 from multiradar.tracking.model import filter_model
@@ -23,7 +23,7 @@ Form = Literal["ellipsoid", "polar", "place"]
 KINDS: dict[Form, int] = {
     "ellipsoid": KIND_RADAR,
     "polar": KIND_FLAT_POLAR,
-    "place": KIND_FLAT_PLACE,
+    "place": KIND_FLAT_POSITION,
 }
 UPPER = np.triu_indices(4)
 
@@ -62,7 +62,7 @@ class CompiledFilter:
         self._sensors, self._plane, self._settings = scene.sensors, scene.plane, settings
         self._definition = find_filter(settings.filter_name)
         self._by_epochs = by_epochs
-        self._book = BiasBook(scene.sensors, self._definition)
+        self._book = BiasEstimator(scene.sensors, self._definition)
         columns = len(scene.sensors.parameter_kind)
         self._information, self._vector = np.zeros((1, columns, columns)), np.zeros((1, columns))
         self._load()
@@ -76,8 +76,8 @@ class CompiledFilter:
         self.arrays.time[aircraft] = time_s
         self.arrays.mode_probability[aircraft] = np.nan
         # A prior from elsewhere: every plot may speak about the biases.
-        self.arrays.place[aircraft] = SEVERAL
-        adopt_aircraft(self.arrays, len(self._sensors.parameter_kind), aircraft)
+        self.arrays.measured_from[aircraft] = SEVERAL
+        insert_aircraft(self.arrays, len(self._sensors.parameter_kind), aircraft)
 
     def observe(self, observation: Observation) -> None:
         outcome = self.take(observation)
@@ -106,7 +106,7 @@ class CompiledFilter:
 
     def publish(self) -> None:
         if self._definition.corrects_biases:
-            self._book.follow(self._model.bias, self._model.bias_covariance)
+            self._book.set_state(self._model.bias, self._model.bias_covariance)
         else:
             used = np.flatnonzero(~np.isnan(self.arrays.time))
             self._definition.close(used, self._model, self.arrays, self._information, self._vector)

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.estimation.bias.book import BiasBook
+from multiradar.estimation.bias.estimator import BiasEstimator
 from multiradar.estimation.filters._kernels import SEVERAL
 from multiradar.estimation.filters.arrays import Aircraft, Model
 from multiradar.estimation.filters.bank import FILTERS, FilterDefinition
@@ -17,7 +17,7 @@ Floats = NDArray[np.float64]
 
 def model_of(sensors: SensorTable, settings: TrackingSettings) -> Model:
     """What all aircraft share, the biases as they are beforehand."""
-    book = BiasBook(sensors, FILTERS[settings.filter_name])
+    book = BiasEstimator(sensors, FILTERS[settings.filter_name])
     return filter_model(sensors, settings, PLANE, book.state)
 
 
@@ -31,5 +31,5 @@ def one_aircraft(
     aircraft.time[0] = 0.0
     aircraft.updates[0] = 5
     aircraft.updated[0] = 0.0
-    aircraft.place[0] = SEVERAL
+    aircraft.measured_from[0] = SEVERAL
     return aircraft

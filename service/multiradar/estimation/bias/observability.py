@@ -21,7 +21,7 @@ Floats = NDArray[np.float64]
 
 #: A combination of biases counts as untold while its variance is more than this share of that
 #: beforehand: the measurements have then said less about it than the prior did.
-UNTOLD_SHARE_MIN = 0.5
+UNOBSERVABLE_SHARE_MIN = 0.5
 #: A parameter that lies in the untold space but for this share of its variance is named alone.
 ALONE_SHARE_MIN = 0.95
 #: Parts of a combination below this share of its largest are left out of its name.
@@ -39,7 +39,7 @@ _COMMON = {
 
 
 @dataclass(frozen=True, slots=True)
-class Untold:
+class UnobservableBias:
     """A combination of biases about which the measurements have told nothing.
 
     Attributes
@@ -57,9 +57,9 @@ class Untold:
     weights: tuple[float, ...]
 
 
-def untold_combinations(
+def unobservable_combinations(
     sensors: SensorTable, covariance: Floats, elapsed_s: float = 0.0
-) -> tuple[Untold, ...]:
+) -> tuple[UnobservableBias, ...]:
     """Return the combinations of biases that the measurements have not told.
 
     Parameters
@@ -74,16 +74,16 @@ def untold_combinations(
 
     Returns
     -------
-    tuple of Untold
+    tuple of UnobservableBias
         Independent combinations that span all that is untold, parameters that are untold by
         themselves first. Empty where everything is told.
 
     Notes
     -----
     With D² the diagonal of prior and walk, D⁻¹ P_ς D⁻¹ has the eigenvalues λ, the variances of
-    combinations in units of those beforehand; those with λ above `UNTOLD_SHARE_MIN` are untold.
-    Their eigenvectors are turned into a basis with few parameters each (row reduction with the
-    largest pivots), because any turn of them within the same λ says as much.
+    combinations in units of those beforehand; those with λ above `UNOBSERVABLE_SHARE_MIN` are
+    unobservable. Any rotation of eigenvectors of equal λ is equivalent, so row reduction with the
+    largest pivots turns them into a basis of few parameters each.
 
     References
     ----------
@@ -96,7 +96,7 @@ def untold_combinations(
         return ()
     scaled = covariance / np.outer(beforehand, beforehand)
     shares, vectors = np.linalg.eigh((scaled + scaled.T) / 2.0)
-    space = vectors[:, shares > UNTOLD_SHARE_MIN]
+    space = vectors[:, shares > UNOBSERVABLE_SHARE_MIN]
     # By how much each parameter lies in the untold space.
     inside = np.sum(space**2, axis=1)
     alone = np.flatnonzero(inside > ALONE_SHARE_MIN)
@@ -107,7 +107,7 @@ def untold_combinations(
     for direction in directions:
         unit = direction / np.linalg.norm(direction)
         ratio = float(np.sqrt(unit @ scaled @ unit))
-        found.append(Untold(_name(direction, sensors), ratio, tuple(direction.tolist())))
+        found.append(UnobservableBias(_name(direction, sensors), ratio, tuple(direction.tolist())))
     return tuple(found)
 
 

@@ -22,7 +22,7 @@ from multiradar.estimation.filters._row_kernels import finish_readout
 from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows
 from multiradar.estimation.filters.imm._mode_kernels import read_modes
 from multiradar.estimation.filters.two_stage._two_stage_kernels import component
-from multiradar.estimation.measurement._kernels import seen_from
+from multiradar.estimation.measurement._kernels import expected_measurement
 from multiradar_compiled.kernels import kernel
 
 Floats = NDArray[np.float64]
@@ -42,7 +42,7 @@ def copy_aircraft(slots: Integers, bounds: Integers, aircraft: Aircraft, copies:
             copies.mean[h] = aircraft.mean[k]
             copies.covariance[h] = aircraft.covariance[k]
             copies.sensitivity[h] = aircraft.sensitivity[k]
-            copies.surprise[h] = aircraft.surprise[k]
+            copies.fading_nis[h] = aircraft.fading_nis[k]
             copies.velocity[h] = aircraft.velocity[k]
             copy_books(aircraft, k, copies, h)
             copies.mode_probability[h] = aircraft.mode_probability[k]
@@ -56,10 +56,10 @@ def copy_aircraft(slots: Integers, bounds: Integers, aircraft: Aircraft, copies:
 @kernel
 def copy_books(one: Aircraft, k: int, other: Aircraft, h: int) -> None:
     """Copy what is kept of an aircraft beside its estimates."""
-    other.refusals[h] = one.refusals[k]
+    other.rejections[h] = one.rejections[k]
     other.updates[h] = one.updates[k]
     other.updated[h] = one.updated[k]
-    other.place[h] = one.place[k]
+    other.measured_from[h] = one.measured_from[k]
     copy_height(one, k, other, h)
 
 
@@ -93,7 +93,7 @@ def refer_plots(
             x1 = component(aircraft.mean, aircraft.sensitivity, model.bias, k, 1) + ahead * v1
             s = copied.seen[h]
             height, variance = choose_height(copied.height[h], aircraft.height[k], model.options)
-            _, _, _, H, _ = seen_from(
+            _, _, _, H, _ = expected_measurement(
                 copied.kind[h], model.plane, model.sites[s], model.noises[s], x0, x1, height,
                 variance,
             )  # fmt: skip
@@ -120,11 +120,11 @@ def mix_hypotheses(
             rows, beta[first:last], copies.mean, copies.covariance, copies.sensitivity, bias,
             aircraft.mean[k], aircraft.covariance[k], aircraft.sensitivity[k],
         )  # fmt: skip
-        aircraft.surprise[k] = 0.0
+        aircraft.fading_nis[k] = 0.0
         aircraft.velocity[k] = 0.0
         aircraft.mode_probability[k] = 0.0
         for h in rows:
-            aircraft.surprise[k] += beta[h] * copies.surprise[h]
+            aircraft.fading_nis[k] += beta[h] * copies.fading_nis[h]
             aircraft.velocity[k] += beta[h] * copies.velocity[h]
             aircraft.mode_probability[k] += beta[h] * copies.mode_probability[h]
         # The first NaN until the second plot: then the modes are in the one state.

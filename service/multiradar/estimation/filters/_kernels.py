@@ -48,7 +48,7 @@ UPDATED = 0
 STARTED = 1
 RESTARTED = 2
 UNASSOCIATED = 3
-REFUSED = 4
+REJECTED = 4
 CONE = 5
 UNLOCATABLE = 6
 SINGULAR = 7
@@ -66,13 +66,13 @@ IMPLAUSIBLE_SLOT = -4
 ACCELERATION_DENSITY = 0
 SPEED_SIGMA = 1
 DOWNWEIGHT_NIS = 2
-REFUSE_NIS = 3
-REFUSALS_MAX = 4
+REJECT_NIS = 3
+REJECTIONS_MAX = 4
 CONE_RATIO = 5
 ASSUMED_HEIGHT = 6
 ASSUMED_HEIGHT_SIGMA = 7
-SURPRISE_GAIN = 8
-SURPRISE_FLOOR = 9
+FADING_NIS_GAIN = 8
+FADING_NIS_FLOOR = 9
 MANOEUVRE_FACTOR_MAX = 10
 # Time, s, that turns a velocity into the way that counts in the trace of covariance intersection.
 SCALE_TIME = 11
@@ -83,8 +83,8 @@ DENSITY_ALONG = 13
 DENSITY_OF_COURSE = 14
 # Of interacting modes: the mean from which a surprise raises the noise, and the density, m²/s³, of
 # which the raised noise is a multiple.
-MODES_SURPRISE_FLOOR = 15
-MODES_SURPRISE_DENSITY = 16
+MODES_NIS_FLOOR = 15
+MODES_NIS_DENSITY = 16
 # Whether heights are taken as they are, the last one heard for as long as there is no other.
 EXACT_HEIGHTS = 17
 OPTION_COUNT = 18
@@ -125,7 +125,7 @@ INNOVATION_COVARIANCE = 2
 INNOVATION_BIASES = 5
 INNOVATION_COUNT = 8
 
-# In `Aircraft.place`: measured from more than one place.
+# In `Aircraft.measured_from`: measured from more than one place.
 SEVERAL = -2
 
 # How a new aircraft takes the biases: in V, as known, or as so much more noise.
@@ -173,7 +173,7 @@ def inverse(s00: float, s01: float, s11: float) -> Triple:
 @in_loop
 def gated(nis: float, refuse: float) -> int:
     """Return what becomes of a measurement of this normalised innovation squared."""
-    outcome = REFUSED
+    outcome = REJECTED
     if nis <= min(refuse, ABSURD_NIS):  # NaN fails this.
         outcome = UPDATED
     if not nis < np.inf:
@@ -403,7 +403,7 @@ def acceleration_density(
 
 
 @in_loop
-def note_innovation(
+def record_innovation(
     row: int,
     e0: float,
     e1: float,
@@ -427,26 +427,26 @@ def note_innovation(
 
 
 @in_loop
-def manoeuvre_factor(surprise: float, options: Floats) -> float:
+def manoeuvre_factor(fading_nis: float, options: Floats) -> float:
     """Return by how much the process noise of an aircraft is raised, 1 on a straight flight.
 
     The fourth power makes the step from straight flight to a turn of some m/s² a matter of two or
     three plots, and leaves what noise alone does to the mean without effect.
     """
-    return raised(surprise, options[SURPRISE_FLOOR], options[MANOEUVRE_FACTOR_MAX])
+    return excess_factor(fading_nis, options[FADING_NIS_FLOOR], options[MANOEUVRE_FACTOR_MAX])
 
 
 @in_loop
-def raised(surprise: float, floor: float, most: float) -> float:
+def excess_factor(fading_nis: float, floor: float, most: float) -> float:
     """Return the fourth power of what a surprise is above a floor, at least 1 and at most most."""
-    excess = max(1.0, surprise / floor)
+    excess = max(1.0, fading_nis / floor)
     return min(excess * excess * excess * excess, most)
 
 
 @in_loop
-def surprise_after(surprise: float, nis: float, options: Floats) -> float:
+def updated_fading_nis(fading_nis: float, nis: float, options: Floats) -> float:
     """Return the fading mean of half the normalised innovation squared with one more in it."""
-    clipped = min(nis, options[REFUSE_NIS])
+    clipped = min(nis, options[REJECT_NIS])
     if clipped >= 0.0:  # NaN says nothing
-        surprise += options[SURPRISE_GAIN] * (0.5 * clipped - surprise)
-    return surprise
+        fading_nis += options[FADING_NIS_GAIN] * (0.5 * clipped - fading_nis)
+    return fading_nis

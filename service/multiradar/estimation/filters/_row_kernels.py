@@ -20,8 +20,8 @@ from multiradar.estimation.filters._kernels import (
     READOUT_HEIGHT_VARIANCE,
     READOUT_RATE,
     READOUT_UPDATES,
-    REFUSALS_MAX,
-    REFUSED,
+    REJECTED,
+    REJECTIONS_MAX,
     RESTARTED,
     SEVERAL,
     SINGULAR,
@@ -36,8 +36,8 @@ from multiradar.estimation.filters.height._height_kernels import (
     BY_HEIGHT,
     GUESS_VARIANCE,
     height_variance,
-    told_guess,
-    told_rate,
+    reportable_guess,
+    reportable_rate,
 )
 from multiradar.estimation.measurement._kernels import (
     KIND_DIRECTION,
@@ -58,7 +58,7 @@ REPORT_PATIENCE_S = 12.0
 
 
 @in_loop
-def find_taker(k: int, kind: int, takes_bearings: bool) -> int:
+def check_row(k: int, kind: int, accepts_bearings: bool) -> int:
     """Return `UPDATED` where a row has an aircraft and a kind to be taken, else what becomes of it.
 
     Only then do its other columns mean anything.
@@ -66,7 +66,7 @@ def find_taker(k: int, kind: int, takes_bearings: bool) -> int:
     outcome = UPDATED
     if kind < KIND_RADAR or kind > KIND_DIRECTION:
         outcome = UNSUPPORTED
-    if is_bearing(kind) and not takes_bearings:
+    if is_bearing(kind) and not accepts_bearings:
         outcome = UNSUPPORTED
     if k < 0:
         outcome = NO_ROOM if k == NO_ROOM_SLOT else UNASSOCIATED
@@ -77,20 +77,20 @@ def find_taker(k: int, kind: int, takes_bearings: bool) -> int:
 
 @in_loop
 def is_patient(
-    kind: int, place: int, time: float, k: int, heard: Integers, updated: Floats
+    kind: int, site_number: int, time: float, k: int, measured_from: Integers, updated: Floats
 ) -> bool:  # fmt: skip
     """Return whether a refused row tells nothing against an aircraft, since others bear it out.
 
     That is so of reported positions while others measure the aircraft: what was taken last is at
     most `REPORT_PATIENCE_S` old, and not all of it came from the place of the row.
     """
-    others = kind == KIND_POSITION and heard[k] != place
+    others = kind == KIND_POSITION and measured_from[k] != site_number
     return others and time - updated[k] < REPORT_PATIENCE_S
 
 
 @in_loop
-def find_turn(
-    kind: int, z0: float, z1: float, time: float, state_time: float, refusals: int, patient: bool,
+def choose_action(
+    kind: int, z0: float, z1: float, time: float, state_time: float, rejections: int, patient: bool,
     options: Floats,
 ) -> int:  # fmt: skip
     """Return what a row may do to its aircraft, whose state is of ``state_time`` (NaN: none yet).
@@ -103,62 +103,62 @@ def find_turn(
     timely = abs(time) < VALUE_MAX
     fresh = np.isnan(state_time)
     interval = time - state_time if timely and not fresh else 0.0
-    turn = UPDATED
-    if (refusals >= options[REFUSALS_MAX] and not patient) or interval > INTERVAL_MAX_S:
-        turn = RESTARTED
+    action = UPDATED
+    if (rejections >= options[REJECTIONS_MAX] and not patient) or interval > INTERVAL_MAX_S:
+        action = RESTARTED
     if fresh:
-        turn = STARTED
+        action = STARTED
     # No range is negative; places may be.
     behind = z0 < 0.0 and kind in (KIND_RADAR, KIND_FLAT_POLAR)
     if behind or not (abs(z0) < VALUE_MAX and abs(z1) < VALUE_MAX):
-        turn = SINGULAR if turn == UPDATED else UNLOCATABLE
+        action = SINGULAR if action == UPDATED else UNLOCATABLE
     if not (timely and interval >= 0.0):
-        turn = REFUSED
-    return turn
+        action = REJECTED
+    return action
 
 
 @in_loop
-def note_start(
+def record_start(
     k: int,
-    place: int,
-    surprises: Floats,
+    site_number: int,
+    fading_nis: Floats,
     updates: Integers,
-    heard: Integers,
+    measured_from: Integers,
     velocities: Floats,
 ) -> None:
     """Open the books of an aircraft that was begun at a measurement from a place."""
-    surprises[k] = 1.0
+    fading_nis[k] = 1.0
     updates[k] = 0
-    heard[k] = place
+    measured_from[k] = site_number
     velocities[k, 0] = np.nan
     velocities[k, 1] = np.nan
 
 
 @in_loop
-def note_outcome(
+def record_outcome(
     outcome: int,
     k: int,
     patient: bool,
     time: float,
-    place: int,
+    site_number: int,
     times: Floats,
-    refusals: Integers,
+    rejections: Integers,
     updates: Integers,
     updated: Floats,
-    heard: Integers,
+    measured_from: Integers,
 ) -> bool:
     """Keep the books of an aircraft that has had its turn; return whether the row was taken."""
-    taken = outcome <= RESTARTED  # One of the first three.
-    if taken:
-        refusals[k] = 0
+    accepted = outcome <= RESTARTED  # One of the first three.
+    if accepted:
+        rejections[k] = 0
         updates[k] += 1
         times[k] = time
         updated[k] = time
-        if heard[k] != place:
-            heard[k] = SEVERAL
-    elif outcome in (REFUSED, SINGULAR) and not patient:
-        refusals[k] += 1
-    return taken
+        if measured_from[k] != site_number:
+            measured_from[k] = SEVERAL
+    elif outcome in (REJECTED, SINGULAR) and not patient:
+        rejections[k] += 1
+    return accepted
 
 
 @in_loop
@@ -170,11 +170,11 @@ def finish_readout(
     readouts[row, READOUT_UPDATES] = updates[k]
     readouts[row, READOUT_HEIGHT] = heights[k]
     readouts[row, READOUT_HEIGHT_VARIANCE] = height_variance(k, vertical)
-    readouts[row, READOUT_RATE] = told_rate(k, vertical)
+    readouts[row, READOUT_RATE] = reportable_rate(k, vertical)
     if np.isnan(heights[k]):
         variance = vertical[k, GUESS_VARIANCE]
         readouts[row, READOUT_RATE] = np.nan
-        readouts[row, READOUT_HEIGHT] = told_guess(k, vertical, options)
+        readouts[row, READOUT_HEIGHT] = reportable_guess(k, vertical, options)
         readouts[row, READOUT_HEIGHT_VARIANCE] = variance
         v0, v1 = vertical[k, BY_HEIGHT], vertical[k, BY_HEIGHT + 1]
         v2, v3 = vertical[k, BY_HEIGHT + 2], vertical[k, BY_HEIGHT + 3]

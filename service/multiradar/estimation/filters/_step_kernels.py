@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters._kernels import (
-    REFUSED,
+    REJECTED,
     RESTARTED,
     STARTED,
     UPDATED,
@@ -21,34 +21,34 @@ from multiradar.estimation.filters._kernels import (
     start_aircraft,
 )
 from multiradar.estimation.filters._row_kernels import (
-    find_taker,
-    find_turn,
+    check_row,
+    choose_action,
     finish_readout,
     is_patient,
-    note_outcome,
-    note_start,
+    record_outcome,
+    record_start,
 )
 from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows, Work
 from multiradar.estimation.filters.height._height_kernels import (
+    check_height,
+    coast_height,
     height_informs,
-    keep_height,
-    look_at_height,
-    pass_height,
+    update_height,
 )
-from multiradar.estimation.filters.height._unheard_height_kernels import (
-    LEARNT_COUNT,
-    begin_by_height,
-    keep_learnt,
-    learn_height,
-    met_height,
-    shift_by_height,
-    taken_as,
+from multiradar.estimation.filters.height._unknown_height_kernels import (
+    HEIGHT_ESTIMATE_COUNT,
+    estimate_height,
+    first_height_change,
+    initialise_height_sensitivity,
+    shift_with_height,
+    store_height_estimate,
+    used_as,
 )
-from multiradar.estimation.filters.separated._macro_kernels import MACRO, forget_plots, keep_plot
+from multiradar.estimation.filters.separated._macro_kernels import MACRO, clear_plots, store_plot
 from multiradar.estimation.filters.separated._separated_kernels import correct_separated
 from multiradar.estimation.filters.two_stage._time_offset_kernels import (
     has_time_offset,
-    settle_velocity,
+    update_offset_velocity,
 )
 from multiradar.estimation.filters.two_stage._two_stage_kernels import component, correct_two_stage
 from multiradar.estimation.measurement._kernels import KIND_BEARING, is_bearing
@@ -81,15 +81,15 @@ def step(
 ) -> None:
     """Take rows in the given order: move the aircraft on, correct it, note what became of it."""
     n = model.bias.shape[0]
-    take_rows(
+    process_rows(
         method, work, rows, model, aircraft, result, want_readout, model.factor.T.copy(),
         np.empty((2, 2)), np.empty(3), np.empty((2, n)), np.empty((2, n)), np.empty((n, n)),
-        np.empty(n), np.empty(LEARNT_COUNT),
+        np.empty(n), np.empty(HEIGHT_ESTIMATE_COUNT),
     )  # fmt: skip
 
 
 @loop
-def take_rows(
+def process_rows(
     method: int,
     work: Work,
     rows: Rows,
@@ -104,7 +104,7 @@ def take_rows(
     R: Floats,
     Y: Floats,
     y: Floats,
-    learnt: Floats,
+    height_estimate: Floats,
 ) -> None:
     """Do as `step`, in the room given.
 
@@ -118,10 +118,10 @@ def take_rows(
     parameters, bias, options = model.parameters, model.bias, model.options
     bias_covariance = model.bias_covariance
     means, covariances, sensitivities = aircraft.mean, aircraft.covariance, aircraft.sensitivity
-    times, heights, surprises = aircraft.time, aircraft.height, aircraft.surprise
+    times, heights, fading_nis = aircraft.time, aircraft.height, aircraft.fading_nis
     vertical = aircraft.vertical
-    refusals, updates, updated = aircraft.refusals, aircraft.updates, aircraft.updated
-    heard, places = aircraft.place, model.places
+    rejections, updates, updated = aircraft.rejections, aircraft.updates, aircraft.updated
+    measured_from, site_numbers = aircraft.measured_from, model.site_numbers
     outcomes, readouts, logs = result.outcome, result.readout, result.log
     innovations = result.innovation
     lines = (sensitivities.shape[1] * sensitivities.shape[2] * 8 + 63) // 64
@@ -141,104 +141,113 @@ def take_rows(
                 ahead = rows.slot[work.order[i + AIRCRAFT_AHEAD]]
                 if ahead >= 0:
                     fetch_aircraft(
-                        ahead, lines, means, covariances, sensitivities, times, heights, surprises,
-                        refusals, updates, updated, heard, vertical,
+                        ahead, lines, means, covariances, sensitivities, times, heights, fading_nis,
+                        rejections, updates, updated, measured_from, vertical,
                     )  # fmt: skip
             row = work.order[i]
             k = rows.slot[row]
             kind = rows.kind[row]
             innovations[row, 0] = np.nan
-            outcome = find_taker(k, kind, method == TWO_STAGE)
+            outcome = check_row(k, kind, method == TWO_STAGE)
             if outcome != UPDATED:
                 outcomes[row] = outcome
                 continue
             s, q = rows.sensor[row], rows.seen[row]
             z0, z1, time = rows.z[row, 0], rows.z[row, 1], rows.time[row]
-            patient = is_patient(kind, places[s], time, k, heard, updated)
-            outcome = find_turn(kind, z0, z1, time, times[k], refusals[k], patient, options)
-            if outcome == REFUSED:
+            patient = is_patient(kind, site_numbers[s], time, k, measured_from, updated)
+            outcome = choose_action(kind, z0, z1, time, times[k], rejections[k], patient, options)
+            if outcome == REJECTED:
                 outcomes[row] = outcome
                 continue
             measured, dt = rows.height[row], time - times[k]
-            look = look_at_height(
+            check = check_height(
                 outcome, kind, measured, s, time, dt, k, heights, vertical, options
             )
-            height, variance = look[1], look[2]
-            used = taken_as(kind, look, heights[k])
+            height, variance = check[1], check[2]
+            used = used_as(kind, check, heights[k])
             first = 0.0 if used == KIND_BEARING else z0
-            sure = height_informs(look, used, first, k, q, heights, vertical, noises)
-            turn = outcome
+            sure = height_informs(check, used, first, k, q, heights, vertical, noises)
+            action = outcome
             excess = 1.0
             if outcome in (STARTED, RESTARTED):
-                begun = start_aircraft(
+                started = start_aircraft(
                     mode, kind, z0, z1, height, variance, plane, sites[q], noises[q], starts[q],
                     starts[q + 1], parameters, bias, bias_covariance, options, means[k],
                     covariances[k], sensitivities[k], H, W,
                 )  # fmt: skip
-                if begun == STARTED:
-                    note_start(k, places[s], surprises, updates, heard, velocities)
-                    forget_plots(recents, k)
-                    begin_by_height(look, kind, z0, k, q, noises, H, vertical)
+                if started == STARTED:
+                    record_start(k, site_numbers[s], fading_nis, updates, measured_from, velocities)
+                    clear_plots(recents, k)
+                    initialise_height_sensitivity(check, kind, z0, k, q, noises, H, vertical)
                 else:
-                    outcome = begun
+                    outcome = started
             elif outcome == UPDATED:
                 v0, v1 = means[k, 2], means[k, 3]
                 if method == TWO_STAGE and options[VELOCITY_FRAME] != 0.0:
                     v0 = component(means, sensitivities, bias, k, 2)
                     v1 = component(means, sensitivities, bias, k, 3)
-                factor_now = manoeuvre_factor(surprises[k], options)
+                factor_now = manoeuvre_factor(fading_nis[k], options)
                 density = acceleration_density(v0, v1, factor_now, options)
                 if np.isnan(heights[k]):
-                    learn_height(
-                        look, kind, z0, z1, dt, density[0], k, q, plane, sites, noises, starts,
+                    estimate_height(
+                        check, kind, z0, z1, dt, density[0], k, q, plane, sites, noises, starts,
                         parameters, bias, bias_covariance, means, covariances, sensitivities,
-                        vertical, learnt,
+                        vertical, height_estimate,
                     )  # fmt: skip
-                    met = met_height(look, k, heights, vertical)
-                    shift_by_height(met, k, k, vertical, means)
+                    change = first_height_change(check, k, heights, vertical)
+                    shift_with_height(change, k, k, vertical, means)
                 move_aircraft(means, covariances, sensitivities, k, dt, density)
                 times[k] = time
                 # A plot speaks about the biases when its height is known (an unknown one is wrong
                 # by the same amount plot after plot) and the aircraft was measured from elsewhere
                 # too (from one place alone, linearising anew at every plot makes biases seem to be
                 # seen that cannot be told from motion).
-                informs = sure and heard[k] != places[s]
+                informs = sure and measured_from[k] != site_numbers[s]
                 if timed and np.isnan(velocities[k, 0]):
                     informs = False
                 if method == TWO_STAGE:
                     outcome = correct_two_stage(
                         used, first, z1, height, variance, k, q, informs, plane, sites, noises,
                         starts, parameters, bias, bias_covariance, options, means, covariances,
-                        sensitivities, velocities, surprises, Y, y, U, R, innovations, row,
+                        sensitivities, velocities, fading_nis, Y, y, U, R, innovations, row,
                     )  # fmt: skip
                     if timed and outcome == UPDATED and not is_bearing(kind):
-                        settle_velocity(
-                            kind, z0, z1, height, variance, k, q, places[s], plane, sites, noises,
-                            starts, parameters, bias, bias_covariance, options, means, covariances,
-                            sensitivities, velocities, updates, heard, H, W,
+                        update_offset_velocity(
+                            kind, z0, z1, height, variance, k, q, site_numbers[s], plane, sites,
+                            noises, starts, parameters, bias, bias_covariance, options, means,
+                            covariances, sensitivities, velocities, updates, measured_from, H, W,
                         )  # fmt: skip
                 else:
                     outcome, excess = correct_separated(
                         method == INTERSECTION, kind, z0, z1, height, variance, k, s,
                         informs and method != MACRO, plane, sites, noises, starts, parameters,
-                        bias, bias_covariance, options, means, covariances, surprises, Y, y, logs,
+                        bias, bias_covariance, options, means, covariances, fading_nis, Y, y, logs,
                         row, innovations,
                     )  # fmt: skip
             outcomes[row] = outcome
-            taken = note_outcome(
-                outcome, k, patient, time, places[s], times, refusals, updates, updated, heard
+            accepted = record_outcome(
+                outcome,
+                k,
+                patient,
+                time,
+                site_numbers[s],
+                times,
+                rejections,
+                updates,
+                updated,
+                measured_from,
             )
-            if taken:
-                unheard = np.isnan(heights[k])
-                keep_height(look, kind, measured, s, time, dt, k, heights, vertical, options)
-                if unheard and turn == UPDATED:
-                    keep_learnt(learnt, k, vertical)
-                    shift_by_height(learnt[0], k, k, vertical, means)
-            elif turn == UPDATED:
-                pass_height(dt, k, heights, vertical, options)
-            if taken and method == MACRO and sure:
-                keep_plot(recents, k, s, kind, z0, z1, time, height, excess, noises)
-            if taken and want_readout:
+            if accepted:
+                unknown = np.isnan(heights[k])
+                update_height(check, kind, measured, s, time, dt, k, heights, vertical, options)
+                if unknown and action == UPDATED:
+                    store_height_estimate(height_estimate, k, vertical)
+                    shift_with_height(height_estimate[0], k, k, vertical, means)
+            elif action == UPDATED:
+                coast_height(dt, k, heights, vertical, options)
+            if accepted and method == MACRO and sure:
+                store_plot(recents, k, s, kind, z0, z1, time, height, excess, noises)
+            if accepted and want_readout:
                 read_out(means[k], covariances[k], sensitivities[k], bias, factor, readouts[row])
                 finish_readout(row, k, heights, vertical, updates, options, readouts)
         copy_sums(Y, y, result.information[p], result.vector[p])
@@ -279,11 +288,11 @@ def fetch_aircraft(
     sensitivities: Floats,
     times: Floats,
     heights: Floats,
-    surprises: Floats,
-    refusals: Integers,
+    fading_nis: Floats,
+    rejections: Integers,
     updates: Integers,
     updated: Floats,
-    heard: Integers,
+    measured_from: Integers,
     vertical: Floats,
 ) -> None:
     """Ask for the state of an aircraft."""
@@ -292,11 +301,11 @@ def fetch_aircraft(
     fetch_ahead(covariances, k, 1)
     fetch_ahead(times, k, 0)
     fetch_ahead(heights, k, 0)
-    fetch_ahead(surprises, k, 0)
-    fetch_ahead(refusals, k, 0)
+    fetch_ahead(fading_nis, k, 0)
+    fetch_ahead(rejections, k, 0)
     fetch_ahead(updates, k, 0)
     fetch_ahead(updated, k, 0)
-    fetch_ahead(heard, k, 0)
+    fetch_ahead(measured_from, k, 0)
     fetch_ahead(vertical, k, 0)
     for line in range(lines):
         fetch_ahead(sensitivities, k, line)

@@ -75,7 +75,7 @@ class Model(NamedTuple):
     noises : (m, 4) float64
         Variances of range (m²), azimuth (rad²), reported position (m² on each axis); height of the
         site (m).
-    places : (m,) int64
+    site_numbers : (m,) int64
         Number of the place of each sensor: radars on one site share it.
     starts : (m + 1,) int64
         First column of each sensor in the bias vector.
@@ -91,13 +91,13 @@ class Model(NamedTuple):
         The options, at the places named in `_kernels`.
     modes : (j, MODE_COUNT) float64
         How an aircraft may move, for the filter of interacting modes: columns as in
-        `_mode_room_kernels`. One row at least.
+        `_mode_scratch_kernels`. One row at least.
     """
 
     plane: Floats
     sites: Floats
     noises: Floats
-    places: Integers
+    site_numbers: Integers
     starts: Integers
     parameters: Integers
     bias: Floats
@@ -125,16 +125,16 @@ class Aircraft(NamedTuple):
         Height, m, by those that were heard; NaN when none was.
     vertical : (s, VERTICAL_COUNT) float64
         Rate of climb, covariance of both, and the books of the height: see `_height_kernels`.
-    refusals : (s,) int64
+    rejections : (s,) int64
         Measurements refused in a row.
     updates : (s,) int64
         Measurements taken since the aircraft started.
     updated : (s,) float64
         Data time of the last measurement that was taken, NaN before the first.
-    place : (s,) int64
-        The one place (see `Model.places`) from which the aircraft was measured so far, −1 before
-        the first, `SEVERAL` when there were more or when its start came from elsewhere.
-    surprise : (s,) float64
+    measured_from : (s,) int64
+        The one site (see `Model.site_numbers`) from which the aircraft has been measured, −1 before
+        the first measurement, `SEVERAL` after more sites or an initial state from elsewhere.
+    fading_nis : (s,) float64
         Fading mean of half the normalised innovation squared: 1 where the motion is as modelled.
     velocity : (s, 2) float64
         Velocity at which time offsets are linearised, m/s east and north; NaN until it is known,
@@ -164,11 +164,11 @@ class Aircraft(NamedTuple):
     time: Floats
     height: Floats
     vertical: Floats
-    refusals: Integers
+    rejections: Integers
     updates: Integers
     updated: Floats
-    place: Integers
-    surprise: Floats
+    measured_from: Integers
+    fading_nis: Floats
     velocity: Floats
     joint: Floats
     recent: Floats
@@ -314,11 +314,11 @@ def aircraft_arrays(
         time=line_aligned(slots, np.nan),
         height=line_aligned(slots, np.nan),
         vertical=vertical,
-        refusals=line_aligned(slots, 0, np.int64),
+        rejections=line_aligned(slots, 0, np.int64),
         updates=line_aligned(slots, 0, np.int64),
         updated=line_aligned(slots, np.nan),
-        place=line_aligned(slots, -1, np.int64),
-        surprise=line_aligned(slots, 1.0),
+        measured_from=line_aligned(slots, -1, np.int64),
+        fading_nis=line_aligned(slots, 1.0),
         velocity=line_aligned((slots, 2), np.nan),
         joint=line_aligned((joint, joint)),
         recent=line_aligned((slots, recent_sensors, RECENT_COUNT), np.nan),

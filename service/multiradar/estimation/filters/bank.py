@@ -38,7 +38,7 @@ class Outcome(IntEnum):
     STARTED = kernels.STARTED
     RESTARTED = kernels.RESTARTED
     UNASSOCIATED = kernels.UNASSOCIATED
-    REFUSED = kernels.REFUSED
+    REFUSED = kernels.REJECTED
     CONE_OF_SILENCE = kernels.CONE
     UNLOCATABLE = kernels.UNLOCATABLE
     SINGULAR = kernels.SINGULAR
@@ -70,7 +70,7 @@ class FilterDefinition:
         Whether a time offset may be among the bias parameters (see `_time_offset_kernels`).
     keeps_modes : bool
         Whether each aircraft is in one of several modes of motion (IMM).
-    takes_bearings : bool
+    accepts_bearings : bool
         Whether it takes bearings.
     bounds_bias_errors : bool
         Whether the sigma of a bias covers its error.
@@ -92,7 +92,7 @@ class FilterDefinition:
     stacks_plots: bool = False
     estimates_time_offsets: bool = False
     keeps_modes: bool = False
-    takes_bearings: bool = False
+    accepts_bearings: bool = False
     bounds_bias_errors: bool = True
     aircraft_max: int | None = None
 
@@ -210,9 +210,11 @@ FILTERS = {
             TWO_STAGE,
             keeps_sensitivity=True,
             estimates_time_offsets=True,
-            takes_bearings=True,
+            accepts_bearings=True,
         ),
-        FilterDefinition("imm", IMM, keeps_sensitivity=True, keeps_modes=True, takes_bearings=True),
+        FilterDefinition(
+            "imm", IMM, keeps_sensitivity=True, keeps_modes=True, accepts_bearings=True
+        ),
         FilterDefinition("joint", JOINT, corrects_biases=True, aircraft_max=JOINT_AIRCRAFT_MAX),
         FilterDefinition("blom", BLOM, bounds_bias_errors=False),
         FilterDefinition("blom-macro", MACRO, stacks_plots=True),

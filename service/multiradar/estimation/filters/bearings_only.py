@@ -122,7 +122,7 @@ class BearingsState:
         return mean, symmetric_part(covariance)
 
 
-def begin(sights: Sequence[Sight], times_s: ArrayLike, speed_sigma_mps: float) -> BearingsState:
+def initiate(sights: Sequence[Sight], times_s: ArrayLike, speed_sigma_mps: float) -> BearingsState:
     """Begin a track from the first sights, all of which it needs to be located.
 
     Parameters

@@ -46,7 +46,7 @@ KIND_POSITION = 1
 KIND_BEARING = 2
 # Range and azimuth on a flat plane; the place that such a plot points to, report, (1.11).
 KIND_FLAT_POLAR = 3
-KIND_FLAT_PLACE = 4
+KIND_FLAT_POSITION = 4
 # A bearing with an elevation; `MeasurementBatch.kind` calls both bearings.
 KIND_DIRECTION = 5
 PARAMETER_RANGE_OFFSET = 0
@@ -85,14 +85,16 @@ def predict_measurement(
     W: Floats,
 ) -> tuple[float, float, float]:
     """Fill H and W; return both predicted components and the ground range (NaN without a site)."""
-    p0, p1, ground, h, w = seen_from(kind, plane, site, noise, east, north, height, height_variance)
+    p0, p1, ground, h, w = expected_measurement(
+        kind, plane, site, noise, east, north, height, height_variance
+    )
     H[0, 0], H[0, 1], H[1, 0], H[1, 1] = h
     W[0], W[1], W[2] = w
     return p0, p1, ground
 
 
 @in_loop
-def seen_from(
+def expected_measurement(
     kind: int,
     plane: Floats,
     site: Floats,
@@ -103,7 +105,9 @@ def seen_from(
     height_variance: float,
 ) -> tuple[float, float, float, Slope, Noise]:
     """Return both predicted components, the ground range (NaN without a site), H and W."""
-    p0, x, y, ground, h, w = sight(kind, plane, site, noise, east, north, height, height_variance)
+    p0, x, y, ground, h, w = expected_sight(
+        kind, plane, site, noise, east, north, height, height_variance
+    )
     p1 = y
     if measures_azimuth(kind):
         p1 = math.atan2(x, y)
@@ -111,14 +115,14 @@ def seen_from(
 
 
 @in_both
-def sight(
+def expected_sight(
     kind: int, plane: Floats, site: Floats, noise: Floats, east: Numbers, north: Numbers,
     height: float, height_variance: float,
 ) -> tuple[Numbers, Numbers, Numbers, Numbers, SlopeOf[Numbers], NoiseOf[Numbers]]:  # fmt: skip
-    """Return what `seen_from` does of one place or lanes of them; instead of an azimuth x, y.
+    """Return what `expected_measurement` does with x, y in place of the azimuth; scalar or lanes.
 
-    These are the line of sight on the ground, east and north; y is the second component where that
-    is no azimuth.
+    x and y are the east and north components of the line of sight on the ground. Where the second
+    component is not an azimuth, it is y.
     """
     none, one = alike(0.0, east), alike(1.0, east)
     p0, x, y, ground = east, none, north, alike(np.nan, east)
@@ -225,14 +229,14 @@ def bias_column(
     if parameter != PARAMETER_TIME_OFFSET:
         j0, j1 = alike(1.0, p0), alike(0.0, p0)
         dx, dy = p0, alike(0.0, p0)
-        if kind == KIND_FLAT_PLACE:
+        if kind == KIND_FLAT_POSITION:
             dx, dy = p0 - site[0], p1 - site[1]
             r = root(dx * dx + dy * dy)
             across = chosen(r, LINE_OF_SIGHT_MIN_M, r, np.nan)
             j0, j1 = dx / across, dy / across
         if parameter == PARAMETER_AZIMUTH_OFFSET:
             j0, j1 = alike(0.0, p0), alike(1.0, p0)
-            if kind == KIND_FLAT_PLACE:
+            if kind == KIND_FLAT_POSITION:
                 j0, j1 = dy, -dx
         elif parameter == PARAMETER_RANGE_GAIN:
             j0, j1 = dx, dy

@@ -21,7 +21,7 @@ from multiradar.errors import ConfigurationError
 CONE_RATIO = 1.0
 
 
-def azimuth_trusted(
+def outside_cone(
     ground_range_m: ArrayLike,
     height_m: ArrayLike,
     site_height_m: ArrayLike,

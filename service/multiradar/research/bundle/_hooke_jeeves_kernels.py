@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.restoration.control_tracks._arc_kernels import misfit
+from multiradar.restoration.control_tracks._fit_kernels import copy_track
 from multiradar.restoration.control_tracks._layout import (
     BEGIN,
     COUNT,
@@ -22,7 +23,6 @@ from multiradar.restoration.control_tracks._layout import (
     SEGMENT_COUNT,
     SEGMENTS,
 )
-from multiradar.restoration.control_tracks._settling_kernels import copy_track
 from multiradar_compiled.kernels import in_loop, loop
 
 Floats = NDArray[np.float64]

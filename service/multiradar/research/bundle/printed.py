@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from multiradar.errors import RestorationError
 from multiradar.research.bundle._hooke_jeeves_kernels import search
 from multiradar.research.bundle.search_rules import SEGMENT_MIN_S, SearchRules
-from multiradar.restoration.bundle._window_kernels import inform
-from multiradar.restoration.bundle.initial import arcs_through_triples
+from multiradar.restoration.bundle._window_kernels import write_information
+from multiradar.restoration.bundle.initial_arcs import arcs_through_triples
 from multiradar.restoration.control_tracks import _layout as layout
 from multiradar.restoration.control_tracks._arc_kernels import branch_by_arc, misfit, state_at
-from multiradar.restoration.control_tracks._memory import settling_memory
-from multiradar.restoration.control_tracks._settling_kernels import settle
+from multiradar.restoration.control_tracks._fit_kernels import fit_track
+from multiradar.restoration.control_tracks._scratch import fit_scratch
 from multiradar.restoration.control_tracks._thinning_kernels import thin, trace
 from multiradar.restoration.control_tracks.plot_rows import plot_rows
 from multiradar.restoration.control_tracks.reading import control_track_of
@@ -206,7 +206,7 @@ class PrintedBundle:
         ----------
         IMM UrO RAN report (2016), section 2.5, for what is varied; the method is the project's own.
         """
-        memory = settling_memory()
+        memory = fit_scratch()
         kinds = np.zeros((layout.KINDS, layout.KIND_COUNT))
         kinds[:, [layout.LATERAL_SIGMA, layout.LONGITUDINAL_SIGMA]] = _UNKNOWN
         kinds[:, layout.ENDING] = 1.0
@@ -219,8 +219,8 @@ class PrintedBundle:
             track[layout.PRIOR_MEAN : layout.PRIOR_MEAN + 4] = track[layout.EAST :][:4]
             covariance = np.diag(sigmas**2).ravel()
             track[layout.PRIOR_COVARIANCE : layout.PRIOR_COVARIANCE + 36] = covariance
-            inform(track, memory.H, memory.H2)
-            settle(
+            write_information(track, memory.H, memory.H2)
+            fit_track(
                 track, memory.spare, self._anchor_s, self._rows, self._first, count, now_s, kinds,
                 rules, _ROUNDS, *memory[1:],
             )  # fmt: skip
@@ -302,5 +302,5 @@ class PrintedBundle:
         self._anchor_s = begin_s
 
     def _weigh(self, count: int) -> None:
-        self._tracks[:, layout.BROUGHT] = 0.0
+        self._tracks[:, layout.MERGED_WEIGHT] = 0.0
         self._tracks[:, layout.WEIGHT] = -self.misfits(count)

@@ -14,7 +14,7 @@ from multiradar.errors import ShapeError
 from multiradar.estimation.array_checks import component_array
 from multiradar.estimation.gaussian import require_covariance
 from multiradar.estimation.measurement.angles import wrapped
-from multiradar.estimation.measurement.cone_of_silence import azimuth_trusted
+from multiradar.estimation.measurement.cone_of_silence import outside_cone
 from multiradar.estimation.motion.axes import Floats
 
 
@@ -369,7 +369,7 @@ class MeasuredPolar:
         The project's own: see `multiradar.estimation.measurement.cone_of_silence`.
         """
         _, _, up, ground = self._line(position)
-        return np.asarray(azimuth_trusted(ground, up, 0.0) & (ground > 0.0))
+        return np.asarray(outside_cone(ground, up, 0.0) & (ground > 0.0))
 
     def _line(self, position: ArrayLike) -> tuple[Floats, Floats, Floats, Floats]:
         line = component_array(position, "position", 3) - self.site_m

@@ -20,7 +20,7 @@ from multiradar.estimation.filters._step_kernels import INTERSECTION, TWO_STAGE,
 from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows, Work
 from multiradar.estimation.filters.joint._joint_kernels import JOINT, joint_step
 from multiradar.estimation.filters.separated._macro_kernels import MACRO, stack_plots
-from multiradar.estimation.filters.two_stage._two_stage_kernels import anchor_aircraft
+from multiradar.estimation.filters.two_stage._two_stage_kernels import apply_bias_drift
 from multiradar.research.sequential.arrays import Store
 from multiradar_compiled.kernels import inlined_kernel, kernel
 
@@ -176,4 +176,4 @@ def walk(method: int, duration: float, model: Model, aircraft: Aircraft, store: 
         for d in range(n):
             spread[c, d] = G[c, d] * store.drift[d] * store.drift[d] * duration
     started = np.flatnonzero(~np.isnan(aircraft.time))
-    anchor_aircraft(started, aircraft, complement, G, spread)
+    apply_bias_drift(started, aircraft, complement, G, spread)

@@ -242,11 +242,11 @@ def copy_aircraft(method: int, k: int, source: Aircraft, target: Aircraft) -> No
     target.time[k] = source.time[k]
     target.height[k] = source.height[k]
     target.vertical[k] = source.vertical[k]
-    target.refusals[k] = source.refusals[k]
+    target.rejections[k] = source.rejections[k]
     target.updates[k] = source.updates[k]
     target.updated[k] = source.updated[k]
-    target.place[k] = source.place[k]
-    target.surprise[k] = source.surprise[k]
+    target.measured_from[k] = source.measured_from[k]
+    target.fading_nis[k] = source.fading_nis[k]
     target.velocity[k] = source.velocity[k]
 
 

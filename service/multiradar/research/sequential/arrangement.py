@@ -11,9 +11,9 @@ from multiradar.estimation.array_checks import require_shape
 from multiradar.estimation.filters import _kernels as kernels
 from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Work, result_arrays
 from multiradar.estimation.filters.bank import FilterDefinition, find_filter_for
-from multiradar.estimation.filters.height._height_kernels import forget_height
-from multiradar.estimation.filters.imm._mode_room_kernels import MODE_COUNT
-from multiradar.estimation.filters.joint._joint_kernels import adopt_aircraft
+from multiradar.estimation.filters.height._height_kernels import reset_height
+from multiradar.estimation.filters.imm._mode_scratch_kernels import MODE_COUNT
+from multiradar.estimation.filters.joint._joint_kernels import insert_aircraft
 from multiradar.estimation.filters.two_stage._time_offset_kernels import (
     VELOCITY_SIGMA_MAX,
     has_time_offset,
@@ -140,7 +140,7 @@ def arrange(name: str, sensors: Sensors, options: Options, *, slots: int, rows: 
         plane=sensors.plane,
         sites=sensors.sites,
         noises=sensors.noises,
-        places=sensors.places,
+        site_numbers=sensors.places,
         starts=sensors.starts,
         parameters=sensors.parameters,
         bias=prior.mean.copy(),
@@ -194,16 +194,16 @@ def begin(one: Arrangement, aircraft: int, time_s: float, mean: Floats, covarian
     arrays.sensitivity[aircraft] = 0.0
     arrays.time[aircraft] = time_s
     arrays.updated[aircraft] = np.nan
-    forget_height(aircraft, arrays.height, arrays.vertical)
-    arrays.refusals[aircraft], arrays.updates[aircraft] = 0, 0
-    arrays.surprise[aircraft] = 1.0
+    reset_height(aircraft, arrays.height, arrays.vertical)
+    arrays.rejections[aircraft], arrays.updates[aircraft] = 0, 0
+    arrays.fading_nis[aircraft] = 1.0
     timed = one.definition.estimates_time_offsets and has_time_offset(one.model.parameters)
     known = covariance[2, 2] + covariance[3, 3] < VELOCITY_SIGMA_MAX**2
     arrays.velocity[aircraft] = mean[2:] if timed and known else np.nan
     # Every plot may speak about the biases, the first one too.
-    arrays.place[aircraft] = kernels.SEVERAL
+    arrays.measured_from[aircraft] = kernels.SEVERAL
     if one.definition.corrects_biases:
-        adopt_aircraft(arrays, len(one.model.bias), aircraft)
+        insert_aircraft(arrays, len(one.model.bias), aircraft)
 
 
 # How many aircraft `ARRAYS_BYTES_MAX` has room for.
@@ -227,8 +227,8 @@ def _options(options: Options) -> Floats:
     values[kernels.CONE_RATIO] = options.cone_ratio
     values[kernels.EXACT_HEIGHTS] = 1.0
     values[kernels.DOWNWEIGHT_NIS] = options.downweight_nis
-    values[kernels.REFUSE_NIS] = options.refuse_nis
-    values[kernels.REFUSALS_MAX] = np.inf
-    values[kernels.SURPRISE_FLOOR] = 1.0
+    values[kernels.REJECT_NIS] = options.refuse_nis
+    values[kernels.REJECTIONS_MAX] = np.inf
+    values[kernels.FADING_NIS_FLOOR] = 1.0
     values[kernels.MANOEUVRE_FACTOR_MAX] = 1.0
     return values

@@ -11,8 +11,8 @@ from multiradar.estimation.array_checks import finite_array, require_shape
 from multiradar.estimation.filters.arrays import Rows
 from multiradar.estimation.gaussian import require_covariance
 from multiradar.estimation.measurement._kernels import (
-    KIND_FLAT_PLACE,
     KIND_FLAT_POLAR,
+    KIND_FLAT_POSITION,
     KIND_RADAR,
 )
 from multiradar.estimation.measurement.linearised import cartesian_plot
@@ -186,7 +186,7 @@ def filter_rows(plots: Plots, sensors: Sensors, starts: Starts, form: Form) -> R
         value[flat] = cartesian_plot(sites, *plots.value[flat].T)
         # A negative range is no place on the other side of the radar.
         value[flat & (plots.value[:, 0] < 0.0)] = np.nan
-        kind = np.where(flat, KIND_FLAT_PLACE, kind)
+        kind = np.where(flat, KIND_FLAT_POSITION, kind)
     return Rows(
         plots.aircraft, plots.time_s, kind, plots.sensor, value, plots.height_m, plots.sensor
     )

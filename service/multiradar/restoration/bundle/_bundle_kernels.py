@@ -11,14 +11,14 @@ from math import ceil, exp, floor, log, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.restoration.bundle._window_kernels import leave
-from multiradar.restoration.control_tracks._arc_kernels import branch_by_arc, surprises
+from multiradar.restoration.bundle._window_kernels import drop_plot
+from multiradar.restoration.control_tracks._arc_kernels import branch_by_arc, count_outliers
+from multiradar.restoration.control_tracks._fit_kernels import copy_track, fit_track
 from multiradar.restoration.control_tracks._layout import (
     APART_M,
     APART_SIGMAS,
     BEGIN,
     BRANCH_WEIGHT,
-    BROUGHT,
     CELL_S,
     COUNT,
     EAST_EAST,
@@ -35,6 +35,7 @@ from multiradar.restoration.control_tracks._layout import (
     LONGITUDINAL,
     LONGITUDINAL_MAX,
     LONGITUDINAL_MEAN,
+    MERGED_WEIGHT,
     NORTH_NORTH,
     SEGMENT_COUNT,
     SEGMENT_MIN_S,
@@ -45,7 +46,6 @@ from multiradar.restoration.control_tracks._layout import (
     WINDOW_PLOTS_MAX,
     WINDOW_S,
 )
-from multiradar.restoration.control_tracks._settling_kernels import copy_track, settle
 from multiradar.restoration.control_tracks._thinning_kernels import rank, thin, trace
 from multiradar_compiled.kernels import in_loop, loop
 
@@ -67,7 +67,7 @@ CONSIDERED = 6
 
 
 @loop
-def take_plot(
+def push_plot(
     tracks: Floats, live: int, room: int, anchor_s: float, plots: Floats, first: int, last: int,
     since_s: float, kinds: Floats, rules: Floats, rounds: int, spare: Floats, H: Floats, g: Floats,
     H2: Floats, g2: Floats, S: Floats, T: Floats, M: Floats, r: Floats, A: Floats, B: Floats,
@@ -80,34 +80,34 @@ def take_plot(
     usual = (rules[LATERAL_MAX], rules[LONGITUDINAL_MAX])
     now_s = plots[last - 1, TIME]
     before_s = plots[last - 2, TIME]
-    while leaves(plots, first, last, rules[WINDOW_S]):
+    while plot_expires(plots, first, last, rules[WINDOW_S]):
         for i in range(live):
             weight = tracks[i, WEIGHT]
-            leave(tracks[i], anchor_s, plots, first, kinds, rules, A, B)
-            settle(
+            drop_plot(tracks[i], anchor_s, plots, first, kinds, rules, A, B)
+            fit_track(
                 tracks[i], spare, plots[first, TIME], plots, first + 1, last - 1, before_s, kinds,
                 rules, 0, H, g, H2, g2, S, T, M, r,
             )  # fmt: skip
-            tracks[i, BROUGHT] += weight - tracks[i, WEIGHT]
+            tracks[i, MERGED_WEIGHT] += weight - tracks[i, WEIGHT]
             tracks[i, WEIGHT] = weight
         anchor_s = plots[first, TIME]
         first += 1
     recent = max(first, last - RECENT)
-    strange = surprises(tracks[0], anchor_s, plots, recent, last)
+    outliers = count_outliers(tracks[0], anchor_s, plots, recent, last)
     # The best track stays if it does not know the newest plot, for that may be wrong: where plots
     # are rare, so many segments may begin between two of them that they would leave it no room.
     kept_anyway = -1
-    if surprises(tracks[0], anchor_s, plots, last - 1, last):
+    if count_outliers(tracks[0], anchor_s, plots, last - 1, last):
         kept_anyway = 0
-    if kept_anyway == 0 and (strange >= SURPRISES_MIN or now_s - before_s >= RARE_S):
+    if kept_anyway == 0 and (outliers >= SURPRISES_MIN or now_s - before_s >= RARE_S):
         rounds += RESCUE_ROUNDS
         # Rather beyond the limits than lost.
-        if strange >= SURPRISES_MIN:
+        if outliers >= SURPRISES_MIN:
             for part in range(2):
                 rules[LATERAL_MAX + part] = rules[LATERAL_BEYOND + part]
         live = rescue(tracks, live, spare, anchor_s, plots, first, last, rules, g, g2)
     for i in range(live):
-        settle(
+        fit_track(
             tracks[i], spare, anchor_s, plots, first, last, now_s, kinds, rules, rounds,
             H, g, H2, g2, S, T, M, r,
         )  # fmt: skip
@@ -116,13 +116,13 @@ def take_plot(
     for i in range(parents, live):
         # Before it begins no plot tells of a segment.
         if tracks[i, SEGMENTS + SEGMENT_COUNT * (int(tracks[i, COUNT]) - 1) + BEGIN] < now_s:
-            settle(
+            fit_track(
                 tracks[i], spare, anchor_s, plots, first, last, now_s, kinds, rules, rounds,
                 H, g, H2, g2, S, T, M, r,
             )  # fmt: skip
     for part in range(2):
         rules[LATERAL_MAX + part] = usual[part]
-    leave_hopeless(tracks, live, CONSIDERED * room, order, kept_anyway)
+    discard_unlikely(tracks, live, CONSIDERED * room, order, kept_anyway)
     # Whole seconds: tracks are compared at the same times whatever their switches.
     begin_s = ceil(now_s - rules[WINDOW_S])
     for k in range(len(grid)):
@@ -137,7 +137,7 @@ def take_plot(
 
 
 @in_loop
-def leaves(plots: Floats, first: int, last: int, window_s: float) -> bool:
+def plot_expires(plots: Floats, first: int, last: int, window_s: float) -> bool:
     """Return whether the oldest plot leaves the window: the fewer there are, the later."""
     count, age_s = last - first, plots[last - 1, TIME] - plots[first, TIME]
     old = age_s > window_s and (count > WINDOW_PLOTS_MIN or age_s > LONGER * window_s)
@@ -195,7 +195,7 @@ def branch(
 
 
 @in_loop
-def leave_hopeless(tracks: Floats, live: int, most: int, order: Integers, always: int) -> None:
+def discard_unlikely(tracks: Floats, live: int, most: int, order: Integers, always: int) -> None:
     """Take the weight of all but the best tracks, and one: there is no room for those."""
     rank(tracks, live, order)
     for i in range(most, live):

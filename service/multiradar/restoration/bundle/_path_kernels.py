@@ -14,6 +14,7 @@ from math import cos, sin
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.restoration.control_tracks._fit_kernels import copy_track, fit_track
 from multiradar.restoration.control_tracks._layout import (
     BEGIN,
     COUNT,
@@ -22,7 +23,6 @@ from multiradar.restoration.control_tracks._layout import (
     TIME,
     WEIGHT,
 )
-from multiradar.restoration.control_tracks._settling_kernels import copy_track, settle
 from multiradar.restoration.control_tracks._thinning_kernels import trace
 from multiradar_compiled.kernels import in_loop, loop
 
@@ -47,7 +47,7 @@ def trace_with_spreads(
     last = len(plots)
     for i in range(many):
         copy_track(tracks[i], moved)
-        settle(
+        fit_track(
             moved, spare, anchor_s, plots, 0, last, plots[last - 1, TIME], kinds, rules, 0,
             H, g, H2, g2, S, T, M, r,
         )  # fmt: skip

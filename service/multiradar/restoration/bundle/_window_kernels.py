@@ -61,7 +61,7 @@ GOOD_MIN = 1e-3
 
 
 @loop
-def leave(
+def drop_plot(
     track: Floats, anchor_s: float, plots: Floats, row: int, kinds: Floats, rules: Floats,
     A: Floats, B: Floats,
 ) -> None:  # fmt: skip
@@ -71,10 +71,10 @@ def leave(
         begin = track[SEGMENTS + SEGMENT_COUNT + BEGIN]
         move(track, begin - anchor_s, rules, A, B)
         anchor_s = begin
-        begin_next(track, kinds)
+        start_next_segment(track, kinds)
     move(track, time_s - anchor_s, rules, A, B)
     correct(track, plots, row)
-    inform(track, A, B)
+    write_information(track, A, B)
 
 
 @in_loop
@@ -123,7 +123,7 @@ def move(track: Floats, t: float, rules: Floats, F: Floats, B: Floats) -> None:
 
 
 @in_loop
-def begin_next(track: Floats, kinds: Floats) -> None:
+def start_next_segment(track: Floats, kinds: Floats) -> None:
     """Let the second segment be the first: its controls are not known from the past."""
     count = int(track[COUNT])
     for i in range(1, count):
@@ -176,7 +176,7 @@ def correct(track: Floats, plots: Floats, row: int) -> None:
 
 
 @in_loop
-def inform(track: Floats, A: Floats, B: Floats) -> None:
+def write_information(track: Floats, A: Floats, B: Floats) -> None:
     """Write information and its determinant beside the covariance."""
     for i in range(6):
         for j in range(6):

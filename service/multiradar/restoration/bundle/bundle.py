@@ -10,8 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from multiradar.errors import RestorationError, TimeOrderError
 from multiradar.estimation.array_checks import finite_array
-from multiradar.restoration.bundle._bundle_kernels import take_plot
-from multiradar.restoration.bundle.ends import TrackEnds, ends_of
+from multiradar.restoration.bundle._bundle_kernels import push_plot
 from multiradar.restoration.bundle.estimate import (
     BEST,
     WEIGHTED,
@@ -19,13 +18,18 @@ from multiradar.restoration.bundle.estimate import (
     Trajectory,
     velocity_states,
 )
-from multiradar.restoration.bundle.habits import NOTED_EVERY_S, TOLD_AFTER_S, Habits
-from multiradar.restoration.bundle.initial import TRIPLE_APART_M, TRIPLE_APART_S
-from multiradar.restoration.bundle.losing import Doubted, is_likelier, knows_none, lost_from
+from multiradar.restoration.bundle.final_states import FinalStates, final_states_of
+from multiradar.restoration.bundle.initial_arcs import TRIPLE_APART_M, TRIPLE_APART_S
+from multiradar.restoration.bundle.initial_tracks import first_tracks
+from multiradar.restoration.bundle.manoeuvre_history import (
+    DECIDED_AFTER_S,
+    RECORDED_EVERY_S,
+    ManoeuvreHistory,
+)
 from multiradar.restoration.bundle.path import Path, Window, path_of
-from multiradar.restoration.bundle.starting import first_tracks
+from multiradar.restoration.bundle.track_loss import LossTest, fits_none, is_likelier, lost_since
 from multiradar.restoration.control_tracks import _layout as layout
-from multiradar.restoration.control_tracks._memory import Scratch, scratch
+from multiradar.restoration.control_tracks._scratch import Scratch, scratch
 from multiradar.restoration.control_tracks._thinning_kernels import trace
 from multiradar.restoration.control_tracks.plot_rows import plot_rows
 from multiradar.restoration.control_tracks.reading import control_track_of, kind_at, segments_of
@@ -54,7 +58,7 @@ class Bundle:
     settings : BundleSettings
         Rules of the bundle.
     memory : Scratch, optional
-        What it works in, of `_memory.scratch(settings)`; bundles that never work at the same time
+        What it works in, of `_scratch.scratch(settings)`; bundles that never work at the same time
         may share one, which saves three quarters of the memory. Its own by default.
 
     References
@@ -75,7 +79,7 @@ class Bundle:
         self._anchor_s = np.nan
         self._restarts = 0
         self._tried_s = -np.inf
-        self._habits = Habits()
+        self._manoeuvre_history = ManoeuvreHistory()
 
     def __len__(self) -> int:
         """Return the number of tracks: 0 before the first triple of plots that makes an arc."""
@@ -87,9 +91,9 @@ class Bundle:
         return self._restarts
 
     @property
-    def habits(self) -> Habits:
+    def manoeuvre_history(self) -> ManoeuvreHistory:
         """How long the aircraft has flown straight, and has not."""
-        return self._habits
+        return self._manoeuvre_history
 
     @property
     def plots(self) -> int:
@@ -118,7 +122,7 @@ class Bundle:
         """Times of the plots in the window, (n,), ascending."""
         return self._plots[self._first : self._last, layout.TIME].copy()
 
-    def take(
+    def push(
         self,
         time_s: float,
         position_m: ArrayLike,
@@ -153,18 +157,18 @@ class Bundle:
         IMM UrO RAN report (2016), section 2.2.
         """
         self._append(time_s, position_m, covariance_m2, shared_m2)
-        if self._silent():
+        if self._has_gap():
             self._live, self._first = 0, self._last - 1
             self._restarts += 1
         if self._live:
             self._step(float(self._plots[self._last - 2, layout.TIME]))
-            self._heed()
+            self._check_track_loss()
             if self._live:
-                self._note()
+                self._record_manoeuvres()
         else:
-            self._begin()
+            self._initiate()
 
-    def take_all(self, plots: MeasurementTrack) -> None:
+    def push_all(self, plots: MeasurementTrack) -> None:
         """Take plots one after the other.
 
         Parameters
@@ -177,7 +181,7 @@ class Bundle:
         IMM UrO RAN report (2016), section 2.2.
         """
         for row in range(len(plots)):
-            self.take(float(plots.time_s[row]), plots.position_m[row], plots.covariance_m2[row])
+            self.push(float(plots.time_s[row]), plots.position_m[row], plots.covariance_m2[row])
 
     def weights(self) -> Floats:
         """Return the probabilities of the tracks.
@@ -327,12 +331,12 @@ class Bundle:
         weights = self._weights_by(by)
         return path_of(self._tracks, weights, self._window(), times, self._settling)
 
-    def ends(self) -> TrackEnds:
+    def final_states(self) -> FinalStates:
         """Return how the tracks end at the last plot, from where a forecast goes on.
 
         Returns
         -------
-        TrackEnds
+        FinalStates
             The best first.
 
         Raises
@@ -340,7 +344,7 @@ class Bundle:
         RestorationError
             If there are no tracks yet.
         """
-        return ends_of(self._tracks, self.weights(), self._window(), self._settling)
+        return final_states_of(self._tracks, self.weights(), self._window(), self._settling)
 
     def copy(self) -> "Bundle":
         """Return a bundle that says the same, with memory of its own.
@@ -354,18 +358,18 @@ class Bundle:
         other._live, other._anchor_s = self._live, self._anchor_s
         other._restarts, other._tried_s = self._restarts, self._tried_s
         other._last = self._last - self._first
-        other._habits = self._habits
+        other._manoeuvre_history = self._manoeuvre_history
         other._tracks[: self._live] = self._tracks[: self._live]
         other._plots[: other._last] = self._plots[self._first : self._last]
         return other
 
-    def _note(self) -> None:
-        told_s = self._now_s() - TOLD_AFTER_S
-        due = not told_s < self._habits.until_s + NOTED_EVERY_S
-        if due and told_s >= self._anchor_s:
-            kinds = [kind_at(track, told_s) for track in self._tracks[: self._live]]
+    def _record_manoeuvres(self) -> None:
+        decided_s = self._now_s() - DECIDED_AFTER_S
+        due = not decided_s < self._manoeuvre_history.until_s + RECORDED_EVERY_S
+        if due and decided_s >= self._anchor_s:
+            kinds = [kind_at(track, decided_s) for track in self._tracks[: self._live]]
             straight = self.weights() @ (np.array(kinds) == layout.STRAIGHT)
-            self._habits = self._habits.noted(told_s, float(straight))
+            self._manoeuvre_history = self._manoeuvre_history.noted(decided_s, float(straight))
 
     def _window(self) -> Window:
         plots = self._plots[self._first : self._last]
@@ -408,7 +412,7 @@ class Bundle:
         self._last += 1
 
     # Begin with the last plots, so many as make an arc.
-    def _begin(self) -> None:
+    def _initiate(self) -> None:
         rules, times = self._settings, self._plots[: self._last, layout.TIME]
         oldest = int(np.searchsorted(times[self._first :], times[-1] - rules.window_s))
         self._first = max(self._first + oldest, self._last - layout.INITIAL_PLOTS_MAX)
@@ -417,22 +421,22 @@ class Bundle:
             first = self._first + int(np.searchsorted(times[self._first :], begin_s))
             tracks = first_tracks(self._plots[first : self._last], rules, self._settling)
             if len(tracks):
-                self._take_over(tracks, first)
+                self._adopt(tracks, first)
                 return
 
     # Where the best track does not know the last plots: others, if those are likelier, or silence.
-    def _heed(self) -> None:
+    def _check_track_loss(self) -> None:
         now_s = self._now_s()
-        best = Doubted(self._tracks[0], self._anchor_s, self._plots, self._first, self._last)
-        first = lost_from(best) if self._live else self._last
+        best = LossTest(self._tracks[0], self._anchor_s, self._plots, self._first, self._last)
+        first = lost_since(best) if self._live else self._last
         if first == self._last or now_s - self._tried_s < _PATIENCE_S:
             return
-        refuted = knows_none(best)
+        refuted = fits_none(best)
         tracks = first_tracks(self._plots[first : self._last], self._settings, self._settling)
         if len(tracks):
             self._tried_s = now_s
         if len(tracks) and is_likelier(tracks[0], best, first, refuted=refuted):
-            self._take_over(tracks, first)
+            self._adopt(tracks, first)
             self._restarts += 1
         elif refuted:
             self._live, self._first = 0, first
@@ -440,7 +444,7 @@ class Bundle:
 
     # First tracks are of one segment: that the aircraft may have begun or ended to turn before it
     # was followed, they branch in the cells since then.
-    def _take_over(self, tracks: Floats, first: int) -> None:
+    def _adopt(self, tracks: Floats, first: int) -> None:
         self._tracks[: len(tracks)] = tracks
         self._live, self._first = len(tracks), first
         self._anchor_s = float(self._plots[first, layout.TIME])
@@ -448,14 +452,14 @@ class Bundle:
 
     # Take the newest plot; segments may begin after a time.
     def _step(self, since_s: float) -> None:
-        self._live, self._first, self._anchor_s = take_plot(
+        self._live, self._first, self._anchor_s = push_plot(
             self._tracks, self._live, self._settings.tracks_max, self._anchor_s, self._plots,
             self._first, self._last, since_s, self._kinds, self._rules, self._settings.rounds,
             *self._settling, *self._memory,
         )  # fmt: skip
 
     # Of a time before a longer silence than the window nothing is known.
-    def _silent(self) -> bool:
+    def _has_gap(self) -> bool:
         if not self._live:
             return False
         before_s, now_s = self._plots[self._last - 2 : self._last, layout.TIME]

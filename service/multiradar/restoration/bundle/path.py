@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from multiradar.errors import TrajectoryError
 from multiradar.restoration.bundle._path_kernels import trace_with_spreads
 from multiradar.restoration.control_tracks import _layout as layout
-from multiradar.restoration.control_tracks._memory import SettlingMemory
+from multiradar.restoration.control_tracks._scratch import FitScratch
 from multiradar.restoration.control_tracks.reading import parameters_of
 from multiradar.restoration.control_tracks.settings import KIND_NAMES
 from multiradar.restoration.control_tracks.shared_errors import shared_at
@@ -67,7 +67,7 @@ class Window(NamedTuple):
 
 
 def path_of(
-    tracks: Floats, weights: Floats, window: Window, time_s: Floats, memory: SettlingMemory
+    tracks: Floats, weights: Floats, window: Window, time_s: Floats, memory: FitScratch
 ) -> Path:
     """Return the mean motion of weighted tracks.
 
@@ -81,7 +81,7 @@ def path_of(
         What they are judged by.
     time_s : (k,) ndarray
         Ascending times.
-    memory : SettlingMemory
+    memory : FitScratch
         To work in.
 
     Returns

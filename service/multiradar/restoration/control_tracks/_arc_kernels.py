@@ -15,6 +15,7 @@ from math import exp, hypot, log
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.restoration.control_tracks._fit_kernels import copy_track
 from multiradar.restoration.control_tracks._layout import (
     BEGIN,
     COUNT,
@@ -43,7 +44,6 @@ from multiradar.restoration.control_tracks._layout import (
     TIME,
 )
 from multiradar.restoration.control_tracks._motion_kernels import fly
-from multiradar.restoration.control_tracks._settling_kernels import copy_track
 from multiradar_compiled.kernels import in_loop, loop
 
 Floats = NDArray[np.float64]
@@ -97,7 +97,7 @@ def part_of_plot(plots: Floats, row: int, east: float, north: float) -> float:
 
 
 @loop
-def surprises(track: Floats, anchor_s: float, plots: Floats, first: int, last: int) -> int:
+def count_outliers(track: Floats, anchor_s: float, plots: Floats, first: int, last: int) -> int:
     """Return how many plots are likelier outliers of a track than plots of it."""
     count = 0
     for row in range(first, last):

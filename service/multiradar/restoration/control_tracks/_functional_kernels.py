@@ -102,7 +102,7 @@ def assess(
                 M[p, q] = 0.0
         seen = row
         while row < last and plots[row, TIME] < end:
-            value += take(plots, row, east, north, v, heading, u, w, begin, M, r)
+            value += add_plot(plots, row, east, north, v, heading, u, w, begin, M, r)
             row += 1
         if row > seen:
             expand(own, H, g, S, T, M, r)
@@ -133,7 +133,7 @@ def h_by_u(v: float, w: float, t: float) -> float:
 
 
 @in_loop
-def take(
+def add_plot(
     plots: Floats, row: int, east: float, north: float, v: float, heading: float,
     u: float, w: float, begin: float, M: Floats, r: Floats,
 ) -> float:  # fmt: skip

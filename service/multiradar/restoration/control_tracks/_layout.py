@@ -12,7 +12,7 @@ TRACKS_MAX, CANDIDATES_MAX, WINDOW_PLOTS_MAX, INITIAL_PLOTS_MAX = 64, 160, 256, 
 
 #: Columns of a track. Logarithms of what merged and left tracks have brought it, and of its weight;
 #: number of segments; place (east, north), speed and heading at the anchor.
-BROUGHT, WEIGHT, COUNT, EAST, NORTH, SPEED, HEADING = range(7)
+MERGED_WEIGHT, WEIGHT, COUNT, EAST, NORTH, SPEED, HEADING = range(7)
 #: Columns of its segments, from `SEGMENTS` on: beginning, controls, kind, expected beginning.
 SEGMENTS = 7
 BEGIN, LATERAL, LONGITUDINAL, KIND, EXPECTED = range(5)

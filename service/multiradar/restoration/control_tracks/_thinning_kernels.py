@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 
 from multiradar.restoration.control_tracks._layout import (
     BEGIN,
-    BROUGHT,
     COUNT,
     EAST,
     HEADING,
     LATERAL,
     LONGITUDINAL,
+    MERGED_WEIGHT,
     NORTH,
     SEGMENT_COUNT,
     SEGMENTS,
@@ -101,7 +101,7 @@ def thin(
                 break
         if group >= 0:
             more = log1p(exp(tracks[one, WEIGHT] - tracks[group, WEIGHT]))
-            tracks[group, BROUGHT] += more
+            tracks[group, MERGED_WEIGHT] += more
             tracks[group, WEIGHT] += more
         elif chosen < room - taken and tracks[one, WEIGHT] > -np.inf:
             kept[chosen] = one

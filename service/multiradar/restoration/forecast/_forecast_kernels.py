@@ -30,7 +30,7 @@ STEP_S, ENDING_RATE, TURN_SHARE, SPEED_CHANGE, DENSITY = range(5)
 
 
 @loop
-def go_on(
+def continue_track(
     motion: Floats, C: Floats, d: float, d_variance: float, share: float, ahead_s: Floats,
     later: Floats, rules: Floats, F: Floats, P: Floats, R: Floats, weight: Floats, state: Floats,
     covariance: Floats,
@@ -43,7 +43,7 @@ def go_on(
         v, h = reach(motion, run, straight, F, state[k, ON])
         spread(F, C, P)
         if straight > 0.0:
-            end_is_open(motion[4], motion[5], v, h, straight, d_variance, P)
+            add_end_variance(motion[4], motion[5], v, h, straight, d_variance, P)
         add_noise(rules[DENSITY], t, P)
         # Turns and changes of speed begin at rates of their own; after a turn both are one.
         stays = exp(-straight * rules[ENDING_RATE])
@@ -124,7 +124,7 @@ def spread(F: Floats, C: Floats, P: Floats) -> None:
 
 
 @in_loop
-def end_is_open(
+def add_end_variance(
     u: float, w: float, v: float, h: float, straight: float, d_variance: float, P: Floats
 ) -> None:
     """Add to P that the segment may end sooner or later than it is taken to."""

@@ -11,12 +11,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from multiradar.errors import ConfigurationError, TimeOrderError
 from multiradar.estimation.array_checks import finite_array
-from multiradar.restoration.bundle.ends import TrackEnds
-from multiradar.restoration.bundle.habits import Habits
+from multiradar.restoration.bundle.final_states import FinalStates
+from multiradar.restoration.bundle.manoeuvre_history import ManoeuvreHistory
 from multiradar.restoration.control_tracks import _layout as layout
 from multiradar.restoration.forecast import _forecast_kernels as kernels
-from multiradar.restoration.forecast.fan import Fan
-from multiradar.restoration.forecast.later import STEP_S, later_moments, rounded_duration_s
+from multiradar.restoration.forecast.ensemble import ForecastEnsemble
+from multiradar.restoration.forecast.later_manoeuvres import (
+    STEP_S,
+    later_turn_moments,
+    rounded_duration_s,
+)
 from multiradar.restoration.forecast.settings import AHEAD_MAX_S, ForecastSettings
 
 Floats = NDArray[np.float64]
@@ -33,24 +37,24 @@ class _Ways(NamedTuple):
 
 
 def forecast(
-    ends: TrackEnds, ahead_s: ArrayLike, settings: ForecastSettings, habits: Habits
-) -> Fan:
+    ends: FinalStates, ahead_s: ArrayLike, settings: ForecastSettings, habits: ManoeuvreHistory
+) -> ForecastEnsemble:
     """Return a fan of trajectories.
 
     Parameters
     ----------
-    ends : TrackEnds
+    ends : FinalStates
         Of the bundle.
     ahead_s : (k,) array_like
         Ascending times after the last plot, s, 0 to `AHEAD_MAX_S`.
     settings : ForecastSettings
         How aircraft fly on.
-    habits : Habits
+    habits : ManoeuvreHistory
         How this one has flown.
 
     Returns
     -------
-    Fan
+    ForecastEnsemble
         What it says of a time does not depend on which others are asked for.
 
     Raises
@@ -64,10 +68,10 @@ def forecast(
     """
     ahead = require_ahead(ahead_s)
     straight_s = rounded_duration_s(
-        habits.straight_lasts_s(settings.straight_s, settings.turn_s, settings.habit_s)
+        habits.mean_straight_s(settings.straight_s, settings.turn_s, settings.habit_s)
     )
     ways = _ways_of(ends, _weights(ends, straight_s, settings), settings)
-    later = later_moments(straight_s, settings)
+    later = later_turn_moments(straight_s, settings)
     rules = np.empty(5)
     rules[kernels.STEP_S], rules[kernels.ENDING_RATE] = STEP_S, 1.0 / straight_s
     rules[kernels.TURN_SHARE] = settings.later_turns
@@ -78,11 +82,11 @@ def forecast(
     state, covariance = np.empty((*weight.shape, 4)), np.empty((*weight.shape, 4, 4))
     scratch = np.empty((4, 6)), np.empty((4, 4)), np.empty((4, 4))
     for i, (track, share, lasts_s, variance) in enumerate(zip(*ways, strict=True)):
-        kernels.go_on(
+        kernels.continue_track(
             ends.motion[track], ends.covariance[track], lasts_s, variance, share, ahead, later,
             rules, *scratch, weight[i], state[i], covariance[i],
         )  # fmt: skip
-    return Fan(
+    return ForecastEnsemble(
         ends.time_s, ahead, np.repeat(ways.track, new),
         np.repeat(np.where(ways.variance_s2 > 0.0, ways.lasts_s, np.inf), new),
         np.tile(np.arange(new), count), _by_time(weight), _by_time(state), _by_time(covariance),
@@ -151,7 +155,7 @@ def remaining_durations(mean_s: float, count: int) -> tuple[Floats, Floats]:
 
 
 # The chances of the tracks with the rates of the forecast in place of those of the bundle.
-def _weights(ends: TrackEnds, straight_s: float, settings: ForecastSettings) -> Floats:
+def _weights(ends: FinalStates, straight_s: float, settings: ForecastSettings) -> Floats:
     expected = np.array([settings.turn_s] * layout.KINDS)
     expected[layout.STRAIGHT] = straight_s
     expected[[layout.FASTER, layout.SLOWER]] = settings.speeding_s
@@ -170,7 +174,7 @@ def _weights(ends: TrackEnds, straight_s: float, settings: ForecastSettings) -> 
     return np.asarray(weight / weight.sum())
 
 
-def _ways_of(ends: TrackEnds, weights: Floats, settings: ForecastSettings) -> _Ways:
+def _ways_of(ends: FinalStates, weights: Floats, settings: ForecastSettings) -> _Ways:
     turn = remaining_durations(settings.turn_s, settings.durations)
     speeding = remaining_durations(settings.speeding_s, settings.durations)
     kinds = ends.kind_at(ends.time_s)

@@ -24,7 +24,7 @@ HEIGHT_STEP_M = 1.0
 
 
 @kernel
-def place_plot(
+def locate_polar_plot(
     plane: Floats,
     site: Floats,
     measured: Floats,

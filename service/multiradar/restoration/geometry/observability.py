@@ -95,7 +95,7 @@ def observability(
     Nenartovich, Isakov, condition (10), weighted with the errors of the angles. That one fixed
     place does not do, and that biases are errors, too, is the project's own addition.
     """
-    bearings = plots.take(plots.kind == _BEARING)
+    bearings = plots.select(plots.kind == _BEARING)
     ranges = len(plots.time_s) - len(bearings.time_s)
     own = np.unique(bearings.sensor).tolist()
     unknown = np.broadcast_to(np.asarray(bias_sigma_rad, np.float64), (len(sensors),))

@@ -21,12 +21,12 @@ from multiradar.estimation.filters.height._height_kernels import (
     ROUNDING_M,
     TRANSPONDER_VARIANCE,
 )
-from multiradar.estimation.measurement.cone_of_silence import azimuth_trusted
+from multiradar.estimation.measurement.cone_of_silence import outside_cone
 from multiradar.estimation.measurement.known_biases import polar_without_biases
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy import _kernels as geodesy
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.restoration.geometry._plot_position_kernels import place_plot
+from multiradar.restoration.geometry._plot_position_kernels import locate_polar_plot
 
 Floats = NDArray[np.float64]
 
@@ -56,7 +56,7 @@ class Plots(NamedTuple):
     longitude_rad: Floats
     height_m: Floats
 
-    def take(self, rows: NDArray[np.intp] | NDArray[np.bool_]) -> "Plots":
+    def select(self, rows: NDArray[np.intp] | NDArray[np.bool_]) -> "Plots":
         """Return the chosen plots.
 
         Parameters
@@ -127,11 +127,11 @@ def plot_positions(plots: Plots, sensors: SensorTable, biases: ArrayLike) -> Plo
     ----------
     IMM UrO RAN report (2016), equation (1.5), for the biases; the rest is the project's own.
     """
-    told = plots.take(np.isfinite(plots.height_m))
+    told = plots.select(np.isfinite(plots.height_m))
     by_radar = told.kind == _RADAR
     reported = told.kind == _POSITION
     kind = _RADAR if by_radar.sum() >= reported.sum() else _POSITION
-    chosen = told.take(told.kind == kind)
+    chosen = told.select(told.kind == kind)
     if not len(chosen.time_s):
         raise PlaneError("TOO_FEW_POINTS", "expected plots with heights, was none")
     of_each = np.asarray(biases, np.float64)[chosen.sensor]
@@ -207,9 +207,9 @@ def _seen(
         variances = np.array(
             [sensors.range_sigma_m[sensor] ** 2, sensors.azimuth_sigma_rad[sensor] ** 2, variance]
         )
-        ground[row] = place_plot(
+        ground[row] = locate_polar_plot(
             frame.parameters, sites[sensor], corrected[row], variances, positions[row],
             covariances[row],
         )  # fmt: skip
-    kept = azimuth_trusted(ground, corrected[:, 2], sensors.height_m[plots.sensor])
+    kept = outside_cone(ground, corrected[:, 2], sensors.height_m[plots.sensor])
     return PlotPositions(frame, plots.time_s[kept], positions[kept], covariances[kept])

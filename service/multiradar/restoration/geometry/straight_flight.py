@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from multiradar.estimation.filters.height._height_kernels import COARSE_STEP_M
 from multiradar.estimation.measurement._kernels import (
     KIND_DIRECTION,
-    seen_from,
+    expected_measurement,
     sine_by_height,
 )
 from multiradar.estimation.measurement.sensors import SensorTable
@@ -124,7 +124,7 @@ def _slopes(
 ) -> Floats:
     east, north = frame.to_plane(way[0], way[1])
     noise = np.array([sigmas[1] ** 2, 1.0, 0.0, site[geodesy.HEIGHT]])
-    sine, _, ground, h, w = seen_from(
+    sine, _, ground, h, w = expected_measurement(
         KIND_DIRECTION, frame.parameters, site, noise, float(east), float(north), float(way[2]), 0.0
     )
     azimuth = np.array([[h[2], h[3], 0.0]]) / sigmas[0]

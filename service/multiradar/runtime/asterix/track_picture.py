@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.geodesy.geodesic import PositionAndHeading, direct_geodesic
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.geodesy.ways import Way, straight_on
 from multiradar.runtime.asterix.numbers import NO_NUMBER, TrackNumbers
 from multiradar.runtime.asterix.sensor_picture import NO_CODES, SensorPicture
 from multiradar.runtime.asterix.track_items import (
@@ -284,9 +284,11 @@ class TrackPicture:
         return np.concatenate([grown, (true[:, 0, 1] * ratio)[:, None]], axis=1)
 
 
-def _moved(rows: Rows, age_s: Floats) -> Way:
+def _moved(rows: Rows, age_s: Floats) -> PositionAndHeading:
     distance_m = rows["speed_mps"] * age_s
-    return straight_on(rows["latitude_rad"], rows["longitude_rad"], rows["heading_rad"], distance_m)
+    return direct_geodesic(
+        rows["latitude_rad"], rows["longitude_rad"], rows["heading_rad"], distance_m
+    )
 
 
 def _grown(array: Array, size: int) -> Array:

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.errors import ConfigurationError
-from multiradar.estimation.bias.observability import Untold
+from multiradar.estimation.bias.observability import UnobservableBias
 from multiradar.estimation.bias.store import BiasState
 from multiradar.estimation.filters._kernels import (
     READOUT_UPDATES,
@@ -115,7 +115,9 @@ class Engine:
         self._pool = AircraftPool(self._filter, *sizes, compared=compared)
         self._association = Association(sensors, settings)
         self._shared = shared_plots(settings, self._filter, sizes)
-        self._bearing_starts = BearingStarts(sensors, settings, active=self._filter.takes_bearings)
+        self._bearing_starts = BearingStarts(
+            sensors, settings, active=self._filter.accepts_bearings
+        )
         self._transitions = TransitionLog(settings.coast_after_s)
         self._health = SensorHealth(
             sensors, settings, self._plane, trusts_biases=self._filter.bounds_bias_errors
@@ -202,7 +204,7 @@ class Engine:
         slots = slots[np.argsort(self._pool.roster.track_id[slots])]
         return track_states(self._pool, slots, self._filter, self._biases)
 
-    def untold(self) -> tuple[Untold, ...]:
+    def untold(self) -> tuple[UnobservableBias, ...]:
         """Return the combinations of biases that the measurements so far have told nothing of."""
         return self._biases.untold()
 

@@ -3,9 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.estimation.bias.book import BiasBook
 from multiradar.estimation.bias.drift_steps import drift_steps
-from multiradar.estimation.bias.observability import Untold, untold_combinations
+from multiradar.estimation.bias.estimator import BiasEstimator
+from multiradar.estimation.bias.observability import UnobservableBias, unobservable_combinations
 from multiradar.estimation.bias.store import BiasState
 from multiradar.estimation.filters.arrays import RECENT_TIME, Model, Result
 from multiradar.estimation.filters.bank import FilterDefinition
@@ -53,7 +53,7 @@ class SharedBiases:
         plane: SystemPlane,
     ) -> None:
         self._sensors, self._filter = sensors, definition
-        self._book = BiasBook(sensors, definition)
+        self._book = BiasEstimator(sensors, definition)
         columns = len(sensors.parameter_kind)
         self.information = np.zeros((PARTITIONS, columns, columns))
         self.vector = np.zeros((PARTITIONS, columns))
@@ -82,7 +82,7 @@ class SharedBiases:
     def merge(self, pool: AircraftPool) -> None:
         """Merge what was measured into the biases, and publish them."""
         if self._filter.corrects_biases:
-            self._book.follow(self.model.bias, self.model.bias_covariance)
+            self._book.set_state(self.model.bias, self.model.bias_covariance)
         else:
             self._filter.close(
                 pool.heeded(), self.model, pool.aircraft, self.information, self.vector
@@ -103,7 +103,7 @@ class SharedBiases:
 
     def open(self, sensor: int, pool: AircraftPool) -> None:
         """Let the offsets of a sensor be found anew, and publish how uncertain they are."""
-        if self._book.open(sensor, pool.aircraft):
+        if self._book.reset_offsets(sensor, pool.aircraft):
             self._publish()
 
     def steps(self, epoch_s: float) -> int:
@@ -126,9 +126,9 @@ class SharedBiases:
             sigma=np.sqrt(np.diagonal(state.covariance) + walked),
         )
 
-    def untold(self) -> tuple[Untold, ...]:
+    def untold(self) -> tuple[UnobservableBias, ...]:
         """Return the combinations of biases that the measurements so far have told nothing of."""
-        return untold_combinations(
+        return unobservable_combinations(
             self._sensors, self._book.state.covariance, self.walked_s - self._began_s
         )
 

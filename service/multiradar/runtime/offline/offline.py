@@ -19,7 +19,7 @@ from multiradar.diagnosis.diagnosis import Diagnosis
 from multiradar.diagnosis.evidence import Evidence
 from multiradar.diagnosis.findings import diagnose
 from multiradar.errors import AccountingError
-from multiradar.estimation.bias.observability import Untold
+from multiradar.estimation.bias.observability import UnobservableBias
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.admission.admission import ACCEPTED, Admission
@@ -142,7 +142,7 @@ class OfflineResult:
         Last row of `health.parquet` of each radar.
     alarms : list of dict
         What went wrong with radars: `time_s`, `sensor_id` and the `alarm` that began.
-    untold : tuple of Untold
+    untold : tuple of UnobservableBias
         Combinations of biases of which the measurements have told nothing.
     tracker : dict
         What became of the accepted measurements in the filter, by outcome.
@@ -177,7 +177,7 @@ class OfflineResult:
     final_biases: dict[str, dict[str, dict[str, float]]] = field(default_factory=dict)
     final_health: dict[str, dict[str, Any]] = field(default_factory=dict)
     alarms: list[dict[str, Any]] = field(default_factory=list)
-    untold: tuple[Untold, ...] = ()
+    untold: tuple[UnobservableBias, ...] = ()
     tracker: dict[str, int] = field(default_factory=dict)
     transitions: dict[str, int] = field(default_factory=dict)
     arrivals: dict[str, dict[str, Any]] = field(default_factory=dict)

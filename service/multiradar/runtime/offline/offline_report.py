@@ -5,7 +5,7 @@ from importlib.metadata import version
 
 from pydantic import JsonValue
 
-from multiradar.estimation.bias.observability import Untold
+from multiradar.estimation.bias.observability import UnobservableBias
 from multiradar.estimation.measurement.sensors import PARAMETER_NAMES, SensorTable
 from multiradar.runtime.offline.offline import (
     BIASES_FILE,
@@ -96,7 +96,7 @@ def offline_report(job: OfflineJob, result: OfflineResult) -> Report:
     )
 
 
-def _untold_figures(untold: Untold, sensors: SensorTable) -> dict[str, JsonValue]:
+def _untold_figures(untold: UnobservableBias, sensors: SensorTable) -> dict[str, JsonValue]:
     weights: list[JsonValue] = [
         {
             "sensor_id": sensors.ids[sensor],

@@ -120,7 +120,7 @@ class FanScores:
         """Forecast by a bundle with tracks, at all horizons, and wait for their times."""
         if self.waiting + len(HORIZONS_S) > WAITING_MAX:
             return
-        fan = forecast(bundle.ends(), HORIZONS_S, SETTINGS, bundle.habits)
+        fan = forecast(bundle.final_states(), HORIZONS_S, SETTINGS, bundle.manoeuvre_history)
         due_s, mean, spread = fan.time_s + HORIZONS_S, fan.mean()[:, :2], fan.spread()[:, :2, :2]
         made = zip(due_s.tolist(), range(len(HORIZONS_S)), mean, spread, strict=True)
         self._waiting.setdefault(track_id, []).extend(_Made(*one) for one in made)

@@ -7,7 +7,12 @@ from numpy.typing import NDArray
 
 from multiradar.errors import ForecastError
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.restoration.forecast.fan import LATER_NAMES, REGION_MEMBERS, Fan, Members
+from multiradar.restoration.forecast.ensemble import (
+    LATER_NAMES,
+    REGION_MEMBERS,
+    ForecastEnsemble,
+    Members,
+)
 from multiradar.restoration.forecast.forecast import forecast
 from multiradar.restoration.forecast.settings import AHEAD_MAX_S
 from multiradar.runtime.trajectories.document import require_tracks
@@ -34,7 +39,7 @@ class FanCourse(NamedTuple):
     calibrated : (k,) bool
         Whether earlier forecasts as far ahead have told how large it must be; elsewhere it is that
         of the mixture.
-    fan : Fan
+    fan : ForecastEnsemble
         All of it.
     members : Members
         Those that are told.
@@ -44,7 +49,7 @@ class FanCourse(NamedTuple):
     covariances: Floats
     factors: Floats
     calibrated: NDArray[np.bool_]
-    fan: Fan
+    fan: ForecastEnsemble
     members: Members
 
 
@@ -75,7 +80,7 @@ def fan_course(reading: Reading, time_s: Floats, probability: float) -> FanCours
     """
     bundle = reading.bundle
     require_tracks(bundle)
-    ends = bundle.ends()
+    ends = bundle.final_states()
     ahead_s = np.maximum(time_s - ends.time_s, 0.0)
     if ahead_s[-1] > AHEAD_MAX_S:
         reason = (
@@ -83,7 +88,7 @@ def fan_course(reading: Reading, time_s: Floats, probability: float) -> FanCours
             f"was {ahead_s[-1]:.1f} s"
         )
         raise ForecastError("horizon_s", reason)
-    fan = forecast(ends, ahead_s, SETTINGS, bundle.habits)
+    fan = forecast(ends, ahead_s, SETTINGS, bundle.manoeuvre_history)
     covariances = fan.spread()[:, :2, :2]
     plan = reading.learnt.plan(ahead_s, probability)
     factors = _factors(plan, fan, ends.shared_m2, probability)
@@ -93,7 +98,7 @@ def fan_course(reading: Reading, time_s: Floats, probability: float) -> FanCours
 
 
 # As large as past errors ask, or as the mixture itself where none have been judged.
-def _factors(plan: Plan, fan: Fan, shared_m2: Floats, probability: float) -> Floats:
+def _factors(plan: Plan, fan: ForecastEnsemble, shared_m2: Floats, probability: float) -> Floats:
     # No surer than of what plots share, such as biases: no later place of a bundle tells that.
     part = np.linalg.solve(fan.spread()[:, :2, :2], shared_m2)
     least = 0.5 * plan.single * np.trace(part, axis1=1, axis2=2)
@@ -152,7 +157,7 @@ def told_members(course: FanCourse, plane: SystemPlane, height_m: float) -> list
     return told
 
 
-def _named(fan: Fan, member: int) -> dict[str, Any]:
+def _named(fan: ForecastEnsemble, member: int) -> dict[str, Any]:
     if member < 0:
         return {"trajectory": None, "lasts_s": None, "later": None}
     lasts_s = float(fan.lasts_s[member])

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.errors import OutsidePlaneError
-from multiradar.estimation.measurement.cone_of_silence import azimuth_trusted
+from multiradar.estimation.measurement.cone_of_silence import outside_cone
 from multiradar.estimation.measurement.known_biases import polar_without_biases
 from multiradar.estimation.measurement.sensors import (
     PARAMETER_AZIMUTH_OFFSET,
@@ -23,7 +23,7 @@ from multiradar.estimation.measurement.sensors import (
 )
 from multiradar.geodesy import _kernels as geodesy
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.restoration.geometry._plot_position_kernels import place_plot
+from multiradar.restoration.geometry._plot_position_kernels import locate_polar_plot
 from multiradar.restoration.geometry.plot_positions import height_variance
 from multiradar.tracking.input.measurements import KIND_BEARING, KIND_POSITION
 from multiradar.tracking.outputs import BiasRecords
@@ -182,12 +182,12 @@ class PlotPlaces:
         )
         position, covariance, shared = np.empty(3), np.empty((3, 3)), np.empty((3, 3))
         place = self.plane.parameters, self._sites[own], measured
-        ground_m = place_plot(*place, noise + common, position, covariance)
-        place_plot(*place, common, position, shared)
+        ground_m = locate_polar_plot(*place, noise + common, position, covariance)
+        locate_polar_plot(*place, common, position, shared)
         if np.isnan(ground_m):
             return Unplaced.NO_PLACE
         cone_ratio = self._tracking.cone_ratio
-        if not azimuth_trusted(ground_m, height_m, sensors.height_m[own], cone_ratio):
+        if not outside_cone(ground_m, height_m, sensors.height_m[own], cone_ratio):
             return Unplaced.CONE_OF_SILENCE
         return Placed(position[:2], covariance[:2, :2], shared[:2, :2])
 

@@ -10,7 +10,7 @@ import numpy as np
 from multiradar.errors import CovarianceError, MultiradarError, ShapeError, TimeOrderError
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.restoration.bundle.bundle import Bundle
-from multiradar.restoration.control_tracks._memory import scratch
+from multiradar.restoration.control_tracks._scratch import scratch
 from multiradar.restoration.control_tracks.settings import BundleSettings
 from multiradar.runtime.trajectories.fan_scores import NOTHING_LEARNT, FanScores
 from multiradar.runtime.trajectories.plots import (
@@ -173,7 +173,7 @@ class BundlePool:
         if isinstance(placed, Unplaced):
             return placed
         try:
-            kept.bundle.take(float(plot["time_s"]), *placed)
+            kept.bundle.push(float(plot["time_s"]), *placed)
         except MultiradarError as error:
             return REFUSALS.get(type(error), REFUSED)
         kept.plots += 1

@@ -15,14 +15,14 @@ from multiradar.estimation.filters._kernels import (
     manoeuvre_factor,
 )
 from multiradar.estimation.filters.arrays import Aircraft, Model, Rows
-from multiradar.estimation.filters.height._height_kernels import look_at_height
+from multiradar.estimation.filters.height._height_kernels import check_height
 from multiradar.estimation.filters.two_stage._two_stage_kernels import spread_of_biases
 from multiradar.estimation.measurement._kernels import (
     Slope,
     bias_column,
+    expected_measurement,
     is_bearing,
     measures_azimuth,
-    seen_from,
 )
 from multiradar.geodesy._kernels import (
     wrap_angle,
@@ -131,12 +131,12 @@ def pair_score(
     dt = max(time - aircraft.time[k], 0.0)
     # The position of an aircraft that told no height goes with the height that was guessed.
     measured = rows.height[row] if not np.isnan(aircraft.height[k]) else np.nan
-    _, height, variance = look_at_height(
+    _, height, variance = check_height(
         UPDATED, kind, measured, s, time, dt, k, aircraft.height, aircraft.vertical, model.options
     )
     x0 = sky.state[k, 0] + ahead * sky.state[k, 2]
     x1 = sky.state[k, 1] + ahead * sky.state[k, 3]
-    p0, p1, _, h, w = seen_from(kind, model.plane, site, noise, x0, x1, height, variance)
+    p0, p1, _, h, w = expected_measurement(kind, model.plane, site, noise, x0, x1, height, variance)
     e0 = rows.z[row, 0] - p0
     e1 = rows.z[row, 1] - p1
     if measures_azimuth(kind):
@@ -144,7 +144,7 @@ def pair_score(
     P = aircraft.covariance
     V = aircraft.sensitivity
     density = model.options[ACCELERATION_DENSITY] * manoeuvre_factor(
-        aircraft.surprise[k], model.options
+        aircraft.fading_nis[k], model.options
     )
     q = density * dt * dt * dt / 3.0
     p00 = P[k, 0] + dt * (2.0 * P[k, 2] + dt * P[k, 7]) + q
@@ -421,7 +421,7 @@ def fetch_track(k: int, aircraft: Aircraft, life: Lifecycle) -> None:
     fetch_ahead(aircraft.covariance, k, 1)
     fetch_ahead(aircraft.time, k, 0)
     fetch_ahead(aircraft.height, k, 0)
-    fetch_ahead(aircraft.surprise, k, 0)
+    fetch_ahead(aircraft.fading_nis, k, 0)
     for line in range((4 * aircraft.sensitivity.shape[2] + 7) // 8):
         fetch_ahead(aircraft.sensitivity, k, line)
 

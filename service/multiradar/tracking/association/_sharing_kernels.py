@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from multiradar.estimation.filters._kernels import choose_height
 from multiradar.estimation.filters.arrays import Aircraft, Model, Rows
-from multiradar.estimation.measurement._kernels import KIND_RADAR, seen_from
+from multiradar.estimation.measurement._kernels import KIND_RADAR, expected_measurement
 from multiradar.geodesy._kernels import wrap_angle
 from multiradar.tracking.association._assignment_kernels import root_of
 from multiradar.tracking.association._association_kernels import pair_score
@@ -220,12 +220,12 @@ def apart(
     """Return Δr and Δα, track m minus track k, as the sensor of a plot should see them."""
     s = rows.sensor[row]
     height, variance = choose_height(rows.height[row], aircraft.height[k], model.options)
-    there, other, _, _, _ = seen_from(
+    there, other, _, _, _ = expected_measurement(
         rows.kind[row], model.plane, model.sites[s], model.noises[s],
         sky.state[k, 0] + ahead * sky.state[k, 2], sky.state[k, 1] + ahead * sky.state[k, 3],
         height, variance,
     )  # fmt: skip
-    p0, p1, _, _, _ = seen_from(
+    p0, p1, _, _, _ = expected_measurement(
         rows.kind[row], model.plane, model.sites[s], model.noises[s],
         sky.state[m, 0] + ahead * sky.state[m, 2], sky.state[m, 1] + ahead * sky.state[m, 3],
         height, variance,
@@ -253,7 +253,7 @@ def share_component(
     for b in range(len(tracks) if told else 0):
         k = tracks[b]
         unknown = sharing[TIMED] != 0.0 and np.isnan(aircraft.velocity[k, 0])
-        restarts = aircraft.refusals[k] >= sharing[REFUSED_MAX]
+        restarts = aircraft.rejections[k] >= sharing[REFUSED_MAX]
         if aircraft.updates[k] < UPDATES_MIN or unknown or restarts:
             continue
         own = NONE

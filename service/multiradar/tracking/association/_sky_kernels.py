@@ -108,7 +108,7 @@ def fill_sky(
         P = aircraft.covariance[k]
         x0, x1, x2, x3, b0, b1 = predicted_parts(k, dt, aircraft, bias, sigmas)
         density = model.options[ACCELERATION_DENSITY] * manoeuvre_factor(
-            aircraft.surprise[k], model.options
+            aircraft.fading_nis[k], model.options
         )
         variance = P[0] + P[4] + 2.0 * dt * (P[2] + P[6]) + dt * dt * (P[7] + P[9])
         variance += 2.0 * density * dt * dt * dt / 3.0 + b0 * b0 + b1 * b1

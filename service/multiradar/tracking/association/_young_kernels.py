@@ -100,7 +100,7 @@ def forget_velocity(k: int, speed_variance: float, aircraft: Aircraft, life: Lif
     P[9] = speed_variance
     aircraft.time[k] = aircraft.updated[k]
     aircraft.velocity[k] = np.nan
-    aircraft.surprise[k] = 1.0
+    aircraft.fading_nis[k] = 1.0
     if aircraft.mode_probability.shape[1] > 0:
         # All modes are in the one state again.
         aircraft.mode_probability[k, 0] = np.nan

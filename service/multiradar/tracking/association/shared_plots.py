@@ -18,7 +18,7 @@ from multiradar.estimation.filters._hypothesis_kernels import (
     read_mixed,
     refer_plots,
 )
-from multiradar.estimation.filters._kernels import REFUSE_NIS
+from multiradar.estimation.filters._kernels import REJECT_NIS
 from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows, Work, result_arrays
 from multiradar.estimation.filters.bank import FILTERS, FilterDefinition
 from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET, SensorTable
@@ -182,7 +182,7 @@ class SharedPlots:
         refer_plots(one.slot, one.bounds, aircraft, model, rows.time[seen], copied)
         found = result_arrays(count, 1, self._sizes[0], keeps_log=False)
         closed = model.options.copy()
-        closed[REFUSE_NIS] = -1.0
+        closed[REJECT_NIS] = -1.0
         for kind, known in (
             ((one.row != NONE) & (one.unresolved == 0), model),
             (one.row == NONE, model._replace(options=closed)),

@@ -23,12 +23,12 @@ from multiradar.estimation.filters._kernels import (
     SEVERAL,
 )
 from multiradar.estimation.filters.arrays import Model
-from multiradar.estimation.filters.bearings_only import begin
+from multiradar.estimation.filters.bearings_only import initiate
 from multiradar.estimation.filters.height._height_kernels import COARSE_STEP_M, slant_of_direction
 from multiradar.estimation.gaussian import symmetric_part
 from multiradar.estimation.measurement._kernels import (
     KIND_DIRECTION,
-    seen_from,
+    expected_measurement,
     sine_by_height,
 )
 from multiradar.estimation.measurement.angles import wrapped
@@ -119,7 +119,7 @@ def locate(
     return Start(
         seen[-1].time_s, bare[:4], covariance[:4, :4], sensitivity[:4], height_m,
         height_variance_m2,
-        int(model.places[seen[-1].sensor]) if len(observers) == 1 else SEVERAL,
+        int(model.site_numbers[seen[-1].sensor]) if len(observers) == 1 else SEVERAL,
     )  # fmt: skip
 
 
@@ -225,7 +225,7 @@ class _Fit:
             one, sigma = self._seen[place], self._elevation_sigmas[place]
             ago, east, north = self._then(one, mean)
             noise = np.array([sigma**2, 1.0, 0.0, one.site[geodesy.HEIGHT]])
-            sine, _, ground, h, w = seen_from(
+            sine, _, ground, h, w = expected_measurement(
                 KIND_DIRECTION, self._model.plane, one.site, noise, east, north, height_m, 0.0
             )
             slopes[row, :4] = h[0], h[1], ago * h[0], ago * h[1]
@@ -254,7 +254,7 @@ class _Fit:
             )
         ]
         try:
-            mean, _ = begin(sights, times, self._speed_sigma_mps).estimate()
+            mean, _ = initiate(sights, times, self._speed_sigma_mps).estimate()
         except BearingsError:
             if not self.elevated:
                 raise

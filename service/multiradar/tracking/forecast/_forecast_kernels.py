@@ -12,15 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters.imm._mode_kernels import (
-    join_modes,
+    combine_modes,
     mix_modes,
     move_modes,
-    pass_modes,
+    transition_modes,
 )
-from multiradar.estimation.filters.imm._mode_room_kernels import (
-    ROOM_ROWS,
+from multiradar.estimation.filters.imm._mode_scratch_kernels import (
+    SCRATCH_ROWS,
     load_modes,
-    prepare_room,
+    prepare_scratch,
     store_modes,
 )
 from multiradar_compiled.kernels import in_loop, kernel, loop
@@ -40,8 +40,8 @@ def forecast_modes(
     step, on a grid that does not depend on the times asked for, and from the last step to each of
     these times aside.
     """
-    room = np.empty((ROOM_ROWS, LANES))
-    prepare_room(modes, room)
+    room = np.empty((SCRATCH_ROWS, LANES))
+    prepare_scratch(modes, room)
     go_on(
         ahead, step, modes, probabilities, means, covariances, probabilities.copy(), means.copy(),
         covariances.copy(), room, out_means, out_covariances,
@@ -73,7 +73,7 @@ def go_on(
             )
         chances = load_row(there_probabilities, 0, 0, count)
         a, P = load_modes(0, count, there_means, there_covariances)
-        join_modes(i, chances, a, a, P, out_means, out_covariances)
+        combine_modes(i, chances, a, a, P, out_means, out_covariances)
 
 
 @in_loop
@@ -84,7 +84,7 @@ def move_on(
     """Let the modes pass into each other, mix and move: the filter's way between two plots."""
     count = modes.shape[0]
     a, P = load_modes(0, count, means, covariances)
-    before, passed = pass_modes(0, count, dt, modes, probabilities, room)
+    before, passed = transition_modes(0, count, dt, modes, probabilities, room)
     a, x, P = mix_modes(before, a, a, P, room)
     a, x, P = move_modes(dt, 0.0, a, x, P, room)
     store_row(probabilities, 0, 0, count, passed)

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.estimation.filters.imm._mode_room_kernels import LEAVING
+from multiradar.estimation.filters.imm._mode_scratch_kernels import LEAVING
 from multiradar.estimation.motion.constant_velocity import process_noise, transition
 from multiradar.estimation.motion.velocity_frame_noise import acceleration_covariance
 from multiradar.tracking.forecast._forecast_kernels import forecast_modes
@@ -86,7 +86,7 @@ def forecast_of_modes(
         Upper triangles of their covariances, row by row.
     modes : (j, MODE_COUNT) ndarray
         How each mode moves and how fast it is left: columns as in
-        `estimation.filters._mode_room_kernels`.
+        `estimation.filters._mode_scratch_kernels`.
     ahead_s : (k,) ndarray
         Times after the state, s, not negative, ascending.
 

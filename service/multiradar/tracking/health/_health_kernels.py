@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from multiradar.estimation.filters._kernels import (
     INNOVATION_BIASES,
     INNOVATION_COVARIANCE,
-    REFUSED,
+    REJECTED,
     RESTARTED,
     UPDATED,
 )
@@ -79,7 +79,7 @@ def gather(
         sums.last_plot[s] = max(sums.last_plot[s], time)
         outcome = outcomes[row]
         taken = outcome <= RESTARTED
-        if k < 0 or not (taken or outcome == REFUSED):
+        if k < 0 or not (taken or outcome == REJECTED):
             continue
         if sums.owner[k] != track_ids[row]:
             sums.owner[k] = track_ids[row]
@@ -91,7 +91,7 @@ def gather(
         if stages[k] == BY_IDENTITY:
             known = sums.updates[k] >= confirm_updates
         sums.updates[k] += taken
-        compared = (outcome in (UPDATED, REFUSED)) and not np.isnan(innovations[row, 0])
+        compared = (outcome in (UPDATED, REJECTED)) and not np.isnan(innovations[row, 0])
         if known and compared and sums.seen[k, s, JUDGED] < sums.opened[s]:
             judge(innovations[row], s, sums)
             sums.seen[k, s, JUDGED] = time

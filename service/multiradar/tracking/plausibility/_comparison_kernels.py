@@ -27,8 +27,8 @@ from multiradar.estimation.measurement._kernels import (
     Slope,
     bias_column,
     bias_spread,
+    expected_measurement,
     measures_azimuth,
-    seen_from,
 )
 from multiradar.geodesy._kernels import wrap_angle
 from multiradar.tracking.plausibility.trust import (
@@ -139,7 +139,9 @@ def compare(
     tall, variance = choose_height(trust.plot[k, s, i, PLOT_HEIGHT], height, model.options)
     variance += COMMON_HEIGHT_M * COMMON_HEIGHT_M
     site, noise = model.sites[s], model.noises[s]
-    p0, p1, ground, h, w = seen_from(kind, model.plane, site, noise, x0, x1, tall, variance)
+    p0, p1, ground, h, w = expected_measurement(
+        kind, model.plane, site, noise, x0, x1, tall, variance
+    )
     e0 = trust.plot[k, s, i, PLOT_Z0] - p0
     e1 = trust.plot[k, s, i, PLOT_Z1] - p1
     if measures_azimuth(kind):

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from multiradar.estimation.filters._kernels import HEIGHT_MAX
 from multiradar.estimation.filters.arrays import Model
-from multiradar.estimation.measurement._kernels import KIND_RADAR, seen_from
+from multiradar.estimation.measurement._kernels import KIND_RADAR, expected_measurement
 from multiradar.tracking.plausibility.trust import SECTORS, Trust, Watch
 from multiradar_compiled.kernels import in_loop
 
@@ -39,7 +39,7 @@ def is_ghost(
     trust: Trust,
 ) -> bool:  # fmt: skip
     """Return whether radars on several sites should have seen an aircraft for some turns."""
-    places = model.places
+    places = model.site_numbers
     missing = 0
     for s in range(places.shape[0]):
         covered = False
@@ -64,7 +64,7 @@ def covers(s: int, east: float, north: float, height: float, model: Model, watch
     """Return whether a radar should see what is at a place; not where that is in doubt."""
     result = False
     if abs(height) < HEIGHT_MAX:
-        reach, azimuth, ground, _, _ = seen_from(
+        reach, azimuth, ground, _, _ = expected_measurement(
             KIND_RADAR, model.plane, model.sites[s], model.noises[s], east, north, height, 0.0
         )
         most = watch.range_max[s]

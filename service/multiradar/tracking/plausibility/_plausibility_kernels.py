@@ -202,8 +202,8 @@ def take_report(
     if broke and supported and state in (TRUSTED, GHOST):
         after = SUSPECT
     if compared > 0 or after == SUSPECT or trust.strays[k] >= STRAYS_MAX:
-        against, backed = vote(k, time, model.places, watch, trust)
-        elsewhere, by = common_offset(k, time, model.places, watch, trust)
+        against, backed = vote(k, time, model.site_numbers, watch, trust)
+        elsewhere, by = common_offset(k, time, model.site_numbers, watch, trust)
         if elsewhere:
             against, backed, offset = True, False, max(offset, by)
         against = against or (supported and trust.strays[k] >= STRAYS_MAX)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from multiradar.estimation.bias.observability import untold_combinations
+from multiradar.estimation.bias.observability import unobservable_combinations
 from multiradar.estimation.measurement.sensors import (
     PARAMETER_AZIMUTH_OFFSET,
     PARAMETER_RANGE_GAIN,
@@ -34,12 +34,12 @@ def covariance_after(sensors: SensorTable, told: np.ndarray) -> np.ndarray:
 def names(sensors: SensorTable, told: list[list[float]]) -> list[str]:
     matrix = np.array(told).reshape(len(told), len(sensors.prior_sigma))
     covariance = covariance_after(sensors, matrix)
-    return [one.name for one in untold_combinations(sensors, covariance)]
+    return [one.name for one in unobservable_combinations(sensors, covariance)]
 
 
 def test_without_measurements_every_parameter_is_untold_by_itself() -> None:
     sensors = table(2)
-    found = untold_combinations(sensors, np.diag(sensors.prior_sigma**2))
+    found = unobservable_combinations(sensors, np.diag(sensors.prior_sigma**2))
     assert [one.name for one in found] == [
         "range offset of A", "azimuth offset of A", "range offset of B", "azimuth offset of B",
     ]  # fmt: skip
@@ -63,7 +63,7 @@ def test_what_is_told_is_not_named() -> None:
 def test_differences_alone_leave_the_common_part(kind: int, sentence: str) -> None:
     sensors = table(3, (kind,))
     covariance = covariance_after(sensors, np.array([[1.0, -1.0, 0.0], [0.0, 1.0, -1.0]]))
-    (found,) = untold_combinations(sensors, covariance)
+    (found,) = unobservable_combinations(sensors, covariance)
     assert found.name == sentence
     np.testing.assert_allclose(found.weights, 1.0, rtol=1e-6)
     assert found.prior_ratio == pytest.approx(1.0, abs=1e-3)
@@ -102,12 +102,12 @@ def test_a_drift_that_nobody_watched_is_not_taken_for_ignorance_of_the_rest() ->
     """A told bias that walked on is compared with how far an untold one would have walked."""
     sensors = table(1, drift=0.1)
     walked = np.diag(sensors.prior_sigma**2 + sensors.drift**2 * 1000.0)
-    assert len(untold_combinations(sensors, walked, 1000.0)) == 2
+    assert len(unobservable_combinations(sensors, walked, 1000.0)) == 2
     # Told once, long ago, and walked since for 200 s: still better than nothing at all.
     told = np.diag(sensors.drift**2 * 200.0)
     assert np.sqrt(told[0, 0]) > sensors.prior_sigma[0]
-    assert untold_combinations(sensors, told, 1000.0) == ()
+    assert unobservable_combinations(sensors, told, 1000.0) == ()
 
 
 def test_without_biases_there_is_nothing_to_tell() -> None:
-    assert untold_combinations(table(1, ()), np.zeros((0, 0))) == ()
+    assert unobservable_combinations(table(1, ()), np.zeros((0, 0))) == ()

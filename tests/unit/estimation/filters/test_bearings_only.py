@@ -8,7 +8,7 @@ from scipy.stats import chi2
 from multiradar.errors import BearingsError, MotionParameterError, ShapeError, TimeOrderError
 from multiradar.estimation.filters.bearings_only import (
     BearingsState,
-    begin,
+    initiate,
     is_observable,
     predict,
     update,
@@ -40,13 +40,13 @@ def straight(count: int, error: float = 0.0) -> tuple[list[Sight], list[float]]:
 
 def known(time_s: float = 0.0) -> BearingsState:
     sights, times = straight(9)
-    return predict(begin(sights, times, 300.0), time_s, 0.5)
+    return predict(initiate(sights, times, 300.0), time_s, 0.5)
 
 
 def test_angles_without_errors_give_the_trajectory_back() -> None:
     """The prior of the velocity, 10 km/s, draws it by some 1e-4 m/s."""
     sights, times = straight(12)
-    mean, _ = begin(sights, times, 1e4).estimate()
+    mean, _ = initiate(sights, times, 1e4).estimate()
     assert mean[:2] == pytest.approx(POSITION, abs=1.0)
     assert mean[2:] == pytest.approx(VELOCITY, abs=0.5)
 
@@ -110,7 +110,7 @@ def test_ranges_and_angles_mix_in_one_track() -> None:
     along = line / distance
     assert along @ before[:2, :2] @ along > 100.0**2
     assert along @ after[:2, :2] @ along < 20.0**2
-    alone = begin([ranged], [0.0], 300.0)
+    alone = initiate([ranged], [0.0], 300.0)
     mean, _ = alone.estimate()
     assert mean[:2] == pytest.approx(POSITION, abs=1e-3)
     assert mean[2:] == pytest.approx([0.0, 0.0], abs=1e-6)
@@ -122,7 +122,7 @@ def test_parallel_lines_are_told_not_observable() -> None:
     far = [seen(np.array([x, 0.0]), np.array([0.0, 90e6])) for x in (0.0, 10e3, 20e3)]
     for sights in (beside, far, beside[:1]):
         with pytest.raises(BearingsError) as error:
-            begin(sights, np.zeros(len(sights)), 300.0)
+            initiate(sights, np.zeros(len(sights)), 300.0)
         assert error.value.code == "NOT_OBSERVABLE"
 
 
@@ -195,7 +195,7 @@ def test_lines_that_cross_behind_their_sources_are_refused() -> None:
         Sight(np.array([10e3, 0.0]), np.array(0.3), SIGMA),
     ]
     with pytest.raises(BearingsError) as error:
-        begin(apart, [0.0, 0.0], 300.0)
+        initiate(apart, [0.0, 0.0], 300.0)
     assert error.value.code == "BEHIND_SOURCE"
 
 
@@ -204,7 +204,7 @@ def test_a_single_source_begins_no_track() -> None:
     times = np.arange(0.0, 60.0, 5.0)
     sights = [seen(SOURCES[0], POSITION + t * VELOCITY) for t in times]
     with pytest.raises(BearingsError) as error:
-        begin(sights, times, 300.0)
+        initiate(sights, times, 300.0)
     assert error.value.code == "NOT_OBSERVABLE"
 
 
@@ -227,12 +227,12 @@ def test_angles_in_space_locate_in_space() -> None:
         east, north, up = position - np.array(source)
         azimuth, elevation = np.arctan2(east, north), np.arctan2(up, np.hypot(east, north))
         sights.append(Sight(np.array(source), azimuth, SIGMA, elevation, SIGMA))
-    mean, covariance = begin(sights, [0.0, 0.0], 300.0).estimate()
+    mean, covariance = initiate(sights, [0.0, 0.0], 300.0).estimate()
     assert mean[:3] == pytest.approx(position, abs=1e-3)
     assert (np.linalg.eigvalsh(covariance) > 0.0).all()
     flat = [Sight(sight.source_m, sight.azimuth_rad, SIGMA) for sight in sights]
     with pytest.raises(BearingsError):
-        begin(flat, [0.0, 0.0], 300.0)
+        initiate(flat, [0.0, 0.0], 300.0)
 
 
 def test_errors_are_as_large_as_the_filter_says() -> None:
@@ -248,7 +248,7 @@ def test_errors_are_as_large_as_the_filter_says() -> None:
             state = state @ move.T + rng.standard_normal((runs, 4)) @ root.T
         error = SIGMA * rng.standard_normal(runs)
         sights.append(seen(SOURCES[t % 3], state[:, :2], error))
-    found = begin(sights[:6], np.arange(6.0), 300.0)
+    found = initiate(sights[:6], np.arange(6.0), 300.0)
     for t in range(6, 40):
         found = update(predict(found, float(t), density), sights[t])
     mean, covariance = found.estimate()
@@ -261,19 +261,19 @@ def test_errors_are_as_large_as_the_filter_says() -> None:
 def test_wrong_times_and_settings_are_refused() -> None:
     sights, times = straight(6)
     with pytest.raises(TimeOrderError):
-        begin(sights, times[::-1], 300.0)
+        initiate(sights, times[::-1], 300.0)
     with pytest.raises(TimeOrderError):
         predict(known(), -1.0, 0.5)
     with pytest.raises(MotionParameterError):
-        begin(sights, times, 0.0)
+        initiate(sights, times, 0.0)
     with pytest.raises(MotionParameterError):
         predict(known(), 1.0, -0.5)
     with pytest.raises(ShapeError):
-        begin(sights, times[:-1], 300.0)
+        initiate(sights, times[:-1], 300.0)
     with pytest.raises(ShapeError):
-        begin([], [], 300.0)
+        initiate([], [], 300.0)
     space = Sight(np.zeros(3), np.array(0.1), SIGMA)
     with pytest.raises(ShapeError):
         update(known(), space)
     with pytest.raises(ShapeError):
-        begin([sights[0], space], [0.0, 0.0], 300.0)
+        initiate([sights[0], space], [0.0, 0.0], 300.0)

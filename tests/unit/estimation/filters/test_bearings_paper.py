@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from multiradar.errors import BearingsError
 from multiradar.estimation.filters.bearings_only import (
     BearingsState,
-    begin,
+    initiate,
     is_observable,
     predict,
     update,
@@ -162,7 +162,7 @@ def flight(path: Callable[[float, int], Floats], d: int) -> tuple[list[Sight], F
 
 @pytest.mark.parametrize("d", [2, 3])
 def test_one_moving_source_alone_observes_a_straight_target_it_out_manoeuvres(d: int) -> None:
-    state = begin(*flight(circle, d), 300.0)
+    state = initiate(*flight(circle, d), 300.0)
     mean, covariance = state.estimate()
     assert is_observable(state, circle(0.0, d))
     miss = mean[:d] - TARGET[:d]
@@ -174,4 +174,4 @@ def test_one_moving_source_alone_observes_a_straight_target_it_out_manoeuvres(d:
 def test_a_source_as_straight_as_its_target_tells_no_distance(d: int) -> None:
     """Any distance with a speed to match would do, none at all as well."""
     with pytest.raises(BearingsError, match="expected"):
-        begin(*flight(line, d), 300.0)
+        initiate(*flight(line, d), 300.0)

@@ -172,7 +172,7 @@ def test_two_stage_equals_the_joint_filter_where_aircraft_start_at_plots(form: F
     for row, observation in played(scene, [], 13):
         if observation.aircraft in (0, 1) and observation.radar and row < 80:
             continue  # For a while one radar alone sees these.
-        alone += joint.arrays.place[observation.aircraft] == observation.radar
+        alone += joint.arrays.measured_from[observation.aircraft] == observation.radar
         outcome = joint.take(observation)
         assert two_stage.take(observation) == outcome
         outcomes.add(outcome)

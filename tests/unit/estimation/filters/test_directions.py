@@ -6,7 +6,11 @@ import pytest
 from multiradar.estimation.filters.arrays import Aircraft, Model, Rows, Work, result_arrays
 from multiradar.estimation.filters.bank import FILTERS, Outcome
 from multiradar.estimation.filters.height._height_kernels import BY_HEIGHT, GUESS, GUESS_VARIANCE
-from multiradar.estimation.measurement._kernels import KIND_DIRECTION, seen_from, sine_by_height
+from multiradar.estimation.measurement._kernels import (
+    KIND_DIRECTION,
+    expected_measurement,
+    sine_by_height,
+)
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.tracking.settings import TrackingSettings
 from support.references.direction_filter import model_of, one_aircraft
@@ -27,7 +31,7 @@ def taken(name: str, *, heard: bool, aside: float = 0.0) -> tuple[Aircraft, Mode
     noises = model.noises.copy()
     noises[s, 0] = TABLE.elevation_sigma_rad[s] ** 2
     model = model._replace(noises=noises)
-    expected, azimuth, _, _, _ = seen_from(
+    expected, azimuth, _, _, _ = expected_measurement(
         KIND_DIRECTION, model.plane, model.sites[s], noises[s], MEAN[0], MEAN[1], HEIGHT_M, 0.0
     )
     rows = Rows(
@@ -47,7 +51,7 @@ def plain(
 ) -> tuple[np.ndarray, np.ndarray]:
     """The same correction in NumPy: of the sine, the azimuth, or both."""
     s = table.ids.index(moving_scene.FIXED)
-    _, _, _, h, w = seen_from(
+    _, _, _, h, w = expected_measurement(
         KIND_DIRECTION, model.plane, model.sites[s], model.noises[s], MEAN[0], MEAN[1], HEIGHT_M,
         height_variance,
     )  # fmt: skip
@@ -90,7 +94,7 @@ def test_an_elevation_of_an_unknown_height_tells_that_alone(name: str) -> None:
     assert found[1] == pytest.approx(covariance, rel=1e-3, abs=1.0)
     assert aircraft.vertical[0, BY_HEIGHT : BY_HEIGHT + 4] == pytest.approx(0.0, abs=1e-9)
     s = TABLE.ids.index(moving_scene.FIXED)
-    sine, _, ground, h, w = seen_from(
+    sine, _, ground, h, w = expected_measurement(
         KIND_DIRECTION, model.plane, model.sites[s], model.noises[s], MEAN[0], MEAN[1], HEIGHT_M,
         0.0,
     )  # fmt: skip

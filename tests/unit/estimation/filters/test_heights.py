@@ -23,8 +23,8 @@ Floats = NDArray[np.float64]
 HUNDRED_FEET = 30.48
 TWENTY_FIVE_FEET = 7.62
 NO_HEIGHT = float("nan")
-look_at_height = heights.look_at_height
-keep_height = heights.keep_height
+check_height = heights.check_height
+update_height = heights.update_height
 
 
 class Height(NamedTuple):
@@ -47,10 +47,10 @@ class Height(NamedTuple):
         """Take a plot; return the verdict, and the height and variance for its slant range."""
         turn = STARTED if begins else UPDATED
         dt = np.nan if begins else dt
-        look: tuple[int, float, float] = look_at_height(
+        look: tuple[int, float, float] = check_height(
             turn, kind, measured_m, sensor, time_s, dt, 0, self.height, self.vertical, self.options
         )
-        keep_height(
+        update_height(
             look, kind, measured_m, sensor, time_s, dt, 0, self.height, self.vertical, self.options
         )
         return look
@@ -69,7 +69,7 @@ def unheard(*, exact: bool = False) -> Height:
     found = Height(np.empty(1), np.empty((1, heights.VERTICAL_COUNT)), np.zeros(OPTION_COUNT))
     found.options[ASSUMED_HEIGHT], found.options[ASSUMED_HEIGHT_SIGMA] = 8000.0, 3000.0
     found.options[EXACT_HEIGHTS] = exact
-    heights.forget_height(0, found.height, found.vertical)
+    heights.reset_height(0, found.height, found.vertical)
     return found
 
 
@@ -136,7 +136,7 @@ def test_one_garbled_height_does_not_enter(wrong_m: float) -> None:
     garbled, silent = level(), level()
     verdict, height, variance = garbled.hear(100.0, 10_058.4 + wrong_m)
     silent.hear(100.0, NO_HEIGHT)
-    assert verdict == heights.REFUSED_HEIGHT
+    assert verdict == heights.REJECTED_HEIGHT
     assert height == pytest.approx(10_058.4)
     assert variance < 16.0**2
     assert (garbled.state, garbled.variances) == (silent.state, silent.variances)
@@ -145,16 +145,16 @@ def test_one_garbled_height_does_not_enter(wrong_m: float) -> None:
 def test_garbled_heights_that_differ_are_never_believed() -> None:
     one = level()
     for number, wrong in enumerate([900.0, -1500.0, 3000.0, -700.0, 2000.0]):
-        assert one.hear(100.0 + 5.0 * number, 10_058.4 + wrong)[0] == heights.REFUSED_HEIGHT
+        assert one.hear(100.0 + 5.0 * number, 10_058.4 + wrong)[0] == heights.REJECTED_HEIGHT
     assert one.state[0] == pytest.approx(10_058.4)
 
 
 def test_the_third_height_that_agrees_begins_anew() -> None:
     one = level()
     found = [one.hear(100.0 + 5.0 * number, 7010.4 + 30.48 * number)[0] for number in range(3)]
-    assert found == [heights.REFUSED_HEIGHT, heights.REFUSED_HEIGHT, heights.BEGUN]
+    assert found == [heights.REJECTED_HEIGHT, heights.REJECTED_HEIGHT, heights.INITIATED]
     assert one.state[0] == pytest.approx(7071.36)
-    assert one.hear(115.0, 7101.84)[0] == heights.TAKEN
+    assert one.hear(115.0, 7101.84)[0] == heights.ACCEPTED
 
 
 def test_a_height_that_is_missing_is_predicted_with_growing_variance() -> None:
@@ -184,9 +184,9 @@ def test_reported_heights_do_not_mix_with_mode_c() -> None:
         assert height == pytest.approx(9144.0, abs=1.0)
     # Without Mode C for a minute they are better than nothing; the rate of climb goes on.
     one.vertical[0, heights.RATE] = 2.0
-    assert one.hear(170.0, 9400.0, dt=1.0, kind=KIND_POSITION)[0] == heights.BEGUN
+    assert one.hear(170.0, 9400.0, dt=1.0, kind=KIND_POSITION)[0] == heights.INITIATED
     assert one.state == (9400.0, 2.0)
-    assert one.hear(175.0, 9144.0)[0] == heights.BEGUN
+    assert one.hear(175.0, 9144.0)[0] == heights.INITIATED
     assert one.state == (9144.0, 2.0)
 
 
@@ -223,13 +223,13 @@ def test_exact_heights_are_held_as_they_were_heard() -> None:
     assert one.hear(5.0, 2000.0)[1:] == (2000.0, 0.0)
     assert one.hear(500.0, NO_HEIGHT, dt=495.0)[1:] == (2000.0, 0.0)
     assert one.variances == (0.0, 0.0)
-    assert np.isnan(heights.told_rate(0, one.vertical))
+    assert np.isnan(heights.reportable_rate(0, one.vertical))
 
 
 def test_compiled_and_plain_judge_alike() -> None:
     rng = np.random.default_rng(3)
     one, other = unheard(), unheard()
-    slow_look, slow_keep = plain(look_at_height), plain(keep_height)
+    slow_look, slow_keep = plain(check_height), plain(update_height)
     for number in range(60):
         measured = rng.choice([NO_HEIGHT, 9144.0, 9144.0 + 7.62 * rng.integers(-9, 9), 3048.0])
         look = one.hear(5.0 * number, measured, begins=number == 0)

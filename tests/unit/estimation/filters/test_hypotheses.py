@@ -27,7 +27,7 @@ def random_aircraft(rng: np.random.Generator, slots: int, modes: int) -> Aircraf
     made.mode_probability[:] = chances / np.maximum(chances.sum(axis=1, keepdims=True), 1e-9)
     made.time[:] = 100.0
     made.updates[:] = np.arange(slots)
-    made.surprise[:] = rng.uniform(0.5, 3.0, slots)
+    made.fading_nis[:] = rng.uniform(0.5, 3.0, slots)
     return made
 
 
@@ -57,7 +57,7 @@ def test_mean_and_covariance_are_those_of_all_hypotheses_together() -> None:
         aircraft.sensitivity[1], np.tensordot(beta, copies.sensitivity[:3], 1), rtol=1e-12
     )
     assert aircraft.updates[1] == 2
-    assert aircraft.surprise[1] == beta @ copies.surprise[:3]
+    assert aircraft.fading_nis[1] == beta @ copies.fading_nis[:3]
 
 
 def test_modes_are_mixed_one_by_one_and_stay_the_parts_of_the_whole() -> None:

@@ -9,8 +9,8 @@ from multiradar.estimation.bias.store import BiasState
 from multiradar.estimation.filters.bank import FILTERS
 from multiradar.estimation.filters.two_stage._time_offset_kernels import (
     SPEED_MIN,
-    begin_with_velocity,
-    follow_velocity,
+    initialise_with_velocity,
+    relinearise_time_offsets,
 )
 from multiradar.estimation.measurement.sensors import (
     PARAMETER_AZIMUTH_OFFSET,
@@ -143,7 +143,7 @@ def test_following_the_velocity_moves_no_aircraft_and_keeps_the_sum_of_all_offse
     sensitivity = rng.normal(size=(1, 4, 6))
     sensitivity[0, :2, 5] = old - sensitivity[0, :2, 2]
     before = means[0] + sensitivity[0] @ bias
-    follow_velocity(means, sensitivity, velocities, 0, PARAMETERS, bias, *new)
+    relinearise_time_offsets(means, sensitivity, velocities, 0, PARAMETERS, bias, *new)
     np.testing.assert_allclose(sensitivity[0, :2, 2] + sensitivity[0, :2, 5], new, rtol=1e-12)
     np.testing.assert_allclose(means[0] + sensitivity[0] @ bias, before, rtol=1e-12)
     assert velocities[0].tolist() == new.tolist()
@@ -152,7 +152,7 @@ def test_following_the_velocity_moves_no_aircraft_and_keeps_the_sum_of_all_offse
 def test_an_aircraft_that_hardly_moves_keeps_the_velocity_of_its_offsets() -> None:
     slow = np.array([[0.5 * SPEED_MIN, 0.0]])
     sensitivity, means = np.ones((1, 4, 6)), np.zeros((1, 4))
-    follow_velocity(means, sensitivity, slow, 0, PARAMETERS, np.ones(6), 30.0, 30.0)
+    relinearise_time_offsets(means, sensitivity, slow, 0, PARAMETERS, np.ones(6), 30.0, 30.0)
     assert slow.tolist() == [[0.5 * SPEED_MIN, 0.0]]
     assert (sensitivity == 1.0).all()
 
@@ -161,7 +161,7 @@ def test_a_plot_that_is_late_lies_behind_the_aircraft() -> None:
     """∂χ/∂τ = v: the later the stamp, the farther on the aircraft is."""
     sensitivity, velocities = np.zeros((1, 4, 6)), np.full((1, 2), np.nan)
     means, covariances = np.zeros((1, 4)), np.zeros((1, 10))
-    begin_with_velocity(
+    initialise_with_velocity(
         means, covariances, sensitivity, velocities, 0, 3, 6, PARAMETERS, 120.0, 50.0, 25.0
     )
     assert sensitivity[0, :2, 5].tolist() == [120.0, 50.0]

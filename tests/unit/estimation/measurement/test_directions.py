@@ -11,8 +11,8 @@ from multiradar.estimation.measurement._kernels import (
     PARAMETER_RANGE_OFFSET,
     PARAMETER_TIME_OFFSET,
     bias_column,
+    expected_measurement,
     locate_measurement,
-    seen_from,
 )
 from multiradar.geodesy._kernels import site_parameters
 from multiradar.geodesy.polar import slant_range_azimuth
@@ -41,7 +41,7 @@ def test_elevations_are_those_over_the_ellipsoid(distance_m: float) -> None:
         east, north = east + distance_m * np.sin(course), north + distance_m * np.cos(course)
         parameters = site_parameters(PARAMETERS, *site)
         noise = np.array([SIGMA**2, 1e-6, 0.0, base])
-        found, azimuth, _, h, w = seen_from(
+        found, azimuth, _, h, w = expected_measurement(
             KIND_DIRECTION, PARAMETERS, parameters, noise, east, north, height, 0.0
         )
         slant, true_azimuth, elevation = slant_range_azimuth(
@@ -56,7 +56,7 @@ def test_elevations_are_those_over_the_ellipsoid(distance_m: float) -> None:
         assert h[:2] == pytest.approx([by_east / 20.0, by_north / 20.0], abs=3e-9)
         assert w[0] == pytest.approx((np.cos(elevation) * SIGMA) ** 2, rel=1e-3)
         steeper = sine(site, east, north, height + 10.0) - sine(site, east, north, height - 10.0)
-        with_height = seen_from(
+        with_height = expected_measurement(
             KIND_DIRECTION, PARAMETERS, parameters, 0.0 * noise, east, north, height, 100.0**2
         )[4][0]
         assert np.sqrt(with_height) == pytest.approx(100.0 * steeper / 20.0, rel=0.01)

@@ -10,7 +10,7 @@ from multiradar.estimation.measurement import _kernels as kernels
 from multiradar.estimation.measurement.bias_parameters import bias_matrix
 from multiradar.estimation.measurement.linearised import cartesian_plot
 from multiradar.estimation.measurement.sensors import PARAMETER_NAMES
-from multiradar.estimation.measurement.unseen_height import range_variance
+from multiradar.estimation.measurement.unknown_height import range_variance
 from multiradar.geodesy._kernels import plane_parameters, predict_polar, site_parameters
 from support.kernels import plain
 from support.references.measurement_models import FlatCartesian, FlatPolar
@@ -92,7 +92,7 @@ FLAT_SITES = np.array([[-20e3, -20e3], [-30e3, 230e3]])
 FLAT_NOISE = np.array([15.0**2, np.radians(0.05) ** 2, np.nan, 0.0])
 FLAT_FORMS: dict[int, type[FlatPolar | FlatCartesian]] = {
     kernels.KIND_FLAT_POLAR: FlatPolar,
-    kernels.KIND_FLAT_PLACE: FlatCartesian,
+    kernels.KIND_FLAT_POSITION: FlatCartesian,
 }
 
 

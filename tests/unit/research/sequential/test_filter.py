@@ -342,7 +342,7 @@ def test_an_aircraft_that_is_started_again_is_as_one_never_seen(name: str) -> No
         value = [np.hypot(east, north), np.arctan2(east, north)]
         again.observe(7, float(second), 0, value)
     # Here motion has one noise, and what a filter learns of manoeuvres changes nothing.
-    again._one.aircraft.surprise[:] = 3.0
+    again._one.aircraft.fading_nis[:] = 3.0
     for one in (fresh, again):
         one.start(7, 40.0, STATE, COVARIANCE)
     found, expected = (one._one.aircraft for one in (again, fresh))

@@ -21,7 +21,7 @@ NOISE = 2500.0 * np.eye(2)
 
 def followed(plots: MeasurementTrack, settings: BundleSettings | None = None) -> Bundle:
     bundle = Bundle(settings or BundleSettings())
-    bundle.take_all(plots)
+    bundle.push_all(plots)
     return bundle
 
 
@@ -77,7 +77,7 @@ def test_an_aircraft_that_is_elsewhere_is_found_again() -> None:
     bundle = followed(there)
     later = plots_of(flight(((0.0, 0.0),)), 60.0, np.random.default_rng(10))
     for time, place in zip(later.time_s, later.position_m, strict=True):
-        bundle.take(100.0 + float(time), place + np.array([0.0, 3e4]), NOISE)
+        bundle.push(100.0 + float(time), place + np.array([0.0, 3e4]), NOISE)
     now = bundle.estimate()
     assert bundle.restarts == 1
     assert np.hypot(now.state[0] - 180.0 * (now.time_s - 100.0), now.state[1] - 3e4) < 100.0
@@ -148,7 +148,7 @@ def test_the_past_does_not_make_it_dearer_or_other() -> None:
     old = followed(long)
     new = Bundle(BundleSettings())
     for row in range(len(long) - 60, len(long)):
-        new.take(float(long.time_s[row]), long.position_m[row], long.covariance_m2[row])
+        new.push(float(long.time_s[row]), long.position_m[row], long.covariance_m2[row])
     off = old.estimate().state[:2] - new.estimate().state[:2]
     assert np.hypot(*off) < 15.0
     assert old.window_s[1] - old.window_s[0] <= 90.0
@@ -165,7 +165,7 @@ def test_the_same_plots_give_the_same_bytes() -> None:
 def test_without_a_wide_triple_there_is_no_trajectory() -> None:
     bundle = Bundle(BundleSettings())
     for time in range(10):
-        bundle.take(float(time), [0.0, 150.0 * time], NOISE)
+        bundle.push(float(time), [0.0, 150.0 * time], NOISE)
     assert len(bundle) == 0
     with pytest.raises(RestorationError, match="expected three plots 8 s and 800 m apart"):
         bundle.estimate()
@@ -177,13 +177,13 @@ def test_without_a_wide_triple_there_is_no_trajectory() -> None:
 
 def test_what_is_no_plot_is_told() -> None:
     bundle = Bundle(BundleSettings())
-    bundle.take(5.0, [0.0, 0.0], NOISE)
+    bundle.push(5.0, [0.0, 0.0], NOISE)
     with pytest.raises(TimeOrderError, match=r"expected a time of 5.0 s or later, was 4.0 s"):
-        bundle.take(4.0, [0.0, 0.0], NOISE)
+        bundle.push(4.0, [0.0, 0.0], NOISE)
     with pytest.raises(ShapeError, match="places of plots: expected finite numbers"):
-        bundle.take(6.0, [np.nan, 0.0], NOISE)
+        bundle.push(6.0, [np.nan, 0.0], NOISE)
     with pytest.raises(CovarianceError, match="covariances of plots"):
-        bundle.take(6.0, [0.0, 0.0], np.array([[1.0, 2.0], [2.0, 1.0]]))
+        bundle.push(6.0, [0.0, 0.0], np.array([[1.0, 2.0], [2.0, 1.0]]))
     assert len(bundle) == 0
     followed_so = followed(plots_of(flight(S_SHAPE), 60.0, np.random.default_rng(1)))
     with pytest.raises(ShapeError, match="time of an estimate: expected finite numbers"):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from multiradar.restoration.bundle import bundle as of_bundles
-from multiradar.restoration.bundle._bundle_kernels import compact, take_plot
+from multiradar.restoration.bundle._bundle_kernels import compact, push_plot
 from multiradar.restoration.bundle.bundle import Bundle
 from multiradar.restoration.control_tracks.settings import BundleSettings
 from support.kernels import plain
@@ -30,10 +30,10 @@ def test_a_step_does_what_its_plain_form_does(monkeypatch: pytest.MonkeyPatch) -
     )
     settings = BundleSettings(window_s=40.0)
     found = []
-    for function in (take_plot, plain(take_plot)):
+    for function in (push_plot, plain(push_plot)):
         monkeypatch.setattr(of_bundles, "take_plot", function)
         bundle = Bundle(settings)
-        bundle.take_all(plots)
+        bundle.push_all(plots)
         found.append(bundle)
     assert found[0].window_s == found[1].window_s
     assert found[0].window_s[0] > 30.0

@@ -28,7 +28,7 @@ def errors_of(
     true = flown.geometric(plots.time_s).position_m
     off = np.full(len(plots), np.nan)
     for row in range(len(plots)):
-        bundle.take(float(plots.time_s[row]), plots.position_m[row], plots.covariance_m2[row])
+        bundle.push(float(plots.time_s[row]), plots.position_m[row], plots.covariance_m2[row])
         if len(bundle) and row % every == 0:
             now = bundle.estimate()
             assert np.linalg.eigvalsh(now.covariance)[0] > 0.0
@@ -111,7 +111,7 @@ def test_an_aircraft_that_speeds_up_at_the_beginning_and_then_flies_on_is_follow
         places = true + 150.0 * rng.normal(size=true.shape)
         bundle, off = Bundle(settings), []
         for time_s, place, at in zip(times, places, true, strict=True):
-            bundle.take(float(time_s), place, noise)
+            bundle.push(float(time_s), place, noise)
             if len(bundle):
                 off.append(float(np.hypot(*(bundle.estimate().state[:2] - at))))
         assert bundle.restarts == 0
@@ -135,7 +135,7 @@ def test_the_limits_hold_where_they_are_to_hold() -> None:
         plots = plots_of(flight(segments), 250.0, np.random.default_rng(24))
         bundle = Bundle(BundleSettings(beyond_factor=factor))
         for row in range(len(plots)):
-            bundle.take(float(plots.time_s[row]), plots.position_m[row], NOISE)
+            bundle.push(float(plots.time_s[row]), plots.position_m[row], NOISE)
             for one in bundle.trajectories() if len(bundle) else ():
                 assert np.abs(one.controls.lateral_mps2).max() <= 4.0
                 assert np.abs(one.controls.longitudinal_mps2).max() <= 2.0

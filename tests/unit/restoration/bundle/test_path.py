@@ -6,12 +6,12 @@ from numpy.typing import NDArray
 
 from multiradar.errors import RestorationError, TrajectoryError
 from multiradar.restoration.bundle.bundle import Bundle
-from multiradar.restoration.bundle.ends import ends_of
 from multiradar.restoration.bundle.estimate import BEST, WEIGHTED, velocity_states
+from multiradar.restoration.bundle.final_states import final_states_of
 from multiradar.restoration.bundle.path import Window, path_of
 from multiradar.restoration.control_tracks import _layout as layout
-from multiradar.restoration.control_tracks._memory import SettlingMemory, settling_memory
-from multiradar.restoration.control_tracks._settling_kernels import settle
+from multiradar.restoration.control_tracks._fit_kernels import fit_track
+from multiradar.restoration.control_tracks._scratch import FitScratch, fit_scratch
 from multiradar.restoration.control_tracks._thinning_kernels import trace
 from multiradar.restoration.control_tracks.reading import parameters_of, segments_of
 from multiradar.restoration.control_tracks.settings import BundleSettings
@@ -24,7 +24,7 @@ Floats = NDArray[np.float64]
 @pytest.fixture(scope="module")
 def bundle() -> Bundle:
     found = Bundle(BundleSettings())
-    found.take_all(plots_of(flight(S_SHAPE), 150.0, np.random.default_rng(5)))
+    found.push_all(plots_of(flight(S_SHAPE), 150.0, np.random.default_rng(5)))
     return found
 
 
@@ -34,10 +34,10 @@ def plain_states(track: Floats, anchor_s: float, time_s: Floats) -> Floats:
     return velocity_states(flown)
 
 
-def plain_spreads(track: Floats, window: Window, time_s: Floats, memory: SettlingMemory) -> Floats:
+def plain_spreads(track: Floats, window: Window, time_s: Floats, memory: FitScratch) -> Floats:
     """J H⁻¹ Jᵀ, written with matrices."""
     moved = track.copy()
-    settle(
+    fit_track(
         moved, memory.spare, window.anchor_s, window.plots, 0, len(window.plots),
         float(window.plots[-1, layout.TIME]), window.kinds, window.rules, 0, *memory[1:],
     )  # fmt: skip
@@ -58,8 +58,8 @@ def plain_spreads(track: Floats, window: Window, time_s: Floats, memory: Settlin
 def test_the_kernel_does_what_the_plain_form_does(bundle: Bundle) -> None:
     window = window_of(bundle)
     times, weights = whole_seconds(*bundle.window_s)[::7], bundle.weights()
-    found = path_of(bundle._tracks, weights, window, times, settling_memory())
-    memory = settling_memory()
+    found = path_of(bundle._tracks, weights, window, times, fit_scratch())
+    memory = fit_scratch()
     mean, second = np.zeros((len(times), 4)), np.zeros((len(times), 4, 4))
     controls, chances = np.zeros((len(times), 2)), np.zeros((len(times), layout.KINDS))
     for weight, track in zip(weights, bundle._tracks, strict=False):
@@ -102,7 +102,7 @@ def test_a_copy_says_the_same_and_goes_its_own_way(bundle: Bundle) -> None:
     copy, before = bundle.copy(), bundle.estimate()
     assert copy.estimate().state.tolist() == before.state.tolist()
     assert (copy.window_s, copy.plots, len(copy)) == (bundle.window_s, bundle.plots, len(bundle))
-    copy.take(before.time_s + 4.0, before.state[:2] + 5000.0, 2500.0 * np.eye(2))
+    copy.push(before.time_s + 4.0, before.state[:2] + 5000.0, 2500.0 * np.eye(2))
     assert copy.estimate().time_s == before.time_s + 4.0
     assert bundle.estimate().state.tolist() == before.state.tolist()
 
@@ -130,24 +130,24 @@ def test_a_track_whose_covariance_cannot_be_computed_counts_for_nothing(bundle: 
     times, tracks = whole_seconds(*bundle.window_s)[::7], spoilt(bundle, slice(1, 2))
     others = np.delete(np.arange(len(weights)), 1)
     left = weights[others] / weights[others].sum()
-    memory = settling_memory()
+    memory = fit_scratch()
     found = path_of(tracks, weights, window, times, memory)
     expected = path_of(tracks[others], left, window, times, memory)
     assert found.state == pytest.approx(expected.state, rel=1e-12, abs=1e-9)
     assert found.covariance == pytest.approx(expected.covariance, rel=1e-9, abs=1e-9)
     assert found.kind_probability == pytest.approx(expected.kind_probability, abs=1e-12)
-    ends = ends_of(tracks, weights, window, memory)
+    ends = final_states_of(tracks, weights, window, memory)
     assert ends.weight[others] == pytest.approx(left, rel=1e-12)
     assert ends.weight[1] == 0.0
     assert np.all(np.isfinite(ends.covariance))
 
 
 def test_tracks_of_which_no_covariance_can_be_computed_are_refused(bundle: Bundle) -> None:
-    window, weights, memory = window_of(bundle), bundle.weights(), settling_memory()
+    window, weights, memory = window_of(bundle), bundle.weights(), fit_scratch()
     tracks = spoilt(bundle, slice(None))
     for call in (
         lambda: path_of(tracks, weights, window, np.array([100.0]), memory),
-        lambda: ends_of(tracks, weights, window, memory),
+        lambda: final_states_of(tracks, weights, window, memory),
     ):
         with pytest.raises(TrajectoryError, match="with a covariance, was none") as error:
             call()

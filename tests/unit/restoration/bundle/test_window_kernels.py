@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from multiradar.restoration.bundle._window_kernels import inform, leave
+from multiradar.restoration.bundle._window_kernels import drop_plot, write_information
 from multiradar.restoration.control_tracks import _layout as layout
-from multiradar.restoration.control_tracks._memory import settling_memory
+from multiradar.restoration.control_tracks._fit_kernels import fit_track
 from multiradar.restoration.control_tracks._motion_kernels import fly
-from multiradar.restoration.control_tracks._settling_kernels import settle
+from multiradar.restoration.control_tracks._scratch import fit_scratch
 from multiradar.restoration.control_tracks.plot_rows import plot_rows
 from multiradar.restoration.control_tracks.settings import BundleSettings
 from support.kernels import plain
@@ -33,7 +33,7 @@ def made(begins: tuple[float, ...] = (0.0,), kinds: tuple[int, ...] = (layout.RI
         controls = THETA[4:] if i == 0 else (-1.0, 0.2)
         track[at : at + layout.SEGMENT_COUNT] = begin, *controls, kind, begin
     known = made_known(track)
-    inform(known, np.zeros((6, 6)), np.zeros((6, 6)))
+    write_information(known, np.zeros((6, 6)), np.zeros((6, 6)))
     return known
 
 
@@ -102,7 +102,7 @@ def information_of(rows: Floats, place: Floats) -> Floats:
 
 def left(track: Floats, rows: Floats, *, compiled: bool = True) -> Floats:
     moved = track.copy()
-    function = leave if compiled else plain(leave)
+    function = drop_plot if compiled else plain(drop_plot)
     function(moved, 0.0, rows, 0, KINDS, RULES, np.zeros((6, 6)), np.zeros((6, 6)))
     return moved
 
@@ -172,8 +172,8 @@ def test_kernels_do_what_their_plain_forms_do() -> None:
     track = made()
     track[layout.HEADING] = np.pi / 2.0
     ends = []
-    for function in (settle, plain(settle)):
-        moved, memory = track.copy(), settling_memory()
+    for function in (fit_track, plain(fit_track)):
+        moved, memory = track.copy(), fit_scratch()
         value = function(
             moved, memory.spare, 0.0, plots, 0, len(plots), 29.0, KINDS, RULES, 3, *memory[1:]
         )

@@ -8,11 +8,11 @@ from multiradar.research.bundle.search_rules import SEGMENT_MIN_S
 from multiradar.restoration.control_tracks import _layout as layout
 from multiradar.restoration.control_tracks._arc_kernels import (
     branch_by_arc,
+    count_outliers,
     curvature,
     misfit,
     part_of_plot,
     state_at,
-    surprises,
 )
 from multiradar.restoration.control_tracks._thinning_kernels import thin, trace
 from multiradar.restoration.control_tracks.plot_rows import plot_rows
@@ -149,8 +149,8 @@ def test_a_plot_is_of_the_track_or_an_outlier() -> None:
         assert found == pytest.approx(plain(part_of_plot)(rows, row, *place.tolist()), rel=1e-12)
     wrong = int((half > -rows[:, layout.FLOOR]).sum())
     assert wrong > 2
-    assert surprises(track, 0.0, rows, 0, len(rows)) == wrong
-    assert plain(surprises)(track, 0.0, rows, 0, len(rows)) == wrong
+    assert count_outliers(track, 0.0, rows, 0, len(rows)) == wrong
+    assert plain(count_outliers)(track, 0.0, rows, 0, len(rows)) == wrong
 
 
 def test_branches_are_those_of_the_plain_form() -> None:

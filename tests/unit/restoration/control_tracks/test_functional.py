@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from multiradar.restoration.bundle._window_kernels import inform
+from multiradar.restoration.bundle._window_kernels import write_information
 from multiradar.restoration.control_tracks import _layout as layout
 from multiradar.restoration.control_tracks._arc_kernels import misfit
+from multiradar.restoration.control_tracks._fit_kernels import fit_track
 from multiradar.restoration.control_tracks._functional_kernels import assess
-from multiradar.restoration.control_tracks._memory import SettlingMemory, settling_memory
-from multiradar.restoration.control_tracks._settling_kernels import settle
+from multiradar.restoration.control_tracks._scratch import FitScratch, fit_scratch
 from multiradar.restoration.control_tracks.plot_rows import plot_rows
 from multiradar.restoration.control_tracks.reading import parameters_of
 from multiradar.restoration.control_tracks.settings import BundleSettings
@@ -27,7 +27,7 @@ def rows(seed: int = 1, wrong: float = 0.0) -> Floats:
     return plot_rows(plots, SETTINGS)
 
 
-def track(memory: SettlingMemory, *, off: float = 0.0) -> Floats:
+def track(memory: FitScratch, *, off: float = 0.0) -> Floats:
     """The S-shaped flight as a track, or one that is off it a little in everything."""
     made = np.zeros(layout.TRACK_COUNT)
     made[layout.COUNT] = len(S_SHAPE)
@@ -42,11 +42,11 @@ def track(memory: SettlingMemory, *, off: float = 0.0) -> Floats:
     made[layout.PRIOR_MEAN : layout.PRIOR_MEAN + 6] = (0.0, 0.0, 180.0, np.pi / 2.0, 0.0, 0.0)
     covariance = np.diag([1e6, 1e6, 1e4, 1.0, 1e-4, 1e-4])
     made[layout.PRIOR_COVARIANCE : layout.PRIOR_COVARIANCE + 36] = covariance.ravel()
-    inform(made, memory.H, memory.H2)
+    write_information(made, memory.H, memory.H2)
     return made
 
 
-def value(of: Floats, plots: Floats, memory: SettlingMemory) -> float:
+def value(of: Floats, plots: Floats, memory: FitScratch) -> float:
     return float(
         assess(of, 0.0, plots, 1, len(plots), KINDS, RULES[layout.CELL_SIGMA_S], *memory[1:3],
                *memory[5:])
@@ -54,7 +54,7 @@ def value(of: Floats, plots: Floats, memory: SettlingMemory) -> float:
 
 
 def test_the_gradient_is_that_of_the_functional() -> None:
-    memory, plots = settling_memory(), rows(wrong=0.05)
+    memory, plots = fit_scratch(), rows(wrong=0.05)
     made = track(memory, off=0.3)
     value(made, plots, memory)
     columns, steps = parameters_of(len(S_SHAPE))
@@ -72,9 +72,9 @@ def test_the_gradient_is_that_of_the_functional() -> None:
 def test_the_curvature_is_that_of_least_squares() -> None:
     # Without outliers and at the best track: H is the slope of the gradient, but for the second
     # derivatives of the way times what the noise leaves of residuals, which switches feel most.
-    memory, plots = settling_memory(), rows()
+    memory, plots = fit_scratch(), rows()
     made = track(memory)
-    settle(made, memory.spare, 0.0, plots, 1, len(plots), UNTIL_S, KINDS, RULES, 20, *memory[1:])
+    fit_track(made, memory.spare, 0.0, plots, 1, len(plots), UNTIL_S, KINDS, RULES, 20, *memory[1:])
     value(made, plots, memory)
     columns, steps = parameters_of(len(S_SHAPE))
     size = len(columns)
@@ -95,7 +95,7 @@ def test_the_curvature_is_that_of_least_squares() -> None:
 
 
 def test_a_plot_far_away_costs_no_more_than_an_outlier() -> None:
-    memory, plots = settling_memory(), rows()
+    memory, plots = fit_scratch(), rows()
     made = track(memory)
     before = misfit(made, 0.0, plots, 1, len(plots))
     for far in (3e3, 3e5):
@@ -106,10 +106,10 @@ def test_a_plot_far_away_costs_no_more_than_an_outlier() -> None:
 
 
 def test_it_settles_where_the_aircraft_flew() -> None:
-    memory, plots = settling_memory(), rows(seed=3, wrong=0.05)
+    memory, plots = fit_scratch(), rows(seed=3, wrong=0.05)
     made = track(memory, off=1.0)
     before = value(made, plots, memory)
-    after = settle(
+    after = fit_track(
         made, memory.spare, 0.0, plots, 1, len(plots), UNTIL_S, KINDS, RULES, 20, *memory[1:]
     )
     assert after < before - 10.0
@@ -120,12 +120,12 @@ def test_it_settles_where_the_aircraft_flew() -> None:
 
 
 def test_limits_hold() -> None:
-    memory, plots = settling_memory(), rows()
+    memory, plots = fit_scratch(), rows()
     tight = RULES.copy()
     tight[layout.LATERAL_MAX], tight[layout.LONGITUDINAL_MAX] = 1.0, 0.005
     made = track(memory)
     made[layout.SEGMENTS + layout.LATERAL :: layout.SEGMENT_COUNT][:4] = 0.0
-    settle(made, memory.spare, 0.0, plots, 1, len(plots), UNTIL_S, KINDS, tight, 20, *memory[1:])
+    fit_track(made, memory.spare, 0.0, plots, 1, len(plots), UNTIL_S, KINDS, tight, 20, *memory[1:])
     segments = made[layout.SEGMENTS :][: 4 * layout.SEGMENT_COUNT].reshape(4, -1)
     # The flight turns with 2 m/s²: what is allowed of that is taken.
     np.testing.assert_allclose(segments[1:3, layout.LATERAL], [-1.0, 1.0], rtol=1e-12)
@@ -133,7 +133,7 @@ def test_limits_hold() -> None:
 
 
 def test_kernels_do_what_their_plain_forms_do() -> None:
-    compiled, uncompiled = settling_memory(), settling_memory()
+    compiled, uncompiled = fit_scratch(), fit_scratch()
     plots = rows(wrong=0.05)
     made = track(compiled, off=0.5)
     found = value(made, plots, compiled)

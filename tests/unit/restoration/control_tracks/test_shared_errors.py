@@ -24,7 +24,7 @@ def followed(seed: int, bias_m: Floats, shared_m2: Floats | None) -> Bundle:
     bundle = Bundle(BundleSettings())
     covariance = SIGMA_M**2 * np.eye(2) + SHARED_M2
     for time_s, position_m in zip(plots.time_s, plots.position_m, strict=True):
-        bundle.take(float(time_s), position_m + bias_m, covariance, shared_m2)
+        bundle.push(float(time_s), position_m + bias_m, covariance, shared_m2)
     return bundle
 
 
@@ -35,7 +35,7 @@ def test_a_shared_error_is_added_whole_and_leaves_tracks_and_weights_alone() -> 
     for one, other in (
         (told.estimate().covariance, without.estimate().covariance),
         (told.path([30.0, 80.0]).covariance[1], without.path([30.0, 80.0]).covariance[1]),
-        (told.ends().covariance[0], without.ends().covariance[0]),
+        (told.final_states().covariance[0], without.final_states().covariance[0]),
         (told.copy().estimate().covariance, without.estimate().covariance),
     ):
         more = one - other
@@ -104,5 +104,5 @@ def test_what_is_no_part_of_the_covariance_is_refused_and_the_bundle_stays(
 ) -> None:
     bundle = Bundle(BundleSettings())
     with pytest.raises(error, match="shared errors"):
-        bundle.take(0.0, np.zeros(2), SIGMA_M**2 * np.eye(2), shared_m2)
+        bundle.push(0.0, np.zeros(2), SIGMA_M**2 * np.eye(2), shared_m2)
     assert bundle.plots == 0

@@ -7,13 +7,13 @@ import pytest
 
 from multiradar.errors import ConfigurationError, RestorationError, ShapeError, TimeOrderError
 from multiradar.restoration.bundle.bundle import Bundle
-from multiradar.restoration.bundle.ends import TrackEnds
 from multiradar.restoration.bundle.estimate import BEST
-from multiradar.restoration.bundle.habits import Habits
+from multiradar.restoration.bundle.final_states import FinalStates
+from multiradar.restoration.bundle.manoeuvre_history import ManoeuvreHistory
 from multiradar.restoration.control_tracks.motion import advance
 from multiradar.restoration.control_tracks.settings import BundleSettings
 from multiradar.restoration.control_tracks.tracks import ControlTrack, MeasurementTrack
-from multiradar.restoration.forecast.fan import LATER_NAMES, Fan
+from multiradar.restoration.forecast.ensemble import LATER_NAMES, ForecastEnsemble
 from multiradar.restoration.forecast.forecast import forecast, remaining_durations
 from multiradar.restoration.forecast.settings import AHEAD_MAX_S, ForecastSettings
 from support.scenarios.flown import flight, plots_of
@@ -21,7 +21,7 @@ from support.scenarios.flown import flight, plots_of
 #: Horizons of the tables.
 AHEAD_S = np.array([0.0, 10.0, 30.0, 60.0, 120.0, 300.0])
 #: An aircraft that was never seen to manoeuvre for so long hardly will.
-CRUISE = Habits(straight_s=1e5, manoeuvring_s=0.0)
+CRUISE = ManoeuvreHistory(straight_s=1e5, manoeuvring_s=0.0)
 #: The rates of the bundle itself: then its chances stay as they are.
 LIKE_THE_BUNDLE = ForecastSettings(
     straight_s=BundleSettings().straight_s,
@@ -33,11 +33,11 @@ LIKE_THE_BUNDLE = ForecastSettings(
 
 def followed(plots: MeasurementTrack) -> Bundle:
     bundle = Bundle(BundleSettings())
-    bundle.take_all(plots)
+    bundle.push_all(plots)
     return bundle
 
 
-def ends_of(controls: ControlTrack, kinds: tuple[int, ...], now_s: float) -> TrackEnds:
+def ends_of(controls: ControlTrack, kinds: tuple[int, ...], now_s: float) -> FinalStates:
     """One track whose motion is known but for 20 m and 1 m/s."""
     begins = controls.begin_s
     known = controls.geometric([now_s])
@@ -50,13 +50,13 @@ def ends_of(controls: ControlTrack, kinds: tuple[int, ...], now_s: float) -> Tra
     )  # fmt: skip
     rates = BundleSettings().kinds()[:, 4]
     covariance = np.diag([400.0, 400.0, 1.0, 3e-5, 0.01, 1e-4])
-    return TrackEnds(
+    return FinalStates(
         now_s, float(begins[0]), np.ones(1), motion[None], covariance[None],
         np.array([kinds]), begins[None], rates, np.zeros((2, 2)),
     )  # fmt: skip
 
 
-def sigma_m(fan: Fan) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+def sigma_m(fan: ForecastEnsemble) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
     spread = fan.spread()
     return np.sqrt(spread[:, 0, 0] + spread[:, 1, 1])
 
@@ -98,7 +98,9 @@ def test_what_a_bundle_sees_is_where_the_aircraft_will_be() -> None:
         # A turn that began 20 s ago goes on for 30 s more.
         controls = flight(((0.0, 0.0), (100.0, 2.5), (150.0, 0.0)))
         bundle = followed(plots_of(controls, 120.0, np.random.default_rng([31, seed])))
-        fan = forecast(bundle.ends(), AHEAD_S[:4], ForecastSettings(), bundle.habits)
+        fan = forecast(
+            bundle.final_states(), AHEAD_S[:4], ForecastSettings(), bundle.manoeuvre_history
+        )
         off = fan.mean()[:, :2] - controls.geometric(fan.time_s + AHEAD_S[:4]).position_m
         spread = fan.spread()[:, :2, :2]
         squares = np.einsum("ki,kij,kj->k", off, np.linalg.inv(spread), off)
@@ -109,7 +111,7 @@ def test_what_a_bundle_sees_is_where_the_aircraft_will_be() -> None:
 
 def test_chances_sum_to_one_at_each_time() -> None:
     bundle = followed(plots_of(flight(((0.0, 0.0), (80.0, 2.0))), 100.0, np.random.default_rng(2)))
-    fan = forecast(bundle.ends(), AHEAD_S, ForecastSettings(), bundle.habits)
+    fan = forecast(bundle.final_states(), AHEAD_S, ForecastSettings(), bundle.manoeuvre_history)
     np.testing.assert_allclose(fan.weight.sum(axis=1), 1.0, rtol=1e-12)
     assert fan.weight.min() >= 0.0
     new = fan.later != LATER_NAMES.index("straight")
@@ -121,22 +123,22 @@ def test_chances_sum_to_one_at_each_time() -> None:
 def test_time_zero_is_the_estimate() -> None:
     bundle = followed(plots_of(flight(((0.0, 0.0), (80.0, 2.0))), 95.0, np.random.default_rng(3)))
     now = bundle.estimate()
-    fan = forecast(bundle.ends(), [0.0], LIKE_THE_BUNDLE, Habits())
+    fan = forecast(bundle.final_states(), [0.0], LIKE_THE_BUNDLE, ManoeuvreHistory())
     # A table's step of durations, not the duration itself: a part of 7 % of a rate.
     np.testing.assert_allclose(fan.mean()[0], now.state, atol=0.5)
     np.testing.assert_allclose(fan.spread()[0], now.covariance, rtol=0.02, atol=0.5)
     # With rates of its own it says what the bundle says to a part of a sigma.
-    other = forecast(bundle.ends(), [0.0], ForecastSettings(), bundle.habits)
+    other = forecast(bundle.final_states(), [0.0], ForecastSettings(), bundle.manoeuvre_history)
     off = other.mean()[0, :2] - now.state[:2]
     assert off @ np.linalg.solve(now.covariance[:2, :2], off) < 0.5
 
 
 def test_a_time_is_told_the_same_whatever_others_are_asked_for() -> None:
     bundle = followed(plots_of(flight(((0.0, 0.0), (80.0, 2.0))), 95.0, np.random.default_rng(4)))
-    ends, settings = bundle.ends(), ForecastSettings()
-    many = forecast(ends, np.arange(0.0, 600.5, 2.5), settings, bundle.habits)
+    ends, settings = bundle.final_states(), ForecastSettings()
+    many = forecast(ends, np.arange(0.0, 600.5, 2.5), settings, bundle.manoeuvre_history)
     for ahead_s in (0.0, 12.5, 57.5, 300.0, 600.0):
-        alone = forecast(ends, [ahead_s], settings, bundle.habits)
+        alone = forecast(ends, [ahead_s], settings, bundle.manoeuvre_history)
         row = int(ahead_s / 2.5)
         np.testing.assert_array_equal(alone.state[0], many.state[row])
         np.testing.assert_array_equal(alone.covariance[0], many.covariance[row])
@@ -150,7 +152,8 @@ def test_who_never_manoeuvred_is_expected_to_fly_on_straight() -> None:
     controls = flight(((0.0, 0.0),))
     ends = ends_of(controls, (0,), 80.0)
     new, old = (
-        forecast(ends, AHEAD_S, ForecastSettings(), habits) for habits in (Habits(), CRUISE)
+        forecast(ends, AHEAD_S, ForecastSettings(), habits)
+        for habits in (ManoeuvreHistory(), CRUISE)
     )
     assert sigma_m(old)[-1] < 0.3 * sigma_m(new)[-1]
 
@@ -161,14 +164,14 @@ def test_habits_are_those_of_the_flight() -> None:
         plots_of(flight(((0.0, 0.0), (80.0, 2.0), (140.0, 0.0))), 240.0, np.random.default_rng(5))
     )
     # What was told 40 s after it, from some seconds after the first plot on.
-    assert straight.habits.straight_s == pytest.approx(200.0, abs=8.0)
+    assert straight.manoeuvre_history.straight_s == pytest.approx(200.0, abs=8.0)
     # Doubt of the plots, 3 % of the time at most.
-    assert straight.habits.manoeuvring_s < 6.0
-    assert turning.habits.manoeuvring_s == pytest.approx(60.0, abs=10.0)
+    assert straight.manoeuvre_history.manoeuvring_s < 6.0
+    assert turning.manoeuvre_history.manoeuvring_s == pytest.approx(60.0, abs=10.0)
     settings = ForecastSettings()
     durations = [
-        one.straight_lasts_s(settings.straight_s, settings.turn_s, settings.habit_s)
-        for one in (Habits(), straight.habits, turning.habits)
+        one.mean_straight_s(settings.straight_s, settings.turn_s, settings.habit_s)
+        for one in (ManoeuvreHistory(), straight.manoeuvre_history, turning.manoeuvre_history)
     ]
     assert durations[0] == pytest.approx(settings.straight_s)
     assert durations[1] > durations[0]
@@ -179,14 +182,15 @@ def test_habits_are_noted_every_5_s_and_40_s_after_it() -> None:
     flown = flight(((0.0, 0.0),))
     for until_s, noted_s in ((60.0, 20.0), (62.5, 20.0), (65.0, 25.0)):
         plots = plots_of(flown, until_s + 0.1, np.random.default_rng(5), interval_s=2.5)
-        assert followed(plots).habits.until_s == noted_s
+        assert followed(plots).manoeuvre_history.until_s == noted_s
 
 
 def test_a_copy_of_a_bundle_forecasts_the_same() -> None:
     bundle = followed(plots_of(flight(((0.0, 0.0), (80.0, 2.0))), 200.0, np.random.default_rng(6)))
     other = bundle.copy()
     one, two = (
-        forecast(each.ends(), AHEAD_S, ForecastSettings(), each.habits) for each in (bundle, other)
+        forecast(each.final_states(), AHEAD_S, ForecastSettings(), each.manoeuvre_history)
+        for each in (bundle, other)
     )
     np.testing.assert_array_equal(one.weight, two.weight)
     np.testing.assert_array_equal(one.covariance, two.covariance)
@@ -194,7 +198,7 @@ def test_a_copy_of_a_bundle_forecasts_the_same() -> None:
 
 def test_a_segment_that_begins_after_the_last_plot_is_left_out() -> None:
     bundle = followed(plots_of(flight(((0.0, 0.0),)), 94.0, np.random.default_rng(7)))
-    ends = bundle.ends()
+    ends = bundle.final_states()
     told = [len(one.kinds) for one in bundle.trajectories()]
     assert np.all((ends.segment_kind >= 0).sum(axis=1) <= told)
     begun = ends.segment_begin_s[ends.segment_kind >= 0]
@@ -204,7 +208,7 @@ def test_a_segment_that_begins_after_the_last_plot_is_left_out() -> None:
 
 def test_the_best_track_is_the_first_end() -> None:
     bundle = followed(plots_of(flight(((0.0, 0.0), (60.0, 2.5))), 100.0, np.random.default_rng(8)))
-    now, ends = bundle.estimate(BEST), bundle.ends()
+    now, ends = bundle.estimate(BEST), bundle.final_states()
     np.testing.assert_allclose(ends.motion[0, :2], now.state[:2])
     assert ends.motion[0, 2] == pytest.approx(now.speed_mps)
     assert ends.motion[0, 4] == pytest.approx(now.lateral_mps2)
@@ -224,13 +228,13 @@ def test_times_out_of_bounds_are_refused() -> None:
     ends = ends_of(flight(((0.0, 0.0),)), (0,), 80.0)
     for ahead in ([-1.0], [AHEAD_MAX_S + 1.0]):
         with pytest.raises(ConfigurationError, match="time ahead: expected 0 to 720 s"):
-            forecast(ends, ahead, ForecastSettings(), Habits())
+            forecast(ends, ahead, ForecastSettings(), ManoeuvreHistory())
     with pytest.raises(TimeOrderError):
-        forecast(ends, [10.0, 5.0], ForecastSettings(), Habits())
+        forecast(ends, [10.0, 5.0], ForecastSettings(), ManoeuvreHistory())
     with pytest.raises(ShapeError):
-        forecast(ends, [np.nan], ForecastSettings(), Habits())
+        forecast(ends, [np.nan], ForecastSettings(), ManoeuvreHistory())
     with pytest.raises(RestorationError, match="expected three plots"):
-        Bundle(BundleSettings()).ends()
+        Bundle(BundleSettings()).final_states()
 
 
 @pytest.mark.parametrize(

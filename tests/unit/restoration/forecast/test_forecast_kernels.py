@@ -7,14 +7,14 @@ from numpy.typing import NDArray
 from multiradar.restoration.bundle.estimate import velocity_states
 from multiradar.restoration.control_tracks.motion import advance
 from multiradar.restoration.forecast import _forecast_kernels as kernels
-from multiradar.restoration.forecast.later import STEP_S, later_moments
+from multiradar.restoration.forecast.later_manoeuvres import STEP_S, later_turn_moments
 from multiradar.restoration.forecast.settings import ForecastSettings
 
 Floats = NDArray[np.float64]
 
 AHEAD_S = np.array([0.0, 12.0, 45.0, 130.0])
 RULES = np.array([STEP_S, 1.0 / 100.0, 0.7, 18.0, 0.003])
-LATER = later_moments(100.0, ForecastSettings())
+LATER = later_turn_moments(100.0, ForecastSettings())
 # Place, speed, heading, lateral and longitudinal acceleration; their covariance.
 MOTION = np.array([3000.0, -800.0, 170.0, 1.1, 2.5, -0.2])
 ROOT = np.random.default_rng(11).normal(size=(6, 6)) * np.array([20, 20, 1, 0.01, 0.05, 0.02])
@@ -57,7 +57,7 @@ def compiled(lasts_s: float, variance: float) -> tuple[Floats, Floats, Floats]:
     count = len(AHEAD_S)
     weight, state = np.empty((count, 4)), np.empty((count, 4, 4))
     covariance = np.empty((count, 4, 4, 4))
-    kernels.go_on(
+    kernels.continue_track(
         MOTION, COVARIANCE, lasts_s, variance, 0.5, AHEAD_S, LATER, RULES, np.empty((4, 6)),
         np.empty((4, 4)), np.empty((4, 4)), weight, state, covariance,
     )  # fmt: skip

@@ -14,7 +14,7 @@ from multiradar.estimation.measurement.sensors import (
 from multiradar.geodesy.polar import slant_range_azimuth
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.restoration.geometry import plot_positions as of_plots
-from multiradar.restoration.geometry._plot_position_kernels import place_plot
+from multiradar.restoration.geometry._plot_position_kernels import locate_polar_plot
 from multiradar.restoration.geometry.plot_positions import Plots, plot_positions
 from support.kernels import plain
 from support.scenarios import live_scene
@@ -65,7 +65,7 @@ def test_the_kernel_does_what_its_plain_form_does(monkeypatch: pytest.MonkeyPatc
     east, north = np.array([-8e3, -3e3, 0.0]), np.array([5e3, 4e3, 0.0])
     plots = seen(FIRST, east, north, np.array([9000.0, 9100.0, 9300.0]))
     compiled = plot_positions(plots, SENSORS, NONE)
-    monkeypatch.setattr(of_plots, "place_plot", plain(place_plot))
+    monkeypatch.setattr(of_plots, "locate_polar_plot", plain(locate_polar_plot))
     uncompiled = plot_positions(plots, SENSORS, NONE)
     np.testing.assert_allclose(compiled.positions_m, uncompiled.positions_m, atol=1e-8)
     np.testing.assert_allclose(compiled.covariances_m2, uncompiled.covariances_m2, rtol=1e-9)

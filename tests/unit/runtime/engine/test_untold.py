@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from multiradar.estimation.bias.observability import Untold
+from multiradar.estimation.bias.observability import UnobservableBias
 from multiradar.runtime.engine.engine import Engine
 from multiradar.tracking.input.measurements import KIND_POSITION, MeasurementBatch
 from multiradar.tracking.settings import TrackingSettings
@@ -19,7 +19,9 @@ def scene_of(radars: list[Radar], duration_s: float = 200.0) -> Scene:
     return make_scene(rng, radars, random_flights(rng, 6, duration_s))
 
 
-def tracked(name: str, scene: Scene, batch: MeasurementBatch) -> tuple[tuple[Untold, ...], Engine]:
+def tracked(
+    name: str, scene: Scene, batch: MeasurementBatch
+) -> tuple[tuple[UnobservableBias, ...], Engine]:
     engine = Engine(scene.sensors, TrackingSettings(filter_name=name, acceleration_density=0.5))
     engine.push(batch)
     engine.flush()

@@ -22,7 +22,7 @@ NOISE = 2500.0 * np.eye(2)
 @pytest.fixture(scope="module")
 def reading() -> Reading:
     bundle = Bundle(SETTINGS)
-    bundle.take_all(plots_of(flight(S_SHAPE), 150.0, np.random.default_rng(5)))
+    bundle.push_all(plots_of(flight(S_SHAPE), 150.0, np.random.default_rng(5)))
     return Reading(bundle, 90, 9000.0)
 
 
@@ -79,7 +79,7 @@ def test_far_from_the_centre_speeds_are_true_ones() -> None:
     bundle = Bundle(SETTINGS)
     for row in range(len(flown)):
         place = flown.position_m[row] + np.array([5e5, 0.0])
-        bundle.take(float(flown.time_s[row]), place, flown.covariance_m2[row])
+        bundle.push(float(flown.time_s[row]), place, flown.covariance_m2[row])
     now = bundle.estimate()
     told = trajectories_of(1, Reading(bundle, 9, np.nan), PLANE, 0, 1)
     matrix = PLANE.local_matrix(now.state[0], now.state[1], 0.0)
@@ -93,8 +93,8 @@ def test_too_few_plots_and_plots_without_a_triple_say_so() -> None:
     bundle, nothing = Bundle(SETTINGS), Bundle(SETTINGS)
     for number in range(3):
         if number < 2:
-            bundle.take(10.0 * number, [2000.0 * number, 0.0], NOISE)
-        nothing.take(10.0 * number, [7.0 * number, 0.0], NOISE)
+            bundle.push(10.0 * number, [2000.0 * number, 0.0], NOISE)
+        nothing.push(10.0 * number, [7.0 * number, 0.0], NOISE)
     for one, code in ((bundle, "TOO_FEW_PLOTS"), (nothing, "NO_TRIPLE")):
         with pytest.raises(TrajectoryError) as error:
             trajectories_of(1, Reading(one, 3, 0.0), PLANE, 120, 1)
@@ -106,14 +106,14 @@ def test_a_light_aircraft_is_followed_too() -> None:
     bundle = Bundle(SETTINGS)
     random = np.random.default_rng(4)
     for time_s in np.arange(0.0, 80.0, 5.0):
-        bundle.take(time_s, np.array([30.0 * time_s, 0.0]) + random.normal(0.0, 50.0, 2), NOISE)
+        bundle.push(time_s, np.array([30.0 * time_s, 0.0]) + random.normal(0.0, 50.0, 2), NOISE)
     assert bundle.estimate().speed_mps == pytest.approx(30.0, abs=6.0)
 
 
 def test_what_leads_out_of_the_plane_says_so() -> None:
     bundle = Bundle(SETTINGS)
     for number in range(8):
-        bundle.take(10.0 * number, [2000.0 * number, 7e6], NOISE)
+        bundle.push(10.0 * number, [2000.0 * number, 7e6], NOISE)
     with pytest.raises(TrajectoryError) as error:
         trajectories_of(1, Reading(bundle, 8, 0.0), PLANE, 120, 1)
     assert error.value.code == "NO_PLACE"

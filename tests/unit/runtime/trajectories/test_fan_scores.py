@@ -27,7 +27,7 @@ NOISE = NOISE_M**2 * np.eye(2)
 
 def plot(bundle: Bundle, number: int, time_s: float, random: np.random.Generator) -> None:
     there = np.array([SPEED_MPS * time_s, 1e4 * number])
-    bundle.take(time_s, there + random.normal(0.0, NOISE_M, 2), NOISE)
+    bundle.push(time_s, there + random.normal(0.0, NOISE_M, 2), NOISE)
 
 
 def flown(seconds: float, number: int = 0) -> Bundle:
@@ -69,7 +69,9 @@ def test_learnt_regions_hold_as_many_as_they_say(taught: FanScores) -> None:
     plan = taught.learnt.plan(HORIZONS_S, 0.95)
     for number in range(100, 140):
         bundle = flown(100.0 + number % 7, number)
-        fan = forecast(bundle.ends(), HORIZONS_S, fan_scores.SETTINGS, bundle.habits)
+        fan = forecast(
+            bundle.final_states(), HORIZONS_S, fan_scores.SETTINGS, bundle.manoeuvre_history
+        )
         at_s = fan.time_s + HORIZONS_S
         truth = np.stack([SPEED_MPS * at_s, np.full(len(at_s), 1e4 * number)], axis=1)
         off = truth - fan.mean()[:, :2]

@@ -22,7 +22,7 @@ AHEAD_S = np.array([0.0, 10.0, 60.0, 300.0])
 @pytest.fixture(scope="module")
 def reading() -> Reading:
     bundle = Bundle(BundleSettings())
-    bundle.take_all(plots_of(flight(((0.0, 0.0), (75.0, 2.5))), 97.0, np.random.default_rng(5)))
+    bundle.push_all(plots_of(flight(((0.0, 0.0), (75.0, 2.5))), 97.0, np.random.default_rng(5)))
     return Reading(bundle, 65, 9000.0)
 
 

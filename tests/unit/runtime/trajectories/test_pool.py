@@ -62,7 +62,7 @@ def alone(seed: int) -> Bundle:
     bundle = Bundle(SETTINGS)
     for plot in rows(seed):
         place = np.array([plot["latitude_rad"], plot["longitude_rad"]])
-        bundle.take(float(plot["time_s"]), place, NOISE)
+        bundle.push(float(plot["time_s"]), place, NOISE)
     return bundle
 
 
@@ -92,7 +92,7 @@ def test_what_was_read_stays_as_it_was_and_may_go_on() -> None:
     pool.take(1, later, NOTHING)
     assert said(reading.bundle) == before
     place = np.array([later["latitude_rad"], later["longitude_rad"]])
-    reading.bundle.take(time_s, place, NOISE)
+    reading.bundle.push(time_s, place, NOISE)
     now = pool.read(1)
     assert now is not None
     assert said(now.bundle) == said(reading.bundle) != before
@@ -114,7 +114,7 @@ def test_refusals_are_counted_and_change_nothing() -> None:
     assert now is not None
     assert said(now.bundle) == said(reading.bundle)
     with pytest.raises(CovarianceError):
-        now.bundle.take(1e9, [0.0, 0.0], -NOISE)
+        now.bundle.push(1e9, [0.0, 0.0], -NOISE)
 
 
 def test_a_mistake_of_ours_costs_one_bundle(caplog: pytest.LogCaptureFixture) -> None:
@@ -168,5 +168,5 @@ def test_warming_up_lays_plots_of_whatever_tells_places(
     bundle = Bundle(SETTINGS)
     for number, one in enumerate(places.placed):
         assert isinstance(one, Placed)
-        bundle.take(10.0 * number, one.position_m, one.covariance_m2)
+        bundle.push(10.0 * number, one.position_m, one.covariance_m2)
     assert bool(len(bundle)) == bool(expected)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from multiradar.estimation.filters.imm._mode_room_kernels import LATERAL, LEAVING
+from multiradar.estimation.filters.imm._mode_scratch_kernels import LATERAL, LEAVING
 from multiradar.estimation.gaussian import normalised_squared
 from multiradar.runtime.engine.engine import Engine
 from multiradar.simulation.paths import Path, fly

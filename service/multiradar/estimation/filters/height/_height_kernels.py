@@ -88,7 +88,7 @@ FINE_VARIANCE = FINE_STEP_M * FINE_STEP_M / 12.0
 CLIMB_DENSITY = 0.5
 # Rate of climb of an aircraft of which one height was heard, m/s; it is told from 5 m/s on.
 RATE_SIGMA_MPS = 12.0
-RATE_TOLD_MPS = 5.0
+RATE_SIGMA_MAX_MPS = 5.0
 # Memory of the filter, s: steps that the aircraft flies through faster average out.
 MEMORY_S = 8.0
 # By how much the lasting variance falls with the rate of climb, m²/(m/s): to nothing where a step
@@ -108,17 +108,17 @@ CLIMB_MAX_MPS = 40.0
 # How fast a height that is not heard gets lost, m²/s: most aircraft fly level, some climb.
 GUESS_DENSITY = 1000.0
 # A guessed height is told when its sigma, m, is below this.
-GUESS_TOLD_M = 1000.0
+GUESS_SIGMA_MAX_M = 1000.0
 
 # What a plot says of the height, `Look[0]`.
 NOTHING = 0
-TAKEN = 1
-BEGUN = 2
-REFUSED_HEIGHT = 3
+ACCEPTED = 1
+INITIATED = 2
+REJECTED_HEIGHT = 3
 EXACT = 4
 
 # Verdict, height and its variance for the slant range.
-Look = tuple[int, float, float]
+HeightCheck = tuple[int, float, float]
 
 # An error of the height that a plot's range takes over for good, over its noise: with less than a
 # hundredth, as variances, a hundred plots of an aircraft speak about the biases before their sum
@@ -149,7 +149,7 @@ def step_variance(measured: float, s: int, marks: float) -> float:
 
 
 @in_loop
-def forget_height(k: int, heights: Floats, vertical: Floats) -> None:
+def reset_height(k: int, heights: Floats, vertical: Floats) -> None:
     """Leave nothing of what was known of the height of aircraft k."""
     heights[k] = np.nan
     for column in range(VERTICAL_COUNT):
@@ -158,8 +158,8 @@ def forget_height(k: int, heights: Floats, vertical: Floats) -> None:
 
 
 @in_loop
-def look_at_height(
-    turn: int,
+def check_height(
+    action: int,
     kind: int,
     measured: float,
     s: int,
@@ -173,32 +173,32 @@ def look_at_height(
     """Return what the height of aircraft k is with a plot, dt after its state; changes nothing.
 
     ``turn`` is that of the row. The filter takes the plot at this height with this variance, and
-    `keep_height` keeps it if the plot is taken.
+    `update_height` keeps it if the plot is taken.
     """
     # Before the start there is no interval.
     known = not np.isnan(heights[k] + dt)
-    begins = turn in (STARTED, RESTARTED)
+    starts = action in (STARTED, RESTARTED)
     if options[EXACT_HEIGHTS] != 0.0:
-        verdict = EXACT
+        result = EXACT
         height, variance = choose_height(measured, heights[k], options)
     elif abs(measured) < HEIGHT_MAX:
-        verdict, height = BEGUN, measured
+        result, height = INITIATED, measured
         variance = step_variance(measured, s, vertical[k, FINE]) + TRANSPONDER_VARIANCE
-        if known and not begins:
-            verdict = judge_height(kind, measured, variance, time, dt, k, heights, vertical)
-        if verdict in (NOTHING, REFUSED_HEIGHT):
+        if known and not starts:
+            result = evaluate_height(kind, measured, variance, time, dt, k, heights, vertical)
+        if result in (NOTHING, REJECTED_HEIGHT):
             height, variance = predicted_height(dt, k, heights, vertical)
     elif known:
-        verdict = NOTHING
+        result = NOTHING
         height, variance = predicted_height(dt, k, heights, vertical)
     else:
-        verdict = NOTHING
-        height, variance = guess_height(begins, dt, k, vertical, options)
-    return verdict, height, variance
+        result = NOTHING
+        height, variance = guess_height(starts, dt, k, vertical, options)
+    return result, height, variance
 
 
 @in_loop
-def judge_height(
+def evaluate_height(
     kind: int, measured: float, variance: float, time: float, dt: float, k: int, heights: Floats,
     vertical: Floats,
 ) -> int:  # fmt: skip
@@ -206,14 +206,14 @@ def judge_height(
     height, spread = moved_height(dt, k, heights, vertical)
     e = max(0.0, abs(measured - height) - min(HALF_PULL_MPS2 * dt * dt, PULL_MAX_M))
     source = REPORTED if kind == KIND_POSITION else MODE_C
-    verdict = TAKEN
+    result = ACCEPTED
     if source != vertical[k, SOURCE]:
         kept = source == REPORTED and time - vertical[k, HEARD] <= MODE_C_KEPT_S
-        verdict = NOTHING if kept else BEGUN
+        result = NOTHING if kept else INITIATED
     elif not e * e <= DOUBT_SQUARED * (spread + variance):
         agreed = doubts(measured, time, k, vertical) <= BELIEVED
-        verdict = BEGUN if agreed else REFUSED_HEIGHT
-    return verdict
+        result = INITIATED if agreed else REJECTED_HEIGHT
+    return result
 
 
 @in_loop
@@ -231,12 +231,12 @@ def lasting_variance(k: int, vertical: Floats) -> float:
 
 @in_loop
 def guess_height(
-    begins: bool, dt: float, k: int, vertical: Floats, options: Floats
+    starts: bool, dt: float, k: int, vertical: Floats, options: Floats
 ) -> tuple[float, float]:
     """Return the height of an aircraft that tells none, and its variance."""
     prior = options[ASSUMED_HEIGHT_SIGMA] * options[ASSUMED_HEIGHT_SIGMA]
     height, variance = vertical[k, GUESS], vertical[k, GUESS_VARIANCE] + GUESS_DENSITY * dt
-    if begins or np.isnan(height):
+    if starts or np.isnan(height):
         height, variance = options[ASSUMED_HEIGHT], prior
     return height, min(variance, prior)
 
@@ -270,8 +270,8 @@ def doubts(measured: float, time: float, k: int, vertical: Floats) -> float:
 
 
 @in_loop
-def keep_height(
-    look: Look,
+def update_height(
+    check: HeightCheck,
     kind: int,
     measured: float,
     s: int,
@@ -282,25 +282,25 @@ def keep_height(
     vertical: Floats,
     options: Floats,
 ) -> None:
-    """Move the height of aircraft k on by dt, and correct it as `look_at_height` said.
+    """Move the height of aircraft k on by dt, and correct it as `check_height` said.
 
     That is for a plot that is taken; one that is not says `NOTHING`.
     """
-    verdict, height, variance = look
-    if verdict == EXACT:
+    result, height, variance = check
+    if result == EXACT:
         if abs(measured) < HEIGHT_MAX:
             heights[k] = measured
         return
-    if verdict == NOTHING and np.isnan(heights[k] + dt):
+    if result == NOTHING and np.isnan(heights[k] + dt):
         heights[k] = np.nan
         vertical[k, GUESS] = height
         vertical[k, GUESS_VARIANCE] = variance
         return
-    if verdict == BEGUN:
-        begin_height(kind, measured, variance, k, heights, vertical)
+    if result == INITIATED:
+        initialise_height(kind, measured, variance, k, heights, vertical)
     else:
-        move_height(dt, k, heights, vertical)
-    if verdict == TAKEN:
+        predict_height(dt, k, heights, vertical)
+    if result == ACCEPTED:
         p00, p01 = vertical[k, P00], vertical[k, P01]
         scale = 1.0 / (p00 + variance)
         e = measured - heights[k]
@@ -310,21 +310,21 @@ def keep_height(
         vertical[k, P01] = p01 * scale * variance
         vertical[k, P11] -= p01 * p01 * scale
         vertical[k, COUNT] = CONFIRMED
-    if verdict in (TAKEN, BEGUN):
+    if result in (ACCEPTED, INITIATED):
         vertical[k, HEARD] = time
         if variance < COARSE_VARIANCE and not gives_fine(s, vertical[k, FINE]):
             vertical[k, FINE] += float(1 << (s & (SENSOR_BITS - 1)))
-    elif verdict == REFUSED_HEIGHT:
+    elif result == REJECTED_HEIGHT:
         vertical[k, COUNT] = doubts(measured, time, k, vertical)
         vertical[k, DOUBTED] = measured
         vertical[k, DOUBTED_AT] = time
     elif not vertical[k, P00] <= options[ASSUMED_HEIGHT_SIGMA] * options[ASSUMED_HEIGHT_SIGMA]:
         # Less is known than of an aircraft that tells nothing.
-        forget_height(k, heights, vertical)
+        reset_height(k, heights, vertical)
 
 
 @in_loop
-def begin_height(
+def initialise_height(
     kind: int, measured: float, variance: float, k: int, heights: Floats, vertical: Floats
 ) -> None:
     """Begin the height of aircraft k at one that was heard."""
@@ -342,7 +342,7 @@ def begin_height(
 
 
 @in_loop
-def move_height(dt: float, k: int, heights: Floats, vertical: Floats) -> None:
+def predict_height(dt: float, k: int, heights: Floats, vertical: Floats) -> None:
     """Move the height of aircraft k on by dt."""
     p01, p11 = vertical[k, P01], vertical[k, P11]
     q = CLIMB_DENSITY * dt
@@ -353,7 +353,7 @@ def move_height(dt: float, k: int, heights: Floats, vertical: Floats) -> None:
 
 
 @in_loop
-def pass_height(dt: float, k: int, heights: Floats, vertical: Floats, options: Floats) -> None:
+def coast_height(dt: float, k: int, heights: Floats, vertical: Floats, options: Floats) -> None:
     """Move the height of aircraft k on by dt, its plot not being taken."""
     if options[EXACT_HEIGHTS] != 0.0:
         return
@@ -364,7 +364,7 @@ def pass_height(dt: float, k: int, heights: Floats, vertical: Floats, options: F
         vertical[k, BY_HEIGHT] += dt * vertical[k, BY_HEIGHT + 2]
         vertical[k, BY_HEIGHT + 1] += dt * vertical[k, BY_HEIGHT + 3]
     else:
-        move_height(dt, k, heights, vertical)
+        predict_height(dt, k, heights, vertical)
 
 
 @in_loop
@@ -377,23 +377,25 @@ def height_variance(k: int, vertical: Floats) -> float:
 
 
 @in_loop
-def told_rate(k: int, vertical: Floats) -> float:
+def reportable_rate(k: int, vertical: Floats) -> float:
     """Return the rate of climb, NaN while it is as good as unknown."""
-    told = vertical[k, COUNT] != 0.0 and vertical[k, P11] <= RATE_TOLD_MPS * RATE_TOLD_MPS
-    return vertical[k, RATE] if told else np.nan
+    reportable = (
+        vertical[k, COUNT] != 0.0 and vertical[k, P11] <= RATE_SIGMA_MAX_MPS * RATE_SIGMA_MAX_MPS
+    )
+    return vertical[k, RATE] if reportable else np.nan
 
 
 @in_loop
-def told_guess(k: int, vertical: Floats, options: Floats) -> float:
+def reportable_guess(k: int, vertical: Floats, options: Floats) -> float:
     """Return the height of an aircraft that tells none, NaN while it is as good as unknown."""
-    sigma = min(GUESS_TOLD_M, 0.5 * options[ASSUMED_HEIGHT_SIGMA])
-    told = vertical[k, GUESS_VARIANCE] <= sigma * sigma
-    return vertical[k, GUESS] if told else np.nan
+    sigma = min(GUESS_SIGMA_MAX_M, 0.5 * options[ASSUMED_HEIGHT_SIGMA])
+    reportable = vertical[k, GUESS_VARIANCE] <= sigma * sigma
+    return vertical[k, GUESS] if reportable else np.nan
 
 
 @in_loop
 def height_informs(
-    look: Look, kind: int, z0: float, k: int, s: int, heights: Floats, vertical: Floats,
+    check: HeightCheck, kind: int, z0: float, k: int, s: int, heights: Floats, vertical: Floats,
     noises: Floats,
 ) -> bool:  # fmt: skip
     """Return whether the height is known well enough for a plot to speak about the biases.
@@ -402,13 +404,13 @@ def height_informs(
     slant range of a radar and an elevation depend on it. One height alone, or a doubted one, is not
     enough.
     """
-    verdict, height, variance = look
+    result, height, variance = check
     informs = True
     if kind in (KIND_RADAR, KIND_DIRECTION):
-        sure = verdict == TAKEN
-        if verdict == NOTHING:
+        sure = result == ACCEPTED
+        if result == NOTHING:
             sure = not np.isnan(heights[k]) and vertical[k, COUNT] == CONFIRMED
-        if verdict == EXACT:
+        if result == EXACT:
             sure = variance == 0.0
         # Slope times range: without a division.
         rise = height - noises[s, 3]
@@ -435,5 +437,5 @@ def slant_of_direction(sine: float, rise: float) -> float:
 
 @in_loop
 def range_slope(height: float, slant: float, site_height: float) -> float:
-    """Return s, the derivative of the slant range by the height, as `seen_from` has it."""
+    """Return s, the derivative of the slant range by the height, see `expected_measurement`."""
     return (height - site_height) / max(slant, 1.0) + slant * (1.0 / EARTH_DIAMETER_M)

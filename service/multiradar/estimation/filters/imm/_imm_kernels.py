@@ -22,7 +22,7 @@ from multiradar.estimation.filters._kernels import (
     CONE_RATIO,
     DOWNWEIGHT_NIS,
     EXPECTED_NIS,
-    REFUSE_NIS,
+    REJECT_NIS,
     SINGULAR,
     SINGULAR_RATIO,
     UPDATED,
@@ -32,31 +32,31 @@ from multiradar.estimation.filters._kernels import (
     gain_of,
     gated,
     inverse,
-    note_innovation,
     position_part,
+    record_innovation,
     squared_norm,
-    surprise_after,
+    updated_fading_nis,
 )
-from multiradar.estimation.filters.imm._mode_column_kernels import correct_columns, see_columns
+from multiradar.estimation.filters.imm._mode_column_kernels import correct_columns, predict_columns
 from multiradar.estimation.filters.imm._mode_kernels import PROBABILITY_MIN
-from multiradar.estimation.filters.imm._mode_room_kernels import (
-    CHANCE,
+from multiradar.estimation.filters.imm._mode_scratch_kernels import (
     GAIN,
     MODES,
-    PASSED,
+    POSTERIOR,
+    PREDICTED,
     SLOPE,
     Covariances,
     State,
-    keep,
-    kept,
+    get_row,
+    set_row,
 )
 from multiradar.estimation.filters.two_stage._two_stage_kernels import inform, spread_of_biases
 from multiradar.estimation.measurement._kernels import (
     NoiseOf,
     SlopeOf,
     bias_column,
+    expected_sight,
     measures_azimuth,
-    sight,
 )
 from multiradar_compiled.kernels import in_both, in_loop
 from multiradar_compiled.lane_function_kernels import angle_of, exponential
@@ -84,8 +84,8 @@ def correct_modes(
     kind: int, z0: float, z1: float, height: float, height_variance: float, k: int, s: int,
     informs: bool, count: int, plane: Floats, sites: Floats, noises: Floats, starts: Integers,
     parameters: Integers, bias: Floats, bias_covariance: Floats, options: Floats,
-    a: State, x: State, P: Covariances, mode_V: Floats, probabilities: Floats, passed: Lanes,
-    surprises: Floats, room: Floats, mode_U: Floats, U: Floats, R: Floats, Y: Floats, y: Floats,
+    a: State, x: State, P: Covariances, mode_V: Floats, probabilities: Floats, predicted: Lanes,
+    fading_nis: Floats, scratch: Floats, mode_U: Floats, U: Floats, R: Floats, Y: Floats, y: Floats,
     innovations: Floats, row: int,
 ) -> tuple[int, Lanes, State, State, Covariances]:  # fmt: skip
     """Correct the modes of aircraft k, moved to the time of a measurement by sensor s.
@@ -93,61 +93,61 @@ def correct_modes(
     Returns what became of the measurement, and μ, a, x and P afterwards. ``passed`` is c.
     ``informs`` says whether it may speak about the biases.
     """
-    seen = look(
+    seen = predict_for_modes(
         kind, z0, z1, height, height_variance, s, plane, sites, noises, starts, parameters, bias,
         a, x, P,
     )  # fmt: skip
     e, nu, h, N, W, expected, ground = seen
-    keep(room, PASSED, passed)
-    keep(room, SLOPE, h[0])
-    keep(room, SLOPE + 1, h[1])
-    keep(room, SLOPE + 2, h[2])
-    keep(room, SLOPE + 3, h[3])
-    see_columns(k, count, room, mode_V, mode_U, U)
+    set_row(scratch, PREDICTED, predicted)
+    set_row(scratch, SLOPE, h[0])
+    set_row(scratch, SLOPE + 1, h[1])
+    set_row(scratch, SLOPE + 2, h[2])
+    set_row(scratch, SLOPE + 3, h[3])
+    predict_columns(k, count, scratch, mode_V, mode_U, U)
     for c in range(starts[s], starts[s + 1]):
         j0, j1 = bias_column(kind, parameters[c], sites[s], expected[0], expected[1], 0.0, 0.0)
-        add_column(c, count, passed, j0, j1, mode_U, U)
+        add_column(c, count, predicted, j0, j1, mode_U, U)
     b = spread_of_biases(U, bias_covariance, R)
-    r0, r1, s00, s01, s11 = joined(passed, e, N, W, 1.0)
-    note_innovation(row, r0, r1, s00, s01, s11, b[0], b[1], b[2], innovations)
+    r0, r1, s00, s01, s11 = mixture_moments(predicted, e, N, W, 1.0)
+    record_innovation(row, r0, r1, s00, s01, s11, b[0], b[1], b[2], innovations)
     nis = squared_norm(s00, s01, s11, r0, r1)
     weight = 1.0
     # The gates are written so that NaN fails them.
-    harmless = min(EXPECTED_NIS, min(options[DOWNWEIGHT_NIS], options[REFUSE_NIS]))
+    harmless = min(EXPECTED_NIS, min(options[DOWNWEIGHT_NIS], options[REJECT_NIS]))
     if not nis <= harmless and nis < np.inf:
         nis = squared_norm(s00 + b[0], s01 + b[1], s11 + b[2], r0, r1)
         if nis < np.inf:
             weight = max(1.0, nis / options[DOWNWEIGHT_NIS])
-    outcome = gated(nis, options[REFUSE_NIS])
-    if sum_of(passed * ground) < options[CONE_RATIO] * (height - noises[s, 3]):
+    outcome = gated(nis, options[REJECT_NIS])
+    if sum_of(predicted * ground) < options[CONE_RATIO] * (height - noises[s, 3]):
         outcome = CONE
     S = (N[0] + weight * W[0], N[1] + weight * W[1], N[2] + weight * W[2])
     if outcome == UPDATED and any_singular(S, b):
         outcome = SINGULAR
-    chances = passed
+    posterior = predicted
     if outcome == UPDATED:
-        surprises[k] = surprise_after(surprises[k], nis, options)
+        fading_nis[k] = updated_fading_nis(fading_nis[k], nis, options)
         if informs:
             if weight > 1.0:
-                r0, r1, s00, s01, s11 = joined(passed, e, N, W, weight)
+                r0, r1, s00, s01, s11 = mixture_moments(predicted, e, N, W, weight)
             i00, i01, i11 = inverse(s00, s01, s11)
-            inform(i00, i01, i11, sum_of(passed * nu[0]), sum_of(passed * nu[1]), U, R, Y, y)
-        chances = weighed(passed, e, S, b, kept(room, MODES))
-        store_row(probabilities, k, 0, count, chances)
-        a, x, P = corrected(a, x, P, h, S, e, nu, room)
-        correct_columns(k, count, room, mode_V, mode_U)
-    keep(room, CHANCE, chances)
-    return outcome, chances, a, x, P
+            inform(i00, i01, i11, sum_of(predicted * nu[0]), sum_of(predicted * nu[1]), U, R, Y, y)
+        posterior = updated_probabilities(predicted, e, S, b, get_row(scratch, MODES))
+        store_row(probabilities, k, 0, count, posterior)
+        a, x, P = corrected(a, x, P, h, S, e, nu, scratch)
+        correct_columns(k, count, scratch, mode_V, mode_U)
+    set_row(scratch, POSTERIOR, posterior)
+    return outcome, posterior, a, x, P
 
 
 @in_both
-def look(
+def predict_for_modes(
     kind: int, z0: float, z1: float, height: float, height_variance: float, s: int, plane: Floats,
     sites: Floats, noises: Floats, starts: Integers, parameters: Integers, bias: Floats, a: State,
     x: State, P: Covariances,
 ) -> Seen:  # fmt: skip
     """Return what the modes expect of a measurement, and how it differs."""
-    p0, across, ahead, ground, h, W = sight(
+    p0, across, ahead, ground, h, W = expected_sight(
         kind, plane, sites[s], noises[s], x[0], x[1], height, height_variance
     )
     e0, e1 = z0 - p0, z1 - ahead
@@ -167,14 +167,14 @@ def look(
 
 @in_loop
 def add_column(
-    c: int, count: int, passed: Lanes, j0: Lanes, j1: Lanes, mode_U: Floats, U: Floats
+    c: int, count: int, predicted: Lanes, j0: Lanes, j1: Lanes, mode_U: Floats, U: Floats
 ) -> None:
     """Add how one bias of the sensor enters, of each mode and of their mixture."""
     for j in range(count):
         mode_U[j, 0, c] += lane_of(j0, j)
         mode_U[j, 1, c] += lane_of(j1, j)
-    U[0, c] += sum_of(passed * j0)
-    U[1, c] += sum_of(passed * j1)
+    U[0, c] += sum_of(predicted * j0)
+    U[1, c] += sum_of(predicted * j1)
 
 
 @in_both
@@ -194,44 +194,48 @@ def singular_lanes(s00: Lanes, s01: Lanes, s11: Lanes) -> Lanes:
 
 
 @in_both
-def joined(passed: Lanes, e: Pair, N: NoiseOf[Lanes], W: NoiseOf[Lanes], weight: float) -> Mixture:
+def mixture_moments(
+    predicted: Lanes, e: Pair, N: NoiseOf[Lanes], W: NoiseOf[Lanes], weight: float
+) -> Mixture:
     """Return r and S of the mixture: r₀, r₁, S₀₀, S₀₁, S₁₁; the noise counts ``weight`` times."""
-    r0, r1 = sum_of(passed * e[0]), sum_of(passed * e[1])
+    r0, r1 = sum_of(predicted * e[0]), sum_of(predicted * e[1])
     d0, d1 = e[0] - r0, e[1] - r1
-    s00 = sum_of(passed * (N[0] + weight * W[0] + d0 * d0))
-    s01 = sum_of(passed * (N[1] + weight * W[1] + d0 * d1))
-    s11 = sum_of(passed * (N[2] + weight * W[2] + d1 * d1))
+    s00 = sum_of(predicted * (N[0] + weight * W[0] + d0 * d0))
+    s01 = sum_of(predicted * (N[1] + weight * W[1] + d0 * d1))
+    s11 = sum_of(predicted * (N[2] + weight * W[2] + d1 * d1))
     return r0, r1, s00, s01, s11
 
 
 @in_both
-def weighed(passed: Lanes, e: Pair, S: NoiseOf[Lanes], b: Triple, modes: Lanes) -> Lanes:
+def updated_probabilities(
+    predicted: Lanes, e: Pair, S: NoiseOf[Lanes], b: Triple, modes: Lanes
+) -> Lanes:
     """Return μ, c L of sum one; S of L has the spread of the biases in it."""
     s00, s01, s11 = S[0] + b[0], S[1] + b[1], S[2] + b[2]
     det = s00 * s11 - s01 * s01
     norm = (s11 * e[0] * e[0] - 2.0 * s01 * e[0] * e[1] + s00 * e[1] * e[1]) / det
     likelihood = exponential(-0.5 * (norm + largest_of(-norm))) / root(det)
-    chances: Lanes = passed * (likelihood / largest_of(likelihood)) + PROBABILITY_MIN * modes
-    return chances / sum_of(chances)
+    posterior: Lanes = predicted * (likelihood / largest_of(likelihood)) + PROBABILITY_MIN * modes
+    return posterior / sum_of(posterior)
 
 
 @in_both
 def corrected(
     a: State, x: State, P: Covariances, h: SlopeOf[Lanes], S: NoiseOf[Lanes], e: Pair, nu: Pair,
-    room: Floats,
+    scratch: Floats,
 ) -> tuple[State, State, Covariances]:  # fmt: skip
     """Return a, x and P of each mode after the correction, and keep K: x moves by K r."""
     scale = 1.0 / (S[0] * S[2] - S[1] * S[1])
     G = covariance_times_transposed(P, h)
     K = gain_of(G, S[2] * scale, -S[1] * scale, S[0] * scale)
-    keep(room, GAIN, K[0])
-    keep(room, GAIN + 1, K[1])
-    keep(room, GAIN + 2, K[2])
-    keep(room, GAIN + 3, K[3])
-    keep(room, GAIN + 4, K[4])
-    keep(room, GAIN + 5, K[5])
-    keep(room, GAIN + 6, K[6])
-    keep(room, GAIN + 7, K[7])
+    set_row(scratch, GAIN, K[0])
+    set_row(scratch, GAIN + 1, K[1])
+    set_row(scratch, GAIN + 2, K[2])
+    set_row(scratch, GAIN + 3, K[3])
+    set_row(scratch, GAIN + 4, K[4])
+    set_row(scratch, GAIN + 5, K[5])
+    set_row(scratch, GAIN + 6, K[6])
+    set_row(scratch, GAIN + 7, K[7])
     P = corrected_covariance(P, G, K)
     return shifted(a, K, nu), shifted(x, K, e), P
 

@@ -14,56 +14,56 @@ from multiradar.estimation.filters._kernels import (
     ACCELERATION_DENSITY,
     BIASES_KEPT,
     MANOEUVRE_FACTOR_MAX,
-    MODES_SURPRISE_DENSITY,
-    MODES_SURPRISE_FLOOR,
-    REFUSED,
+    MODES_NIS_DENSITY,
+    MODES_NIS_FLOOR,
+    REJECTED,
     RESTARTED,
     STARTED,
     UPDATED,
-    raised,
+    excess_factor,
     read_out,
     start_aircraft,
 )
 from multiradar.estimation.filters._row_kernels import (
-    find_taker,
-    find_turn,
+    check_row,
+    choose_action,
     finish_readout,
     is_patient,
-    note_outcome,
-    note_start,
+    record_outcome,
+    record_start,
 )
 from multiradar.estimation.filters._step_kernels import ROWS_AHEAD, copy_sums, fetch_row
 from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows, Work
 from multiradar.estimation.filters.height._height_kernels import (
+    check_height,
+    coast_height,
     height_informs,
-    keep_height,
-    look_at_height,
-    pass_height,
+    update_height,
 )
-from multiradar.estimation.filters.height._unheard_height_kernels import (
-    LEARNT_COUNT,
-    begin_by_height,
-    keep_learnt,
-    learn_height,
-    met_height,
-    shift_by_height,
-    taken_as,
+from multiradar.estimation.filters.height._unknown_height_kernels import (
+    HEIGHT_ESTIMATE_COUNT,
+    estimate_height,
+    first_height_change,
+    initialise_height_sensitivity,
+    shift_with_height,
+    store_height_estimate,
+    used_as,
 )
 from multiradar.estimation.filters.imm._imm_kernels import correct_modes
-from multiradar.estimation.filters.imm._mode_column_kernels import join_columns, move_columns
+from multiradar.estimation.filters.imm._mode_column_kernels import combine_columns, move_columns
 from multiradar.estimation.filters.imm._mode_kernels import (
-    join_modes,
+    combine_modes,
+    initialise_modes,
     mix_modes,
     move_modes,
-    pass_modes,
     read_modes,
-    spread_over_modes,
+    transition_modes,
 )
-from multiradar.estimation.filters.imm._mode_room_kernels import (
-    ROOM_ROWS,
-    expect_modes,
+from multiradar.estimation.filters.imm._mode_scratch_kernels import (
+    SCRATCH_ROWS,
+    evaluate_modes,
     load_modes,
-    prepare_room,
+    prepare_scratch,
     store_modes,
 )
 from multiradar.estimation.measurement._kernels import KIND_BEARING
@@ -92,17 +92,18 @@ def imm_step(
 ) -> None:
     """Take rows in the given order; same arguments as `_step_kernels.step`."""
     n, count = model.bias.shape[0], model.modes.shape[0]
-    room = np.empty((ROOM_ROWS, LANES))
-    prepare_room(model.modes, room)
-    take_rows(
+    scratch = np.empty((SCRATCH_ROWS, LANES))
+    prepare_scratch(model.modes, scratch)
+    process_rows(
         work, rows, model, aircraft, result, want_readout, model.factor.T.copy(),
         model.bias.reshape(1, n), np.empty((2, 2)), np.empty(3), np.empty((2, n)), np.empty((2, n)),
-        np.empty((n, n)), np.empty(n), np.empty((count, 2, n)), np.empty(LEARNT_COUNT), room,
+        np.empty((n, n)), np.empty(n), np.empty((count, 2, n)),
+        np.empty(HEIGHT_ESTIMATE_COUNT), scratch,
     )  # fmt: skip
 
 
 @loop
-def take_rows(
+def process_rows(
     work: Work,
     rows: Rows,
     model: Model,
@@ -118,18 +119,22 @@ def take_rows(
     Y: Floats,
     y: Floats,
     mode_U: Floats,
-    learnt: Floats,
-    room: Floats,
+    height_estimate: Floats,
+    scratch: Floats,
 ) -> None:
-    """Do as `imm_step`, in the room given: see `_step_kernels.take_rows` and `_mode_kernels`."""
+    """Do as `imm_step`, in the room given: see `_step_kernels.process_rows` and `_mode_kernels`."""
     plane, sites, noises, starts = model.plane, model.sites, model.noises, model.starts
     parameters, bias, options = model.parameters, model.bias, model.options
     bias_covariance, modes = model.bias_covariance, model.modes
     means, covariances, sensitivities = aircraft.mean, aircraft.covariance, aircraft.sensitivity
-    times, heights, surprises = aircraft.time, aircraft.height, aircraft.surprise
+    times, heights, fading_nis = aircraft.time, aircraft.height, aircraft.fading_nis
     vertical = aircraft.vertical
-    refusals, updates, updated = aircraft.refusals, aircraft.updates, aircraft.updated
-    heard, places, velocities = aircraft.place, model.places, aircraft.velocity
+    rejections, updates, updated = aircraft.rejections, aircraft.updates, aircraft.updated
+    measured_from, site_numbers, velocities = (
+        aircraft.measured_from,
+        model.site_numbers,
+        aircraft.velocity,
+    )
     mode_means, mode_covariances = aircraft.mode_mean, aircraft.mode_covariance
     mode_V, probabilities = aircraft.mode_sensitivity, aircraft.mode_probability
     outcomes, readouts, innovations = result.outcome, result.readout, result.innovation
@@ -150,99 +155,113 @@ def take_rows(
             k = rows.slot[row]
             kind = rows.kind[row]
             innovations[row, 0] = np.nan
-            outcome = find_taker(k, kind, True)
+            outcome = check_row(k, kind, True)
             if outcome != UPDATED:
                 outcomes[row] = outcome
                 continue
             s, q = rows.sensor[row], rows.seen[row]
             z0, z1, time = rows.z[row, 0], rows.z[row, 1], rows.time[row]
-            patient = is_patient(kind, places[s], time, k, heard, updated)
-            outcome = find_turn(kind, z0, z1, time, times[k], refusals[k], patient, options)
-            if outcome == REFUSED:
+            patient = is_patient(kind, site_numbers[s], time, k, measured_from, updated)
+            outcome = choose_action(kind, z0, z1, time, times[k], rejections[k], patient, options)
+            if outcome == REJECTED:
                 outcomes[row] = outcome
                 continue
             measured, dt = rows.height[row], time - times[k]
-            look = look_at_height(
+            check = check_height(
                 outcome, kind, measured, s, time, dt, k, heights, vertical, options
             )
-            height, variance = look[1], look[2]
-            used = taken_as(kind, look, heights[k])
+            height, variance = check[1], check[2]
+            used = used_as(kind, check, heights[k])
             first = 0.0 if used == KIND_BEARING else z0
-            turn = outcome
+            action = outcome
             if outcome in (STARTED, RESTARTED):
-                begun = start_aircraft(
+                started = start_aircraft(
                     BIASES_KEPT, kind, z0, z1, height, variance, plane, sites[q], noises[q],
                     starts[q], starts[q + 1], parameters, bias, bias_covariance, options, means[k],
                     covariances[k], sensitivities[k], H, W,
                 )  # fmt: skip
-                if begun == STARTED:
-                    note_start(k, places[s], surprises, updates, heard, velocities)
+                if started == STARTED:
+                    record_start(k, site_numbers[s], fading_nis, updates, measured_from, velocities)
                     probabilities[k, 0] = np.nan
-                    begin_by_height(look, kind, z0, k, q, noises, H, vertical)
+                    initialise_height_sensitivity(check, kind, z0, k, q, noises, H, vertical)
                 else:
-                    outcome = begun
+                    outcome = started
             elif outcome == UPDATED:
                 if np.isnan(probabilities[k, 0]):
-                    spread_over_modes(
+                    initialise_modes(
                         k, count, means, covariances, sensitivities, mode_means, mode_covariances,
                         mode_V, probabilities,
                     )  # fmt: skip
                 if np.isnan(heights[k]):
-                    learn_height(
-                        look, kind, z0, z1, dt, options[ACCELERATION_DENSITY], k, q, plane, sites,
+                    estimate_height(
+                        check, kind, z0, z1, dt, options[ACCELERATION_DENSITY], k, q, plane, sites,
                         noises, starts, parameters, bias, bias_covariance, means, covariances,
-                        sensitivities, vertical, learnt,
+                        sensitivities, vertical, height_estimate,
                     )  # fmt: skip
-                    met = met_height(look, k, heights, vertical)
-                    shift_by_height(met, k, k, vertical, means)
+                    change = first_height_change(check, k, heights, vertical)
+                    shift_with_height(change, k, k, vertical, means)
                     for j in range(count):
-                        shift_by_height(met, k, k * count + j, vertical, mode_means)
+                        shift_with_height(change, k, k * count + j, vertical, mode_means)
                 a, P = load_modes(k, count, mode_means, mode_covariances)
-                x = expect_modes(k, count, a, bias_row, mode_V, room)
+                x = evaluate_modes(k, count, a, bias_row, mode_V, scratch)
                 if dt > 0.0:
-                    before, passed = pass_modes(k, count, dt, modes, probabilities, room)
-                    a, x, P = mix_modes(before, a, x, P, room)
+                    before, predicted = transition_modes(
+                        k, count, dt, modes, probabilities, scratch
+                    )
+                    a, x, P = mix_modes(before, a, x, P, scratch)
                     # What no mode explains is a manoeuvre of a kind that none of them is.
-                    more = options[MODES_SURPRISE_DENSITY] * (
-                        raised(
-                            surprises[k], options[MODES_SURPRISE_FLOOR],
+                    more = options[MODES_NIS_DENSITY] * (
+                        excess_factor(
+                            fading_nis[k], options[MODES_NIS_FLOOR],
                             options[MANOEUVRE_FACTOR_MAX],
                         ) - 1.0
                     )  # fmt: skip
-                    a, x, P = move_modes(dt, more, a, x, P, room)
-                    move_columns(k, count, probabilities, room, mode_V)
-                    store_row(probabilities, k, 0, count, passed)
+                    a, x, P = move_modes(dt, more, a, x, P, scratch)
+                    move_columns(k, count, probabilities, scratch, mode_V)
+                    store_row(probabilities, k, 0, count, predicted)
                 else:
-                    passed = load_row(probabilities, k, 0, count)
+                    predicted = load_row(probabilities, k, 0, count)
                 times[k] = time
-                # As in `_step_kernels.take_rows`.
-                informs = heard[k] != places[s] and height_informs(
-                    look, used, first, k, q, heights, vertical, noises
+                # As in `_step_kernels.process_rows`.
+                informs = measured_from[k] != site_numbers[s] and height_informs(
+                    check, used, first, k, q, heights, vertical, noises
                 )
-                outcome, chances, a, x, P = correct_modes(
+                outcome, posterior, a, x, P = correct_modes(
                     used, first, z1, height, variance, k, q, informs, count, plane, sites, noises,
                     starts, parameters, bias, bias_covariance, options, a, x, P, mode_V,
-                    probabilities, passed, surprises, room, mode_U, U, R, Y, y, innovations, row,
+                    probabilities, predicted, fading_nis, scratch, mode_U, U, R, Y, y,
+                    innovations, row,
                 )  # fmt: skip
                 if outcome == UPDATED or dt > 0.0:
                     store_modes(k, count, a, P, mode_means, mode_covariances)
-                    join_modes(k, chances, a, x, P, means, covariances)
-                    join_columns(k, count, room, mode_V, sensitivities)
+                    combine_modes(k, posterior, a, x, P, means, covariances)
+                    combine_columns(k, count, scratch, mode_V, sensitivities)
             outcomes[row] = outcome
-            taken = note_outcome(
-                outcome, k, patient, time, places[s], times, refusals, updates, updated, heard
+            accepted = record_outcome(
+                outcome,
+                k,
+                patient,
+                time,
+                site_numbers[s],
+                times,
+                rejections,
+                updates,
+                updated,
+                measured_from,
             )
-            if taken:
-                unheard = np.isnan(heights[k])
-                keep_height(look, kind, measured, s, time, dt, k, heights, vertical, options)
-                if unheard and turn == UPDATED:
-                    keep_learnt(learnt, k, vertical)
-                    shift_by_height(learnt[0], k, k, vertical, means)
+            if accepted:
+                unknown = np.isnan(heights[k])
+                update_height(check, kind, measured, s, time, dt, k, heights, vertical, options)
+                if unknown and action == UPDATED:
+                    store_height_estimate(height_estimate, k, vertical)
+                    shift_with_height(height_estimate[0], k, k, vertical, means)
                     for j in range(count):
-                        shift_by_height(learnt[0], k, k * count + j, vertical, mode_means)
-            elif turn == UPDATED:
-                pass_height(dt, k, heights, vertical, options)
-            if taken and want_readout:
+                        shift_with_height(
+                            height_estimate[0], k, k * count + j, vertical, mode_means
+                        )
+            elif action == UPDATED:
+                coast_height(dt, k, heights, vertical, options)
+            if accepted and want_readout:
                 read_out(means[k], covariances[k], sensitivities[k], bias, factor, readouts[row])
                 finish_readout(row, k, heights, vertical, updates, options, readouts)
                 read_modes(row, k, count, modes, probabilities, readouts)

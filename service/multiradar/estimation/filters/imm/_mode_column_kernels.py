@@ -1,7 +1,7 @@
 """Compiled sensitivities of interacting modes to the biases: they are mixed, moved and corrected.
 
 Each mode has its own V, four rows of a column for each bias. Eight columns are taken at once; what
-is needed of a mode stands in its lane of the room, whose rows `_mode_room_kernels` names.
+is needed of a mode stands in its lane of the room, whose rows `_mode_scratch_kernels` names.
 
 References
 ----------
@@ -12,11 +12,11 @@ of interacting modes is the project's own.
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.estimation.filters.imm._mode_room_kernels import (
-    CHANCE,
+from multiradar.estimation.filters.imm._mode_scratch_kernels import (
     COURSE,
     GAIN,
-    PASSED,
+    POSTERIOR,
+    PREDICTED,
     SHARES,
     SLOPE,
 )
@@ -34,7 +34,9 @@ Floats = NDArray[np.float64]
 
 
 @in_loop
-def move_columns(k: int, count: int, probabilities: Floats, room: Floats, mode_V: Floats) -> None:
+def move_columns(
+    k: int, count: int, probabilities: Floats, scratch: Floats, mode_V: Floats
+) -> None:
     """Mix V of the modes of aircraft k, and move it on."""
     n = mode_V.shape[2]
     first = k * count
@@ -54,7 +56,7 @@ def move_columns(k: int, count: int, probabilities: Floats, room: Floats, mode_V
             arms3 = fused_lanes(p, load_lanes(mode_V, row, 3, c, lanes), arms3)
         for j in range(count):
             row = first + j
-            u, v, w = room[SHARES, j], room[SHARES + 1, j], room[SHARES + 2, j]
+            u, v, w = scratch[SHARES, j], scratch[SHARES + 1, j], scratch[SHARES + 2, j]
             own0 = w * load_lanes(mode_V, row, 0, c, lanes)
             own1 = w * load_lanes(mode_V, row, 1, c, lanes)
             own2 = w * load_lanes(mode_V, row, 2, c, lanes)
@@ -63,8 +65,8 @@ def move_columns(k: int, count: int, probabilities: Floats, room: Floats, mode_V
             t1 = fused_lanes(u, hub1, fused_lanes(v, arms1, own1))
             t2 = fused_lanes(u, hub2, fused_lanes(v, arms2, own2))
             t3 = fused_lanes(u, hub3, fused_lanes(v, arms3, own3))
-            s, turn = room[COURSE, j], room[COURSE + 1, j]
-            cosine, sine = room[COURSE + 2, j], room[COURSE + 3, j]
+            s, turn = scratch[COURSE, j], scratch[COURSE + 1, j]
+            cosine, sine = scratch[COURSE + 2, j], scratch[COURSE + 3, j]
             store_lanes(mode_V, row, 0, c, lanes, fused_lanes(s, t2, fused_lanes(turn, t3, t0)))
             store_lanes(mode_V, row, 1, c, lanes, fused_lanes(s, t3, fused_lanes(-turn, t2, t1)))
             store_lanes(mode_V, row, 2, c, lanes, fused_lanes(cosine, t2, sine * t3))
@@ -72,8 +74,8 @@ def move_columns(k: int, count: int, probabilities: Floats, room: Floats, mode_V
 
 
 @in_loop
-def see_columns(
-    k: int, count: int, room: Floats, mode_V: Floats, mode_U: Floats, U: Floats
+def predict_columns(
+    k: int, count: int, scratch: Floats, mode_V: Floats, mode_U: Floats, U: Floats
 ) -> None:
     """Set U of each mode to H V, and U to their mean by c."""
     n = mode_V.shape[2]
@@ -84,18 +86,18 @@ def see_columns(
         for j in range(count):
             v0 = load_lanes(mode_V, k * count + j, 0, c, lanes)
             v1 = load_lanes(mode_V, k * count + j, 1, c, lanes)
-            u0 = fused_lanes(room[SLOPE, j], v0, room[SLOPE + 1, j] * v1)
-            u1 = fused_lanes(room[SLOPE + 2, j], v0, room[SLOPE + 3, j] * v1)
+            u0 = fused_lanes(scratch[SLOPE, j], v0, scratch[SLOPE + 1, j] * v1)
+            u1 = fused_lanes(scratch[SLOPE + 2, j], v0, scratch[SLOPE + 3, j] * v1)
             store_lanes(mode_U, j, 0, c, lanes, u0)
             store_lanes(mode_U, j, 1, c, lanes, u1)
-            mean0 = fused_lanes(room[PASSED, j], u0, mean0)
-            mean1 = fused_lanes(room[PASSED, j], u1, mean1)
+            mean0 = fused_lanes(scratch[PREDICTED, j], u0, mean0)
+            mean1 = fused_lanes(scratch[PREDICTED, j], u1, mean1)
         store_row(U, 0, c, lanes, mean0)
         store_row(U, 1, c, lanes, mean1)
 
 
 @in_loop
-def correct_columns(k: int, count: int, room: Floats, mode_V: Floats, mode_U: Floats) -> None:
+def correct_columns(k: int, count: int, scratch: Floats, mode_V: Floats, mode_U: Floats) -> None:
     """Take K U from V of each mode of aircraft k."""
     n = mode_V.shape[2]
     for c in range(0, n, LANES):
@@ -105,13 +107,13 @@ def correct_columns(k: int, count: int, room: Floats, mode_V: Floats, mode_U: Fl
             u1 = load_lanes(mode_U, j, 1, c, lanes)
             for r in range(4):
                 v = load_lanes(mode_V, k * count + j, r, c, lanes)
-                v = fused_lanes(-room[GAIN + 2 * r, j], u0, v)
-                v = fused_lanes(-room[GAIN + 2 * r + 1, j], u1, v)
+                v = fused_lanes(-scratch[GAIN + 2 * r, j], u0, v)
+                v = fused_lanes(-scratch[GAIN + 2 * r + 1, j], u1, v)
                 store_lanes(mode_V, k * count + j, r, c, lanes, v)
 
 
 @in_loop
-def join_columns(k: int, count: int, room: Floats, mode_V: Floats, V: Floats) -> None:
+def combine_columns(k: int, count: int, scratch: Floats, mode_V: Floats, V: Floats) -> None:
     """Set V of aircraft k to the mean of its modes by μ."""
     n = mode_V.shape[2]
     for c in range(0, n, LANES):
@@ -119,7 +121,7 @@ def join_columns(k: int, count: int, room: Floats, mode_V: Floats, V: Floats) ->
         mean0 = every_lane(0.0)
         mean1, mean2, mean3 = mean0, mean0, mean0
         for j in range(count):
-            p = room[CHANCE, j]
+            p = scratch[POSTERIOR, j]
             mean0 = fused_lanes(p, load_lanes(mode_V, k * count + j, 0, c, lanes), mean0)
             mean1 = fused_lanes(p, load_lanes(mode_V, k * count + j, 1, c, lanes), mean1)
             mean2 = fused_lanes(p, load_lanes(mode_V, k * count + j, 2, c, lanes), mean2)

@@ -3,7 +3,7 @@
 Mode 0 is the hub: straight flight. The others, the arms, are manoeuvres. An aircraft leaves the hub
 at the rate λ₀, for every arm alike, and an arm at the rate λ₁, for the hub.
 
-All modes of an aircraft are taken at once, one a lane: see `_mode_room_kernels`.
+All modes of an aircraft are taken at once, one a lane: see `_mode_scratch_kernels`.
 
 Symbols: μ = probabilities of the modes, a, V, P = a mode's conditional mean, sensitivity to the
 biases and covariance, x = a + V ς̂ = its estimate at the published biases, c = probabilities of the
@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters._kernels import READOUT_MODES, SLOW_SPEED_SQUARED
-from multiradar.estimation.filters.imm._mode_room_kernels import (
+from multiradar.estimation.filters.imm._mode_scratch_kernels import (
     ACROSS,
     ALONG,
     ARMS,
@@ -32,13 +32,13 @@ from multiradar.estimation.filters.imm._mode_room_kernels import (
     LEAVING,
     MODES,
     SHARES,
-    SURPRISED,
     TABLE,
+    UNMODELLED,
     CourseOf,
     Covariances,
     State,
-    keep,
-    kept,
+    get_row,
+    set_row,
 )
 from multiradar.estimation.motion._kernels import DensityOf, load_covariance, store_covariance
 from multiradar_compiled.kernels import in_both, in_loop
@@ -65,7 +65,7 @@ PROBABILITY_MIN = 1e-9
 
 
 @in_loop
-def spread_over_modes(
+def initialise_modes(
     k: int, count: int, means: Floats, covariances: Floats, V: Floats, mode_means: Floats,
     mode_covariances: Floats, mode_V: Floats, probabilities: Floats,
 ) -> None:  # fmt: skip
@@ -82,8 +82,8 @@ def spread_over_modes(
 
 
 @in_both
-def pass_modes(
-    k: int, count: int, dt: float, modes: Floats, probabilities: Floats, room: Floats
+def transition_modes(
+    k: int, count: int, dt: float, modes: Floats, probabilities: Floats, scratch: Floats
 ) -> tuple[Lanes, Lanes]:
     """Return μ and c, and keep in the room how each mode is mixed, by the exponential of rates.
 
@@ -99,29 +99,33 @@ def pass_modes(
     to_arm = (1.0 - hub) * (1.0 - forgets) / arms
     other = max(0.0, 1.0 - to_hub - stays) / arms
     before = load_row(probabilities, k, 0, count)
-    is_hub, is_arm = kept(room, HUB), kept(room, ARMS)
+    is_hub, is_arm = get_row(scratch, HUB), get_row(scratch, ARMS)
     own = stays * (is_arm * before)
     of_hub = ((1.0 - arms * to_arm) * is_hub + to_arm * is_arm) * lane_of(before, 0)
     of_arms = to_hub * is_hub + other * is_arm
-    passed = of_hub + of_arms * sum_of(is_arm * before) + own
-    scale = 1.0 / passed
-    keep(room, SHARES, of_hub * scale)
-    keep(room, SHARES + 1, of_arms * scale)
-    keep(room, SHARES + 2, own * scale)
-    return before, passed * kept(room, MODES)
+    predicted = of_hub + of_arms * sum_of(is_arm * before) + own
+    scale = 1.0 / predicted
+    set_row(scratch, SHARES, of_hub * scale)
+    set_row(scratch, SHARES + 1, of_arms * scale)
+    set_row(scratch, SHARES + 2, own * scale)
+    return before, predicted * get_row(scratch, MODES)
 
 
 @in_both
 def mix_modes(
-    before: Lanes, a: State, x: State, P: Covariances, room: Floats
+    before: Lanes, a: State, x: State, P: Covariances, scratch: Floats
 ) -> tuple[State, State, Covariances]:
     """Return the mixed a, x and P of each mode; ``before`` is μ.
 
     a₀ = Σ w a, affine in the biases; P₀ = Σ w (P + (x − x₀) (x − x₀)ᵀ), by second moments about the
     mean of all modes, so that nothing large is subtracted.
     """
-    u, v, w = kept(room, SHARES), kept(room, SHARES + 1), kept(room, SHARES + 2)
-    arms = before * kept(room, ARMS)
+    u, v, w = (
+        get_row(scratch, SHARES),
+        get_row(scratch, SHARES + 1),
+        get_row(scratch, SHARES + 2),
+    )
+    arms = before * get_row(scratch, ARMS)
     means = sums_of(
         before * x[0], before * x[1], before * x[2], before * x[3],
         arms * a[0], arms * a[1], arms * a[2], arms * a[3],
@@ -191,26 +195,26 @@ def second_moments(P: Covariances, x: State) -> Covariances:
 
 @in_both
 def move_modes(
-    dt: float, more: float, a: State, x: State, P: Covariances, room: Floats
+    dt: float, more: float, a: State, x: State, P: Covariances, scratch: Floats
 ) -> tuple[State, State, Covariances]:
     """Return a, x and P of each mode moved on as it moves, and keep the courses in the room.
 
     ``more`` is a density that comes to those of modes that take surprises, m²/s³, in every
     direction.
     """
-    course = courses(kept(room, TABLE + LATERAL), x[2], x[3], P[7] + P[9], dt)
-    keep(room, COURSE, course[0])
-    keep(room, COURSE + 1, course[1])
-    keep(room, COURSE + 2, course[2])
-    keep(room, COURSE + 3, course[3])
+    course = courses(get_row(scratch, TABLE + LATERAL), x[2], x[3], P[7] + P[9], dt)
+    set_row(scratch, COURSE, course[0])
+    set_row(scratch, COURSE + 1, course[1])
+    set_row(scratch, COURSE + 2, course[2])
+    set_row(scratch, COURSE + 3, course[3])
     there = moved_state(x, course)
-    surprise = more * kept(room, TABLE + SURPRISED)
+    fading_nis = more * get_row(scratch, TABLE + UNMODELLED)
     # The noise belongs to the middle of the way.
     density = frame_density(
         0.5 * (x[2] + there[2]),
         0.5 * (x[3] + there[3]),
-        kept(room, TABLE + ALONG) + surprise,
-        kept(room, TABLE + ACROSS) + surprise,
+        get_row(scratch, TABLE + ALONG) + fading_nis,
+        get_row(scratch, TABLE + ACROSS) + fading_nis,
     )
     return moved_state(a, course), there, turned_covariance(P, course, dt, density)
 
@@ -298,13 +302,13 @@ def turned_covariance(
 
 
 @in_both
-def join_modes(
-    k: int, chances: Lanes, a: State, x: State, P: Covariances, means: Floats, covariances: Floats
+def combine_modes(
+    k: int, posterior: Lanes, a: State, x: State, P: Covariances, means: Floats, covariances: Floats
 ) -> None:
     """Set a and P of aircraft k to those of its modes as a whole: the same moments."""
     middle = sums_of(
-        chances * x[0], chances * x[1], chances * x[2], chances * x[3],
-        chances * a[0], chances * a[1], chances * a[2], chances * a[3],
+        posterior * x[0], posterior * x[1], posterior * x[2], posterior * x[3],
+        posterior * a[0], posterior * a[1], posterior * a[2], posterior * a[3],
     )  # fmt: skip
     for r in range(4):
         means[k, r] = lane_of(middle, 4 + r)
@@ -318,12 +322,12 @@ def join_modes(
         ),
     )
     some = sums_of(
-        chances * S[0], chances * S[1], chances * S[2], chances * S[3],
-        chances * S[4], chances * S[5], chances * S[6], chances * S[7],
+        posterior * S[0], posterior * S[1], posterior * S[2], posterior * S[3],
+        posterior * S[4], posterior * S[5], posterior * S[6], posterior * S[7],
     )  # fmt: skip
     store_row(covariances, k, 0, 8, some)
-    covariances[k, 8] = sum_of(chances * S[8])
-    covariances[k, 9] = sum_of(chances * S[9])
+    covariances[k, 8] = sum_of(posterior * S[8])
+    covariances[k, 9] = sum_of(posterior * S[9])
 
 
 @in_loop

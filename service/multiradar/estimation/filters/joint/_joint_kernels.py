@@ -23,8 +23,8 @@ from multiradar.estimation.filters._kernels import (
     CONE_RATIO,
     DOWNWEIGHT_NIS,
     NO_ROOM,
-    REFUSE_NIS,
-    REFUSED,
+    REJECT_NIS,
+    REJECTED,
     RESTARTED,
     SINGULAR,
     STARTED,
@@ -32,36 +32,36 @@ from multiradar.estimation.filters._kernels import (
     acceleration_density,
     gated,
     manoeuvre_factor,
-    note_innovation,
     read_out,
+    record_innovation,
     singular,
     squared_norm,
     start_aircraft,
-    surprise_after,
+    updated_fading_nis,
 )
 from multiradar.estimation.filters._row_kernels import (
-    find_taker,
-    find_turn,
+    check_row,
+    choose_action,
     finish_readout,
     is_patient,
-    note_outcome,
-    note_start,
+    record_outcome,
+    record_start,
 )
 from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows, Work
 from multiradar.estimation.filters.height._height_kernels import (
-    Look,
+    HeightCheck,
+    check_height,
+    coast_height,
     height_informs,
-    keep_height,
-    look_at_height,
-    pass_height,
+    update_height,
 )
-from multiradar.estimation.filters.height._unheard_height_kernels import (
-    LEARNT_COUNT,
-    begin_by_height,
-    keep_learnt,
-    learn_height,
-    met_height,
-    shift_by_height,
+from multiradar.estimation.filters.height._unknown_height_kernels import (
+    HEIGHT_ESTIMATE_COUNT,
+    estimate_height,
+    first_height_change,
+    initialise_height_sensitivity,
+    shift_with_height,
+    store_height_estimate,
 )
 from multiradar.estimation.filters.joint._joint_matrix_kernels import (
     active_runs,
@@ -103,55 +103,55 @@ def joint_step(
     """
     P, bias, c = aircraft.joint, model.bias, model.bias.shape[0]
     P[:c, :c] = model.bias_covariance
-    room = (P.shape[0] - c) // 4
-    runs = np.empty((room + 1, 2), np.int64)
+    capacity = (P.shape[0] - c) // 4
+    runs = np.empty((capacity + 1, 2), np.int64)
     scratch = np.empty((6, P.shape[0]))
     V = np.empty((4, c))
-    count = active_runs(aircraft.time, c, room, runs)
+    count = active_runs(aircraft.time, c, capacity, runs)
     for p in work.partitions:
         for i in range(work.bounds[p], work.bounds[p + 1]):
             row = work.order[i]
             k = rows.slot[row]
             result.innovation[row, 0] = np.nan
-            outcome = find_taker(k, rows.kind[row], False)
-            if k >= room:
+            outcome = check_row(k, rows.kind[row], False)
+            if k >= capacity:
                 outcome = NO_ROOM
-            turn = REFUSED
+            action = REJECTED
             patient = False
             if outcome == UPDATED:
                 patient = is_patient(
-                    rows.kind[row], model.places[rows.sensor[row]], rows.time[row], k,
-                    aircraft.place, aircraft.updated,
+                    rows.kind[row], model.site_numbers[rows.sensor[row]], rows.time[row], k,
+                    aircraft.measured_from, aircraft.updated,
                 )  # fmt: skip
-                turn = find_turn(
+                action = choose_action(
                     rows.kind[row], rows.z[row, 0], rows.z[row, 1], rows.time[row],
-                    aircraft.time[k], aircraft.refusals[k],
+                    aircraft.time[k], aircraft.rejections[k],
                     patient, model.options,
                 )  # fmt: skip
-                outcome = turn
+                outcome = action
             result.outcome[row] = outcome
-            if turn == REFUSED:
+            if action == REJECTED:
                 continue
             dt = rows.time[row] - aircraft.time[k]
-            look = look_at_height(
-                turn, rows.kind[row], rows.height[row], rows.sensor[row], rows.time[row], dt, k,
+            check = check_height(
+                action, rows.kind[row], rows.height[row], rows.sensor[row], rows.time[row], dt, k,
                 aircraft.height, aircraft.vertical, model.options,
             )  # fmt: skip
-            outcome = take_row(
-                row, k, turn, look, rows, model, aircraft, runs, count, scratch, V,
+            outcome = process_row(
+                row, k, action, check, rows, model, aircraft, runs, count, scratch, V,
                 result.innovation,
             )  # fmt: skip
             result.outcome[row] = outcome
-            taken = note_outcome(
-                outcome, k, patient, rows.time[row], model.places[rows.sensor[row]],
-                aircraft.time, aircraft.refusals, aircraft.updates, aircraft.updated,
-                aircraft.place,
+            accepted = record_outcome(
+                outcome, k, patient, rows.time[row], model.site_numbers[rows.sensor[row]],
+                aircraft.time, aircraft.rejections, aircraft.updates, aircraft.updated,
+                aircraft.measured_from,
             )  # fmt: skip
-            if not taken and turn == UPDATED:
-                pass_height(dt, k, aircraft.height, aircraft.vertical, model.options)
+            if not accepted and action == UPDATED:
+                coast_height(dt, k, aircraft.height, aircraft.vertical, model.options)
             if outcome == STARTED:
-                count = active_runs(aircraft.time, c, room, runs)
-            if taken and want_readout:
+                count = active_runs(aircraft.time, c, capacity, runs)
+            if accepted and want_readout:
                 copy_block(P, c + 4 * k, aircraft.covariance[k])
                 read_out(
                     aircraft.mean[k], aircraft.covariance[k], aircraft.sensitivity[k], bias,
@@ -165,13 +165,13 @@ def joint_step(
         for d in range(j, c):
             model.bias_covariance[j, d] = P[j, d]
             model.bias_covariance[d, j] = P[j, d]
-    for k in range(room):
+    for k in range(capacity):
         if not np.isnan(aircraft.time[k]):
             copy_block(P, c + 4 * k, aircraft.covariance[k])
 
 
 @kernel
-def adopt_aircraft(aircraft: Aircraft, biases: int, k: int) -> None:
+def insert_aircraft(aircraft: Aircraft, biases: int, k: int) -> None:
     """Take up an aircraft whose mean and covariance were set from outside, as tied to nothing."""
     P = aircraft.joint
     first = biases + 4 * k
@@ -187,11 +187,11 @@ def adopt_aircraft(aircraft: Aircraft, biases: int, k: int) -> None:
 
 
 @kernel
-def take_row(
+def process_row(
     row: int,
     k: int,
-    turn: int,
-    look: Look,
+    action: int,
+    check: HeightCheck,
     rows: Rows,
     model: Model,
     aircraft: Aircraft,
@@ -203,66 +203,66 @@ def take_row(
 ) -> int:
     """Do with a row what its turn is: begin the aircraft, or move it on and correct everything."""
     kind, s = rows.kind[row], rows.sensor[row]
-    height, variance = look[1], look[2]
+    height, variance = check[1], check[2]
     heights, vertical = aircraft.height, aircraft.vertical
     dt = rows.time[row] - aircraft.time[k]
-    if turn in (STARTED, RESTARTED):
-        born = give_birth(row, k, look, rows, model, aircraft, runs, count, V)
-        if born != STARTED:
-            return born
-        keep_height(
-            look, kind, rows.height[row], s, rows.time[row], dt, k, heights, vertical,
+    if action in (STARTED, RESTARTED):
+        outcome = start_jointly(row, k, check, rows, model, aircraft, runs, count, V)
+        if outcome != STARTED:
+            return outcome
+        update_height(
+            check, kind, rows.height[row], s, rows.time[row], dt, k, heights, vertical,
             model.options,
         )  # fmt: skip
-        return turn
-    if turn != UPDATED:
-        return turn
-    unheard = np.isnan(heights[k])
-    learnt = np.empty(LEARNT_COUNT)
+        return action
+    if action != UPDATED:
+        return action
+    unknown = np.isnan(heights[k])
+    height_estimate = np.empty(HEIGHT_ESTIMATE_COUNT)
     density = acceleration_density(
         aircraft.mean[k, 2], aircraft.mean[k, 3],
-        manoeuvre_factor(aircraft.surprise[k], model.options), model.options,
+        manoeuvre_factor(aircraft.fading_nis[k], model.options), model.options,
     )  # fmt: skip
     first = model.bias.shape[0] + 4 * k
-    if unheard:
+    if unknown:
         copy_block(aircraft.joint, first, aircraft.covariance[k])
-        learn_height(
-            look, kind, rows.z[row, 0], rows.z[row, 1], dt, density[0], k, s, model.plane,
+        estimate_height(
+            check, kind, rows.z[row, 0], rows.z[row, 1], dt, density[0], k, s, model.plane,
             model.sites, model.noises, model.starts, model.parameters, model.bias,
             model.bias_covariance, aircraft.mean, aircraft.covariance, aircraft.sensitivity,
-            vertical, learnt,
+            vertical, height_estimate,
         )  # fmt: skip
-        met = met_height(look, k, heights, vertical)
-        shift_by_height(met, k, k, vertical, aircraft.mean)
+        change = first_height_change(check, k, heights, vertical)
+        shift_with_height(change, k, k, vertical, aircraft.mean)
     move(
         aircraft.joint, aircraft.mean[k], aircraft.covariance[k], aircraft.sensitivity[k], first,
         dt, density, runs, count,
     )  # fmt: skip
     aircraft.time[k] = rows.time[row]
-    # As in `_step_kernels.take_rows`: height unknown, or seen from one place alone, says nothing.
-    informs = aircraft.place[k] != model.places[s] and height_informs(
-        look, kind, rows.z[row, 0], k, s, heights, vertical, model.noises
+    # As in `_step_kernels.process_rows`: not with an unknown height, or measured from one site.
+    informs = aircraft.measured_from[k] != model.site_numbers[s] and height_informs(
+        check, kind, rows.z[row, 0], k, s, heights, vertical, model.noises
     )
     outcome = correct_joint(
         row, k, kind, height, variance, informs, rows, model, aircraft, runs, count, scratch,
         innovations,
     )  # fmt: skip
     if outcome == UPDATED:
-        keep_height(
-            look, kind, rows.height[row], s, rows.time[row], dt, k, heights, vertical,
+        update_height(
+            check, kind, rows.height[row], s, rows.time[row], dt, k, heights, vertical,
             model.options,
         )  # fmt: skip
-        if unheard:
-            keep_learnt(learnt, k, vertical)
-            shift_by_height(learnt[0], k, k, vertical, aircraft.mean)
+        if unknown:
+            store_height_estimate(height_estimate, k, vertical)
+            shift_with_height(height_estimate[0], k, k, vertical, aircraft.mean)
     return outcome
 
 
 @kernel
-def give_birth(
+def start_jointly(
     row: int,
     k: int,
-    look: Look,
+    check: HeightCheck,
     rows: Rows,
     model: Model,
     aircraft: Aircraft,
@@ -279,9 +279,9 @@ def give_birth(
     H = np.empty((2, 2))
     W = np.empty(3)
     outcome = start_aircraft(
-        BIASES_KEPT, rows.kind[row], rows.z[row, 0], rows.z[row, 1], look[1], look[2], model.plane,
-        model.sites[s], model.noises[s], model.starts[s], model.starts[s + 1], model.parameters,
-        bias, model.bias_covariance, model.options, a, upper, V, H, W,
+        BIASES_KEPT, rows.kind[row], rows.z[row, 0], rows.z[row, 1], check[1], check[2],
+        model.plane, model.sites[s], model.noises[s], model.starts[s], model.starts[s + 1],
+        model.parameters, bias, model.bias_covariance, model.options, a, upper, V, H, W,
     )  # fmt: skip
     if outcome != STARTED:
         return outcome
@@ -307,10 +307,17 @@ def give_birth(
         aircraft.mean[k, i] = a[i]
         for d in range(model.starts[s], model.starts[s + 1]):
             aircraft.mean[k, i] += V[i, d] * bias[d]
-    note_start(
-        k, model.places[s], aircraft.surprise, aircraft.updates, aircraft.place, aircraft.velocity
+    record_start(
+        k,
+        model.site_numbers[s],
+        aircraft.fading_nis,
+        aircraft.updates,
+        aircraft.measured_from,
+        aircraft.velocity,
     )
-    begin_by_height(look, rows.kind[row], rows.z[row, 0], k, s, model.noises, H, aircraft.vertical)
+    initialise_height_sensitivity(
+        check, rows.kind[row], rows.z[row, 0], k, s, model.noises, H, aircraft.vertical
+    )
     return STARTED
 
 
@@ -368,11 +375,11 @@ def correct_joint(
         n11 += J[1, j] * G[1, j]
     nis = squared_norm(n00 + W[0], n01 + W[1], n11 + W[2], e0, e1)
     b00, b01, b11 = own_spread(aircraft.joint, model.starts[s], model.starts[s + 1], J)
-    note_innovation(
+    record_innovation(
         row, e0, e1, max(n00 - b00, 0.0) + W[0], n01 - b01 + W[1], max(n11 - b11, 0.0) + W[2],
         b00, b01, b11, innovations,
     )  # fmt: skip
-    outcome = gated(nis, options[REFUSE_NIS])
+    outcome = gated(nis, options[REJECT_NIS])
     if outcome != UPDATED:
         return outcome
     weight = max(1.0, nis / options[DOWNWEIGHT_NIS])
@@ -385,7 +392,7 @@ def correct_joint(
         correct_all(aircraft, bias, G, scratch[2:4], s00, s01, s11, e0, e1, runs, count)
     elif not correct_one(aircraft, k, c, H, W, G, s00, s01, s11, e0, e1, runs, count):
         return SINGULAR
-    aircraft.surprise[k] = surprise_after(aircraft.surprise[k], nis, options)
+    aircraft.fading_nis[k] = updated_fading_nis(aircraft.fading_nis[k], nis, options)
     return UPDATED
 
 

@@ -22,12 +22,12 @@ Integers = NDArray[np.int64]
 
 
 @kernel
-def active_runs(times: Floats, biases: int, room: int, runs: Integers) -> int:
+def active_runs(times: Floats, biases: int, capacity: int, runs: Integers) -> int:
     """Write which columns are in use as runs from…to, ascending; return how many runs there are."""
     count = 0
     runs[0, 0] = 0
     runs[0, 1] = biases
-    for k in range(room):
+    for k in range(capacity):
         if np.isnan(times[k]):
             continue
         first = biases + 4 * k

@@ -60,7 +60,7 @@ MACRO = 11
 
 
 @in_loop
-def keep_plot(
+def store_plot(
     recents: Floats,
     k: int,
     s: int,
@@ -91,7 +91,7 @@ def keep_plot(
 
 
 @in_loop
-def forget_plots(recents: Floats, k: int) -> None:
+def clear_plots(recents: Floats, k: int) -> None:
     """Forget the plots of aircraft k."""
     for s in range(recents.shape[1]):
         recents[k, s, RECENT_TIME] = np.nan
@@ -116,7 +116,7 @@ def stack_plots(k: int, model: Model, aircraft: Aircraft, Y: Floats, y: Floats) 
     them the line of sight turns a little, which biases make up for by a velocity a little off.
     """
     recent = aircraft.recent[k]
-    several, middle = middle_time(recent, model.places)
+    several, middle = middle_time(recent, model.site_numbers)
     P = aircraft.covariance[k]
     if not several or singular(P[7], P[8], P[9]):
         recent[:, RECENT_TIME] = np.nan
@@ -169,10 +169,10 @@ def eliminate(M: Floats, C: Floats) -> bool:
 
 
 @kernel
-def middle_time(recent: Floats, places: Integers) -> tuple[bool, float]:
+def middle_time(recent: Floats, site_numbers: Integers) -> tuple[bool, float]:
     """Return whether plots of several places were kept, and the mean of the times of all."""
     count = 0
-    place = 0
+    site_number = 0
     several = False
     first = 0.0
     later = 0.0
@@ -182,8 +182,8 @@ def middle_time(recent: Floats, places: Integers) -> tuple[bool, float]:
             continue
         if count == 0:
             first = time
-            place = places[s]
-        several = several or places[s] != place
+            site_number = site_numbers[s]
+        several = several or site_numbers[s] != site_number
         count += 1
         # Differences, so that the mean of equal times is that very time.
         later += time - first

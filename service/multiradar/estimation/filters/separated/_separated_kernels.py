@@ -16,7 +16,7 @@ from multiradar.estimation.filters._kernels import (
     CONE_RATIO,
     DOWNWEIGHT_NIS,
     LOG_BIASES,
-    REFUSE_NIS,
+    REJECT_NIS,
     SCALE_TIME,
     SINGULAR,
     UPDATED,
@@ -27,18 +27,18 @@ from multiradar.estimation.filters._kernels import (
     gain_of,
     gated,
     inverse,
-    note_innovation,
     position_part,
+    record_innovation,
     singular,
     squared_norm,
-    surprise_after,
+    updated_fading_nis,
 )
 from multiradar.estimation.filters.separated._intersection_kernels import best_gamma
 from multiradar.estimation.measurement._kernels import (
     bias_column,
     bias_spread,
+    expected_measurement,
     measures_azimuth,
-    seen_from,
 )
 from multiradar.estimation.motion._kernels import Packed, load_covariance
 from multiradar.geodesy._kernels import wrap_angle
@@ -69,7 +69,7 @@ def correct_separated(
     options: Floats,
     means: Floats,
     covariances: Floats,
-    surprises: Floats,
+    fading_nis: Floats,
     Y: Floats,
     y: Floats,
     logs: Floats,
@@ -85,7 +85,7 @@ def correct_separated(
     """
     first, last = starts[s], starts[s + 1]
     site, noise = sites[s], noises[s]
-    p0, p1, ground, h, w = seen_from(
+    p0, p1, ground, h, w = expected_measurement(
         kind, plane, site, noise, means[k, 0], means[k, 1], height, height_variance
     )
     nu0 = z0 - p0
@@ -105,10 +105,10 @@ def correct_separated(
     n = position_part(h, G)
     b = bias_spread(kind, site, first, last, parameters, bias_covariance, p0, p1, rate0, rate1)
     nis = squared_norm(n[0] + b[0] + w[0], n[1] + b[1] + w[1], n[2] + b[2] + w[2], e0, e1)
-    note_innovation(
+    record_innovation(
         row, e0, e1, n[0] + w[0], n[1] + w[1], n[2] + w[2], b[0], b[1], b[2], innovations
     )  # fmt: skip
-    outcome = gated(nis, options[REFUSE_NIS])
+    outcome = gated(nis, options[REJECT_NIS])
     if ground < options[CONE_RATIO] * (height - noise[3]):
         outcome = CONE
     weight = 1.0
@@ -119,7 +119,7 @@ def correct_separated(
     if intersects and outcome == UPDATED:
         outcome = intersect(k, n, b, w, P, G, e0, e1, options[SCALE_TIME], means, covariances)
         if outcome == UPDATED and informs:
-            log_half(
+            log_bias_part(
                 kind, site, first, last, parameters, nu0, nu1, n, w, p0, p1, rate0, rate1,
                 logs, row,
             )  # fmt: skip
@@ -141,12 +141,12 @@ def correct_separated(
             K = gain_of(G, s11 * scale, -s01 * scale, s00 * scale)
             correct_state(means, covariances, k, P, G, K, e0, e1)
     if outcome == UPDATED:
-        surprises[k] = surprise_after(surprises[k], nis, options)
+        fading_nis[k] = updated_fading_nis(fading_nis[k], nis, options)
     return outcome, weight
 
 
 @kernel
-def log_half(
+def log_bias_part(
     kind: int,
     site: Floats,
     first: int,

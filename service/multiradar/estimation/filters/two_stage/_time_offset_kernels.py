@@ -6,11 +6,11 @@ all sensors from aircraft that are elsewhere on their way, and a filter must not
 
 That holds exactly when one velocity is used throughout. Then V summed over the time offsets of all
 sensors is (v, 0), H V + J summed is zero, and no measurement says anything of the common lateness.
-An aircraft therefore keeps the velocity v at which its time offsets are linearised. When the
-estimate moves on, v and V follow it together (`follow_velocity`): each column moves by its share of
-the difference, and a with it, so that χ̂ = a + V ς̂ stays. Until the velocity is known, an aircraft
-says nothing of any bias; then it begins anew at a plot, with the velocity it has
-(`begin_with_velocity`).
+An aircraft therefore stores the velocity v at which its time offsets are linearised. When the
+estimate changes, `relinearise_time_offsets` updates v and V together: each column changes by its
+share of the difference, and so does a, so that χ̂ = a + V ς̂ is unchanged. An aircraft contributes to
+no bias until its velocity is known. Then it is re-initialised at a plot with that velocity
+(`initialise_with_velocity`).
 
 Symbols as in `_two_stage_kernels`; v = velocity at which time offsets are linearised.
 
@@ -52,7 +52,7 @@ def has_time_offset(parameters: Integers) -> bool:
 
 
 @in_loop
-def settle_velocity(
+def update_offset_velocity(
     kind: int,
     z0: float,
     z1: float,
@@ -60,7 +60,7 @@ def settle_velocity(
     height_variance: float,
     k: int,
     s: int,
-    place: int,
+    site_number: int,
     plane: Floats,
     sites: Floats,
     noises: Floats,
@@ -74,7 +74,7 @@ def settle_velocity(
     V: Floats,
     velocities: Floats,
     updates: Integers,
-    heard: Integers,
+    measured_from: Integers,
     H: Floats,
     W: Floats,
 ) -> None:
@@ -83,16 +83,16 @@ def settle_velocity(
     v1 = component(means, V, bias, k, 3)
     spread = velocity_variance(covariances, V, bias_covariance, k)
     if not np.isnan(velocities[k, 0]):
-        follow_velocity(means, V, velocities, k, parameters, bias, v0, v1)
+        relinearise_time_offsets(means, V, velocities, k, parameters, bias, v0, v1)
     elif updates[k] + 1 >= PLOTS_MIN and spread < VELOCITY_SIGMA_MAX**2:
-        begun = start_aircraft(
+        started = start_aircraft(
             BIASES_KEPT, kind, z0, z1, height, height_variance, plane, sites[s], noises[s],
             starts[s], starts[s + 1], parameters, bias, bias_covariance, options, means[k],
             covariances[k], V[k], H, W,
         )  # fmt: skip
-        if begun == STARTED:
-            heard[k] = place
-            begin_with_velocity(
+        if started == STARTED:
+            measured_from[k] = site_number
+            initialise_with_velocity(
                 means, covariances, V, velocities, k, starts[s], starts[s + 1], parameters, v0,
                 v1, spread,
             )  # fmt: skip
@@ -111,7 +111,7 @@ def velocity_variance(covariances: Floats, V: Floats, bias_covariance: Floats, k
 
 
 @in_loop
-def begin_with_velocity(
+def initialise_with_velocity(
     means: Floats,
     covariances: Floats,
     V: Floats,
@@ -143,7 +143,7 @@ def begin_with_velocity(
 
 
 @in_loop
-def follow_velocity(
+def relinearise_time_offsets(
     means: Floats,
     V: Floats,
     velocities: Floats,

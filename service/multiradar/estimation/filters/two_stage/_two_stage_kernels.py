@@ -20,25 +20,25 @@ from multiradar.estimation.filters._kernels import (
     CONE_RATIO,
     DOWNWEIGHT_NIS,
     EXPECTED_NIS,
-    REFUSE_NIS,
+    REJECT_NIS,
     SINGULAR,
     UPDATED,
     correct_state,
     covariance_times_transposed,
     gain_of,
     gated,
-    note_innovation,
     position_part,
+    record_innovation,
     singular,
     squared_norm,
-    surprise_after,
+    updated_fading_nis,
 )
 from multiradar.estimation.filters.arrays import Aircraft
 from multiradar.estimation.measurement._kernels import (
     PARAMETER_TIME_OFFSET,
     bias_column,
+    expected_measurement,
     measures_azimuth,
-    seen_from,
 )
 from multiradar.estimation.motion._kernels import load_covariance
 from multiradar.geodesy._kernels import wrap_angle
@@ -79,7 +79,7 @@ def correct_two_stage(
     covariances: Floats,
     V: Floats,
     velocities: Floats,
-    surprises: Floats,
+    fading_nis: Floats,
     Y: Floats,
     y: Floats,
     U: Floats,
@@ -96,7 +96,9 @@ def correct_two_stage(
     site, noise = sites[s], noises[s]
     x0 = component(means, V, bias, k, 0)
     x1 = component(means, V, bias, k, 1)
-    p0, p1, ground, h, w = seen_from(kind, plane, site, noise, x0, x1, height, height_variance)
+    p0, p1, ground, h, w = expected_measurement(
+        kind, plane, site, noise, x0, x1, height, height_variance
+    )
     e0 = z0 - p0
     e1 = z1 - p1
     if measures_azimuth(kind):
@@ -129,17 +131,17 @@ def correct_two_stage(
     b00, b01, b11 = np.nan, np.nan, np.nan
     nis = squared_norm(n00 + w[0], n01 + w[1], n11 + w[2], e0, e1)
     # The gates are written so that NaN fails them.
-    harmless = min(EXPECTED_NIS, min(options[DOWNWEIGHT_NIS], options[REFUSE_NIS]))
+    harmless = min(EXPECTED_NIS, min(options[DOWNWEIGHT_NIS], options[REJECT_NIS]))
     if not nis <= harmless and nis < np.inf:
         # Only now the uncertainty of the biases is worth its cost: it can but lower the figure.
         b00, b01, b11 = spread_of_biases(U, bias_covariance, R)
         nis = squared_norm(n00 + w[0] + b00, n01 + w[1] + b01, n11 + w[2] + b11, e0, e1)
         if nis < np.inf:
             weight = max(1.0, nis / options[DOWNWEIGHT_NIS])
-    note_innovation(
+    record_innovation(
         row, e0, e1, n00 + w[0], n01 + w[1], n11 + w[2], b00, b01, b11, innovations
     )  # fmt: skip
-    outcome = gated(nis, options[REFUSE_NIS])
+    outcome = gated(nis, options[REJECT_NIS])
     if ground < options[CONE_RATIO] * (height - noise[3]):
         outcome = CONE
     s00, s01, s11 = n00 + weight * w[0], n01 + weight * w[1], n11 + weight * w[2]
@@ -148,7 +150,7 @@ def correct_two_stage(
     if outcome == UPDATED:
         scale = 1.0 / (s00 * s11 - s01 * s01)
         i00, i01, i11 = s11 * scale, -s01 * scale, s00 * scale
-        surprises[k] = surprise_after(surprises[k], nis, options)
+        fading_nis[k] = updated_fading_nis(fading_nis[k], nis, options)
         K = gain_of(G, i00, i01, i11)
         correct_state(means, covariances, k, P, G, K, nu0, nu1)
         for c in range(0, n, LANES):
@@ -222,29 +224,29 @@ def spread_of_biases(U: Floats, bias_covariance: Floats, R: Floats) -> tuple[flo
 
 
 @kernel
-def anchor_aircraft(
+def apply_bias_drift(
     used: Integers, aircraft: Aircraft, complement: Floats, G: Floats, spread: Floats
 ) -> None:
-    """Anchor all aircraft, and their modes, anew after a drift: see `anchor_state`.
+    """Anchor all aircraft, and their modes, anew after a drift: see `apply_bias_drift_to_state`.
 
     ``complement`` is (I − G) ς̂, ``spread`` is G Q_ς.
     """
     R = np.empty((4, complement.shape[0]))
     modes = aircraft.mode_probability.shape[1]
     for k in used:
-        anchor_state(
+        apply_bias_drift_to_state(
             aircraft.mean[k], aircraft.covariance[k], aircraft.sensitivity[k], complement, G,
             spread, R,
         )  # fmt: skip
         for row in range(k * modes, (k + 1) * modes):
-            anchor_state(
+            apply_bias_drift_to_state(
                 aircraft.mode_mean[row], aircraft.mode_covariance[row],
                 aircraft.mode_sensitivity[row], complement, G, spread, R,
             )  # fmt: skip
 
 
 @kernel
-def anchor_state(
+def apply_bias_drift_to_state(
     a: Floats, P: Floats, V: Floats, complement: Floats, G: Floats, spread: Floats, R: Floats
 ) -> None:
     """Set a += V (I − G) ς̂, P += V G Q Vᵀ, V ← V G; R is room."""

@@ -8,7 +8,7 @@ lines of sight of a turn and a Kalman filter over the places are the project's o
 
 import numpy as np
 
-from multiradar.estimation.filters.bearings_only import BearingsState, begin, predict
+from multiradar.estimation.filters.bearings_only import BearingsState, initiate, predict
 from multiradar.estimation.measurement.sights import Sight
 from multiradar.research.studies.bearing_only.runs import (
     AZIMUTH_SIGMA_RAD,
@@ -59,7 +59,7 @@ def triangulated(looks: Looks, *, led_on: bool) -> Filtered:
 # Of one moment: the velocity has no part in the place.
 def _place(looks: Looks, of_turn: list[int], time_s: float, *, led_on: bool) -> BearingsState:
     sights = [_led_on(looks, place, time_s) if led_on else looks.sights[place] for place in of_turn]
-    return begin(sights, np.full(len(sights), time_s), SPEED_SIGMA_MPS)
+    return initiate(sights, np.full(len(sights), time_s), SPEED_SIGMA_MPS)
 
 
 def _with_place(state: BearingsState, spot: BearingsState | None) -> BearingsState:

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.estimation.filters.bearings_only import BearingsState, begin, predict, update
+from multiradar.estimation.filters.bearings_only import BearingsState, initiate, predict, update
 from multiradar.estimation.measurement.sights import Sight
 
 Floats = NDArray[np.float64]
@@ -186,7 +186,7 @@ def fused(looks: Looks) -> Filtered:
     Nenartovich, Isakov, equations (6) and (11).
     """
     first = int((looks.turn <= 1).sum())
-    state = begin(looks.sights[:first], looks.times_s[:first], SPEED_SIGMA_MPS)
+    state = initiate(looks.sights[:first], looks.times_s[:first], SPEED_SIGMA_MPS)
     found = [(first - 1, state)]
     for place in range(first, len(looks.sights)):
         state = update(predict(state, float(looks.times_s[place]), DENSITY), looks.sights[place])

@@ -284,7 +284,7 @@ def _of_tracks(
 def _of_bundle(plots: MeasurementTrack, count: int) -> Picture:
     bundle = Bundle(BundleSettings())
     for row in range(count):
-        bundle.take(float(plots.time_s[row]), plots.position_m[row], plots.covariance_m2[row])
+        bundle.push(float(plots.time_s[row]), plots.position_m[row], plots.covariance_m2[row])
     found = bundle.trajectories()
     controls = [one.controls for one in found]
     now_s = float(plots.time_s[count - 1])

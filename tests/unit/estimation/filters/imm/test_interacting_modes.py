@@ -10,7 +10,11 @@ from scipy.stats import chi2
 
 from multiradar.errors import ConfigurationError
 from multiradar.estimation.filters.imm._mode_column_kernels import move_columns
-from multiradar.estimation.filters.imm._mode_room_kernels import ROOM_ROWS, SHARES, prepare_room
+from multiradar.estimation.filters.imm._mode_scratch_kernels import (
+    SCRATCH_ROWS,
+    SHARES,
+    prepare_scratch,
+)
 from multiradar.estimation.gaussian import normalised_squared, require_covariance
 from multiradar.runtime.engine.engine import Engine
 from multiradar.tracking import model as model_module
@@ -78,9 +82,9 @@ class Room:
         self.means = np.array([one.mean for one in modes])
         self.covariances = np.array([packed(one.covariance) for one in modes])
         self.sensitivities = np.array([one.sensitivity for one in modes])
-        self.rows = np.zeros((ROOM_ROWS, LANES))
+        self.rows = np.zeros((SCRATCH_ROWS, LANES))
         self.table = table
-        prepare_room(table, self.rows)
+        prepare_scratch(table, self.rows)
 
     def pass_and_mix(
         self, form: str, interval: float, chances: np.ndarray, bias: np.ndarray

@@ -8,21 +8,21 @@ from numpy.typing import NDArray
 from multiradar.restoration.bundle.path import Window, sound_weights
 from multiradar.restoration.control_tracks import _layout as layout
 from multiradar.restoration.control_tracks._arc_kernels import state_at
-from multiradar.restoration.control_tracks._memory import SettlingMemory
-from multiradar.restoration.control_tracks._settling_kernels import settle
+from multiradar.restoration.control_tracks._fit_kernels import fit_track
+from multiradar.restoration.control_tracks._scratch import FitScratch
 from multiradar.restoration.control_tracks.reading import parameters_of, segments_of
 from multiradar.restoration.control_tracks.shared_errors import shared_at
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-#: Columns of `TrackEnds.motion`.
+#: Columns of `FinalStates.motion`.
 EAST, NORTH, SPEED, HEADING, LATERAL, LONGITUDINAL = range(6)
 _CONTROLS = [layout.LATERAL, layout.LONGITUDINAL]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class TrackEnds:
+class FinalStates:
     """The tracks of a bundle at its last plot, the best first.
 
     A segment that would begin after the last plot is left out: no plot tells of it.
@@ -80,7 +80,9 @@ class TrackEnds:
         return np.asarray(self.segment_kind[np.arange(len(self)), begun])
 
 
-def ends_of(tracks: Floats, weights: Floats, window: Window, memory: SettlingMemory) -> TrackEnds:
+def final_states_of(
+    tracks: Floats, weights: Floats, window: Window, memory: FitScratch
+) -> FinalStates:
     """Return how weighted tracks end.
 
     Parameters
@@ -91,12 +93,12 @@ def ends_of(tracks: Floats, weights: Floats, window: Window, memory: SettlingMem
         Of the first tracks, of sum one.
     window : Window
         What they are judged by.
-    memory : SettlingMemory
+    memory : FitScratch
         To work in.
 
     Returns
     -------
-    TrackEnds
+    FinalStates
         At the last plot. A track whose covariance cannot be told weighs nothing.
 
     Raises
@@ -122,7 +124,7 @@ def ends_of(tracks: Floats, weights: Floats, window: Window, memory: SettlingMem
         begin_s[i, :begun] = segments[:begun, layout.BEGIN]
         begin_s[i, 0] = anchor_s
         moved = tracks[i].copy()
-        settle(
+        fit_track(
             moved, memory.spare, anchor_s, plots, 0, len(plots), now_s, kinds, rules, 0,
             *memory[1:],
         )  # fmt: skip
@@ -143,7 +145,7 @@ def ends_of(tracks: Floats, weights: Floats, window: Window, memory: SettlingMem
         covariance[i] = root.T @ root
     shared = shared_at(plots, np.array([now_s]))
     covariance[:, :2, :2] += shared
-    return TrackEnds(
+    return FinalStates(
         now_s, anchor_s, sound_weights(weights, sound), motion, covariance, kind, begin_s,
         kinds[:, layout.ENDING].copy(), shared[0],
     )  # fmt: skip

@@ -7,7 +7,7 @@ from multiradar.estimation.bias._kernels import fold_biases
 from multiradar.estimation.bias.store import BiasState, add_information, drift, prior
 from multiradar.estimation.filters.arrays import Aircraft
 from multiradar.estimation.filters.bank import FilterDefinition
-from multiradar.estimation.filters.two_stage._two_stage_kernels import anchor_aircraft
+from multiradar.estimation.filters.two_stage._two_stage_kernels import apply_bias_drift
 from multiradar.estimation.measurement.sensors import (
     PARAMETER_AZIMUTH_OFFSET,
     PARAMETER_RANGE_OFFSET,
@@ -18,7 +18,7 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 
-class BiasBook:
+class BiasEstimator:
     """The published biases, and what waits to be merged into them.
 
     Parameters
@@ -89,7 +89,7 @@ class BiasBook:
         total = np.triu(total) + np.triu(total, 1).T
         self.state = add_information(self.state, total, total_vector)
 
-    def follow(self, estimate: Floats, covariance: Floats) -> None:
+    def set_state(self, estimate: Floats, covariance: Floats) -> None:
         """Take over biases that the filter has corrected itself (joint).
 
         Parameters
@@ -131,7 +131,7 @@ class BiasBook:
         self._walk(rates, duration_s, aircraft)
         return True
 
-    def open(self, sensor: int, aircraft: Aircraft) -> bool:
+    def reset_offsets(self, sensor: int, aircraft: Aircraft) -> bool:
         """Forget what the measurements said of the offsets of a sensor, which have jumped.
 
         Parameters
@@ -166,7 +166,7 @@ class BiasBook:
             started = np.flatnonzero(~np.isnan(aircraft.time))
             complement = self.state.estimate - gain @ self.state.estimate
             spread = gain @ np.diag(rates**2 * duration_s)
-            anchor_aircraft(started, aircraft, complement, gain, spread)
+            apply_bias_drift(started, aircraft, complement, gain, spread)
 
     def _fold(self) -> None:
         if not self._log:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from multiradar.estimation.measurement.unseen_height import range_slope, range_variance
+from multiradar.estimation.measurement.unknown_height import range_slope, range_variance
 from multiradar.geodesy import _kernels as kernels
 
 PLANE = kernels.plane_parameters(0.98, 1.06)

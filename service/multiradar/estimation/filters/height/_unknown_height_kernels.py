@@ -22,12 +22,12 @@ from multiradar.estimation.filters._kernels import (
     position_part,
 )
 from multiradar.estimation.filters.height._height_kernels import (
-    BEGUN,
     BY_HEIGHT,
     GUESS,
     GUESS_VARIANCE,
+    INITIATED,
     NOTHING,
-    Look,
+    HeightCheck,
     range_slope,
 )
 from multiradar.estimation.measurement._kernels import (
@@ -37,8 +37,8 @@ from multiradar.estimation.measurement._kernels import (
     KIND_RADAR,
     bias_column,
     bias_spread,
+    expected_measurement,
     is_bearing,
-    seen_from,
     sine_by_height,
 )
 from multiradar.estimation.motion._kernels import load_covariance, moved_covariance
@@ -49,7 +49,7 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 # Places of what is learnt: change of the height, its variance afterwards, v afterwards.
-LEARNT_COUNT = 6
+HEIGHT_ESTIMATE_COUNT = 6
 
 # An elevation changes less than that with the height, 1/m, where it means anything.
 STEEP_MAX = 0.1
@@ -59,8 +59,8 @@ ASTRAY_SQUARED = 16.0
 
 
 @kernel
-def learn_height(
-    look: Look,
+def estimate_height(
+    check: HeightCheck,
     kind: int,
     z0: float,
     z1: float,
@@ -79,15 +79,15 @@ def learn_height(
     covariances: Floats,
     sensitivities: Floats,
     vertical: Floats,
-    learnt: Floats,
+    estimate: Floats,
 ) -> None:
     """Fill in what a plot says of the height of aircraft k, dt after its state.
 
     ``density`` is that of the acceleration on each axis, m²/s³.
     """
-    if look[0] != NOTHING or not (is_bearing(kind) or kind in (KIND_RADAR, KIND_POSITION)):
-        learnt[:] = 0.0
-        learnt[1] = look[2]
+    if check[0] != NOTHING or not (is_bearing(kind) or kind in (KIND_RADAR, KIND_POSITION)):
+        estimate[:] = 0.0
+        estimate[1] = check[2]
         return
     x0, x1, x2, x3 = means[k, 0], means[k, 1], means[k, 2], means[k, 3]
     for c in range(sensitivities.shape[2]):
@@ -99,9 +99,9 @@ def learn_height(
     x1 += dt * x3
     v2, v3 = vertical[k, BY_HEIGHT + 2], vertical[k, BY_HEIGHT + 3]
     v0, v1 = vertical[k, BY_HEIGHT] + dt * v2, vertical[k, BY_HEIGHT + 1] + dt * v3
-    height, variance = look[1], look[2]
+    height, variance = check[1], check[2]
     site, noise = sites[s], noises[s]
-    p0, p1, ground, h, w = seen_from(kind, plane, site, noise, x0, x1, height, 0.0)
+    p0, p1, ground, h, w = expected_measurement(kind, plane, site, noise, x0, x1, height, 0.0)
     rate0, rate1 = h[0] * x2 + h[1] * x3, h[2] * x2 + h[3] * x3
     e0, e1 = z0 - p0, z1 - p1
     slope = 0.0
@@ -111,8 +111,8 @@ def learn_height(
         slope = sine_by_height(p0, ground)
         # Written so that NaN fails it: straight up, or at the source, no elevation is told.
         if not (abs(e0) <= 2.0 and abs(slope) < STEEP_MAX and azimuth_is_sound(h[2], h[3], w[2])):
-            learnt[0], learnt[1] = 0.0, variance
-            learnt[2], learnt[3], learnt[4], learnt[5] = v0, v1, v2, v3
+            estimate[0], estimate[1] = 0.0, variance
+            estimate[2], estimate[3], estimate[4], estimate[5] = v0, v1, v2, v3
             return
     if kind == KIND_RADAR:
         e1 = wrap_angle(e1)
@@ -139,29 +139,31 @@ def learn_height(
     else:
         i00, i01, i11 = inverse(n00 + w[0] + b00, n01 + w[1] + b01, n11 + w[2] + b11)
     r0, r1 = i00 * u0 + i01 * u1, i01 * u0 + i11 * u1
-    news = u0 * r0 + u1 * r1
-    told = r0 * e0 + r1 * e1
-    change, left = 0.0, variance
-    if told * told <= ASTRAY_SQUARED * news * (1.0 + news * variance):  # NaN fails this.
-        least = variance / (1.0 + news * variance)
-        change = least * told
+    information = u0 * r0 + u1 * r1
+    weighted = r0 * e0 + r1 * e1
+    change, remaining = 0.0, variance
+    if weighted * weighted <= ASTRAY_SQUARED * information * (
+        1.0 + information * variance
+    ):  # NaN fails this.
+        least = variance / (1.0 + information * variance)
+        change = least * weighted
         # The error of a radar's bias is the same plot after plot.
-        left = max(least, min(variance, lasting / max(u0 * u0, TINY_SQUARED)))
+        remaining = max(least, min(variance, lasting / max(u0 * u0, TINY_SQUARED)))
     # The filter takes the range at this height with its variance.
     if kind == KIND_BEARING:
         # The bias of an azimuth passes for a height.
-        change, left = 0.0, variance
+        change, remaining = 0.0, variance
     i00, i01, i11 = inverse(n00 + w[0] + slope * slope * variance, n01 + w[1], n11 + w[2])
     if kind == KIND_DIRECTION:
-        # The filter takes the azimuth alone: `taken_as`.
+        # The filter takes the azimuth alone: `used_as`.
         i00, i01, i11 = 0.0, 0.0, 1.0 / (n11 + w[2])
     K = gain_of(G, i00, i01, i11)
-    learnt[0] = change
-    learnt[1] = left
-    learnt[2] = v0 - K[0] * u0 - K[1] * u1
-    learnt[3] = v1 - K[2] * u0 - K[3] * u1
-    learnt[4] = v2 - K[4] * u0 - K[5] * u1
-    learnt[5] = v3 - K[6] * u0 - K[7] * u1
+    estimate[0] = change
+    estimate[1] = remaining
+    estimate[2] = v0 - K[0] * u0 - K[1] * u1
+    estimate[3] = v1 - K[2] * u0 - K[3] * u1
+    estimate[4] = v2 - K[4] * u0 - K[5] * u1
+    estimate[5] = v3 - K[6] * u0 - K[7] * u1
 
 
 @in_loop
@@ -186,13 +188,13 @@ def spread_of_row(
 
 
 @in_loop
-def taken_as(kind: int, look: Look, height: float) -> int:
+def used_as(kind: int, check: HeightCheck, height: float) -> int:
     """Return as what a filter takes a measurement of an aircraft of this height, NaN for none.
 
     The elevation of one that tells no height is taken for its height, and then not for its range
     as well: what it would say of that is what it says of the other.
     """
-    unheard = look[0] == NOTHING and np.isnan(height)
+    unheard = check[0] == NOTHING and np.isnan(height)
     return KIND_BEARING if kind == KIND_DIRECTION and unheard else kind
 
 
@@ -201,13 +203,20 @@ TINY_SQUARED = 1e-12
 
 
 @in_loop
-def begin_by_height(
-    look: Look, kind: int, z0: float, k: int, s: int, noises: Floats, H: Floats, vertical: Floats
+def initialise_height_sensitivity(
+    check: HeightCheck,
+    kind: int,
+    z0: float,
+    k: int,
+    s: int,
+    noises: Floats,
+    H: Floats,
+    vertical: Floats,
 ) -> None:
     """Set v of an aircraft that was begun at a plot, H being the derivative of that: H v = −s."""
     slope = 0.0
-    if kind == KIND_RADAR and look[0] == NOTHING:
-        slope = range_slope(look[1], z0, noises[s, 3])
+    if kind == KIND_RADAR and check[0] == NOTHING:
+        slope = range_slope(check[1], z0, noises[s, 3])
     det = H[0, 0] * H[1, 1] - H[0, 1] * H[1, 0]
     if not abs(det) > SLOPE_DETERMINANT_MIN:
         slope, det = 0.0, 1.0
@@ -218,26 +227,26 @@ def begin_by_height(
 
 
 @in_loop
-def met_height(look: Look, k: int, heights: Floats, vertical: Floats) -> float:
+def first_height_change(check: HeightCheck, k: int, heights: Floats, vertical: Floats) -> float:
     """Return by how much the first height that is heard is above the one guessed, and guess it."""
     change = 0.0
-    if look[0] == BEGUN and np.isnan(heights[k]) and not np.isnan(vertical[k, GUESS]):
-        change = look[1] - vertical[k, GUESS]
-        vertical[k, GUESS] = look[1]
+    if check[0] == INITIATED and np.isnan(heights[k]) and not np.isnan(vertical[k, GUESS]):
+        change = check[1] - vertical[k, GUESS]
+        vertical[k, GUESS] = check[1]
     return change
 
 
 @in_loop
-def keep_learnt(learnt: Floats, k: int, vertical: Floats) -> None:
-    """Take over what was learnt of the height; `shift_by_height` moves the position along."""
-    vertical[k, GUESS] += learnt[0]
-    vertical[k, GUESS_VARIANCE] = learnt[1]
+def store_height_estimate(estimate: Floats, k: int, vertical: Floats) -> None:
+    """Take over what was learnt of the height; `shift_with_height` moves the position along."""
+    vertical[k, GUESS] += estimate[0]
+    vertical[k, GUESS_VARIANCE] = estimate[1]
     for i in range(4):
-        vertical[k, BY_HEIGHT + i] = learnt[2 + i]
+        vertical[k, BY_HEIGHT + i] = estimate[2 + i]
 
 
 @in_loop
-def shift_by_height(change: float, k: int, row: int, vertical: Floats, means: Floats) -> None:
+def shift_with_height(change: float, k: int, row: int, vertical: Floats, means: Floats) -> None:
     """Move the state in a row of means to where it is when aircraft k is higher by a change."""
     for i in range(4):
         means[row, i] += change * vertical[k, BY_HEIGHT + i]

@@ -3,13 +3,13 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.restoration.bundle._window_kernels import inform
-from multiradar.restoration.bundle.initial import arc_rows
+from multiradar.restoration.bundle._window_kernels import write_information
+from multiradar.restoration.bundle.initial_arcs import arc_rows
 from multiradar.restoration.control_tracks import _layout as layout
 from multiradar.restoration.control_tracks._arc_kernels import misfit
-from multiradar.restoration.control_tracks._memory import SettlingMemory
+from multiradar.restoration.control_tracks._fit_kernels import fit_track
 from multiradar.restoration.control_tracks._motion_kernels import SPEED_MIN
-from multiradar.restoration.control_tracks._settling_kernels import settle
+from multiradar.restoration.control_tracks._scratch import FitScratch
 from multiradar.restoration.control_tracks._thinning_kernels import trace
 from multiradar.restoration.control_tracks.settings import BundleSettings
 
@@ -39,7 +39,7 @@ _PLOTS_TRIED_MAX = 20
 _LINE_ROUNDS = 4
 
 
-def first_tracks(plots: Floats, settings: BundleSettings, memory: SettlingMemory) -> Floats:
+def first_tracks(plots: Floats, settings: BundleSettings, memory: FitScratch) -> Floats:
     """Return the first tracks of a bundle.
 
     Parameters
@@ -48,7 +48,7 @@ def first_tracks(plots: Floats, settings: BundleSettings, memory: SettlingMemory
         Plots of the initial window, columns as in `_layout`.
     settings : BundleSettings
         Rules of the bundle.
-    memory : SettlingMemory
+    memory : FitScratch
         To work in.
 
     Returns
@@ -72,8 +72,8 @@ def first_tracks(plots: Floats, settings: BundleSettings, memory: SettlingMemory
             _begin_as(track, kind, settings.kinds()[kind, :4], memory)
             if wide:
                 _widen(track, kind, settings, memory)
-            track[layout.BROUGHT] = np.log(chance)
-            settle(
+            track[layout.MERGED_WEIGHT] = np.log(chance)
+            fit_track(
                 track, memory.spare, anchor_s, plots, 0, len(plots),
                 float(plots[-1, layout.TIME]), kinds, rules, _ROUNDS, *memory[1:],
             )  # fmt: skip
@@ -133,7 +133,7 @@ def _line(plots: Floats) -> Floats:
 
 
 # Whatever the arc says of accelerations, a kind begins with what it knows; a turn as the arc.
-def _begin_as(track: Floats, kind: int, controls: Floats, memory: SettlingMemory) -> None:
+def _begin_as(track: Floats, kind: int, controls: Floats, memory: FitScratch) -> None:
     mean_u, sigma_u, mean_w, sigma_w = controls
     track[layout.SEGMENTS + layout.KIND] = kind
     track[layout.SEGMENTS + layout.LONGITUDINAL] = mean_w
@@ -143,13 +143,13 @@ def _begin_as(track: Floats, kind: int, controls: Floats, memory: SettlingMemory
     track[layout.PRIOR_MEAN : layout.PRIOR_MEAN + 6] = (*state, mean_u, mean_w)
     covariance = np.diag(np.square([*_STATE_SIGMAS, sigma_u, sigma_w]))
     track[layout.PRIOR_COVARIANCE : layout.PRIOR_COVARIANCE + 36] = covariance.ravel()
-    inform(track, memory.H, memory.H2)
+    write_information(track, memory.H, memory.H2)
 
 
 # The acceleration that a kind means may be of any size within the limits.
-def _widen(track: Floats, kind: int, settings: BundleSettings, memory: SettlingMemory) -> None:
+def _widen(track: Floats, kind: int, settings: BundleSettings, memory: FitScratch) -> None:
     turns = kind in (layout.RIGHT, layout.LEFT)
     limit = settings.lateral_max_mps2 if turns else settings.longitudinal_max_mps2
     at = layout.PRIOR_COVARIANCE + (28 if turns else 35)
     track[at] = max(track[at], (_LIMIT_SHARE * limit) ** 2)
-    inform(track, memory.H, memory.H2)
+    write_information(track, memory.H, memory.H2)

@@ -10,7 +10,7 @@ from multiradar.geodesy.wgs84 import ECCENTRICITY_SQUARED, SEMI_MAJOR_AXIS_M, en
 Floats = NDArray[np.float64]
 
 
-class Way(NamedTuple):
+class PositionAndHeading(NamedTuple):
     """Where ways begin or end, and which way they go: latitude, longitude, heading, rad."""
 
     latitude_rad: Floats
@@ -18,9 +18,9 @@ class Way(NamedTuple):
     heading_rad: Floats
 
 
-def straight_on(
+def direct_geodesic(
     latitude_rad: ArrayLike, longitude_rad: ArrayLike, heading_rad: ArrayLike, distance_m: ArrayLike
-) -> Way:
+) -> PositionAndHeading:
     """Go straight on over ground.
 
     Parameters
@@ -72,7 +72,7 @@ def straight_on(
     end_heading = np.mod(end_heading, 2.0 * np.pi)
     # The remainder of a tiny negative angle rounds to a whole turn.
     end_heading = np.where(end_heading >= 2.0 * np.pi, 0.0, end_heading)
-    return Way(end_latitude, end_longitude, end_heading)
+    return PositionAndHeading(end_latitude, end_longitude, end_heading)
 
 
 def _radii(latitude_rad: Floats) -> tuple[Floats, Floats]:

@@ -46,7 +46,7 @@ def rounded_duration_s(duration_s: float) -> float:
 
 
 @lru_cache(maxsize=128)
-def later_moments(straight_s: float, settings: ForecastSettings) -> Floats:
+def later_turn_moments(straight_s: float, settings: ForecastSettings) -> Floats:
     """Return moments of the way after straight flight has ended by a turn to the right.
 
     Parameters

@@ -12,7 +12,7 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 
-class SettlingMemory(NamedTuple):
+class FitScratch(NamedTuple):
     """What `settle` works in: a track, derivatives twice, and those of a segment."""
 
     spare: Floats
@@ -26,7 +26,7 @@ class SettlingMemory(NamedTuple):
     r: Floats
 
 
-class BundleMemory(NamedTuple):
+class BundleScratch(NamedTuple):
     """What `take_plot` works in beside that."""
 
     A: Floats
@@ -40,29 +40,29 @@ class BundleMemory(NamedTuple):
 class Scratch(NamedTuple):
     """All that a bundle works in and need not keep from plot to plot."""
 
-    settling: SettlingMemory
-    bundle: BundleMemory
+    settling: FitScratch
+    bundle: BundleScratch
 
 
 def scratch(settings: BundleSettings) -> Scratch:
     """Return memory for bundles of these settings that take their plots one after the other."""
-    return Scratch(settling_memory(), bundle_memory(settings.window_s + settings.ahead_s))
+    return Scratch(fit_scratch(), bundle_scratch(settings.window_s + settings.ahead_s))
 
 
-def settling_memory() -> SettlingMemory:
+def fit_scratch() -> FitScratch:
     """Return memory for one track at a time."""
     p = layout.PARAMETERS_MAX
-    return SettlingMemory(
+    return FitScratch(
         np.zeros(layout.TRACK_COUNT), np.zeros((p, p)), np.zeros(p), np.zeros((p, p)), np.zeros(p),
         np.zeros((4, p)), np.zeros((5, p)), np.zeros((6, 6)), np.zeros(6),
     )  # fmt: skip
 
 
-def bundle_memory(grid_s: float) -> BundleMemory:
+def bundle_scratch(grid_s: float) -> BundleScratch:
     """Return memory for a bundle whose tracks are compared over so many seconds."""
     points = int(np.ceil(grid_s))
     many = layout.CANDIDATES_MAX
-    return BundleMemory(
+    return BundleScratch(
         np.zeros((6, 6)), np.zeros((6, 6)), np.zeros(points), np.zeros((many, points, 4)),
         np.zeros(many, np.int64), np.zeros(many, np.int64),
     )  # fmt: skip

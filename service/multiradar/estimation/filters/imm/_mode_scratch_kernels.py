@@ -43,12 +43,12 @@ LATERAL = 0
 ALONG = 1
 ACROSS = 2
 LEAVING = 3
-SURPRISED = 4
+UNMODELLED = 4
 MODE_COUNT = 5
 
-# Rows of the room: what the modes are, and 1 in the lanes of the hub and those beyond the last
-# mode, of the arms, of all modes; the shares of `pass_modes`; the course of each mode; H and K; c
-# and μ; then room for `expect_modes`.
+# Rows of the scratch array: columns of `Model.modes`; flags (1) of the lanes of the hub (with those
+# beyond the last mode), of the arms, of all modes; mixing weights of `transition_modes`; turn of
+# each mode; H; K; c; μ; then scratch of `evaluate_modes`.
 TABLE = 0
 HUB = 5
 ARMS = 6
@@ -57,34 +57,34 @@ SHARES = 8
 COURSE = 11
 SLOPE = 15
 GAIN = 19
-PASSED = 27
-CHANCE = 28
+PREDICTED = 27
+POSTERIOR = 28
 SUMS = 29
-ROOM_ROWS = SUMS + 4 * LANES
+SCRATCH_ROWS = SUMS + 4 * LANES
 
 
 @in_loop
-def prepare_room(modes: Floats, room: Floats) -> None:
+def prepare_scratch(modes: Floats, scratch: Floats) -> None:
     """Write into the room what the modes are, once for all aircraft."""
     count = modes.shape[0]
     for j in range(LANES):
         for column in range(MODE_COUNT):
-            room[TABLE + column, j] = modes[j if j < count else 0, column]
-        room[HUB, j] = 0.0 if 0 < j < count else 1.0
-        room[ARMS, j] = 1.0 if 0 < j < count else 0.0
-        room[MODES, j] = 1.0 if j < count else 0.0
+            scratch[TABLE + column, j] = modes[j if j < count else 0, column]
+        scratch[HUB, j] = 0.0 if 0 < j < count else 1.0
+        scratch[ARMS, j] = 1.0 if 0 < j < count else 0.0
+        scratch[MODES, j] = 1.0 if j < count else 0.0
 
 
 @in_both
-def kept(room: Floats, row: int) -> Lanes:
+def get_row(scratch: Floats, row: int) -> Lanes:
     """Return a row of the room."""
-    return load_row(room, row, 0, LANES)
+    return load_row(scratch, row, 0, LANES)
 
 
 @in_both
-def keep(room: Floats, row: int, lanes: Lanes) -> None:
+def set_row(scratch: Floats, row: int, lanes: Lanes) -> None:
     """Set a row of the room."""
-    store_row(room, row, 0, LANES, lanes)
+    store_row(scratch, row, 0, LANES, lanes)
 
 
 @in_both
@@ -158,7 +158,9 @@ def store_modes(
 
 
 @in_both
-def expect_modes(k: int, count: int, a: State, bias: Floats, mode_V: Floats, room: Floats) -> State:
+def evaluate_modes(
+    k: int, count: int, a: State, bias: Floats, mode_V: Floats, scratch: Floats
+) -> State:
     """Return x of each mode at the published biases, (1, n)."""
     n = mode_V.shape[2]
     for j in range(LANES):
@@ -170,19 +172,21 @@ def expect_modes(k: int, count: int, a: State, bias: Floats, mode_V: Floats, roo
                 way = fused_lanes(
                     load_lanes(mode_V, row, r, c, lanes), load_row(bias, 0, c, lanes), way
                 )
-            keep(room, SUMS + r * LANES + j, way)
+            set_row(scratch, SUMS + r * LANES + j, way)
     return (
-        a[0] + sums_of_rows(room, SUMS),
-        a[1] + sums_of_rows(room, SUMS + LANES),
-        a[2] + sums_of_rows(room, SUMS + 2 * LANES),
-        a[3] + sums_of_rows(room, SUMS + 3 * LANES),
+        a[0] + sums_of_rows(scratch, SUMS),
+        a[1] + sums_of_rows(scratch, SUMS + LANES),
+        a[2] + sums_of_rows(scratch, SUMS + 2 * LANES),
+        a[3] + sums_of_rows(scratch, SUMS + 3 * LANES),
     )
 
 
 @in_both
-def sums_of_rows(room: Floats, first: int) -> Lanes:
+def sums_of_rows(scratch: Floats, first: int) -> Lanes:
     """Return the sums over each of eight rows of the room."""
     return sums_of(
-        kept(room, first), kept(room, first + 1), kept(room, first + 2), kept(room, first + 3),
-        kept(room, first + 4), kept(room, first + 5), kept(room, first + 6), kept(room, first + 7),
+        get_row(scratch, first), get_row(scratch, first + 1),
+        get_row(scratch, first + 2), get_row(scratch, first + 3),
+        get_row(scratch, first + 4), get_row(scratch, first + 5),
+        get_row(scratch, first + 6), get_row(scratch, first + 7),
     )  # fmt: skip

@@ -5,15 +5,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 #: What an aircraft did is told so long after it, s: then plots have decided it.
-TOLD_AFTER_S = 40.0
+DECIDED_AFTER_S = 40.0
 #: It is noted so often, s.
-NOTED_EVERY_S = 5.0
+RECORDED_EVERY_S = 5.0
 #: Of a longer silence nothing is known but its end, s.
 SILENCE_MAX_S = 30.0
 
 
 @dataclass(frozen=True, slots=True)
-class Habits:
+class ManoeuvreHistory:
     """Times an aircraft has flown straight, and has not.
 
     Attributes
@@ -28,7 +28,7 @@ class Habits:
     manoeuvring_s: float = 0.0
     until_s: float = float("nan")
 
-    def noted(self, until_s: float, straight: float) -> "Habits":
+    def noted(self, until_s: float, straight: float) -> "ManoeuvreHistory":
         """Return the sums with the time since the last note.
 
         Parameters
@@ -40,19 +40,19 @@ class Habits:
 
         Returns
         -------
-        Habits
+        ManoeuvreHistory
             New sums.
         """
         if np.isnan(self.until_s):
             return replace(self, until_s=until_s)
         passed_s = min(max(until_s - self.until_s, 0.0), SILENCE_MAX_S)
-        return Habits(
+        return ManoeuvreHistory(
             self.straight_s + straight * passed_s,
             self.manoeuvring_s + (1.0 - straight) * passed_s,
             max(until_s, self.until_s),
         )
 
-    def straight_lasts_s(self, expected_s: float, manoeuvre_s: float, weight_s: float) -> float:
+    def mean_straight_s(self, expected_s: float, manoeuvre_s: float, weight_s: float) -> float:
         """Return how long straight flight of this aircraft lasts on average.
 
         Parameters

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.restoration.control_tracks import _layout as layout
-from multiradar.restoration.control_tracks._arc_kernels import misfit, surprises
+from multiradar.restoration.control_tracks._arc_kernels import count_outliers, misfit
 
 Floats = NDArray[np.float64]
 
@@ -22,7 +22,7 @@ _REFUTED_S = 30.0
 _LOST_BEFORE = log(1e-4)
 
 
-class Doubted(NamedTuple):
+class LossTest(NamedTuple):
     """The best track, and the plots of its window.
 
     Attributes
@@ -56,15 +56,15 @@ class Doubted(NamedTuple):
         int
             Their number.
         """
-        return int(surprises(self.track, self.anchor_s, self.plots, first, last))
+        return int(count_outliers(self.track, self.anchor_s, self.plots, first, last))
 
 
-def lost_from(best: Doubted) -> int:
+def lost_since(best: LossTest) -> int:
     """Return from which plot on the best track may have lost the aircraft.
 
     Parameters
     ----------
-    best : Doubted
+    best : LossTest
         The best track.
 
     Returns
@@ -84,7 +84,7 @@ def lost_from(best: Doubted) -> int:
     return row + known if strange >= _STRANGE_MIN else best.last
 
 
-def is_likelier(new: Floats, best: Doubted, since: int, *, refuted: bool) -> bool:
+def is_likelier(new: Floats, best: LossTest, since: int, *, refuted: bool) -> bool:
     """Return whether another beginning is likelier than that plots were wrong.
 
     Parameters
@@ -92,7 +92,7 @@ def is_likelier(new: Floats, best: Doubted, since: int, *, refuted: bool) -> boo
     new : (TRACK_COUNT,) ndarray
         The best track that begins with the plot of row `since`; its weight is the probability of
         the plots from there on, whatever place, velocity and accelerations may be.
-    best : Doubted
+    best : LossTest
         The best track that there is.
     since : int
         Row of the first plot that it does not know.
@@ -105,17 +105,17 @@ def is_likelier(new: Floats, best: Doubted, since: int, *, refuted: bool) -> boo
         Whether it is, and most plots are none of its outliers.
     """
     plots, last = best.plots, best.last
-    strange = surprises(new, float(plots[since, layout.TIME]), plots, since, last)
+    strange = count_outliers(new, float(plots[since, layout.TIME]), plots, since, last)
     gained = float(new[layout.WEIGHT]) + misfit(best.track, best.anchor_s, plots, since, last)
     return bool((refuted or gained + _LOST_BEFORE > 0.0) and 2 * strange <= last - since)
 
 
-def knows_none(best: Doubted) -> bool:
+def fits_none(best: LossTest) -> bool:
     """Return whether every plot of the last half minute, and of three, is an outlier of a track.
 
     Parameters
     ----------
-    best : Doubted
+    best : LossTest
         The best track.
 
     Returns

@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 from multiradar.restoration.control_tracks._functional_kernels import assess, factorise, solve
 from multiradar.restoration.control_tracks._layout import (
     BEGIN,
-    BROUGHT,
     CELL_SIGMA_S,
     COUNT,
     EAST,
@@ -32,6 +31,7 @@ from multiradar.restoration.control_tracks._layout import (
     LATERAL_MAX,
     LATERAL_SIGMA,
     LONGITUDINAL_SIGMA,
+    MERGED_WEIGHT,
     PRIOR_LOGARITHM,
     SEGMENT_COUNT,
     SEGMENT_MIN_S,
@@ -53,7 +53,7 @@ ROUNDING, DECREASE_MIN = 1e-9, 1e-4
 
 
 @loop
-def settle(
+def fit_track(
     track: Floats, trial: Floats, anchor_s: float, plots: Floats, first: int, last: int,
     now_s: float, kinds: Floats, rules: Floats, rounds: int, H: Floats, g: Floats, H2: Floats,
     g2: Floats, S: Floats, T: Floats, M: Floats, r: Floats,
@@ -74,7 +74,7 @@ def settle(
                 for j in range(i + 1):
                     H2[i, j] = H[i, j]
                 H2[i, i] *= 1.0 + damping
-            hold(track, H2, g2, size, rules)
+            fix_at_limits(track, H2, g2, size, rules)
             if not np.isnan(factorise(H2, size)):
                 solve(H2, g2, size)
                 decrease = 0.0
@@ -101,7 +101,7 @@ def settle(
         if decrease < DECREASE_MIN:
             break
     track[WEIGHT] = (
-        track[BROUGHT]
+        track[MERGED_WEIGHT]
         - value
         + constants(track, anchor_s, now_s, kinds, sigma)
         - 0.5 * factorise(H, size)
@@ -113,7 +113,7 @@ def settle(
 
 
 @in_loop
-def hold(track: Floats, H: Floats, g: Floats, size: int, rules: Floats) -> None:
+def fix_at_limits(track: Floats, H: Floats, g: Floats, size: int, rules: Floats) -> None:
     """Take accelerations that lie at their limit and would go beyond out of the step."""
     for i in range(int(track[COUNT])):
         at = SEGMENTS + SEGMENT_COUNT * i

@@ -37,7 +37,7 @@ class Members(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Fan:
+class ForecastEnsemble:
     """Where an aircraft may be.
 
     Attributes

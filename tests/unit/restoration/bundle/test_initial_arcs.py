@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from multiradar.restoration.bundle.initial import TRIPLE_OFF_M, arcs_through_triples
+from multiradar.restoration.bundle.initial_arcs import TRIPLE_OFF_M, arcs_through_triples
 from multiradar.restoration.control_tracks.tracks import ControlTrack, whole_seconds
 from support.scenarios.flown import flight, plots_of
 

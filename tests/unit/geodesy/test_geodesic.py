@@ -4,14 +4,16 @@ import numpy as np
 import pyproj
 import pytest
 
-from multiradar.geodesy.ways import straight_on
+from multiradar.geodesy.geodesic import direct_geodesic
 
 
 def test_a_way_ends_where_the_geodesic_does() -> None:
     random = np.random.default_rng(1)
     latitude, longitude = random.uniform(-90, 90, 500), random.uniform(-180, 180, 500)
     heading, distance = random.uniform(0, 360, 500), random.uniform(0, 30_000, 500)
-    way = straight_on(np.radians(latitude), np.radians(longitude), np.radians(heading), distance)
+    way = direct_geodesic(
+        np.radians(latitude), np.radians(longitude), np.radians(heading), distance
+    )
     geod = pyproj.Geod(ellps="WGS84")
     end_longitude, end_latitude, back = geod.fwd(longitude, latitude, heading, distance)
     _, _, apart = geod.inv(
@@ -26,7 +28,7 @@ def test_a_way_ends_where_the_geodesic_does() -> None:
 
 
 def test_over_the_pole_and_over_the_antimeridian() -> None:
-    way = straight_on(
+    way = direct_geodesic(
         np.radians([89.99, 60.0]), np.radians([30.0, 179.99]), [0.0, 0.5 * np.pi], 5e3
     )
     assert np.degrees(way.longitude_rad[0]) == pytest.approx(-150.0)
@@ -36,5 +38,5 @@ def test_over_the_pole_and_over_the_antimeridian() -> None:
 
 
 def test_nowhere_is_where_it_was() -> None:
-    way = straight_on([0.7], [-2.0], [1.2], [0.0])
+    way = direct_geodesic([0.7], [-2.0], [1.2], [0.0])
     assert np.stack(way)[:, 0] == pytest.approx([0.7, -2.0, 1.2])

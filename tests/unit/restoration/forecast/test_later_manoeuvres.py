@@ -4,7 +4,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from multiradar.restoration.forecast.later import STEP_S, later_moments, rounded_duration_s
+from multiradar.restoration.forecast.later_manoeuvres import (
+    STEP_S,
+    later_turn_moments,
+    rounded_duration_s,
+)
 from multiradar.restoration.forecast.settings import AHEAD_MAX_S, ForecastSettings
 
 Floats = NDArray[np.float64]
@@ -36,7 +40,7 @@ def flown(straight_s: float, settings: ForecastSettings, until_s: float) -> Floa
 @pytest.mark.parametrize("until_s", [60.0, 300.0])
 def test_moments_are_those_of_flights_drawn_at_random(until_s: float) -> None:
     settings = ForecastSettings()
-    told = later_moments(100.0, settings)[int(until_s / STEP_S)]
+    told = later_turn_moments(100.0, settings)[int(until_s / STEP_S)]
     drawn = flown(100.0, settings, until_s)
     sigma = drawn.std(axis=0) / np.sqrt(len(drawn))
     # Steps of half a second begin and end turns a quarter of a second late on average.
@@ -49,7 +53,7 @@ def test_moments_are_those_of_flights_drawn_at_random(until_s: float) -> None:
 
 
 def test_spreads_are_covariances() -> None:
-    table = later_moments(rounded_duration_s(100.0), ForecastSettings())
+    table = later_turn_moments(rounded_duration_s(100.0), ForecastSettings())
     assert len(table) == AHEAD_MAX_S / STEP_S + 1
     rows, columns = np.triu_indices(4)
     spread = np.zeros((len(table), 4, 4))
