@@ -1,4 +1,4 @@
-"""What numbers from outside must be before anything is estimated from them: shape, sign, order."""
+"""Checks of numeric arguments: type, shape, finiteness, sign, order."""
 
 from collections.abc import Callable
 
@@ -9,29 +9,29 @@ from multiradar.errors import ConfigurationError, ShapeError, TimeOrderError
 
 Floats = NDArray[np.float64]
 
-# Of an argument that is no number, an error shows no more than so many characters.
+# Maximum number of characters of a non-numeric argument that an error shows.
 _SHOWN_MAX = 60
 
 
 def require_numbers(values: ArrayLike, name: str) -> Floats:
-    """Return what is numbers as an array, or say that it is none.
+    """Return numbers as a float array; raise if they are not numbers.
 
     Parameters
     ----------
     values : (...) array_like
         Numbers, in any units, finite or not.
     name : str
-        What they are, for the message.
+        Their name in the message.
 
     Returns
     -------
     (...) float64
-        The same numbers; the same array where it is one of such numbers.
+        The same numbers; a float64 array is not copied.
 
     Raises
     ------
     ShapeError
-        If there is text, None, a date or a complex number among them, or rows of unequal length.
+        If they contain text, None, dates or complex numbers, or rows of unequal length.
     """
     try:
         array = np.asarray(values)
@@ -47,17 +47,17 @@ def require_numbers(values: ArrayLike, name: str) -> Floats:
 
 
 def is_integer(value: object) -> bool:
-    """Return whether something is an integer, Python's or NumPy's; True and False are none.
+    """Return whether a value is a Python or NumPy integer; booleans are not.
 
     Parameters
     ----------
     value : object
-        Anything.
+        Any value.
 
     Returns
     -------
     bool
-        Whether it is one.
+        Whether it is an integer.
     """
     return isinstance(value, int | np.integer) and not isinstance(value, bool)
 
@@ -68,16 +68,16 @@ def _shown(values: object) -> str:
 
 
 def require_shape(values: ArrayLike, name: str, shape: tuple[int | None, ...]) -> Floats:
-    """Return the numbers if they are of a shape, or say of which they are.
+    """Return the numbers if they have a shape; raise otherwise.
 
     Parameters
     ----------
     values : (...) array_like
         Numbers, in any units.
     name : str
-        What they are, for the message.
+        Their name in the message.
     shape : tuple of int or None
-        Length of each dimension; None for one that may be of any length.
+        Length of each dimension; None for any length.
 
     Returns
     -------
@@ -87,7 +87,7 @@ def require_shape(values: ArrayLike, name: str, shape: tuple[int | None, ...]) -
     Raises
     ------
     ShapeError
-        If they are of another shape, or no numbers.
+        If the shape differs, or they are not numbers.
     """
     numbers = require_numbers(values, name)
     agree = len(numbers.shape) == len(shape) and all(
@@ -109,19 +109,19 @@ def finite_array(
     values : (...) array_like
         Numbers, in any units.
     name : str
-        What they are, for the message.
+        Their name in the message.
     shape : tuple of int or None, optional
-        As in `require_shape`; any shape without.
+        As in `require_shape`; any shape by default.
 
     Returns
     -------
     (*shape) float64
-        The numbers, in an array of their own.
+        A copy of the numbers.
 
     Raises
     ------
     ShapeError
-        If they are of another shape, or one is not finite.
+        If the shape differs, or a number is not finite.
     """
     numbers = require_numbers(values, name).copy()
     if shape is not None:
@@ -144,23 +144,23 @@ def positive_array(
     values : () or (*shape) array_like
         Numbers, in any units.
     name : str
-        What they are, for the message.
+        Their name in the message.
     shape : tuple of int
         Shape of the result.
     error : callable, optional
-        Makes the error from its message.
+        Creates the error from its message.
 
     Returns
     -------
     (*shape) float64
-        The numbers, a single one repeated; not to be written to.
+        The numbers, a single one broadcast; read-only.
 
     Raises
     ------
     ShapeError
-        If they are of another shape, or no numbers.
+        If the shape differs, or they are not numbers.
     ConfigurationError
-        If one is not above 0, or not finite; of the class that `error` makes.
+        If one is not above 0 or not finite; of the class of `error`.
     """
     numbers = require_numbers(values, name)
     if numbers.shape not in ((), shape):
@@ -172,14 +172,14 @@ def positive_array(
 
 
 def component_array(values: ArrayLike, name: str, count: int) -> Floats:
-    """Return vectors that have so many components, whatever the number of vectors.
+    """Return vectors with a given number of components.
 
     Parameters
     ----------
     values : (..., count) array_like
         One vector or several, in any units.
     name : str
-        What they are, for the message.
+        Their name in the message.
     count : int
         Length of the last axis.
 
@@ -191,7 +191,7 @@ def component_array(values: ArrayLike, name: str, count: int) -> Floats:
     Raises
     ------
     ShapeError
-        If the last axis is of another length, or they are no numbers.
+        If the last axis has another length, or they are not numbers.
     """
     numbers = require_numbers(values, name)
     if numbers.ndim == 0 or numbers.shape[-1] != count:
@@ -200,16 +200,16 @@ def component_array(values: ArrayLike, name: str, count: int) -> Floats:
 
 
 def ascending_times(times_s: ArrayLike, name: str, after_s: float) -> Floats:
-    """Return times of which none is before the one before it; equal ones may be.
+    """Return non-decreasing times.
 
     Parameters
     ----------
     times_s : (n,) array_like
         Times, s.
     name : str
-        What one of them is, for the message.
+        Name of one of them in the message.
     after_s : float
-        What the first must not be before, s; −inf for nothing.
+        Earliest allowed first time, s; −inf for none.
 
     Returns
     -------
@@ -219,9 +219,9 @@ def ascending_times(times_s: ArrayLike, name: str, after_s: float) -> Floats:
     Raises
     ------
     ShapeError
-        If they are not in one dimension, or no numbers.
+        If they are not one-dimensional, or not numbers.
     TimeOrderError
-        If a time goes back, or is NaN or +inf.
+        If the times decrease, or one is NaN or +inf.
     """
     times = require_numbers(times_s, name)
     if times.ndim != 1:
@@ -234,16 +234,16 @@ def ascending_times(times_s: ArrayLike, name: str, after_s: float) -> Floats:
 
 
 def interval_edges(times_s: ArrayLike, name: str, after_s: float) -> Floats:
-    """Return at least two times, each after the one before it.
+    """Return at least two strictly increasing times.
 
     Parameters
     ----------
     times_s : (n + 1,) array_like
         Edges of n intervals, s.
     name : str
-        What one of them is, for the message.
+        Name of one of them in the message.
     after_s : float
-        What the first must not be before, s; −inf for nothing.
+        Earliest allowed first time, s; −inf for none.
 
     Returns
     -------
@@ -253,9 +253,9 @@ def interval_edges(times_s: ArrayLike, name: str, after_s: float) -> Floats:
     Raises
     ------
     ShapeError
-        If they are not in one dimension, fewer than two, or no numbers.
+        If they are not one-dimensional, fewer than two, or not numbers.
     TimeOrderError
-        If a time goes back or stands still, or is NaN or +inf.
+        If the times do not strictly increase, or one is NaN or +inf.
     """
     times = ascending_times(times_s, name, after_s)
     if len(times) < 2:

@@ -1,1 +1,1 @@
-"""The radar biases, shared by all aircraft and published by epochs of data time."""
+"""Radar biases: common to all aircraft, published once per epoch of data time."""

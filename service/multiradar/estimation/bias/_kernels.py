@@ -1,4 +1,4 @@
-"""Compiled fold of logged measurements into the biases, by covariance intersection.
+"""Compiled update of the biases by logged measurements, by covariance intersection.
 
 References
 ----------
@@ -25,10 +25,10 @@ def fold_biases(
     bias: Floats,
     covariance: Floats,
 ) -> None:
-    """Fold logged measurements into the biases by covariance intersection, one after the other.
+    """Update the biases by logged measurements one after the other, by covariance intersection.
 
-    (1.43)-(1.45) for ς: the aircraft's uncertainty N is the other part. ``scales`` (1/variance of
-    the prior of each parameter) make the trace to be minimised dimensionless.
+    (1.43)-(1.45) for ς, with N from the uncertainty of the aircraft. ``scales`` (1/prior variance
+    of each parameter) make the minimised trace dimensionless.
     """
     J = np.empty((2, SENSOR_BIASES_MAX))
     F = np.empty((SENSOR_BIASES_MAX, 2))

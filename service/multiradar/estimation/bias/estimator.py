@@ -1,4 +1,4 @@
-"""The bias store by epochs: gathers what the measurements say, merges it when an epoch closes."""
+"""Bias estimation by epochs: collects information, updates the biases at the end of an epoch."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,20 +19,20 @@ Integers = NDArray[np.int64]
 
 
 class BiasEstimator:
-    """The published biases, and what waits to be merged into them.
+    """The published biases, and the log that waits for the end of the epoch.
 
     Parameters
     ----------
     sensors : SensorTable
         The sensors and their bias parameters.
     definition : FilterDefinition
-        Decides how measurements are merged.
+        Decides how measurements update the biases.
 
     References
     ----------
-    IMM UrO RAN report (2016), sections 1.3 to 1.5, for the half of the biases; Friedland, B.,
-    "Treatment of bias in recursive filtering", IEEE TAC 14 (1969), 359-367, for sums of information
-    that many aircraft add to. That they are added by epochs is the project's own.
+    IMM UrO RAN report (2016), sections 1.3 to 1.5, for the bias part; Friedland, B., "Treatment of
+    bias in recursive filtering", IEEE TAC 14 (1969), 359-367, for the sums of information over
+    aircraft. Adding them by epochs is the project's own.
     """
 
     def __init__(self, sensors: SensorTable, definition: FilterDefinition) -> None:
@@ -43,7 +43,7 @@ class BiasEstimator:
         self.state: BiasState = prior(sensors)
 
     def log(self, log: Floats, sensors: Integers) -> None:
-        """Keep logged measurements of the epoch, in canonical order, where the filter folds them.
+        """Store logged measurements of the epoch, in canonical order, if the filter uses the log.
 
         Parameters
         ----------
@@ -58,11 +58,11 @@ class BiasEstimator:
         covariance intersection, one after the other.
         """
         if self._definition.folds_log:
-            said = log[:, 5] > 0.0
-            self._log.append((log[said], sensors[said]))
+            informs = log[:, 5] > 0.0
+            self._log.append((log[informs], sensors[informs]))
 
     def merge(self, information: Floats, vector: Floats) -> None:
-        """Merge what the epoch gave: sums partition by partition, or the log row by row.
+        """Update the biases by the information of the epoch: sums by partition, or the log by row.
 
         Parameters
         ----------
@@ -82,7 +82,7 @@ class BiasEstimator:
             return
         total = np.zeros(information.shape[1:])
         total_vector = np.zeros(vector.shape[1:])
-        # One after the other, so that the sum does not depend on how a library would pair them.
+        # One after the other: the sum must not depend on a library's order of summation.
         for part, part_vector in zip(information, vector, strict=True):
             total += part
             total_vector += part_vector
@@ -90,7 +90,7 @@ class BiasEstimator:
         self.state = add_information(self.state, total, total_vector)
 
     def set_state(self, estimate: Floats, covariance: Floats) -> None:
-        """Take over biases that the filter has corrected itself (joint).
+        """Set the biases to those the filter has corrected itself (joint).
 
         Parameters
         ----------
@@ -101,29 +101,29 @@ class BiasEstimator:
 
         References
         ----------
-        IMM UrO RAN report (2016), equation (1.32), done within the step of the filter.
+        IMM UrO RAN report (2016), equation (1.32), within the step of the filter.
         """
         self.state = BiasState(estimate.copy(), covariance.copy(), self.state.scale)
 
     def drift(self, duration_s: float, aircraft: Aircraft) -> bool:
-        """Let the biases walk, and anchor the aircraft that depend on them anew.
+        """Apply the drift of the biases, and adjust the aircraft that depend on them.
 
         Parameters
         ----------
         duration_s : float
             How long, s of data time.
         aircraft : Aircraft
-            Changed in place where the filter keeps the sensitivity.
+            Changed in place if the filter stores the sensitivity.
 
         Returns
         -------
         bool
-            Whether anything walked.
+            Whether any bias drifts.
 
         References
         ----------
-        IMM UrO RAN report (2016), equations (1.6) and (1.25). The anchoring anew is the project's
-        own: see `multiradar.estimation.bias.store.drift`.
+        IMM UrO RAN report (2016), equations (1.6) and (1.25). The adjustment of the aircraft is the
+        project's own: see `multiradar.estimation.bias.store.drift`.
         """
         rates = self._sensors.drift
         if not rates.any():
@@ -132,14 +132,14 @@ class BiasEstimator:
         return True
 
     def reset_offsets(self, sensor: int, aircraft: Aircraft) -> bool:
-        """Forget what the measurements said of the offsets of a sensor, which have jumped.
+        """Reset the offsets of a sensor to their prior uncertainty after a jump.
 
         Parameters
         ----------
         sensor : int
             The sensor.
         aircraft : Aircraft
-            Changed in place where the filter keeps the sensitivity.
+            Changed in place if the filter stores the sensitivity.
 
         Returns
         -------
@@ -148,8 +148,8 @@ class BiasEstimator:
 
         References
         ----------
-        The project's own: the offsets walk at once by as much as the prior allows, by equation
-        (1.25) of the IMM UrO RAN report (2016), so that aircraft keep what they know.
+        The project's own: one drift step with the prior variance, equation (1.25) of the IMM UrO
+        RAN report (2016), so that the aircraft keep their information.
         """
         offsets = np.isin(
             self._sensors.parameter_kind, (PARAMETER_RANGE_OFFSET, PARAMETER_AZIMUTH_OFFSET)
@@ -196,7 +196,7 @@ def column_starts(sensors: SensorTable) -> Integers:
     Returns
     -------
     (m + 1,) int64
-        Columns of sensor j are those from item j up to item j + 1.
+        Sensor j has the columns from item j up to item j + 1.
 
     References
     ----------

@@ -1,8 +1,8 @@
-"""Which combinations of biases the measurements have told nothing about.
+"""Unobservable combinations of biases.
 
-A filter never knows that something cannot be seen: it says so by a sigma that stays what it was. A
-single radar's range offset may look known to a third of its prior sigma, and the sum of two radars'
-azimuth offsets not at all; so combinations are looked at, not parameters alone.
+A filter shows that a bias is unobservable only by a sigma that stays at its prior. The range offset
+of one radar may fall to a third of its prior sigma while the sum of two azimuth offsets remains
+unknown; so combinations are evaluated, not only single parameters.
 """
 
 from dataclasses import dataclass
@@ -19,18 +19,18 @@ from multiradar.estimation.measurement.sensors import (
 
 Floats = NDArray[np.float64]
 
-#: A combination of biases counts as untold while its variance is more than this share of that
-#: beforehand: the measurements have then said less about it than the prior did.
+#: A combination of biases is unobservable while its variance exceeds this fraction of the prior
+#: variance: the measurements then inform less about it than the prior.
 UNOBSERVABLE_SHARE_MIN = 0.5
-#: A parameter that lies in the untold space but for this share of its variance is named alone.
+#: A parameter with more than this share of its variance in the unobservable space is named alone.
 ALONE_SHARE_MIN = 0.95
-#: Parts of a combination below this share of its largest are left out of its name.
+#: Weights below this fraction of the largest are left out of the name of a combination.
 WEIGHT_SHARE_MIN = 0.2
-#: Parameters of one kind that move by amounts that differ by less than this share move together.
+#: Parameters of one kind whose amounts differ by less than this fraction are named "together".
 EQUAL_SHARE = 0.15
 
 _WORDS = ("range offset", "azimuth offset", "range gain", "time offset")
-# What it is that is common to sensors whose parameters of a kind cannot be told apart from it.
+# Effect that is common to sensors whose parameters of a kind cannot be separated from it.
 _COMMON = {
     PARAMETER_RANGE_OFFSET: "one offset of all ranges",
     PARAMETER_AZIMUTH_OFFSET: "a common turn",
@@ -40,16 +40,16 @@ _COMMON = {
 
 @dataclass(frozen=True, slots=True)
 class UnobservableBias:
-    """A combination of biases about which the measurements have told nothing.
+    """A combination of biases that the measurements do not determine.
 
     Attributes
     ----------
     name : str
         In words, as `azimuth offsets of A and B together (a common turn)`.
     prior_ratio : float
-        Its sigma over that beforehand: 1 where nothing at all was told.
+        Its sigma over the prior sigma: 1 without any information.
     weights : tuple of c floats
-        How far each parameter moves with it, in units of its prior sigma; the largest is 1.
+        Weight of each parameter, in units of its prior sigma; the largest is 1.
     """
 
     name: str
@@ -60,7 +60,7 @@ class UnobservableBias:
 def unobservable_combinations(
     sensors: SensorTable, covariance: Floats, elapsed_s: float = 0.0
 ) -> tuple[UnobservableBias, ...]:
-    """Return the combinations of biases that the measurements have not told.
+    """Return the unobservable combinations of biases.
 
     Parameters
     ----------
@@ -69,19 +69,19 @@ def unobservable_combinations(
     covariance : (c, c) float64
         Covariance of the biases now.
     elapsed_s : float
-        For how long the biases have walked since the prior held, s: what is not measured is known
-        to the prior variance and that of the walk, and no worse.
+        Time since the prior, s: without measurements a variance is that of the prior plus that of
+        the drift.
 
     Returns
     -------
     tuple of UnobservableBias
-        Independent combinations that span all that is untold, parameters that are untold by
-        themselves first. Empty where everything is told.
+        Independent combinations that span the unobservable space, single parameters first. Empty
+        if all biases are observable.
 
     Notes
     -----
-    With D² the diagonal of prior and walk, D⁻¹ P_ς D⁻¹ has the eigenvalues λ, the variances of
-    combinations in units of those beforehand; those with λ above `UNOBSERVABLE_SHARE_MIN` are
+    With D² the diagonal of prior and drift, D⁻¹ P_ς D⁻¹ has the eigenvalues λ, the variances of
+    combinations relative to the prior; those with λ above `UNOBSERVABLE_SHARE_MIN` are
     unobservable. Any rotation of eigenvectors of equal λ is equivalent, so row reduction with the
     largest pivots turns them into a basis of few parameters each.
 
@@ -97,7 +97,7 @@ def unobservable_combinations(
     scaled = covariance / np.outer(beforehand, beforehand)
     shares, vectors = np.linalg.eigh((scaled + scaled.T) / 2.0)
     space = vectors[:, shares > UNOBSERVABLE_SHARE_MIN]
-    # By how much each parameter lies in the untold space.
+    # Share of each parameter's variance in the unobservable space.
     inside = np.sum(space**2, axis=1)
     alone = np.flatnonzero(inside > ALONE_SHARE_MIN)
     rest = space - np.eye(len(beforehand))[:, alone] @ space[alone]
@@ -112,7 +112,7 @@ def unobservable_combinations(
 
 
 def _simple_basis(space: Floats, count: int) -> list[Floats]:
-    # Rows that span the columns of `space`, each with a pivot that the others do not have.
+    # Rows that span the columns of `space`, each with a pivot of its own.
     left, sizes, _ = np.linalg.svd(space, full_matrices=False)
     rows = left[:, :count].T.copy()
     count = int(np.sum(sizes[:count] > 1e-6))
@@ -132,7 +132,7 @@ def _simple_basis(space: Floats, count: int) -> list[Floats]:
 
 
 def _name(direction: Floats, sensors: SensorTable) -> str:
-    """Name a combination; ``direction`` has its largest weight at 1."""
+    """Name a combination; the largest weight of ``direction`` is 1."""
     parts = np.flatnonzero(np.abs(direction) > WEIGHT_SHARE_MIN)
     kinds = sensors.parameter_kind[parts].tolist()
     names = [sensors.ids[one] for one in sensors.parameter_sensor[parts]]
@@ -146,11 +146,11 @@ def _name(direction: Floats, sensors: SensorTable) -> str:
     if len(set(names)) == 1 and len(parts) == 2:
         way = "together" if weights.prod() > 0.0 else "one against the other"
         return f"{_WORDS[kinds[0]]} and {_WORDS[kinds[1]]} of {names[0]}, {way}"
-    told = [
+    terms = [
         f"{weight:+.2f} {_WORDS[kind]} of {name}"
         for weight, kind, name in zip(weights, kinds, names, strict=True)
     ]
-    return f"the combination {', '.join(told)} (in prior sigmas)"
+    return f"the combination {', '.join(terms)} (in prior sigmas)"
 
 
 def _listed(names: list[str]) -> str:

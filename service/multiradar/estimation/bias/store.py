@@ -1,4 +1,4 @@
-"""The store of radar biases: what all aircraft share, published at the end of each epoch."""
+"""Radar biases as published at the end of each epoch, common to all aircraft."""
 
 from dataclasses import dataclass, replace
 
@@ -12,7 +12,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class BiasState:
-    """The biases of all sensors as they are published.
+    """The published biases of all sensors.
 
     Attributes
     ----------
@@ -21,7 +21,7 @@ class BiasState:
     covariance : (c, c) float64
         Covariance of their errors.
     scale : (c,) float64
-        Prior standard deviations: what the parameters are divided by before a factorisation, since
+        Prior standard deviations. Parameters are divided by them before a factorisation, since
         metres and radians differ by many powers of ten.
     """
 
@@ -42,7 +42,7 @@ class BiasState:
 
 
 def prior(table: SensorTable) -> BiasState:
-    """Return what is known of the biases before any measurement.
+    """Return the prior of the biases.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def prior(table: SensorTable) -> BiasState:
 
 
 def add_information(state: BiasState, information: Floats, vector: Floats) -> BiasState:
-    """Add the information that an epoch of measurements gave.
+    """Add the information of an epoch of measurements.
 
     Parameters
     ----------
@@ -85,8 +85,8 @@ def add_information(state: BiasState, information: Floats, vector: Floats) -> Bi
 
     Notes
     -----
-    Everything is divided by the prior standard deviations first: then the factorisations work on
-    numbers near one.
+    Everything is divided by the prior standard deviations first, so that the factorisations work
+    on numbers near one.
 
     References
     ----------
@@ -107,14 +107,14 @@ def add_information(state: BiasState, information: Floats, vector: Floats) -> Bi
 
 
 def drift(state: BiasState, rates: Floats, duration_s: float) -> tuple[BiasState, Floats]:
-    """Let the biases walk for a while.
+    """Predict the biases: add the variance of their random walk.
 
     Parameters
     ----------
     state : BiasState
         The biases before.
     rates : (c,) float64
-        Standard deviation of the walk of each parameter after one second.
+        Standard deviation of the random walk of each parameter after one second.
     duration_s : float
         How long, s.
 
@@ -123,12 +123,12 @@ def drift(state: BiasState, rates: Floats, duration_s: float) -> tuple[BiasState
     state : BiasState
         The same estimate with P_ς + Q_ς.
     gain : (c, c) float64
-        G = P_ς (P_ς + Q_ς)⁻¹, by which aircraft that depend on the biases are anchored anew.
+        G = P_ς (P_ς + Q_ς)⁻¹, which adjusts the aircraft that depend on the biases.
 
     References
     ----------
     IMM UrO RAN report (2016), equation (1.25) for ς, with A^ς = I of (1.7) and B^ς V^ς B^ςᵀ = Q_ς
-    of (1.14). G is the project's own: it is what keeps χ | ς right when ς walks. Another form: M.
+    of (1.14). G is the project's own: with it χ | ς remains exact when ς drifts. Another form: M.
     B. Ignagni, "Separate-bias Kalman estimator with bias state noise", IEEE TAC 35 (1990), 338-341.
     """
     scale = np.outer(state.scale, state.scale)

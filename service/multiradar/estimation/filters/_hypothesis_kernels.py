@@ -1,8 +1,8 @@
-"""Compiled mixing of what an aircraft is under each hypothesis about its plot.
+"""Compiled mixing of the states of an aircraft under its association hypotheses.
 
-An aircraft of which several plots may be, or none, is corrected by each of them in a copy of its
-own; then its state is the one Gaussian with the moments of all copies, weighted by the
-probabilities of the hypotheses.
+Each plot that may belong to an aircraft, and the case of none, updates a copy of it. The state of
+the aircraft is then the Gaussian with the moments of all copies, weighted by the probabilities of
+the hypotheses.
 
 Symbols: β = probabilities, a, V, P = conditional mean, sensitivity to the biases and covariance,
 x = a + V ς̂ = estimate at the published biases. ā = Σ β a and V̄ = Σ β V stay affine in the biases,
@@ -10,8 +10,8 @@ P̄ = Σ β (P + (x − x̄) (x − x̄)ᵀ).
 
 References
 ----------
-Bar-Shalom, Y., Fortmann, T. E., "Tracking and Data Association" (1988), section 6.4: the moments,
-of one mode of motion. Their two-stage form, and that of interacting modes, are the project's own.
+Bar-Shalom, Y., Fortmann, T. E., "Tracking and Data Association" (1988), section 6.4: the moments
+for one motion model. Their two-stage form, and that of interacting modes, are the project's own.
 """
 
 import numpy as np
@@ -44,7 +44,7 @@ def copy_aircraft(slots: Integers, bounds: Integers, aircraft: Aircraft, copies:
             copies.sensitivity[h] = aircraft.sensitivity[k]
             copies.fading_nis[h] = aircraft.fading_nis[k]
             copies.velocity[h] = aircraft.velocity[k]
-            copy_books(aircraft, k, copies, h)
+            copy_bookkeeping(aircraft, k, copies, h)
             copies.mode_probability[h] = aircraft.mode_probability[k]
             for j in range(modes):
                 to, of = h * modes + j, k * modes + j
@@ -54,8 +54,8 @@ def copy_aircraft(slots: Integers, bounds: Integers, aircraft: Aircraft, copies:
 
 
 @kernel
-def copy_books(one: Aircraft, k: int, other: Aircraft, h: int) -> None:
-    """Copy what is kept of an aircraft beside its estimates."""
+def copy_bookkeeping(one: Aircraft, k: int, other: Aircraft, h: int) -> None:
+    """Copy the bookkeeping of an aircraft."""
     other.rejections[h] = one.rejections[k]
     other.updates[h] = one.updates[k]
     other.updated[h] = one.updated[k]
@@ -65,7 +65,7 @@ def copy_books(one: Aircraft, k: int, other: Aircraft, h: int) -> None:
 
 @kernel
 def copy_height(one: Aircraft, k: int, other: Aircraft, h: int) -> None:
-    """Copy the height, of the time of the state."""
+    """Copy the time of the state and the height."""
     other.time[h] = one.time[k]
     other.height[h] = one.height[k]
     other.vertical[h] = one.vertical[k]
@@ -76,9 +76,9 @@ def refer_plots(
     slots: Integers, bounds: Integers, aircraft: Aircraft, model: Model, times: Floats,
     copied: Rows,
 ) -> None:  # fmt: skip
-    """Refer the plots of each aircraft to one time: ``copied`` has it, ``times`` are their own.
+    """Reduce the plots of each aircraft from their own ``times`` to the common time of ``copied``.
 
-    They lie within one window, so that the way at the estimated velocity is enough.
+    They lie within one window, so a displacement at the estimated velocity is accurate enough.
     """
     for e in range(len(slots)):
         k = slots[e]
@@ -106,10 +106,10 @@ def mix_hypotheses(
     slots: Integers, owners: Integers, unseen: Integers, bounds: Integers, beta: Floats,
     copies: Aircraft, bias: Floats, aircraft: Aircraft,
 ) -> None:  # fmt: skip
-    """Set each aircraft ``slots[e]`` to what its copies are together.
+    """Set each aircraft ``slots[e]`` to the mixture of its copies.
 
-    ``owners[e]`` is the copy whose books the aircraft keeps, `NONE` for those that it has: then
-    time and height alone go on, as in ``unseen[e]``, the copy that took no plot where there is one.
+    The aircraft takes the bookkeeping of the copy ``owners[e]``. Where that is `NONE` it keeps its
+    own, and only time and height come from ``unseen[e]``, the copy without a plot if there is one.
     """
     modes = aircraft.mode_probability.shape[1]
     shares = np.empty(len(beta))
@@ -127,7 +127,7 @@ def mix_hypotheses(
             aircraft.fading_nis[k] += beta[h] * copies.fading_nis[h]
             aircraft.velocity[k] += beta[h] * copies.velocity[h]
             aircraft.mode_probability[k] += beta[h] * copies.mode_probability[h]
-        # The first NaN until the second plot: then the modes are in the one state.
+        # NaN before the second plot: all modes are then in the single state.
         known = modes if modes and not np.isnan(aircraft.mode_probability[k, 0]) else 0
         for j in range(known):
             for h in rows:
@@ -142,7 +142,7 @@ def mix_hypotheses(
         if owners[e] == NONE:
             copy_height(copies, unseen[e], aircraft, k)
         else:
-            copy_books(copies, owners[e], aircraft, k)
+            copy_bookkeeping(copies, owners[e], aircraft, k)
 
 
 @kernel
@@ -150,7 +150,7 @@ def mix_states(
     rows: Integers, beta: Floats, means: Floats, covariances: Floats, V: Floats, bias: Floats,
     mean: Floats, covariance: Floats, sensitivity: Floats,
 ) -> None:  # fmt: skip
-    """Set mean, covariance and sensitivity to those of rows with the probabilities β together."""
+    """Set mean, covariance and sensitivity to those of the mixture of rows with probabilities β."""
     x = np.empty((len(rows), 4))
     middle = np.zeros(4)
     mean[:] = 0.0
@@ -176,7 +176,7 @@ def mix_states(
 def read_mixed(
     slots: Integers, plots: Integers, aircraft: Aircraft, model: Model, result: Result
 ) -> None:
-    """Read aircraft ``slots[e]`` out as after row ``plots[e]``, where that was taken."""
+    """Write the readout of aircraft ``slots[e]`` after row ``plots[e]``, if that was accepted."""
     count = aircraft.mode_probability.shape[1]
     factor = model.factor.T.copy()
     for e in range(len(slots)):

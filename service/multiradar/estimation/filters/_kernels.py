@@ -1,6 +1,6 @@
-"""What the compiled filters share: options, outcomes, the start of an aircraft, its correction.
+"""Common parts of the compiled filters: options, outcomes, initiation and update of an aircraft.
 
-Nothing is validated here; `multiradar.estimation.filters.bank` is the public side.
+Nothing is validated here; `multiradar.estimation.filters.bank` is the public interface.
 
 Symbols: a, P = mean and covariance of one aircraft (at bias zero for the two-stage filter), V =
 sensitivity of a to the biases ς, H = derivative of the measurement by the position, W = variances
@@ -8,9 +8,8 @@ of the noise, S = innovation covariance, G = P Hᵀ, K = gain, e = innovation.
 
 References
 ----------
-IMM UrO RAN report (2016), equations (1.28), (1.29) and (1.31); Vasiliev, Mattis, equation (7). The
-start of an aircraft, the gates, the weights of outliers and the noise of manoeuvres are the
-project's own.
+IMM UrO RAN report (2016), equations (1.28), (1.29) and (1.31); Vasiliev, Mattis, equation (7).
+Initiation, gates, outlier weights and adaptive process noise are the project's own.
 """
 
 import numpy as np
@@ -35,15 +34,15 @@ GainOf = tuple[Numbers, Numbers, Numbers, Numbers, Numbers, Numbers, Numbers, Nu
 Gain = GainOf[float]
 Triple = tuple[float, float, float]
 
-# Farther off than 1e15 sigmas nothing is a measurement, gate or not: its square would overflow.
+# Limit of NIS in any case (1e15 sigmas): a larger square would overflow.
 ABSURD_NIS = 1e30
 
-# Larger numbers are no range, place, azimuth or time, and no height, m: their squares could
+# Limits of ranges, coordinates, azimuths and times, and of heights, m: larger squares could
 # overflow.
 VALUE_MAX = 1e12
 HEIGHT_MAX = 1e6
 
-# What became of a measurement; `multiradar.estimation.filters.bank.Outcome` names them.
+# Outcomes of a measurement; `multiradar.estimation.filters.bank.Outcome` names them.
 UPDATED = 0
 STARTED = 1
 RESTARTED = 2
@@ -56,8 +55,8 @@ UNSUPPORTED = 8
 NO_ROOM = 9
 IMPLAUSIBLE = 10
 
-# In `Rows.slot`: no aircraft, for want of identity, of a free slot, or of trust in what an aircraft
-# reports of itself.
+# In `Rows.slot`: no aircraft, for lack of an identity, of a free slot, or of plausibility of a
+# self-reported position.
 NO_IDENTITY_SLOT = -1
 NO_ROOM_SLOT = -2
 IMPLAUSIBLE_SLOT = -4
@@ -74,34 +73,34 @@ ASSUMED_HEIGHT_SIGMA = 7
 FADING_NIS_GAIN = 8
 FADING_NIS_FLOOR = 9
 MANOEUVRE_FACTOR_MAX = 10
-# Time, s, that turns a velocity into the way that counts in the trace of covariance intersection.
+# Time, s, that converts a velocity into a distance in the trace of covariance intersection.
 SCALE_TIME = 11
 # Noise in the velocity frame: whether (0 or 1), and its densities along (m²/s³) and of the course
 # (rad²/s); see `acceleration_density`.
 VELOCITY_FRAME = 12
 DENSITY_ALONG = 13
 DENSITY_OF_COURSE = 14
-# Of interacting modes: the mean from which a surprise raises the noise, and the density, m²/s³, of
-# which the raised noise is a multiple.
+# Of interacting modes: the fading mean of NIS above which the noise is raised, and the density,
+# m²/s³, of which the raised noise is a multiple.
 MODES_NIS_FLOOR = 15
 MODES_NIS_DENSITY = 16
-# Whether heights are taken as they are, the last one heard for as long as there is no other.
+# Whether heights are exact: each is used unfiltered until the next one.
 EXACT_HEIGHTS = 17
 OPTION_COUNT = 18
 
-# A normalised innovation squared (two degrees of freedom) that three in four stay below.
+# 75th percentile of NIS (two degrees of freedom).
 EXPECTED_NIS = 2.77
 
-# A covariance of two components whose correlation comes this near to one is taken for singular.
+# A covariance of two components counts as singular when 1 − correlation² is below this.
 SINGULAR_RATIO = 1e-13
 
-# Where the derivatives of both components are as good as parallel, nothing can be located.
+# With nearly parallel derivatives of both components no position can be computed.
 SLOPE_DETERMINANT_MIN = 1e-30
 
-# After so long a time, s, without a measurement nothing is left of what was known.
+# After this time without a measurement, s, a state is discarded.
 INTERVAL_MAX_S = 86_400.0
 
-# Square of the speed, (m/s)², below which a course is less and less known.
+# Square of the speed, (m/s)², below which the course is increasingly uncertain.
 SLOW_SPEED_SQUARED = SLOW_SPEED_MPS * SLOW_SPEED_MPS
 
 # Columns of the readout of an aircraft: see `read_out`.
@@ -119,16 +118,16 @@ LOG_BIASES = 8
 SENSOR_BIASES_MAX = 4
 LOG_COUNT = LOG_BIASES + 2 * SENSOR_BIASES_MAX
 
-# Columns of an innovation, at the published biases: e, S = H P Hᵀ + W, and B, what the biases that
-# are not known add to S. The first is NaN where nothing was compared, B where it was not looked at.
+# Columns of an innovation, at the published biases: e, S = H P Hᵀ + W, and B, the contribution of
+# the uncertain biases to S. e is NaN without a comparison, B where it was not computed.
 INNOVATION_COVARIANCE = 2
 INNOVATION_BIASES = 5
 INNOVATION_COUNT = 8
 
-# In `Aircraft.measured_from`: measured from more than one place.
+# In `Aircraft.measured_from`: measured from more than one site.
 SEVERAL = -2
 
-# How a new aircraft takes the biases: in V, as known, or as so much more noise.
+# Biases of a new aircraft: in V, known exactly, or as additional noise.
 BIASES_KEPT = 0
 BIASES_KNOWN = 1
 BIASES_AS_NOISE = 2
@@ -136,7 +135,7 @@ BIASES_AS_NOISE = 2
 
 @in_loop
 def choose_height(measured: float, last: float, options: Floats) -> tuple[float, float]:
-    """Return height and its variance: the measured one, else the last heard, else the assumed."""
+    """Return height and variance: the measured height, else the last one, else the assumed one."""
     height, variance = measured, 0.0
     if not abs(measured) < HEIGHT_MAX:
         height = last
@@ -148,7 +147,7 @@ def choose_height(measured: float, last: float, options: Floats) -> tuple[float,
 
 @in_loop
 def squared_norm(s00: float, s01: float, s11: float, e0: float, e1: float) -> float:
-    """Return eᵀ S⁻¹ e, infinite where S is not positive definite, or so by rounding alone."""
+    """Return eᵀ S⁻¹ e, infinite where S is not positive definite beyond rounding."""
     norm = np.inf
     if not singular(s00, s01, s11):
         norm = (s11 * e0 * e0 - 2.0 * s01 * e0 * e1 + s00 * e1 * e1) / (s00 * s11 - s01 * s01)
@@ -157,7 +156,7 @@ def squared_norm(s00: float, s01: float, s11: float, e0: float, e1: float) -> fl
 
 @in_loop
 def singular(s00: float, s01: float, s11: float) -> bool:
-    """Return whether S is not positive definite, or so by rounding alone; NaN is not."""
+    """Return whether S is not positive definite beyond rounding; true for NaN."""
     return not (s00 > 0.0 and s00 * s11 - s01 * s01 > SINGULAR_RATIO * s00 * s11)
 
 
@@ -171,10 +170,10 @@ def inverse(s00: float, s01: float, s11: float) -> Triple:
 
 
 @in_loop
-def gated(nis: float, refuse: float) -> int:
-    """Return what becomes of a measurement of this normalised innovation squared."""
+def gated(nis: float, gate: float) -> int:
+    """Return the outcome of a measurement with this NIS."""
     outcome = REJECTED
-    if nis <= min(refuse, ABSURD_NIS):  # NaN fails this.
+    if nis <= min(gate, ABSURD_NIS):  # NaN fails this.
         outcome = UPDATED
     if not nis < np.inf:
         outcome = SINGULAR
@@ -204,7 +203,7 @@ def position_part(h: SlopeOf[Numbers], G: GainOf[Numbers]) -> NoiseOf[Numbers]:
 
 @in_both
 def gain_of(G: GainOf[Numbers], i00: Numbers, i01: Numbers, i11: Numbers) -> GainOf[Numbers]:
-    """Return K = G S⁻¹; the last three are S⁻¹."""
+    """Return K = G S⁻¹; the last three arguments are S⁻¹."""
     return (
         G[0] * i00 + G[1] * i01,
         G[0] * i01 + G[1] * i11,
@@ -235,7 +234,7 @@ def corrected_covariance(
 ) -> PackedOf[Numbers]:
     """Return P − K Gᵀ with G = P Hᵀ, on one triangle, so that P stays symmetric.
 
-    Where nothing is left of a variance, rounding must not make it less.
+    Rounding must not make a variance negative.
     """
     return (
         larger(P[0] - (K[0] * G[0] + K[1] * G[1]), 0.0),
@@ -274,11 +273,11 @@ def start_aircraft(
     H: Floats,
     W: Floats,
 ) -> int:
-    """Begin an aircraft at a measurement: the limit of a prior without any knowledge of position.
+    """Initiate an aircraft at a measurement: the limit of an uninformative prior of position.
 
-    ``mode`` says what becomes of the biases: `BIASES_KEPT` in V (two-stage), `BIASES_KNOWN` (Blom)
-    or `BIASES_AS_NOISE` (covariance intersection). Returns what became of the measurement; a, P, V
-    are changed only when it is `STARTED`.
+    ``mode`` selects the treatment of the biases: `BIASES_KEPT` in V (two-stage), `BIASES_KNOWN`
+    (Blom) or `BIASES_AS_NOISE` (covariance intersection). Returns the outcome of the measurement;
+    a, P, V change only when it is `STARTED`.
     """
     b0 = 0.0
     b1 = 0.0
@@ -356,7 +355,7 @@ def read_out(a: Floats, P: Floats, V: Floats, bias: Floats, factor: Floats, out:
     v11 = P[4]
     vv = P[7] + P[9]
     for j in range(0, n, LANES):
-        # Of eight columns of V L at once; what lies above the diagonal of L is zero.
+        # Eight columns of V L at once; L is zero above the diagonal.
         count = min(LANES, n - j)
         w0 = every_lane(0.0)
         w1, w2, w3 = w0, w0, w0
@@ -383,9 +382,9 @@ def acceleration_density(
 ) -> Triple:
     """Return the density of the acceleration on the plane, m²/s³: 00, 01, 11.
 
-    The same in every direction, or that of Vasiliev and Mattis (7) for a level flight with the
-    nominal interval that the options were made for; the rule where the course is not known is that
-    of `multiradar.estimation.motion.velocity_frame_noise`. ``factor`` is that of a manoeuvre.
+    Isotropic, or that of Vasiliev and Mattis (7) for level flight with the nominal interval of the
+    options; at an uncertain course as in `multiradar.estimation.motion.velocity_frame_noise`.
+    ``factor`` is `manoeuvre_factor`.
     """
     d00 = factor * options[ACCELERATION_DENSITY]
     d01 = 0.0
@@ -415,7 +414,7 @@ def record_innovation(
     b11: float,
     innovations: Floats,
 ) -> None:
-    """Keep how a measurement differs from what was expected: see `INNOVATION_COUNT`."""
+    """Store the innovation of a measurement: see `INNOVATION_COUNT`."""
     innovations[row, 0] = e0
     innovations[row, 1] = e1
     innovations[row, INNOVATION_COVARIANCE] = s00
@@ -428,25 +427,25 @@ def record_innovation(
 
 @in_loop
 def manoeuvre_factor(fading_nis: float, options: Floats) -> float:
-    """Return by how much the process noise of an aircraft is raised, 1 on a straight flight.
+    """Return the factor of the process noise of an aircraft, 1 in straight flight.
 
-    The fourth power makes the step from straight flight to a turn of some m/s² a matter of two or
-    three plots, and leaves what noise alone does to the mean without effect.
+    With the fourth power the noise rises within two or three plots of a turn of some m/s², while
+    fluctuations of the fading mean by noise alone have no effect.
     """
     return excess_factor(fading_nis, options[FADING_NIS_FLOOR], options[MANOEUVRE_FACTOR_MAX])
 
 
 @in_loop
 def excess_factor(fading_nis: float, floor: float, most: float) -> float:
-    """Return the fourth power of what a surprise is above a floor, at least 1 and at most most."""
+    """Return the fourth power of fading_nis / floor, between 1 and most."""
     excess = max(1.0, fading_nis / floor)
     return min(excess * excess * excess * excess, most)
 
 
 @in_loop
 def updated_fading_nis(fading_nis: float, nis: float, options: Floats) -> float:
-    """Return the fading mean of half the normalised innovation squared with one more in it."""
+    """Return the fading mean of NIS/2 after another innovation."""
     clipped = min(nis, options[REJECT_NIS])
-    if clipped >= 0.0:  # NaN says nothing
+    if clipped >= 0.0:  # NaN has no effect.
         fading_nis += options[FADING_NIS_GAIN] * (0.5 * clipped - fading_nis)
     return fading_nis

@@ -1,10 +1,10 @@
-"""What every compiled filter asks of a row before it looks at it, and what it notes afterwards.
+"""Checks of a row before a compiled filter uses it, and bookkeeping afterwards.
 
-All loops over rows ask here, so that no filter takes what another refuses.
+All filters share them, so that they accept and reject the same rows.
 
 References
 ----------
-The project's own: what no measurement can be, so that nothing but numbers enters a filter.
+The project's own: only finite numbers within physical limits enter a filter.
 """
 
 import numpy as np
@@ -52,16 +52,17 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 
-# A reported position begins no track anew that others measured within so long, s: two or three
-# turns of most radars. Reports come faster than plots, so that three in a row tell little.
+# A reported position does not re-initialise an aircraft that others measured within this time, s:
+# two or three scans of most radars. Reports are more frequent than plots, so three rejections in a
+# row are weak evidence.
 REPORT_PATIENCE_S = 12.0
 
 
 @in_loop
 def check_row(k: int, kind: int, accepts_bearings: bool) -> int:
-    """Return `UPDATED` where a row has an aircraft and a kind to be taken, else what becomes of it.
+    """Return `UPDATED` for a row with an aircraft and a supported kind, else its outcome.
 
-    Only then do its other columns mean anything.
+    Only then are its other columns defined.
     """
     outcome = UPDATED
     if kind < KIND_RADAR or kind > KIND_DIRECTION:
@@ -79,10 +80,10 @@ def check_row(k: int, kind: int, accepts_bearings: bool) -> int:
 def is_patient(
     kind: int, site_number: int, time: float, k: int, measured_from: Integers, updated: Floats
 ) -> bool:  # fmt: skip
-    """Return whether a refused row tells nothing against an aircraft, since others bear it out.
+    """Return whether the rejection of a row is not counted, since others confirm the aircraft.
 
-    That is so of reported positions while others measure the aircraft: what was taken last is at
-    most `REPORT_PATIENCE_S` old, and not all of it came from the place of the row.
+    That holds for reported positions while others measure the aircraft: the last accepted
+    measurement is at most `REPORT_PATIENCE_S` old, and not all came from the site of the row.
     """
     others = kind == KIND_POSITION and measured_from[k] != site_number
     return others and time - updated[k] < REPORT_PATIENCE_S
@@ -93,11 +94,11 @@ def choose_action(
     kind: int, z0: float, z1: float, time: float, state_time: float, rejections: int, patient: bool,
     options: Floats,
 ) -> int:  # fmt: skip
-    """Return what a row may do to its aircraft, whose state is of ``state_time`` (NaN: none yet).
+    """Return the action of a row on its aircraft with a state of ``state_time`` (NaN: none yet).
 
-    `UPDATED`: correct it. `STARTED` and `RESTARTED`: begin it. `UNLOCATABLE` and `SINGULAR`: not
-    a measurement, by its numbers. `REFUSED`: time goes on, and what was measured before the state
-    cannot correct it; that tells nothing against the state, and is not to be counted.
+    `UPDATED`: update it. `STARTED` and `RESTARTED`: initiate it. `UNLOCATABLE` and `SINGULAR`: the
+    numbers are not a measurement. `REJECTED`: the row is older than the state and cannot update it;
+    such a rejection is not counted.
     """
     # NaN fails the bounds too.
     timely = abs(time) < VALUE_MAX
@@ -108,7 +109,7 @@ def choose_action(
         action = RESTARTED
     if fresh:
         action = STARTED
-    # No range is negative; places may be.
+    # Ranges are not negative; coordinates may be.
     behind = z0 < 0.0 and kind in (KIND_RADAR, KIND_FLAT_POLAR)
     if behind or not (abs(z0) < VALUE_MAX and abs(z1) < VALUE_MAX):
         action = SINGULAR if action == UPDATED else UNLOCATABLE
@@ -126,7 +127,7 @@ def record_start(
     measured_from: Integers,
     velocities: Floats,
 ) -> None:
-    """Open the books of an aircraft that was begun at a measurement from a place."""
+    """Reset the bookkeeping of an aircraft initiated by a measurement from a site."""
     fading_nis[k] = 1.0
     updates[k] = 0
     measured_from[k] = site_number
@@ -147,8 +148,8 @@ def record_outcome(
     updated: Floats,
     measured_from: Integers,
 ) -> bool:
-    """Keep the books of an aircraft that has had its turn; return whether the row was taken."""
-    accepted = outcome <= RESTARTED  # One of the first three.
+    """Update the bookkeeping of an aircraft after a row; return whether the row was accepted."""
+    accepted = outcome <= RESTARTED
     if accepted:
         rejections[k] = 0
         updates[k] += 1
@@ -166,7 +167,7 @@ def finish_readout(
     row: int, k: int, heights: Floats, vertical: Floats, updates: Integers,
     options: Floats, readouts: Floats,
 ) -> None:  # fmt: skip
-    """Add the height, and to the variances what an unknown height does to position and velocity."""
+    """Add the height, and the effect of an unknown height on the variances."""
     readouts[row, READOUT_UPDATES] = updates[k]
     readouts[row, READOUT_HEIGHT] = heights[k]
     readouts[row, READOUT_HEIGHT_VARIANCE] = height_variance(k, vertical)

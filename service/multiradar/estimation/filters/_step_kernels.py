@@ -2,7 +2,7 @@
 
 References
 ----------
-IMM UrO RAN report (2016), equations (1.16) to (1.18), of each aircraft and measurement by
+IMM UrO RAN report (2016), equations (1.16) to (1.18), for each aircraft, measurement by
 measurement.
 """
 
@@ -58,13 +58,12 @@ from multiradar_compiled.kernels import fetch_ahead, in_loop, kernel, loop
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-# Methods, beside `MACRO`; they also say how a new aircraft takes the biases
-# (`_kernels.start_aircraft`).
+# Methods, beside `MACRO`; they are also the modes of `_kernels.start_aircraft`.
 TWO_STAGE = 0
 BLOM = 1
 INTERSECTION = 2
 
-# How many rows before its turn a row, and the aircraft of a row, are fetched from memory.
+# Number of rows by which a row, and the aircraft of a row, are prefetched.
 ROWS_AHEAD = 12
 AIRCRAFT_AHEAD = 3
 
@@ -79,7 +78,7 @@ def step(
     result: Result,
     want_readout: bool,
 ) -> None:
-    """Take rows in the given order: move the aircraft on, correct it, note what became of it."""
+    """Process rows in the given order: predict the aircraft, update it, record the outcome."""
     n = model.bias.shape[0]
     process_rows(
         method, work, rows, model, aircraft, result, want_readout, model.factor.T.copy(),
@@ -106,13 +105,13 @@ def process_rows(
     y: Floats,
     height_estimate: Floats,
 ) -> None:
-    """Do as `step`, in the room given.
+    """Do as `step`, with given scratch arrays.
 
-    ``factor`` is that of `read_out`. H and W are room for a start, Y and y for the sums of a
-    partition, U and R for two rows of all columns each.
+    ``factor`` is that of `read_out`. H and W are scratch of an initiation, Y and y hold the sums of
+    a partition, U and R two rows of all columns each.
 
-    The arrays are taken out of their bundles here, once: handing a bundle to a function for each
-    row would cost more than the row.
+    The arrays are unpacked from their named tuples once: passing a tuple to a function for each row
+    would cost more than the row.
     """
     plane, sites, noises, starts = model.plane, model.sites, model.noises, model.starts
     parameters, bias, options = model.parameters, model.bias, model.options
@@ -130,7 +129,7 @@ def process_rows(
     timed = method == TWO_STAGE and has_time_offset(parameters)
     mode = BLOM if method == MACRO else method
     for p in work.partitions:
-        # In room of this thread: neighbouring partitions lie in one cache line.
+        # In memory of this thread: neighbouring partitions lie in one cache line.
         copy_sums(result.information[p], result.vector[p], Y, y)
         for i in range(work.bounds[p], work.bounds[p + 1]):
             if i + ROWS_AHEAD < work.bounds[p + 1]:
@@ -198,10 +197,10 @@ def process_rows(
                     shift_with_height(change, k, k, vertical, means)
                 move_aircraft(means, covariances, sensitivities, k, dt, density)
                 times[k] = time
-                # A plot speaks about the biases when its height is known (an unknown one is wrong
-                # by the same amount plot after plot) and the aircraft was measured from elsewhere
-                # too (from one place alone, linearising anew at every plot makes biases seem to be
-                # seen that cannot be told from motion).
+                # A plot contributes to the biases if its height is known (the error of an unknown
+                # height is the same at every plot) and the aircraft was measured from another site
+                # too (from one site alone, linearisation at every plot would make biases appear
+                # observable that cannot be separated from motion).
                 informs = sure and measured_from[k] != site_numbers[s]
                 if timed and np.isnan(velocities[k, 0]):
                     informs = False
@@ -255,7 +254,7 @@ def process_rows(
 
 @in_loop
 def copy_sums(Y: Floats, y: Floats, to_Y: Floats, to_y: Floats) -> None:
-    """Copy what is known about the biases."""
+    """Copy the information about the biases."""
     for c in range(y.shape[0]):
         to_y[c] = y[c]
         for d in range(y.shape[0]):
@@ -271,7 +270,7 @@ def fetch_row(
     z: Floats,
     outcomes: Integers,
 ) -> None:
-    """Ask for what is needed first of a row, and for the line that another thread writes to."""
+    """Prefetch the first columns of a row, and the line that another thread writes to."""
     fetch_ahead(slots, row, 0)
     fetch_ahead(times, row, 0)
     fetch_ahead(sensors, row, 0)
@@ -295,7 +294,7 @@ def fetch_aircraft(
     measured_from: Integers,
     vertical: Floats,
 ) -> None:
-    """Ask for the state of an aircraft."""
+    """Prefetch the state of an aircraft."""
     fetch_ahead(means, k, 0)
     fetch_ahead(covariances, k, 0)
     fetch_ahead(covariances, k, 1)

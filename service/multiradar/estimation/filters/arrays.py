@@ -1,6 +1,6 @@
-"""The arrays that the compiled filters work on, bundled by their owner.
+"""Arrays of the compiled filters, grouped by owner.
 
-Named tuples, because compiled functions take them as they are. All arrays of `Aircraft` belong to
+Named tuples, because compiled functions accept them directly. All arrays of `Aircraft` belong to
 one shard and are changed in place by its kernels (the one exception to frozen states).
 """
 
@@ -25,10 +25,10 @@ RECENT_KIND = 4
 RECENT_EXCESS = 5
 RECENT_COUNT = 6
 
-#: Processors fetch lines of 64 bytes in pairs.
+#: Processors fetch cache lines of 64 bytes in pairs.
 LINES_BYTES = 128
-#: So many slots in a row share a partition: states of a number each fill a pair of cache lines,
-#: which two workers would take from each other at every plot.
+#: Consecutive slots of one partition: their 8-byte states fill a pair of cache lines, so that two
+#: workers do not write to the same pair (false sharing).
 LINE_SLOTS = LINES_BYTES // 8
 
 Slots = TypeVar("Slots", int, Integers)
@@ -40,18 +40,18 @@ class Rows(NamedTuple):
     Attributes
     ----------
     slot : (n,) int64
-        Place of the aircraft in `Aircraft`, negative for none (see `_kernels`).
+        Index of the aircraft in `Aircraft`, negative for none (see `_kernels`).
     time : (n,) float64
-        Data time, s; never going back for one aircraft.
+        Data time, s; non-decreasing for one aircraft.
     kind, sensor : (n,) int64
         Kind of the measurement and index of the sensor.
     z : (n, 2) float64
         Range (m) and azimuth (rad), or east and north (m).
     height : (n,) float64
-        Measured height, m, NaN when there is none.
+        Measured height, m, NaN for none.
     seen : (n,) int64
-        Row of `Model.sites` and `noises`, and place in `starts`: the index of the sensor, but for
-        what has a place or a noise of its own (`multiradar.tracking.bearings.sources`).
+        Row of `Model.sites` and `noises`, and index in `starts`: the index of the sensor, except
+        for bearings with a site or noise of their own (`multiradar.tracking.bearings.sources`).
     """
 
     slot: Integers
@@ -64,7 +64,7 @@ class Rows(NamedTuple):
 
 
 class Model(NamedTuple):
-    """What all aircraft share: the plane, the sensors, the published biases, the options.
+    """Common to all aircraft: the plane, the sensors, the published biases, the options.
 
     Attributes
     ----------
@@ -76,7 +76,7 @@ class Model(NamedTuple):
         Variances of range (m²), azimuth (rad²), reported position (m² on each axis); height of the
         site (m).
     site_numbers : (m,) int64
-        Number of the place of each sensor: radars on one site share it.
+        Number of the site of each sensor, equal for sensors on one site.
     starts : (m + 1,) int64
         First column of each sensor in the bias vector.
     parameters : (c,) int64
@@ -88,10 +88,10 @@ class Model(NamedTuple):
     factor : (c, c) float64
         Upper triangular Lᵀ with L Lᵀ = `bias_covariance` (Cholesky).
     options : (OPTION_COUNT,) float64
-        The options, at the places named in `_kernels`.
+        The options, at the indices named in `_kernels`.
     modes : (j, MODE_COUNT) float64
-        How an aircraft may move, for the filter of interacting modes: columns as in
-        `_mode_scratch_kernels`. One row at least.
+        Motion models of the filter of interacting modes: columns as in `_mode_scratch_kernels`. One
+        row at least.
     """
 
     plane: Floats
@@ -117,41 +117,40 @@ class Aircraft(NamedTuple):
     covariance : (s, 10) float64
         Upper triangle of its covariance.
     sensitivity : (s, 4, c) float64
-        Derivative of the mean by the biases; without columns for filters that do not keep it.
+        Derivative of the mean by the biases; without columns for filters that do not use it.
     time : (s,) float64
-        Data time of the state (a refused measurement moves it too), NaN for an aircraft that has
-        not started.
+        Data time of the state (rejected measurements advance it too), NaN for an aircraft that has
+        not been initiated.
     height : (s,) float64
-        Height, m, by those that were heard; NaN when none was.
+        Height, m, estimated from the reported heights; NaN without any.
     vertical : (s, VERTICAL_COUNT) float64
-        Rate of climb, covariance of both, and the books of the height: see `_height_kernels`.
+        Rate of climb, covariance of both, and bookkeeping of the height: see `_height_kernels`.
     rejections : (s,) int64
-        Measurements refused in a row.
+        Consecutive rejected measurements.
     updates : (s,) int64
-        Measurements taken since the aircraft started.
+        Measurements accepted since the aircraft was initiated.
     updated : (s,) float64
-        Data time of the last measurement that was taken, NaN before the first.
+        Data time of the last accepted measurement, NaN before the first.
     measured_from : (s,) int64
         The one site (see `Model.site_numbers`) from which the aircraft has been measured, −1 before
         the first measurement, `SEVERAL` after more sites or an initial state from elsewhere.
     fading_nis : (s,) float64
-        Fading mean of half the normalised innovation squared: 1 where the motion is as modelled.
+        Fading mean of NIS/2: 1 where the motion follows the model.
     velocity : (s, 2) float64
         Velocity at which time offsets are linearised, m/s east and north; NaN until it is known,
         and where no time offset is estimated.
     joint : (c + 4 s, c + 4 s) float64
         Covariance of the biases and all aircraft, in that order; without rows for filters that do
-        not keep it. Only the upper triangle of what has started means anything.
+        not use it. Only the upper triangle of initiated aircraft is defined.
     recent : (s, m, RECENT_COUNT) float64
         Latest plot of each sensor in this epoch: time (s, NaN for none), both components, height
-        (m), kind, and by how much its noise was taken for more; without sensors for filters that do
-        not keep it.
+        (m), kind, and the factor of its noise; without sensors for filters that do not use it.
     mode_probability : (s, j) float64
-        Probabilities of the modes of motion, the first NaN until the second plot: then all modes
-        are in the one state; without columns for filters without modes, and so the next.
+        Probabilities of the modes of motion. The first is NaN before the second plot, while all
+        modes are in the single state. Without columns for filters without modes, as the following.
     mode_mean : (s j, 4) float64
-        As `mean`, of each mode; the modes of an aircraft follow each other. `mean`, `covariance`
-        and `sensitivity` are those of the modes as a whole.
+        As `mean`, of each mode; the modes of an aircraft are consecutive rows. `mean`, `covariance`
+        and `sensitivity` are those of the mixture of the modes.
     mode_covariance : (s j, 10) float64
         As `covariance`, of each mode.
     mode_sensitivity : (s j, 4, c) float64
@@ -179,12 +178,12 @@ class Aircraft(NamedTuple):
 
 
 class Work(NamedTuple):
-    """Which rows to take, in which order.
+    """Which rows to process, in which order.
 
     Attributes
     ----------
     partitions : (w,) int64
-        The partitions to work through, in this order.
+        The partitions to process, in this order.
     bounds : (p + 1,) int64
         Where each partition begins in `order`.
     order : (n,) int64
@@ -197,23 +196,23 @@ class Work(NamedTuple):
 
 
 class Result(NamedTuple):
-    """What a step puts out.
+    """Output of a step.
 
     Attributes
     ----------
     information : (p, c, c) float64
-        Sum of the information about the biases for each partition; its upper triangle counts.
+        Sum of the information about the biases for each partition; its upper triangle is used.
     vector : (p, c) float64
         Sum of the information vector, for each partition.
     log : (n, LOG_COUNT) float64
-        One row a measurement, for filters that fold measurements into the biases one by one.
+        One row per measurement, for filters that update the biases measurement by measurement.
     outcome : (n,) int64
-        What became of each measurement.
+        Outcome of each measurement.
     readout : (n, READOUT_COUNT) float64
         State of the aircraft after it: see `_kernels.read_out`.
     innovation : (n, INNOVATION_COUNT) float64
-        How it differed from what was expected, NaN in the first column where nothing was compared:
-        see `_kernels.INNOVATION_COUNT`.
+        Innovation of each measurement, NaN in the first column without a comparison: see
+        `_kernels.INNOVATION_COUNT`.
     """
 
     information: Floats
@@ -226,12 +225,12 @@ class Result(NamedTuple):
 
 @in_both
 def partition_of(slots: Slots, partitions: int) -> Slots:
-    """Return the partition of a slot, or those of many.
+    """Return the partition of one or many slots.
 
     Parameters
     ----------
     slots : int or (n,) int64
-        Places in `Aircraft`.
+        Indices in `Aircraft`.
     partitions : int
         How many partitions there are.
 
@@ -246,14 +245,14 @@ def partition_of(slots: Slots, partitions: int) -> Slots:
 def line_aligned(
     shape: int | tuple[int, ...], value: float = 0.0, dtype: type = np.float64
 ) -> NDArray[Any]:
-    """Return an array that begins where a pair of cache lines does.
+    """Return an array aligned to a pair of cache lines.
 
     Parameters
     ----------
     shape : int or tuple of int
         Its shape.
     value : float
-        What it is filled with.
+        Initial value of all elements.
     dtype : type
         Type of its elements.
 
@@ -264,13 +263,13 @@ def line_aligned(
 
     Notes
     -----
-    Partitions deal slots out by whole lines (`tracking.pool`). NumPy's arrays begin anywhere, so
-    that nearly every line would hold slots of two workers, which take it from each other.
+    Partitions assign slots by whole lines (`tracking.pool`). Without alignment nearly every line
+    would hold slots of two workers (false sharing).
     """
     size = int(np.prod(shape)) * np.dtype(dtype).itemsize
-    room = np.zeros(size + LINES_BYTES, np.uint8)
-    start = -room.ctypes.data % LINES_BYTES
-    array: NDArray[Any] = room[start : start + size].view(dtype).reshape(shape)
+    memory = np.zeros(size + LINES_BYTES, np.uint8)
+    start = -memory.ctypes.data % LINES_BYTES
+    array: NDArray[Any] = memory[start : start + size].view(dtype).reshape(shape)
     if value != 0.0:
         array[...] = value
     return array
@@ -284,18 +283,18 @@ def aircraft_arrays(
     recent_sensors: int = 0,
     modes: int = 0,
 ) -> Aircraft:
-    """Return room for aircraft, none of which has started.
+    """Return arrays for aircraft, none of them initiated.
 
     Parameters
     ----------
     slots : int
-        For how many.
+        Number of aircraft.
     bias_columns : int
-        Number of bias parameters that each depends on (0 for filters that drop it).
+        Number of bias parameters in the sensitivity (0 for filters without).
     joint_columns : int or None
-        Number of bias parameters in the joint covariance, None for filters that keep none.
+        Number of bias parameters in the joint covariance, None for filters without.
     recent_sensors : int
-        Number of sensors whose latest plot of each aircraft is kept.
+        Number of sensors whose latest plot of each aircraft is stored.
     modes : int
         Number of modes of motion, 0 for filters without.
 
@@ -332,7 +331,7 @@ def aircraft_arrays(
 def result_arrays(
     rows: int, partitions: int, bias_columns: int, *, keeps_log: bool = True
 ) -> Result:
-    """Return room for what a step puts out.
+    """Return arrays for the output of a step.
 
     Parameters
     ----------

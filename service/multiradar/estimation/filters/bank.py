@@ -1,4 +1,4 @@
-"""The registry of filters: each a compiled step and a way to close an epoch, found by name."""
+"""Registry of filters by name: each has a compiled step and a function that closes an epoch."""
 
 from dataclasses import dataclass
 from enum import IntEnum
@@ -26,13 +26,13 @@ from multiradar.estimation.measurement._kernels import PARAMETER_TIME_OFFSET
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-#: The joint filter keeps one covariance over all aircraft, and every plot works through all of it:
-#: with so many a plot costs some 20 ms, and the matrix takes 134 MB.
+#: The joint filter has one covariance over all aircraft, and every plot updates all of it: with
+#: this many aircraft a plot costs some 20 ms, and the matrix 134 MB.
 JOINT_AIRCRAFT_MAX = 1024
 
 
 class Outcome(IntEnum):
-    """What became of a measurement in the filter."""
+    """Outcome of a measurement in the filter."""
 
     UPDATED = kernels.UPDATED
     STARTED = kernels.STARTED
@@ -58,24 +58,24 @@ class FilterDefinition:
     method : int
         Its number in the compiled loop.
     keeps_sensitivity : bool
-        Whether each aircraft keeps its dependence on the biases (two-stage).
+        Whether each aircraft stores its sensitivity to the biases (two-stage).
     folds_log : bool
-        Whether the biases take the logged measurements one by one (CI) rather than their sum.
+        Whether logged measurements update the biases one by one (CI) instead of as a sum.
     corrects_biases : bool
-        Whether the step itself corrects the biases of the model, measurement by measurement
-        (joint): rows are then taken in canonical order by one worker, whatever their partition.
+        Whether the step itself updates the biases of the model, measurement by measurement (joint):
+        one worker then processes all rows in canonical order, whatever their partition.
     stacks_plots : bool
-        Whether plots wait in their aircraft for the end of the epoch (Blom's macro-filter).
+        Whether aircraft store their plots until the end of the epoch (Blom's macro-filter).
     estimates_time_offsets : bool
         Whether a time offset may be among the bias parameters (see `_time_offset_kernels`).
     keeps_modes : bool
         Whether each aircraft is in one of several modes of motion (IMM).
     accepts_bearings : bool
-        Whether it takes bearings.
+        Whether it supports bearings.
     bounds_bias_errors : bool
-        Whether the sigma of a bias covers its error.
+        Whether the sigma of a bias is consistent with its error.
     aircraft_max : int or None
-        The most aircraft it has room for; None for as many as there is memory for.
+        Maximum number of aircraft; None if limited by memory only.
 
     References
     ----------
@@ -97,12 +97,12 @@ class FilterDefinition:
     aircraft_max: int | None = None
 
     def aircraft(self, slots: int, columns: int, sensors: int, modes: int) -> Aircraft:
-        """Return arrays for aircraft, with what this filter keeps of each.
+        """Return arrays for aircraft, with the columns that this filter uses.
 
         Parameters
         ----------
         slots : int
-            Number of aircraft there is room for.
+            Maximum number of aircraft.
         columns : int
             Number of bias parameters.
         sensors : int
@@ -113,11 +113,11 @@ class FilterDefinition:
         Returns
         -------
         Aircraft
-            None of them has started.
+            None of them initiated.
 
         References
         ----------
-        IMM UrO RAN report (2016), equation (1.24): the blocks of P̂ that sections 1.3 to 1.5 keep;
+        IMM UrO RAN report (2016), equation (1.24): the blocks of P̂ that sections 1.3 to 1.5 use;
         Friedland, B., "Treatment of bias in recursive filtering", IEEE TAC 14 (1969), 359-367, for
         the sensitivity.
         """
@@ -139,7 +139,7 @@ class FilterDefinition:
         *,
         want_readout: bool,
     ) -> None:
-        """Take rows of one epoch, in canonical order for each partition.
+        """Process rows of one epoch, in canonical order for each partition.
 
         Parameters
         ----------
@@ -148,13 +148,13 @@ class FilterDefinition:
         rows : Rows
             The measurements.
         model : Model
-            What all aircraft share.
+            Common to all aircraft.
         aircraft : Aircraft
             Changed in place.
         result : Result
-            Filled for these rows; sums about the biases are added to.
+            Filled for these rows; the sums about the biases are accumulated.
         want_readout : bool
-            Whether to read the aircraft out after each row.
+            Whether to write a readout after each row.
 
         References
         ----------
@@ -177,25 +177,25 @@ class FilterDefinition:
         information: Floats,
         vector: Floats,
     ) -> None:
-        """End an epoch: let what waits in the aircraft speak about the biases.
+        """Close an epoch: add the information of the stored plots to the biases.
 
         Parameters
         ----------
         slots : (n,) int64
             Slots in use, ascending.
         model : Model
-            What all aircraft share.
+            Common to all aircraft.
         aircraft : Aircraft
-            Forget what waited.
+            Their stored plots are cleared.
         information : (p, c, c) float64
-            Sums of the information of each partition, upper triangle; added to.
+            Sums of the information of each partition, upper triangle; accumulated.
         vector : (p, c) float64
-            Sums of the information vector; added to.
+            Sums of the information vector; accumulated.
 
         References
         ----------
-        IMM UrO RAN report (2016), section 1.4, the macro-filter: Λ_ς with H, read as the stacked
-        measurement of the m′ radars.
+        IMM UrO RAN report (2016), section 1.4, the macro-filter: Λ_ς with H, interpreted as the
+        stacked measurement of the m′ radars.
         """
         if self.stacks_plots:
             stack_all(slots, model, aircraft, information, vector)
@@ -224,7 +224,7 @@ FILTERS = {
 
 
 def find_filter_for(name: str, parameter_kinds: NDArray[np.integer[Any]]) -> FilterDefinition:
-    """Return the filter of a name if it can estimate these bias parameters.
+    """Return a filter by name if it can estimate these bias parameters.
 
     Parameters
     ----------
@@ -243,8 +243,8 @@ def find_filter_for(name: str, parameter_kinds: NDArray[np.integer[Any]]) -> Fil
     UnknownFilterError
         If there is no filter of that name.
     ConfigurationError
-        If a time offset is to be estimated by a filter that linearises it anew at every plot: it
-        would be sure of a common lateness of all radars, which nobody can see.
+        If a time offset is to be estimated by a filter that relinearises it at every plot. It would
+        become certain of a common delay of all radars, which is unobservable.
     """
     definition = find_filter(name)
     timed = bool(np.any(parameter_kinds == PARAMETER_TIME_OFFSET))
@@ -257,7 +257,7 @@ def find_filter_for(name: str, parameter_kinds: NDArray[np.integer[Any]]) -> Fil
 
 
 def find_filter(name: str) -> FilterDefinition:
-    """Return the filter of a name.
+    """Return a filter by name.
 
     Parameters
     ----------

@@ -31,7 +31,7 @@ def test_a_step_does_what_its_plain_form_does(monkeypatch: pytest.MonkeyPatch) -
     settings = BundleSettings(window_s=40.0)
     found = []
     for function in (push_plot, plain(push_plot)):
-        monkeypatch.setattr(of_bundles, "take_plot", function)
+        monkeypatch.setattr(of_bundles, "push_plot", function)
         bundle = Bundle(settings)
         bundle.push_all(plots)
         found.append(bundle)
