@@ -19,7 +19,7 @@ _TRIES = 20
 _EXPECTED: dict[Path, None] = {}
 
 
-def expect_leftover(path: Path) -> None:
+def register_leftover(path: Path) -> None:
     """Have a file or folder removed when the process is stopped; to be said before it is made.
 
     Parameters
@@ -30,7 +30,7 @@ def expect_leftover(path: Path) -> None:
     _EXPECTED[path] = None
 
 
-def forget_leftover(path: Path) -> None:
+def unregister_leftover(path: Path) -> None:
     """Take it back: it is gone, or it has another name by now.
 
     Parameters
@@ -56,13 +56,13 @@ def temporary_folder(prefix: str) -> Iterator[Path]:
         The folder, for this user alone.
     """
     path = Path(tempfile.gettempdir()) / f"{prefix}{secrets.token_hex(8)}"
-    expect_leftover(path)
+    register_leftover(path)
     try:
         path.mkdir(mode=0o700)
         yield path
     finally:
         shutil.rmtree(path, ignore_errors=True)
-        forget_leftover(path)
+        unregister_leftover(path)
 
 
 def remove_leftovers() -> None:

@@ -12,7 +12,7 @@ from types import TracebackType
 from typing import Self
 
 from multiradar_converters.errors import ConversionError, OutputTakenError
-from multiradar_converters.leftovers import expect_leftover, forget_leftover
+from multiradar_converters.leftovers import register_leftover, unregister_leftover
 
 _LOCK = ".lock"
 
@@ -53,14 +53,14 @@ class OutputFolder:
             raise ConversionError(msg)
         try:
             _remove_abandoned(self._target)
-            expect_leftover(self.path)
+            register_leftover(self.path)
             self.path.mkdir()
             self._lock = os.open(self.path / _LOCK, os.O_CREAT | os.O_RDWR, 0o600)
             fcntl.flock(self._lock, fcntl.LOCK_EX)
         except BaseException as error:
             # An interruption, too: without its lock no later run would remove the folder.
             if isinstance(error, FileExistsError):
-                forget_leftover(self.path)
+                unregister_leftover(self.path)
             else:
                 self.__exit__(None, None, None)
             if not isinstance(error, OSError):
@@ -78,7 +78,7 @@ class OutputFolder:
         if self._lock is not None:
             os.close(self._lock)
         shutil.rmtree(self.path, ignore_errors=True)
-        forget_leftover(self.path)
+        unregister_leftover(self.path)
 
     def _refuse_if_taken(self) -> None:
         if os.path.lexists(self._target):

@@ -1,1 +1,1 @@
-"""The contracts on the wire and on disk: pydantic models, JSON Schema and Arrow schemas."""
+"""Interface definitions on the wire and on disk: pydantic models, JSON Schema, Arrow schemas."""

@@ -1,4 +1,4 @@
-"""The base of all models, and how a field says what it is."""
+"""The base class of all models, and described fields."""
 
 from typing import Any
 
@@ -6,7 +6,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 
 class Record(BaseModel):
-    """A frozen record: types as they are, no unknown fields, no NaN and no infinities."""
+    """A frozen record with strict types, without unknown fields, NaN and infinities."""
 
     model_config = ConfigDict(
         strict=True,
@@ -20,16 +20,16 @@ class Record(BaseModel):
 def described(
     description: str, *, unit: str, source: str, absent: str = "never", **more: str
 ) -> Any:
-    """Return field information: what it is, its unit, who says it, and when it is absent.
+    """Return field information: description, unit, source, and when the field is absent.
 
     Parameters
     ----------
     description : str
-        What the field is.
+        Meaning of the field.
     unit : str
-        Unit, or the form of a text.
+        Unit, or the format of a text.
     source : str
-        Where the value comes from.
+        Origin of the value.
     absent : str
         When the field is null or missing.
     **more : str
@@ -38,7 +38,7 @@ def described(
     Returns
     -------
     FieldInfo
-        For use inside `Annotated`; the four texts also stand in the JSON Schema.
+        For use inside `Annotated`; the four texts are also in the JSON Schema.
     """
     return Field(
         description=description,

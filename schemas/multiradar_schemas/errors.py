@@ -1,28 +1,28 @@
-"""The errors of reading what others wrote.
+"""Errors in external documents.
 
 ::
 
-    SchemaError                 a document that cannot be used, told in one sentence
-    ├── DocumentError           a file with a value that is not what the model expects
-    └── BodyError               a whole message that cannot be read, with its reject code
+    SchemaError                 an unusable document
+    ├── DocumentError           a file with invalid values
+    └── BodyError               an unreadable message, with its reject code
 """
 
 from multiradar_schemas.measurements.reject import RejectCode
 
 
 class SchemaError(ValueError):
-    """A document that somebody else wrote cannot be used."""
+    """An external document cannot be used."""
 
 
 class DocumentError(SchemaError):
-    """A file holds values that are not what its model expects.
+    """A file has values that its model does not accept.
 
     Attributes
     ----------
     source : str
         The file.
     reasons : tuple of str
-        A sentence for each mistake.
+        A message for each error.
     """
 
     def __init__(self, source: str, *reasons: str) -> None:
@@ -33,7 +33,7 @@ class DocumentError(SchemaError):
 
 
 class BodyError(SchemaError):
-    """A whole message cannot be read; none of its rows was taken."""
+    """A message cannot be read; none of its rows was accepted."""
 
     def __init__(self, code: RejectCode, reason: str) -> None:
         self.code = code

@@ -117,7 +117,7 @@ def _arrow_schema(schema: pl.Schema, required: tuple[str, ...]) -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Write all files; the arguments, of which there are none, are those of the process."""
+    """Write all files; there are no arguments."""
     argparse.ArgumentParser(
         prog="python -m multiradar_schemas.export", description=f"Write all schemas into {FOLDER}."
     ).parse_args(arguments)

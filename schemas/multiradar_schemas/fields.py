@@ -51,20 +51,20 @@ from multiradar_schemas.sensors.sensor import ESTIMATED_BY_KIND, PRIOR_SIGMA_DEF
 
 _INTRODUCTION = """# Fields
 
-Every field that the service reads or writes: its unit, who says it, and when it is absent (null in
-a table, null or missing in JSON). This page is made from the models by
+Every field that the service reads or writes: unit, source, and when it is absent (null in a table,
+null or missing in JSON). This page is generated from the models by
 `python -m multiradar_schemas.fields docs/fields.md`; a test fails when it differs from them.
 
 Units are part of the names. Angles are degrees on the wire and on disk; azimuth and heading are
 clockwise from true north. A bias is *measured minus true*. Times are UTC, seconds since the Unix
-epoch, or the time of day going on past midnight where a recording has no date.
+epoch, or the time of day continued past midnight where a recording has no date.
 """
 
 _MEASUREMENTS = """A measurement is a row of `measurements.parquet` or of an Arrow body, or a JSON
 object. JSON gives the time as exactly one of `time_s`, `time_ns` and `time`; Arrow bodies may have
-one of these columns; files have `time_s`. `kind` is radar, adsb, mlat or bearing and decides what
-must be there. Direction finders send bearings; so do radars whose plots have lost the range, such
-as by jamming:"""
+one of these columns; files have `time_s`. `kind` is radar, adsb, mlat or bearing and determines the
+required fields. Direction finders send bearings; so do radars whose plots have no range, such as
+under jamming:"""
 
 _HEALTH = """
 ## Health: `health.parquet`, a row for each radar and epoch
@@ -75,23 +75,23 @@ The last row of a radar is the member `health` of `GET /v1/sensors/{id}`.
 _PLANES = """
 ## Manoeuvre planes: `manoeuvre_planes.parquet`, `GET /v1/tracks/{id}/manoeuvre-plane`
 
-The file has a row for each track and epoch in which it was updated. Where the plots determine no
-plane all but `track_id`, `time_s` and `window_s` is null and the column `reason` says why; over
-HTTP that is a problem document, 409, with the reason as its `code`.
+The file has a row for each track and epoch in which it was updated. If the plots determine no
+plane, all columns but `track_id`, `time_s` and `window_s` are null and the column `reason` has the
+cause; over HTTP the answer is a problem document, 409, with the reason as its `code`.
 """
 
 _TRAJECTORIES = """
 ## Trajectories: `GET /v1/tracks/{id}/trajectories`, Zenoh, `trajectories.parquet`
 
-Where there are none the answer is a problem document, 409, with the reason as its `code`.
+Without trajectories the answer is a problem document, 409, with the reason as its `code`.
 """
 _TRAJECTORY_TABLE = """
-The file has a row for each epoch and track whose bundle took a plot in it, as the bundle was after
-the last of them: the figures above and those of `estimate` under their names; `weights` by
-trajectory; the segments of all trajectories one after the other, in lists `segment_…`, with the
-number of their trajectory, from 0, in `segment_trajectory`; and paths at multiples of 5 s, in lists
-`best_…` and `weighted_…` beside `point_time_s`. Where there are no trajectories yet all but
-`track_id` and `time_s` is null and the column `reason` says why.
+The file has a row for each epoch and each track whose bundle was updated in it, with the state of
+the bundle after the last update: the fields above and those of `estimate` under their names;
+`weights` by trajectory; the segments of all trajectories concatenated, in lists `segment_…`, with
+the index of their trajectory, from 0, in `segment_trajectory`; and paths at multiples of 5 s, in
+lists `best_…` and `weighted_…` beside `point_time_s`. Without trajectories all columns but
+`track_id` and `time_s` are null and the column `reason` has the cause.
 """
 
 
@@ -101,11 +101,11 @@ def page() -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Write the page; the arguments are those of the process unless they are given."""
+    """Write the page; the default arguments are those of the process."""
     parser = argparse.ArgumentParser(
         prog="python -m multiradar_schemas.fields", description="Write the page of all fields."
     )
-    parser.add_argument("file", metavar="FILE", type=Path, help="Where to: docs/fields.md.")
+    parser.add_argument("file", metavar="FILE", type=Path, help="Output file: docs/fields.md.")
     file: Path = parser.parse_args(arguments).file
     try:
         file.write_text(page(), encoding="utf-8")
@@ -119,19 +119,19 @@ def _lines() -> Iterator[str]:
     yield _MEASUREMENTS + "\n"
     for kind, needed in KIND_NEEDS.items():
         yield f"- `{kind}`: {' and '.join(f'`{name}`' for name in needed)}"
-    yield "\nThe other numbers are checked, but a kind does not use them.\n"
+    yield "\nOther fields are validated, but not used by the kind.\n"
     extra = ("time_ns", "time")
     yield from _table(RadarMeasurement, (*MEASUREMENT_SCHEMA, *extra), dict(MEASUREMENT_SCHEMA))
     yield "\n## Sensors: `sensors.toml`\n"
-    yield "One table `[[sensor]]` a sensor.\n"
+    yield "One table `[[sensor]]` per sensor.\n"
     yield from _table(Sensor)
     yield "\nTables `[sensor.bias.<parameter>]`; a parameter is one of:\n"
     yield from _table(SensorBias)
-    yield "\nWithout such tables these are estimated:\n"
+    yield "\nBy default these parameters are estimated:\n"
     for kind, names in ESTIMATED_BY_KIND.items():
         yield f"- {kind}: {', '.join(f'`{name}`' for name in names) or 'nothing'}"
     defaults = [f"`{name}` {sigma:g}" for name, sigma in PRIOR_SIGMA_DEFAULT.items()]
-    yield f"\nTheir standard deviations beforehand: {', '.join(defaults)}.\n"
+    yield f"\nDefault prior standard deviations: {', '.join(defaults)}.\n"
     yield "Each table holds:\n"
     yield from _table(RangeOffset)
     yield from _track_lines()
@@ -143,8 +143,8 @@ def _lines() -> Iterator[str]:
     yield from _encounter_lines()
     yield from _plane_lines()
     yield from _trajectory_lines()
-    yield "\n## Refusals: `rejects.ndjson`\n"
-    yield "Exactly one of `line` and `offset` is there.\n"
+    yield "\n## Rejects: `rejects.ndjson`\n"
+    yield "Exactly one of `line` and `offset` is present.\n"
     yield from _table(Reject)
     yield "\n| code | meaning |\n|---|---|"
     yield from (f"| `{code}` | {meaning} |" for code, meaning in CODE_MEANINGS.items())
@@ -160,9 +160,9 @@ def _forecast_lines() -> Iterator[str]:
     yield from _table(Forecast)
     yield "\nEach point:\n"
     yield from _table(ForecastPoint)
-    yield "\nA member of a forecast by `bundle`:\n"
+    yield "\nA member of a forecast of method `bundle`:\n"
     yield from _table(ForecastMember)
-    yield "\nA row of `forecasts.parquet` (`multiradar track --forecasts`) has these fields, and\n"
+    yield "\nA row of `forecasts.parquet` (`multiradar track --forecasts`) has these fields and\n"
     added = [name for name in FORECAST_SCHEMA if name not in ForecastPoint.model_fields]
     yield from _table(ForecastRow, tuple(added), dict(FORECAST_SCHEMA))
 
@@ -174,7 +174,7 @@ def _track_lines() -> Iterator[str]:
     added = [name for name in Track.model_fields if name not in TrackUpdate.model_fields]
     yield from _table(Track, tuple(added))
     yield "\n## Transitions: `transitions.parquet`, `GET /v1/tracks/{id}/transitions`\n"
-    yield "A row for each step in the life of a track, in the order in which they were noticed.\n"
+    yield "A row for each change of state of a track, in the order of detection.\n"
     yield from _table(Transition, tuple(TRANSITION_SCHEMA), dict(TRANSITION_SCHEMA))
     yield "\n| reason | meaning |\n|---|---|"
     yield from (f"| `{name}` | {meaning} |" for name, meaning in REASON_MEANINGS.items())
@@ -183,7 +183,7 @@ def _track_lines() -> Iterator[str]:
 def _encounter_lines() -> Iterator[str]:
     yield "\n## Encounters: `GET /v1/encounters`, `encounters.parquet`, Zenoh\n"
     yield from _table(Encounters)
-    yield "\nEach encounter, a row of the file for each at the end of each epoch:\n"
+    yield "\nEach encounter; the file has a row for each at the end of each epoch:\n"
     yield from _table(Encounter, tuple(ENCOUNTER_SCHEMA), dict(ENCOUNTER_SCHEMA))
 
 
@@ -191,7 +191,7 @@ def _plane_lines() -> Iterator[str]:
     yield _PLANES
     names = tuple(name for name in MANOEUVRE_PLANE_SCHEMA if name in PlaneFigures.model_fields)
     yield from _table(PlaneFigures, names, dict(MANOEUVRE_PLANE_SCHEMA))
-    yield "\nThe answer over HTTP has `positions` too, the plots projected on the plane; each:\n"
+    yield "\nThe HTTP answer also has `positions`, the plots projected on the plane; each:\n"
     yield from _table(PlanePosition)
     yield "\n| reason | meaning |\n|---|---|"
     yield from (f"| `{name}` | {meaning} |" for name, meaning in PLANE_REASON_MEANINGS.items())
@@ -226,19 +226,19 @@ def _table(
     yield f"| field | meaning | unit |{types} source | absent |"
     yield f"|---|---|---|{'---|' if columns else ''}---|---|"
     for name in names or tuple(properties):
-        said = _said(properties[name])
+        shown = _description(properties[name])
         default = properties[name].get("default")
         if isinstance(default, int | float):
-            said["description"] += f" (default {default:g})"
+            shown["description"] += f" (default {default:g})"
         kind = f" {columns.get(name, 'JSON only')} |" if columns else ""
         yield (
-            f"| `{name}` | {said['description']} | {said['unit']} |{kind} {said['source']} |"
-            f" {said['absent']} |"
+            f"| `{name}` | {shown['description']} | {shown['unit']} |{kind} {shown['source']} |"
+            f" {shown['absent']} |"
         )
 
 
-def _said(schema: dict[str, Any]) -> dict[str, str]:
-    """Return what `described` said of a field; of an optional one it stands one level deeper."""
+def _description(schema: dict[str, Any]) -> dict[str, str]:
+    """Return the description of a field; for an optional field it is one level deeper."""
     for candidate in (schema, *schema.get("anyOf", ())):
         if "unit" in candidate:
             return {key: str(candidate[key]) for key in ("description", "unit", "source", "absent")}

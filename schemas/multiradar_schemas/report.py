@@ -1,4 +1,4 @@
-"""`report.json`: what a run read, what it refused, what it wrote."""
+"""`report.json`: what a run read, rejected and wrote."""
 
 from typing import Annotated, Any, Self
 
@@ -16,12 +16,12 @@ def _counted(description: str, absent: str = "never") -> Any:
 
 
 class Counts(Record):
-    """Everything that was read is one of: accepted, rejected, duplicate."""
+    """Counts of records; every record read is accepted, rejected or duplicate."""
 
-    read: Annotated[Count, _counted("Records read, blank lines not among them")]
-    accepted: Annotated[Count, _counted("Records taken")]
-    rejected: Annotated[Count, _counted("Records refused, one row each in `rejects.ndjson`")]
-    duplicate: Annotated[Count, _counted("Records that had been taken before")] = 0
+    read: Annotated[Count, _counted("Records read, without blank lines")]
+    accepted: Annotated[Count, _counted("Records accepted")]
+    rejected: Annotated[Count, _counted("Records rejected, each with a line in `rejects.ndjson`")]
+    duplicate: Annotated[Count, _counted("Records that were already accepted")] = 0
     blank: Annotated[Count, _counted("Blank lines")] = 0
 
     @model_validator(mode="after")
@@ -36,28 +36,28 @@ class Counts(Record):
 
 
 class InputFile(Record):
-    """One file that was read."""
+    """An input file."""
 
     file: Annotated[str, described("Its name", unit="text", source="run")]
     bytes: Annotated[Count, described("Its size", unit="byte", source="run")]
-    counts: Annotated[Counts, described("What became of its records", unit="counts", source="run")]
+    counts: Annotated[Counts, described("Disposition of its records", unit="counts", source="run")]
 
 
 class OutputFile(Record):
-    """One file, or one kind of file, that was written."""
+    """An output file, or a kind of output files."""
 
     file: Annotated[str, described("Its name, or a pattern", unit="text", source="run")]
     rows: Annotated[Count, _counted("Its rows")]
 
 
 class Report(Record):
-    """What a run did."""
+    """Report of a run."""
 
     command: Annotated[str, described("The command", unit="name", source="run")]
     version: Annotated[str, described("Version of the program", unit="text", source="run")]
     counts: Annotated[Counts, described("Sum over all inputs", unit="counts", source="run")]
     rejected_by_code: Annotated[
-        dict[RejectCode, Count], _counted("Refusals by code; they add up to `counts.rejected`")
+        dict[RejectCode, Count], _counted("Rejects by code; their sum is `counts.rejected`")
     ]
     inputs: Annotated[
         list[InputFile], described("The files read", unit="list", source="run", absent="never")
@@ -74,27 +74,28 @@ class Report(Record):
     ] = None
     settings: Annotated[
         dict[str, JsonValue],
-        described("The settings that shape the output", unit="by name", source="run"),
+        described("The settings that affect the output", unit="by name", source="run"),
     ] = Field(default_factory=dict)
     figures: Annotated[
         dict[str, JsonValue],
         AfterValidator(rounded_members),
         described(
-            "Further figures, named with their unit, rounded below their error. Of `track` also "
-            "`tracks`, all that were initiated, those of them that were confirmed as "
-            "`tracks_confirmed`, `final_biases`, and "
-            "`unobservable_biases`: combinations of biases of which the measurements told nothing, "
-            "each with `what` it is, its `prior_ratio` (sigma over that beforehand) and the "
-            "`weights` of its parameters in prior sigmas; and `track_transitions`: how often "
+            "Further figures, named with their unit, rounded below their error. For `track` also "
+            "`tracks`, the number of initiated tracks, and `tracks_confirmed`, how many of them "
+            "were confirmed; `final_biases`; `unobservable_biases`: combinations of biases that "
+            "the measurements do not determine, "
+            "each with its description `what`, its `prior_ratio` (sigma / prior sigma) and the "
+            "`weights` of its parameters in prior sigmas; `track_transitions`: how often "
             "tracks without identity were `started`, `confirmed`, `ended_unconfirmed`, "
-            "`ended_silent` (no plots, or a score like that of false ones) and `merged` into an "
-            "older one; `duplicates_by_sensor`; `arrivals`: of each sensor, how many measurements "
-            "came, how many `late` or from the `future`, and how far behind the data time half and "
-            "99 % of them came, s; `sensor_health`, the last row of `health.parquet` of each "
-            "radar, and `sensor_alarms`: the `time_s`, the `sensor_id` and the `alarm` of each "
-            "that began; `warnings` in words; and `diagnoses`: what is probably wrong, each with "
-            "the `sensor_id` (empty when it is about all), a `code` such as `range_unit`, and a "
-            "`sentence` with the cause and what to do",
+            "`ended_silent` (no plots, or the score of a false track) and `merged` into an "
+            "older one; `duplicates_by_sensor`; `arrivals`: for each sensor, the number of "
+            "measurements, how many were `late` or in the `future`, and the median and 99th "
+            "percentile of the delay behind data time, s; `sensor_health`, the last row of "
+            "`health.parquet` of each radar; `sensor_alarms`: the `time_s`, the `sensor_id` and "
+            "the `alarm` of each alarm raised; `warnings` in words; and `diagnoses`: probable "
+            "faults, each with the `sensor_id` (empty if it concerns all), a `code` such as "
+            "`range_unit`, and a "
+            "`sentence` with the cause and the remedy",
             unit="by name",
             source="run",
         ),
@@ -104,6 +105,6 @@ class Report(Record):
     def _codes_add_up(self) -> Self:
         total = sum(self.rejected_by_code.values())
         if total != self.counts.rejected:
-            msg = f"expected {self.counts.rejected} refusals by code, was {total}"
+            msg = f"expected {self.counts.rejected} rejects by code, was {total}"
             raise ValueError(msg)
         return self

@@ -1,14 +1,14 @@
-"""Numbers for people and programs without the digits that mean nothing."""
+"""Rounds numbers to significant digits."""
 
 import math
 from collections.abc import Mapping
 from typing import Any
 
-#: Digits that a number keeps where nothing says how exact it is.
+#: Digits of a number of unknown accuracy.
 _DIGITS = 6
-#: Digits of its standard deviation that an estimate keeps.
+#: Digits of the standard deviation of an estimate.
 _SIGMA_DIGITS = 3
-#: Decimals of what is large beside its error, by the end of its name: a microsecond, a millimetre.
+#: Decimals of values that are large relative to their error, by suffix of the name: 1 µs, 1 mm.
 _DECIMALS = {"_s": 6, "latitude_deg": 8, "longitude_deg": 8}
 
 
@@ -18,14 +18,15 @@ def rounded(value: Any) -> Any:
     Parameters
     ----------
     value : JSON
-        Any; it is not changed.
+        Any value; not modified.
 
     Returns
     -------
     JSON
-        A number has six significant digits, and all of those before its point; an `estimate`
-        beside its `sigma` ends with the third digit of that; times and durations (`…_s`) are right
-        to a microsecond, latitudes and longitudes to a millimetre. Other values are as they were.
+        Numbers have six significant digits, and all digits before the decimal point; an `estimate`
+        beside its `sigma` ends with the third digit of the sigma; times and durations (`…_s`) are
+        exact to a microsecond, latitudes and longitudes to a millimetre. Other values are
+        unchanged.
     """
     if isinstance(value, float):
         return _significant(value)

@@ -19,7 +19,7 @@ from multiradar.ingest.asterix_inlet import InletBounds
 from multiradar.ingest.asterix_output.sender import AsterixSender, Outlet
 from multiradar.ingest.asterix_output.sinks import open_sink
 from multiradar.ingest.asterix_queue import DatagramQueue
-from multiradar.ingest.asterix_sensors import names_by_source, turns_by_source
+from multiradar.ingest.asterix_sensors import names_by_source, scan_periods_by_source
 from multiradar.ingest.asterix_source import UdpSource
 from multiradar.ingest.http import IntakeBounds, measurement_routes
 from multiradar.ingest.zenoh.gateway import ZenohGateway
@@ -263,7 +263,7 @@ def asterix_gateway(
         raise ConfigurationError(f"settings: asterix.editions: {error}") from error
     options = LiveOptions(
         names=names_by_source(sensors),
-        turns=turns_by_source(sensors),
+        turns=scan_periods_by_source(sensors),
         editions=editions,
         all_targets=wanted.all_targets,
         duplicate_window_s=wanted.duplicate_window_s,

@@ -24,8 +24,8 @@ from multiradar_converters.normalised.parsed import (
 )
 from multiradar_schemas.arrow import MEASUREMENT_REQUIRED, MEASUREMENT_SCHEMA
 from multiradar_schemas.errors import BodyError
-from multiradar_schemas.measurements.directions import lean
-from multiradar_schemas.measurements.gates import PHYSICAL_GATES, Gate, refusals
+from multiradar_schemas.measurements.directions import without_empty_directions
+from multiradar_schemas.measurements.gates import PHYSICAL_GATES, Gate, rejections
 from multiradar_schemas.measurements.reject import RejectCode
 
 #: Text of all rows together, as a multiple of the body: dictionaries and views can name one long
@@ -188,11 +188,11 @@ _GATES = (
 
 
 def _gated(frame: pl.DataFrame) -> Parsed:
-    index, codes, reasons = refusals(frame, _GATES)
+    index, codes, reasons = rejections(frame, _GATES)
     taken = frame
     rejected: list[ParsedReject] = []
     if len(index):
-        shown = lean(frame[index].select(*MEASUREMENT_SCHEMA, _LOST)).to_dicts()
+        shown = without_empty_directions(frame[index].select(*MEASUREMENT_SCHEMA, _LOST)).to_dicts()
         rejected = [
             ParsedReject(int(place), code, reason, _raw(row))
             for place, code, reason, row in zip(index, codes, reasons, shown, strict=True)

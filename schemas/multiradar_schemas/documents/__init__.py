@@ -1,1 +1,1 @@
-"""Files that people write: TOML read into models, with every mistake located."""
+"""Configuration files: TOML parsed into models, with the location of every error."""

@@ -1,4 +1,4 @@
-"""What a model says about a wrong value, as a code and one sentence: expected …, was …."""
+"""Validation errors as a code and a message of the form "expected …, was …"."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -6,10 +6,10 @@ from typing import Any
 from multiradar_schemas.documents.names import shown
 from multiradar_schemas.measurements.reject import RejectCode
 
-#: Type of the errors whose message is the whole sentence.
+#: Type of errors whose message is complete.
 SENTENCE_ERROR = "sentence"
 
-#: Type of the errors of a field that a table of its kind cannot do without.
+#: Type of errors of a missing field that the kind of a table requires.
 ABSENT_ERROR = "absent"
 
 _CODES = {
@@ -45,7 +45,7 @@ _OUT_OF_RANGE = frozenset(
 )
 _NUMBER_TYPES = frozenset({"float_type", "int_type", "float_parsing", "int_parsing"})
 _TYPES = _NUMBER_TYPES | {"string_type"}
-# Of faults of a row as a whole; the row itself is no part of them.
+# Messages of errors of a whole row, which do not quote the row.
 _ONE_TIME = "expected exactly one of time_s, time_ns and time, was "
 _SENTENCES = {
     "union_tag_not_found": "kind: expected a value, was absent",
@@ -57,7 +57,7 @@ _BOUNDS = ("greater than", "less than")
 
 
 def explain(details: Mapping[str, Any]) -> tuple[RejectCode, str]:
-    """Turn one error of a model into a stable code and a sentence.
+    """Return the stable code and the message of a validation error.
 
     Parameters
     ----------
@@ -69,14 +69,14 @@ def explain(details: Mapping[str, Any]) -> tuple[RejectCode, str]:
     RejectCode
         The stable code.
     str
-        A sentence of the form "field: expected …, was …".
+        A message of the form "field: expected …, was …".
     """
     kind, value = str(details["type"]), details.get("input")
     return _code(kind, value), f"{place(details['loc'])}{reason_of(details)}"
 
 
 def reason_of(details: Mapping[str, Any]) -> str:
-    """Return what is wrong with a value, without its place; see `explain`."""
+    """Return the message of an error without its location; see `explain`."""
     kind = str(details["type"])
     value = details.get("input")
     if kind == "missing" or (value is None and kind in _TYPES):
@@ -89,7 +89,7 @@ def reason_of(details: Mapping[str, Any]) -> str:
 
 
 def place(location: tuple[int | str, ...]) -> str:
-    """Return where a value stands, as `sensor[2].bias.range_gain: `, or nothing at the top."""
+    """Return a location as `sensor[2].bias.range_gain: `; empty at the top level."""
     path = ""
     for part in location:
         path += f"[{part}]" if isinstance(part, int) else f".{shown(part)[1:-1]}"

@@ -1,4 +1,4 @@
-"""Reading of files that people write: TOML in, a model out, or every mistake in it."""
+"""Reads configuration files: TOML to a model, or a list of all errors."""
 
 import tomllib
 from dataclasses import dataclass
@@ -16,12 +16,12 @@ Model = TypeVar("Model", bound=BaseModel)
 
 @dataclass(frozen=True, slots=True)
 class Document:
-    """A TOML file that was read.
+    """A parsed TOML file.
 
     Attributes
     ----------
     source : str
-        What it is called in errors.
+        Name in error messages.
     values : dict
         Its tables.
     lines : dict of tuple to int
@@ -49,10 +49,10 @@ def read_toml(path: FilePath) -> Document:
     Raises
     ------
     DocumentError
-        When the file cannot be read, is not UTF-8 or is no TOML.
+        When the file cannot be read, is not UTF-8 or is not TOML.
     """
     try:
-        # Editors of some systems put a byte-order mark at the beginning.
+        # Some editors write a byte-order mark at the beginning.
         text = path.read_text(encoding="utf-8-sig")
     except FileNotFoundError as error:
         raise DocumentError(str(path), "no such file") from error
@@ -65,7 +65,7 @@ def read_toml(path: FilePath) -> Document:
 
 
 def parse_toml(text: str, *, source: str) -> Document:
-    """Return a TOML text as a document; see `read_toml`."""
+    """Parse a TOML text; see `read_toml`."""
     try:
         values = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError, ValueError) as error:
@@ -74,26 +74,26 @@ def parse_toml(text: str, *, source: str) -> Document:
 
 
 def validated(model: type[Model], document: Document, *, key: str = "key") -> Model:
-    """Return a document as a model.
+    """Validate a document against a model.
 
     Parameters
     ----------
     model : type
         The model.
     document : Document
-        What was read.
+        The document.
     key : str
-        What a key of it is called in sentences.
+        Name of a key in messages.
 
     Returns
     -------
     Model
-        The values, checked.
+        The validated values.
 
     Raises
     ------
     DocumentError
-        With every wrong value: its line and place, what was expected and what it was.
+        With every invalid value: line, location, expected and actual value.
     """
     try:
         return model.model_validate(document.values)

@@ -1,6 +1,6 @@
-"""All that is wrong with a file that a person wrote: where each mistake is, and what it is.
+"""All errors in a configuration file, with their locations.
 
-A mistake is a sentence of the form "line 7: sensor 26-10: latitude_deg: expected …, was …".
+An error is a message of the form "line 7: sensor 26-10: latitude_deg: expected …, was …".
 """
 
 import types
@@ -37,9 +37,9 @@ _EXPECTED = {
     "less_than_equal": "a number of at most {le:.12g}",
 }
 _LENGTHS = frozenset({"too_short", "too_long"})
-#: Keys by which a table of a list is known to the person who wrote it.
+#: Keys that identify a table of a list in messages.
 _NAMES = ("id", "name", "label")
-#: Units that say nothing.
+#: Units that are omitted in messages.
 _NO_UNITS = frozenset({"", "1", "name", "of the parameter"})
 
 
@@ -51,38 +51,40 @@ def mistakes_in(
     *,
     key: str = "key",
 ) -> tuple[str, ...]:
-    """Return every mistake that a model found in a file.
+    """Return every error that a model found in a file.
 
     Parameters
     ----------
     error : ValidationError
-        What the model says.
+        The validation error.
     model : type
         The model.
     values : mapping
-        What was read.
+        Content of the file.
     lines : mapping of tuple to int
         The lines of the keys; see `multiradar_schemas.documents.toml_lines.key_lines`.
     key : str
-        What a key of the file is called.
+        Name of a key in messages.
 
     Returns
     -------
     tuple of str
-        A sentence for each, in the order of the lines.
+        A message for each error, in the order of the lines.
     """
     details = _without_echoes(error.errors(include_url=False))
     if _to_fill_in(details):
         return (_filled_in(details, values, lines),)
-    told = [(line_of(one["loc"], lines) or 0, _mistake(one, model, values, key)) for one in details]
+    located = [
+        (line_of(one["loc"], lines) or 0, _mistake(one, model, values, key)) for one in details
+    ]
     return tuple(
         f"line {line}: {sentence}" if line else sentence
-        for line, sentence in dict.fromkeys(sorted(told, key=lambda one: one[0]))
+        for line, sentence in dict.fromkeys(sorted(located, key=lambda one: one[0]))
     )
 
 
 def known_keys(model: type[BaseModel], location: Path) -> tuple[str, ...]:
-    """Return the keys of the table that stands at a place of a file; none where there is none."""
+    """Return the keys of the table at a location of a file; empty without a table."""
     field = _field(model, location)
     tables = [model] if not location else [] if field is None else _models(field.annotation)
     return tuple(name for one in tables for name in one.model_fields)
@@ -111,7 +113,7 @@ def _mistake(
 
 
 def _without_echoes(details: list[Any]) -> list[Any]:
-    # A list whose tables are wrong is called too short as well.
+    # A list with invalid tables is reported as too short as well.
     places = [one["loc"] for one in details]
     return [
         one
@@ -124,7 +126,7 @@ def _without_echoes(details: list[Any]) -> list[Any]:
 
 
 def _bounds(model: type[BaseModel], details: Mapping[str, Any]) -> str:
-    # A number out of two bounds is most often in another unit.
+    # A number out of bounds is most often in another unit.
     location = details["loc"]
     field = _field(model, location) if location and isinstance(location[-1], str) else None
     if field is None or details["type"] not in _OUT_OF_BOUNDS:
@@ -135,8 +137,8 @@ def _bounds(model: type[BaseModel], details: Mapping[str, Any]) -> str:
         return ""
     extra = field.json_schema_extra
     unit = str(extra.get("unit", "")) if isinstance(extra, dict) else ""
-    told = "" if unit in _NO_UNITS else f" ({unit})"
-    return f"from {_number(limits['ge'])} to {_number(limits['le'])}{told}"
+    unit_text = "" if unit in _NO_UNITS else f" ({unit})"
+    return f"from {_number(limits['ge'])} to {_number(limits['le'])}{unit_text}"
 
 
 def _number(value: float) -> str:
@@ -144,7 +146,7 @@ def _number(value: float) -> str:
 
 
 def _field(model: type[BaseModel], location: Path) -> FieldInfo | None:
-    # What a model says of the key at a place of a file; None where it says nothing.
+    # The field of a model at a location of a file; None when there is none.
     found: FieldInfo | None = None
     tables = [model]
     for part in location:
@@ -156,7 +158,7 @@ def _field(model: type[BaseModel], location: Path) -> FieldInfo | None:
 
 
 def _models(annotation: Any) -> Iterator[type[BaseModel]]:
-    # The tables that an annotation means: itself, one of several, or those of a list.
+    # The models in an annotation: itself, the members of a union, or the elements of a list.
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         yield annotation
     elif get_origin(annotation) in {Union, types.UnionType, tuple, list, Annotated}:
@@ -165,7 +167,7 @@ def _models(annotation: Any) -> Iterator[type[BaseModel]]:
 
 
 def _where(location: Path, values: Mapping[str, Any]) -> str:
-    # A table of a list is known by its own name rather than by its place, where it has one.
+    # A table of a list is identified by its name, if it has one, instead of its index.
     path: Path = ()
     found: Any = values
     named = ""
@@ -199,16 +201,16 @@ def _name(table: Any) -> str | None:
     return None
 
 
-# A file that `convert` wrote lacks what no recording tells, and nothing else.
+# Whether a file lacks only values that `convert` cannot derive from a recording.
 def _to_fill_in(details: list[Any]) -> bool:
     return bool(details) and all(one["type"] == ABSENT_ERROR for one in details)
 
 
 def _filled_in(details: list[Any], values: Mapping[str, Any], lines: Mapping[Path, int]) -> str:
-    told = []
+    missing = []
     for line, one in sorted(((line_of(one["loc"], lines) or 0, one) for one in details),
                             key=lambda pair: pair[0]):  # fmt: skip
         what = " ".join(_where(one["loc"], values).replace(": ", " ").split()[1:])
-        told.append(f"{what} (line {line})" if line else what)
-    count = f"{len(told)} field{'' if len(told) == 1 else 's'}"
-    return f"{count} to fill in: {', '.join(told)}"
+        missing.append(f"{what} (line {line})" if line else what)
+    count = f"{len(missing)} field{'' if len(missing) == 1 else 's'}"
+    return f"{count} to fill in: {', '.join(missing)}"

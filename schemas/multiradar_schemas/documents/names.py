@@ -1,27 +1,27 @@
-"""Wrong values and unknown names in sentences, with the nearest name that is known."""
+"""Messages about invalid values and unknown names, with the most similar known name."""
 
 import re
 from collections.abc import Iterable
 from difflib import get_close_matches
 
-#: Longest piece of a wrong value that a sentence repeats.
+#: Maximum length of an invalid value in a message.
 SHOWN_LENGTH_MAX = 60
 _QUOTED = re.compile(r"'([^']*)'")
-#: How alike two names are at least, from 0 to 1, for one to be meant by the other.
+#: Minimum similarity, from 0 to 1, of a suggested name.
 LIKENESS_MIN = 0.6
 
 
 def unknown(what: str, was: object, known: Iterable[str]) -> str:
-    """Return the sentence about a name that is not known.
+    """Return the message about an unknown name.
 
     Parameters
     ----------
     what : str
-        What it should name, such as `command`.
+        What it names, such as `command`.
     was : object
         The name given.
     known : iterable of str
-        The names there are.
+        The known names.
 
     Returns
     -------
@@ -38,7 +38,7 @@ def unknown(what: str, was: object, known: Iterable[str]) -> str:
 
 
 def shown(value: object) -> str:
-    """Return a value as a short, printable, plain ASCII text."""
+    """Return a value as a short, printable ASCII text."""
     if value is None or isinstance(value, bool):
         return {None: "null", True: "true", False: "false"}[value]
     try:
@@ -49,18 +49,18 @@ def shown(value: object) -> str:
 
 
 def unknown_choice(was: object, expected: str) -> str:
-    """Return the sentence about a value that is none of the quoted ones, as pydantic lists them."""
+    """Return the message about a value that is not one of those quoted by pydantic."""
     return unknown("name", was, _QUOTED.findall(expected))
 
 
 def did_you_mean(was: object, known: Iterable[str]) -> str:
-    """Return " (did you mean 'track'?)" where a known name is like the one given, else nothing."""
+    """Return " (did you mean 'track'?)" if a known name is similar to the given one, else ""."""
     near = nearest(was, known)
     return "" if near is None else f" (did you mean '{near}'?)"
 
 
 def nearest(was: object, known: Iterable[str]) -> str | None:
-    """Return the known name that is most like the one given; None where none is like it."""
+    """Return the known name most similar to the given one; None if none is similar."""
     if not isinstance(was, str):
         return None
     plain = {_plain(name): name for name in known}
@@ -68,10 +68,10 @@ def nearest(was: object, known: Iterable[str]) -> str | None:
     close = get_close_matches(wanted, plain, n=1, cutoff=LIKENESS_MIN)
     if close:
         return plain[close[0]]
-    begun = [name for text, name in plain.items() if wanted and text.startswith(wanted)]
-    return begun[0] if len(begun) == 1 else None
+    completions = [name for text, name in plain.items() if wanted and text.startswith(wanted)]
+    return completions[0] if len(completions) == 1 else None
 
 
-# Capitals, dashes and underscores are mixed up more often than letters.
+# Case, dashes and underscores are confused more often than letters.
 def _plain(name: str) -> str:
     return name.casefold().replace("-", "").replace("_", "")

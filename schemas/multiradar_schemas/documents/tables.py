@@ -1,4 +1,4 @@
-"""Tables of the files that people write, and what is wrong with one as a whole."""
+"""Tables of configuration files, and errors of a whole table."""
 
 from pydantic_core import PydanticCustomError
 
@@ -7,9 +7,9 @@ from multiradar_schemas.documents.explain import SENTENCE_ERROR
 
 
 def wrong(sentence: str) -> PydanticCustomError:
-    """Return the error of a table, as a sentence "expected …, was …"."""
+    """Return the error of a table with a message "expected …, was …"."""
     return PydanticCustomError(SENTENCE_ERROR, "{sentence}", {"sentence": sentence})
 
 
 class Table(Record):
-    """A table of a file; a key that it does not know is refused."""
+    """A table of a file; unknown keys are rejected."""

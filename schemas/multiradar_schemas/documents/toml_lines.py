@@ -1,4 +1,4 @@
-"""On which line of a TOML text a key stands, for sentences about its value."""
+"""Line numbers of the keys of a TOML text, for error messages."""
 
 import re
 from collections.abc import Mapping
@@ -8,7 +8,7 @@ _KEY = rf"{_PART}(?:\s*\.\s*{_PART})*"
 _HEADER = re.compile(rf"\s*(\[\[?)\s*({_KEY})\s*\]\]?\s*(?:#.*)?$")
 _ASSIGNMENT = re.compile(rf"\s*({_KEY})\s*=(.*)$", re.DOTALL)
 _PARTS = re.compile(_PART)
-# What opens, closes or quotes within a value; a comment ends the line.
+# Brackets, quotes and comments within a value.
 _MARKS = re.compile(r"\"\"\"|'''|\"(?:[^\"\\]|\\.)*\"|'[^']*'|[][{}]|#.*")
 
 Path = tuple[int | str, ...]
@@ -26,7 +26,7 @@ def key_lines(text: str) -> dict[Path, int]:
     -------
     dict of tuple to int
         By path, such as `("sensor", 2, "bias", "range_gain")`. Keys within inline tables and lists
-        are not there: `line_of` finds the key that holds them.
+        are not included: `line_of` finds the key that contains them.
     """
     lines: dict[Path, int] = {}
     tables: dict[Path, int] = {}
@@ -49,7 +49,7 @@ def key_lines(text: str) -> dict[Path, int]:
 
 
 def line_of(path: Path, lines: Mapping[Path, int]) -> int | None:
-    """Return the line of a key, or of the nearest table or key that holds it; None at the top."""
+    """Return the line of a key, or of the nearest table or key around it; None at the top."""
     for length in range(len(path), 0, -1):
         if path[:length] in lines:
             return lines[path[:length]]
@@ -57,7 +57,7 @@ def line_of(path: Path, lines: Mapping[Path, int]) -> int | None:
 
 
 def _opened(name: str, tables: dict[Path, int], *, many: bool) -> Path:
-    # An element of an array of tables is known by its place; later headers mean the last one.
+    # An element of an array of tables is identified by its index; later headers refer to the last.
     path: Path = ()
     parts = _split(name)
     for place, part in enumerate(parts):
@@ -75,7 +75,7 @@ def _split(key: str) -> list[str]:
 
 
 class _Held:
-    # Whether a value goes on in the next line: within brackets, or within three quotes.
+    # Whether a value continues on the next line: within brackets or triple quotes.
     def __init__(self) -> None:
         self._depth = 0
         self._quotes = ""
@@ -96,9 +96,9 @@ class _Held:
             if mark is None:
                 return
             rest = rest[mark.end() :]
-            self._take(mark[0])
+            self._update(mark[0])
 
-    def _take(self, mark: str) -> None:
+    def _update(self, mark: str) -> None:
         if mark in {'"""', "'''"}:
             self._quotes = mark
         elif mark in {"[", "{"}:

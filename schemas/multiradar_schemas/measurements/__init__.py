@@ -1,1 +1,1 @@
-"""Measurements: the record, and the checks on whole columns of them."""
+"""Measurements: records and columnar validation."""

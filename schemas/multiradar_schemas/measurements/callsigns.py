@@ -1,4 +1,4 @@
-"""Callsigns as text and as whole numbers: eight letters of six bits, as aircraft send them."""
+"""Callsigns as text and as integers: eight characters of six bits, as in the downlink format."""
 
 import numpy as np
 import polars as pl
@@ -8,25 +8,24 @@ LETTERS = 8
 _BITS = 6
 _SHIFTS = np.arange(_BITS * (LETTERS - 1), -1, -_BITS, dtype=np.int64)
 _MISSING = -1
-# The six low bits of ASCII tell capitals, digits and the blank apart.
+# The six low bits of ASCII distinguish capitals, digits and the blank.
 _MASK = 63
 _CAPITALS = 64
 _FIRST_NO_LETTER = 32
 
 
 def packed_callsigns(texts: pl.Series) -> NDArray[np.int64]:
-    """Pack callsigns into whole numbers.
+    """Pack callsigns into integers.
 
     Parameters
     ----------
     texts : Series of String
-        One to eight letters and digits with blanks around them, or null. Small letters count as
-        capitals.
+        One to eight letters and digits with optional blanks around them, or null. Case is ignored.
 
     Returns
     -------
     (n,) int64
-        The first letter in the highest of 48 bits, blanks at the end; -1 for null.
+        The first character in the highest of 48 bits, padded with blanks; -1 for null.
 
     References
     ----------
@@ -47,7 +46,7 @@ def callsign_texts(numbers: NDArray[np.int64]) -> pl.Series:
     Parameters
     ----------
     numbers : (n,) int64
-        As `packed_callsigns` gives them, -1 for none.
+        As from `packed_callsigns`; -1 for none.
 
     Returns
     -------
@@ -56,7 +55,7 @@ def callsign_texts(numbers: NDArray[np.int64]) -> pl.Series:
     """
     if not (numbers >= 0).any():
         return pl.repeat(None, len(numbers), dtype=pl.String, eager=True)
-    # Aircraft say their callsigns over and over: each is written once.
+    # Callsigns are repeated: each distinct one is converted once.
     column = pl.Series(numbers)
     distinct = column.unique()
     distinct = distinct.filter(distinct >= 0)

@@ -1,7 +1,7 @@
-"""What a bearing may tell beside its azimuth: the elevation, and where a moving source was.
+"""Optional columns of bearings: elevation, and the position of a moving sensor.
 
-Few recordings have these columns. Where no row fills them they are left out, so that a journal or
-a request holds what it held before there were any.
+Few recordings have these columns. If they are empty they are omitted, so that journals and requests
+stay compatible with earlier versions.
 """
 
 import polars as pl
@@ -11,19 +11,19 @@ from multiradar_schemas.measurements.gates import Gate
 from multiradar_schemas.measurements.measurement import SOURCE, SOURCE_FIELDS
 from multiradar_schemas.measurements.reject import RejectCode
 
-#: Columns of recordings that have no bearings of this kind, such as those that are converted.
+#: Columns of recordings without such bearings, such as converted ones.
 PLAIN_SCHEMA = pl.Schema(
     {name: kind for name, kind in MEASUREMENT_SCHEMA.items() if name not in MEASUREMENT_DIRECTIONS}
 )
 
-#: Columns that `sensor_gates` looks at, of the sensor of each row: whether it moves, and whether it
-#: measures elevations.
+#: Columns used by `sensor_gates`, for the sensor of each row: whether it moves, and whether it
+#: measures elevation.
 MOVING = "__moving"
 MEASURES_ELEVATION = "__measures_elevation"
 
 
 def has_directions(frame: pl.DataFrame) -> bool:
-    """Return whether a row of measurements tells an elevation or the place of its source."""
+    """Return whether any measurement has an elevation or the position of its source."""
     return any(
         frame[name].null_count() < len(frame)
         for name in MEASUREMENT_DIRECTIONS
@@ -31,25 +31,25 @@ def has_directions(frame: pl.DataFrame) -> bool:
     )
 
 
-def lean(frame: pl.DataFrame) -> pl.DataFrame:
-    """Return measurements without the columns of directions where no row fills any of them."""
+def without_empty_directions(frame: pl.DataFrame) -> pl.DataFrame:
+    """Return measurements without the direction columns if all of them are empty."""
     return frame if has_directions(frame) else frame.drop(MEASUREMENT_DIRECTIONS, strict=False)
 
 
 def sensor_gates() -> tuple[Gate, ...]:
-    """Return what rows must pass for their sensor to have seen them so.
+    """Return gates for rows that their sensor cannot have measured.
 
     Returns
     -------
     tuple of Gate
-        They look at `MOVING` and `MEASURES_ELEVATION` beside the columns of `MEASUREMENT_SCHEMA`.
+        They use `MOVING` and `MEASURES_ELEVATION` and the columns of `MEASUREMENT_SCHEMA`.
     """
     bearing = pl.col("kind") == "bearing"
     gates = [
         Gate(
             RejectCode.UNKNOWN_FIELD,
             "elevation_deg",
-            "no elevation of a sensor without elevation_sigma_deg",
+            "no elevation from a sensor without elevation_sigma_deg",
             bearing & pl.col("elevation_deg").is_not_null() & ~pl.col(MEASURES_ELEVATION),
         )
     ]
@@ -59,13 +59,13 @@ def sensor_gates() -> tuple[Gate, ...]:
             Gate(
                 RejectCode.UNKNOWN_FIELD,
                 name,
-                "no place of the source but of bearings of a sensor that is moving",
+                "no source position except for bearings of a moving sensor",
                 given & ~(bearing & pl.col(MOVING)),
             ),
             Gate(
                 RejectCode.MISSING_FIELD,
                 name,
-                f"all of {SOURCE} of a sensor that is moving",
+                f"all of {SOURCE} from a moving sensor",
                 ~given & bearing & pl.col(MOVING),
             ),
         ]

@@ -1,4 +1,4 @@
-"""Checks on whole columns: a table of measurements in, the rows to refuse out, with reasons."""
+"""Columnar validation: a table of measurements in, rejected rows with reasons out."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -31,40 +31,40 @@ from multiradar_schemas.measurements.reject import RejectCode
 
 @dataclass(frozen=True, slots=True)
 class Gate:
-    """One reason to refuse a row.
+    """A reason to reject a row.
 
     Attributes
     ----------
     code : RejectCode
         The stable code.
     field : str
-        The column at fault.
+        The invalid column.
     expected : str
-        What the column should have held, for the sentence.
-    refuses : Expr
-        Whether a row is refused; null means no.
+        Expected value, for the message.
+    rejects : Expr
+        Whether a row is rejected; null means no.
     shows : str, optional
-        The column whose value the sentence repeats, when it is not the one at fault.
+        The column whose value the message quotes, if it is not the invalid one.
     """
 
     code: RejectCode
     field: str
     expected: str
-    refuses: pl.Expr
+    rejects: pl.Expr
     shows: str | None = None
 
 
-def refusals(
+def rejections(
     frame: pl.DataFrame, gates: Sequence[Gate]
 ) -> tuple[NDArray[np.int64], tuple[RejectCode, ...], tuple[str, ...]]:
-    """Return the rows that a gate refuses, each with the first gate that does.
+    """Return the rejected rows, each with the first gate that rejects it.
 
     Parameters
     ----------
     frame : DataFrame
-        Columns of `MEASUREMENT_SCHEMA` and those that the gates name.
+        Columns of `MEASUREMENT_SCHEMA` and those of the gates.
     gates : sequence of Gate
-        Reasons to refuse, the most important first.
+        Reasons to reject a row, the most important first.
 
     Returns
     -------
@@ -73,19 +73,17 @@ def refusals(
     tuple of RejectCode
         The code of each.
     tuple of str
-        The sentence of each.
+        The message of each.
     """
-    cascade = [pl.when(gate.refuses).then(pl.lit(n, pl.Int16)) for n, gate in enumerate(gates)]
-    verdict = frame.select(pl.coalesce(cascade).alias("gate")).to_series()
-    if verdict.null_count() == len(verdict):
+    cascade = [pl.when(gate.rejects).then(pl.lit(n, pl.Int16)) for n, gate in enumerate(gates)]
+    gate_number = frame.select(pl.coalesce(cascade).alias("gate")).to_series()
+    if gate_number.null_count() == len(gate_number):
         return np.empty(0, np.int64), (), ()
-    index = verdict.is_not_null().arg_true().to_numpy().astype(np.int64)
-    first = verdict.drop_nulls().to_list()
-    refused = frame[index].to_dicts()
+    index = gate_number.is_not_null().arg_true().to_numpy().astype(np.int64)
+    first = gate_number.drop_nulls().to_list()
+    rows = frame[index].to_dicts()
     codes = tuple(gates[number].code for number in first)
-    reasons = tuple(
-        _sentence(gates[number], row) for number, row in zip(first, refused, strict=True)
-    )
+    reasons = tuple(_sentence(gates[number], row) for number, row in zip(first, rows, strict=True))
     return index, codes, reasons
 
 
@@ -106,13 +104,13 @@ def _between(field: str, least: float, most: float, unit: str) -> tuple[Gate, Ga
 
 
 def _text(field: str, pattern: str) -> Gate:
-    refuses = ~pl.col(field).str.contains(pattern)
-    return Gate(RejectCode.OUT_OF_RANGE, field, f"text of the form {pattern}", refuses)
+    rejects = ~pl.col(field).str.contains(pattern)
+    return Gate(RejectCode.OUT_OF_RANGE, field, f"text of the form {pattern}", rejects)
 
 
 def _needed(field: str, kinds: tuple[str, ...]) -> Gate:
-    refuses = pl.col(field).is_null() & pl.col("kind").is_in(kinds)
-    return Gate(RejectCode.MISSING_FIELD, field, "a value for this kind", refuses)
+    rejects = pl.col(field).is_null() & pl.col("kind").is_in(kinds)
+    return Gate(RejectCode.MISSING_FIELD, field, "a value for this kind", rejects)
 
 
 def _needs() -> tuple[Gate, ...]:
@@ -123,7 +121,7 @@ def _needs() -> tuple[Gate, ...]:
     )
 
 
-# The first that is absent is told, as in JSON.
+# The message names the first absent field, as for JSON.
 def _whole_source() -> tuple[Gate, ...]:
     given = pl.any_horizontal(pl.col(name).is_not_null() for name in SOURCE_FIELDS)
     expected = f"all of {SOURCE} or none"
@@ -137,7 +135,7 @@ _time = pl.col("time_s")
 _range = pl.col("range_m")
 _azimuth = pl.col("azimuth_deg")
 
-#: What every table of measurements must pass, whatever its sensors are.
+#: Gates of every table of measurements, independent of its sensors.
 PHYSICAL_GATES: tuple[Gate, ...] = (
     Gate(RejectCode.MISSING_FIELD, "time_s", "a value", _time.is_null()),
     Gate(RejectCode.MISSING_FIELD, "sensor_id", "a value", pl.col("sensor_id").is_null()),

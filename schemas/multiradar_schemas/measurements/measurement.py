@@ -1,4 +1,4 @@
-"""Measurements, as JSON: radar plots, ADS-B and multilateration reports, bearings."""
+"""Measurements in JSON: radar plots, ADS-B and multilateration reports, bearings."""
 
 import re
 from datetime import UTC, datetime
@@ -32,7 +32,7 @@ MODE_3A_PATTERN = r"^[0-7]{4}$"
 MODE_S_ADDRESS_PATTERN = r"^[0-9a-fA-F]{6}$"
 CALLSIGN_PATTERN = r"^ *[0-9A-Za-z]{1,8} *$"
 
-#: Where a moving source was: all of them or none.
+#: Position of a moving sensor: all fields or none.
 SOURCE_FIELDS = ("source_latitude_deg", "source_longitude_deg", "source_height_m")
 SOURCE = ", ".join(SOURCE_FIELDS)
 
@@ -64,11 +64,11 @@ Seconds = Annotated[
     float,
     Field(gt=-TIME_MAX_S, lt=TIME_MAX_S),
     described(
-        "Time of the measurement: UTC since the Unix epoch, or the time of day going on past "
+        "Time of the measurement: UTC since the Unix epoch, or the time of day continued past "
         "midnight where the recording has no date",
         unit="s",
         source="sensor",
-        absent="JSON that gives `time_ns` or `time`",
+        absent="JSON with `time_ns` or `time`",
     ),
 ]
 Nanoseconds = Annotated[
@@ -80,7 +80,7 @@ Instant = Annotated[
     datetime,
     BeforeValidator(_iso_8601),
     described(
-        "The same with zone, kept to the microsecond",
+        "The same with time zone, resolution 1 µs",
         unit="ISO 8601",
         source="sensor",
         absent="see `time_s`",
@@ -108,8 +108,8 @@ Elevation = Annotated[
     float,
     Field(ge=-ELEVATION_MAX_DEG, le=ELEVATION_MAX_DEG),
     described(
-        "Elevation above the horizontal plane through the sensor, free of refraction; used of "
-        "kind bearing, where the sensor has `elevation_sigma_deg`",
+        "Elevation above the horizontal plane through the sensor, corrected for refraction; used "
+        "for kind bearing, if the sensor has `elevation_sigma_deg`",
         unit="degree",
         source="sensor",
         absent="not measured",
@@ -133,10 +133,13 @@ Height = Annotated[
     float,
     Field(ge=HEIGHT_MIN_M, le=HEIGHT_MAX_M),
     described(
-        "Height as measured (Mode C or reported)", unit="m", source="aircraft", absent="not heard"
+        "Height as measured (Mode C or reported)",
+        unit="m",
+        source="aircraft",
+        absent="not received",
     ),
 ]
-_MOVED = "the sensor stands still; given all three or none"
+_MOVED = "the sensor is fixed; all three or none"
 SourceLatitude = Annotated[
     float,
     Field(ge=-LATITUDE_MAX_DEG, le=LATITUDE_MAX_DEG),
@@ -150,33 +153,33 @@ SourceLatitude = Annotated[
 SourceLongitude = Annotated[
     float,
     Field(ge=-LONGITUDE_MAX_DEG, le=LONGITUDE_MAX_DEG),
-    described("WGS 84 longitude of it", unit="degree", source="sensor", absent=_MOVED),
+    described("WGS 84 longitude of the same", unit="degree", source="sensor", absent=_MOVED),
 ]
 SourceHeight = Annotated[
     float,
     Field(ge=HEIGHT_MIN_M, le=HEIGHT_MAX_M),
-    described("Its height above the ellipsoid", unit="m", source="sensor", absent=_MOVED),
+    described("Height of the same above the ellipsoid", unit="m", source="sensor", absent=_MOVED),
 ]
 Mode3A = Annotated[
     str,
     StringConstraints(pattern=MODE_3A_PATTERN),
-    described("Mode 3/A code", unit="4 octal digits", source="aircraft", absent="not heard"),
+    described("Mode 3/A code", unit="4 octal digits", source="aircraft", absent="not received"),
 ]
 ModeSAddress = Annotated[
     str,
     StringConstraints(pattern=MODE_S_ADDRESS_PATTERN, to_lower=True),
     described(
-        "ICAO 24-bit address", unit="6 hexadecimal digits", source="aircraft", absent="not heard"
+        "ICAO 24-bit address", unit="6 hexadecimal digits", source="aircraft", absent="not received"
     ),
 ]
 TrackNumber = Annotated[
     int,
     Field(ge=0, le=INTEGER_MAX),
     described(
-        "The recording's own number of the aircraft (`global`)",
+        "Number of the aircraft in the recording (`global`)",
         unit="1",
         source="recording",
-        absent="live data, or no track names the plot",
+        absent="live data, or no track references the plot",
     ),
 ]
 
@@ -185,11 +188,11 @@ Callsign = Annotated[
     StringConstraints(pattern=CALLSIGN_PATTERN),
     AfterValidator(lambda text: text.strip(" ").upper()),
     described(
-        "Callsign or registration that the aircraft tells; blanks around it are taken off, small "
-        "letters made capitals",
+        "Callsign or registration reported by the aircraft; surrounding blanks are removed, "
+        "letters converted to capitals",
         unit="1 to 8 of A-Z, 0-9",
         source="aircraft",
-        absent="not heard",
+        absent="not received",
     ),
 ]
 
@@ -205,7 +208,7 @@ def _one_time_schema(schema: dict[str, Any]) -> None:
 
 
 class _Common(Record):
-    """What every kind of measurement has: exactly one time, the sensor, identity, height."""
+    """Common fields of all kinds: exactly one time, the sensor, identity, height."""
 
     model_config = ConfigDict(json_schema_extra=_one_time_schema)
 
@@ -243,7 +246,7 @@ class _Common(Record):
         return self
 
     def seconds(self) -> float:
-        """Return the time in seconds, whichever way it was given."""
+        """Return the time in seconds, from whichever field is given."""
         if self.time_s is not None:
             return self.time_s
         if self.time_ns is not None:
@@ -269,19 +272,19 @@ class _PositionMeasurement(_Common):
 
 
 class AdsbMeasurement(_PositionMeasurement):
-    """A position that the aircraft reports of itself."""
+    """A position reported by the aircraft."""
 
     kind: Annotated[Literal["adsb"], _KIND]
 
 
 class MlatMeasurement(_PositionMeasurement):
-    """A position found by multilateration."""
+    """A position from multilateration."""
 
     kind: Annotated[Literal["mlat"], _KIND]
 
 
 class BearingMeasurement(_Common):
-    """A direction without a range, of a direction finder or of a radar that has lost the range."""
+    """An azimuth without range, from a direction finder or a jammed radar."""
 
     kind: Annotated[Literal["bearing"], _KIND]
     azimuth_deg: Azimuth
@@ -290,7 +293,7 @@ class BearingMeasurement(_Common):
     longitude_deg: Longitude | None = None
 
 
-#: What each kind must give; the other numbers are checked but not used by that kind.
+#: Required fields by kind; other fields are validated but not used.
 KIND_NEEDS: dict[str, tuple[str, ...]] = {
     "radar": ("range_m", "azimuth_deg"),
     "adsb": ("latitude_deg", "longitude_deg"),

@@ -1,4 +1,4 @@
-"""What was refused: where it stood, why, and what it said."""
+"""Rejected records: location, reason and content."""
 
 from enum import StrEnum
 from typing import Annotated, Self
@@ -9,7 +9,7 @@ from multiradar_schemas.base import Record, described
 
 
 class RejectCode(StrEnum):
-    """Stable codes of refusals; each is documented in `docs/fields.md`."""
+    """Stable codes of rejects; each is documented in `docs/fields.md`."""
 
     MALFORMED_LINE = "MALFORMED_LINE"
     WRONG_FIELD_COUNT = "WRONG_FIELD_COUNT"
@@ -33,29 +33,29 @@ class RejectCode(StrEnum):
     TOO_LARGE = "TOO_LARGE"
 
 
-#: What each code means, one sentence each.
+#: Meaning of each code.
 CODE_MEANINGS: dict[RejectCode, str] = {
-    RejectCode.MALFORMED_LINE: "A line of text that does not have the form of its file.",
-    RejectCode.WRONG_FIELD_COUNT: "A line with more or fewer fields than its profile has.",
-    RejectCode.NOT_A_NUMBER: "Text where a number belongs.",
+    RejectCode.MALFORMED_LINE: "A line that does not match the format of its file.",
+    RejectCode.WRONG_FIELD_COUNT: "A line with more or fewer fields than its profile.",
+    RejectCode.NOT_A_NUMBER: "Text instead of a number.",
     RejectCode.NON_FINITE: "NaN or an infinity.",
     RejectCode.OUT_OF_RANGE: "A value outside its physical or formal bounds.",
-    RejectCode.MISSING_FIELD: "A value that this kind of measurement needs is absent.",
+    RejectCode.MISSING_FIELD: "A required value of this kind of measurement is absent.",
     RejectCode.UNKNOWN_FIELD: "A field that this kind of measurement does not have.",
-    RejectCode.WRONG_TYPE: "A value of another type, such as `true` where a number belongs.",
-    RejectCode.DUPLICATE_KEY: "A JSON object that names one key twice.",
+    RejectCode.WRONG_TYPE: "A value of the wrong type, such as `true` instead of a number.",
+    RejectCode.DUPLICATE_KEY: "A JSON object with a repeated key.",
     RejectCode.TRUNCATED: "The input ends in the middle of a record.",
     RejectCode.ENCODING: "Bytes that are not text in the declared encoding.",
-    RejectCode.UNKNOWN_SENSOR: "A sensor that the sensors file does not name.",
+    RejectCode.UNKNOWN_SENSOR: "A sensor that is not in the sensors file.",
     RejectCode.UNKNOWN_KIND: "A kind of measurement that does not exist, "
-    "or that its sensor does not make.",
+    "or that its sensor does not provide.",
     RejectCode.TIME_LATE: "Older than the reorder horizon allows.",
     RejectCode.TIME_FUTURE: "Too far ahead of the data time.",
-    RejectCode.DUPLICATE: "Taken before.",
-    RejectCode.MALFORMED_JSON: "Not JSON, or not of the form asked for.",
+    RejectCode.DUPLICATE: "Already ingested.",
+    RejectCode.MALFORMED_JSON: "Not JSON, or not of the required structure.",
     RejectCode.MALFORMED_ARROW: "Not an Arrow IPC stream, or columns of the wrong type.",
-    RejectCode.MALFORMED_BLOCK: "Bytes that are no ASTERIX block, or a block that does not fit its "
-    "category and edition.",
+    RejectCode.MALFORMED_BLOCK: "Bytes that are not an ASTERIX block, or a block that does not "
+    "match its category and edition.",
     RejectCode.TOO_LARGE: "Larger than a configured limit.",
 }
 
@@ -63,25 +63,25 @@ _LINE = described(
     "Number of the line, from 1", unit="line", source="reader", absent="binary or columnar input"
 )
 _OFFSET = described(
-    "Place of the first byte (or of the row, in tables), from 0",
+    "Offset of the first byte, or index of the row in tables, from 0",
     unit="byte",
     source="reader",
-    absent="text input, which has a line",
+    absent="text input, which has `line`",
 )
 
 
 class Reject(Record):
-    """One line of `rejects.ndjson`: nothing that was read disappears without one."""
+    """A line of `rejects.ndjson`; every rejected record has one."""
 
     file: Annotated[str, described("Name of the input", unit="text", source="reader")]
     line: Annotated[int | None, Field(ge=1), _LINE] = None
     offset: Annotated[int | None, Field(ge=0), _OFFSET] = None
-    reason: Annotated[str, described("One sentence for people", unit="text", source="reader")]
+    reason: Annotated[str, described("Reason in words", unit="text", source="reader")]
     code: Annotated[RejectCode, described("Stable code", unit="code", source="reader")]
-    raw: Annotated[str, described("What stood there, unchanged", unit="text", source="input")]
+    raw: Annotated[str, described("Original content, unchanged", unit="text", source="input")]
 
     @model_validator(mode="after")
-    def _one_place(self) -> Self:
+    def _one_location(self) -> Self:
         if (self.line is None) == (self.offset is None):
             msg = "expected exactly one of line and offset"
             raise ValueError(msg)

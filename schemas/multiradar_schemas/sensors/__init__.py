@@ -1,1 +1,1 @@
-"""Sensors and what is known of their biases: `sensors.toml`."""
+"""Sensors and their bias priors: `sensors.toml`."""

@@ -1,4 +1,4 @@
-"""What a sensors file says of the biases of a sensor."""
+"""Bias priors in the sensors file."""
 
 from typing import Annotated, Any
 
@@ -9,28 +9,28 @@ from multiradar_schemas.documents.tables import Table
 from multiradar_schemas.sensors import bounds as bounds
 from multiradar_schemas.sensors.bounds import Bounds, ParameterBounds
 
-#: Where the fields come from.
+#: Source of the fields.
 FILE = "sensors.toml"
 
 
 def of_file(description: str, unit: str, absent: str = "never") -> Any:
-    """Return field information of the file; see `multiradar_schemas.base.described`."""
+    """Return field information with the sensors file as source; see `described`."""
     return described(description, unit=unit, source=FILE, absent=absent)
 
 
 def within(limits: Bounds) -> Any:
-    """Return field information: both bounds are taken."""
+    """Return field information with inclusive bounds."""
     return Field(ge=limits.least, le=limits.most)
 
 
 class BiasParameter(Table):
-    """What is known of one bias before anything is measured; a bias is measured minus true.
+    """Prior of a bias; a bias is measured minus true.
 
-    The bounds of a parameter are in the classes below, one for each.
+    The bounds of each parameter are in the classes below.
     """
 
     estimate: Annotated[
-        bool | None, of_file("Estimate it", "true or false", "the default of the kind holds")
+        bool | None, of_file("Estimate it", "true or false", "default of the kind")
     ] = None
     prior: float = 0.0
     prior_sigma: float | None = None
@@ -42,12 +42,10 @@ def _mean(limits: ParameterBounds) -> Any:
 
 
 _MEAN = of_file(
-    "Mean beforehand; where it is not estimated, its known value, taken off every measurement",
+    "Prior mean; if it is not estimated, the known value, which is subtracted from measurements",
     "of the parameter",
 )
-_SIGMA = of_file(
-    "Standard deviation beforehand", "of the parameter", "the default of the parameter holds"
-)
+_SIGMA = of_file("Prior standard deviation", "of the parameter", "default of the parameter")
 _DRIFT = of_file("Random walk: standard deviation after one second", "of the parameter / √s")
 
 
@@ -84,7 +82,7 @@ class TimeOffset(BiasParameter):
 
 
 class SensorBias(Table):
-    """The named bias parameters of a sensor."""
+    """The bias parameters of a sensor."""
 
     range_offset_m: Annotated[RangeOffset, of_file("Offset of range", "m")] = RangeOffset()
     azimuth_offset_deg: Annotated[AzimuthOffset, of_file("Offset of azimuth", "degree")] = (

@@ -1,15 +1,15 @@
-"""Bounds of the numbers of a sensor, for sensors files and scenes.
+"""Bounds of sensor parameters, for sensors files and scenarios.
 
-They are wider than any radar, and narrow enough that nothing inside them takes a filter out of the
-numbers that a computer has. The core, which knows no wire format, has the same in
-`multiradar.estimation.measurement.sensor_bounds`; a test holds the two together.
+They include every radar and are narrow enough to keep the filters numerically sound. The core,
+which is independent of the wire format, has the same bounds in
+`multiradar.estimation.measurement.sensor_bounds`; a test compares the two.
 """
 
 from typing import NamedTuple
 
 
 class Bounds(NamedTuple):
-    """The least and the greatest value that is taken."""
+    """Minimum and maximum, inclusive."""
 
     least: float
     most: float
@@ -21,11 +21,11 @@ class ParameterBounds(NamedTuple):
     Attributes
     ----------
     value : float
-        Greatest magnitude of the bias and of its mean beforehand.
+        Maximum magnitude of the bias and of its prior mean.
     sigma : Bounds
-        Of the standard deviation beforehand.
+        Bounds of the prior standard deviation.
     drift : float
-        Greatest standard deviation of the random walk after one second.
+        Maximum standard deviation of the random walk after one second.
     """
 
     value: float
@@ -39,7 +39,7 @@ HEIGHT_M = Bounds(-1000.0, 10_000.0)
 RANGE_SIGMA_M = Bounds(0.1, 1e4)
 AZIMUTH_SIGMA_DEG = Bounds(1e-4, 10.0)
 POSITION_SIGMA_M = Bounds(0.1, 1e4)
-#: No radar is meant that reaches less: such a number is of kilometres or nautical miles.
+#: No radar has a shorter range: a smaller number is in kilometres or nautical miles.
 RANGE_MAX_M = Bounds(500.0, 1e6)
 ROTATION_PERIOD_S = Bounds(0.1, 3600.0)
 

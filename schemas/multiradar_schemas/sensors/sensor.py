@@ -1,4 +1,4 @@
-"""Sensors and what is known of their biases: the model of `sensors.toml`."""
+"""Sensors and their bias priors: the model of `sensors.toml`."""
 
 import math
 import re
@@ -30,7 +30,7 @@ SensorKind = Literal["radar", "adsb", "mlat", "direction-finder"]
 #: Names of the bias parameters, in the order of the bias vector.
 BIAS_PARAMETERS = ("range_offset_m", "azimuth_offset_deg", "range_gain", "time_offset_s")
 
-#: Standard deviation of each parameter beforehand, in the parameter's own unit.
+#: Default prior standard deviation of each parameter, in the unit of the parameter.
 PRIOR_SIGMA_DEFAULT = {
     "range_offset_m": 500.0,
     "azimuth_offset_deg": 0.5,
@@ -38,7 +38,7 @@ PRIOR_SIGMA_DEFAULT = {
     "time_offset_s": 0.5,
 }
 
-#: Parameters that each kind of sensor can have, and those estimated unless told otherwise.
+#: Parameters that each kind of sensor can have, and those estimated by default.
 PARAMETERS_BY_KIND: dict[str, tuple[str, ...]] = {
     "radar": BIAS_PARAMETERS,
     "direction-finder": ("azimuth_offset_deg", "time_offset_s"),
@@ -54,7 +54,7 @@ ESTIMATED_BY_KIND: dict[str, tuple[str, ...]] = {
 
 
 class EstimatedBias(Record):
-    """A bias parameter that is estimated, its defaults filled in."""
+    """An estimated bias parameter with its defaults filled in."""
 
     parameter: str
     prior: float
@@ -63,7 +63,7 @@ class EstimatedBias(Record):
 
 
 def _sensor_schema(schema: dict[str, Any]) -> None:
-    """Say in the JSON Schema what the validators of `Sensor` say."""
+    """Add the rules of the validators of `Sensor` to the JSON Schema."""
     schema["required"] = ["kind"]
     named_by = (["id"], ["source", "sensor"], ["sac", "sic"])
     schema["anyOf"] = [{"required": names} for names in named_by]
@@ -72,7 +72,7 @@ def _sensor_schema(schema: dict[str, Any]) -> None:
 
 
 class Sensor(Table):
-    """One sensor of `sensors.toml`; its id may follow from its numbers."""
+    """A sensor of `sensors.toml`; its id can be derived from its numbers."""
 
     model_config = ConfigDict(json_schema_extra=_sensor_schema)
 
@@ -113,20 +113,20 @@ class Sensor(Table):
     elevation_sigma_deg: Annotated[
         float | None,
         within(bounds.AZIMUTH_SIGMA_DEG),
-        of_file("Random error of elevation, 1 sigma", "degree", "it measures none"),
+        of_file("Random error of elevation, 1 sigma", "degree", "not measured"),
     ] = None
     moving: Annotated[
         bool,
         of_file(
-            "Whether a direction finder moves: its bearings then tell where it was, and its place "
-            "here is about where it stays",
+            "Whether a direction finder is moving: its bearings then have its position, and the "
+            "position here is approximate",
             "true or false",
         ),
     ] = False
     rotation_period_s: Annotated[
         float | None,
         within(bounds.ROTATION_PERIOD_S),
-        of_file("Time of one turn of the antenna", "s", "unknown, or it does not turn"),
+        of_file("Rotation period of the antenna (scan period)", "s", "unknown, or not rotating"),
     ] = None
     range_max_m: Annotated[
         float | None,
@@ -137,7 +137,7 @@ class Sensor(Table):
         tuple[Annotated[str, StringConstraints(pattern=SENSOR_ID_PATTERN)], ...],
         BeforeValidator(lambda names: tuple(names) if isinstance(names, list) else names),
         of_file(
-            "Further names under which its measurements come, as through a second network",
+            "Further names of the sensor in measurements, such as from a second network",
             "list of ids, such as `43-10`",
         ),
     ] = ()
@@ -156,12 +156,12 @@ class Sensor(Table):
     bias: Annotated[SensorBias, of_file("Its bias parameters", "table")] = SensorBias()
 
     def names_by_numbers(self) -> tuple[str, ...]:
-        """Return the names that dumps and ASTERIX make of the sensor's numbers."""
+        """Return the names of the sensor derived from its numbers in dumps and in ASTERIX."""
         pairs = ((self.source, self.sensor), (self.sac, self.sic))
         return tuple(f"{a}-{b}" for a, b in pairs if a is not None and b is not None)
 
     def all_names(self) -> set[str]:
-        """Return every name under which measurements of the sensor come."""
+        """Return all names of the sensor in measurements."""
         return {self.id, *self.names_by_numbers(), *self.also}
 
     @model_validator(mode="after")
@@ -169,7 +169,7 @@ class Sensor(Table):
         names = self.names_by_numbers()
         if names and self.id not in names and re.fullmatch(r"\d+-\d+", self.id):
             raise wrong(
-                f"expected the id that the numbers make, {' or '.join(names)}, was {self.id}"
+                f"expected the id derived from the numbers, {' or '.join(names)}, was {self.id}"
             )
         return self
 
@@ -186,7 +186,7 @@ class Sensor(Table):
     @model_validator(mode="wrap")
     @classmethod
     def _site_is_known(cls, data: Any, check: ModelWrapValidatorHandler[Self]) -> Self:
-        # Beside the mistakes of other fields, so that all are told at once.
+        # Together with the errors of other fields, so that all are reported at once.
         absent = _absent_site(data)
         if absent:
             data = {name: value for name, value in data.items() if name not in absent}
@@ -212,7 +212,7 @@ class Sensor(Table):
             raise wrong(f"expected no elevation_sigma_deg for the {self.kind} {self.id}, has one")
         clock = self.bias.time_offset_s
         if self.moving and (clock.estimate or clock.prior != 0.0):
-            # Its place is that of the true time, which a wrong clock does not tell.
+            # The reported position refers to the true time, which a biased clock does not give.
             raise wrong(f"expected no time_offset_s for {self.id}, which is moving, has one")
         return self
 
@@ -247,7 +247,7 @@ class Sensor(Table):
         return tuple(chosen)
 
     def known_biases(self) -> dict[str, float]:
-        """Return the biases that are not estimated but known, where they are not 0."""
+        """Return the known biases that are not estimated and not 0."""
         values = {name: float(getattr(self.bias, name).prior) for name in BIAS_PARAMETERS}
         return {
             name: value
@@ -260,7 +260,7 @@ class Sensor(Table):
         return name in ESTIMATED_BY_KIND[self.kind] if known.estimate is None else known.estimate
 
 
-# What a radar cannot do without; nan stands where a template leaves it to be filled in.
+# Required site fields of a radar that are absent; nan marks a value to fill in in a template.
 def _absent_site(data: Any) -> list[str]:
     if not isinstance(data, dict) or data.get("kind") not in ("radar", "direction-finder"):
         return []
@@ -318,14 +318,14 @@ def load_sensors(path: Path) -> SensorsFile:
     Raises
     ------
     DocumentError
-        When the file cannot be read, is no TOML, or holds a value that does not belong; the
-        sentence names the place and says what was expected and what was there.
+        When the file cannot be read, is not TOML, or has an invalid value; the message names the
+        location, the expected and the actual value.
     """
     return _sensors(read_toml(path))
 
 
 def parse_sensors(text: str, *, source: str = FILE) -> SensorsFile:
-    """Read the text of a `sensors.toml`; see `load_sensors`."""
+    """Parse the text of a `sensors.toml`; see `load_sensors`."""
     return _sensors(parse_toml(text, source=source))
 
 

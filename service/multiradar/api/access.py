@@ -1,4 +1,4 @@
-"""What routes are handed: the service, the threads, the streams and the limits."""
+"""Dependencies of the routes: the service, the threads, the streams and the limits."""
 
 from dataclasses import dataclass
 from typing import Annotated

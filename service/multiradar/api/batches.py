@@ -1,4 +1,4 @@
-"""Batches of events for stream clients, encoded once however many clients there are."""
+"""Batches of events for stream clients, encoded once for all clients."""
 
 import asyncio
 import math
@@ -14,20 +14,20 @@ from multiradar.errors import RequestError
 from multiradar.observability.metrics import STREAM_CLIENTS, STREAM_EVENTS, STREAM_GAPS
 from multiradar.runtime.ports import EventSource, StreamEvent, View
 
-#: Kinds of events a client may choose among; gap notices always come.
+#: Kinds of events that a client can select; gap notices are always sent.
 KINDS = ("track", "bias", "ended", "status")
 GAP = "gap"
 
-# A client may lag behind as far as events are kept: the ring bounds it, not the stream.
+# The ring of events bounds how far a client may lag behind, not the stream.
 _WHOLE_RING = 2**31
 
-# Clients that keep up ask for the same batches within one interval: a few of them are remembered.
-_REMEMBERED_BATCHES = 16
+# Clients that keep up get the same batches within one interval, so the last few are cached.
+_RETAINED_BATCHES = 16
 
 
 @dataclass(frozen=True, slots=True)
 class Batch:
-    """What one client gets in one go.
+    """Events sent to a client together.
 
     Attributes
     ----------
@@ -48,12 +48,12 @@ Encoder = Callable[[Sequence[StreamEvent]], bytes]
 
 
 class StreamHub:
-    """The open streams of one process: their number is bounded, their batches are shared.
+    """The open streams of one process; their number is bounded and their batches are shared.
 
     Parameters
     ----------
     view : View
-        Where events come from.
+        Source of events.
     workers : Workers
         Threads that poll and encode.
     limits : HttpLimits
@@ -65,23 +65,23 @@ class StreamHub:
         self._workers = workers
         self._limits = limits
         self._clients = 0
-        self._remembered: OrderedDict[tuple[object, ...], bytes] = OrderedDict()
+        self._retained: OrderedDict[tuple[object, ...], bytes] = OrderedDict()
         self._lock = threading.Lock()
 
     @contextmanager
-    def place(self, transport: str) -> Iterator[None]:
-        """Hold a place for a stream.
+    def slot(self, transport: str) -> Iterator[None]:
+        """Hold a slot for a stream.
 
         Raises
         ------
         RequestError
-            503 with the bound, when all places are taken.
+            503 with the limit when all slots are in use.
         """
         if self._clients >= self._limits.streams_max:
             raise RequestError(
                 503,
                 "TOO_MANY_STREAMS",
-                f"{self._limits.streams_max} streams are open, no more are taken",
+                f"{self._limits.streams_max} streams are open, no more are accepted",
                 {"retry-after": "5"},
             )
         self._clients += 1
@@ -95,11 +95,11 @@ class StreamHub:
     async def batches(
         self, transport: str, after: int | None, kinds: frozenset[str], encode: Encoder
     ) -> AsyncGenerator[Batch, None]:
-        """Yield batches for one client for as long as it asks; an empty one as a heartbeat."""
-        # Not on another thread: a client that leaves meanwhile would leave a subscription behind.
+        """Yield batches for one client; an empty batch is a heartbeat."""
+        # Not on another thread: a client that disconnects meanwhile would leak its subscription.
         subscription = self._view.subscribe(after, _WHOLE_RING)
-        bell = _Bell()
-        subscription.set_wakeup(bell.ring)
+        bell = _Wakeup()
+        subscription.set_wakeup(bell.set)
         last = subscription.after
         try:
             while True:
@@ -137,38 +137,38 @@ class StreamHub:
         self, key: tuple[object, ...], events: Sequence[StreamEvent], encode: Encoder
     ) -> bytes:
         with self._lock:
-            text = self._remembered.get(key)
+            text = self._retained.get(key)
         if text is None:
             text = encode(events)
             with self._lock:
-                self._remembered[key] = text
-                while len(self._remembered) > _REMEMBERED_BATCHES:
-                    self._remembered.popitem(last=False)
+                self._retained[key] = text
+                while len(self._retained) > _RETAINED_BATCHES:
+                    self._retained.popitem(last=False)
         return text
 
     async def _next_tick(self) -> None:
-        # All clients wait for the same beat, so that they find the same events and share them.
+        # All clients wait for the same tick, so that they get the same events and share them.
         interval_s = self._limits.stream_batch_interval_s
         now_s = asyncio.get_running_loop().time()
         await asyncio.sleep((math.floor(now_s / interval_s) + 1) * interval_s - now_s)
 
 
-class _Bell:
-    # An event of the loop that any thread may ring; ringing twice costs one call only.
+class _Wakeup:
+    # An event of the loop that any thread may set; setting it twice costs one call.
 
     def __init__(self) -> None:
         self._loop = asyncio.get_running_loop()
         self._event = asyncio.Event()
-        self._rung = False
+        self._pending = False
 
-    def ring(self) -> None:
-        if not self._rung:
-            self._rung = True
+    def set(self) -> None:
+        if not self._pending:
+            self._pending = True
             self._loop.call_soon_threadsafe(self._event.set)
 
     def clear(self) -> None:
         self._event.clear()
-        self._rung = False
+        self._pending = False
 
     async def wait(self, timeout_s: float) -> bool:
         try:

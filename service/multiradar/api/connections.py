@@ -1,8 +1,8 @@
-"""Connections: deadlines and bounds that uvicorn does not keep, and its configuration.
+"""Connections: deadlines and limits that uvicorn lacks, and its configuration.
 
-A connection that has not asked for anything is dropped after the header deadline. When there are
-too many, a new one replaces the one that has been idle longest; if all are busy, it is closed at
-once. One whose client does not read what it was sent is aborted after a while.
+A connection without a request is dropped after the header deadline. At the maximum number of
+connections, a new one replaces the one that has been idle longest; if all are busy, the new one is
+closed. A connection whose client does not read is aborted after a timeout.
 """
 
 import asyncio
@@ -21,23 +21,23 @@ from uvicorn.server import ServerState
 from multiradar.api.limits import HttpLimits
 from multiradar.observability.metrics import HTTP_CONNECTIONS, HTTP_CONNECTIONS_DROPPED
 
-# A client of the event stream has nothing to say; more is not read.
+# Clients of the event stream send nothing; larger messages are not read.
 _WEBSOCKET_MESSAGE_BYTES_MAX = 4096
 
 
 def server_config(
     application: ASGIApp, host: str, port: int, limits: HttpLimits | None = None
 ) -> Config:
-    """Return the uvicorn configuration that keeps the limits.
+    """Return the uvicorn configuration that enforces the limits.
 
     Parameters
     ----------
     application : ASGIApp
-        What `create_api` returned.
+        Result of `create_api`.
     host, port
-        Where to listen; port 0 takes a free one.
+        Address to listen on; port 0 picks a free port.
     limits : HttpLimits, optional
-        The same bounds that the application was made with.
+        The limits of the application.
     """
     limits = limits or HttpLimits()
     registry = _Registry(limits)
@@ -67,17 +67,17 @@ def server_config(
 def server(
     application: ASGIApp, host: str, port: int, limits: HttpLimits | None = None
 ) -> uvicorn.Server:
-    """Return a server that keeps the limits; see `server_config`."""
+    """Return a server that enforces the limits; see `server_config`."""
     return uvicorn.Server(server_config(application, host, port, limits))
 
 
 class _Registry:
-    # The open connections of one server. Used on the event loop's thread only.
+    # The open connections of a server. Used on the thread of the event loop only.
 
     def __init__(self, limits: HttpLimits) -> None:
         self.limits = limits
         self._open: dict[asyncio.Transport, _Progress] = {}
-        # In order of arrival: the first has been idle longest.
+        # In order of insertion: the first has been idle longest.
         self._idle: dict[asyncio.Transport, None] = {}
         self._sweeping = False
 
@@ -115,7 +115,7 @@ class _Registry:
         return True
 
     def _sweep(self) -> None:
-        # A buffer that does not shrink has a client that does not read. Twice the deadline of one
+        # A buffer that does not shrink means that the client does not read. Twice the deadline of a
         # piece leaves time for a close code behind it.
         loop = asyncio.get_running_loop()
         stalled_since_s = loop.time() - 2.0 * self.limits.send_deadline_s
@@ -137,7 +137,7 @@ class _Registry:
 
 @dataclass(frozen=True, slots=True)
 class _Progress:
-    # How much a connection still has to deliver, and since when that has not become less.
+    # Bytes that a connection still has to deliver, and since when they have not decreased.
     size: int
     since_s: float
 
@@ -148,8 +148,8 @@ def _drop(transport: asyncio.Transport, cause: str) -> None:
 
 
 def _send_at_once(transport: asyncio.Transport) -> None:
-    # asyncio does this only where the listening socket names its protocol; without it an answer in
-    # two pieces waits 40 ms for the acknowledgement of the first.
+    # asyncio sets this only if the listening socket names its protocol; without it an answer in two
+    # pieces waits 40 ms for the acknowledgement of the first.
     connection = transport.get_extra_info("socket")
     if connection is not None and connection.family in {socket.AF_INET, socket.AF_INET6}:
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
@@ -158,7 +158,7 @@ def _send_at_once(transport: asyncio.Transport) -> None:
 def _bound(
     protocol: Callable[..., asyncio.Protocol], registry: _Registry
 ) -> type[asyncio.Protocol]:
-    # uvicorn makes protocols with arguments of its own; the registry is bound as a class attribute.
+    # uvicorn creates protocols with its own arguments, so the registry is a class attribute.
     assert isinstance(protocol, type)
     return type(protocol.__name__, (protocol,), {"registry": registry})
 
@@ -185,7 +185,7 @@ class _Http(H11Protocol):
             self._expect_headers()
 
     def connection_lost(self, exc: Exception | None) -> None:
-        self._headers_came()
+        self._headers_received()
         self.registry.lost(self.transport)
         super().connection_lost(exc)
 
@@ -195,11 +195,11 @@ class _Http(H11Protocol):
             self._expect_headers()
         super().data_received(data)
         if not self._waits_for_request():
-            self._headers_came()
+            self._headers_received()
             self.registry.busy(self.transport)
 
     def handle_websocket_upgrade(self, event: Any) -> None:
-        self._headers_came()
+        self._headers_received()
         self.registry.busy(self.transport)
         super().handle_websocket_upgrade(event)
 
@@ -216,7 +216,7 @@ class _Http(H11Protocol):
             self.registry.limits.header_deadline_s, self._headers_late
         )
 
-    def _headers_came(self) -> None:
+    def _headers_received(self) -> None:
         if self._header_timer is not None:
             self._header_timer.cancel()
             self._header_timer = None
@@ -235,6 +235,6 @@ class _WebSocket(WebSocketsSansIOProtocol):
 
     async def send(self, message: Any) -> None:
         if message["type"] == "websocket.close":
-            # A close code goes behind what a stalled client has not read yet, without waiting.
+            # A close code is queued behind unread data of a stalled client without waiting.
             self.writable.set()
         await super().send(message)

@@ -1,4 +1,4 @@
-"""`/docs`: the OpenAPI document as one page without scripts, nothing from elsewhere."""
+"""`/docs`: the OpenAPI document as one page without scripts or external resources."""
 
 import html
 import re
@@ -30,7 +30,7 @@ router = APIRouter(include_in_schema=False)
 
 @router.get("/")
 async def front() -> RedirectResponse:
-    """Redirect the bare address to the documentation."""
+    """Redirect the root path to the documentation."""
     return RedirectResponse("/docs")
 
 
@@ -48,7 +48,7 @@ def _page(document: Mapping[str, Any]) -> Iterator[str]:
     yield _paragraphs(document["info"].get("description", ""))
     yield "<p>Machine-readable: <a href=/openapi.json>openapi.json</a>. "
     yield "WebSocket: <code>/v1/stream?after=&amp;kinds=</code>, with the parameters of "
-    yield "<code>/v1/events</code>. Wherever GET is answered, so is HEAD.</p>"
+    yield "<code>/v1/events</code>. HEAD is supported wherever GET is.</p>"
     for path, operations in document["paths"].items():
         for method, operation in operations.items():
             yield from _operation(method, path, operation)
@@ -79,5 +79,5 @@ def _paragraphs(text: str) -> str:
 
 
 def inline(text: str) -> str:
-    """Return a description as HTML; of Markdown, descriptions use code alone."""
+    """Return a description as HTML; the only Markdown in descriptions is code."""
     return _CODE.sub(r"<code>\2</code>", html.escape(text))

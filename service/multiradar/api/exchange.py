@@ -1,4 +1,4 @@
-"""One request and its answer, as the limit layer sees them."""
+"""A request and its answer in the limit layer."""
 
 import asyncio
 import re
@@ -24,24 +24,24 @@ _SECURITY_HEADERS: tuple[tuple[bytes, bytes], ...] = (
     (b"content-security-policy", b"default-src 'none'; frame-ancestors 'none'"),
 )
 
-# What is read and thrown away after an early refusal, so that the client sees the answer
-# and not a reset.
+# After an early rejection, so much of the body is read and discarded, so that the client gets the
+# answer and not a reset.
 _DRAIN_BYTES_MAX = 1024 * 1024
 _DRAIN_DEADLINE_S = 1.0
 
 
 class Exchange:
-    """One request and its answer: counted, within their deadlines.
+    """A request and its answer, within their limits and deadlines.
 
     Parameters
     ----------
     scope, receive, send
-        The request, as ASGI gives it.
+        The ASGI request.
     limits : HttpLimits
-        The bounds.
+        The limits.
     hold_body : callable
-        Told the number of bytes of each piece of the body; refuses them when all bodies together
-        are too much.
+        Called with the size of each piece of the body; raises when all bodies together are too
+        large.
     """
 
     def __init__(
@@ -66,7 +66,7 @@ class Exchange:
         self._stalled = False
 
     def check_headers(self) -> None:
-        """Refuse what the headers alone give away."""
+        """Reject a request with invalid or oversized headers."""
         if _header_bytes(self._scope) > self._limits.header_bytes_max:
             raise RequestError(
                 431,
@@ -76,7 +76,7 @@ class Exchange:
         lengths = _headers(self._scope, b"content-length")
         both = bool(lengths) and bool(header(self._scope, b"transfer-encoding"))
         if both or len(lengths) > 1 or any(_DIGITS.fullmatch(length) is None for length in lengths):
-            # A body whose end can be seen in two places may hide a request from a proxy.
+            # A body with an ambiguous end may smuggle a request past a proxy.
             raise RequestError(
                 400,
                 "CONTENT_LENGTH_INVALID",
@@ -93,7 +93,7 @@ class Exchange:
         )
 
     async def receive(self) -> Message:
-        """Return the next piece of the body, counted, within the deadline."""
+        """Return the next piece of the body within the deadline."""
         if self._body_complete:
             return await self._receive()
         try:
@@ -114,9 +114,9 @@ class Exchange:
         return message
 
     async def send(self, message: Message) -> None:
-        """Pass a piece of the answer on; a client that does not read is let go after a while."""
+        """Send a piece of the answer; a client that does not read is dropped after a timeout."""
         if self._bodiless and message["type"] == "http.response.body":
-            # An answer without an end, such as a stream, ends here as well.
+            # An endless answer, such as a stream, ends here as well.
             if self._finished:
                 return
             message = {**message, "body": b"", "more_body": False}
@@ -149,8 +149,8 @@ class Exchange:
             raise
 
     async def _drain(self) -> None:
-        # The unread rest of a refused body: a little of it is read, so that a client which
-        # writes before it reads finds the answer; then the connection closes.
+        # Part of the rest of a rejected body is read, so that a client that writes before it reads
+        # gets the answer; then the connection is closed.
         drained = 0
         try:
             async with asyncio.timeout(_DRAIN_DEADLINE_S):
@@ -162,8 +162,8 @@ class Exchange:
         except TimeoutError:
             return
 
-    async def refuse(self, error: RequestError) -> None:
-        """Answer with a problem document, unless the client does not read even that."""
+    async def reject(self, error: RequestError) -> None:
+        """Answer with a problem document, unless the client does not read it."""
         body = problem_bytes(error, self._scope[REQUEST_ID_KEY])
         headers = [(name.encode(), value.encode()) for name, value in error.headers.items()]
         headers += [
@@ -178,9 +178,9 @@ class Exchange:
             self._log_stall()
 
     async def fail(self, error: Exception) -> None:
-        """Answer for an error nobody expected: an identifier, and nothing of the inside."""
+        """Answer an unexpected error with its identifier and no internals."""
         if self._stalled:
-            # The connection ends with half an answer; its client hears nothing anyway.
+            # The connection ends with a partial answer; its client does not read anyway.
             self._log_stall()
             return
         _log.error(
@@ -193,11 +193,13 @@ class Exchange:
         if self._finished:
             return
         if self.status:
-            # Half an answer is out; raising makes the server close the connection on it.
+            # A partial answer was sent; raising makes the server close the connection.
             raise error
-        await self.refuse(
+        await self.reject(
             RequestError(
-                500, "INTERNAL_ERROR", "the service failed; its log has the request's identifier"
+                500,
+                "INTERNAL_ERROR",
+                "internal error; see the log for the identifier of the request",
             )
         )
 
@@ -211,7 +213,7 @@ def _headers(scope: Scope, name: bytes) -> list[bytes]:
 
 
 def header(scope: Scope, name: bytes) -> bytes:
-    """Return the first value of a header; empty where it is absent."""
+    """Return the first value of a header; empty when absent."""
     values = _headers(scope, name)
     return values[0] if values else b""
 

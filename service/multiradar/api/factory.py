@@ -1,4 +1,4 @@
-"""The HTTP application, put together from its routes and the limit layer."""
+"""The HTTP application: routes and limit layer."""
 
 from collections.abc import AsyncIterator, Sequence
 from contextlib import asynccontextmanager
@@ -38,9 +38,9 @@ def create_api(
     service : ReadableService
         The running service.
     limits : HttpLimits, optional
-        Every bound that a client can run into.
+        Limits for clients.
     routers : sequence of APIRouter
-        Further routes, such as those that take measurements in.
+        Further routes, such as those that receive measurements.
     allowed_hosts : sequence of str
         Names accepted in the Host header; empty accepts any.
     """

@@ -1,7 +1,7 @@
-"""The limit layer: plain ASGI around the application, so that no request takes more than its share.
+"""The limit layer: ASGI middleware that bounds the resources of each request.
 
-It counts bodies while they stream, keeps deadlines, bounds the number of requests, names every
-request, adds the security headers and turns whatever still escapes into a problem document.
+It counts bodies while they stream, enforces deadlines, limits the number of requests, assigns
+request identifiers, adds security headers and answers unhandled errors with a problem document.
 """
 
 import asyncio
@@ -16,27 +16,27 @@ from multiradar.api.exchange import Exchange, header
 from multiradar.api.limits import HttpLimits
 from multiradar.api.problems import REQUEST_ID_KEY
 from multiradar.errors import RequestError
-from multiradar.observability.metrics import HTTP_REFUSALS, HTTP_REQUEST_SECONDS, HTTP_REQUESTS
+from multiradar.observability.metrics import HTTP_REJECTIONS, HTTP_REQUEST_SECONDS, HTTP_REQUESTS
 
 _REQUEST_ID = re.compile(rb"[A-Za-z0-9._-]{1,64}", re.ASCII)
 
-# Answered however busy the service is: an operator must be able to see why.
+# Always answered, so that an operator can diagnose an overload.
 _ALWAYS_SERVED = frozenset({"/healthz", "/readyz", "/metrics"})
-# Open for as long as the client likes; bounded on its own by `streams_max`.
+# Open as long as the client wants; limited by `streams_max`.
 _STREAMS = frozenset({"/v1/events", "/v1/stream"})
 
 _SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
 
 
 class LimitLayer:
-    """Keep each request within its bounds.
+    """Enforces the limits of each request.
 
     Parameters
     ----------
     application : ASGIApp
-        What answers the requests.
+        The application.
     limits : HttpLimits
-        The bounds.
+        The limits.
     allowed_hosts : sequence of str
         Names accepted in the Host header, without port; empty accepts any.
     """
@@ -64,7 +64,7 @@ class LimitLayer:
         try:
             self._check_origin(scope)
         except RequestError as error:
-            HTTP_REFUSALS.labels(code=error.code).inc()
+            HTTP_REJECTIONS.labels(code=error.code).inc()
             await receive()
             await send({"type": "websocket.close", "code": 1008, "reason": error.code})
             return
@@ -73,13 +73,13 @@ class LimitLayer:
     async def _http(self, scope: Scope, receive: Receive, send: Send) -> None:
         _name_request(scope)
         exchange = Exchange(scope, receive, send, self._limits, self._hold_body)
-        # The answer to HEAD is that to GET, but for its body, which the exchange leaves out.
+        # The answer to HEAD is that to GET without the body, which the exchange omits.
         asked = {**scope, "method": "GET"} if scope["method"] == "HEAD" else scope
         started_s = asyncio.get_running_loop().time()
         try:
             await self._serve(asked, exchange)
         except RequestError as error:
-            await exchange.refuse(error)
+            await exchange.reject(error)
         except Exception as error:
             await exchange.fail(error)
         finally:
@@ -104,7 +104,7 @@ class LimitLayer:
             raise RequestError(
                 503,
                 "TOO_MANY_REQUESTS",
-                f"{self._limits.requests_max} requests are being worked on, no more are taken",
+                f"{self._limits.requests_max} requests are in progress, no more are accepted",
                 {"retry-after": "1"},
             )
         self._requests += 1
@@ -115,13 +115,13 @@ class LimitLayer:
             raise RequestError(
                 503,
                 "TOO_MANY_BODIES",
-                f"request bodies hold {self._limits.bodies_bytes_max} bytes, no more are taken",
+                f"request bodies hold {self._limits.bodies_bytes_max} bytes, no more are accepted",
                 {"retry-after": "1"},
             )
 
     def _check_origin(self, scope: Scope) -> None:
-        # A page from elsewhere must not reach a service that listens on loopback, neither by
-        # a name that was rebound to it nor by a form or socket opened from that page.
+        # A foreign web page must not reach a service on loopback, neither by DNS rebinding nor by a
+        # form or socket opened from that page.
         host = header(scope, b"host").decode("latin-1").lower()
         name = urlsplit(f"//{host}").hostname if _plain_host(host) else None
         if self._allowed_hosts and name not in self._allowed_hosts:
@@ -144,7 +144,7 @@ def _plain_host(host: str) -> bool:
 
 
 def _count(scope: Scope, status: int, duration_s: float) -> None:
-    # The template of the route, never the path itself: the number of series stays bounded.
+    # The template of the route, not the path, which keeps the number of series bounded.
     route = getattr(scope.get("route"), "path", "none")
     HTTP_REQUESTS.labels(method=_known_method(scope), route=route, status=str(status)).inc()
     HTTP_REQUEST_SECONDS.labels(route=route).observe(duration_s)

@@ -1,43 +1,43 @@
-"""The bounds of the HTTP side, each with its name and default."""
+"""Limits of the HTTP interface with their defaults."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True, slots=True)
 class HttpLimits:
-    """Every bound that a client can run into.
+    """Limits for clients.
 
     Attributes
     ----------
     body_bytes_max : int
-        Longest request body; one byte more is answered 413.
+        Maximum size of a request body; larger ones are answered 413.
     bodies_bytes_max : int
-        Bytes of request bodies held at one time over all requests; beyond it 503.
+        Maximum total size of request bodies in memory; beyond it 503.
     header_bytes_max : int
-        Longest request line with headers.
+        Maximum size of the request line with headers.
     header_deadline_s : float
-        Time for a connection to deliver its first request's headers.
+        Maximum time until the headers of the first request of a connection are received.
     body_deadline_s : float
-        Time for a request to deliver its whole body; beyond it 408.
+        Maximum time until the whole body is received; beyond it 408.
     send_deadline_s : float
-        Time one piece of an answer may wait for a client that does not read; after twice that
-        time without progress the connection is aborted.
+        Maximum time that a piece of an answer waits for a client that does not read; after twice
+        that time without progress the connection is aborted.
     acknowledge_deadline_s : float
-        Longest wait for the journal before a sender hears 503.
+        Maximum wait for the journal; beyond it 503.
     requests_max : int
-        Requests worked on at one time; beyond it 503.
+        Maximum concurrent requests; beyond it 503.
     connections_max : int
-        Open connections; a new one then replaces the one that has been idle longest.
+        Maximum open connections; beyond it a new one replaces the one that has been idle longest.
     streams_max : int
-        Open WebSocket and SSE streams together; beyond it 503.
+        Maximum open WebSocket and SSE streams together; beyond it 503.
     threads : int
-        Threads that encode and decode beside the event loop.
+        Threads for encoding and decoding.
     stream_batch_interval_s : float
-        Longest time an event waits for others to be sent with it.
+        Interval over which events are collected into a batch.
     stream_batch_events_max : int
-        Most events in one message of a stream.
+        Maximum events in a message of a stream.
     stream_heartbeat_s : float
-        Longest silence on a stream.
+        Heartbeat interval of a stream.
     """
 
     body_bytes_max: int = 16 * 1024 * 1024

@@ -1,4 +1,4 @@
-"""Errors as problem documents (RFC 9457): one shape for everything that goes wrong."""
+"""Errors as problem documents (RFC 9457)."""
 
 import json
 import math
@@ -23,20 +23,20 @@ from multiradar.errors import (
     QueueFullError,
     RequestError,
 )
-from multiradar.observability.metrics import HTTP_REFUSALS
+from multiradar.observability.metrics import HTTP_REJECTIONS
 from multiradar_schemas.documents.names import unknown_choice
 
 MEDIA_TYPE = "application/problem+json"
 
-#: Where the limit layer leaves the identifier of the request.
+#: Key of the request identifier in the ASGI scope.
 REQUEST_ID_KEY = "multiradar.request_id"
 
-# Codes for what the framework itself refuses.
+# Codes of errors of the framework.
 _CODES_BY_STATUS = {404: "NOT_FOUND", 405: "METHOD_NOT_ALLOWED"}
 
 
-# What the service itself refuses: the first line that fits. The detail is the error's sentence.
-_REFUSALS: tuple[tuple[type[MultiradarError], int, str], ...] = (
+# Errors of the service; the first match counts. The detail is the message of the error.
+_SERVICE_ERRORS: tuple[tuple[type[MultiradarError], int, str], ...] = (
     (IdempotencyConflictError, 422, "IDEMPOTENCY_KEY_REUSED"),
     (InputError, 400, "MALFORMED_BODY"),
     (JournalFullError, 507, "JOURNAL_FULL"),
@@ -46,10 +46,10 @@ _REFUSALS: tuple[tuple[type[MultiradarError], int, str], ...] = (
 
 
 class ParameterProblem(BaseModel):
-    """What is wrong with one parameter."""
+    """An invalid parameter."""
 
     parameter: str = Field(description="Name of the parameter")
-    reason: str = Field(description="What was expected, in words")
+    reason: str = Field(description="Expected value, in words")
 
 
 class Problem(BaseModel):
@@ -60,19 +60,21 @@ class Problem(BaseModel):
     )
     title: str = Field(description="The code in words", examples=["Track not found"])
     status: int = Field(description="HTTP status", examples=[404])
-    detail: str = Field(description="One sentence", examples=["no live track has the number 7"])
+    detail: str = Field(
+        description="The error in words", examples=["no live track has the number 7"]
+    )
     instance: str = Field(
         description="URN of the request; the log carries the same identifier",
         examples=["urn:multiradar:request:4f1c9a52d0e3b7a6"],
     )
     code: str = Field(description="Stable code for programs", examples=["TRACK_NOT_FOUND"])
     errors: list[ParameterProblem] | None = Field(
-        default=None, description="Parameters at fault; absent where none is"
+        default=None, description="Invalid parameters; absent if none"
     )
 
 
 def problem_response(error: RequestError, scope: Scope) -> Response:
-    """Return the problem document of a refused request."""
+    """Return the problem document of a rejected request."""
     return Response(
         problem_bytes(error, str(scope.get(REQUEST_ID_KEY, "unknown"))),
         status_code=error.status,
@@ -83,7 +85,7 @@ def problem_response(error: RequestError, scope: Scope) -> Response:
 
 def problem_bytes(error: RequestError, request_id: str) -> bytes:
     """Return the problem document as JSON, in UTF-8."""
-    HTTP_REFUSALS.labels(code=error.code).inc()
+    HTTP_REJECTIONS.labels(code=error.code).inc()
     document: dict[str, object] = {
         **error.members,
         "type": f"urn:multiradar:problem:{error.code.lower().replace('_', '-')}",
@@ -101,25 +103,25 @@ def problem_bytes(error: RequestError, request_id: str) -> bytes:
 
 
 def parameter_error(parameters: Mapping[str, str], code: str = "INVALID_PARAMETER") -> RequestError:
-    """Return the refusal of a request whose parameters are wrong, each named with its reason."""
+    """Return the error of a request with invalid parameters, each with its reason."""
     detail = "; ".join(f"{name}: {reason}" for name, reason in parameters.items())
     return RequestError(422, code, detail, parameters=parameters)
 
 
 def install(application: FastAPI) -> None:
     """Answer every error of the application with a problem document."""
-    application.add_exception_handler(RequestError, _refused)
-    application.add_exception_handler(MultiradarError, _said_no)
+    application.add_exception_handler(RequestError, _request_error)
+    application.add_exception_handler(MultiradarError, _service_error)
     application.add_exception_handler(RequestValidationError, _invalid)
     application.add_exception_handler(HTTPException, _framework)
 
 
-async def _refused(request: Request, error: Exception) -> Response:
+async def _request_error(request: Request, error: Exception) -> Response:
     assert isinstance(error, RequestError)
     return problem_response(error, request.scope)
 
 
-async def _said_no(request: Request, error: Exception) -> Response:
+async def _service_error(request: Request, error: Exception) -> Response:
     assert isinstance(error, MultiradarError)
     return problem_response(_translated(error), request.scope)
 
@@ -128,7 +130,7 @@ def _translated(error: MultiradarError) -> RequestError:
     if isinstance(error, QueueFullError):
         retry_after_s = max(1, math.ceil(error.retry_after_s))
         return RequestError(429, "QUEUE_FULL", str(error), {"retry-after": str(retry_after_s)})
-    for kind, status, code in _REFUSALS:
+    for kind, status, code in _SERVICE_ERRORS:
         if isinstance(error, kind):
             return RequestError(status, code, str(error))
     raise error
@@ -150,11 +152,11 @@ async def _framework(request: Request, error: Exception) -> Response:
     assert isinstance(error, HTTPException)
     code = _CODES_BY_STATUS.get(error.status_code, "REQUEST_REFUSED")
     detail = {
-        404: "nothing is served at this path",
-        405: f"the method {request.method} is not served at this path",
+        404: "no such path",
+        405: f"the path does not support the method {request.method}",
     }.get(error.status_code, HTTPStatus(error.status_code).phrase)
     headers = dict(error.headers or {})
     if headers.get("Allow") == "GET":
-        # Wherever GET is answered, so is HEAD.
+        # HEAD is supported wherever GET is.
         headers["Allow"] = "GET, HEAD"
     return problem_response(RequestError(error.status_code, code, detail, headers), request.scope)

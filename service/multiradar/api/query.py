@@ -1,4 +1,4 @@
-"""Query parameters: strict types shared by all routes, and none that a route does not know."""
+"""Query parameters: strict types shared by all routes, and rejection of unknown parameters."""
 
 import re
 from datetime import datetime
@@ -11,7 +11,7 @@ from multiradar.api.problems import parameter_error
 from multiradar_schemas.documents.names import did_you_mean
 from multiradar_schemas.measurements.measurement import SENSOR_ID_PATTERN, TIME_MAX_S
 
-# ASCII only: Python's float() and int() also take "1_0" and digits of other scripts.
+# ASCII only: float() and int() of Python also accept "1_0" and digits of other scripts.
 _NUMBER = re.compile(
     r"[+-]?(?:[0-9]{1,20}(?:\.[0-9]{0,20})?|\.[0-9]{1,20})(?:[eE][+-]?[0-9]{1,3})?"
 )
@@ -26,7 +26,7 @@ def number(text: object) -> float:
     Raises
     ------
     ValueError
-        When it is written in any other way.
+        When it has another form.
     """
     if not isinstance(text, str) or _NUMBER.fullmatch(text) is None:
         msg = "expected a decimal number"
@@ -40,7 +40,7 @@ def integer(text: object) -> int:
     Raises
     ------
     ValueError
-        When it is written in any other way, or has more than 18 digits.
+        When it has another form or more than 18 digits.
     """
     if not isinstance(text, str) or _INTEGER.fullmatch(text) is None:
         msg = "expected an integer of at most 18 digits"
@@ -49,12 +49,12 @@ def integer(text: object) -> int:
 
 
 def data_time(text: object) -> float:
-    """Return a data time in seconds, given as that number or in ISO 8601 with an offset.
+    """Return a data time in seconds, given in seconds or in ISO 8601 with an offset.
 
     Raises
     ------
     ValueError
-        When it is neither, or out of range.
+        When it has another form or is out of range.
     """
     plain = isinstance(text, str) and _NUMBER.fullmatch(text) is not None
     time_s = number(text) if plain else _iso_8601(text)
@@ -65,7 +65,7 @@ def data_time(text: object) -> float:
 
 
 def _iso_8601(text: object) -> float:
-    # In a query string an unescaped plus sign arrives as a blank.
+    # In a query string an unescaped plus sign is decoded as a blank.
     wrong = "expected seconds, or ISO 8601 with Z or an offset such as 2026-01-31T12:00:00Z"
     if not isinstance(text, str) or len(text) > _ISO_8601_LENGTH_MAX or not text.isascii():
         raise ValueError(wrong)
@@ -110,7 +110,7 @@ SensorId = Annotated[
 
 
 def strict_query(request: Request) -> None:
-    """Refuse query parameters that the route does not know, or that are given twice.
+    """Reject unknown and repeated query parameters.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Which tracks, and which of their columns: the filters of the list of tracks."""
+"""Filters of the list of tracks: selection of rows and columns."""
 
 import re
 from dataclasses import dataclass
@@ -31,12 +31,12 @@ class BoundingBox:
 
 
 def bounding_box(text: str) -> BoundingBox:
-    """Return the box written as ``min_lon,min_lat,max_lon,max_lat``.
+    """Return the box of the form ``min_lon,min_lat,max_lon,max_lat``.
 
     Raises
     ------
     RequestError
-        422 when it is not four numbers in that order and in range.
+        422 when it is not four numbers in this order and in range.
     """
     try:
         west, south, east, north = (number(part) for part in text.split(",", 5))
@@ -50,12 +50,12 @@ def bounding_box(text: str) -> BoundingBox:
 
 
 def columns(text: str) -> list[str]:
-    """Return the columns named in a comma-separated list, `track_id` always among them.
+    """Return the columns in a comma-separated list, always including `track_id`.
 
     Raises
     ------
     RequestError
-        422 naming those that do not exist.
+        422 with the unknown names.
     """
     wanted = set(text.split(","))
     unknown = sorted(wanted - set(TRACK_COLUMNS))
@@ -68,19 +68,19 @@ def columns(text: str) -> list[str]:
 
 
 def identity(text: str) -> pl.Expr:
-    """Return the condition that a track has this identity.
+    """Return the condition that a track has an identity.
 
     Parameters
     ----------
     text : str
         Six hexadecimal digits (Mode S address), four octal digits (Mode 3/A code) or a decimal
-        track number; what can be read in more than one way matches any of them. A prefix
-        ``mode_s:``, ``mode_3a:`` or ``number:`` asks for one; a callsign needs ``callsign:``.
+        track number; an ambiguous text matches any of them. The prefix ``mode_s:``, ``mode_3a:`` or
+        ``number:`` selects one; a callsign needs ``callsign:``.
 
     Raises
     ------
     RequestError
-        422 when it can be none of them.
+        422 when it is none of them.
     """
     prefix, separator, value = text.rpartition(":")
     if separator and prefix not in {"mode_s", "mode_3a", "number", "callsign"}:
@@ -104,7 +104,7 @@ def identity(text: str) -> pl.Expr:
 
 
 def inside(box: BoundingBox) -> pl.Expr:
-    """Return the condition that a track is inside a box, its edges included."""
+    """Return the condition that a track is inside a box, edges included."""
     longitude = pl.col("longitude_deg")
     latitude = pl.col("latitude_deg").is_between(box.south_deg, box.north_deg)
     if box.west_deg <= box.east_deg:

@@ -1,4 +1,4 @@
-"""Threads beside the event loop, bounded, for everything that takes more than microseconds."""
+"""A bounded thread pool for work that would block the event loop for more than microseconds."""
 
 import asyncio
 from collections.abc import Callable
@@ -15,17 +15,17 @@ class Workers:
     Parameters
     ----------
     threads : int
-        Number of threads; more work waits in line, bounded by the number of requests.
+        Number of threads; further work is queued, bounded by the number of requests.
     """
 
     def __init__(self, threads: int) -> None:
         self._pool = ThreadPoolExecutor(threads, thread_name_prefix="multiradar-api")
 
     async def run(self, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
-        """Return the result of a function that runs on one of the threads."""
+        """Run a function on one of the threads and return its result."""
         loop = asyncio.get_running_loop()
         return await loop.run_in_executor(self._pool, lambda: function(*args, **kwargs))
 
     def close(self) -> None:
-        """Let the threads finish what they do, and end."""
+        """Finish running work and stop the threads."""
         self._pool.shutdown(wait=False, cancel_futures=True)

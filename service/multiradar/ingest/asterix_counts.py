@@ -1,9 +1,9 @@
-"""What listeners count; `/v1/status` and `/metrics` show it.
+"""Counters of ASTERIX listeners, shown by `/v1/status` and `/metrics`.
 
 ::
 
     octets  = dropped + waiting + decoded + skipped + quarantined
-    records = measurement + duplicate + left_out + refused           target reports alone
+    records = measurement + duplicate + left_out + refused           target reports only
     measurement = accepted + rejected + lost + on their way to the journal
 """
 
@@ -12,7 +12,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
-#: Counters of a listener, in the order in which they are told.
+#: Counters of a listener, in the order of the report.
 NAMES = (
     "datagrams",
     "octets",
@@ -33,7 +33,7 @@ NAMES = (
 
 
 class AsterixCounts:
-    """Counters by listener, that several threads add to.
+    """Counters by listener; thread-safe.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ class AsterixCounts:
         self._codes: list[Counter[str]] = [Counter() for _ in self.labels]
         self._categories: Counter[int] = Counter()
         self._batches_failed = 0
-        # Asked when somebody reads: what waits, and what the system dropped.
+        # Evaluated on reading: what waits, and what the system dropped.
         self.waiting: Callable[[], tuple[int, int]] = lambda: (0, 0)
         self.lost_by_system: Callable[[int], int] = lambda _listener: 0
         self.endpoint: Callable[[int], str] = lambda _listener: ""
@@ -60,8 +60,8 @@ class AsterixCounts:
             for name, number in numbers.items():
                 own[name] += number
 
-    def refused(self, listener: int, codes: Mapping[str, int]) -> None:
-        """Add refusals of a listener by code."""
+    def rejected(self, listener: int, codes: Mapping[str, int]) -> None:
+        """Add rejects of a listener by code."""
         with self._lock:
             self._codes[listener].update(codes)
 
@@ -71,7 +71,7 @@ class AsterixCounts:
             self._categories.update(categories)
 
     def batch_failed(self) -> None:
-        """Count a batch, or a part of one, that was decoded again in parts, for a fault of ours."""
+        """Count a batch, or part of one, that failed to decode because of an internal error."""
         with self._lock:
             self._batches_failed += 1
 

@@ -1,4 +1,4 @@
-"""ASTERIX from the network, put together: ports, queue, decoder."""
+"""ASTERIX input from the network: ports, queue, decoder."""
 
 import threading
 from collections.abc import Callable, Sequence
@@ -11,12 +11,12 @@ from multiradar.ingest.asterix_source import DatagramSource
 from multiradar.runtime.ports import MeasurementSink
 from multiradar_converters.asterix.live.reception import LiveDecoder, warm_up
 
-#: After a fault of a port it is tried again, s.
+#: Pause before a failed port is tried again, s.
 FAULT_PAUSE_S = 1.0
 
 
 class AsterixGateway:
-    """Listens, and hands in what it hears.
+    """Receives ASTERIX datagrams and submits their measurements.
 
     Parameters
     ----------
@@ -27,18 +27,18 @@ class AsterixGateway:
     sink : MeasurementSink
         The running service.
     decoder : LiveDecoder
-        For all listeners: two of them may bring the same.
+        Shared by all listeners, because two of them may receive the same data.
     queue : DatagramQueue
-        Where datagrams wait.
+        Queue between the ports and the decoder.
     bounds : InletBounds
-        Bounds of decoding.
+        Limits of decoding.
     clock : Clock, optional
-        Tells when datagrams come.
+        Time of reception.
 
     Attributes
     ----------
     counts : AsterixCounts
-        What was heard, and what became of it.
+        Received data and their disposition.
     """
 
     def __init__(
@@ -67,16 +67,16 @@ class AsterixGateway:
 
     @property
     def endpoints(self) -> tuple[str, ...]:
-        """Where it listens; empty before the start."""
+        """Addresses it listens on; empty before the start."""
         return tuple(source.endpoint for source in self._sources)
 
     def start(self) -> None:
-        """Open the ports and listen; what comes waits until `begin`, as much as there is room for.
+        """Open the ports and listen; datagrams are queued until `begin`, as far as they fit.
 
         Raises
         ------
         ConfigurationError
-            If it cannot listen where it should.
+            If a port cannot be opened.
         """
         for open_source in self._open_sources:
             self._sources.append(open_source())
@@ -88,7 +88,7 @@ class AsterixGateway:
             thread.start()
 
     def begin(self) -> None:
-        """Hand in what came and comes: the service takes measurements."""
+        """Submit queued and further datagrams: the service accepts measurements."""
         warm_up()
         self._decoding = threading.Thread(
             target=self._inlet.run, name="asterix-decoder", daemon=True
@@ -96,7 +96,7 @@ class AsterixGateway:
         self._decoding.start()
 
     def stop(self) -> None:
-        """Listen no more, hand in what came, close the ports; may be called twice."""
+        """Stop listening, submit what was received, close the ports; may be called twice."""
         self._stopping.set()
         for thread in self._listening:
             thread.join()
@@ -115,7 +115,7 @@ class AsterixGateway:
             try:
                 octets = source.receive()
             except OSError:
-                # Counted, and tried again: the network may come back.
+                # Counted and tried again: the network may come back.
                 self.counts.add(listener, receive_faults=1)
                 self._stopping.wait(FAULT_PAUSE_S)
                 continue

@@ -1,7 +1,7 @@
-"""Decodes what waits, and hands it to the service: measurements, and what was refused.
+"""Decodes queued datagrams and submits measurements and rejects to the service.
 
-Datagrams are gathered for a moment and decoded together, because a batch costs much and its
-records cost little; what becomes of each is the same as if it had come alone.
+Datagrams are collected for a short interval and decoded together, because a batch has a high fixed
+cost and a low cost per record. The result does not depend on the batches.
 """
 
 import threading
@@ -20,32 +20,32 @@ from multiradar.ingest.asterix_queue import DatagramQueue, Received
 from multiradar.runtime.live.receipt import Receipt, RejectedRow
 from multiradar.runtime.ports import MeasurementSink
 from multiradar_converters.asterix.framing.datagrams import Datagrams
-from multiradar_converters.asterix.live.batch import LiveBatch, RefusedOctets, unreadable
+from multiradar_converters.asterix.live.batch import LiveBatch, RejectedOctets, unreadable
 from multiradar_converters.asterix.live.reception import LiveDecoder
 
 _log = structlog.get_logger("multiradar.asterix")
 
 SOURCE = "asterix"
-#: Datagrams decoded together at most: bounds the memory and the wait of others.
+#: Maximum datagrams per batch; bounds memory and latency.
 BATCH_DATAGRAMS_MAX = 8192
-#: Attempts for a batch after the first while the journal has no room; then its rows are lost.
+#: Retries of a batch while the journal queue is full; then its rows are lost.
 SUBMIT_RETRIES_MAX = 60
-#: Faults of ours that are logged.
+#: Maximum internal errors that are logged.
 FAILURES_LOGGED_MAX = 100
-#: Octets of one refusal that are kept.
+#: Octets of a reject that are retained.
 RAW_OCTETS_MAX = 4096
 
 
 @dataclass(frozen=True, slots=True)
 class InletBounds:
-    """Bounds of decoding.
+    """Limits of decoding.
 
     Attributes
     ----------
     batch_interval_s : float
-        How long datagrams are gathered, s.
+        Interval over which datagrams are collected, s.
     quarantine_rows_max : int
-        Refusals of a batch that are kept one by one.
+        Rejects of a batch that are retained individually.
     """
 
     batch_interval_s: float = 0.25
@@ -53,20 +53,20 @@ class InletBounds:
 
 
 class AsterixInlet:
-    """Empties the queue into the service; `run` is the body of one thread.
+    """Moves datagrams from the queue to the service; `run` is the body of one thread.
 
     Parameters
     ----------
     queue : DatagramQueue
-        Where datagrams wait.
+        Queue of received datagrams.
     decoder : LiveDecoder
         Owned by that thread.
     sink : MeasurementSink
         The running service.
     counts : AsterixCounts
-        Told what became of everything.
+        Counts the disposition of everything.
     bounds : InletBounds
-        Bounds.
+        Limits.
     """
 
     def __init__(
@@ -87,18 +87,18 @@ class AsterixInlet:
         self._losing = False
 
     def run(self) -> None:
-        """Decode until told to stop, then what still waits."""
+        """Decode until `stop`, then decode what is still queued."""
         while not self._stopping.wait(self._bounds.batch_interval_s):
-            self._drain_whatever_comes()
-        self._drain_whatever_comes()
+            self._drain_safely()
+        self._drain_safely()
 
     def stop(self) -> None:
-        """Have `run` end."""
+        """Make `run` return."""
         self._stopping.set()
 
     def drain(self) -> None:
-        """Decode everything that waits."""
-        while received := self._queue.take(BATCH_DATAGRAMS_MAX):
+        """Decode everything in the queue."""
+        while received := self._queue.pop(BATCH_DATAGRAMS_MAX):
             for part, batch in self._decoded(received):
                 self._account(part, batch)
                 self._hand_in(part, batch)
@@ -107,14 +107,14 @@ class AsterixInlet:
 
     def _decoded(self, received: list[Received]) -> Iterator[tuple[list[Received], LiveBatch]]:
         try:
-            batch = self._decoder.decode(_joined(received))
+            batch = self._decoder.decode(_concatenated(received))
         except Exception as error:
-            # A fault of ours: by halves down to the one that fails, so that the others do not
-            # suffer, nor wait until each was decoded for itself.
+            # An internal error: bisect down to the failing datagram, so that the others are
+            # decoded, and without decoding each one alone.
             self._failed(error, len(received))
             if len(received) == 1:
                 reason = f"could not be decoded: {type(error).__name__}"
-                yield received, unreadable(_joined(received), reason)
+                yield received, unreadable(_concatenated(received), reason)
                 return
             middle = len(received) // 2
             for half in (received[:middle], received[middle:]):
@@ -122,11 +122,11 @@ class AsterixInlet:
         else:
             yield received, batch
 
-    def _drain_whatever_comes(self) -> None:
+    def _drain_safely(self) -> None:
         try:
             self.drain()
         except Exception as error:
-            # The next batch is decoded all the same.
+            # The next batch is decoded regardless.
             self._failed(error, 0)
 
     def _failed(self, error: Exception, datagrams: int) -> None:
@@ -146,13 +146,13 @@ class AsterixInlet:
                 f"records_{name}": int(sum_of[own].sum()) for name, sum_of in batch.records.items()
             }
             self._counts.add(number, **sums)
-            codes = Counter(str(one.code) for one in batch.refused if own[one.datagram])
-            self._counts.refused(number, codes)
+            codes = Counter(str(one.code) for one in batch.rejected if own[one.datagram])
+            self._counts.rejected(number, codes)
         self._counts.decoded(batch.categories)
 
     def _hand_in(self, part: list[Received], batch: LiveBatch) -> None:
-        """Hand in what listeners brought, in the order in which it came."""
-        rejected = self._rows(part, batch.refused, len(batch.frame))
+        """Submit a batch in the order of reception."""
+        rejected = self._rows(part, batch.rejected, len(batch.frame))
         if not len(batch.frame) and not rejected:
             return
         listener = np.array([one.listener for one in part])[batch.datagram]
@@ -161,7 +161,7 @@ class AsterixInlet:
             try:
                 future = self._sink.submit(batch.frame, source=SOURCE, rejected=rejected)
             except QueueFullError as error:
-                # Meanwhile datagrams wait in the queue; what does not fit there is counted.
+                # Meanwhile datagrams wait in the queue; those that do not fit are counted.
                 full = error
                 if self._stopping.wait(error.retry_after_s):
                     break
@@ -169,7 +169,7 @@ class AsterixInlet:
                 self._lost(listener, error)
                 return
             except Exception as error:
-                # A fault of the service: counted here, told by who drains.
+                # An internal error of the service: counted here, logged by the caller.
                 self._lost(listener, error)
                 raise
             else:
@@ -178,22 +178,24 @@ class AsterixInlet:
         self._lost(listener, full)
 
     def _rows(
-        self, part: list[Received], refused: list[RefusedOctets], first: int
+        self, part: list[Received], rejected: list[RejectedOctets], first: int
     ) -> list[RejectedRow]:
         rows_max, labels = self._bounds.quarantine_rows_max, self._counts.labels
-        kept, rest = refused[:rows_max], refused[rows_max:]
+        kept, rest = rejected[:rows_max], rejected[rows_max:]
         rows = [
-            RejectedRow(first + k, str(one.code), _told(part[one.datagram], one, labels), _raw(one))
+            RejectedRow(
+                first + k, str(one.code), _described(part[one.datagram], one, labels), _raw(one)
+            )
             for k, one in enumerate(kept)
         ]
         if rest:
             codes = Counter(str(one.code) for one in rest)
-            told = ", ".join(f"{code} {count}" for code, count in sorted(codes.items()))
+            summary = ", ".join(f"{code} {count}" for code, count in sorted(codes.items()))
             octets = sum(len(one.octets) for one in rest)
             reason = (
-                f"{_place(part[rest[0].datagram], labels)} to "
-                f"{_place(part[rest[-1].datagram], labels)}: {len(rest)} more refusals of {octets} "
-                f"octets that are not kept ({told})"
+                f"{_datagram_name(part[rest[0].datagram], labels)} to "
+                f"{_datagram_name(part[rest[-1].datagram], labels)}: {len(rest)} more rejects of "
+                f"{octets} octets, not retained ({summary})"
             )
             rows.append(RejectedRow(first + len(kept), codes.most_common(1)[0][0], reason))
         return rows
@@ -205,15 +207,15 @@ class AsterixInlet:
             return
         self._losing = False
         accepted = np.ones(len(listener), dtype=np.bool_)
-        # What was refused before stands behind the measurements.
-        refused = [row.index for row in done.result().rejected if row.index < len(listener)]
-        accepted[refused] = False
+        # Rejects of the decoder have indices behind the measurements.
+        rejected = [row.index for row in done.result().rejected if row.index < len(listener)]
+        accepted[rejected] = False
         for name, own in (("rows_accepted", accepted), ("rows_rejected", ~accepted)):
             self._add(name, listener[own])
 
     def _lost(self, listener: NDArray[np.int64], error: BaseException | None) -> None:
         self._add("rows_lost", listener)
-        # Told when it begins: a service that has failed takes none of the batches that follow.
+        # Logged once when it starts: a failed service accepts none of the following batches.
         if not self._losing:
             self._losing = True
             _log.error("asterix_rows_lost", rows=len(listener), reason=str(error))
@@ -223,7 +225,7 @@ class AsterixInlet:
             self._counts.add(number, **{name: count})
 
 
-def _joined(received: list[Received]) -> Datagrams:
+def _concatenated(received: list[Received]) -> Datagrams:
     octets = np.array([len(one.octets) for one in received], dtype=np.int64)
     ends = np.cumsum(octets)
     return Datagrams(
@@ -234,16 +236,16 @@ def _joined(received: list[Received]) -> Datagrams:
     )
 
 
-def _place(received: Received, labels: Sequence[str]) -> str:
+def _datagram_name(received: Received, labels: Sequence[str]) -> str:
     return f"{labels[received.listener]}, datagram {received.number}"
 
 
-def _told(received: Received, one: RefusedOctets, labels: Sequence[str]) -> str:
+def _described(received: Received, one: RejectedOctets, labels: Sequence[str]) -> str:
     cut = len(one.octets) > RAW_OCTETS_MAX
-    return f"{_place(received, labels)}, octet {one.offset}: {one.reason}" + (
-        f"; the first {RAW_OCTETS_MAX} of {len(one.octets)} octets are kept" if cut else ""
+    return f"{_datagram_name(received, labels)}, octet {one.offset}: {one.reason}" + (
+        f"; the first {RAW_OCTETS_MAX} of {len(one.octets)} octets are retained" if cut else ""
     )
 
 
-def _raw(one: RefusedOctets) -> str:
+def _raw(one: RejectedOctets) -> str:
     return one.octets[:RAW_OCTETS_MAX].hex()

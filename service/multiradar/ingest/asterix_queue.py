@@ -6,18 +6,18 @@ from typing import NamedTuple
 
 
 class Received(NamedTuple):
-    """A datagram as it came.
+    """A received datagram.
 
     Attributes
     ----------
     listener : int
-        Place of its listener.
+        Index of its listener.
     number : int
-        Its number there, from 1.
+        Its number at the listener, from 1.
     received_s : float
         Unix time of its reception, s.
     octets : bytes
-        What it carries.
+        Its content.
     """
 
     listener: int
@@ -27,12 +27,12 @@ class Received(NamedTuple):
 
 
 class DatagramQueue:
-    """Datagrams that wait, bounded by their number and by their octets; full means dropped.
+    """Queue of datagrams, bounded by number and octets; datagrams that do not fit are dropped.
 
     Parameters
     ----------
     datagrams_max, octets_max : int
-        The bounds.
+        Limits.
     """
 
     def __init__(self, datagrams_max: int, octets_max: int) -> None:
@@ -47,11 +47,11 @@ class DatagramQueue:
 
     @property
     def octets(self) -> int:
-        """Octets that wait."""
+        """Octets in the queue."""
         return self._octets
 
     def put(self, received: Received) -> bool:
-        """Add a datagram; False if there is no room for it."""
+        """Add a datagram; False if it does not fit."""
         size = len(received.octets)
         with self._lock:
             if len(self._waiting) >= self._datagrams_max or self._octets + size > self._octets_max:
@@ -60,10 +60,10 @@ class DatagramQueue:
             self._octets += size
             return True
 
-    def take(self, datagrams_max: int) -> list[Received]:
-        """Return the oldest datagrams, at most so many; empty when none waits."""
+    def pop(self, datagrams_max: int) -> list[Received]:
+        """Remove and return the oldest datagrams, at most `datagrams_max`."""
         with self._lock:
             count = min(datagrams_max, len(self._waiting))
-            taken = [self._waiting.popleft() for _ in range(count)]
-            self._octets -= sum(len(one.octets) for one in taken)
-            return taken
+            popped = [self._waiting.popleft() for _ in range(count)]
+            self._octets -= sum(len(one.octets) for one in popped)
+            return popped

@@ -1,4 +1,4 @@
-"""Sensors as ASTERIX names them: area code, system code and what they measure."""
+"""Sensors by ASTERIX source: SAC, SIC and kind of measurement."""
 
 import re
 
@@ -7,22 +7,22 @@ import numpy as np
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.tracking.input.measurements import KIND_POSITION, KIND_RADAR
 
-# `SAC-SIC`, and for a second kind of measurement of one source its kind.
+# `SAC-SIC`, and the kind for a second kind of measurement of one source.
 _NAME = re.compile(r"(\d{1,3})-(\d{1,3})(?:-(mlat|adsb))?")
 _KINDS = {KIND_RADAR: ("radar",), KIND_POSITION: ("mlat", "adsb")}
 
 
 def names_by_source(table: SensorTable) -> dict[tuple[int, str], str]:
-    """Return identifiers of sensors by source (area code times 256 and system code) and kind.
+    """Return identifiers of sensors by source (256 × SAC + SIC) and kind.
 
     Parameters
     ----------
     table : SensorTable
-        The sensors; their names `SAC-SIC` count, whether they are ids or other names.
+        The sensors; ids and aliases of the form `SAC-SIC` count.
     """
     names: dict[tuple[int, str], str] = {}
     rows = [*enumerate(table.ids), *((row, name) for name, row in table.aliases)]
-    # A name with a kind says more than one without.
+    # A name with a kind takes precedence.
     for row, name in sorted(rows, key=lambda one: one[1].count("-")):
         match = _NAME.fullmatch(name)
         if match is None or max(int(match[1]), int(match[2])) > 255:
@@ -34,8 +34,8 @@ def names_by_source(table: SensorTable) -> dict[tuple[int, str], str]:
     return names
 
 
-def turns_by_source(table: SensorTable) -> dict[int, float]:
-    """Return the times of a turn that the sensors file states, s, by source."""
+def scan_periods_by_source(table: SensorTable) -> dict[int, float]:
+    """Return the configured scan periods, s, by source."""
     periods = dict(zip(table.ids, table.rotation_period_s.tolist(), strict=True))
     return {
         source: periods[name]

@@ -1,4 +1,4 @@
-"""Where datagrams come from: a UDP port, or memory in tests."""
+"""Sources of datagrams: a UDP port, or memory in tests."""
 
 import socket
 import struct
@@ -9,27 +9,27 @@ from typing import Protocol
 from multiradar.errors import ConfigurationError
 from multiradar.ingest.udp import is_group
 
-#: No datagram over IPv4 has more octets.
+#: Maximum size of a datagram over IPv4, octets.
 DATAGRAM_OCTETS_MAX = 65_535
-#: How long is waited for a datagram before somebody may ask to stop, s.
+#: Timeout of a reception, after which a stop is possible, s.
 WAIT_S = 0.2
-# Linux: count of datagrams that the system dropped for lack of room, told with the next one. Python
-# has no name for it.
+# Linux SO_RXQ_OVFL: count of datagrams dropped because the buffer was full, reported with the next
+# one. Python has no name for it.
 _DROPS = 40
 _ANCILLARY = socket.CMSG_SPACE(4)
 
 
 class DatagramSource(Protocol):
-    """Datagrams in the order of their arrival."""
+    """Datagrams in the order of reception."""
 
     @property
     def endpoint(self) -> str:
-        """Where it listens, such as `udp/127.0.0.1:8600`."""
+        """Address it listens on, such as `udp/127.0.0.1:8600`."""
         ...
 
     @property
     def lost(self) -> int:
-        """Datagrams that the system dropped before they could be read, as far as it tells."""
+        """Datagrams dropped by the system before they were read, as far as it reports them."""
         ...
 
     def receive(self) -> bytes | None:
@@ -37,7 +37,7 @@ class DatagramSource(Protocol):
         ...
 
     def close(self) -> None:
-        """Let go; may be called twice."""
+        """Close the source; may be called twice."""
         ...
 
 
@@ -47,23 +47,23 @@ class UdpSource:
     Parameters
     ----------
     address : str
-        IPv4 address of this machine, or of a group to join.
+        IPv4 address of this host, or of a multicast group to join.
     port : int
         UDP port; 0 picks a free one.
     interface : str
         Address of the interface on which a group is joined.
     buffer_octets : int
-        Room that the system is asked for; it may give less.
+        Requested receive buffer; the system may give less.
 
     Raises
     ------
     ConfigurationError
-        If it cannot listen there.
+        If the port cannot be opened.
     """
 
     def __init__(self, address: str, port: int, interface: str, buffer_octets: int) -> None:
         self.lost = 0
-        self._room = bytearray(DATAGRAM_OCTETS_MAX)
+        self._buffer = bytearray(DATAGRAM_OCTETS_MAX)
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         try:
             self._open(address, port, interface, buffer_octets)
@@ -77,13 +77,15 @@ class UdpSource:
     def receive(self) -> bytes | None:
         """Wait a moment for the next datagram."""
         try:
-            octets, told, _flags, _sender = self._socket.recvmsg_into([self._room], _ANCILLARY)
+            octets, ancillary, _flags, _sender = self._socket.recvmsg_into(
+                [self._buffer], _ANCILLARY
+            )
         except TimeoutError:
             return None
-        for level, kind, value in told:
+        for level, kind, value in ancillary:
             if level == socket.SOL_SOCKET and kind == _DROPS and len(value) >= 4:
                 (self.lost,) = struct.unpack("=I", value[:4])
-        return bytes(memoryview(self._room)[:octets])
+        return bytes(memoryview(self._buffer)[:octets])
 
     def close(self) -> None:
         """Leave the group and the port."""
@@ -94,9 +96,9 @@ class UdpSource:
         own.settimeout(WAIT_S)
         own.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, buffer_octets)
         if is_group(address):
-            # Others on this machine may listen to the group, too.
+            # Other processes on this host may listen to the group, too.
             own.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        # Bound to the group, nothing is heard that was sent to another address.
+        # Bound to the group, so that datagrams to other addresses are not received.
         own.bind((address, port))
         if is_group(address):
             joined = socket.inet_aton(address) + socket.inet_aton(interface)
@@ -104,7 +106,7 @@ class UdpSource:
         try:
             own.setsockopt(socket.SOL_SOCKET, _DROPS, 1)
         except OSError:
-            # Another system: what it drops is not told.
+            # Not on Linux: drops are not reported.
             self.lost = 0
 
 
@@ -126,7 +128,7 @@ class MemorySource:
         self._came = threading.Event()
 
     def send(self, *datagrams: bytes) -> None:
-        """Have datagrams arrive."""
+        """Queue datagrams for reception."""
         self._waiting.extend(datagrams)
         self._came.set()
 
@@ -141,5 +143,5 @@ class MemorySource:
         return self._waiting.popleft() if self._waiting else None
 
     def close(self) -> None:
-        """Note that nobody listens any more."""
+        """Record the end of reception."""
         self.closed = True

@@ -1,4 +1,4 @@
-"""Bodies of requests: bytes and a media type in, a table and the rows refused out."""
+"""Bodies of requests: bytes and a media type in, a table and rejected rows out."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -21,9 +21,9 @@ class Decoded:
     Attributes
     ----------
     frame : DataFrame
-        The rows taken, with a column `index` that says where each stood.
+        Accepted rows; column `index` is the position of each in the message.
     rejected : tuple of RejectedRow
-        The rows refused.
+        Rejected rows.
     """
 
     frame: pl.DataFrame
@@ -40,13 +40,12 @@ def decode(media_type: str, body: bytes, rows_max: int) -> Decoded:
     body : bytes
         The whole body.
     rows_max : int
-        Most measurements in it.
+        Maximum number of measurements.
 
     Raises
     ------
     RequestError
-        400 when the body as a whole cannot be read, 413 when it has too many rows; the code is that
-        of the reject.
+        400 when the body cannot be read, 413 when it has too many rows; with the reject code.
     """
     try:
         parsed = _PARSERS[media_type](body, rows_max)
@@ -62,7 +61,7 @@ def decode(media_type: str, body: bytes, rows_max: int) -> Decoded:
 def _json(body: bytes, rows_max: int) -> Parsed:
     if not body.lstrip(b" \t\r\n").startswith(b"{"):
         return parse_json(body, rows_max=rows_max)
-    # One object is an array of one; brackets must not turn several into JSON.
+    # One object is an array of one; adding brackets must not make several objects valid.
     parsed = parse_json(b"[" + body + b"]", rows_max=rows_max)
     if len(parsed.frame) + len(parsed.rejected) != 1:
         raise BodyError(RejectCode.MALFORMED_JSON, "expected an array, was several objects")
@@ -83,5 +82,5 @@ _PARSERS: dict[str, Callable[[bytes, int], Parsed]] = {
     "application/vnd.apache.arrow.stream": _arrow,
 }
 
-#: Media types that are understood.
+#: Supported media types.
 MEDIA_TYPES = tuple(_PARSERS)

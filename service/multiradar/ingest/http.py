@@ -1,4 +1,4 @@
-"""Measurements over HTTP: `POST /v1/measurements` and the end of a stream, `POST /v1/flush`."""
+"""Measurements over HTTP: `POST /v1/measurements`, and `POST /v1/flush` for the end of a stream."""
 
 import asyncio
 import json
@@ -23,7 +23,7 @@ from multiradar.runtime.live.receipt import (
 from multiradar.runtime.ports import MeasurementSink
 from multiradar_schemas.measurements.reject import RejectCode
 
-#: Refusals that depend on when a measurement comes and who listens, not on what it says.
+#: Reject codes that depend on the time of arrival and the configuration, not on the content.
 _CIRCUMSTANCES = frozenset(
     {
         RejectCode.TIME_LATE,
@@ -34,32 +34,32 @@ _CIRCUMSTANCES = frozenset(
 )
 
 _SOURCE = "http"
-#: Why there is no answer in time.
+#: Reasons of a timeout.
 _JOURNAL_LATE = (
     "the journal did not answer in time and may have the message or not; "
     "send it again with the same Idempotency-Key"
 )
 _ENGINE_LATE = (
-    "what was taken before is not processed yet; "
+    "accepted measurements are not processed yet; "
     "send the end of the stream again with the same Idempotency-Key"
 )
 
 
 class RefusedRow(BaseModel):
-    """A row that was refused; it is in the quarantine, see `/v1/rejects`."""
+    """A rejected row; it is in the quarantine, see `/v1/rejects`."""
 
-    index: int = Field(description="Place of the row in the message, from 0", examples=[2])
+    index: int = Field(description="Index of the row in the message, from 0", examples=[2])
     code: str = Field(description="Stable code", examples=["OUT_OF_RANGE"])
-    reason: str = Field(description="One sentence for people")
+    reason: str = Field(description="Reason in words")
 
 
 class Acknowledgement(BaseModel):
-    """What became of a message; given when all of it is on disk."""
+    """Result of a message, sent when all of it is on disk."""
 
     accepted: int = Field(description="Rows in the journal")
-    rejected: list[RefusedRow] = Field(description="Rows that were refused, by ascending index")
+    rejected: list[RefusedRow] = Field(description="Rejected rows, by ascending index")
     duplicate: bool = Field(
-        description="A message with this Idempotency-Key came before; nothing was taken again, "
+        description="A message with this Idempotency-Key was ingested before; this one was not, "
         "and the counts are those of the first"
     )
     journal_sequence: int = Field(description="Entry of the journal that holds the message")
@@ -67,17 +67,17 @@ class Acknowledgement(BaseModel):
 
 @dataclass(frozen=True, slots=True)
 class IntakeBounds:
-    """Bounds of the way in.
+    """Limits of the intake.
 
     Attributes
     ----------
     rows_max : int
-        Most measurements in one message; one more is answered 413.
+        Maximum number of measurements in a message; more are answered 413.
     threads : int
         Threads that decode bodies.
     acknowledge_deadline_s : float
-        Longest wait for the journal, at the end of a stream for the tracker, before a sender
-        hears 503.
+        Maximum wait for the journal, or for the tracker at the end of a stream, before the answer
+        is 503.
     """
 
     rows_max: int = 100_000
@@ -86,14 +86,14 @@ class IntakeBounds:
 
 
 def measurement_routes(sink: MeasurementSink, bounds: IntakeBounds | None = None) -> APIRouter:
-    """Return the routes that take measurements in.
+    """Return the routes that receive measurements.
 
     Parameters
     ----------
     sink : MeasurementSink
         The running service.
     bounds : IntakeBounds, optional
-        Bounds of the way in. The size of a body is bounded by the layer around the application.
+        Limits of the intake. The limit layer around the application bounds the size of a body.
     """
     intake = _Intake(sink, bounds or IntakeBounds())
     router = APIRouter(prefix="/v1", tags=["measurements"])
@@ -151,7 +151,7 @@ class _Intake:
     async def _acknowledged(self, hand_in: Callable[[], Future[Receipt]], late: str) -> Response:
         loop = asyncio.get_running_loop()
         pending = asyncio.wrap_future(await loop.run_in_executor(self._threads, hand_in))
-        # Not `wait_for`: what waits for the journal must not be cancelled, it may be written yet.
+        # Not `wait_for`: an entry waiting for the journal must not be cancelled, it may be written.
         await asyncio.wait({pending}, timeout=self._bounds.acknowledge_deadline_s)
         if not pending.done():
             pending.add_done_callback(_retrieved)
@@ -160,7 +160,7 @@ class _Intake:
 
 
 def _retrieved(future: "asyncio.Future[Receipt]") -> None:
-    # Nobody waits any more; asking for the error keeps it from being reported as never asked for.
+    # Nothing awaits the future; reading its error keeps asyncio from reporting it as unread.
     if not future.cancelled():
         future.exception()
 

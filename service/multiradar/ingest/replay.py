@@ -1,8 +1,8 @@
-"""A recording played to a service in data time: bounded batches, keys, retries.
+"""Replay of a recording to a service in data time: bounded batches, keys, retries.
 
-Every batch carries a key that is a function of the recording and of its rows. A batch that was
-sent, but whose answer was lost, is sent again under the same key and taken once: a service that
-is killed and started again loses nothing and doubles nothing.
+Every batch has a key that is a function of the recording and of its rows. A batch whose answer was
+lost is sent again with the same key and ingested once: restarting a killed service loses and
+duplicates nothing.
 """
 
 from collections import Counter
@@ -20,21 +20,21 @@ from multiradar.errors import PeerError, UnavailableError
 from multiradar.storage.recording import INDEX_COLUMN, Recording
 from multiradar_schemas.measurements.reject import RejectCode
 
-#: Wall time that one batch may span when the speed is finite: the delay that batching adds.
+#: Wall time that a batch spans at finite speed: the latency of batching, s.
 PACE_INTERVAL_S = 0.25
 BACKOFF_FIRST_S = 0.1
 BACKOFF_MAX_S = 5.0
-#: How long a service that never answered is tried for, s: long enough for a restart of its host's
-#: network, short enough for a wrong address.
+#: How long to try a service that never answered, s: long enough for a restart of the network of its
+#: host, short enough for a wrong address.
 FIRST_CONTACT_S = 5.0
-#: How long a service that answered before is waited for, s: one that starts again is back sooner.
+#: How long to wait for a service that answered before, s; a restart takes less.
 AWAY_MAX_S = 120.0
-#: Data time without a measurement that is waited for; a longer silence is cut to this.
+#: Maximum pause for a gap in the data, s; longer gaps are shortened to this.
 SILENCE_MAX_S = 60.0
-#: What a service may ask for at most in Retry-After.
+#: Maximum Retry-After that is respected, s.
 RETRY_AFTER_MAX_S = 60.0
 _KEY_HASH_CHARACTERS = 16
-#: What to do about a service that never answered.
+#: Remedy when a service never answered.
 NOT_RUNNING = "start the service with `multiradar serve`, or name its address with --to"
 
 _T = TypeVar("_T")
@@ -42,24 +42,24 @@ _T = TypeVar("_T")
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """What the service said of one batch: rows accepted, rows rejected, or known already."""
+    """Answer of the service to a batch: rows accepted, rows rejected, or duplicate."""
 
     accepted: int
     rejected: int
     duplicate: bool
-    #: How many rows were rejected, by code.
+    #: Number of rejected rows by code.
     codes: Mapping[str, int] = field(default_factory=dict)
-    #: Rows of the batch of sensors that the service does not know.
+    #: Indices of rows whose sensor is not configured in the service.
     unknown: tuple[int, ...] = ()
 
     @classmethod
     def of_document(cls, document: Mapping[str, Any]) -> "Answer":
-        """Read the answer of a service.
+        """Parse the answer of a service.
 
         Raises
         ------
         KeyError, TypeError, ValueError
-            It is not of the form agreed.
+            When it does not have the expected form.
         """
         rejected = document["rejected"]
         return cls(
@@ -76,50 +76,49 @@ class Answer:
 
 
 class Destination(Protocol):
-    """Where a replay goes; an answer means that the rows are on disk there."""
+    """Destination of a replay; an answer means that the rows are on disk there."""
 
     def send(self, frame: pl.DataFrame, key: str) -> Answer:
         """Deliver a batch; raise `UnavailableError` when it may be tried again."""
         ...
 
     def flush(self, key: str) -> None:
-        """Say that the stream has ended; raise `UnavailableError` when it may be tried again."""
+        """Mark the end of the stream; raise `UnavailableError` when it may be tried again."""
         ...
 
     def starting(self) -> str | None:
-        """Return what a service that is there says of its start; None where it has started."""
+        """Return the progress of a service that is starting; None when it has started."""
         ...
 
     def configured(self) -> tuple[str, ...]:
-        """Return the sensors that the service has, none where it does not tell."""
+        """Return the configured sensors of the service; empty when it does not report them."""
         ...
 
     def close(self) -> None:
-        """Let go of the connection."""
+        """Close the connection."""
         ...
 
 
 @dataclass(frozen=True, slots=True)
 class ReplayPlan:
-    """How a recording is played.
+    """How a recording is replayed.
 
     Attributes
     ----------
     batch_rows : int
-        Measurements in a batch at most.
+        Maximum measurements per batch.
     speed : float
-        Seconds of data time in a second; infinite means as fast as the service takes them.
+        Playback speed (1 = real time); infinite means as fast as the service accepts data.
     kinds : collection of str, optional
         Kinds of measurement to send; all when absent.
     run_name : str, optional
-        First part of every key; derived from the bytes of the recording when absent. Another name
-        makes the service take the same recording again.
+        First part of every key; derived from the bytes of the recording when absent. With another
+        name the service ingests the same recording again.
     flush : bool
-        Whether the end of the stream is told.
+        Whether to mark the end of the stream.
     away_max_s : float
-        How long a service that went away, or takes nothing, is tried for, s. One that never
-        answered is tried for `FIRST_CONTACT_S` at most, one that is starting for as long as it
-        says so.
+        How long to try a service that went away or accepts nothing, s. One that never answered is
+        tried for at most `FIRST_CONTACT_S`, one that is starting for as long as it reports so.
     """
 
     batch_rows: int = 1000
@@ -132,7 +131,7 @@ class ReplayPlan:
 
 @dataclass(slots=True)
 class ReplayCounts:
-    """Measurements read = accepted + rejected + duplicate, and how they travelled."""
+    """Counts of a replay: measurements read = accepted + rejected + duplicate, batches, retries."""
 
     read: int = 0
     accepted: int = 0
@@ -147,7 +146,7 @@ class ReplayCounts:
 
 @dataclass(frozen=True, slots=True)
 class ReplayBatch:
-    """Consecutive rows of a recording; its data time is their median, which one bad time spares."""
+    """Consecutive rows of a recording; its data time is their median, robust to a wrong time."""
 
     frame: pl.DataFrame
     data_time_s: float
@@ -157,16 +156,16 @@ class ReplayBatch:
 
 @dataclass(slots=True)
 class Replay:
-    """Plays one recording to one destination.
+    """Replays a recording to a destination.
 
     Attributes
     ----------
     recording : Recording
-        What is played.
+        The recording.
     destination : Destination
-        Where to.
+        The destination.
     plan : ReplayPlan
-        How.
+        Speed, batches and keys.
     clock : Clock
         Paces the batches.
     pause : callable
@@ -174,7 +173,7 @@ class Replay:
     on_batch : callable
         Called with the counts after every batch.
     on_wait : callable
-        Called with a sentence when waiting for the service begins, changes or ends.
+        Called with a message when waiting for the service starts, changes or ends.
     """
 
     recording: Recording
@@ -188,17 +187,17 @@ class Replay:
     _answered: bool = False
 
     def run(self) -> ReplayCounts:
-        """Send every batch when it is due, then the end of the stream.
+        """Send every batch when due, then the end of the stream.
 
         Returns
         -------
         ReplayCounts
-            What was read, accepted, rejected, and known to the service already.
+            Measurements read, accepted, rejected and duplicate.
 
         Raises
         ------
         PeerError
-            The service refused a batch for good, or stayed away for too long.
+            The service rejected a batch, or was unavailable for too long.
         """
         plan = self.plan
         run_name = plan.run_name or derived_run_name(self.recording, plan.kinds)
@@ -210,11 +209,11 @@ class Replay:
             played_s = batch.data_time_s
             self._wait_until(due_s)
             key = f"{run_name}-{batch.first_row}-{batch.last_row}"
-            answer = self._insist(partial(self.destination.send, batch.frame, key))
+            answer = self._retry(partial(self.destination.send, batch.frame, key))
             self._count(batch, answer)
             self.on_batch(self.counts)
         if plan.flush:
-            self._insist(partial(self.destination.flush, f"{run_name}-end"))
+            self._retry(partial(self.destination.flush, f"{run_name}-end"))
         return self.counts
 
     def _wait_until(self, due_s: float) -> None:
@@ -222,7 +221,7 @@ class Replay:
         if remaining_s > 0.0:
             self.pause(remaining_s)
 
-    def _insist(self, attempt: Callable[[], _T]) -> _T:
+    def _retry(self, attempt: Callable[[], _T]) -> _T:
         phase = _Phase(self.clock.monotonic_s())
         retry = 0
         while True:
@@ -235,9 +234,9 @@ class Replay:
                 self.pause(pause_s)
                 retry += 1
                 continue
-            if phase.said:
+            if phase.message:
                 waited_s = self.clock.monotonic_s() - phase.first_s
-                self.on_wait(f"the service answers after {waited_s:.0f} s; the replay goes on")
+                self.on_wait(f"the service answers after {waited_s:.0f} s; the replay continues")
             self._answered = True
             return answer
 
@@ -247,7 +246,7 @@ class Replay:
         starting = self.destination.starting() if error.answered else None
         if starting is not None:
             phase.since_s = now_s + pause_s
-            phase.say(self.on_wait, f"{error}: the service is starting: {starting}; waiting")
+            phase.report(self.on_wait, f"{error}: the service is starting: {starting}; waiting")
             return pause_s
         most_s = self.plan.away_max_s
         if not self._answered:
@@ -256,7 +255,7 @@ class Replay:
         if left_s <= 0.0:
             msg = f"{error}; gave up after {most_s:g} s"
             raise PeerError(msg if self._answered else f"{msg}; {NOT_RUNNING}") from error
-        phase.say(self.on_wait, f"{error}; retrying for {most_s:g} s")
+        phase.report(self.on_wait, f"{error}; retrying for {most_s:g} s")
         return min(pause_s, left_s)
 
     def _count(self, batch: ReplayBatch, answer: Answer) -> None:
@@ -279,42 +278,43 @@ class Replay:
         for code, rows_rejected in answer.codes.items():
             known = counts.rejected_by_code.get(code, 0)
             counts.rejected_by_code[code] = known + rows_rejected
-        strangers = batch.frame["sensor_id"].gather(list(answer.unknown)).to_list()
-        for name, rows_rejected in Counter(map(str, strangers)).items():
+        unconfigured = batch.frame["sensor_id"].gather(list(answer.unknown)).to_list()
+        for name, rows_rejected in Counter(map(str, unconfigured)).items():
             known = counts.unknown_sensors.get(name, 0)
             counts.unknown_sensors[name] = known + rows_rejected
 
 
 @dataclass(slots=True)
 class _Phase:
-    # Attempts for one message: since when it fails without a word of a start, and what was said.
+    # Attempts for one message: since when they fail while the service is not starting, and the
+    # message reported last.
     first_s: float
     since_s: float = field(init=False)
-    said: str = ""
+    message: str = ""
 
     def __post_init__(self) -> None:
         self.since_s = self.first_s
 
-    def say(self, on_wait: Callable[[str], None], sentence: str) -> None:
-        if sentence != self.said:
+    def report(self, on_wait: Callable[[str], None], sentence: str) -> None:
+        if sentence != self.message:
             on_wait(sentence)
-            self.said = sentence
+            self.message = sentence
 
 
 def backoff_s(retry: int, retry_after_s: float | None) -> float:
-    """Return the pause before a retry: what the service asked for, else doubling.
+    """Return the pause before a retry: as requested by the service, else exponential back-off.
 
     Parameters
     ----------
     retry : int
         Number of the retry, from 0.
     retry_after_s : float, optional
-        What the service asked for, s.
+        Retry-After of the service, s.
 
     Returns
     -------
     float
-        Pause in seconds, bounded either way.
+        Pause, s; bounded in both cases.
     """
     if retry_after_s is not None:
         return min(max(retry_after_s, 0.0), RETRY_AFTER_MAX_S)
@@ -322,7 +322,7 @@ def backoff_s(retry: int, retry_after_s: float | None) -> float:
 
 
 def derived_run_name(recording: Recording, kinds: Collection[str] | None) -> str:
-    """Return a name that is a function of the bytes of the recording and the kinds chosen."""
+    """Return a name that is a function of the bytes of the recording and the selected kinds."""
     chosen = "all" if kinds is None else ".".join(sorted(kinds))
     return f"{recording.content_sha256()[:_KEY_HASH_CHARACTERS]}-{chosen}"
 
@@ -330,18 +330,18 @@ def derived_run_name(recording: Recording, kinds: Collection[str] | None) -> str
 def replay_batches(
     recording: Recording, kinds: Collection[str] | None, batch_rows: int, span_s: float
 ) -> Iterator[ReplayBatch]:
-    """Cut a recording into batches, a function of the arguments alone.
+    """Split a recording into batches, a function of the arguments alone.
 
     Parameters
     ----------
     recording : Recording
-        What is cut.
+        The recording.
     kinds : collection of str, optional
         Kinds of measurement to keep; all when absent.
     batch_rows : int
-        Rows in a batch at most.
+        Maximum rows per batch.
     span_s : float
-        Data time that a batch spans at most, s; may be infinite.
+        Maximum data time that a batch spans, s; may be infinite.
 
     Yields
     ------
@@ -355,7 +355,7 @@ def replay_batches(
         rows = block[INDEX_COLUMN].to_numpy()
         frame = block.drop(INDEX_COLUMN)
         time_s = frame["time_s"].cast(pl.Float64).fill_null(np.nan).to_numpy()
-        # A time that is no number moves nothing; the service will reject its row.
+        # Rows without a finite time do not advance data time; the service rejects them.
         finite_s = np.where(np.isfinite(time_s), time_s, -np.inf)
         reached_s = np.maximum.accumulate(np.maximum(finite_s, latest_s))
         latest_s = float(reached_s[-1])

@@ -1,4 +1,4 @@
-"""A recording sent as UDP datagrams, in the time in which it came or faster."""
+"""Replay of a recording as UDP datagrams, in real time or faster."""
 
 import errno
 import socket
@@ -15,24 +15,24 @@ from multiradar.ingest.replay import FIRST_CONTACT_S, SILENCE_MAX_S
 from multiradar.ingest.udp import is_group, open_sending
 from multiradar_converters.asterix.writing.sending import Sending
 
-#: At the highest speed so many datagrams are sent, then a listener gets a moment to read them.
+#: At maximum speed, a pause after each burst gives the listener time to read, s.
 BURST_DATAGRAMS = 16
 BURST_PAUSE_S = 0.001
 
 
 class DatagramSink(Protocol):
-    """Where datagrams are sent to."""
+    """Destination of datagrams."""
 
     def send(self, octets: bytes) -> None:
         """Send a datagram; raise `PeerError` when it cannot be."""
         ...
 
-    def refused(self) -> int:
-        """Return how many datagrams the other machine refused, as nobody listens there."""
+    def rejected(self) -> int:
+        """Return the number of datagrams rejected by the host (port unreachable)."""
         ...
 
     def close(self) -> None:
-        """Let go of the port."""
+        """Close the socket."""
         ...
 
 
@@ -42,43 +42,43 @@ class UdpSink:
     Parameters
     ----------
     address : str
-        IPv4 address, or that of a group.
+        IPv4 address of a host or a multicast group.
     port : int
         UDP port.
     interface : str
-        Address of the interface by which a group is reached.
+        Address of the interface for multicast.
 
     Raises
     ------
     PeerError
-        If this machine has no such interface.
+        If this host has no such interface.
     """
 
     def __init__(self, address: str, port: int, interface: str) -> None:
         self._target = (address, port)
-        self._refused = 0
+        self._rejected = 0
         try:
             self._socket = open_sending(address, interface)
             if not is_group(address):
-                # Only then the system says that nobody listens, at the datagram after.
+                # Only a connected socket reports an unreachable port, at the next datagram.
                 self._socket.connect(self._target)
         except OSError as error:
             msg = f"udp:{address}:{port}: cannot send by {interface}, {error.strerror}"
             raise PeerError(msg) from error
 
     def send(self, octets: bytes) -> None:
-        """Send a datagram; nobody says whether it arrives."""
+        """Send a datagram; its arrival is not confirmed."""
         try:
             self._send(octets)
         except OSError as error:
             address, port = self._target
             raise PeerError(f"udp:{address}:{port}: cannot send there, {error.strerror}") from error
 
-    def refused(self) -> int:
-        """Return how many datagrams were refused; those to a group never are."""
+    def rejected(self) -> int:
+        """Return the number of rejected datagrams; always 0 for a multicast group."""
         if self._socket.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR) == errno.ECONNREFUSED:
-            self._refused += 1
-        return self._refused
+            self._rejected += 1
+        return self._rejected
 
     def _send(self, octets: bytes) -> None:
         if is_group(self._target[0]):
@@ -87,18 +87,18 @@ class UdpSink:
         try:
             self._socket.send(octets)
         except ConnectionRefusedError:
-            # What was refused is the datagram before; this one has not been sent.
-            self._refused += 1
+            # The datagram before was rejected; this one has not been sent.
+            self._rejected += 1
             self._socket.send(octets)
 
     def close(self) -> None:
-        """Let go of the port."""
+        """Close the socket."""
         self._socket.close()
 
 
 @dataclass(slots=True)
 class MemorySink:
-    """Keeps what is sent, the twin of `UdpSink` for tests."""
+    """Keeps datagrams in memory; the counterpart of `UdpSink` for tests."""
 
     sent: list[bytes] = field(default_factory=list)
     closed: bool = False
@@ -107,12 +107,12 @@ class MemorySink:
         """Keep a datagram."""
         self.sent.append(octets)
 
-    def refused(self) -> int:
-        """Return none: all are kept."""
+    def rejected(self) -> int:
+        """Return 0."""
         return 0
 
     def close(self) -> None:
-        """Note that nothing more comes."""
+        """Record the end."""
         self.closed = True
 
 
@@ -122,35 +122,35 @@ def wall_times(due_s: NDArray[np.float64], speed: float) -> NDArray[np.float64]:
     Parameters
     ----------
     due_s : float64[n]
-        When they are due in the time of the recording, s, never falling.
+        When they are due in the time of the recording, s, non-decreasing.
     speed : float
-        Seconds of the recording in a second; may be infinite.
+        Playback speed (1 = real time); may be infinite.
 
     Returns
     -------
     float64[n]
-        Seconds since the first; a silence longer than `SILENCE_MAX_S` is cut to it.
+        Seconds since the first; gaps longer than `SILENCE_MAX_S` are shortened to it.
     """
     steps = np.diff(due_s, prepend=due_s[:1])
     return np.cumsum(np.minimum(steps, SILENCE_MAX_S)) / speed
 
 
 def begin_s(due_s: NDArray[np.float64], speed: float, now_s: float) -> float:
-    """Return when a recording sent from now on must begin so that none of it is in the future.
+    """Return the start time of a recording sent from now on so that none of it is in the future.
 
     Parameters
     ----------
     due_s : float64[n]
         When its datagrams are due, s since the first.
     speed : float
-        Seconds of the recording in a second.
+        Playback speed (1 = real time).
     now_s : float
         Now, Unix time, s.
 
     Returns
     -------
     float
-        Unix time, s: now, or so much before as it runs faster than time.
+        Unix time, s: now, or earlier if playback is faster than real time.
     """
     return now_s - float(np.max(due_s - wall_times(due_s, speed), initial=0.0))
 
@@ -163,26 +163,26 @@ def send_all(
     clock: Clock,
     pause: Callable[[float], None],
     on_sent: Callable[[int], None] = lambda _count: None,
-    on_refused: Callable[[], None] = lambda: None,
+    on_rejected: Callable[[], None] = lambda: None,
 ) -> int:
-    """Send every datagram when it is due.
+    """Send every datagram when due.
 
     Parameters
     ----------
     sending : Sending
         The datagrams.
     sink : DatagramSink
-        Where to.
+        The destination.
     speed : float
-        Seconds of the recording in a second; may be infinite.
+        Playback speed (1 = real time); may be infinite.
     clock : Clock
         Paces them.
     pause : callable
         Waits for a number of seconds.
     on_sent : callable
-        Called with how many were sent, from time to time.
-    on_refused : callable
-        Called when the first one is refused.
+        Called with the number sent, from time to time.
+    on_rejected : callable
+        Called when the first one is rejected.
 
     Returns
     -------
@@ -192,10 +192,11 @@ def send_all(
     Raises
     ------
     PeerError
-        A datagram cannot be sent, or most are refused for `FIRST_CONTACT_S` or to the end.
+        A datagram cannot be sent, or most of them are rejected for `FIRST_CONTACT_S` or until the
+        end.
     """
     datagrams = sending.datagrams
-    start_s, sent, octets, refused = clock.monotonic_s(), 0, 0, 0
+    start_s, sent, octets, rejected = clock.monotonic_s(), 0, 0, 0
     for k, (begin, end, wall_s) in enumerate(
         zip(
             datagrams.begins.tolist(),
@@ -213,12 +214,12 @@ def send_all(
         sink.send(datagrams.data[begin:end].tobytes())
         octets += end - begin
         sent += 1
-        before, refused = refused, sink.refused()
-        if refused and not before:
-            on_refused()
-        if 2 * refused > sent and clock.monotonic_s() - start_s >= FIRST_CONTACT_S:
+        before, rejected = rejected, sink.rejected()
+        if rejected and not before:
+            on_rejected()
+        if 2 * rejected > sent and clock.monotonic_s() - start_s >= FIRST_CONTACT_S:
             break
     on_sent(sent)
-    if 2 * refused > sent:
-        raise PeerError(f"nobody listens there: {refused} of {sent} datagrams were refused")
+    if 2 * rejected > sent:
+        raise PeerError(f"no listener at the address: {rejected} of {sent} datagrams were rejected")
     return octets

@@ -1,4 +1,4 @@
-"""A replay's way to a service over HTTP."""
+"""Replay to a service over HTTP."""
 
 import io
 import re
@@ -10,22 +10,22 @@ import polars as pl
 
 from multiradar.errors import ConfigurationError, PeerError, UnavailableError
 from multiradar.ingest.replay import Answer
-from multiradar_schemas.measurements.directions import lean
+from multiradar_schemas.measurements.directions import without_empty_directions
 
 CONNECT_TIMEOUT_S = 5.0
 #: Longer than the service waits for its journal.
 ANSWER_TIMEOUT_S = 60.0
 
-#: The service, or something before it, asks to come back later.
-_COME_BACK = frozenset({408, 429, 502, 503, 504, 507})
-_TAKEN = 200
+#: The service, or a proxy, asks to retry later.
+_RETRY_LATER = frozenset({408, 429, 502, 503, 504, 507})
+_ACCEPTED = 200
 _NOT_READY = 503
-#: None of the rows could be read; the answer counts them like any other.
-_NONE_TAKEN = 422
+#: No row could be read; the answer has the counts all the same.
+_NONE_ACCEPTED = 422
 
 
 class Encoding(StrEnum):
-    """How a batch is written."""
+    """Encoding of a batch."""
 
     ARROW = "arrow"
     JSON = "json"
@@ -40,21 +40,21 @@ MEDIA_TYPES = {
 
 
 class HttpDestination:
-    """A service that takes `POST /v1/measurements`.
+    """A service with `POST /v1/measurements`.
 
     Parameters
     ----------
     url : str
-        Where it listens, such as `http://127.0.0.1:8321`.
+        Its address, such as `http://127.0.0.1:8321`.
     encoding : Encoding
-        How batches are written.
+        Encoding of batches.
     transport : httpx.BaseTransport, optional
-        Instead of the network, for tests.
+        Replaces the network in tests.
 
     Raises
     ------
     ConfigurationError
-        If the address is no address.
+        If the address is not valid.
     """
 
     def __init__(
@@ -63,7 +63,7 @@ class HttpDestination:
         self._encoding = encoding
         _check_address(url)
         timeout = httpx.Timeout(ANSWER_TIMEOUT_S, connect=CONNECT_TIMEOUT_S)
-        # A proxy of the environment is for the outside world, not for a service next door.
+        # A proxy from the environment is for the internet, not for a local service.
         self._client = httpx.Client(
             base_url=url, timeout=timeout, trust_env=False, transport=transport
         )
@@ -73,8 +73,8 @@ class HttpDestination:
         headers = {"content-type": MEDIA_TYPES[self._encoding], "idempotency-key": key}
         response = self._post("/v1/measurements", encode(frame, self._encoding), headers)
         document = _document(response)
-        if response.status_code == _NONE_TAKEN and "accepted" not in document:
-            raise _refusal(response, document)
+        if response.status_code == _NONE_ACCEPTED and "accepted" not in document:
+            raise _rejection(response, document)
         try:
             return Answer.of_document(document)
         except (KeyError, TypeError, ValueError) as error:
@@ -84,24 +84,24 @@ class HttpDestination:
     def flush(self, key: str) -> None:
         """Post the end of the stream."""
         response = self._post("/v1/flush", b"", {"idempotency-key": key})
-        if response.status_code != _TAKEN:
-            raise _refusal(response, _document(response))
+        if response.status_code != _ACCEPTED:
+            raise _rejection(response, _document(response))
 
     def starting(self) -> str | None:
-        """Ask `/readyz` for what the service is doing before it takes measurements."""
+        """Ask `/readyz` for the progress of a service that is starting."""
         try:
             response = self._client.get("/readyz")
         except httpx.TransportError:
             return None
         document = _document(response)
-        # A service that failed says so, too, and never takes anything again.
+        # A failed service is not ready, too, but accepts nothing any more.
         if response.status_code != _NOT_READY or document.get("code") != "NOT_READY":
             return None
         reason = str(document.get("detail", "not ready yet"))
         return None if "failed" in reason else reason
 
     def configured(self) -> tuple[str, ...]:
-        """Ask `/v1/sensors` for the sensors that the service has."""
+        """Ask `/v1/sensors` for the configured sensors."""
         try:
             sensors = _document(self._client.get("/v1/sensors")).get("sensors", [])
             return tuple(str(one["id"]) for one in sensors)
@@ -118,11 +118,11 @@ class HttpDestination:
         except httpx.TransportError as error:
             msg = f"{self._client.base_url}: no answer ({_cause(error)})"
             raise UnavailableError(msg) from error
-        if response.status_code in _COME_BACK:
+        if response.status_code in _RETRY_LATER:
             msg = f"{response.url}: answered {response.status_code} {response.reason_phrase}"
             raise UnavailableError(msg, _retry_after_s(response), answered=True)
-        if response.status_code not in (_TAKEN, _NONE_TAKEN):
-            raise _refusal(response, _document(response))
+        if response.status_code not in (_ACCEPTED, _NONE_ACCEPTED):
+            raise _rejection(response, _document(response))
         return response
 
 
@@ -134,14 +134,14 @@ def encode(frame: pl.DataFrame, encoding: Encoding) -> bytes:
     frame : DataFrame
         Columns of `MEASUREMENT_SCHEMA`.
     encoding : Encoding
-        The form.
+        The encoding.
 
     Returns
     -------
     bytes
         Arrow IPC stream, JSON array or NDJSON; numbers keep all their digits.
     """
-    frame = lean(frame)
+    frame = without_empty_directions(frame)
     if encoding is Encoding.JSON:
         return frame.write_json().encode()
     if encoding is Encoding.NDJSON:
@@ -163,12 +163,12 @@ def _check_address(url: str) -> None:
 
 
 def _cause(error: httpx.TransportError) -> str:
-    # As the system says it, without the number of the error.
+    # The system's message without the error number.
     return re.sub(r"^\[Errno -?\d+\] ", "", str(error)) or type(error).__name__
 
 
 def _retry_after_s(response: httpx.Response) -> float | None:
-    # Seconds only: what this project answers. A date, as others may answer, means the back-off.
+    # Seconds only, as this service answers. A date, as a proxy may answer, means the back-off.
     text = response.headers.get("retry-after", "")
     return float(text) if text.isascii() and text.isdigit() else None
 
@@ -181,6 +181,6 @@ def _document(response: httpx.Response) -> dict[str, Any]:
     return document if isinstance(document, dict) else {}
 
 
-def _refusal(response: httpx.Response, problem: dict[str, Any]) -> PeerError:
+def _rejection(response: httpx.Response, problem: dict[str, Any]) -> PeerError:
     reason = problem.get("detail") or problem.get("title") or response.reason_phrase
-    return PeerError(f"{response.url}: refused with {response.status_code}, {reason}")
+    return PeerError(f"{response.url}: rejected with {response.status_code}, {reason}")

@@ -1,4 +1,4 @@
-"""A replay's way to a service over Zenoh: queries, which are answered when they are on disk."""
+"""Replay to a service over Zenoh, by queries, which are answered when the rows are on disk."""
 
 import json
 from collections.abc import Mapping
@@ -16,10 +16,10 @@ from multiradar.ingest.zenoh.session import first_line, zenoh_config
 
 #: Longer than the service waits for its journal.
 ANSWER_TIMEOUT_S = 60.0
-#: The rows of a batch are of several sensors; the key names none.
+#: A batch has rows of several sensors, so the key names none.
 _KEY = f"{MEASUREMENTS}/*"
-#: The service says these for now, not for good.
-_COME_BACK = frozenset({"QUEUE_FULL", "JOURNAL_FULL", "NOT_READY", "BUSY"})
+#: Temporary errors of the service.
+_RETRY_LATER = frozenset({"QUEUE_FULL", "JOURNAL_FULL", "NOT_READY", "BUSY"})
 
 
 class ZenohDestination:
@@ -28,16 +28,16 @@ class ZenohDestination:
     Parameters
     ----------
     endpoint : str
-        Where it, or a router before it, listens, such as `tcp/127.0.0.1:7447`.
+        Address of the service or its router, such as `tcp/127.0.0.1:7447`.
     encoding : str
-        How batches are written: arrow, json or ndjson.
+        Encoding of batches: arrow, json or ndjson.
 
     Raises
     ------
     ConfigurationError
-        If the endpoint is not one.
+        If the endpoint is not valid.
     PeerError
-        If nobody listens there.
+        If there is no connection.
     """
 
     def __init__(self, endpoint: str, encoding: str) -> None:
@@ -51,7 +51,7 @@ class ZenohDestination:
             raise PeerError(msg) from error
 
     def send(self, frame: pl.DataFrame, key: str) -> Answer:
-        """Ask with a batch under its key; return the counts of the answer."""
+        """Send a query with a batch and its key; return the counts of the answer."""
         document = self._ask(
             _KEY,
             payload=encode(frame, self._encoding),
@@ -65,15 +65,15 @@ class ZenohDestination:
             raise PeerError(msg) from error
 
     def flush(self, key: str) -> None:
-        """Tell the end of the stream."""
+        """Mark the end of the stream."""
         self._ask(f"{_KEY}?flush", attachment=key.encode())
 
     def starting(self) -> str | None:
-        """Return nothing: the service answers queries from its start on, and not before."""
+        """Return None: a service that is starting answers no queries."""
         return None
 
     def configured(self) -> tuple[str, ...]:
-        """Return nothing: no query lists the sensors."""
+        """Return no sensors: no query lists them."""
         return ()
 
     def close(self) -> None:
@@ -91,14 +91,14 @@ class ZenohDestination:
             if reply.ok is not None:
                 return _document(reply.ok.payload)
             if reply.err is not None:
-                raise self._refusal(_document(reply.err.payload))
+                raise self._rejection(_document(reply.err.payload))
         raise UnavailableError(f"zenoh:{self._endpoint}: no service answers for {_KEY}")
 
-    def _refusal(self, document: Mapping[str, Any]) -> PeerError:
+    def _rejection(self, document: Mapping[str, Any]) -> PeerError:
         code, reason = str(document.get("code")), str(document.get("reason"))
         msg = f"{self._endpoint}: {code}: {reason}"
-        if code not in _COME_BACK:
-            # A query that Zenoh itself gave up has no code of ours: the answer was lost.
+        if code not in _RETRY_LATER:
+            # A query that Zenoh gave up has no code of the service: the answer was lost.
             return PeerError(msg) if "code" in document else UnavailableError(msg)
         after_s = document.get("retry_after_s")
         pause_s = float(after_s) if isinstance(after_s, (int, float)) else None

@@ -1,10 +1,10 @@
-"""Sockets that send UDP datagrams to a machine or a group."""
+"""Sockets that send UDP datagrams to a host or a multicast group."""
 
 import socket
 
 
 def is_group(address: str) -> bool:
-    """Tell whether an IPv4 address is that of a multicast group."""
+    """Return whether an IPv4 address is a multicast group."""
     return socket.inet_aton(address)[0] >> 4 == 0xE
 
 
@@ -16,18 +16,18 @@ def open_sending(
     Parameters
     ----------
     address : str
-        IPv4 address, or that of a group.
+        IPv4 address of a host or a multicast group.
     interface : str
-        Address of the interface by which a group is reached; this machine hears the group too.
+        Address of the interface for multicast; this host receives the group too.
     ttl : int
-        Routers that datagrams to a group may pass, and one.
+        Time to live of multicast datagrams.
     buffer_octets : int, optional
-        Room for datagrams that wait, octets.
+        Send buffer, octets.
 
     Raises
     ------
     OSError
-        If this machine has no such interface; nothing stays open.
+        If this host has no such interface; nothing stays open.
     """
     opened = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     try:

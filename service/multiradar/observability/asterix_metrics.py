@@ -1,4 +1,4 @@
-"""Counters of ASTERIX listeners, read from what they count when somebody asks."""
+"""Prometheus metrics of ASTERIX listeners, collected at each scrape."""
 
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -7,27 +7,27 @@ from prometheus_client import CollectorRegistry
 from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Metric
 from prometheus_client.registry import Collector
 
-#: Counters by name and label: the parts that they count, with the counters of a listener.
+#: Metrics: name, help, label, and the counter of a listener for each value of the label.
 _FAMILIES: tuple[tuple[str, str, str, dict[str, str]], ...] = (
     ("datagrams", "Datagrams received, dropped, and lost by the system", "result", {
         "received": "datagrams",
         "dropped": "datagrams_dropped",
         "lost_by_system": "datagrams_lost_by_system",
     }),
-    ("octets", "Octets by what became of them", "result", {
+    ("octets", "Octets by disposition", "result", {
         "received": "octets",
         "dropped": "octets_dropped",
         "decoded": "octets_decoded",
         "skipped": "octets_skipped",
         "quarantined": "octets_quarantined",
     }),
-    ("records", "Target reports by what became of them", "result", {
+    ("records", "Target reports by disposition", "result", {
         "measurement": "records_measurement",
         "duplicate": "records_duplicate",
         "left_out": "records_left_out",
         "refused": "records_refused",
     }),
-    ("rows", "Measurements by what the journal said of them", "result", {
+    ("rows", "Measurements by result in the journal", "result", {
         "accepted": "rows_accepted",
         "rejected": "rows_rejected",
         "lost": "rows_lost",
@@ -36,7 +36,7 @@ _FAMILIES: tuple[tuple[str, str, str, dict[str, str]], ...] = (
 
 
 class AsterixCollector(Collector):
-    """Turns the counts of listeners into metrics at each scrape.
+    """Converts the counts of listeners into metrics at each scrape.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ class AsterixCollector(Collector):
         self._counts = counts
 
     def collect(self) -> Iterator[Metric]:
-        """Yield the metrics of now; labels are names of listeners, codes and categories."""
+        """Yield the current metrics; labels are names of listeners, codes and categories."""
         document = self._counts()
         listeners = document["listeners"]
         for name, meaning, label, parts in _FAMILIES:
@@ -59,17 +59,17 @@ class AsterixCollector(Collector):
                 for part, counter in parts.items():
                     family.add_metric([listener, part], numbers[counter])
             yield family
-        refused = CounterMetricFamily(
-            "multiradar_asterix_refused", "Blocks and records refused", labels=["listener", "code"]
+        rejected = CounterMetricFamily(
+            "multiradar_asterix_refused", "Blocks and records rejected", labels=["listener", "code"]
         )
         faults = CounterMetricFamily(
-            "multiradar_asterix_receive_faults", "Faults of a port", labels=["listener"]
+            "multiradar_asterix_receive_faults", "Reception errors of a port", labels=["listener"]
         )
         for listener, numbers in listeners.items():
             faults.add_metric([listener], numbers["receive_faults"])
             for code, count in numbers["refused_by_code"].items():
-                refused.add_metric([listener, code], count)
-        yield from (refused, faults)
+                rejected.add_metric([listener, code], count)
+        yield from (rejected, faults)
         categories = CounterMetricFamily(
             "multiradar_asterix_category_records", "Records by category", labels=["category"]
         )
@@ -77,8 +77,8 @@ class AsterixCollector(Collector):
             categories.add_metric([category], count)
         yield categories
         for name, meaning in (
-            ("waiting_datagrams", "Datagrams that wait to be decoded"),
-            ("waiting_octets", "Octets that wait to be decoded"),
+            ("waiting_datagrams", "Datagrams waiting to be decoded"),
+            ("waiting_octets", "Octets waiting to be decoded"),
         ):
             yield GaugeMetricFamily(f"multiradar_asterix_{name}", meaning, document[name])
 
@@ -86,19 +86,19 @@ class AsterixCollector(Collector):
 def watch_asterix(
     registry: CollectorRegistry, counts: Callable[[], dict[str, Any]]
 ) -> Callable[[], None]:
-    """Show listeners in a registry; return what ends that.
+    """Register the metrics of listeners; return the function that unregisters them.
 
     Parameters
     ----------
     registry : CollectorRegistry
-        Where to.
+        The registry.
     counts : callable
         Returns the document of `AsterixCounts`.
 
     Returns
     -------
     callable
-        Takes them out of the registry again.
+        Unregisters the metrics.
     """
     collector = AsterixCollector(counts)
     registry.register(collector)

@@ -1,7 +1,7 @@
-"""Structured logs: one event a line on standard error, its facts as named values.
+"""Structured logs: one event per line on standard error, with named values.
 
-Everything goes one way: our own events and those of the libraries that use the standard logging.
-Lines are text for people, coloured on a terminal, or JSON for machines.
+Events of the service and of libraries that use the standard logging have the same format: text,
+coloured on a terminal, or JSON.
 """
 
 import logging
@@ -16,8 +16,8 @@ from multiradar.clock import Clock
 
 LEVELS = ("debug", "info", "warning", "error")
 
-#: Libraries that tell every request or connection; what goes wrong with them is still heard.
-_TALKATIVE = ("uvicorn.access", "uvicorn.error", "httpx", "httpcore", "asyncio", "websockets")
+#: Libraries that log every request or connection; only their warnings and errors are logged.
+_VERBOSE = ("uvicorn.access", "uvicorn.error", "httpx", "httpcore", "asyncio", "websockets")
 
 
 class _TimeStamper:
@@ -39,13 +39,13 @@ def configure_logs(level: str, form: str, clock: Clock, stream: TextIO | None = 
     Parameters
     ----------
     level : str
-        Least level that is written, of `LEVELS`.
+        Minimum level, of `LEVELS`.
     form : str
         `text` or `json`.
     clock : Clock
-        Stamps the events.
+        Time of the events.
     stream : TextIO, optional
-        Where to; standard error when absent.
+        Destination; standard error when absent.
     """
     stream = sys.stderr if stream is None else stream
     shared: list[structlog.typing.Processor] = [
@@ -78,7 +78,7 @@ def configure_logs(level: str, form: str, clock: Clock, stream: TextIO | None = 
     root = logging.getLogger()
     root.handlers[:] = [handler]
     root.setLevel(level.upper())
-    for name in _TALKATIVE:
+    for name in _VERBOSE:
         library = logging.getLogger(name)
         library.handlers.clear()
         library.propagate = True
@@ -91,7 +91,7 @@ def _renderers(form: str, stream: TextIO) -> list[structlog.typing.Processor]:
             structlog.dev.ConsoleRenderer(
                 timestamp_key="time",
                 colors=stream.isatty(),
-                # The default tells all variables of all frames: secrets, and seconds of work.
+                # The default logs all local variables: secrets, and seconds of work.
                 exception_formatter=structlog.dev.plain_traceback,
             )
         ]

@@ -1,7 +1,7 @@
-"""Counters of the whole process, in one registry of their own; `/metrics` prints them.
+"""Prometheus metrics of the process in a separate registry, exposed by `/metrics`.
 
-Labels have few values: routes by their template, codes from the documented lists. Never a path,
-an identity or anything else that a client chooses.
+Labels have few values: routes by template, codes from the documented lists. They never contain a
+path, an identity or other data chosen by a client.
 """
 
 from prometheus_client import (
@@ -27,14 +27,14 @@ HTTP_REQUESTS = Counter(
 )
 HTTP_REQUEST_SECONDS = Histogram(
     "multiradar_http_request_seconds",
-    "Time from the headers of a request to the end of its answer",
+    "Time from the headers of a request to the end of its response",
     ["route"],
     buckets=(0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 10.0),
     registry=REGISTRY,
 )
-HTTP_REFUSALS = Counter(
+HTTP_REJECTIONS = Counter(
     "multiradar_http_refusals",
-    "Requests refused with a problem document, by code",
+    "Requests rejected with a problem document, by code",
     ["code"],
     registry=REGISTRY,
 )
@@ -43,7 +43,7 @@ HTTP_CONNECTIONS = Gauge(
 )
 HTTP_CONNECTIONS_DROPPED = Counter(
     "multiradar_http_connections_dropped",
-    "Connections the service closed on its own, by cause",
+    "Connections closed by the service, by cause",
     ["cause"],
     registry=REGISTRY,
 )

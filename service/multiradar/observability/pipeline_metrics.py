@@ -1,4 +1,4 @@
-"""Counters and gauges of the live pipeline, read from its status when somebody asks."""
+"""Prometheus metrics of the live pipeline, collected from its status at each scrape."""
 
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -7,25 +7,25 @@ from prometheus_client import CollectorRegistry
 from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Metric
 from prometheus_client.registry import Collector
 
-#: Gauges by the name of the status field that they show, with what they mean.
+#: Gauges: name of the status field and help.
 _GAUGES = {
-    "data_time_s": "Greatest data time handed to the engine, s",
+    "data_time_s": "Latest data time passed to the engine, s",
     "tracks": "Live tracks",
     "journal_sequence": "Last entry of the journal",
     "processed_sequence": "Last entry of the journal that the engine has processed",
     "output_sequence": "Last update of a track",
     "event_sequence": "Last event of the stream",
-    "intake_batches": "Messages that wait for the journal",
-    "intake_rows": "Measurements that wait for the journal",
-    "backlog_rows": "Measurements that wait for the engine",
-    "skipped_entries": "Entries of the journal that are passed over",
+    "intake_batches": "Messages waiting for the journal",
+    "intake_rows": "Measurements waiting for the journal",
+    "backlog_rows": "Measurements waiting for the engine",
+    "skipped_entries": "Journal entries skipped",
     "subscribers": "Readers of the event stream",
 }
 _RESULTS = ("accepted", "rejected", "duplicate")
 
 
 class PipelineCollector(Collector):
-    """Turns a status into metrics at each scrape.
+    """Converts the status into metrics at each scrape.
 
     Parameters
     ----------
@@ -37,10 +37,10 @@ class PipelineCollector(Collector):
         self._status = status
 
     def collect(self) -> Iterator[Metric]:
-        """Yield the metrics of now; what is not known yet is left out."""
+        """Yield the current metrics; unknown values are omitted."""
         status = self._status()
         measurements = CounterMetricFamily(
-            "multiradar_measurements", "Measurements by what became of them", labels=["result"]
+            "multiradar_measurements", "Measurements by disposition", labels=["result"]
         )
         for result in _RESULTS:
             measurements.add_metric([result], status.get(result, 0))
@@ -53,7 +53,7 @@ class PipelineCollector(Collector):
             outcomes.add_metric([outcome.lower()], count)
         yield outcomes
         running = 1.0 if status.get("state") == "running" else 0.0
-        yield GaugeMetricFamily("multiradar_running", "1 when measurements are taken", running)
+        yield GaugeMetricFamily("multiradar_running", "1 when measurements are accepted", running)
         for name, meaning in _GAUGES.items():
             value = status.get(name)
             if value is not None:
@@ -63,19 +63,19 @@ class PipelineCollector(Collector):
 def watch_pipeline(
     registry: CollectorRegistry, status: Callable[[], dict[str, Any]]
 ) -> Callable[[], None]:
-    """Show a pipeline in a registry; return what ends that.
+    """Register the metrics of a pipeline; return the function that unregisters them.
 
     Parameters
     ----------
     registry : CollectorRegistry
-        Where to.
+        The registry.
     status : callable
         Returns the status of the service.
 
     Returns
     -------
     callable
-        Takes the pipeline out of the registry again.
+        Unregisters the metrics.
     """
     collector = PipelineCollector(status)
     registry.register(collector)

@@ -1,4 +1,4 @@
-"""The section `asterix`: where ASTERIX datagrams come from and go to.
+"""The section `asterix`: ASTERIX input and output.
 
 ::
 
@@ -31,25 +31,25 @@ from multiradar.settings.types import (
 
 #: Each listener has a thread of its own.
 LISTENERS_MAX = 64
-#: They share a thread, which has to tell all of them in time.
+#: They share a thread, which has to serve all of them in time.
 OUTPUTS_MAX = 64
 
 
 class AsterixListenSettings(Section):
-    """A UDP port on which ASTERIX comes in.
+    """A UDP port that receives ASTERIX.
 
     Attributes
     ----------
     name : str
-        Its name in counters and in the quarantine; address and port by default.
+        Name in counters and in the quarantine; default: address and port.
     address : str
-        Where it listens: an address of this machine, or a multicast group to join.
+        Address of this host, or multicast group to join.
     port : int
         UDP port; 0 picks a free one.
     interface : str
         Address of the interface on which a group is joined.
     receive_buffer_octets : int
-        Room that the system is asked for, for datagrams that are not read yet.
+        Requested receive buffer of the socket.
     """
 
     name: Label | None = None
@@ -60,36 +60,36 @@ class AsterixListenSettings(Section):
 
     @property
     def label(self) -> str:
-        """The name that it goes by."""
+        """Name in counters and messages."""
         return self.name or f"{self.address}-{self.port}"
 
 
 class AsterixSettings(Section):
-    """ASTERIX from the network.
+    """ASTERIX input and output.
 
     Attributes
     ----------
     listen : tuple of AsterixListenSettings
-        Where it comes in; none by default.
+        Inputs; default: none.
     output : tuple of AsterixOutputSettings
-        Who gets system tracks; nobody by default.
+        Users of system tracks; default: none.
     editions : tuple of str
-        Editions of categories, such as `021=0.26` or `20-130/048=1.15`; of others the newest that
-        fits.
+        Editions of categories, such as `021=0.26` or `20-130/048=1.15`; default: the newest edition
+        that fits.
     all_targets : bool
-        Whether test targets, simulated ones, fixed transponders and reports without a detection
-        are measurements too.
+        Whether to include test targets, simulated targets, fixed transponders and reports without
+        detection.
     queue_datagrams_max, queue_octets_max : int
-        Datagrams, and octets of them, that may wait to be decoded; more are dropped and counted.
+        Capacity of the queue to the decoder; datagrams that do not fit are dropped and counted.
     batch_interval_s : float
-        How long datagrams are gathered before they are decoded together, s.
+        Interval over which datagrams are collected and decoded together, s.
     duplicate_window_s : float
-        Equal records of one source at most so far apart are one record, s; where they tell no
-        time, at most a second apart.
+        Equal records of a source within this time are duplicates, s; records without time only
+        within 1 s.
     behind_max_s : float
-        A time of day may lie so far behind the reception, s; what is older is refused.
+        Maximum age of a time of day at reception, s; older records are rejected.
     quarantine_rows_max : int
-        Rows of one batch that are quarantined one by one; the rest of it shares a row.
+        Rejects of a batch that are quarantined individually; the others share a row.
     """
 
     listen: Annotated[tuple[AsterixListenSettings, ...], Field(max_length=LISTENERS_MAX)] = ()

@@ -35,36 +35,36 @@ class AsterixOutputSettings(Section):
     Attributes
     ----------
     name : str
-        Its name in counters; address and port, or the name of the file, by default.
+        Name in counters; default: address and port, or the name of the file.
     address : str
-        Where datagrams go: a machine, or a multicast group.
+        Destination of datagrams: a host or a multicast group.
     port : int
-        UDP port there; a user with a port gets datagrams.
+        UDP port; a user with a port receives datagrams.
     interface : str
-        Address of the interface by which a group is reached.
+        Address of the interface for multicast.
     ttl : int
-        How many networks a datagram to a group may go on to: 0 none, 1 that of the interface.
+        Time to live of multicast datagrams: 0 this host, 1 the network of the interface.
     send_buffer_octets : int
-        Room that the system is asked for, for datagrams that are not sent yet.
+        Requested send buffer of the socket.
     file : Path
-        A file that blocks are added to, one after another, in place of datagrams.
+        File to which blocks are appended, instead of datagrams.
     sac, sic : int
-        Area code and identification code of the service.
+        SAC and SIC of the service.
     service : int
-        The service's number for this user.
+        Service identification for this user.
     period_s, status_period_s : float
-        Data time between two reports of the tracks, and of sensors and service, s; multiples of
-        half a second.
+        Report period of tracks, and of sensor and service status, s of data time; multiples of 0.5
+        s.
     area_deg : tuple of float
-        West, south, east and north of the area of the user; tracks everywhere without it. A west
-        beyond the east goes over the antimeridian.
+        West, south, east and north of the area of interest; default: everywhere. An area with west
+        greater than east crosses the antimeridian.
     tentative : bool
-        Whether the user gets tentative tracks.
+        Whether to send tentative tracks.
     plane_centre_deg : tuple of float
-        Latitude and longitude of the centre of the user's stereographic plane, for Cartesian
-        positions; none without it.
+        Latitude and longitude of the centre of the stereographic plane of Cartesian positions;
+        default: no Cartesian positions.
     block_octets_max : int
-        Octets of a block, which is one datagram.
+        Maximum size of a block, which is one datagram.
     """
 
     name: Label | None = None
@@ -86,13 +86,13 @@ class AsterixOutputSettings(Section):
 
     @property
     def label(self) -> str:
-        """The name that it goes by."""
+        """Name in counters and messages."""
         if self.name is not None:
             return self.name
         return f"{self.address}-{self.port}" if self.file is None else self.file.name
 
     @model_validator(mode="after")
-    def _goes_one_way(self) -> Self:
+    def _has_one_destination(self) -> Self:
         if (self.port is None) == (self.file is None):
             raise PydanticCustomError(
                 "one_way", "Input should be a table with a port or a file, and not both", {}

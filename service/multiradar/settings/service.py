@@ -1,7 +1,7 @@
-"""Typed settings: explicit values over environment over a TOML file over defaults.
+"""Typed settings; precedence: explicit values, environment, TOML file, defaults.
 
-A key `epoch_s` of the section `tracking` is `[tracking] epoch_s = 4.0` in the file and
-`MULTIRADAR_TRACKING__EPOCH_S=4.0` in the environment. Every bound of the service has its name here.
+The key `epoch_s` of the section `tracking` is `[tracking] epoch_s = 4.0` in the file and
+`MULTIRADAR_TRACKING__EPOCH_S=4.0` in the environment. All limits of the service are settings.
 """
 
 import os
@@ -37,14 +37,14 @@ _UNKNOWN = re.compile(r"unknown setting '(\w+)'")
 
 
 class ServerSettings(Section):
-    """Where HTTP is served."""
+    """Address of the HTTP server."""
 
     host: Annotated[str, Field(min_length=1, description="Address to listen on")] = "127.0.0.1"
     port: Annotated[Port, Field(description="TCP port; 0 picks a free one")] = 8321
 
 
 class HttpSettings(Section):
-    """Bounds of HTTP; what each one bounds is told where it is applied."""
+    """Limits of HTTP; see `HttpLimits`."""
 
     body_bytes_max: Count = 16 * _MIB
     bodies_bytes_max: Count = 64 * _MIB
@@ -63,7 +63,7 @@ class HttpSettings(Section):
 
 
 class RuntimeSettings(Section):
-    """Bounds of queues, rings and pages between the edges and the engine."""
+    """Sizes of queues, rings and pages between the interfaces and the engine."""
 
     intake_batches_max: Count = 1024
     intake_rows_max: Count = 262_144
@@ -84,7 +84,7 @@ class RuntimeSettings(Section):
 
 
 class TrajectorySettings(Section):
-    """Bundles of trajectories: for how many tracks at once (0: none), and how hard turns may be."""
+    """Trajectory reconstruction: number of tracks at a time (0: none), maximum accelerations."""
 
     aircraft_max: Annotated[int, BeforeValidator(plain_number), Field(ge=0, le=10_000)] = 0
     plots_waiting_max: Count = 500_000
@@ -93,7 +93,7 @@ class TrajectorySettings(Section):
 
 
 class ZenohSettings(Section):
-    """How the service takes part in Zenoh; by default on loopback only and without multicast."""
+    """Zenoh interface; by default on loopback only and without multicast."""
 
     enabled: bool = True
     mode: Literal["peer", "client", "router"] = "peer"
@@ -104,19 +104,19 @@ class ZenohSettings(Section):
 
 
 class JournalSettings(Section):
-    """Where the journal lies; acknowledged measurements are in it, on disk."""
+    """Location of the journal, which holds acknowledged measurements on disk."""
 
     path: Path = Path("multiradar-data/journal.sqlite")
 
 
 class LogSettings(Section):
-    """What is logged, and how."""
+    """Level and format of the log."""
 
     level: Literal["debug", "info", "warning", "error"] = "info"
     form: Literal["text", "json"] = "text"
 
 
-# Least and largest value of each setting of the tracker that is a number.
+# Minimum and maximum of each numeric setting of the tracker.
 _TRACKING_BOUNDS: dict[str, tuple[float, float]] = {
     "epoch_s": (0.001, 3600.0),
     "reorder_horizon_s": (0.0, 600.0),
@@ -155,7 +155,7 @@ _TRACKING_BOUNDS: dict[str, tuple[float, float]] = {
 }
 
 
-# Types of the settings of the tracker that are chosen by name.
+# Types of the settings of the tracker with named values.
 _TRACKING_CHOICES: dict[str, Any] = {
     "motion": Literal["white-acceleration", "velocity-frame"],
     "association": Literal["nearest", "probabilistic", "identity"],
@@ -187,10 +187,10 @@ def _tracking_fields() -> dict[str, Any]:
 if TYPE_CHECKING:
 
     class TrackingSection(Section):
-        """What `create_model` makes below; its fields are known at run time only."""
+        """The model created below; its fields are known at run time only."""
 
 else:
-    # The fields and defaults of `TrackingSettings`, so that the two cannot differ.
+    # Fields and defaults are those of `TrackingSettings`.
     TrackingSection = create_model("TrackingSection", __base__=Section, **_tracking_fields())
 
 
@@ -219,7 +219,7 @@ class Settings(BaseSettings):
     tracking: TrackingSection = TrackingSection()
 
     def tracking_settings(self) -> TrackingSettings:
-        """Return the section `tracking` in the form that the core takes."""
+        """Return the section `tracking` as settings of the tracker."""
         return TrackingSettings(**self.tracking.model_dump())
 
 
@@ -231,19 +231,19 @@ def load_settings(path: Path | None = None, overrides: Mapping[str, Any] | None 
     path : Path, optional
         A TOML file.
     overrides : mapping, optional
-        Explicit values, nested by section, such as `{"server": {"port": 0}}`; they win over the
-        environment, the environment over the file, the file over the defaults.
+        Explicit values by section, such as `{"server": {"port": 0}}`; they override the
+        environment, which overrides the file, which overrides the defaults.
 
     Returns
     -------
     Settings
-        All settings, checked.
+        All settings, validated.
 
     Raises
     ------
     ConfigurationError
-        When the file cannot be read, a key is not known or a value is wrong; the sentence names the
-        key, what was expected and what was there.
+        When the file cannot be read, a key is unknown or a value is invalid; the message names the
+        key, the expected and the actual value.
     """
     document = _document(path)
     _check_environment(os.environ)
@@ -265,7 +265,7 @@ def load_settings(path: Path | None = None, overrides: Mapping[str, Any] | None 
     except ValidationError as error:
         raise _wrong(error, document, dict(overrides or {})) from error
     except SettingsError as error:
-        raise ConfigurationError(f"settings: expected JSON for a list, was not: {error}") from error
+        raise ConfigurationError(f"settings: expected JSON for a list: {error}") from error
     return Settings.model_construct(
         **{name: getattr(loaded, name) for name in Settings.model_fields}
     )
@@ -283,13 +283,13 @@ def _document(path: Path | None) -> Document:
 def _wrong(
     error: ValidationError, document: Document, overrides: dict[str, Any]
 ) -> ConfigurationError:
-    # What an option or a variable says has no line in the file, though its key may stand there.
+    # A value of an option or a variable has no line in the file, even if the file has the key.
     lines = {path: line for path, line in document.lines.items() if _of_file(path, overrides)}
     values = document.values
     mistakes = mistakes_in(error, Settings, values, lines, key="setting")
     source = document.source if any(one.startswith("line ") for one in mistakes) else "settings"
-    told = DocumentError(source, *(_placed(one) for one in mistakes))
-    return ConfigurationError(str(told), source, told.reasons)
+    located = DocumentError(source, *(_placed(one) for one in mistakes))
+    return ConfigurationError(str(located), source, located.reasons)
 
 
 def _of_file(path: tuple[int | str, ...], overrides: dict[str, Any]) -> bool:
@@ -301,7 +301,7 @@ def _of_file(path: tuple[int | str, ...], overrides: dict[str, Any]) -> bool:
     return found is None and variable not in os.environ
 
 
-# A setting that stands outside its section is the commonest mistake.
+# The most common error is a setting outside its section.
 def _placed(mistake: str) -> str:
     found = _UNKNOWN.search(mistake)
     if found is None:
@@ -329,8 +329,8 @@ def _check_environment(environment: Mapping[str, str]) -> None:
 
 
 def _check_variable(name: str, key: str) -> None:
-    # Other parts have variables of their own; one that names a setting without its section, or with
-    # one underscore, was meant as a setting and would do nothing.
+    # Other components have variables of their own. A variable that names a setting without its
+    # section, or with a single underscore, would have no effect.
     for section, kind in _sections().items():
         for field in kind.model_fields:
             if key in (field, f"{section}_{field}"):

@@ -1,4 +1,4 @@
-"""What settings are made of: sections, and numbers with bounds."""
+"""Types of settings: sections, and numbers with bounds."""
 
 from ipaddress import IPv4Address
 from typing import Annotated, Any
@@ -10,7 +10,7 @@ PORT_MAX = 65_535
 
 
 def plain_number(value: Any) -> Any:
-    """Refuse what Python reads as a number and nobody means as one: `true` and "1_0"."""
+    """Reject values that Python accepts as numbers without being meant so: `true`, "1_0"."""
     if isinstance(value, bool) or (isinstance(value, str) and "_" in value):
         raise PydanticCustomError("float_parsing", "Input should be a number")
     return value
@@ -28,13 +28,13 @@ def _ipv4(text: str) -> str:
 Count = Annotated[int, BeforeValidator(plain_number), Field(ge=1)]
 Seconds = Annotated[float, BeforeValidator(plain_number), Field(gt=0.0)]
 NotNegative = Annotated[float, BeforeValidator(plain_number), Field(ge=0.0)]
-#: Room asked of the system for a socket, octets: a C integer.
+#: Buffer size of a socket, octets; a C integer.
 SocketOctets = Annotated[int, BeforeValidator(plain_number), Field(ge=1, le=2**31 - 1)]
 Port = Annotated[int, BeforeValidator(plain_number), Field(ge=0, le=PORT_MAX)]
 Endpoint = Annotated[str, Field(pattern=r"^[a-z]+/[^\s/]+$")]
-#: An IPv4 address in digits; names are not looked up.
+#: An IPv4 address in dotted decimal; names are not resolved.
 Ipv4 = Annotated[str, AfterValidator(_ipv4)]
-#: A name for counters, logs and the quarantine.
+#: Name for counters, logs and the quarantine.
 Label = Annotated[str, Field(pattern=r"^[A-Za-z0-9._-]{1,32}$")]
 
 

@@ -13,7 +13,7 @@ from multiradar.simulation.observation.measurements import NO_AIRCRAFT
 from multiradar.simulation.observation.observation import Observation
 from multiradar.simulation.scenario.scene import SITED, Aircraft, Heard, Scene, Sensor
 from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
-from multiradar_schemas.measurements.directions import lean
+from multiradar_schemas.measurements.directions import without_empty_directions
 
 #: `truth.parquet`: row i is the truth of row i of `measurements.parquet`.
 TRUTH_SCHEMA = pl.Schema(
@@ -74,7 +74,7 @@ def measurements_frame(scene: Scene, observation: Observation) -> pl.DataFrame:
             "source_height_m": rows.source_height_m,
         }
     )
-    return lean(_without_nan(frame, MEASUREMENT_SCHEMA))
+    return without_empty_directions(_without_nan(frame, MEASUREMENT_SCHEMA))
 
 
 def truth_frame(scene: Scene, observation: Observation) -> pl.DataFrame:

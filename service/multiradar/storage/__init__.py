@@ -1,1 +1,1 @@
-"""What survives a crash: the journal."""
+"""Durable storage: the journal, recordings and output files."""

@@ -7,12 +7,12 @@ from typing import NamedTuple, Self
 
 from multiradar.storage.entries import Entry, EntryKind, RejectedRow
 
-#: What stands before the first entry, hashed with the fingerprint of the configuration.
+#: Start of the chain, hashed with the fingerprint of the configuration.
 _ORIGIN = b"multiradar journal"
 
 
 class Columns(NamedTuple):
-    """An entry as the values of its columns; the digest covers them as they stand."""
+    """An entry as the values of its columns, which the digest covers."""
 
     kind: str
     source: str
@@ -63,7 +63,7 @@ def entry_digest(previous: bytes, sequence: int, columns: Columns) -> bytes:
     previous : bytes
         Digest of the entry before.
     sequence : int
-        Place in the journal.
+        Position in the journal.
     columns : Columns
         The content.
     """
@@ -89,7 +89,7 @@ def mark_digest(sequence: int, reason: str) -> bytes:
 
 
 def _digest(previous: bytes, parts: Sequence[bytes]) -> bytes:
-    # Lengths stand before the parts, so that no content can slip from one into the next.
+    # Each part is preceded by its length, so that the boundaries are unambiguous.
     whole = hashlib.sha256(previous)
     for part in parts:
         whole.update(len(part).to_bytes(8, "little"))

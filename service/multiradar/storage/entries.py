@@ -1,33 +1,33 @@
-"""What the journal keeps: one entry for each batch or mark, and the rows that were refused."""
+"""Entries of the journal: one for each batch or mark, with its rejected rows."""
 
 from dataclasses import dataclass
 from enum import StrEnum
 
 
 class EntryKind(StrEnum):
-    """What an entry of the journal stands for."""
+    """Kind of an entry of the journal."""
 
     BATCH = "batch"
     """Measurements, in the order of their arrival."""
 
     FLUSH = "flush"
-    """The end of a stream: what waits to be put in order is released."""
+    """The end of a stream: measurements in the reorder buffer are released."""
 
 
 @dataclass(frozen=True, slots=True)
 class RejectedRow:
-    """One row of a message that was refused.
+    """A rejected row of a message.
 
     Attributes
     ----------
     index : int
-        Place of the row in the message, from 0.
+        Index of the row in the message, from 0.
     code : str
         Stable code, one of `multiradar_schemas.measurements.reject.RejectCode`.
     reason : str
-        One sentence for people.
+        Reason in words.
     raw : str
-        What stood there, as JSON or as the text it came in; empty when the edge did not keep it.
+        Content as JSON or as the received text; empty when it was not retained.
     """
 
     index: int
@@ -38,24 +38,24 @@ class RejectedRow:
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """What is appended to the journal.
+    """An entry to append to the journal.
 
     Attributes
     ----------
     kind : EntryKind
         A batch of measurements, or the end of a stream.
     source : str
-        Who sent it.
+        Input it was received from.
     idempotency_key : str or None
-        The sender's name for the message; no two entries have the same.
+        The sender's unique key of the message.
     payload : bytes
-        The accepted measurements as an Arrow IPC stream; empty when there are none.
+        The accepted measurements as an Arrow IPC stream; empty without measurements.
     accepted : int
         Number of measurements in the payload.
     rejects : tuple of RejectedRow
-        The rows of the same message that were refused.
+        Rejected rows of the same message.
     admission : str
-        State of the admission after this entry, as JSON, so that a restart continues from it.
+        State of the admission after this entry, as JSON, from which a restart continues.
     """
 
     kind: EntryKind
@@ -69,16 +69,16 @@ class Entry:
 
 @dataclass(frozen=True, slots=True)
 class StoredEntry:
-    """An entry as it stands in the journal, verified.
+    """A verified entry of the journal.
 
     Attributes
     ----------
     sequence : int
-        Place in the journal, 1, 2, 3, …
+        Position in the journal, from 1.
     entry : Entry
-        What was appended.
+        The entry.
     digest : bytes
-        SHA-256 over the digest of the entry before and the content of this one.
+        SHA-256 over the digest of the previous entry and the content of this one.
     """
 
     sequence: int
@@ -88,18 +88,18 @@ class StoredEntry:
 
 @dataclass(frozen=True, slots=True)
 class Quarantined:
-    """A refused row with its place in the quarantine.
+    """A rejected row in the quarantine.
 
     Attributes
     ----------
     number : int
-        Place in the quarantine, 1, 2, 3, …
+        Number in the quarantine, from 1.
     sequence : int
-        Entry of the journal that it belongs to.
+        Entry of the journal it belongs to.
     source : str
-        Who sent it.
+        Input it was received from.
     row : RejectedRow
-        The row, why it was refused, and what it said.
+        The row with its reason and content.
     """
 
     number: int
@@ -110,16 +110,16 @@ class Quarantined:
 
 @dataclass(frozen=True, slots=True)
 class JournalCounts:
-    """What the journal holds, in numbers.
+    """Counts of the journal.
 
     Attributes
     ----------
     entries : int
         Entries; equal to the sequence number of the last one.
     accepted, rejected : int
-        Measurements that were accepted, and rows that were refused.
+        Accepted measurements and rejected rows.
     admission : str
-        State of the admission after the last entry; empty when there is none.
+        State of the admission after the last entry; empty without entries.
     """
 
     entries: int

@@ -1,4 +1,4 @@
-"""A lock that at most one process holds, and that a killed process lets go."""
+"""A lock that at most one process holds; it is released when the process dies."""
 
 import fcntl
 import os
@@ -8,17 +8,17 @@ from multiradar.errors import JournalError
 
 
 class FileLock:
-    """An exclusive lock on a file beside the thing that it guards.
+    """An exclusive lock on a file.
 
     Parameters
     ----------
     path : Path
-        The file; it is made when absent, and stays.
+        The lock file; created when absent, never removed.
 
     Raises
     ------
     JournalError
-        If another process holds it, or the file cannot be made.
+        If another process holds it, or the file cannot be created.
     """
 
     def __init__(self, path: Path) -> None:
@@ -31,11 +31,11 @@ class FileLock:
         except OSError as error:
             self.release()
             raise JournalError(
-                f"{path}: another service uses this journal; stop it, or name another journal"
+                f"{path}: another service uses this journal; stop it, or choose another journal"
             ) from error
 
     def release(self) -> None:
-        """Let go; releasing twice is allowed."""
+        """Release the lock; may be called twice."""
         if self._file is not None:
             os.close(self._file)
             self._file = None

@@ -1,4 +1,4 @@
-"""The journal: what was accepted, in order, on disk before it is acknowledged."""
+"""The journal: accepted measurements in order, on disk before they are acknowledged."""
 
 from collections.abc import Iterator, Sequence
 from typing import Protocol
@@ -9,8 +9,8 @@ from multiradar.storage.entries import Entry, JournalCounts, Quarantined, Stored
 class Journal(Protocol):
     """An append-only sequence of entries; one service writes it, any thread reads it.
 
-    All methods raise `JournalError` when the journal cannot be read or written, or when what it
-    holds does not verify.
+    All methods raise `JournalError` when the journal cannot be read or written, or when its content
+    does not verify.
     """
 
     def append(self, entries: Sequence[Entry]) -> list[int]:
@@ -18,7 +18,7 @@ class Journal(Protocol):
         ...
 
     def read(self, after: int) -> Iterator[StoredEntry]:
-        """Yield the entries that follow a sequence number, verified, in bounded pieces."""
+        """Yield the verified entries after a sequence number, in bounded pieces."""
         ...
 
     def find(self, idempotency_key: str) -> StoredEntry | None:
@@ -26,7 +26,7 @@ class Journal(Protocol):
         ...
 
     def quarantined(self, after: int, limit: int) -> list[Quarantined]:
-        """Return at most `limit` refused rows that follow a number of the quarantine."""
+        """Return at most `limit` rejected rows after a number in the quarantine."""
         ...
 
     def counts(self) -> JournalCounts:
@@ -34,13 +34,13 @@ class Journal(Protocol):
         ...
 
     def skip(self, sequence: int, reason: str) -> None:
-        """Mark an entry that the engine cannot process, so that no replay tries it again."""
+        """Mark an entry that the engine cannot process, so that replays skip it."""
         ...
 
     def skipped(self) -> dict[int, str]:
-        """Return the entries that replays pass over, with the reason of each."""
+        """Return the entries that replays skip, with their reasons."""
         ...
 
     def close(self) -> None:
-        """Let the journal go; closing twice is allowed."""
+        """Close the journal; may be called twice."""
         ...

@@ -1,4 +1,4 @@
-"""The journal in memory: the twin of the one on disk, for tests and for runs that keep nothing."""
+"""A journal in memory, for tests and for runs without durable storage."""
 
 import threading
 from collections.abc import Iterator, Sequence
@@ -9,7 +9,7 @@ from multiradar.storage.entries import Entry, JournalCounts, Quarantined, Stored
 
 
 class MemoryJournal:
-    """A journal that lasts as long as the object; closing it keeps the content.
+    """A journal with the lifetime of the object; closing it keeps the content.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ class MemoryJournal:
             return [self._append(entry) for entry in entries]
 
     def read(self, after: int) -> Iterator[StoredEntry]:
-        """Yield the entries that follow a sequence number."""
+        """Yield the entries after a sequence number."""
         place = after
         while place < len(self._entries):
             yield self._entries[place]
@@ -46,7 +46,7 @@ class MemoryJournal:
         return None if sequence is None else self._entries[sequence - 1]
 
     def quarantined(self, after: int, limit: int) -> list[Quarantined]:
-        """Return at most `limit` refused rows that follow a number of the quarantine."""
+        """Return at most `limit` rejected rows after a number in the quarantine."""
         return self._quarantine[after : after + limit]
 
     def counts(self) -> JournalCounts:
@@ -59,15 +59,15 @@ class MemoryJournal:
         )
 
     def skip(self, sequence: int, reason: str) -> None:
-        """Mark an entry that no replay tries again."""
+        """Mark an entry so that replays skip it."""
         self._skipped[sequence] = reason
 
     def skipped(self) -> dict[int, str]:
-        """Return the entries that replays pass over, with the reason of each."""
+        """Return the entries that replays skip, with their reasons."""
         return dict(self._skipped)
 
     def close(self) -> None:
-        """Keep everything: the next service starts from it."""
+        """Keep the content for the next service."""
 
     def _append(self, entry: Entry) -> int:
         sequence = len(self._entries) + 1

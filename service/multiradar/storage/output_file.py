@@ -1,4 +1,4 @@
-"""An output file that is either finished or not there, and never takes the place of another."""
+"""An output file that is created atomically and never replaces another."""
 
 import os
 import secrets
@@ -7,46 +7,46 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from multiradar.errors import InputError, OutputExistsError
-from multiradar_converters.leftovers import expect_leftover, forget_leftover
+from multiradar_converters.leftovers import register_leftover, unregister_leftover
 
-#: Numbers that are tried behind a name that is taken.
+#: Highest number tried after a name that exists.
 NUMBER_MAX = 9999
 
 
 @contextmanager
 def new_file(path: Path) -> Iterator[Path]:
-    """Give a file to write to; it takes its name when everything went well.
+    """Provide a file to write to; it gets its name when everything succeeded.
 
     Parameters
     ----------
     path : Path
-        The file to make; its folder exists.
+        The file to create; its folder exists.
 
     Yields
     ------
     Path
-        A hidden empty sibling to write to, made at once, so that a folder that cannot be written
-        to is told before the work; removed when anything goes wrong.
+        A hidden empty sibling to write to, created at once, so that a folder without write
+        permission is reported before the work; removed on failure.
 
     Raises
     ------
     OutputExistsError
-        There is something of that name already; it is left alone.
+        The name exists already; it is not changed.
     InputError
-        There is no folder to make it in, or it cannot be written to.
+        The parent folder does not exist or cannot be written to.
     """
     if os.path.lexists(path):
-        raise _taken(path)
+        raise _exists_error(path)
     folder = path.absolute().parent
     if not folder.is_dir():
         msg = f"{folder}: expected a folder to write {path.name} to, found none"
         raise InputError(msg)
     partial = folder / f".{path.name}.partial-{secrets.token_hex(4)}"
-    expect_leftover(partial)
+    register_leftover(partial)
     try:
         partial.open("xb").close()
     except OSError as error:
-        forget_leftover(partial)
+        unregister_leftover(partial)
         msg = f"{path}: cannot write there, {error.strerror or error}"
         raise InputError(msg) from error
     try:
@@ -54,16 +54,16 @@ def new_file(path: Path) -> Iterator[Path]:
         _finish(partial, path)
     finally:
         partial.unlink(missing_ok=True)
-        forget_leftover(partial)
+        unregister_leftover(partial)
 
 
 def free_name(path: Path) -> Path:
-    """Return the path, or the first of ``name-2.html``, ``name-3.html`` … that is not taken.
+    """Return the path, or the first of ``name-2.html``, ``name-3.html`` … that does not exist.
 
     Raises
     ------
     OutputExistsError
-        All of them are.
+        All of them exist.
     """
     if not os.path.lexists(path):
         return path
@@ -71,21 +71,21 @@ def free_name(path: Path) -> Path:
         numbered = path.with_name(f"{path.stem}-{number}{path.suffix}")
         if not os.path.lexists(numbered):
             return numbered
-    raise _taken(path)
+    raise _exists_error(path)
 
 
 def _finish(partial: Path, path: Path) -> None:
-    # A link, unlike a rename, refuses a name that was taken meanwhile.
+    # A link, unlike a rename, fails when the name was created meanwhile.
     try:
         os.link(partial, path)
     except FileExistsError as error:
-        raise _taken(path) from error
+        raise _exists_error(path) from error
     except OSError:
-        # A file system without links; what remains is the moment between look and rename.
+        # A file system without links; a race between check and rename remains.
         if os.path.lexists(path):
-            raise _taken(path) from None
+            raise _exists_error(path) from None
         partial.rename(path)
 
 
-def _taken(path: Path) -> OutputExistsError:
+def _exists_error(path: Path) -> OutputExistsError:
     return OutputExistsError(f"{path}: already exists; choose another file or remove it")

@@ -1,7 +1,7 @@
-"""An output folder that is either finished or not there.
+"""An output folder that is created atomically.
 
-The rule is that of `multiradar convert`, what a killed run left included; the sentences are those
-of the service.
+The rules are those of `multiradar convert`, including leftovers of killed runs; the messages are
+those of the service.
 """
 
 import os
@@ -16,25 +16,25 @@ from multiradar_converters.output_folder import OutputFolder
 
 @contextmanager
 def new_folder(path: Path) -> Iterator[Path]:
-    """Give a folder to write to; it takes its name when everything went well.
+    """Provide a folder to write to; it gets its name when everything succeeded.
 
     Parameters
     ----------
     path : Path
-        The folder to make; its parent exists.
+        The folder to create; its parent exists.
 
     Yields
     ------
     Path
-        A hidden sibling to write to, removed when anything goes wrong; by the next run for the
-        same folder when this one is killed.
+        A hidden sibling to write to, removed on failure; if the run is killed, by the next run for
+        the same folder.
 
     Raises
     ------
     OutputExistsError
-        There is something of that name already; it is left alone.
+        The name exists already; it is not changed.
     InputError
-        There is no folder to make it in, or it cannot be written to.
+        The parent folder does not exist or cannot be written to.
     """
     check_new(path)
     parent = path.absolute().parent
@@ -51,7 +51,7 @@ def new_folder(path: Path) -> Iterator[Path]:
 
 
 def check_new(path: Path) -> None:
-    """Raise `OutputExistsError` when there is something of that name."""
+    """Raise `OutputExistsError` when the path exists."""
     if os.path.lexists(path):
         msg = f"{path}: already exists; choose another output directory or remove it"
         raise OutputExistsError(msg)

@@ -13,7 +13,7 @@ from multiradar.errors import InputError, MissingColumnError
 from multiradar_schemas.arrow import MEASUREMENT_LATER, MEASUREMENT_SCHEMA
 from multiradar_schemas.measurements.measurement import TIME_MAX_S
 
-#: Rows that are in memory at once.
+#: Rows in memory at a time.
 BLOCK_ROWS = 65_536
 _HASH_CHUNK_BYTES = 1 << 20
 
@@ -39,14 +39,14 @@ class Recording:
     rows : int
         Number of measurements in it.
     sorted : bool
-        Whether it is read in order of time, which is not that of the file.
+        Whether it is read in order of time instead of the order of the file.
 
     Raises
     ------
     InputError
-        The file does not exist, is no Parquet, or a column has a type that cannot be used.
+        The file does not exist, is not Parquet, or a column has an unsupported type.
     MissingColumnError
-        A column of `MEASUREMENT_SCHEMA` that every version wrote is not there.
+        A required column of `MEASUREMENT_SCHEMA` is missing.
     """
 
     def __init__(self, path: Path) -> None:
@@ -69,7 +69,7 @@ class Recording:
             raise _unreadable(path, error) from error
 
     def blocks(self, kinds: Collection[str] | None = None) -> Iterator[pl.DataFrame]:
-        """Yield the rows of the kinds wanted, block after block of the file.
+        """Yield the rows of the selected kinds, block by block.
 
         Parameters
         ----------
@@ -79,17 +79,17 @@ class Recording:
         Yields
         ------
         DataFrame
-            Columns of `MEASUREMENT_SCHEMA` and `index`, the position in the file. At most
-            `BLOCK_ROWS` rows, perhaps none.
+            Columns of `MEASUREMENT_SCHEMA` and `index`, the position in the file. 0 to `BLOCK_ROWS`
+            rows.
 
         Raises
         ------
         InputError
-            The file changed or broke while it was read.
+            The file changed or could not be read.
         """
         columns = [pl.col(name).cast(dtype) for name, dtype in MEASUREMENT_SCHEMA.items()]
         for start in range(0, self.rows, BLOCK_ROWS):
-            # Cut first and counted afterwards: to count first, all of the file is read every time.
+            # Slice first and add the index afterwards; the reverse reads the whole file every time.
             wanted = self._scan.slice(start, BLOCK_ROWS)
             if not self.sorted:
                 wanted = wanted.with_row_index(INDEX_COLUMN, offset=start)
@@ -106,12 +106,12 @@ class Recording:
             yield block
 
     def times(self) -> Iterator[NDArray[np.float64]]:
-        """Yield the times of all rows, s, block after block; NaN where there is none.
+        """Yield the times of all rows, s, block by block; NaN where absent.
 
         Raises
         ------
         InputError
-            The file changed or broke while it was read.
+            The file changed or could not be read.
         """
         times = self._scan.select(pl.col("time_s").cast(pl.Float64).fill_null(np.nan))
         for start in range(0, self.rows, BLOCK_ROWS):
@@ -122,9 +122,9 @@ class Recording:
             yield block["time_s"].to_numpy()
 
     def span_s(self, kinds: Collection[str] | None = None) -> tuple[float, float] | None:
-        """Return the first and the last time of the kinds wanted, s; None where there is none."""
+        """Return the first and last time of the selected kinds, s; None without rows."""
         time_s = pl.col("time_s").cast(pl.Float64)
-        # Others are refused.
+        # Other times are rejected.
         rows = self._scan.filter(time_s.abs() < TIME_MAX_S)
         if kinds is not None:
             rows = rows.filter(pl.col("kind").cast(pl.String).is_in(sorted(kinds)))
@@ -135,12 +135,12 @@ class Recording:
         return None if first is None else (first, last)
 
     def in_order_of(self, file: Path) -> "Recording":
-        """Return this recording read in the order of another file, which has `index`, too.
+        """Return this recording, read in the order of another file.
 
         Parameters
         ----------
         file : Path
-            Parquet with the same rows and, in `index`, the place of each in this recording.
+            Parquet with the same rows and, in `index`, their positions in this recording.
         """
         other = copy.copy(self)
         other.sorted = True
@@ -148,7 +148,7 @@ class Recording:
         return other
 
     def content_sha256(self) -> str:
-        """Return the SHA-256 of the bytes of the file and of its order, in hexadecimal."""
+        """Return the SHA-256 of the bytes of the file and of its order, hexadecimal."""
         digest = hashlib.sha256(b"sorted" if self.sorted else b"")
         with self.path.open("rb") as stream:
             while chunk := stream.read(_HASH_CHUNK_BYTES):
@@ -157,7 +157,7 @@ class Recording:
 
 
 def measurements_path(given: Path) -> Path:
-    """Return the measurements file that a path means: itself, or the one in that folder."""
+    """Return the measurements file of a path: the file itself, or the one in the folder."""
     inside = given / MEASUREMENTS_FILE
     return inside if given.is_dir() else given
 
@@ -185,7 +185,7 @@ def _convertible(found: pl.DataType, wanted: pl.DataType) -> bool:
         return found.is_numeric()
     if wanted == pl.Int64():
         return found.is_integer()
-    # A number is no code: 0123 would lose its first digit.
+    # A number is not a code: 0123 would lose its first digit.
     return isinstance(found, pl.Categorical | pl.Enum)
 
 

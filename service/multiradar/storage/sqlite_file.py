@@ -1,4 +1,4 @@
-"""How an SQLite file is opened, read in one view, and how its errors are told."""
+"""SQLite files: opening, consistent reads, translation of errors."""
 
 import sqlite3
 from collections.abc import Iterator
@@ -17,7 +17,7 @@ _MAGIC = b"SQLite format 3\0"
 
 
 def open_database(path: Path, mode: str) -> sqlite3.Connection:
-    """Open a database file; `mode` is `ro` (read) or `rwc` (write, make when absent)."""
+    """Open a database file; `mode` is `ro` (read) or `rwc` (write, create when absent)."""
     return sqlite3.connect(
         f"file:{quote(str(path.absolute()))}?mode={mode}",
         uri=True,
@@ -27,10 +27,10 @@ def open_database(path: Path, mode: str) -> sqlite3.Connection:
     )
 
 
-def refuse_other_files(path: Path) -> None:
-    """Raise JournalError for a file that is there and no database.
+def check_file_type(path: Path) -> None:
+    """Raise JournalError for an existing file that is not a database.
 
-    SQLite itself takes a file that is too short for an empty database, and writes over it.
+    SQLite itself treats a very short file as an empty database and overwrites it.
     """
     try:
         with path.open("rb") as stream:
@@ -46,7 +46,7 @@ def refuse_other_files(path: Path) -> None:
 def set_pragma(
     connection: sqlite3.Connection, path: Path, pragma: str, value: str, expected: str | int
 ) -> None:
-    """Set a pragma and raise JournalError if it did not take."""
+    """Set a pragma; raise JournalError if it has no effect."""
     connection.execute(f"PRAGMA {pragma}={value}")
     actual = connection.execute(f"PRAGMA {pragma}").fetchone()[0]
     if actual != expected:
@@ -58,7 +58,7 @@ def set_pragma(
 
 @contextmanager
 def snapshot(connection: sqlite3.Connection) -> Iterator[None]:
-    """Read in one view: what is read inside belongs together."""
+    """Read within one transaction, so that the results are consistent."""
     connection.execute("BEGIN")
     try:
         yield
@@ -69,8 +69,8 @@ def snapshot(connection: sqlite3.Connection) -> Iterator[None]:
 
 
 @contextmanager
-def errors_told(path: Path) -> Iterator[None]:
-    """Turn errors of SQLite into errors of the journal that name the file."""
+def journal_errors(path: Path) -> Iterator[None]:
+    """Translate errors of SQLite into journal errors that name the file."""
     try:
         yield
     except UnicodeError as error:
@@ -78,5 +78,5 @@ def errors_told(path: Path) -> Iterator[None]:
     except sqlite3.Error as error:
         name = getattr(error, "sqlite_errorname", type(error).__name__)
         if name == "SQLITE_FULL":
-            raise JournalFullError(f"{path}: no room on the disk") from error
+            raise JournalFullError(f"{path}: disk full") from error
         raise JournalError(f"{path}: {error} ({name})") from error

@@ -6,13 +6,13 @@ Table                 Rows
 ``header``            one: format version, fingerprint of the configuration
 ``head``              one: last entry, its digest, rows accepted and rejected so far
 ``entry``             one for each message or mark, chained by digests
-``quarantine``        one for each entry with refused rows: the number of its first refused row
+``quarantine``        one for each entry with rejected rows: the number of its first rejected row
 ``skipped``           one for each entry that the engine cannot process
 ====================  ==========================================================================
 
-Everything that is read is verified: the digest of each entry is computed again from the one before,
-the numbers must be complete, and the last entry must be the one that ``head`` names. What a chain
-alone cannot tell is a journal that was replaced by an older copy of itself.
+Reads are verified: the digest of each entry is recomputed from the previous one, the numbers must
+be complete, and the last entry must be the one in ``head``. The chain does not detect that a
+journal was replaced by an older copy of itself.
 """
 
 import sqlite3
@@ -28,9 +28,9 @@ from multiradar.storage.entries import Entry, JournalCounts, Quarantined, Stored
 from multiradar.storage.file_lock import FileLock
 from multiradar.storage.sqlite_file import (
     SYNCHRONOUS_FULL,
-    errors_told,
+    check_file_type,
+    journal_errors,
     open_database,
-    refuse_other_files,
     set_pragma,
     snapshot,
 )
@@ -61,7 +61,7 @@ _ENTRY = (
 
 
 class _Head(NamedTuple):
-    # Where the journal ends.
+    # The end of the journal.
     sequence: int
     digest: bytes
     accepted: int
@@ -74,16 +74,16 @@ class SqliteJournal:
     Parameters
     ----------
     path : Path
-        The file; made when absent, with its folder.
+        The file; created when absent, with its folder.
     fingerprint : str
         Fingerprint of the configuration that the output depends on.
 
     Raises
     ------
     JournalError
-        If the file cannot be opened, is no journal, is damaged, or is in use.
+        If the file cannot be opened, is not a journal, is damaged, or is in use.
     ConfigurationError
-        If the journal was begun under another configuration or by another version of the format.
+        If the journal was created with another configuration or format version.
     """
 
     def __init__(self, path: Path, fingerprint: str) -> None:
@@ -98,7 +98,7 @@ class SqliteJournal:
             raise JournalError(f"{path.parent}: {error.strerror}") from error
         self._file_lock = FileLock(path.with_name(path.name + ".lock"))
         try:
-            with errors_told(self._path):
+            with journal_errors(self._path):
                 self._open(fingerprint)
         except BaseException:
             self._file_lock.release()
@@ -110,16 +110,16 @@ class SqliteJournal:
         Raises
         ------
         JournalFullError
-            If there is no room; nothing was written and the journal goes on.
+            If the disk is full; nothing was written and the journal stays usable.
         JournalError
-            If writing failed. Nothing can be said of what is on disk, and the journal takes nothing
-            more until it is opened again.
+            If writing failed. The content on disk is unknown, and the journal accepts nothing until
+            it is opened again.
         """
         with self._writing:
             if self._broken is not None:
                 raise self._broken
             try:
-                with errors_told(self._path), self._transaction():
+                with journal_errors(self._path), self._transaction():
                     return self._insert(entries)
             except JournalFullError:
                 raise
@@ -128,8 +128,8 @@ class SqliteJournal:
                 raise
 
     def read(self, after: int) -> Iterator[StoredEntry]:
-        """Yield the entries that follow a sequence number, verified, in bounded pieces."""
-        with errors_told(self._path), closing(open_database(self._path, "ro")) as connection:
+        """Yield the verified entries after a sequence number, in bounded pieces."""
+        with journal_errors(self._path), closing(open_database(self._path, "ro")) as connection:
             previous = self._digest_of(connection, after)
             sequence = after
             while True:
@@ -152,16 +152,16 @@ class SqliteJournal:
 
     def find(self, idempotency_key: str) -> StoredEntry | None:
         """Return the entry with this key, or None."""
-        # By the writer's connection, so that no reader of long pages keeps the writer waiting.
-        with errors_told(self._path), self._writing:
+        # On the writer's connection, so that long reads do not block the writer.
+        with journal_errors(self._path), self._writing:
             row = self._writer.execute(
                 _ENTRY + "WHERE idempotency_key = ?", (idempotency_key,)
             ).fetchone()
             return None if row is None else self._alone(self._writer, row)
 
     def quarantined(self, after: int, limit: int) -> list[Quarantined]:
-        """Return at most `limit` refused rows that follow a number of the quarantine."""
-        with errors_told(self._path), self._reading, snapshot(self._reader):
+        """Return at most `limit` rejected rows after a number in the quarantine."""
+        with journal_errors(self._path), self._reading, snapshot(self._reader):
             total = self._head(self._reader).rejected
             begin = self._reader.execute(
                 "SELECT max(first) FROM quarantine WHERE first <= ?", (after + 1,)
@@ -175,33 +175,35 @@ class SqliteJournal:
             for first, sequence in places:
                 stored = self._entry(sequence)
                 if first != number or not stored.entry.rejects:
-                    raise self._damaged(sequence, f"expected its refused rows to begin at {number}")
+                    raise self._damaged(
+                        sequence, f"expected its rejected rows to start at {number}"
+                    )
                 found.extend(_numbered(stored, first))
                 number = first + len(stored.entry.rejects)
                 if number > after + limit:
                     break
             if number <= min(after + limit, total):
-                raise JournalError(f"{self._path}: refused row {number} is missing")
+                raise JournalError(f"{self._path}: rejected row {number} is missing")
         return [one for one in found if one.number > after][:limit]
 
     def counts(self) -> JournalCounts:
         """Return the number of entries and measurements, and the state of the admission."""
-        with errors_told(self._path), self._reading:
+        with journal_errors(self._path), self._reading:
             head = self._head(self._reader)
             admission = self._entry(head.sequence).entry.admission if head.sequence else ""
             return JournalCounts(head.sequence, head.accepted, head.rejected, admission)
 
     def skip(self, sequence: int, reason: str) -> None:
-        """Mark an entry that the engine cannot process, so that no replay tries it again."""
-        with self._writing, errors_told(self._path), self._transaction():
+        """Mark an entry that the engine cannot process, so that replays skip it."""
+        with self._writing, journal_errors(self._path), self._transaction():
             self._writer.execute(
                 "INSERT OR REPLACE INTO skipped VALUES (?, ?, ?)",
                 (sequence, reason, mark_digest(sequence, reason)),
             )
 
     def skipped(self) -> dict[int, str]:
-        """Return the entries that replays pass over, with the reason of each."""
-        with errors_told(self._path), self._reading:
+        """Return the entries that replays skip, with their reasons."""
+        with journal_errors(self._path), self._reading:
             marks = self._reader.execute(
                 "SELECT sequence, reason, digest FROM skipped ORDER BY sequence"
             ).fetchall()
@@ -211,7 +213,7 @@ class SqliteJournal:
         return {sequence: reason for sequence, reason, _ in marks}
 
     def close(self) -> None:
-        """Let the journal go; closing twice is allowed."""
+        """Close the journal; may be called twice."""
         with self._writing, self._reading:
             if self._closed:
                 return
@@ -225,7 +227,7 @@ class SqliteJournal:
     # ---------------------------------------------------------------- opening
 
     def _open(self, fingerprint: str) -> None:
-        refuse_other_files(self._path)
+        check_file_type(self._path)
         self._writer = open_database(self._path, "rwc")
         try:
             set_pragma(self._writer, self._path, "journal_mode", "WAL", "wal")
@@ -250,20 +252,20 @@ class SqliteJournal:
         rows = self._writer.execute("SELECT format_version, fingerprint FROM header").fetchall()
         if len(rows) != 1:
             raise JournalError(f"{self._path}: expected a journal with one header, was {len(rows)}")
-        version, begun_with = rows[0]
+        version, written_with = rows[0]
         if version != FORMAT_VERSION:
             raise ConfigurationError(
                 f"{self._path}: expected a journal of format {FORMAT_VERSION}, was {version}; "
-                "use the version of the program that wrote it, or name another journal"
+                "use the version of the program that wrote it, or choose another journal"
             )
-        if begun_with != fingerprint:
+        if written_with != fingerprint:
             raise ConfigurationError(
-                f"{self._path}: the journal was begun with other sensors or tracking settings, or "
-                f"on another kind of processor (fingerprint {begun_with[:12]}, now "
-                f"{fingerprint[:12]}); start with those, or name another journal and replay the "
+                f"{self._path}: the journal was created with other sensors or tracking settings, "
+                f"or on another kind of processor (fingerprint {written_with[:12]}, now "
+                f"{fingerprint[:12]}); start with those, or choose another journal and replay the "
                 "measurements into it"
             )
-        self._origin = origin_digest(version, begun_with)
+        self._origin = origin_digest(version, written_with)
 
     # ---------------------------------------------------------------- writing
 
@@ -312,10 +314,10 @@ class SqliteJournal:
         try:
             intact = entry_digest(previous, sequence, columns) == digest
         except (AttributeError, TypeError, UnicodeError):
-            # A column has another type than was written.
+            # A column has a type other than the written one.
             intact = False
         if not intact:
-            raise self._damaged(sequence, "its digest does not agree with its content")
+            raise self._damaged(sequence, "its digest does not match its content")
         return StoredEntry(sequence, columns.entry(), digest)
 
     def _entry(self, sequence: int) -> StoredEntry:
@@ -328,9 +330,9 @@ class SqliteJournal:
         if sequence < head.sequence:
             raise self._damaged(sequence + 1, "the entry is missing")
         if sequence > head.sequence or digest != head.digest:
-            raise self._damaged(sequence, "it is not the entry that was written last")
+            raise self._damaged(sequence, "it is not the last entry written")
 
-    # An entry by itself: verified against the digest that the entry before carries.
+    # A single entry, verified against the digest of the previous entry.
     def _alone(self, connection: sqlite3.Connection, row: tuple[Any, ...]) -> StoredEntry:
         sequence = row[8]
         if not isinstance(sequence, int):

@@ -1,4 +1,4 @@
-"""Parquet files written piece by piece: the same bytes whatever the size of the pieces."""
+"""Parquet files written piece by piece; the bytes do not depend on the size of the pieces."""
 
 import shutil
 from pathlib import Path
@@ -7,22 +7,22 @@ import polars as pl
 
 #: Rows in a row group of the file, and in a part of the spool.
 ROW_GROUP_ROWS = 131_072
-#: Of numbers that are mostly noise no level takes more away than the fastest.
+#: The data are mostly noise, which higher levels do not compress further.
 COMPRESSION_LEVEL = 1
-#: Small pieces are joined when there are so many, so that a piece of one row costs little.
+#: Small pieces are concatenated when there are so many, so that pieces of one row are cheap.
 _PIECES_MAX = 256
 
 
 class TableWriter:
-    """One Parquet file that grows by frames of any size, in bounded memory.
+    """A Parquet file written from frames of any size, in bounded memory.
 
     Parts of `ROW_GROUP_ROWS` rows go to a spool beside the file; `finish` streams them into the
-    file in their order. The bytes depend on the rows alone.
+    file in order. The bytes depend on the rows alone.
 
     Parameters
     ----------
     path : Path
-        The file to make; its folder exists.
+        The file to create; its folder exists.
     schema : Schema
         Columns and types of every frame.
     """
@@ -38,7 +38,7 @@ class TableWriter:
         self._pending_rows = 0
 
     def append(self, frame: pl.DataFrame) -> None:
-        """Take the rows of a frame, after all rows taken before.
+        """Append the rows of a frame.
 
         Parameters
         ----------
@@ -56,7 +56,7 @@ class TableWriter:
             self._pieces = []
 
     def finish(self) -> None:
-        """Write what is pending, make the file and remove the spool."""
+        """Write pending rows, create the file and remove the spool."""
         self._write_part(pl.concat([*self._joined, *self._pieces]))
         pl.scan_ipc(self._parts).sink_parquet(
             self._path,

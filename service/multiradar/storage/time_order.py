@@ -1,6 +1,6 @@
-"""A recording whose rows are out of order, put in order of time: bounded memory, two passes.
+"""Sorts a recording by time in bounded memory and two passes.
 
-The first pass writes sorted runs; the second joins them, one span of time after the other. Rows of
+The first pass writes sorted runs; the second merges them, one time span after the other. Rows of
 the same time keep their order.
 """
 
@@ -17,18 +17,18 @@ from multiradar.storage.recording import BLOCK_ROWS, INDEX_COLUMN, Recording
 from multiradar.storage.table_writer import TableWriter
 from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
 
-#: Rows of a run, which are in memory at once; at most two runs are.
+#: Rows of a run; at most two runs are in memory.
 RUN_ROWS = 16 * BLOCK_ROWS
-#: Every so many rows of a run one time is kept, to find spans of time that fit into memory.
+#: Interval of the time samples of a run, rows, from which time spans that fit in memory are found.
 SAMPLE_ROWS = 8192
-#: Among the first so many times, one after a gap like this ends what a wrong clock put before all.
+#: Rows before a gap among the first rows are attributed to a wrong clock: number of rows, gap in s.
 FIRST_ROWS = 5
 GAP_MAX_S = 600.0
 _TIME_MAX_S = 1e11
 
 
 def disorder_s(recording: Recording) -> float:
-    """Return the greatest data time by which a row comes after a later one, s; 0 when in order."""
+    """Return the maximum time by which a row lags behind an earlier row, s; 0 when in order."""
     latest_s, greatest_s = -np.inf, 0.0
     for time_s in recording.times():
         known_s = time_s[_usable(time_s)]
@@ -42,20 +42,20 @@ def disorder_s(recording: Recording) -> float:
 def in_time_order(recording: Recording, folder: Path) -> Recording:
     """Return the recording in order of time.
 
-    Rows without a usable time come last, and so do a few rows (less than `FIRST_ROWS`) that lie
-    before all others by more than `GAP_MAX_S`: whoever reads on refuses these, not the others.
+    Rows without a valid time come last, and so do a few rows (less than `FIRST_ROWS`) that precede
+    all others by more than `GAP_MAX_S`, so that admission rejects these and not the others.
 
     Parameters
     ----------
     recording : Recording
         The recording.
     folder : Path
-        Existing, empty folder for temporary files, which the result is read from.
+        Existing, empty folder for temporary files, from which the result is read.
 
     Returns
     -------
     Recording
-        The same rows with the places they had.
+        The same rows with their original positions.
 
     Raises
     ------
@@ -66,7 +66,7 @@ def in_time_order(recording: Recording, folder: Path) -> Recording:
     file = folder / "in-order.parquet"
     schema = pl.Schema({**MEASUREMENT_SCHEMA, INDEX_COLUMN: pl.get_index_type()})
     writer = TableWriter(file, schema)
-    for piece in _joined(runs):
+    for piece in _merged(runs):
         writer.append(piece.select(list(schema)))
     writer.finish()
     return recording.in_order_of(file)
@@ -86,7 +86,7 @@ def _begin_s(recording: Recording) -> float:
 
 @dataclass(frozen=True, slots=True)
 class _Run:
-    # Rows in order of time on disk, and the times that order them, mapped into memory.
+    # Rows in order of time on disk, and their times, memory-mapped.
     rows: pl.LazyFrame
     order: NDArray[np.float64]
 
@@ -96,7 +96,7 @@ class _Run:
 
 def _write_runs(recording: Recording, folder: Path, begin_s: float) -> Iterator[_Run]:
     blocks = recording.blocks()
-    # A run is some blocks, the last one fewer.
+    # A run consists of several blocks; the last run may have fewer.
     for number in count():
         pending = list(islice(blocks, max(RUN_ROWS // BLOCK_ROWS, 1)))
         if not pending:
@@ -110,13 +110,13 @@ def _write_run(rows: pl.DataFrame, path: Path, begin_s: float) -> _Run:
     places = np.argsort(key, kind="stable")
     key[places].tofile(path.with_suffix(".order"))
     file = path.with_suffix(".parquet")
-    # Small groups: a span is read without the rest of the run.
+    # Small row groups, so that a span is read without the rest of the run.
     rows[places].write_parquet(file, compression="zstd", row_group_size=SAMPLE_ROWS)
     return _Run(pl.scan_parquet(file), np.memmap(path.with_suffix(".order"), np.float64, "r"))
 
 
-# Pieces that follow each other in time, each small enough for memory unless its times are all one.
-def _joined(runs: Sequence[_Run]) -> Iterator[pl.DataFrame]:
+# Consecutive pieces in time, each small enough for memory unless all its times are equal.
+def _merged(runs: Sequence[_Run]) -> Iterator[pl.DataFrame]:
     starts = [0] * len(runs)
     for bound in [*_bounds(runs), np.inf]:
         stops = [int(np.searchsorted(run.order, bound)) for run in runs]
@@ -131,7 +131,7 @@ def _joined(runs: Sequence[_Run]) -> Iterator[pl.DataFrame]:
 
 
 def _bounds(runs: Sequence[_Run]) -> NDArray[np.float64]:
-    # Between two bounds lie as many samples as there are runs: about two times `SAMPLE_ROWS` for
-    # each run at most.
+    # Between two bounds there are as many samples as runs: at most about 2 × `SAMPLE_ROWS` rows of
+    # each run.
     samples = np.sort(np.concatenate([run.order[::SAMPLE_ROWS] for run in runs]))
     return np.unique(samples[np.isfinite(samples)][:: len(runs)])

@@ -25,7 +25,7 @@ from multiradar_schemas.arrow import (
 )
 from multiradar_schemas.measurements.callsigns import callsign_texts, packed_callsigns
 from multiradar_schemas.measurements.directions import has_directions, sensor_gates
-from multiradar_schemas.measurements.gates import PHYSICAL_GATES, Gate, refusals
+from multiradar_schemas.measurements.gates import PHYSICAL_GATES, Gate, rejections
 from multiradar_schemas.measurements.measurement import KINDS
 from multiradar_schemas.measurements.reject import RejectCode
 
@@ -89,7 +89,7 @@ def measurement_batch(frame: pl.DataFrame, table: SensorTable) -> tuple[Measurem
     frame = _with_sensors(frame, table)
     directed = table.moving.any() or has_directions(frame)
     frame = with_movers(frame, table, _SENSOR) if directed else frame
-    index, code, reason = refusals(frame, _DIRECTED_GATES if directed else _GATES)
+    index, code, reason = rejections(frame, _DIRECTED_GATES if directed else _GATES)
     if len(index):
         keep = np.ones(len(frame), np.bool_)
         keep[index] = False

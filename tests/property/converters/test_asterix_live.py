@@ -72,8 +72,8 @@ def test_batches_do_not_matter(seed: int, cuts: list[int]) -> None:
     assert len(whole.frame) == 100
     for name, counts in whole.records.items():
         assert np.concatenate([part.records[name] for part in parts]).tolist() == counts.tolist()
-    refused = [(one.octets, one.code, one.reason) for part in parts for one in part.refused]
-    assert sorted(refused) == sorted((one.octets, one.code, one.reason) for one in whole.refused)
+    rejected = [(one.octets, one.code, one.reason) for part in parts for one in part.rejected]
+    assert sorted(rejected) == sorted((one.octets, one.code, one.reason) for one in whole.rejected)
 
 
 def test_one_by_one_is_the_same_too() -> None:

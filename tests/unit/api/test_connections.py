@@ -41,7 +41,7 @@ async def test_answers_do_not_wait_for_the_acknowledgement_of_their_headers(
             await writer.wait_closed()
 
 
-def test_the_server_says_nothing_of_itself_and_trusts_no_proxy_header(
+def test_the_server_sends_no_server_header_and_ignores_proxy_headers(
     application: FastAPI,
 ) -> None:
     config = server_config(application, "127.0.0.1", 0, HttpLimits(header_bytes_max=5_000))

@@ -1,4 +1,4 @@
-"""Encounters over HTTP: what may be asked, and what is refused."""
+"""Encounters over HTTP: valid and rejected queries."""
 
 from typing import get_args
 
@@ -39,7 +39,9 @@ async def test_what_is_asked_for_reaches_the_service(
     assert found.time_s is None
 
 
-async def test_nothing_said_is_the_default(client: httpx.AsyncClient, service: FakeService) -> None:
+async def test_the_defaults_apply_without_parameters(
+    client: httpx.AsyncClient, service: FakeService
+) -> None:
     answer = await client.get("/v1/encounters")
     assert answer.status_code == 200
     assert service.view.asked == EncounterQuery()

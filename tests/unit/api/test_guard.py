@@ -24,7 +24,7 @@ async def narrow(service: FakeService) -> AsyncIterator[httpx.AsyncClient]:
         yield client
 
 
-async def test_one_request_too_many_is_told_to_come_later_and_health_still_answers(
+async def test_requests_beyond_the_maximum_get_retry_after_and_health_still_answers(
     narrow: httpx.AsyncClient, service: FakeService
 ) -> None:
     service.view.gate = threading.Event()
@@ -33,9 +33,9 @@ async def test_one_request_too_many_is_told_to_come_later_and_health_still_answe
     await asyncio.to_thread(
         wait_until, lambda: len(service.view.readers) == everybody, "the requests to be worked on"
     )
-    refused = await narrow.get("/v1/status")
-    assert (refused.status_code, refused.json()["code"]) == (503, "TOO_MANY_REQUESTS")
-    assert refused.headers["retry-after"] == "1"
+    rejected = await narrow.get("/v1/status")
+    assert (rejected.status_code, rejected.json()["code"]) == (503, "TOO_MANY_REQUESTS")
+    assert rejected.headers["retry-after"] == "1"
     assert (await narrow.get("/healthz")).status_code == 200
     service.view.gate.set()
     assert [(await one).status_code for one in waiting] == [200] * LIMITS.requests_max
@@ -58,8 +58,8 @@ async def test_bodies_are_bounded_together_and_their_bytes_given_back(
         narrow.post("/v1/measurements", content=_slow_body(first, rest), headers=headers)
     )
     await first.wait()
-    refused = await narrow.post("/v1/measurements", content=b"\n" * 700, headers=headers)
-    assert (refused.status_code, refused.json()["code"]) == (503, "TOO_MANY_BODIES")
+    rejected = await narrow.post("/v1/measurements", content=b"\n" * 700, headers=headers)
+    assert (rejected.status_code, rejected.json()["code"]) == (503, "TOO_MANY_BODIES")
     rest.set()
     assert (await slow).status_code == 200
     taken = await narrow.post("/v1/measurements", content=b"\n" * 1000, headers=headers)

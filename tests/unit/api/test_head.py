@@ -37,11 +37,11 @@ async def test_head_answers_as_get_without_a_body(client: httpx.AsyncClient, pat
     assert head.status_code == got.status_code
     assert got.content or got.status_code == 307
     assert head.content == b""
-    told, expected = _kept(head), _kept(got)
+    reported, expected = _kept(head), _kept(got)
     if path == "/metrics":
         # It counts requests, these two among them.
-        told.pop("content-length"), expected.pop("content-length")
-    assert told == expected
+        reported.pop("content-length"), expected.pop("content-length")
+    assert reported == expected
 
 
 @pytest.mark.parametrize("path", ["/v1/tracks", "/nowhere", "/v1/events"])
@@ -82,7 +82,7 @@ async def test_head_of_a_stream_ends(client: httpx.AsyncClient) -> None:
             assert (await client.head("/v1/events?after=0")).status_code == 200
 
 
-async def test_head_of_a_stream_is_refused_as_get_is(client: httpx.AsyncClient) -> None:
+async def test_head_of_a_stream_is_rejected_as_get_is(client: httpx.AsyncClient) -> None:
     assert (await client.head("/v1/events?after=x")).status_code == 422
 
 

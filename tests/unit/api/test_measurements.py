@@ -1,4 +1,4 @@
-"""Measurements over HTTP: what is taken, what is refused, and what the sender is told."""
+"""Measurements over HTTP: accepted, rejected, and the answer to the sender."""
 
 import io
 import json
@@ -144,12 +144,12 @@ _MANY_KEYS = b"[{" + b",".join(b'"k%d":1' % number for number in range(100_000))
         (_MANY_KEYS, 422, "NO_MEASUREMENTS"),
     ],
 )
-async def test_a_body_that_is_no_json_is_refused_as_a_whole(
+async def test_an_invalid_json_body_is_rejected_as_a_whole(
     client: httpx.AsyncClient, service: FakeService, body: bytes, status: int, code: str
 ) -> None:
     answer = await _post(client, body)
     assert (answer.status_code, answer.json()["code"]) == (status, code)
-    # A body whose rows are all refused is handed on, so that they are counted and kept.
+    # A body without a valid row is submitted, so that its rejects are counted and retained.
     assert [len(one.rejected) for one in service.submissions] == ([1] if status == 422 else [])
     assert all(one.frame.is_empty() for one in service.submissions)
 
@@ -212,7 +212,7 @@ async def test_a_hostile_row_is_coded_and_its_neighbour_taken(
         _arrow([{**_PLOT, "range_m": "text"}]),
     ],
 )
-async def test_a_damaged_arrow_stream_is_refused_as_a_whole(
+async def test_a_damaged_arrow_stream_is_rejected_as_a_whole(
     client: httpx.AsyncClient, service: FakeService, body: bytes
 ) -> None:
     answer = await _post(client, body, _ARROW)
@@ -220,7 +220,7 @@ async def test_a_damaged_arrow_stream_is_refused_as_a_whole(
     assert service.submissions == []
 
 
-async def test_nan_in_an_arrow_stream_is_refused_row_by_row(client: httpx.AsyncClient) -> None:
+async def test_nan_in_an_arrow_stream_is_rejected_row_by_row(client: httpx.AsyncClient) -> None:
     answer = await _post(client, _arrow([{**_PLOT, "range_m": float("nan")}, _PLOT]), _ARROW)
     document = answer.json()
     assert document["accepted"] == 1
@@ -230,7 +230,7 @@ async def test_nan_in_an_arrow_stream_is_refused_row_by_row(client: httpx.AsyncC
 @pytest.mark.parametrize(
     "media_type", ["text/plain", "", "application/xml", "application/json; charset=utf-16"]
 )
-async def test_another_media_type_is_415_and_told_what_is_taken(
+async def test_an_unsupported_media_type_is_415_with_the_supported_types(
     client: httpx.AsyncClient, media_type: str
 ) -> None:
     answer = await _post(client, b"[]", media_type)
@@ -245,7 +245,7 @@ async def test_a_compressed_body_is_not_decoded(client: httpx.AsyncClient, encod
     assert answer.headers["accept-encoding"] == "identity"
 
 
-async def test_a_message_sent_again_is_told_to_be_a_duplicate_with_the_same_counts(
+async def test_a_repeated_message_is_a_duplicate_with_the_same_counts(
     client: httpx.AsyncClient, service: FakeService
 ) -> None:
     body = json.dumps([_PLOT, {**_PLOT, "range_m": -1}]).encode()
@@ -257,9 +257,7 @@ async def test_a_message_sent_again_is_told_to_be_a_duplicate_with_the_same_coun
 
 
 @pytest.mark.parametrize("key", ["", " ", "a" * 129, "é", "a\x7f"])
-async def test_a_key_that_is_no_printable_text_is_refused(
-    client: httpx.AsyncClient, key: str
-) -> None:
+async def test_a_key_that_is_not_printable_is_rejected(client: httpx.AsyncClient, key: str) -> None:
     answer = await client.post(
         "/v1/measurements",
         content=b"[]",
@@ -317,7 +315,7 @@ async def test_a_message_of_too_many_rows_is_413(
         assert status == 200 or answer.json()["code"] == "TOO_LARGE"
 
 
-async def test_query_parameters_are_refused(client: httpx.AsyncClient) -> None:
+async def test_query_parameters_are_rejected(client: httpx.AsyncClient) -> None:
     answer = await client.post("/v1/measurements?dry_run=1", content=b"[]")
     assert (answer.status_code, answer.json()["code"]) == (422, "UNKNOWN_PARAMETER")
     assert answer.json()["errors"][0]["parameter"] == "dry_run"
@@ -329,7 +327,7 @@ async def test_an_arrow_table_written_by_polars_is_taken(client: httpx.AsyncClie
     assert (await _post(client, sink.getvalue(), _ARROW)).json()["accepted"] == 1
 
 
-async def test_two_keys_of_one_message_are_refused(
+async def test_two_keys_of_one_message_are_rejected(
     client: httpx.AsyncClient, service: FakeService
 ) -> None:
     keys = [("content-type", _JSON), ("idempotency-key", "one"), ("idempotency-key", "other")]
@@ -338,7 +336,7 @@ async def test_two_keys_of_one_message_are_refused(
     assert service.submissions == []
 
 
-async def test_one_object_whose_row_is_refused_is_one_refused_row(
+async def test_one_object_whose_row_is_rejected_is_one_rejected_row(
     client: httpx.AsyncClient,
 ) -> None:
     answer = await _post(client, json.dumps({**_PLOT, "range_m": "far"}).encode())

@@ -56,7 +56,7 @@ def test_every_operation_and_parameter_is_described(document: dict[str, Any]) ->
             assert parameter.get("description"), parameter
 
 
-def test_every_refusal_is_a_problem_document(document: dict[str, Any]) -> None:
+def test_every_rejection_is_a_problem_document(document: dict[str, Any]) -> None:
     for operation in _operations(document):
         for status, answer in operation["responses"].items():
             if status != "200":

@@ -21,7 +21,7 @@ def _biases(epochs: int) -> pl.DataFrame:
     return pl.DataFrame(rows, schema=BIAS_SCHEMA, orient="row")
 
 
-async def test_a_living_process_says_so_whatever_its_state(
+async def test_health_answers_in_every_state(
     client: httpx.AsyncClient, service: FakeService
 ) -> None:
     service.state = "failed"
@@ -39,7 +39,7 @@ async def test_only_a_running_service_is_ready(
     assert state in answer.json()["detail"]
 
 
-async def test_a_service_that_is_starting_says_how_far_it_is(
+async def test_a_starting_service_reports_its_progress(
     client: httpx.AsyncClient, service: FakeService
 ) -> None:
     service.state, service.start_step = "stopped", "compiling kernels, once: 14 of 31"
@@ -131,7 +131,7 @@ async def test_sensors_are_listed_and_found_by_name(client: httpx.AsyncClient) -
     assert sensor["range_max_m"] is None
 
 
-async def test_the_biases_of_now_are_rows_of_the_schema(
+async def test_the_current_biases_are_rows_of_the_schema(
     client: httpx.AsyncClient, service: FakeService
 ) -> None:
     service.view.biases = _biases(3)

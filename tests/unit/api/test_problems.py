@@ -1,4 +1,4 @@
-"""Every refusal is a problem document with a stable code, and says nothing of the inside."""
+"""Every error answer is a problem document with a stable code and without internals."""
 
 from typing import cast
 
@@ -98,10 +98,10 @@ def _is_problem(answer: httpx.Response, status: int, code: str) -> dict[str, obj
         ("GET", "/healthz?x=1", 422, "UNKNOWN_PARAMETER"),
         ("GET", "/v1/sensors/a%20b", 422, "INVALID_PARAMETER"),
         ("GET", "/v1/sensors/" + "a" * 65, 422, "INVALID_PARAMETER"),
-        ("GET", "/v1/sensors/nobody", 404, "SENSOR_NOT_FOUND"),
+        ("GET", "/v1/sensors/unknown", 404, "SENSOR_NOT_FOUND"),
         ("GET", "/v1/sensors/%2e%2e", 404, "SENSOR_NOT_FOUND"),
-        ("GET", "/v1/sensors/nobody/bias", 404, "SENSOR_NOT_FOUND"),
-        ("GET", "/v1/sensors/nobody/bias?history=true", 404, "SENSOR_NOT_FOUND"),
+        ("GET", "/v1/sensors/unknown/bias", 404, "SENSOR_NOT_FOUND"),
+        ("GET", "/v1/sensors/unknown/bias?history=true", 404, "SENSOR_NOT_FOUND"),
         ("GET", "/v1/sensors/41-10/bias?history=yes", 422, "INVALID_PARAMETER"),
         ("GET", "/v1/sensors/41-10/bias?since=3", 422, "INVALID_PARAMETER"),
         ("GET", "/v1/rejects?after=-1", 422, "INVALID_PARAMETER"),
@@ -143,7 +143,7 @@ async def test_an_unknown_parameter_is_named_with_those_that_are_known(
         ("fields=time_s,latitude", "unknown 'latitude' (did you mean 'latitude_deg'?); known: tim"),
     ],
 )
-async def test_an_unknown_name_is_told_with_the_nearest_known(
+async def test_an_unknown_name_is_reported_with_the_most_similar_known_name(
     client: httpx.AsyncClient, query: str, reason: str
 ) -> None:
     document = _is_problem(await client.get(f"/v1/tracks?{query}"), 422, "INVALID_PARAMETER")
@@ -156,7 +156,7 @@ async def test_a_405_says_what_is_allowed(client: httpx.AsyncClient) -> None:
     assert answer.headers["allow"] == "GET, HEAD"
 
 
-async def test_a_failure_inside_tells_its_identifier_and_nothing_else(
+async def test_an_internal_error_reports_its_identifier_and_nothing_else(
     client: httpx.AsyncClient, service: FakeService
 ) -> None:
     service.view.failure = ZeroDivisionError("secret /etc/shadow")
@@ -189,7 +189,7 @@ async def test_a_request_identifier_that_is_no_word_is_replaced(
         (IdempotencyConflictError("key", 3), 422, "IDEMPOTENCY_KEY_REUSED"),
     ],
 )
-async def test_what_the_service_refuses_has_its_status(
+async def test_what_the_service_rejects_has_its_status(
     client: httpx.AsyncClient, service: FakeService, failure: Exception, status: int, code: str
 ) -> None:
     service.failure = failure

@@ -32,6 +32,6 @@ def test_edges_belong_to_a_box_also_one_without_area(box: str, longitudes: list[
         "180.0001,0,0,1", "0,0,-180.0001,1", "0,0,1", "0,0,1,1,1", "",
     ],
 )  # fmt: skip
-def test_what_is_no_box_of_the_earth_is_refused(box: str) -> None:
+def test_an_invalid_box_is_rejected(box: str) -> None:
     with pytest.raises(RequestError):
         bounding_box(box)

@@ -19,7 +19,7 @@ async def test_the_plane_of_a_live_track(client: httpx.AsyncClient) -> None:
     assert asked.json()["window_s"] == 12.5
 
 
-async def test_a_track_that_nobody_knows_is_404(client: httpx.AsyncClient) -> None:
+async def test_an_unknown_track_is_404(client: httpx.AsyncClient) -> None:
     answer = await client.get("/v1/tracks/99/manoeuvre-plane")
     assert answer.status_code == 404
     assert answer.json()["code"] == "TRACK_NOT_FOUND"

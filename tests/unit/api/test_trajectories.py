@@ -19,7 +19,7 @@ async def test_the_trajectories_of_a_live_track(client: httpx.AsyncClient) -> No
     assert asked.json() == {"track_id": 3, "points": 0, "step_s": 60}
 
 
-async def test_a_track_that_nobody_knows_is_404(client: httpx.AsyncClient) -> None:
+async def test_an_unknown_track_is_404(client: httpx.AsyncClient) -> None:
     answer = await client.get("/v1/tracks/99/trajectories")
     assert answer.status_code == 404
     assert answer.json()["code"] == "TRACK_NOT_FOUND"
@@ -50,11 +50,11 @@ async def test_what_is_out_of_bounds_is_422(client: httpx.AsyncClient, query: st
 
 
 @pytest.mark.parametrize("name", ["0", "-1", "x", "1.5", "%2e%2e", "9" * 30])
-async def test_what_names_no_track_is_refused(client: httpx.AsyncClient, name: str) -> None:
+async def test_an_invalid_track_number_is_rejected(client: httpx.AsyncClient, name: str) -> None:
     answer = await client.get(f"/v1/tracks/{name}/trajectories")
     assert answer.status_code in (404, 422)
 
 
-async def test_parameters_that_there_are_not_are_refused(client: httpx.AsyncClient) -> None:
+async def test_unknown_parameters_are_rejected(client: httpx.AsyncClient) -> None:
     answer = await client.get(f"{PATH}?window_s=30")
     assert answer.status_code == 422

@@ -32,7 +32,7 @@ TRACKING = TrackingSettings()
 BLOCKS = [bytes([62, 0, 4, 1]), bytes([63, 0, 5, 1, 2])]
 
 
-class Refusing:
+class Rejecting:
     """A sink that takes nothing."""
 
     def send(self, blocks: Sequence[bytes]) -> int:
@@ -77,7 +77,7 @@ def test_nothing_is_sent_of_what_the_journal_says_again() -> None:
     for output in new:
         sending.step(Fed(output))
     assert {block[0] for block in sink.blocks} == {62, 63, 65}
-    # It is what one is told who was there all the time, but for the marks of first messages.
+    # The same as for a user from the start, except for the marks of first messages.
     whole = MemorySink()
     other, _ = sender(whole)
     other.step(Fed(caught_up=True))
@@ -87,7 +87,7 @@ def test_nothing_is_sent_of_what_the_journal_says_again() -> None:
     assert len(sink.blocks) < len(whole.blocks)
 
 
-def test_after_a_failure_of_the_engine_nothing_is_told_twice() -> None:
+def test_after_a_failure_of_the_engine_nothing_is_reported_twice() -> None:
     made = outputs(1200, 6)
     once, again = MemorySink(), MemorySink()
     for sink in (once, again):
@@ -119,13 +119,13 @@ def test_tracks_that_ended_while_output_was_lost_are_given_up() -> None:
     sending.step(Fed(replace(made[3], ended=EndedTracks.concatenate([]))))
     ended = [track["040"] for track in tracks(sink.blocks) if track["080"]["TSE"]]
     assert sorted(ended) == [4, 5, 6, 7, 8, 9, 10, 11, 12]
-    # The next state of the service tells of it.
+    # The next service status reports it.
     states = [block for block in sink.blocks if block[0] == 65 and block[3] == 0xF4]
     assert [block[-1] for block in states] == [0x60] + [0] * (len(states) - 1)
 
 
 def test_what_a_sink_does_not_take_is_counted() -> None:
-    sending, _ = sender(Refusing())
+    sending, _ = sender(Rejecting())
     sending.step(Fed(caught_up=True))
     for output in outputs(800, 2):
         sending.step(Fed(output))
@@ -153,7 +153,7 @@ def test_the_thread_sends_all_and_that_the_service_ends() -> None:
     assert counts["outputs"]["display"]["octets"] == sum(map(len, sink.blocks))
 
 
-def test_a_mistake_in_the_thread_is_told_and_stops_nobody(
+def test_an_error_in_the_thread_is_reported_and_the_service_continues(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
     sending, feed = sender(MemorySink())
@@ -197,7 +197,7 @@ def test_a_datagram_that_is_too_large_is_dropped() -> None:
         sink.close()
 
 
-def test_an_interface_that_there_is_not_is_told() -> None:
+def test_a_missing_interface_is_reported() -> None:
     wrong = AsterixOutputSettings(address="239.192.77.62", port=9, interface="192.0.2.1")
     with pytest.raises(ConfigurationError, match=r"cannot send by 192\.0\.2\.1"):
         open_sink(wrong)
@@ -213,12 +213,12 @@ def test_blocks_are_added_to_a_file(tmp_path: Path) -> None:
     assert path.read_bytes() == b"before" + b"".join(BLOCKS)
 
 
-def test_a_file_that_cannot_be_written_to_is_told(tmp_path: Path) -> None:
+def test_a_file_that_cannot_be_written_to_is_reported(tmp_path: Path) -> None:
     with pytest.raises(ConfigurationError, match="cannot write there"):
         open_sink(AsterixOutputSettings(file=tmp_path / "nowhere" / "tracks.ast"))
 
 
-def test_a_pipe_is_refused_instead_of_waited_for(tmp_path: Path) -> None:
+def test_a_pipe_is_rejected_instead_of_waited_for(tmp_path: Path) -> None:
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
     with pytest.raises(ConfigurationError, match="was a pipe"):

@@ -129,13 +129,13 @@ def test_a_service_that_goes_away_is_waited_for_as_long_as_asked_for(tmp_path: P
         replay.run()
     assert said == [
         "gone; retrying for 20 s",
-        "the service answers after 0 s; the replay goes on",
+        "the service answers after 0 s; the replay continues",
         "away; retrying for 20 s",
     ]
     assert sum(pauses[1:]) == pytest.approx(20.0)
 
 
-def test_a_service_that_comes_back_is_told_once_and_the_next_wait_begins_anew(
+def test_a_returning_service_is_reported_once_and_the_next_wait_restarts(
     tmp_path: Path,
 ) -> None:
     destination = MemoryDestination(failures=[UnavailableError("away")] * 3)
@@ -143,7 +143,7 @@ def test_a_service_that_comes_back_is_told_once_and_the_next_wait_begins_anew(
     assert replay.run().retries == 3
     assert said == [
         "away; retrying for 5 s",
-        "the service answers after 1 s; the replay goes on",
+        "the service answers after 1 s; the replay continues",
     ]
 
 
@@ -157,7 +157,7 @@ def test_a_service_that_is_starting_is_waited_for_as_long_as_it_says_so(tmp_path
         "503: the service is starting: compiling: 1 of 3; waiting",
         "503: the service is starting: compiling: 2 of 3; waiting",
         "503; retrying for 3 s",
-        "the service answers after 202 s; the replay goes on",
+        "the service answers after 202 s; the replay continues",
     ]
     assert pauses == [1.0] * 202
 
@@ -171,7 +171,7 @@ def test_a_service_that_takes_nothing_is_given_up_though_it_answers(tmp_path: Pa
     assert pauses == [1.0, 1.0, 1.0, 0.5]
 
 
-def test_a_refusal_for_good_is_not_retried(tmp_path: Path) -> None:
+def test_a_permanent_rejection_is_not_retried(tmp_path: Path) -> None:
     destination = MemoryDestination(failures=[PeerError("wrong form")])
     with pytest.raises(PeerError, match="wrong form"):
         _replay(_recording(tmp_path, [0.0]), destination, ReplayPlan()).run()

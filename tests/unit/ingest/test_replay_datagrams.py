@@ -74,7 +74,7 @@ def test_no_time_that_is_sent_lies_in_the_future(speed: float) -> None:
     assert ahead.max() == pytest.approx(0.0)
 
 
-def test_what_cannot_be_sent_is_told() -> None:
+def test_what_cannot_be_sent_is_reported() -> None:
     sink = UdpSink("127.0.0.1", 9, "127.0.0.1")
     try:
         with pytest.raises(PeerError, match=r"udp:127\.0\.0\.1:9: cannot send there"):
@@ -83,30 +83,32 @@ def test_what_cannot_be_sent_is_told() -> None:
         sink.close()
 
 
-def test_an_interface_that_there_is_not_is_told() -> None:
+def test_a_missing_interface_is_reported() -> None:
     with pytest.raises(PeerError, match=r"cannot send by 192\.0\.2\.1"):
         UdpSink("239.192.0.1", 8600, "192.0.2.1")
 
 
-def test_a_port_where_nobody_listens_is_told_at_once_and_given_up_after_seconds() -> None:
+def test_a_port_without_listener_is_reported_at_once_and_abandoned_after_seconds() -> None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
-    clock, told = FixedClock(), []
+    clock, reported = FixedClock(), []
     sink = UdpSink("127.0.0.1", port, "127.0.0.1")
     try:
-        with pytest.raises(PeerError, match="nobody listens there: 6 of 6 datagrams were refused"):
+        with pytest.raises(
+            PeerError, match="no listener at the address: 6 of 6 datagrams were rejected"
+        ):
             send_all(
                 sending(*range(100)),
                 sink,
                 1.0,
                 clock=clock,
                 pause=clock.advance,
-                on_refused=lambda: told.append(clock.now_s()),
+                on_rejected=lambda: reported.append(clock.now_s()),
             )
     finally:
         sink.close()
-    assert told == [0.0]
+    assert reported == [0.0]
     assert clock.now_s() == FIRST_CONTACT_S
 
 
@@ -126,11 +128,11 @@ def test_a_listener_that_comes_later_gets_the_rest() -> None:
         octets = send_all(sending(*range(6)), sink, 1.0, clock=clock, pause=pause)
         listener.settimeout(WAIT_TIMEOUT_S)
         assert [listener.recv(1) for _ in range(4)] == [b"\x02", b"\x03", b"\x04", b"\x05"]
-        assert (octets, sink.refused()) == (6, 2)
+        assert (octets, sink.rejected()) == (6, 2)
         sink.close()
 
 
-def test_refusals_are_counted_though_nobody_asks_in_between() -> None:
+def test_rejections_are_counted_without_polling() -> None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
@@ -138,6 +140,6 @@ def test_refusals_are_counted_though_nobody_asks_in_between() -> None:
     try:
         for octet in range(3):
             sink.send(bytes([octet]))
-        assert sink.refused() == 3
+        assert sink.rejected() == 3
     finally:
         sink.close()

@@ -1,4 +1,4 @@
-"""What a service answers over HTTP becomes counts, a retry, or a refusal in one sentence."""
+"""Answers of a service over HTTP become counts, a retry, or an error message."""
 
 import io
 import json
@@ -72,7 +72,7 @@ def test_a_date_in_retry_after_leaves_the_pause_to_the_back_off() -> None:
 
 
 @pytest.mark.parametrize(
-    "error", [httpx.ConnectError("refused"), httpx.ReadError("reset"), httpx.ReadTimeout("slow")]
+    "error", [httpx.ConnectError("rejected"), httpx.ReadError("reset"), httpx.ReadTimeout("slow")]
 )
 def test_a_lost_connection_is_a_retry(error: httpx.TransportError) -> None:
     def handle(_request: httpx.Request) -> httpx.Response:
@@ -105,7 +105,7 @@ def test_a_service_says_what_it_does_before_it_is_ready(
     assert [request.url.path for request in seen] == ["/readyz"]
 
 
-def test_the_cause_of_a_lost_connection_is_told_without_its_number() -> None:
+def test_the_cause_of_a_lost_connection_is_reported_without_its_number() -> None:
     def handle(_request: httpx.Request) -> httpx.Response:
         raise httpx.ConnectError("[Errno 111] Connection refused")
 
@@ -127,15 +127,15 @@ def test_a_batch_of_which_no_row_was_taken_is_an_answer_all_the_same() -> None:
 
 
 @pytest.mark.parametrize("status", [400, 409, 413, 415, 422])
-def test_a_refusal_tells_the_reason_of_the_service(status: int) -> None:
+def test_a_rejection_reports_the_reason_of_the_service(status: int) -> None:
     answer = httpx.Response(status, json={"title": "No", "detail": "the key names another batch"})
-    with pytest.raises(PeerError, match=f"refused with {status}, the key names another") as caught:
+    with pytest.raises(PeerError, match=f"rejected with {status}, the key names another") as caught:
         _service(answer).send(_batch(), "k")
     assert not isinstance(caught.value, UnavailableError)
 
 
 @pytest.mark.parametrize("body", [b"", b"<html>", b"[]", b'{"accepted": "x"}'])
-def test_an_answer_that_is_not_of_this_service_is_refused(body: bytes) -> None:
+def test_an_answer_that_is_not_of_this_service_is_rejected(body: bytes) -> None:
     with pytest.raises(PeerError, match="expected counts"):
         _service(httpx.Response(200, content=body)).send(_batch(), "k")
 
@@ -155,7 +155,7 @@ def test_numbers_keep_all_their_digits_in_every_encoding() -> None:
 
 
 @pytest.mark.parametrize("url", ["http://", "http://a b", "http://127.0.0.1:port"])
-def test_an_address_that_is_none_is_refused_before_anything_is_sent(url: str) -> None:
+def test_an_invalid_address_is_rejected_before_anything_is_sent(url: str) -> None:
     with pytest.raises(ConfigurationError, match="expected an address such as http://"):
         HttpDestination(url, Encoding.ARROW)
 

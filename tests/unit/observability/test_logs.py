@@ -26,7 +26,7 @@ def _records(stream: io.StringIO) -> list[dict[str, object]]:
     return [json.loads(line) for line in stream.getvalue().splitlines()]
 
 
-def test_our_events_and_those_of_libraries_go_one_way() -> None:
+def test_events_of_the_service_and_of_libraries_share_a_format() -> None:
     stream = io.StringIO()
     configure_logs("info", "json", FixedClock(1533110400.25), stream)
     structlog.get_logger("multiradar.test").info("journal_opened", entries=3)
@@ -73,7 +73,7 @@ def test_an_exception_is_one_record() -> None:
     assert "ValueError: 42" in str(record["exception"])
 
 
-def test_an_exception_in_text_tells_no_variables() -> None:
+def test_an_exception_in_text_contains_no_variables() -> None:
     """They may be secrets, and were millions of numbers that took seconds to print."""
     stream = io.StringIO()
     configure_logs("info", "text", FixedClock(), stream)

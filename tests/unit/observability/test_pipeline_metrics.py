@@ -7,7 +7,7 @@ from prometheus_client import CollectorRegistry, generate_latest
 from multiradar.observability.pipeline_metrics import watch_pipeline
 
 
-def test_the_metrics_follow_the_status_until_told_otherwise() -> None:
+def test_the_metrics_follow_the_status_until_they_are_unregistered() -> None:
     status: dict[str, Any] = {
         "state": "running",
         "accepted": 5,

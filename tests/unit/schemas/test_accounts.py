@@ -19,13 +19,13 @@ def test_a_reject_has_exactly_one_place() -> None:
             Reject(file="f", reason="r", code=CODE, raw="x", **places)
 
 
-def test_counts_that_lose_a_record_are_refused() -> None:
+def test_counts_that_lose_a_record_are_rejected() -> None:
     Counts(read=10, accepted=7, rejected=2, duplicate=1, blank=4)
     with pytest.raises(ValidationError, match="read = accepted"):
         Counts(read=10, accepted=7, rejected=2)
 
 
-def test_codes_that_do_not_add_up_are_refused() -> None:
+def test_codes_that_do_not_add_up_are_rejected() -> None:
     report: dict[str, Any] = {
         "command": "track",
         "version": "1",
@@ -34,7 +34,7 @@ def test_codes_that_do_not_add_up_are_refused() -> None:
         "outputs": [],
     }
     assert Report(**report, rejected_by_code={CODE: 2}).counts.rejected == 2
-    with pytest.raises(ValidationError, match="expected 2 refusals by code, was 1"):
+    with pytest.raises(ValidationError, match="expected 2 rejects by code, was 1"):
         Report(**report, rejected_by_code={CODE: 1})
 
 

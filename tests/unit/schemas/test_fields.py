@@ -19,12 +19,12 @@ def test_every_code_has_a_meaning() -> None:
     assert set(CODE_MEANINGS) == set(RejectCode)
 
 
-def test_the_page_is_written_where_it_is_told(tmp_path: Path) -> None:
+def test_the_page_is_written_where_it_is_reported(tmp_path: Path) -> None:
     fields.main([str(tmp_path / "page.md")])
     assert (tmp_path / "page.md").read_text(encoding="utf-8") == page()
 
 
-def test_a_place_that_cannot_be_written_is_told_in_one_sentence(
+def test_a_place_that_cannot_be_written_is_reported_in_one_sentence(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with pytest.raises(SystemExit) as ended:
@@ -57,6 +57,6 @@ def test_help_and_wrong_options_write_no_file(
     with pytest.raises(SystemExit) as ended:
         {"fields": fields.main, "export": export.main}[module](arguments)
     assert ended.value.code == status
-    told = capsys.readouterr()
-    assert f"usage: python -m multiradar_schemas.{module}" in told.out + told.err
+    reported = capsys.readouterr()
+    assert f"usage: python -m multiradar_schemas.{module}" in reported.out + reported.err
     assert not list(tmp_path.iterdir())

@@ -57,9 +57,9 @@ def test_times_and_positions_keep_what_they_need() -> None:
 
 def test_what_is_not_finite_stays() -> None:
     assert rounded({"estimate": math.inf, "sigma": 1.0}) == {"estimate": math.inf, "sigma": 1.0}
-    told = rounded([math.nan])
-    assert isinstance(told, list)
-    assert math.isnan(told[0])
+    reported = rounded([math.nan])
+    assert isinstance(reported, list)
+    assert math.isnan(reported[0])
 
 
 def test_the_figures_of_every_report_are_rounded_and_its_settings_are_not() -> None:

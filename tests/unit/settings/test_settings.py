@@ -82,7 +82,9 @@ def test_lists_come_as_json_from_the_environment(monkeypatch: pytest.MonkeyPatch
         ("[", "not valid TOML: "),
     ],
 )
-def test_a_wrong_key_or_value_is_told_in_one_sentence(text: str, sentence: str, file: Path) -> None:
+def test_a_wrong_key_or_value_is_reported_in_one_sentence(
+    text: str, sentence: str, file: Path
+) -> None:
     file.write_text(text)
     with pytest.raises(ConfigurationError) as fault:
         load_settings(file)
@@ -117,7 +119,7 @@ def test_a_wrong_key_or_value_is_told_in_one_sentence(text: str, sentence: str, 
         ),
     ],
 )
-def test_a_wrong_variable_is_told(
+def test_a_wrong_variable_is_reported(
     variable: str, value: str, sentence: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv(variable, value)
@@ -126,7 +128,7 @@ def test_a_wrong_variable_is_told(
     assert sentence in str(fault.value)
 
 
-def test_a_missing_file_is_told(file: Path) -> None:
+def test_a_missing_file_is_reported(file: Path) -> None:
     with pytest.raises(ConfigurationError, match=r"multiradar\.toml: no such file$"):
         load_settings(file)
 
@@ -141,7 +143,7 @@ def test_sections_have_the_bounds_and_defaults_of_the_parts_they_configure(
     assert [field.name for field in fields(limits)] == list(section.model_fields)
 
 
-def test_asterix_listens_nowhere_unless_told_and_then_on_loopback(file: Path) -> None:
+def test_asterix_listens_only_if_configured_and_then_on_loopback(file: Path) -> None:
     assert load_settings().asterix.listen == ()
     file.write_text("[[asterix.listen]]\nport = 8600\n")
     (listener,) = load_settings(file).asterix.listen
@@ -175,14 +177,14 @@ def test_listeners_and_outputs_are_bounded(file: Path) -> None:
         ("port = 1\n[[asterix.listen]]\nport = 1", "each listener's name once, was twice"),
     ],
 )
-def test_a_wrong_listener_is_told(text: str, sentence: str, file: Path) -> None:
+def test_a_wrong_listener_is_reported(text: str, sentence: str, file: Path) -> None:
     file.write_text(f"[[asterix.listen]]\n{text}\n")
     with pytest.raises(ConfigurationError) as fault:
         load_settings(file)
     assert sentence in str(fault.value)
 
 
-def test_system_tracks_go_nowhere_unless_told_and_then_to_loopback(file: Path) -> None:
+def test_system_tracks_are_sent_only_if_configured_and_then_to_loopback(file: Path) -> None:
     assert load_settings().asterix.output == ()
     file.write_text("[[asterix.output]]\nport = 8662\n[[asterix.output]]\nfile = 'a/b.ast'\n")
     display, recorder = load_settings(file).asterix.output
@@ -211,14 +213,14 @@ def test_system_tracks_go_nowhere_unless_told_and_then_to_loopback(file: Path) -
         ("port = 1\n[[asterix.output]]\nport = 1", "each output's name once, was twice"),
     ],
 )
-def test_a_wrong_output_is_told(text: str, sentence: str, file: Path) -> None:
+def test_a_wrong_output_is_reported(text: str, sentence: str, file: Path) -> None:
     file.write_text(f"[[asterix.output]]\n{text}\n")
     with pytest.raises(ConfigurationError) as fault:
         load_settings(file)
     assert sentence in str(fault.value)
 
 
-def test_all_mistakes_of_a_file_are_told_with_their_lines(file: Path) -> None:
+def test_all_mistakes_of_a_file_are_reported_with_their_lines(file: Path) -> None:
     file.write_text("epoch_s = 4\n\n[tracking]\nepochs = 4\n\n[server]\nport = -1\n")
     with pytest.raises(ConfigurationError) as fault:
         load_settings(file)
@@ -230,7 +232,7 @@ def test_all_mistakes_of_a_file_are_told_with_their_lines(file: Path) -> None:
     ]
 
 
-def test_what_an_option_says_wrong_has_no_line_of_the_file(file: Path) -> None:
+def test_an_error_in_an_option_has_no_line_of_the_file(file: Path) -> None:
     file.write_text("[server]\nport = 1\n")
     with pytest.raises(ConfigurationError) as fault:
         load_settings(file, {"server": {"port": -1}})

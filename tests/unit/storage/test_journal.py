@@ -79,7 +79,7 @@ def test_an_entry_is_found_by_its_key(journal: Journal) -> None:
     assert journal.find("key 4") is None
 
 
-def test_a_key_enters_once_and_the_whole_transaction_is_refused(journal: Journal) -> None:
+def test_a_key_enters_once_and_the_whole_transaction_is_rejected(journal: Journal) -> None:
     journal.append([entry(1)])
     with pytest.raises(JournalError):
         journal.append([entry(2), entry(1)])
@@ -103,7 +103,7 @@ def test_the_quarantine_is_read_in_pages_without_gap_or_repetition(journal: Jour
     assert [(one.sequence, one.source, one.row) for one in pages] == expected
 
 
-def test_marks_of_entries_that_are_passed_over_stay(journal: Journal) -> None:
+def test_marks_of_skipped_entries_are_kept(journal: Journal) -> None:
     journal.append([entry(1), entry(2)])
     journal.skip(2, "ValueError('no')")
     journal.skip(2, "ValueError('again no')")

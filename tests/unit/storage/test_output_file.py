@@ -35,12 +35,12 @@ def test_nothing_is_left_of_a_file_that_failed(tmp_path: Path) -> None:
 def test_a_name_that_was_taken_meanwhile_is_left_alone(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, links: bool
 ) -> None:
-    def refuse(*_names: object) -> None:
+    def reject(*_names: object) -> None:
         raise OSError(errno.EPERM, os.strerror(errno.EPERM))
 
     path = tmp_path / "a.html"
     if not links:
-        monkeypatch.setattr(os, "link", refuse)
+        monkeypatch.setattr(os, "link", reject)
 
     def overtaken() -> None:
         with new_file(path) as partial:

@@ -97,10 +97,10 @@ def test_a_finished_folder_is_as_open_as_the_user_wants_it(tmp_path: Path) -> No
 def test_a_folder_that_cannot_be_written_to_is_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def refuse(_path: Path, *_: object) -> None:
+    def reject(_path: Path, *_: object) -> None:
         raise PermissionError(13, "Permission denied")
 
-    monkeypatch.setattr(Path, "mkdir", refuse)
+    monkeypatch.setattr(Path, "mkdir", reject)
     with (
         pytest.raises(InputError, match="out: cannot be made: Permission denied"),
         new_folder(tmp_path / "out"),

@@ -1,4 +1,4 @@
-"""A recording is read in bounded blocks, and one that cannot be used is refused in a sentence."""
+"""A recording is read in bounded blocks, and an unusable one is rejected with a message."""
 
 from pathlib import Path
 
@@ -48,12 +48,12 @@ def test_a_choice_of_kinds_keeps_the_places_of_the_file(tmp_path: Path) -> None:
     assert set(block["kind"]) == {"adsb"}
 
 
-def test_a_missing_file_is_told_with_its_name(tmp_path: Path) -> None:
+def test_a_missing_file_is_reported_with_its_name(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"nothing\.parquet: no such file$"):
         Recording(tmp_path / "nothing.parquet")
 
 
-def test_a_file_that_is_no_parquet_is_refused(tmp_path: Path) -> None:
+def test_a_file_that_is_not_parquet_is_rejected(tmp_path: Path) -> None:
     path = tmp_path / "measurements.parquet"
     path.write_bytes(b"time_s,sensor_id\n")
     with pytest.raises(InputError, match="expected a Parquet file"):
@@ -68,7 +68,7 @@ def test_a_missing_column_is_named(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("column", ["mode_3a", "mode_s_address"])
-def test_a_code_given_as_a_number_is_refused_because_its_zeros_are_lost(
+def test_a_code_given_as_a_number_is_rejected_because_its_zeros_are_lost(
     tmp_path: Path, column: str
 ) -> None:
     path = tmp_path / "measurements.parquet"
@@ -99,7 +99,9 @@ def test_a_recording_from_before_there_were_callsigns_is_read_without_them(tmp_p
         Recording(path)
 
 
-def test_a_time_of_single_precision_is_refused_because_its_seconds_are_lost(tmp_path: Path) -> None:
+def test_a_time_of_single_precision_is_rejected_because_its_seconds_are_lost(
+    tmp_path: Path,
+) -> None:
     path = tmp_path / "measurements.parquet"
     short = [pl.col(name).cast(pl.Float32) for name in ("range_m", "time_s")]
     _measurements(3).with_columns(short).write_parquet(path)

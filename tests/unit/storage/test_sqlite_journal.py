@@ -50,7 +50,7 @@ def test_a_journal_survives_closing(tmp_path: Path) -> None:
     journal.close()
 
 
-def test_a_second_service_is_told_to_use_another_journal(tmp_path: Path) -> None:
+def test_a_second_service_must_use_another_journal(tmp_path: Path) -> None:
     path = tmp_path / "journal.db"
     first = SqliteJournal(path, FINGERPRINT)
     with pytest.raises(JournalError, match=r"journal\.db\.lock: another service uses this journal"):
@@ -60,7 +60,7 @@ def test_a_second_service_is_told_to_use_another_journal(tmp_path: Path) -> None
     SqliteJournal(path, FINGERPRINT).close()
 
 
-def test_another_configuration_is_refused_and_says_what_to_do(tmp_path: Path) -> None:
+def test_another_configuration_is_rejected_and_says_what_to_do(tmp_path: Path) -> None:
     path = tmp_path / "journal.db"
     _written(path)
     with pytest.raises(ConfigurationError, match=r"other sensors or .*another journal"):
@@ -68,7 +68,7 @@ def test_another_configuration_is_refused_and_says_what_to_do(tmp_path: Path) ->
     assert len(_read_everything(path)) > 20
 
 
-def test_another_format_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_another_format_is_rejected(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "journal.db"
     with monkeypatch.context() as patch:
         patch.setattr(sqlite_journal, "FORMAT_VERSION", 2)
@@ -78,14 +78,14 @@ def test_another_format_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPat
 
 
 @pytest.mark.parametrize("content", [b"not a database, but long enough to be looked at" * 50, b"x"])
-def test_a_file_that_is_no_journal_is_refused(tmp_path: Path, content: bytes) -> None:
+def test_a_file_that_is_not_a_journal_is_rejected(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "journal.db"
     path.write_bytes(content)
     with pytest.raises(JournalError, match=r"journal\.db"):
         SqliteJournal(path, FINGERPRINT)
 
 
-def test_a_folder_that_cannot_be_made_is_told(tmp_path: Path) -> None:
+def test_a_folder_that_cannot_be_made_is_reported(tmp_path: Path) -> None:
     (tmp_path / "file").write_bytes(b"")
     with pytest.raises(JournalError, match="file"):
         SqliteJournal(tmp_path / "file" / "journal.db", FINGERPRINT)
@@ -111,14 +111,14 @@ def test_a_folder_that_cannot_be_made_is_told(tmp_path: Path) -> None:
         ("UPDATE head SET digest = 1", "head"),
         ("DELETE FROM head", "head"),
         ("DELETE FROM header", "header"),
-        ("UPDATE quarantine SET first = 9 WHERE first = 10", "refused rows"),
-        ("UPDATE quarantine SET sequence = 4 WHERE first = 4", "refused rows"),
-        ("DELETE FROM quarantine WHERE first = 1", "refused row"),
-        ("DELETE FROM quarantine WHERE first > 15", "refused row"),
+        ("UPDATE quarantine SET first = 9 WHERE first = 10", "rejected rows"),
+        ("UPDATE quarantine SET sequence = 4 WHERE first = 4", "rejected rows"),
+        ("DELETE FROM quarantine WHERE first = 1", "rejected row"),
+        ("DELETE FROM quarantine WHERE first > 15", "rejected row"),
         ("INSERT INTO skipped VALUES (3, 'reason', x'00')", "entry 3 "),
     ],
 )
-def test_tampering_is_told_by_file_and_entry(tmp_path: Path, statement: str, said: str) -> None:
+def test_tampering_is_reported_by_file_and_entry(tmp_path: Path, statement: str, said: str) -> None:
     path = tmp_path / "journal.db"
     _written(path)
     if "NULL ||" in statement:
@@ -177,7 +177,7 @@ def test_each_byte_of_one_payload_is_covered(tmp_path: Path) -> None:
             _read_everything(damaged)
 
 
-def test_a_torn_tail_is_cut_cleanly_and_acknowledged_entries_stay(tmp_path: Path) -> None:
+def test_an_incomplete_tail_is_truncated_and_acknowledged_entries_stay(tmp_path: Path) -> None:
     path = tmp_path / "journal.db"
     journal = SqliteJournal(path, FINGERPRINT)
     wal = path.with_name(path.name + "-wal")
@@ -195,11 +195,11 @@ def test_a_torn_tail_is_cut_cleanly_and_acknowledged_entries_stay(tmp_path: Path
         crash = tmp_path / f"crash-{cut}"
         crash.mkdir(exist_ok=True)
         shutil.copy(path, crash / "journal.db")
-        torn = bytearray(content[:cut])
+        incomplete = bytearray(content[:cut])
         if cut % 2:
             # A sector that was never written.
-            torn[cut - (cut - acknowledged) // 2 : cut] = bytes((cut - acknowledged) // 2)
-        (crash / "journal.db-wal").write_bytes(bytes(torn))
+            incomplete[cut - (cut - acknowledged) // 2 : cut] = bytes((cut - acknowledged) // 2)
+        (crash / "journal.db-wal").write_bytes(bytes(incomplete))
         after = SqliteJournal(crash / "journal.db", FINGERPRINT)
         sequences = [stored.sequence for stored in after.read(0)]
         after.close()
@@ -209,12 +209,14 @@ def test_a_torn_tail_is_cut_cleanly_and_acknowledged_entries_stay(tmp_path: Path
     journal.close()
 
 
-def test_a_full_disk_is_told_and_room_lets_the_journal_go_on(tmp_path: Path) -> None:
+def test_a_full_disk_is_reported_and_the_journal_continues_when_space_is_free(
+    tmp_path: Path,
+) -> None:
     journal = SqliteJournal(tmp_path / "journal.db", FINGERPRINT)
     journal.append([entry(1)])
     pages = journal._writer.execute("PRAGMA page_count").fetchone()[0]
     journal._writer.execute(f"PRAGMA max_page_count={pages}")
-    with pytest.raises(JournalFullError, match="no room"):
+    with pytest.raises(JournalFullError, match="disk full"):
         journal.append([entry(2), entry(3, size=100_000)])
     assert journal.counts().entries == 1
     journal._writer.execute("PRAGMA max_page_count=1000000")
@@ -243,7 +245,7 @@ resource.setrlimit(resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM
 try:
     journal.append([entry(2000)])
 except JournalError:
-    print("refused")
+    print("rejected")
 print(len(list(journal.read(0))))
 print(acknowledged)
 """
@@ -257,9 +259,9 @@ def test_a_failed_write_stops_the_journal_for_good_and_keeps_what_was_acknowledg
     line = [sys.executable, "-c", _FAILING_DISK, str(path), "150000"]
     done = run_to_end(line, env={"PYTHONPATH": str(tests)})
     assert done.returncode == 0, done.stderr
-    failed, refused, readable, acknowledged = done.stdout.splitlines()
+    failed, rejected, readable, acknowledged = done.stdout.splitlines()
     assert failed.startswith(f"failed {path}")
-    assert refused == "refused"
+    assert rejected == "rejected"
     assert int(acknowledged) >= 3
     assert int(readable) == int(acknowledged)
     journal = SqliteJournal(path, FINGERPRINT)
@@ -287,7 +289,7 @@ for number in range(20):
 try:
     journal.append([entry(2000)])
 except JournalError as error:
-    print("refused", error)
+    print("rejected", error)
 print(acknowledged)
 """
 
@@ -309,9 +311,9 @@ def test_one_failed_sync_is_never_trusted_again(tmp_path: Path, call: int) -> No
     line += [sys.executable, "-c", _FAILING_SYNC, str(path)]
     done = run_to_end(line, env={"PYTHONPATH": str(tests)})
     assert done.returncode == 0, done.stderr
-    *failed, refused, acknowledged = done.stdout.splitlines()
+    *failed, rejected, acknowledged = done.stdout.splitlines()
     assert len(failed) == 20 - int(acknowledged) > 0
-    assert "SQLITE_IOERR_FSYNC" in refused
+    assert "SQLITE_IOERR_FSYNC" in rejected
     journal = SqliteJournal(path, FINGERPRINT)
     stored = [one.entry for one in journal.read(0)]
     journal.close()
@@ -320,7 +322,7 @@ def test_one_failed_sync_is_never_trusted_again(tmp_path: Path, call: int) -> No
     assert stored == [entry(number) for number in range(len(stored))]
 
 
-def test_a_closed_journal_is_one_file_that_nobody_holds_open(tmp_path: Path) -> None:
+def test_a_closed_journal_is_one_file_without_open_handles(tmp_path: Path) -> None:
     path = tmp_path / "journal.db"
     journal = SqliteJournal(path, FINGERPRINT)
     journal.append([entry(1)])

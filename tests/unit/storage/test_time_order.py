@@ -41,7 +41,7 @@ def _sorted(folder: Path, recording: Recording) -> pl.DataFrame:
         ([float("nan")], 0.0),
     ],
 )
-def test_disorder_is_the_farthest_that_a_row_comes_after_a_later_one(
+def test_disorder_is_the_maximum_lag_behind_an_earlier_row(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, times: list[float], apart_s: float
 ) -> None:
     monkeypatch.setattr(recording_module, "BLOCK_ROWS", 2)
@@ -77,7 +77,7 @@ def test_pieces_of_a_long_recording_are_bounded(
     recording = _recording(tmp_path, times.tolist())
     runs = list(time_order._write_runs(recording, tmp_path, -np.inf))
     assert len(runs) == 10
-    lengths = [len(piece) for piece in time_order._joined(runs)]
+    lengths = [len(piece) for piece in time_order._merged(runs)]
     assert sum(lengths) == 10_000
     assert max(lengths) <= 2 * 50 * 10
 
@@ -90,7 +90,7 @@ def test_rows_without_a_time_and_the_few_of_a_wrong_clock_come_last_as_they_were
     assert rows["index"].to_list() == [7, 6, 4, 2, 0, 8, 1, 3, 5]
 
 
-def test_a_sorted_recording_is_another_content(tmp_path: Path) -> None:
+def test_sorting_changes_the_content_hash(tmp_path: Path) -> None:
     recording = _recording(tmp_path, [2.0, 1.0])
     runs = tmp_path / "runs"
     runs.mkdir()

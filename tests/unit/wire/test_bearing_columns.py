@@ -114,9 +114,9 @@ def test_a_sensor_gives_only_what_it_is_said_to_measure() -> None:
     plot = BEARING | {"sensor_id": "radar", "kind": "radar", "range_m": 9e4}
     for table, row, words in (
         (PLAIN, BEARING | {"elevation_deg": 1.0}, "expected no elevation"),
-        (ELEVATED, BEARING | SOURCE, "expected no place of the source"),
+        (ELEVATED, BEARING | SOURCE, "expected no source position"),
         (MOVING, BEARING, "expected all of source_latitude_deg"),
-        (MIXED, plot | SOURCE, "expected no place of the source"),
+        (MIXED, plot | SOURCE, "expected no source position"),
     ):
         batch, (why,) = taken(table, row)
         assert not len(batch)

@@ -18,7 +18,7 @@ FATES = ("measurement", "duplicate", "left_out", "refused")
 
 
 @dataclass(frozen=True)
-class RefusedOctets:
+class RejectedOctets:
     """Octets of a datagram that are no measurement, and why."""
 
     datagram: int
@@ -38,20 +38,20 @@ class LiveBatch:
         Measurements, columns of `PLAIN_SCHEMA`, in the order of their reception.
     datagram : int64[m]
         The datagram that each came in.
-    refused : list of RefusedOctets
-        What was refused.
+    rejected : list of RejectedOctets
+        What was rejected.
     octets : dict of int64[n]
         Octets of each datagram that were decoded, skipped and quarantined.
     records : dict of int64[n]
         Target reports of each datagram that became a measurement, or were a duplicate, left_out
-        (no aircraft, or no position) or refused.
+        (no aircraft, or no position) or rejected.
     categories : Counter
         Records by category.
     """
 
     frame: pl.DataFrame
     datagram: Integers
-    refused: list[RefusedOctets]
+    rejected: list[RejectedOctets]
     octets: dict[str, Integers]
     records: dict[str, Integers]
     categories: Counter[int]
@@ -74,15 +74,15 @@ def new_batch(gathered: Gathered, datagrams: Datagrams, cut: CutDatagrams) -> Li
     LiveBatch
         Without measurements.
     """
-    refused = _broken(gathered, datagrams)
+    rejected = _broken(gathered, datagrams)
     categories = Counter[int]()
     for (category, _source), count in gathered.records.items():
         categories[category] += count
     return LiveBatch(
         frame=pl.DataFrame(schema=PLAIN_SCHEMA),
         datagram=np.empty(0, np.int64),
-        refused=refused,
-        octets=_octets(gathered, refused, cut.datagram, len(datagrams)),
+        rejected=rejected,
+        octets=_octets(gathered, rejected, cut.datagram, len(datagrams)),
         records={name: np.zeros(len(datagrams), np.int64) for name in FATES},
         categories=categories,
     )
@@ -104,8 +104,8 @@ def unreadable(datagrams: Datagrams, reason: str) -> LiveBatch:
         All octets are quarantined.
     """
     count = len(datagrams)
-    refused = [
-        RefusedOctets(
+    rejected = [
+        RejectedOctets(
             place,
             0,
             datagrams.data[datagrams.begins[place] : datagrams.ends[place]].tobytes(),
@@ -118,7 +118,7 @@ def unreadable(datagrams: Datagrams, reason: str) -> LiveBatch:
     return LiveBatch(
         frame=pl.DataFrame(schema=PLAIN_SCHEMA),
         datagram=np.empty(0, np.int64),
-        refused=refused,
+        rejected=rejected,
         octets={
             "decoded": nothing,
             "skipped": nothing,
@@ -162,26 +162,26 @@ class Tally:
         ):
             octets = data[begin:end].tobytes()
             offset = begin - int(begins[place])
-            self._batch.refused.append(RefusedOctets(place, offset, octets, code, reason(source)))
+            self._batch.rejected.append(RejectedOctets(place, offset, octets, code, reason(source)))
 
 
-def _broken(gathered: Gathered, datagrams: Datagrams) -> list[RefusedOctets]:
+def _broken(gathered: Gathered, datagrams: Datagrams) -> list[RejectedOctets]:
     """Return blocks that do not fit, and octets that are none."""
-    refused = []
+    rejected = []
     for one in gathered.broken:
         place = int(np.searchsorted(datagrams.begins, one.offset, side="right")) - 1
         octets = datagrams.data[one.offset : one.offset + one.octets].tobytes()
         offset = one.offset - int(datagrams.begins[place])
-        refused.append(RefusedOctets(place, offset, octets, one.code, one.reason))
+        rejected.append(RejectedOctets(place, offset, octets, one.code, one.reason))
     empty = np.flatnonzero(datagrams.begins == datagrams.ends).tolist()
-    refused += [
-        RefusedOctets(place, 0, b"", RejectCode.TRUNCATED, "an empty datagram") for place in empty
+    rejected += [
+        RejectedOctets(place, 0, b"", RejectCode.TRUNCATED, "an empty datagram") for place in empty
     ]
-    return refused
+    return rejected
 
 
 def _octets(
-    gathered: Gathered, refused: list[RefusedOctets], datagram: Integers, count: int
+    gathered: Gathered, rejected: list[RejectedOctets], datagram: Integers, count: int
 ) -> dict[str, Integers]:
     """Return what became of the octets of each datagram."""
     blocks = gathered.blocks
@@ -189,7 +189,7 @@ def _octets(
     skipped = np.isin(blocks.data[blocks.begins], SKIPPED)
     broken = np.isin(blocks.begins, np.array([one.offset for one in gathered.broken], np.int64))
     quarantined = np.zeros(count, dtype=np.int64)
-    for one in refused:
+    for one in rejected:
         quarantined[one.datagram] += len(one.octets)
     octets = {"quarantined": quarantined}
     for name, own in (("decoded", ~skipped & ~broken), ("skipped", skipped)):

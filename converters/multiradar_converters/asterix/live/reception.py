@@ -61,7 +61,7 @@ class LiveOptions:
         Equal records of one source received at most so far apart are one, s; where they tell no
         time, at most a second apart.
     behind_max_s : float
-        Times that lie farther behind their reception are refused, s.
+        Times that lie farther behind their reception are rejected, s.
     """
 
     names: Mapping[tuple[int, str], str]

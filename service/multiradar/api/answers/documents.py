@@ -1,4 +1,4 @@
-"""Shapes of answers that are more than one record, for the OpenAPI document."""
+"""Models of composite answers, for the OpenAPI document."""
 
 from typing import Any
 
@@ -39,7 +39,7 @@ class TransitionPage(BaseModel):
 
 
 class BiasAnswer(BaseModel):
-    """Bias estimates of one sensor: the present ones, or by epoch with `history=true`."""
+    """Bias estimates of one sensor: the current ones, or by epoch with `history=true`."""
 
     count: int = _COUNT
     next_cursor: str | None = _CURSOR
@@ -48,7 +48,7 @@ class BiasAnswer(BaseModel):
 
 
 class SensorDiagnosis(BaseModel):
-    """What is probably wrong with a sensor."""
+    """Probable fault of a sensor."""
 
     sensor_id: str = Field(description="The sensor, or a source that is not configured")
     code: str = Field(description="The cause, for programs", examples=["range_unit"])
@@ -56,7 +56,7 @@ class SensorDiagnosis(BaseModel):
 
 
 class SensorState(BaseModel):
-    """A sensor as configured, with its present state; more members may follow."""
+    """A sensor as configured, with its current state; further members may be added."""
 
     id: str
     kind: str
@@ -64,7 +64,7 @@ class SensorState(BaseModel):
         default=None, description="For radars, after the first epoch"
     )
     diagnoses: list[SensorDiagnosis] = Field(
-        default=[], description="What is probably wrong with it, its settings or its data"
+        default=[], description="Probable faults of the sensor, its settings or its data"
     )
 
 
@@ -96,7 +96,7 @@ class RejectPage(BaseModel):
 
 
 class Status(BaseModel):
-    """Counts, sequence numbers and digests; more members may follow."""
+    """Counts, sequence numbers and digests; further members may be added."""
 
     version: str
     tracks: int = Field(description="Live tracks, tentative ones included")
@@ -118,12 +118,12 @@ class Health(BaseModel):
     status: str
 
 
-#: The answer of routes to one thing that may not be there.
+#: Answer of routes to a single resource that may not exist.
 NOT_FOUND: dict[int | str, dict[str, Any]] = {404: {"description": "Not found"}}
 
 
 def table_answers(*, geojson: bool = False) -> dict[int | str, dict[str, Any]]:
-    """Return the other media types that a table is answered in."""
+    """Return the other media types of a table."""
     content: dict[str, Any] = {ARROW: {"schema": {"type": "string", "format": "binary"}}}
     if geojson:
         content[GEOJSON] = {

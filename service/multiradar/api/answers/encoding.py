@@ -1,4 +1,4 @@
-"""Tables to bytes: JSON, GeoJSON and Arrow, encoded by polars and not row by row."""
+"""Encoding of tables: JSON, GeoJSON and Arrow, by polars and not row by row."""
 
 import io
 import json
@@ -11,31 +11,31 @@ JSON = "application/json"
 GEOJSON = "application/geo+json"
 ARROW = "application/vnd.apache.arrow.stream"
 
-#: Values of `format=` and the media types they stand for.
+#: Values of `format=` and their media types.
 FORMATS = {"json": JSON, "geojson": GEOJSON, "arrow": ARROW}
 
 
 def rows(frame: pl.DataFrame) -> bytes:
-    """Return a table as a JSON array of objects; what is not finite becomes null."""
+    """Return a table as a JSON array of objects; non-finite values become null."""
     return _finite(frame).write_json().encode()
 
 
 def envelope(head: Mapping[str, object], name: str, array: bytes) -> bytes:
-    """Return a JSON object: the members of a head, then one member with an encoded array."""
+    """Return a JSON object: the members of `head`, then one member with an encoded array."""
     text = json.dumps(head, allow_nan=False)[:-1]
     separator = ", " if head else ""
     return b"".join([text.encode(), f'{separator}"{name}": '.encode(), array, b"}"])
 
 
 def document(value: object) -> bytes:
-    """Return any value as JSON; what is not finite becomes null."""
+    """Return a value as JSON; non-finite values become null."""
     return json.dumps(_finite_value(value), allow_nan=False, ensure_ascii=False).encode()
 
 
 def feature_collection(frame: pl.DataFrame, head: Mapping[str, object]) -> bytes:
     """Return tracks as a GeoJSON feature collection (RFC 7946), points with their properties.
 
-    The position is longitude, latitude and, where it is known, the height in metres.
+    The position is longitude, latitude and, if known, height in metres.
     """
     frame = _finite(frame)
     properties = [name for name in frame.columns if name not in {"latitude_deg", "longitude_deg"}]
@@ -59,23 +59,23 @@ def feature_collection(frame: pl.DataFrame, head: Mapping[str, object]) -> bytes
 
 
 def arrow_stream(frame: pl.DataFrame) -> bytes:
-    """Return a table as an Arrow IPC stream that older readers understand; NaN becomes null."""
+    """Return a table as an Arrow IPC stream compatible with older readers; NaN becomes null."""
     buffer = io.BytesIO()
     _finite(frame).write_ipc_stream(buffer, compat_level=CompatLevel.oldest())
     return buffer.getvalue()
 
 
 def chosen_format(wanted: str | None, accept: str, offered: Sequence[str]) -> str | None:
-    """Return the name of the format to answer in, or None where none of those offered will do.
+    """Return the name of the negotiated format, or None when no offered format is acceptable.
 
     Parameters
     ----------
     wanted : str or None
-        Value of `format=`, which goes before the header.
+        Value of `format=`, which overrides the header.
     accept : str
         Value of the Accept header; empty accepts anything.
     offered : sequence of str
-        Names of formats, the preferred one first.
+        Names of formats in order of preference.
     """
     if wanted is not None:
         return wanted if wanted in offered else None

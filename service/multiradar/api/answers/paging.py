@@ -1,4 +1,4 @@
-"""Pages of tables, and the cursors between them: where the next page begins, as one word."""
+"""Pages of tables, and opaque cursors to the next page."""
 
 import base64
 import binascii
@@ -11,27 +11,27 @@ from multiradar.api.problems import parameter_error
 from multiradar.errors import RequestError
 from multiradar_schemas.measurements.measurement import TIME_MAX_S
 
-#: Most rows in a page of a history.
+#: Maximum rows in a page of a history.
 HISTORY_ROWS_MAX = 5_000
 
 _TRACK = struct.Struct("<cq")
 _MOMENT = struct.Struct("<cdq")
-# Rows of one time that a cursor may skip.
+# Maximum rows of the same time that a cursor skips.
 _SKIPPED_MAX = 4_000
 
 
 def track_cursor(track_id: int) -> str:
-    """Return the cursor behind a track in a list by ascending number."""
+    """Return the cursor after a track in a list by ascending number."""
     return _encode(_TRACK.pack(b"t", track_id))
 
 
 def read_track_cursor(cursor: str) -> int:
-    """Return the number of the last track of the page before.
+    """Return the number of the last track of the previous page.
 
     Raises
     ------
     RequestError
-        422 when it is no cursor of a list of tracks.
+        422 when it is not a cursor of a list of tracks.
     """
     (track_id,) = _decode(cursor, _TRACK, b"t")
     return int(track_id)
@@ -40,24 +40,24 @@ def read_track_cursor(cursor: str) -> int:
 def page_by_time(
     read: Callable[[float, int], pl.DataFrame], since: float | None, cursor: str | None, limit: int
 ) -> tuple[pl.DataFrame, str | None]:
-    """Return a page of a table that is read from a time on, and the cursor of the next page.
+    """Return a page of a table ordered by time, and the cursor of the next page.
 
     Parameters
     ----------
     read : callable
-        Returns the first rows from a data time on, s, oldest first, at most so many; fewer are
-        taken to be the last.
+        Arguments: data time, s, and limit. Returns the rows from that time on, oldest first; fewer
+        rows than the limit are the last ones.
     since : float or None
-        Data time of the first page, s; None begins with the oldest row.
+        Data time of the first page, s; None starts with the oldest row.
     cursor : str or None
-        The cursor of the page before, which goes before `since`.
+        Cursor of the previous page, which overrides `since`.
     limit : int
-        Most rows in the page.
+        Maximum rows in the page.
 
     Raises
     ------
     RequestError
-        422 when the cursor is none of a table by time.
+        422 when it is not a cursor of a table by time.
     """
     start_s, skipped = (-TIME_MAX_S if since is None else since, 0)
     if cursor is not None:
@@ -95,5 +95,5 @@ def _decode(cursor: str, form: struct.Struct, mark: bytes) -> tuple[float | int,
 
 def _wrong() -> RequestError:
     return parameter_error(
-        {"cursor": "expected `next_cursor` of the answer before"}, "CURSOR_INVALID"
+        {"cursor": "expected `next_cursor` of the previous page"}, "CURSOR_INVALID"
     )

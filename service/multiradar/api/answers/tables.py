@@ -1,4 +1,4 @@
-"""Answers with a table in them, in the form the client asks for."""
+"""Answers with a table, in the negotiated format."""
 
 from collections.abc import Sequence
 from typing import Annotated, Literal
@@ -18,12 +18,12 @@ TrackFormat = Annotated[Literal["json", "geojson", "arrow"] | None, _FORMAT]
 
 
 def chosen_form(request: Request, wanted: str | None, offered: Sequence[str]) -> str:
-    """Return the form to answer in, from `format=` or the Accept header.
+    """Return the format of the answer, from `format=` or the Accept header.
 
     Raises
     ------
     RequestError
-        406 when none of those offered will do.
+        406 when no offered format is acceptable.
     """
     form = encoding.chosen_format(wanted, request.headers.get("accept", ""), offered)
     if form is None:
@@ -35,7 +35,7 @@ def chosen_form(request: Request, wanted: str | None, offered: Sequence[str]) ->
 def table_response(
     request: Request, page: pl.DataFrame, name: str, form: str, following: str | None
 ) -> Response:
-    """Return a page of a table; the cursor of the next page stands in it and in the Link header."""
+    """Return a page of a table; the cursor of the next page is in it and in the Link header."""
     headers = {"vary": "accept"}
     if following is not None:
         kept = [pair for pair in request.query_params.multi_items() if pair[0] != "cursor"]
@@ -53,5 +53,5 @@ def table_response(
 
 
 def json_response(value: object) -> Response:
-    """Return any value as JSON."""
+    """Return a value as JSON."""
     return Response(encoding.document(value), media_type=encoding.JSON)

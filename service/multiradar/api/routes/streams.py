@@ -17,7 +17,7 @@ from multiradar.api.batches import KINDS, Batch
 from multiradar.api.problems import parameter_error
 from multiradar.api.query import Integer, integer, strict_query
 from multiradar.errors import RequestError
-from multiradar.observability.metrics import HTTP_CONNECTIONS_DROPPED, HTTP_REFUSALS
+from multiradar.observability.metrics import HTTP_CONNECTIONS_DROPPED, HTTP_REJECTIONS
 from multiradar.runtime.ports import StreamEvent
 
 #: Close codes of `/v1/stream`.
@@ -80,9 +80,9 @@ async def web_socket(socket: WebSocket, access: Granted) -> None:
     with contextlib.ExitStack() as held:
         try:
             after, chosen = _socket_parameters(socket.query_params.multi_items())
-            held.enter_context(access.hub.place("websocket"))
+            held.enter_context(access.hub.slot("websocket"))
         except RequestError as error:
-            HTTP_REFUSALS.labels(code=error.code).inc()
+            HTTP_REJECTIONS.labels(code=error.code).inc()
             code = CLOSE_POLICY if error.parameters else CLOSE_TRY_LATER
             await socket.close(code, f"{error.code}: {error}"[:_CLOSE_REASON_LENGTH_MAX])
             return
@@ -202,7 +202,7 @@ class _EventStream(Response):
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         # Refused here, before anything is sent: the answer is a problem document then.
-        with self._access.hub.place("sse"):
+        with self._access.hub.slot("sse"):
             start = {"type": "http.response.start", "status": 200, "headers": self.raw_headers}
             await send(start)
             await _first_of(self._send_batches(send), _until_gone(receive))

@@ -86,7 +86,7 @@ def replay_datagrams(
                 clock=clock,
                 pause=time.sleep,
                 on_sent=show,
-                on_refused=lambda: print(
+                on_rejected=lambda: print(
                     f"multiradar: {to}: nobody listens there yet; sending on", file=sys.stderr
                 ),
             )

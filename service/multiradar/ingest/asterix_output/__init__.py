@@ -1,1 +1,1 @@
-"""System tracks out: blocks of ASTERIX as datagrams and in files, by a thread of its own."""
+"""System track output: ASTERIX blocks as datagrams and in files, in its own thread."""

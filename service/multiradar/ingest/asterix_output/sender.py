@@ -1,4 +1,4 @@
-"""Sends users their system tracks, in data time, in a thread of its own."""
+"""Sends system tracks to users, in data time, in its own thread."""
 
 import logging
 import math
@@ -21,16 +21,16 @@ _log = logging.getLogger(__name__)
 
 
 class Outlet:
-    """A user: what it gets, where that goes, and what became of it; one owner.
+    """The output of one user: its channel, its sink and its counters; one owner.
 
     Parameters
     ----------
     name : str
         Its name in counters.
     channel : Channel
-        What it gets.
+        Content.
     sink : Sink
-        Where that goes.
+        Destination.
     """
 
     def __init__(self, name: str, channel: Channel, sink: Sink) -> None:
@@ -50,25 +50,25 @@ class Outlet:
         return sent == len(blocks)
 
     def counts(self) -> dict[str, Any]:
-        """Return blocks sent and dropped, octets, and records by category and item left out."""
+        """Return blocks sent and dropped, octets, and records by category and omitted item."""
         return {
             "blocks_sent": self.sent,
             "blocks_dropped": self.dropped,
             "octets": self.octets,
-            # A copy first: the sender goes on counting.
+            # A copy first: the sender keeps counting.
             "records": dict(sorted(dict(self.channel.counts).items())),
         }
 
 
 class AsterixSender:
-    """Follows the engine's output and sends.
+    """Sends the output of the engine to the users.
 
     Parameters
     ----------
     feed : OutputFeed
         The engine's output, with details.
     live_ids : callable
-        Returns the identifiers of the tracks that live now.
+        Returns the identifiers of the live tracks.
     sensors : SensorTable
         The sensors.
     tracking : TrackingSettings
@@ -91,21 +91,21 @@ class AsterixSender:
         self._tracking = tracking
         self._outlets = outlets
         self._cycles = self._begin()
-        # What was told before is not told again: no user hears of data times up to this.
-        self._quiet_until_s = math.inf
+        # Nothing is sent twice: data times up to this are not sent.
+        self._silent_until_s = math.inf
         self._failure: str | None = None
         self._thread = threading.Thread(target=self._run, name="asterix-output", daemon=True)
 
     def start(self) -> None:
-        """Follow the output; nothing is sent before `begin`."""
+        """Read the output; nothing is sent before `begin`."""
         self._thread.start()
 
     def begin(self) -> None:
-        """Send from now on: the journal was played."""
+        """Send from now on: the journal has been replayed."""
         self._feed.catch_up()
 
     def stop(self) -> None:
-        """Send what is there and that the service ends, then let go."""
+        """Send what is left and the end of service, then close."""
         self._feed.close()
         if self._thread.ident is not None:
             self._thread.join()
@@ -113,7 +113,7 @@ class AsterixSender:
             outlet.sink.close()
 
     def counts(self) -> dict[str, Any]:
-        """Return what became of the output, by user."""
+        """Return the counters of each user."""
         return {
             "updates_dropped": self._feed.dropped,
             "failure": self._failure,
@@ -122,20 +122,20 @@ class AsterixSender:
         }
 
     def step(self, fed: Fed) -> None:
-        """Take what is next, and send what is due."""
+        """Process the next output and send what is due."""
         if fed.restarted:
-            # Before the first catching up nothing was told, and all is quiet anyway.
-            self._quiet_until_s = max(self._quiet_until_s, self._cycles.reached_s)
+            # Before the first catch-up nothing was sent.
+            self._silent_until_s = max(self._silent_until_s, self._cycles.reached_s)
             self._cycles = self._begin()
         elif fed.caught_up:
-            self._quiet_until_s = max(fed.reached_s, self._cycles.reached_s)
-            # What was lost of the journal is lost to nobody.
+            self._silent_until_s = max(fed.reached_s, self._cycles.reached_s)
+            # Losses during the replay of the journal affect no user.
             self._cycles.overloaded.clear()
         elif fed.lost:
             self._cycles.overloaded = set(range(len(self._outlets)))
             self._cycles.tracks.keep(self._live_ids())
         elif fed.output is not None:
-            self._follow(fed.output)
+            self._process(fed.output)
 
     # ---------------------------------------------------------------- inside
 
@@ -148,22 +148,22 @@ class AsterixSender:
                 self.step(fed)
             self._send(self._cycles.finish())
         except Exception as error:
-            # Nobody waits for this thread: the service goes on without it.
+            # The service continues without this thread.
             self._failure = repr(error)
             self._feed.close()
             _log.exception("ASTERIX output has stopped")
 
-    def _follow(self, output: EngineOutput) -> None:
+    def _process(self, output: EngineOutput) -> None:
         latest_s = output.updates.time_s.max(initial=-math.inf)
-        quiet = self._quiet_until_s == math.inf
-        if quiet or -math.inf < latest_s <= self._quiet_until_s:
+        replaying = self._silent_until_s == math.inf
+        if replaying or -math.inf < latest_s <= self._silent_until_s:
             self._cycles.learn(output)
         else:
             self._send(self._cycles.take(output))
 
-    def _send(self, told: Iterator[Told]) -> None:
-        for one in told:
-            if one.time_s <= self._quiet_until_s:
+    def _send(self, reports: Iterator[Told]) -> None:
+        for one in reports:
+            if one.time_s <= self._silent_until_s:
                 continue
             if not self._outlets[one.channel].send(one.blocks):
                 self._cycles.overloaded.add(one.channel)

@@ -1,4 +1,4 @@
-"""Where blocks go: datagrams to a machine or a group, or a file."""
+"""Destinations of blocks: datagrams to a host or a multicast group, or a file."""
 
 import contextlib
 from collections.abc import Sequence
@@ -10,14 +10,14 @@ from multiradar.settings.asterix_output import AsterixOutputSettings
 
 
 class Sink(Protocol):
-    """Takes blocks and never waits for who reads them."""
+    """Writes blocks without ever waiting for a reader."""
 
     def send(self, blocks: Sequence[bytes]) -> int:
-        """Send blocks; return how many of them went out."""
+        """Send blocks; return the number sent."""
         ...
 
     def close(self) -> None:
-        """Let go of what is open."""
+        """Release the destination."""
         ...
 
 
@@ -42,7 +42,7 @@ class DatagramSink:
     Parameters
     ----------
     settings : AsterixOutputSettings
-        Address, port, interface and reach.
+        Address, port, interface and time to live.
 
     Raises
     ------
@@ -52,7 +52,7 @@ class DatagramSink:
 
     def __init__(self, settings: AsterixOutputSettings) -> None:
         assert settings.port is not None
-        self._place = settings.address, settings.port
+        self._target = settings.address, settings.port
         try:
             self._socket = open_sending(
                 settings.address,
@@ -69,11 +69,11 @@ class DatagramSink:
         self._socket.setblocking(False)
 
     def send(self, blocks: Sequence[bytes]) -> int:
-        """Send blocks; those for which there is no room, or no way, are dropped."""
+        """Send blocks; those that do not fit the buffer or have no route are dropped."""
         sent = 0
         for block in blocks:
             with contextlib.suppress(OSError):
-                self._socket.sendto(block, self._place)
+                self._socket.sendto(block, self._target)
                 sent += 1
         return sent
 
@@ -83,12 +83,12 @@ class DatagramSink:
 
 
 class FileSink:
-    """Adds blocks to a file, one after another.
+    """Appends blocks to a file.
 
     Parameters
     ----------
     settings : AsterixOutputSettings
-        The file; what is in it stays.
+        The file; existing content is kept.
 
     Raises
     ------
@@ -99,18 +99,18 @@ class FileSink:
     def __init__(self, settings: AsterixOutputSettings) -> None:
         assert settings.file is not None
         if settings.file.is_fifo():
-            # To open it would wait for a reader, and who stops reading would be waited for.
-            msg = f"{settings.file}: expected a file or nothing there, was a pipe"
+            # Opening a pipe would wait for a reader, and a slow reader would block the sender.
+            msg = f"{settings.file}: expected a file or no file, was a pipe"
             raise ConfigurationError(msg)
         try:
-            # Unbuffered: what one call cannot write is counted where it is lost.
+            # Unbuffered: a block that cannot be written is counted as lost.
             self._file: BinaryIO = settings.file.open("ab", buffering=0)
         except OSError as error:
             msg = f"{settings.file}: cannot write there, {error.strerror or error}"
             raise ConfigurationError(msg) from error
 
     def send(self, blocks: Sequence[bytes]) -> int:
-        """Write blocks; with a full disk they are dropped, and none is left in part."""
+        """Write blocks; on a full disk they are dropped, and no partial block remains."""
         if not blocks:
             return 0
         whole = b"".join(blocks)
@@ -128,11 +128,11 @@ class FileSink:
 
 
 def open_sink(settings: AsterixOutputSettings) -> Sink:
-    """Return where a user's blocks go.
+    """Return the destination of a user's blocks.
 
     Raises
     ------
     ConfigurationError
-        If that cannot be opened.
+        If it cannot be opened.
     """
     return FileSink(settings) if settings.port is None else DatagramSink(settings)

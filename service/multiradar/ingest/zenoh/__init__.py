@@ -1,1 +1,1 @@
-"""Zenoh: measurements in, tracks and biases out, over one session."""
+"""Zenoh: measurement input, track and bias output, over one session."""

@@ -1,4 +1,4 @@
-"""What the service needs of Zenoh: two small interfaces, and the messages that pass them."""
+"""Interface to Zenoh: input and output protocols and their messages."""
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
@@ -9,18 +9,18 @@ JSON = "application/json"
 
 @dataclass(frozen=True, slots=True)
 class Message:
-    """A sample that came in.
+    """A received sample.
 
     Attributes
     ----------
     key : str
-        Key under which it was put.
+        Its key.
     payload : bytes
         Its content.
     media_type : str
-        The encoding as the sender named it.
+        The encoding declared by the sender.
     attachment : bytes
-        What was attached; empty when nothing was.
+        The attachment; empty when absent.
     """
 
     key: str
@@ -31,28 +31,28 @@ class Message:
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """A query that came in; it must be finished exactly once.
+    """A received query; it must be finished exactly once.
 
     Attributes
     ----------
     key : str
-        Key expression that was asked for; may have wildcards.
+        Key expression; may have wildcards.
     parameters : mapping
-        What followed the question mark.
+        Parameters after the question mark.
     payload : bytes or None
-        Content that came with it.
+        Its content.
     media_type : str
         Encoding of the content.
     attachment : bytes
-        What was attached; empty when nothing was.
+        The attachment; empty when absent.
     reply : callable
         Sends an answer: key, payload, attachment.
-    refuse : callable
+    reply_error : callable
         Sends an error: payload.
     finish : callable
         Ends the query.
     repeated : tuple of str
-        Names of parameters that are given more than once; the mapping has the last value of each.
+        Names of repeated parameters; the mapping has the last value of each.
     """
 
     key: str
@@ -61,25 +61,25 @@ class Request:
     media_type: str
     attachment: bytes
     reply: Callable[[str, bytes, bytes], None]
-    refuse: Callable[[bytes], None]
+    reply_error: Callable[[bytes], None]
     finish: Callable[[], None]
     repeated: tuple[str, ...] = ()
 
 
 def wrong_parameters(request: Request, known: Collection[str]) -> tuple[str, str] | None:
-    """Return what is wrong with the names of a query's parameters.
+    """Return the error in the parameter names of a query.
 
     Parameters
     ----------
     request : Request
         The query. Names that begin with an underscore are Zenoh's own.
     known : collection of str
-        Names that it may have, each once.
+        Allowed names, each at most once.
 
     Returns
     -------
     tuple of str, or None
-        Code and reason, as over HTTP; None when nothing is wrong.
+        Code and reason, as over HTTP; None without an error.
     """
     unknown = [one for one in request.parameters if one not in known and not one.startswith("_")]
     if unknown:
@@ -93,57 +93,57 @@ def wrong_parameters(request: Request, known: Collection[str]) -> tuple[str, str
 
 
 class Stream(Protocol):
-    """The updates of one track or sensor, with a cache for those who come late."""
+    """The updates of one track or sensor, with a cache for late subscribers."""
 
     def send(self, payload: bytes, attachment: bytes) -> None:
-        """Send an update to whoever listens, and keep it; never waits for a subscriber."""
+        """Publish and cache an update; never waits for a subscriber."""
         ...
 
-    def remember(self, payload: bytes, attachment: bytes) -> None:
-        """Keep an update without sending it."""
+    def cache(self, payload: bytes, attachment: bytes) -> None:
+        """Cache an update without publishing it."""
         ...
 
     def close(self) -> None:
-        """Forget what was kept."""
+        """Discard the cache."""
         ...
 
 
 class Inlet(Protocol):
-    """What comes in. Handlers are called in threads of the bus; what they raise is reported."""
+    """Input. Handlers are called in threads of the bus; their exceptions are reported."""
 
     def subscribe(self, key: str, handler: Callable[[Message], None]) -> None:
-        """Have a handler called with each sample on a key expression."""
+        """Call a handler with each sample on a key expression."""
         ...
 
     def answer(self, key: str, handler: Callable[[Request], None]) -> None:
-        """Have a handler called with each query on a key expression."""
+        """Call a handler with each query on a key expression."""
         ...
 
     def watch(self, handler: Callable[[], None]) -> None:
-        """Have a handler called whenever another session connects to this one."""
+        """Call a handler whenever another session connects to this one."""
         ...
 
 
 class Outlet(Protocol):
-    """What goes out."""
+    """Output."""
 
     def put(self, key: str, payload: bytes, attachment: bytes) -> None:
-        """Send a JSON sample to whoever listens now; never waits for a subscriber."""
+        """Publish a JSON sample; never waits for a subscriber."""
         ...
 
     def stream(self, key: str, depth: int, heartbeat_s: float) -> Stream:
-        """Return a stream of updates that keeps the last `depth`."""
+        """Return a stream of updates that caches the last `depth`."""
         ...
 
 
 @dataclass(slots=True)
 class BusCounts:
-    """What went wrong inside the bus.
+    """Errors inside the bus.
 
     Attributes
     ----------
     handler_errors : int
-        Handlers that raised: a fault of this program.
+        Handlers that raised an exception: bugs.
     last_error : str
         The last of them.
     """

@@ -1,4 +1,4 @@
-"""The last track updates by their number: who has number n can ask for what follows."""
+"""The last track updates by number, for queries of the updates after number n."""
 
 import threading
 from bisect import bisect_left
@@ -9,14 +9,14 @@ from itertools import islice
 
 @dataclass(frozen=True, slots=True)
 class NumberedUpdate:
-    """One track update, as published.
+    """A published track update.
 
     Attributes
     ----------
     sequence : int
-        Number of the update, 1, 2, 3, … over all tracks.
+        Number of the update over all tracks, from 1.
     key : str
-        Key it was published under.
+        Its key.
     payload : bytes
         JSON.
     """
@@ -27,12 +27,12 @@ class NumberedUpdate:
 
 
 class CatchUp:
-    """Keeps the last updates.
+    """Ring of the last updates.
 
     Parameters
     ----------
     samples_max : int
-        How many.
+        Capacity.
     """
 
     def __init__(self, samples_max: int) -> None:
@@ -40,28 +40,28 @@ class CatchUp:
         self._lock = threading.Lock()
 
     def append(self, update: NumberedUpdate) -> None:
-        """Add the newest update; numbers ascend until the journal is played anew."""
+        """Add the newest update; numbers ascend until the journal is replayed."""
         with self._lock:
             if self._updates and update.sequence <= self._updates[-1].sequence:
                 self._updates.clear()
             self._updates.append(update)
 
     def after(self, sequence: int, limit: int) -> tuple[list[NumberedUpdate], int]:
-        """Return what follows a number.
+        """Return the updates after a number.
 
         Parameters
         ----------
         sequence : int
-            Last number that the asker has; 0 for none.
+            Last known number; 0 for none.
         limit : int
-            Most updates to return.
+            Maximum number of updates to return.
 
         Returns
         -------
         updates : list of NumberedUpdate
             By ascending number.
         lost : int
-            Updates after `sequence` that are not kept any more.
+            Number of updates after `sequence` that are no longer retained.
         """
         with self._lock:
             if not self._updates:

@@ -1,15 +1,15 @@
-"""What the Zenoh side counts; the status key shows it."""
+"""Counters of the Zenoh interface, published on the status key."""
 
 import threading
 from collections import deque
 from typing import Any
 
-#: Alarms that the status shows.
+#: Number of alarms in the status.
 _ALARMS_SHOWN = 8
 
 
 class ZenohCounts:
-    """Counters that several threads add to.
+    """Counters; thread-safe.
 
     ::
 
@@ -50,7 +50,7 @@ class ZenohCounts:
                 self._numbers[name] += number
 
     def alarm(self, code: str, reason: str, key: str) -> None:
-        """Note something that a person should know; the last few are shown."""
+        """Raise an alarm for the operator; the status has the last few."""
         with self._lock:
             self._alarm_count += 1
             self._alarms.append(

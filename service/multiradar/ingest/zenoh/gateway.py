@@ -1,4 +1,4 @@
-"""The Zenoh side of the service, put together."""
+"""The Zenoh interface of the service."""
 
 import json
 import threading
@@ -20,16 +20,16 @@ from multiradar.ingest.zenoh.queries import Answers
 from multiradar.ingest.zenoh.session import ZenohBus
 from multiradar.runtime.ports import MeasurementSink, View
 
-#: Threads that send answers; a querier that does not listen occupies one for some seconds.
+#: Threads that send answers; a querier that does not read occupies one for some seconds.
 _ANSWER_THREADS = 4
-#: Queries that may wait for those threads. Answers to measurements are bounded by the intake.
+#: Maximum queries queued for those threads. Answers to measurements are bounded by the intake.
 _QUERIES_MAX = 1024
-#: Alarms are published at once, but not more often than this.
+#: Minimum interval between publications of alarms, s.
 _ALARM_PERIOD_S = 0.1
 
 
 class ZenohService(MeasurementSink, Protocol):
-    """The service that is needed."""
+    """The service as used by the gateway."""
 
     @property
     def view(self) -> View:
@@ -45,7 +45,7 @@ class Bus(Inlet, Outlet, Protocol):
     endpoints: tuple[str, ...]
 
     def announce(self) -> None:
-        """Tell others that this instance is there."""
+        """Announce this instance to others."""
         ...
 
     def close(self) -> None:
@@ -54,18 +54,18 @@ class Bus(Inlet, Outlet, Protocol):
 
 
 class ZenohGateway:
-    """Measurements in, tracks and biases out.
+    """Measurement input, track and bias output.
 
     Parameters
     ----------
     service : Service
         The running service.
     options : ZenohOptions, optional
-        How to open the session, and bounds.
+        Configuration of the session, and limits.
     open_bus : callable
-        Opens the session; another one in tests.
+        Opens the session; replaced in tests.
     clock : Clock
-        Tells how time passes.
+        Monotonic time.
     """
 
     def __init__(
@@ -85,17 +85,17 @@ class ZenohGateway:
         self._bus: Bus | None = None
         self._publisher: Publisher | None = None
         self._answering: ThreadPoolExecutor | None = None
-        self._room = threading.Semaphore(_QUERIES_MAX)
+        self._free = threading.Semaphore(_QUERIES_MAX)
         self._stopping = threading.Event()
         self._status_thread: threading.Thread | None = None
 
     @property
     def endpoints(self) -> tuple[str, ...]:
-        """Where Zenoh listens; empty before the start."""
+        """Addresses Zenoh listens on; empty before the start."""
         return () if self._bus is None else self._bus.endpoints
 
     def start(self) -> None:
-        """Open the session, take measurements, publish.
+        """Open the session, accept measurements, publish.
 
         Raises
         ------
@@ -117,7 +117,7 @@ class ZenohGateway:
             options=options,
             clock=self._clock,
         )
-        answers = Answers(view, self._status, catch_up, self.counts, self._later_if_room)
+        answers = Answers(view, self._status, catch_up, self.counts, self._later_unless_full)
         for key, handler in answers.handlers().items():
             bus.answer(key, handler)
         bus.answer(TRACK_CACHES, self._gate.on_query)
@@ -128,13 +128,13 @@ class ZenohGateway:
         bus.subscribe(f"{MEASUREMENTS}/*", inlet.on_sample)
         self._publisher.start()
         self._status_thread = threading.Thread(
-            target=self._tell_status, name="zenoh-status", daemon=True
+            target=self._publish_status, name="zenoh-status", daemon=True
         )
         self._status_thread.start()
         bus.announce()
 
     def stop(self) -> None:
-        """Publish what is there, answer what was asked, close the session; may be called twice."""
+        """Publish pending events, answer queries, close the session; may be called twice."""
         self._stopping.set()
         if self._status_thread is not None:
             self._status_thread.join()
@@ -149,24 +149,24 @@ class ZenohGateway:
 
     # ---------------------------------------------------------------- inside
 
-    def _later_if_room(self, call: Callable[[], None]) -> bool:
-        if not self._room.acquire(blocking=False):
+    def _later_unless_full(self, call: Callable[[], None]) -> bool:
+        if not self._free.acquire(blocking=False):
             return False
 
-        def freeing() -> None:
+        def release_after() -> None:
             try:
                 call()
             finally:
-                self._room.release()
+                self._free.release()
 
-        self._later(freeing)
+        self._later(release_after)
         return True
 
     def _later(self, call: Callable[[], None]) -> None:
         def guarded() -> None:
             try:
                 call()
-            except Exception as error:  # The querier has gone, or a fault of ours: both are told.
+            except Exception as error:  # The querier has gone, or a bug: both are reported.
                 self.counts.alarm("ANSWER_FAILED", f"{type(error).__name__}: {error}"[:300], "")
 
         answering = self._answering
@@ -187,11 +187,11 @@ class ZenohGateway:
         }
         return json.dumps(document, default=str).encode()
 
-    def _tell_status(self) -> None:
-        told_s, alarms = float("-inf"), 0
+    def _publish_status(self) -> None:
+        published_s, alarms = float("-inf"), 0
         while not self._stopping.wait(_ALARM_PERIOD_S):
             now_s = self._clock.monotonic_s()
-            due = now_s - told_s >= self._options.status_period_s
+            due = now_s - published_s >= self._options.status_period_s
             if (due or self.counts.alarm_count != alarms) and self._bus is not None:
-                alarms, told_s = self.counts.alarm_count, now_s
+                alarms, published_s = self.counts.alarm_count, now_s
                 self._bus.put(STATUS, self._status(), b"")

@@ -1,10 +1,10 @@
-"""The keys of the interface, and what may be part of one.
+"""The keys of the interface, and valid parts of them.
 
 ::
 
     multiradar/v1/measurements/{sensor}   in: samples, and queries that are answered
     multiradar/v1/tracks/{track}          out, and queryable
-    multiradar/v1/ended/{track}           out: a track has ended
+    multiradar/v1/ended/{track}           out: a track was dropped
     multiradar/v1/biases/{sensor}         out, and queryable
     multiradar/v1/sensors/{sensor}        queryable
     multiradar/v1/forecasts/{track}       queryable
@@ -30,10 +30,10 @@ TRAJECTORIES = f"{ROOT}/trajectories"
 STATUS = f"{ROOT}/status"
 INSTANCES = f"{ROOT}/instances"
 
-#: Where the caches of advanced publishers of tracks answer; queries on it tell who is catching up.
+#: Key of the caches of track publishers; a query on it shows that a subscriber is catching up.
 TRACK_CACHES = f"{TRACKS}/*/@adv/**"
-#: A liveliness token for all caches of tracks together. It names no publisher: an advanced
-#: subscriber that detects late publishers answers such a token by asking for the whole history.
+#: Liveliness token for all track caches together. It names no publisher: an advanced subscriber
+#: that detects late publishers reacts to such a token by querying the whole history.
 TRACK_HISTORY = f"{TRACKS}/*/@adv/pub/*/*/_"
 
 _SENSOR_ID = re.compile(SENSOR_ID_PATTERN)
@@ -41,17 +41,17 @@ _TRACK_ID = re.compile(r"[1-9][0-9]{0,18}")
 
 
 def last_part(key: str) -> str:
-    """Return what follows the last slash of a key."""
+    """Return the part of a key after the last slash."""
     return key.rpartition("/")[2]
 
 
 def is_sensor_id(text: str) -> bool:
-    """Tell whether a text can be a sensor's identifier, and so part of a key."""
+    """Return whether a text is a valid sensor identifier, and so a valid part of a key."""
     return _SENSOR_ID.fullmatch(text) is not None
 
 
 def track_id(text: str) -> int | None:
-    """Return the track that a part of a key names, or None when it names none."""
+    """Return the track identifier in a part of a key, or None."""
     return int(text) if _TRACK_ID.fullmatch(text) else None
 
 
@@ -61,7 +61,7 @@ def sensor_key(root: str, sensor_id: str) -> str:
     Raises
     ------
     ValueError
-        If the identifier has characters that mean something in a key.
+        If the identifier has characters that are special in a key.
     """
     if not is_sensor_id(sensor_id):
         msg = f"expected a sensor identifier of letters, digits, '.', '-', '_', was {sensor_id!r}"

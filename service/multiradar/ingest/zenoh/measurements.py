@@ -1,8 +1,8 @@
-"""Measurements in: samples that cannot be refused, and queries that are answered.
+"""Measurement input: samples, which cannot be rejected, and queries, which are answered.
 
-A sample is a message without an answer: what is wrong with it, or that the service was too busy, is
-counted and told on the status key, not to its sender. A query with the same content is answered
-when it is in the journal, on disk: that is the acknowledged way in.
+A sample has no answer: errors in it, or an overload of the service, are counted and published on
+the status key, not reported to its sender. A query with the same content is acknowledged when it is
+in the journal, on disk.
 """
 
 import json
@@ -33,7 +33,7 @@ from multiradar.runtime.live.receipt import (
 from multiradar.runtime.ports import MeasurementSink
 
 SOURCE = "zenoh"
-#: What the service itself refuses: the first line that fits. The codes are those of HTTP.
+#: Codes of errors of the service; the first match counts. They are those of HTTP.
 _CODES: tuple[tuple[type[MultiradarError], str], ...] = (
     (QueueFullError, "QUEUE_FULL"),
     (IdempotencyConflictError, "IDEMPOTENCY_KEY_REUSED"),
@@ -52,14 +52,14 @@ class MeasurementInlet:
     Parameters
     ----------
     intake : MeasurementSink
-        Takes what was read.
+        Receives the decoded measurements.
     counts : ZenohCounts
-        Told of everything that came.
+        Counters.
     bounds : PayloadBounds
-        What is too large.
+        Size limits.
     later : callable
-        Runs a function in another thread; the answers of queries are sent there, so that a querier
-        that does not listen cannot hold up the journal.
+        Runs a function in another thread. The answers of queries are sent there, so that a querier
+        that does not read cannot block the journal.
     """
 
     def __init__(
@@ -75,7 +75,7 @@ class MeasurementInlet:
         self._later = later
 
     def on_sample(self, message: Message) -> None:
-        """Take a sample."""
+        """Ingest a sample."""
         self._counts.add(messages_read=1)
         try:
             decoded = read_payload(message.key, message.media_type, message.payload, self._bounds)
@@ -86,23 +86,23 @@ class MeasurementInlet:
             self._counts.add(messages_lost_upstream=1)
             self._counts.alarm("QUEUE_FULL", str(error), message.key)
         except MultiradarError as error:
-            self._refused(error, message.key)
+            self._rejected(error, message.key)
         else:
             future.add_done_callback(lambda done: self._settled(done, message.key))
 
     def on_query(self, request: Request) -> None:
-        """Take a query; it is answered when its content is on disk."""
+        """Ingest a query; it is answered when its content is on disk."""
         self._counts.add(messages_read=1)
         try:
-            future = self._handed_in(request)
+            future = self._submit_query(request)
         except PayloadError as error:
             self._malformed(error, request.key)
             code, reason = error.code, error.reason
-            self._later(lambda: _refuse(request, code, reason))
+            self._later(lambda: _reject(request, code, reason))
         except MultiradarError as error:
-            self._refused(error, request.key)
-            refusal = error
-            self._later(lambda: _refuse_for(request, refusal))
+            self._rejected(error, request.key)
+            rejection = error
+            self._later(lambda: _reject_for(request, rejection))
         else:
             future.add_done_callback(
                 lambda done: self._later(lambda: self._answer_settled(done, request))
@@ -110,7 +110,7 @@ class MeasurementInlet:
 
     # ---------------------------------------------------------------- inside
 
-    def _handed_in(self, request: Request) -> "Future[Receipt]":
+    def _submit_query(self, request: Request) -> "Future[Receipt]":
         idempotency_key = _idempotency_key(request.attachment)
         wrong = wrong_parameters(request, _PARAMETERS)
         if wrong is not None:
@@ -118,7 +118,7 @@ class MeasurementInlet:
         if "flush" in request.parameters and not request.payload:
             return self._intake.flush(source=SOURCE, idempotency_key=idempotency_key)
         if request.payload is None:
-            raise PayloadError("MISSING_FIELD", "expected measurements in the query, was without")
+            raise PayloadError("MISSING_FIELD", "expected measurements in the query, was empty")
         decoded = read_payload(request.key, request.media_type, request.payload, self._bounds)
         return self._submit(decoded, idempotency_key)
 
@@ -133,7 +133,7 @@ class MeasurementInlet:
     def _settled(self, done: "Future[Receipt]", key: str) -> bool:
         error = done.exception()
         if error is not None:
-            self._refused(error, key)
+            self._rejected(error, key)
             return False
         receipt = done.result()
         self._counts.add(messages_taken=1)
@@ -149,13 +149,13 @@ class MeasurementInlet:
             request.reply(_reply_key(request.key), answer, b"")
             request.finish()
         else:
-            _refuse_for(request, done.exception())
+            _reject_for(request, done.exception())
 
     def _malformed(self, error: PayloadError, key: str) -> None:
         self._counts.add(messages_malformed=1)
         self._counts.alarm(error.code, error.reason, key)
 
-    def _refused(self, error: BaseException, key: str) -> None:
+    def _rejected(self, error: BaseException, key: str) -> None:
         self._counts.add(messages_refused=1)
         self._counts.alarm(_code(error), str(error)[:300], key)
 
@@ -172,27 +172,27 @@ def _idempotency_key(attachment: bytes) -> str | None:
     return key
 
 
-def _reply_key(asked: str) -> str:
-    # An answer needs a key without wildcards that matches the one asked for.
-    return asked if "*" not in asked else f"{MEASUREMENTS}/receipt"
+def _reply_key(queried: str) -> str:
+    # An answer needs a key without wildcards that matches the query.
+    return queried if "*" not in queried else f"{MEASUREMENTS}/receipt"
 
 
-def _refuse_for(request: Request, error: BaseException | None) -> None:
+def _reject_for(request: Request, error: BaseException | None) -> None:
     retry_after_s = None
     if isinstance(error, QueueFullError):
         retry_after_s = error.retry_after_s
     elif isinstance(error, JournalFullError | PipelineError):
         retry_after_s = 1.0
-    _refuse(request, _code(error), str(error), retry_after_s)
+    _reject(request, _code(error), str(error), retry_after_s)
 
 
 def _code(error: BaseException | None) -> str:
     return next((code for kind, code in _CODES if isinstance(error, kind)), "INTERNAL")
 
 
-def _refuse(request: Request, code: str, reason: str, retry_after_s: float | None = None) -> None:
+def _reject(request: Request, code: str, reason: str, retry_after_s: float | None = None) -> None:
     document: dict[str, object] = {"code": code, "reason": reason[:1000]}
     if retry_after_s is not None:
         document["retry_after_s"] = retry_after_s
-    request.refuse(json.dumps(document).encode())
+    request.reply_error(json.dumps(document).encode())
     request.finish()

@@ -1,4 +1,4 @@
-"""A bus in memory, the twin of the Zenoh session for tests."""
+"""A bus in memory, for tests."""
 
 from collections import deque
 from collections.abc import Callable, Mapping
@@ -10,7 +10,7 @@ from multiradar.ingest.zenoh.bus import JSON, BusCounts, Message, Request
 
 @dataclass(slots=True)
 class MemoryAnswer:
-    """What a query got.
+    """Answers to a query.
 
     Attributes
     ----------
@@ -19,7 +19,7 @@ class MemoryAnswer:
     errors : list of bytes
         Payload of each error.
     finished : int
-        How often it was finished; 1 when all is well.
+        How often it was finished; expected 1.
     """
 
     replies: list[tuple[str, bytes, bytes]] = field(default_factory=list)
@@ -28,7 +28,7 @@ class MemoryAnswer:
 
 
 class MemoryStream:
-    """Keeps the last updates, and whether each was sent."""
+    """Keeps the last updates, and whether each was published."""
 
     def __init__(self, bus: "MemoryBus", key: str, depth: int) -> None:
         self._bus = bus
@@ -37,23 +37,23 @@ class MemoryStream:
         self.closed = False
 
     def send(self, payload: bytes, attachment: bytes) -> None:
-        """Send an update, and keep it."""
+        """Publish and cache an update."""
         self.kept.append(payload)
         self._bus.put(self._key, payload, attachment)
 
-    def remember(self, payload: bytes, attachment: bytes) -> None:
-        """Keep an update without sending it."""
+    def cache(self, payload: bytes, attachment: bytes) -> None:
+        """Cache an update without publishing it."""
         del attachment
         self.kept.append(payload)
 
     def close(self) -> None:
-        """Forget what was kept."""
+        """Discard the cache."""
         self.kept.clear()
         self.closed = True
 
 
 class MemoryBus:
-    """Inlet and outlet in one process; handlers run in the thread that calls."""
+    """Inlet and outlet in one process; handlers run in the calling thread."""
 
     def __init__(self) -> None:
         self.counts = BusCounts()
@@ -68,37 +68,37 @@ class MemoryBus:
         self._queryables: list[tuple[str, Callable[[Request], None]]] = []
 
     def announce(self) -> None:
-        """Note that the instance announced itself."""
+        """Record that the instance announced itself."""
         self.announced = True
 
     def subscribe(self, key: str, handler: Callable[[Message], None]) -> None:
-        """Have a handler called with each sample on a key expression."""
+        """Call a handler with each sample on a key expression."""
         self._subscribers.append((key, handler))
 
     def answer(self, key: str, handler: Callable[[Request], None]) -> None:
-        """Have a handler called with each query on a key expression."""
+        """Call a handler with each query on a key expression."""
         self._queryables.append((key, handler))
 
     def watch(self, handler: Callable[[], None]) -> None:
-        """Have a handler called when a test says that somebody connects."""
+        """Call a handler when a test simulates a connection."""
         self.watchers.append(handler)
 
     def put(self, key: str, payload: bytes, attachment: bytes) -> None:
-        """Note a sample that was sent."""
+        """Record a published sample."""
         self.sent.append(Message(key, payload, JSON, attachment))
 
     def stream(self, key: str, depth: int, heartbeat_s: float) -> MemoryStream:
-        """Return a stream of updates that keeps the last `depth`."""
+        """Return a stream of updates that caches the last `depth`."""
         del heartbeat_s
         self.streams[key] = MemoryStream(self, key, depth)
         return self.streams[key]
 
     def close(self) -> None:
-        """Note that the session is no longer needed."""
+        """Record the end of the session."""
         self.closed = True
 
     def deliver(self, message: Message) -> None:
-        """Let a sample come in."""
+        """Deliver a sample."""
         for key, handler in self._subscribers:
             if _covers(key, message.key):
                 try:
@@ -115,7 +115,7 @@ class MemoryBus:
         media_type: str = JSON,
         attachment: bytes = b"",
     ) -> MemoryAnswer:
-        """Let a query come in, and return where its answers will be."""
+        """Deliver a query; return the object that collects its answers."""
         answer = MemoryAnswer()
 
         def finish() -> None:
@@ -128,7 +128,7 @@ class MemoryBus:
             media_type=media_type,
             attachment=attachment,
             reply=lambda *parts: answer.replies.append(parts),
-            refuse=answer.errors.append,
+            reply_error=answer.errors.append,
             finish=finish,
         )
         for served, handler in self._queryables:
@@ -141,12 +141,12 @@ class MemoryBus:
             handler(request)
         except Exception as error:
             self.counts.report(error)
-            request.refuse(b'{"code":"INTERNAL","reason":"the query failed"}')
+            request.reply_error(b'{"code":"INTERNAL","reason":"the query failed"}')
             request.finish()
 
 
 def _covers(expression: str, key: str) -> bool:
-    # Enough of the key expressions: `*` in the last place, `**` at the end.
+    # The part of the key expressions that tests need: `*` as last part, `**` at the end.
     if expression.endswith("/**"):
         return key.startswith(expression[:-2]) or key == expression[:-3]
     return expression.count("/") == key.count("/") and fnmatchcase(key, expression)

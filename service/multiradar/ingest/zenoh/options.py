@@ -1,4 +1,4 @@
-"""What can be set of the Zenoh side of the service."""
+"""Options of the Zenoh interface."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,40 +14,40 @@ _MODES = ("peer", "client", "router")
 
 @dataclass(frozen=True, slots=True)
 class ZenohOptions:
-    """Settings of the Zenoh session and of what is published; the defaults reach this host only.
+    """Options of the Zenoh session and of publication; the defaults reach this host only.
 
     Attributes
     ----------
     mode : str
-        peer (embedded, the default), client (of a router) or router.
+        peer (embedded, default), client (of a router) or router.
     listen, connect : tuple of str
         Endpoints such as `tcp/127.0.0.1:7447`.
     multicast : bool
-        Whether others are looked for, and told of, by multicast.
+        Whether to discover peers by multicast.
     config_file : Path, optional
-        Zenoh configuration (JSON5) for mTLS and access control; it then decides mode and endpoints.
+        Zenoh configuration (JSON5) for mTLS and access control; it overrides mode and endpoints.
     client_wait_s : float
         How long a client waits for its router at the start, s.
     lease_s : float
-        A peer that hears nothing of this session for so long takes it for lost, s. None: 10 s where
-        others connect to it, 2 s where nobody does. A subscriber that sleeps in its callback hears
-        nothing meanwhile; with 2 s it closes the connection when it wakes, and whatever
-        was on its way is lost with it. A router does not sleep.
+        Lease of the connection, s: a peer that receives nothing of this session for so long closes
+        it. None: 10 s if others connect to it, else 2 s. A subscriber that blocks in its callback
+        receives nothing meanwhile; with 2 s it then closes the connection and loses the samples in
+        transit. A router does not block.
     message_bytes_max : int
-        Largest message that is taken in.
+        Maximum size of a message.
     message_rows_max : int
-        Most measurements in one message.
+        Maximum number of measurements in a message.
     cache_samples_max : int
-        Updates kept of one track for subscribers that come late or fall behind.
+        Cached updates of a track for subscribers that join late or fall behind.
     cache_samples_total : int
-        Sets the share of each track when there are many: its cache holds this number divided by the
-        number of tracks, but never less than `CACHE_SAMPLES_MIN`.
+        Total cache size: with many tracks the cache of each holds this number divided by the
+        number of tracks, but at least `CACHE_SAMPLES_MIN`.
     catch_up_samples_max : int
-        Track updates kept for queries with `after`.
+        Track updates retained for queries with `after`.
     status_period_s : float
-        Time between two publications of the status, s.
+        Status publication interval, s.
     retention_s : float
-        How long an ended track can still be caught up with, s.
+        Retention of the updates of a dropped track, s.
     """
 
     mode: Mode = "peer"

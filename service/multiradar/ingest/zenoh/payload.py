@@ -1,4 +1,4 @@
-"""Samples and queries on the measurement keys, read: encoding, content, and the key's sensor."""
+"""Decoding of samples and queries on the measurement keys: encoding, content, sensor of the key."""
 
 import io
 import json
@@ -26,24 +26,24 @@ _MEDIA_TYPES = {
     ARROW: ARROW,
     "application/vnd.apache.arrow": ARROW,
 }
-#: What Zenoh says when the sender said nothing.
-_UNSAID = frozenset({"", "zenoh/bytes", "zenoh/string", "text/plain"})
+#: Encodings of Zenoh when the sender declared none.
+_UNDECLARED = frozenset({"", "zenoh/bytes", "zenoh/string", "text/plain"})
 _ARROW_START = b"\xff\xff\xff\xff"
-#: The last part of a key that stands for measurements of several sensors.
+#: Last parts of a key for measurements of several sensors.
 _ANY_SENSOR = frozenset({"*", "**"})
 _NOT_NAMED = str(RejectCode.MISSING_FIELD)
 
 
 @dataclass(frozen=True, slots=True)
 class PayloadBounds:
-    """What is too large.
+    """Size limits.
 
     Attributes
     ----------
     bytes_max : int
-        Largest content that is read.
+        Maximum size of the content.
     rows_max : int
-        Most measurements in it.
+        Maximum number of measurements.
     """
 
     bytes_max: int
@@ -56,24 +56,24 @@ def read_payload(key: str, media_type: str, payload: bytes, bounds: PayloadBound
     Parameters
     ----------
     key : str
-        Key they came under; its last part names the sensor, or is `*` for several.
+        Key; its last part names the sensor, or is `*` for several.
     media_type : str
-        The encoding as the sender named it.
+        The encoding declared by the sender.
     payload : bytes
         The content.
     bounds : PayloadBounds
-        What is too large.
+        Size limits.
 
     Returns
     -------
     Decoded
-        Rows taken and rows refused. A row without a sensor has that of the key; one with another
-        sensor is refused.
+        Accepted and rejected rows. A row without a sensor gets that of the key; one with another
+        sensor is rejected.
 
     Raises
     ------
     PayloadError
-        If nothing of it can be read.
+        If the payload cannot be read.
     """
     sensor_id = _sensor_of(key)
     if len(payload) > bounds.bytes_max:
@@ -98,9 +98,9 @@ def _sensor_of(key: str) -> str | None:
 
 
 def _known_type(media_type: str, payload: bytes) -> str:
-    # Zenoh writes a schema after a semicolon.
+    # Zenoh appends a schema after a semicolon.
     named = media_type.partition(";")[0].strip().lower()
-    if named in _UNSAID:
+    if named in _UNDECLARED:
         return _guessed_type(payload)
     known = _MEDIA_TYPES.get(named)
     if known is None:
@@ -122,7 +122,7 @@ def _decoded(media_type: str, payload: bytes, sensor_id: str | None, rows_max: i
     except RequestError as error:
         if media_type != ARROW or sensor_id is None or error.code != _NOT_NAMED:
             raise
-        # A column is missing: when it was the sensor's, the second reading succeeds.
+        # A column is missing: if it is that of the sensor, the second reading succeeds.
         return decode(media_type, _with_sensor_column(payload, sensor_id), rows_max)
     if sensor_id is None or not any(row.code == _NOT_NAMED for row in decoded.rejected):
         return decoded
@@ -139,27 +139,27 @@ def _with_sensor_column(payload: bytes, sensor_id: str) -> bytes:
 
 
 def _named(decoded: Decoded, sensor_id: str) -> Decoded:
-    """Read the rows that name no sensor once more, with that of the key."""
+    """Read the rows without a sensor again, with that of the key."""
     rewritten = [(row, _renamed(row.raw, sensor_id)) for row in decoded.rejected]
     again = [(row, text) for row, text in rewritten if text is not None and row.code == _NOT_NAMED]
     if not again:
         return decoded
     second = decode(JSON, b"[" + ",".join(text for _, text in again).encode() + b"]", len(again))
-    place = [row.index for row, _ in again]
-    taken = second.frame.with_columns(
-        pl.Series("index", [place[at] for at in second.frame["index"].to_list()], pl.UInt32)
+    index = [row.index for row, _ in again]
+    accepted = second.frame.with_columns(
+        pl.Series("index", [index[at] for at in second.frame["index"].to_list()], pl.UInt32)
     )
-    refused = [
-        RejectedRow(place[row.index], row.code, row.reason, row.raw) for row in second.rejected
+    rejected = [
+        RejectedRow(index[row.index], row.code, row.reason, row.raw) for row in second.rejected
     ]
-    reread = set(place)
+    reread = set(index)
     kept = [row for row in decoded.rejected if row.index not in reread]
-    frame = pl.concat([decoded.frame, taken]).sort("index")
-    return Decoded(frame, _ordered([*kept, *refused]))
+    frame = pl.concat([decoded.frame, accepted]).sort("index")
+    return Decoded(frame, _ordered([*kept, *rejected]))
 
 
 def _renamed(raw: str, sensor_id: str) -> str | None:
-    """Return the JSON of a row with a sensor, or None when it has one or is no object."""
+    """Return the JSON of a row with a sensor added, or None when it has one or is no object."""
     try:
         row = json.loads(raw)
     except ValueError:
@@ -167,7 +167,7 @@ def _renamed(raw: str, sensor_id: str) -> str | None:
     if not isinstance(row, dict):
         return None
     if "sensor_id" not in row:
-        # The text is kept as it came: whatever else is wrong with it is found again.
+        # The rest of the text is unchanged, so that other errors in it are found again.
         rest = raw.lstrip()[1:]
         comma = "" if rest.lstrip().startswith("}") else ","
         return f'{{"sensor_id":"{sensor_id}"{comma}{rest}'
@@ -180,7 +180,7 @@ def _of_sensor(decoded: Decoded, sensor_id: str) -> Decoded:
     foreign = decoded.frame.filter(pl.col("sensor_id") != sensor_id)
     if foreign.is_empty():
         return decoded
-    refused = [
+    rejected = [
         RejectedRow(
             index=int(row["index"]),
             code=str(RejectCode.UNKNOWN_SENSOR),
@@ -190,7 +190,7 @@ def _of_sensor(decoded: Decoded, sensor_id: str) -> Decoded:
         for row in foreign.iter_rows(named=True)
     ]
     own = decoded.frame.filter(pl.col("sensor_id") == sensor_id)
-    return Decoded(own, _ordered([*decoded.rejected, *refused]))
+    return Decoded(own, _ordered([*decoded.rejected, *rejected]))
 
 
 def _ordered(rows: Sequence[RejectedRow]) -> tuple[RejectedRow, ...]:

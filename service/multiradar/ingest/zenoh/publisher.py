@@ -1,4 +1,4 @@
-"""Tracks and biases out: one thread that reads the service's events and never waits for anybody."""
+"""Track and bias output: one thread that publishes events and never waits for a subscriber."""
 
 import re
 import threading
@@ -14,16 +14,17 @@ from multiradar.ingest.zenoh.keys import BIASES, ENDED, TRACKS, sensor_key
 from multiradar.ingest.zenoh.options import ZenohOptions
 from multiradar.runtime.ports import EventSource, StreamEvent
 
-#: Updates that a cache keeps at least, however many tracks there are.
+#: Minimum depth of the cache of a track.
 CACHE_SAMPLES_MIN = 64
-#: Estimates kept of one sensor.
+#: Depth of the cache of a sensor.
 BIAS_SAMPLES = 1024
-#: Events read at a time; the gate for those who join is looked at before each.
+#: Events read at a time; the join gate is checked before each event.
 _EVENTS_AT_A_TIME = 512
-#: Longest sleep without an event, so that joins and retired tracks are looked after.
+#: Maximum sleep without an event, after which joins and retired tracks are checked, s.
 _IDLE_S = 0.02
-#: A heartbeat tells who missed the last update of a stream; 1 s for few streams, and one second
-#: more for every so many, because thousands of timers cost more than the updates.
+#: A heartbeat lets subscribers detect that they missed the last update of a stream. Its period is
+#: 1 s for few streams, and 1 s more for every so many streams, because thousands of timers cost
+#: more than the updates.
 _STREAMS_PER_SECOND = 500.0
 _SEQUENCE = re.compile(rb'"sequence":\s*([0-9]+)')
 
@@ -36,24 +37,24 @@ class _Kept:
 
 
 class Publisher:
-    """Publishes the events of the service.
+    """Publishes events of the service.
 
     Parameters
     ----------
     outlet : Outlet
-        Where to.
+        Output.
     source : EventSource
-        What.
+        Events.
     known_until : int
-        Events up to this number were there before: they fill the caches and are not sent again.
+        Events up to this number were published before: they fill the caches and are not sent again.
     gate : JoinGate
-        Waited for before each update.
+        Delays updates while a subscriber joins.
     catch_up : CatchUp
-        Gets every track update.
+        Receives every track update.
     counts : ZenohCounts
-        Told of everything.
+        Counters.
     options : ZenohOptions
-        Depth of caches, retention.
+        Cache depths and retention.
     clock : Clock
         For the retention.
     """
@@ -79,20 +80,20 @@ class Publisher:
         self._options = options
         self._clock = clock
         self._streams: dict[str, _Kept] = {}
-        # By time of retirement: a dictionary keeps the order in which keys were added.
+        # By time of retirement, in order of insertion.
         self._retired: dict[str, float] = {}
         self._something = threading.Event()
         self._stopping = threading.Event()
         self._thread: threading.Thread | None = None
 
     def start(self) -> None:
-        """Begin to publish."""
+        """Start publishing."""
         self._source.set_wakeup(self._something.set)
         self._thread = threading.Thread(target=self._run, name="zenoh-publisher", daemon=True)
         self._thread.start()
 
     def stop(self) -> None:
-        """Publish what is there, then stop."""
+        """Publish pending events, then stop."""
         self._stopping.set()
         self._something.set()
         if self._thread is not None:
@@ -107,7 +108,7 @@ class Publisher:
         events = self._source.poll(_EVENTS_AT_A_TIME)
         for event in events:
             if self._gate.closed:
-                self._gate.open_when_quiet(self._pause)
+                self._gate.wait_for_joins(self._pause)
             self._publish(event)
         self._retire()
         return bool(events)
@@ -116,14 +117,14 @@ class Publisher:
 
     def _run(self) -> None:
         while True:
-            # Looked at before the poll, so that what came before the stop is still published.
+            # Read before the poll, so that events before the stop are still published.
             stopping = self._stopping.is_set()
             self._something.clear()
             if self.step():
                 continue
             if stopping:
                 return
-            self._gate.open_when_quiet(self._pause)
+            self._gate.wait_for_joins(self._pause)
             self._something.wait(_IDLE_S)
 
     def _pause(self, duration_s: float) -> None:
@@ -172,8 +173,8 @@ class Publisher:
         kept = self._streams.get(key)
         if kept is None:
             heartbeat_s = 1.0 + len(self._streams) / _STREAMS_PER_SECOND
-            room = depth()
-            kept = _Kept(self._outlet.stream(key, room, heartbeat_s), room)
+            capacity = depth()
+            kept = _Kept(self._outlet.stream(key, capacity, heartbeat_s), capacity)
             self._streams[key] = kept
             self._counts.add(streams=1)
         self._retired.pop(key, None)
@@ -183,7 +184,7 @@ class Publisher:
         if event.sequence > self._known_until:
             kept.stream.send(payload, b"%d" % number)
         else:
-            kept.stream.remember(payload, b"%d" % number)
+            kept.stream.cache(payload, b"%d" % number)
 
     def _cache_depth(self) -> int:
         share = self._options.cache_samples_total // (len(self._streams) + 1)

@@ -124,7 +124,7 @@ class Answers:
 
     def _refuse(self, request: Request, code: str, reason: str) -> None:
         self._counts.add(queries_refused=1)
-        request.refuse(json.dumps({"code": code, "reason": reason}).encode())
+        request.reply_error(json.dumps({"code": code, "reason": reason}).encode())
 
     def _tracks(self, request: Request) -> None:
         name = last_part(request.key)

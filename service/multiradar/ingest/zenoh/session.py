@@ -1,18 +1,18 @@
-"""The Zenoh session: the one place that opens it, and its form as inlet and outlet.
+"""The Zenoh session as inlet and outlet.
 
-Why it is built as it is (measured with 1.10, see docs/zenoh.md):
+Reasons for its design (measured with 1.10, see docs/zenoh.md):
 
-- Everything for subscribers is sent with congestion control DROP: BLOCK lets one slow subscriber
-  hold up all others and is not lossless either. What was dropped is recovered from caches.
-- Updates travel at a priority below the answers of the caches, so that a subscriber that catches
-  up is not kept from it by new updates. The first update of a stream travels with the answers: an
-  advanced subscriber takes the first sample that it sees of a source for the beginning, so that
-  one must not be lost behind other updates, and must not overtake the end of the history.
-- An advanced publisher has one priority. Therefore it keeps the cache and the heartbeat, is
-  confined to this session, and the samples are put by the session in its name.
-- Publisher detection stays off: with it, an advanced subscriber that joins while samples arrive
-  loses the history of the sources that it detects. Instead there is one token for all histories:
-  whoever connects again asks for everything, and holds back what arrives until it is answered.
+- Data for subscribers are sent with congestion control DROP: BLOCK lets one slow subscriber delay
+  all others and is not lossless either. Dropped samples are recovered from caches.
+- Updates have a lower priority than the answers of the caches, so that new updates do not delay a
+  subscriber that catches up. The first update of a stream has the priority of the answers: an
+  advanced subscriber takes the first sample of a source as its beginning, so this sample must not
+  be lost behind other updates and must not overtake the end of the history.
+- An advanced publisher has one priority. It therefore provides only the cache and the heartbeat,
+  is confined to this session, and the session puts the samples in its name.
+- Publisher detection is off: with it, an advanced subscriber that joins while samples arrive loses
+  the history of the sources that it detects. Instead there is one token for all histories: a
+  subscriber that reconnects requests everything and withholds new samples until it is answered.
 """
 
 import json
@@ -28,7 +28,7 @@ from multiradar.ingest.zenoh.bus import JSON, BusCounts, Message, Request
 from multiradar.ingest.zenoh.keys import INSTANCES, TRACK_HISTORY
 from multiradar.ingest.zenoh.options import ZenohOptions
 
-#: Batches that may wait for a slow peer, by priority; 16 is the most that Zenoh allows.
+#: Batches queued for a slow peer, by priority; 16 is the maximum of Zenoh.
 _QUEUE_BATCHES = 16
 _PRIORITIES = (
     "control",
@@ -52,12 +52,12 @@ def zenoh_config(options: ZenohOptions) -> zenoh.Config:
     Parameters
     ----------
     options : ZenohOptions
-        With a configuration file, only what the streams need is added to it.
+        Only the needs of the streams are added to a configuration file.
 
     Raises
     ------
     ConfigurationError
-        If the file or an endpoint is not what Zenoh understands.
+        If the file or an endpoint is not valid.
     """
     wanted: dict[str, Any] = {
         "timestamping/enabled": True,
@@ -69,8 +69,8 @@ def zenoh_config(options: ZenohOptions) -> zenoh.Config:
             "listen/endpoints": list(options.listen),
             "listen/exit_on_failure": True,
             "connect/endpoints": list(options.connect),
-            # A peer waits for others in the background. A client is nothing without its router: it
-            # waits for a while; later it comes back to a router that was away.
+            # A peer discovers others in the background. A client needs its router: it waits for it
+            # at the start, and reconnects later.
             "connect/timeout_ms": round(options.client_wait_s * 1000.0)
             if options.mode == "client"
             else -1,
@@ -100,7 +100,7 @@ class ZenohBus:
     Parameters
     ----------
     options : ZenohOptions
-        How to open it.
+        Configuration of the session.
 
     Raises
     ------
@@ -120,12 +120,12 @@ class ZenohBus:
         self._declared: list[Any] = []
 
     def announce(self) -> None:
-        """Declare the liveliness tokens of this instance and of the histories that it keeps."""
+        """Declare the liveliness tokens of this instance and of its histories."""
         for key in (f"{INSTANCES}/{self.instance}", TRACK_HISTORY):
             self._declared.append(self._session.liveliness().declare_token(key))
 
     def subscribe(self, key: str, handler: Callable[[Message], None]) -> None:
-        """Have a handler called with each sample on a key expression."""
+        """Call a handler with each sample on a key expression."""
 
         def on_sample(sample: zenoh.Sample) -> None:
             try:
@@ -137,26 +137,26 @@ class ZenohBus:
                         attachment=_bytes(sample.attachment),
                     )
                 )
-            except Exception as error:  # Zenoh would print it and go on.
+            except Exception as error:  # Zenoh would print it and continue.
                 self.counts.report(error)
 
         self._declared.append(self._session.declare_subscriber(key, on_sample))
 
     def answer(self, key: str, handler: Callable[[Request], None]) -> None:
-        """Have a handler called with each query on a key expression."""
+        """Call a handler with each query on a key expression."""
 
         def on_query(query: zenoh.Query) -> None:
             try:
                 handler(_request(query))
             except Exception as error:
-                # Without this the querier would get an empty answer.
+                # Otherwise the querier would get an empty answer.
                 self.counts.report(error)
-                _refuse_and_drop(query)
+                _reject_and_drop(query)
 
         self._declared.append(self._session.declare_queryable(key, on_query))
 
     def watch(self, handler: Callable[[], None]) -> None:
-        """Have a handler called whenever another session connects to this one."""
+        """Call a handler whenever another session connects to this one."""
 
         def on_event(event: zenoh.TransportEvent) -> None:
             if event.kind == zenoh.SampleKind.PUT:
@@ -167,7 +167,7 @@ class ZenohBus:
         )
 
     def put(self, key: str, payload: bytes, attachment: bytes) -> None:
-        """Send a JSON sample to whoever listens now; never waits for a subscriber."""
+        """Publish a JSON sample; never waits for a subscriber."""
         self._session.put(
             key,
             payload,
@@ -178,11 +178,11 @@ class ZenohBus:
         )
 
     def stream(self, key: str, depth: int, heartbeat_s: float) -> "ZenohStream":
-        """Return a stream of updates that keeps the last `depth`."""
+        """Return a stream of updates that caches the last `depth`."""
         return ZenohStream(self._session, key, depth, heartbeat_s)
 
     def close(self) -> None:
-        """Close the session; whoever waits for it sees the liveliness token go."""
+        """Close the session; its liveliness token disappears."""
         for declared in self._declared:
             declared.undeclare()
         self._declared.clear()
@@ -190,7 +190,7 @@ class ZenohBus:
 
 
 class ZenohStream:
-    """The updates of one key: an advanced publisher's cache, and puts in its name."""
+    """The updates of one key: the cache of an advanced publisher, and puts in its name."""
 
     def __init__(self, session: zenoh.Session, key: str, depth: int, heartbeat_s: float) -> None:
         self._session = session
@@ -212,10 +212,10 @@ class ZenohStream:
         self._source = self._cache.id
 
     def send(self, payload: bytes, attachment: bytes) -> None:
-        """Send an update to whoever listens, and keep it; never waits for a subscriber."""
+        """Publish and cache an update; never waits for a subscriber."""
         number = self._count
-        # Kept first: who misses it can already ask for it.
-        self.remember(payload, attachment)
+        # Cached first, so that a subscriber that misses it can query it.
+        self.cache(payload, attachment)
         self._session.put(
             self._key,
             payload,
@@ -227,13 +227,13 @@ class ZenohStream:
             source_info=zenoh.SourceInfo(self._source, number % _SEQUENCE_END),
         )
 
-    def remember(self, payload: bytes, attachment: bytes) -> None:
-        """Keep an update without sending it."""
+    def cache(self, payload: bytes, attachment: bytes) -> None:
+        """Cache an update without publishing it."""
         self._cache.put(payload, attachment=attachment)
         self._count += 1
 
     def close(self) -> None:
-        """Forget what was kept."""
+        """Discard the cache."""
         self._cache.undeclare()  # type: ignore[no-untyped-call]  # so in its stubs
 
 
@@ -257,7 +257,7 @@ def _request(query: zenoh.Query) -> Request:
         reply=lambda key, content, attachment: query.reply(
             key, content, encoding=JSON, attachment=attachment
         ),
-        refuse=lambda content: query.reply_err(content, encoding=JSON),
+        reply_error=lambda content: query.reply_err(content, encoding=JSON),
         finish=query.drop,
         repeated=tuple(name for name, count in times.items() if count > 1),
     )
@@ -272,7 +272,7 @@ def _bytes(content: zenoh.ZBytes | None) -> bytes:
     return b"" if content is None else content.to_bytes()
 
 
-def _refuse_and_drop(query: zenoh.Query) -> None:
+def _reject_and_drop(query: zenoh.Query) -> None:
     try:
         query.reply_err(b'{"code":"INTERNAL","reason":"the query failed"}', encoding=JSON)
     finally:
@@ -280,5 +280,5 @@ def _refuse_and_drop(query: zenoh.Query) -> None:
 
 
 def first_line(error: Exception) -> str:
-    """Return what Zenoh says, without where in its source it says so."""
+    """Return the message of a Zenoh error without the location in its source."""
     return str(error).partition("\n")[0].partition(" at /")[0].rstrip(" !")[:300]

@@ -5,7 +5,7 @@ import io
 import polars as pl
 
 from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
-from multiradar_schemas.measurements.directions import lean
+from multiradar_schemas.measurements.directions import without_empty_directions
 
 
 def encode_rows(frame: pl.DataFrame) -> bytes:
@@ -13,7 +13,7 @@ def encode_rows(frame: pl.DataFrame) -> bytes:
     if not len(frame):
         return b""
     buffer = io.BytesIO()
-    lean(complete(frame)).rechunk().write_ipc_stream(buffer)
+    without_empty_directions(complete(frame)).rechunk().write_ipc_stream(buffer)
     return buffer.getvalue()
 
 

@@ -25,7 +25,7 @@ from multiradar.runtime.live.payload import complete, decode_rows, encode_rows
 from multiradar.storage.entries import Entry, EntryKind, RejectedRow, StoredEntry
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
-from multiradar_schemas.measurements.directions import has_directions, lean
+from multiradar_schemas.measurements.directions import has_directions, without_empty_directions
 from multiradar_schemas.measurements.reject import RejectCode
 
 #: Column of a frame with the place of each row in its message.
@@ -252,7 +252,9 @@ def _rejected_rows(
     frame: pl.DataFrame, verdicts: Sequence[tuple[int, str, str]]
 ) -> list[RejectedRow]:
     rows = [row for row, _, _ in verdicts]
-    content = lean(frame[rows]).drop(INDEX_COLUMN, strict=False).iter_rows(named=True)
+    content = (
+        without_empty_directions(frame[rows]).drop(INDEX_COLUMN, strict=False).iter_rows(named=True)
+    )
     return [
         RejectedRow(place, str(code), reason, json.dumps(raw, ensure_ascii=False))
         for place, (_, code, reason), raw in zip(

@@ -29,7 +29,7 @@ NAMES = {(0x1482, "radar"): "20-130"}
 
 @dataclass
 class Taken:
-    """A service that takes everything, or raises what it is told to."""
+    """A service that accepts everything, or raises the configured errors."""
 
     failures: list[Exception] = field(default_factory=list)
     later: list[MultiradarError] = field(default_factory=list)
@@ -54,8 +54,8 @@ class Taken:
         self.frames.append((source, frame))
         self.rejected += [(source, row) for row in rejected]
         late = [RejectedRow(index, "TIME_LATE", "late") for index in self.rejecting]
-        refused = sorted([*late, *rejected], key=lambda row: row.index)
-        future.set_result(Receipt(len(frame) - len(late), tuple(refused), False, 1))
+        rejected = sorted([*late, *rejected], key=lambda row: row.index)
+        future.set_result(Receipt(len(frame) - len(late), tuple(rejected), False, 1))
         return future
 
     def flush(self, *, source: str, idempotency_key: str | None = None) -> Future[Receipt]:
@@ -109,7 +109,7 @@ def listening() -> Iterator[Callable[..., Listening]]:
         octets_max: int = 1 << 20,
         interval_s: float = 0.01,
         rows_max: int = 100,
-        begun: bool = True,
+        begin: bool = True,
     ) -> Listening:
         sources = [MemorySource(label) for label in labels]
         service = Taken()
@@ -124,7 +124,7 @@ def listening() -> Iterator[Callable[..., Listening]]:
         )
         started.append(gateway)
         gateway.start()
-        if begun:
+        if begin:
             gateway.begin()
         return Listening(sources, service, gateway)
 
@@ -162,7 +162,7 @@ def test_what_listeners_hear_is_handed_in_and_counted_by_listener(
 def test_what_comes_while_the_service_recovers_waits_for_it(
     listening: Callable[..., Listening],
 ) -> None:
-    one = listening(begun=False)
+    one = listening(begin=False)
     one.sources[0].send(plot(0.0), plot(1.0))
     one.until("datagrams", 2)
     assert one.service.rows == 0
@@ -184,7 +184,7 @@ def test_what_two_listeners_hear_of_one_radar_counts_once(
     assert one.service.rows == 1
 
 
-def test_a_batch_is_handed_in_as_it_came_whoever_heard_it() -> None:
+def test_a_batch_keeps_the_order_of_reception_over_all_listeners() -> None:
     """Listener by listener, what one heard late in the batch would make the other's late."""
     service, queue = Taken(), DatagramQueue(1000, 1 << 20)
     work, _gateway = inlet(service, queue)
@@ -207,7 +207,7 @@ def test_what_the_service_rejects_is_counted_by_listener() -> None:
         assert gateway.counts.number(listener, "rows_rejected") == 1
 
 
-def test_a_refusal_keeps_listener_number_octet_and_content(
+def test_a_rejection_keeps_listener_number_octet_and_content(
     listening: Callable[..., Listening],
 ) -> None:
     one = listening()
@@ -216,12 +216,12 @@ def test_a_refusal_keeps_listener_number_octet_and_content(
     one.until("datagrams", 3)
     one.until("octets_quarantined", 5)
     one.until("rows_accepted", 2)
-    told = {row.reason.split(": ")[0]: row for _, row in one.service.rejected}
-    assert set(told) == {
+    reported = {row.reason.split(": ")[0]: row for _, row in one.service.rejected}
+    assert set(reported) == {
         f"north, datagram 2, octet {len(plot(0.0))}",
         "north, datagram 3, octet 0",
     }
-    assert told[f"north, datagram 2, octet {len(plot(0.0))}"].raw == "300005ffff"
+    assert reported[f"north, datagram 2, octet {len(plot(0.0))}"].raw == "300005ffff"
     assert one.gateway.counts.document()["listeners"]["north"]["refused_by_code"] == {
         "MALFORMED_BLOCK": 1,
         "TRUNCATED": 1,
@@ -270,7 +270,7 @@ def test_the_queue_is_bounded_by_octets_too() -> None:
     taken = [queue.put(Received(0, k, NOON_S, bytes(40_000))) for k in range(4)]
     assert taken == [True, True, False, False]
     assert queue.octets == 80_000
-    assert len(queue.take(1)) == 1
+    assert len(queue.pop(1)) == 1
     assert queue.octets == 40_000
     assert queue.put(Received(0, 4, NOON_S, b""))
 
@@ -289,7 +289,7 @@ def test_drops_are_counted_and_every_octet_is_in_a_count(
     assert one.number("octets") == one.number("octets_dropped") + one.number("octets_decoded")
 
 
-def test_many_refusals_of_a_batch_share_a_row() -> None:
+def test_many_rejections_of_a_batch_share_a_row() -> None:
     service, queue = Taken(), DatagramQueue(1000, 1 << 20)
     work, gateway = inlet(service, queue)
     for k in range(50):
@@ -298,7 +298,7 @@ def test_many_refusals_of_a_batch_share_a_row() -> None:
     rows = [row for _, row in service.rejected]
     assert len(rows) == 6
     assert rows[-1].reason == (
-        "north, datagram 6 to north, datagram 50: 45 more refusals of 180 octets that are not kept "
+        "north, datagram 6 to north, datagram 50: 45 more rejects of 180 octets, not retained "
         "(MALFORMED_BLOCK 23, UNKNOWN_KIND 22)"
     )
     codes = gateway.counts.document()["listeners"]["north"]["refused_by_code"]

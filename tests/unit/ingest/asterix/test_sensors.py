@@ -1,6 +1,6 @@
 """Sensors by the codes under which ASTERIX names them."""
 
-from multiradar.ingest.asterix_sensors import names_by_source, turns_by_source
+from multiradar.ingest.asterix_sensors import names_by_source, scan_periods_by_source
 from multiradar.wire import sensor_table
 from multiradar_schemas.sensors.sensor import parse_sensors
 
@@ -31,7 +31,7 @@ kind = "adsb"
 """
 
 
-def test_codes_and_other_names_tell_the_sensor() -> None:
+def test_a_sensor_is_found_by_its_codes_and_aliases() -> None:
     table = sensor_table(parse_sensors(SENSORS))
     assert names_by_source(table) == {
         (20 << 8 | 130, "radar"): "hill",
@@ -43,4 +43,4 @@ def test_codes_and_other_names_tell_the_sensor() -> None:
 
 def test_stated_turns_are_known_by_every_name() -> None:
     table = sensor_table(parse_sensors(SENSORS))
-    assert turns_by_source(table) == {20 << 8 | 130: 4.5, 20 << 8 | 131: 4.5}
+    assert scan_periods_by_source(table) == {20 << 8 | 130: 4.5, 20 << 8 | 131: 4.5}

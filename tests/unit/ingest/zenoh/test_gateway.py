@@ -1,4 +1,4 @@
-"""The Zenoh side over the bus in memory: what is answered, refused and counted."""
+"""The Zenoh interface over the bus in memory: answers, rejections and counters."""
 
 import json
 from collections.abc import Callable, Iterator
@@ -49,7 +49,7 @@ def settled(scene: Scene, answer: MemoryAnswer) -> MemoryAnswer:
     return answer
 
 
-def test_publishing_waits_a_moment_for_who_connects(scene: Scene) -> None:
+def test_publishing_pauses_for_a_new_connection(scene: Scene) -> None:
     for connected in scene.bus.watchers:
         connected()
     answer = settled(scene, scene.bus.ask("multiradar/v1/status"))
@@ -68,7 +68,7 @@ def test_a_sample_becomes_a_submission_under_its_key(scene: Scene) -> None:
 
 
 @pytest.mark.parametrize("attachment", [b"\xff", b"a\nb", b" k", b"k" * 129])
-def test_an_attachment_that_is_no_key_is_refused(scene: Scene, attachment: bytes) -> None:
+def test_an_attachment_that_is_no_key_is_rejected(scene: Scene, attachment: bytes) -> None:
     scene.bus.deliver(Message(KEY, PAYLOAD, "application/json", attachment))
     answer = settled(scene, scene.bus.ask(KEY, payload=PAYLOAD, attachment=attachment))
     assert json.loads(answer.errors[0])["code"] == "ENCODING"
@@ -76,7 +76,7 @@ def test_an_attachment_that_is_no_key_is_refused(scene: Scene, attachment: bytes
     assert not scene.service.submissions
 
 
-def refused(error: Exception) -> Callable[[Any, "Future[Receipt]"], None]:
+def rejected(error: Exception) -> Callable[[Any, "Future[Receipt]"], None]:
     def answer(_submission: Any, _future: "Future[Receipt]") -> None:
         raise error
 
@@ -90,12 +90,12 @@ def failed(error: Exception) -> Callable[[Any, "Future[Receipt]"], None]:
 @pytest.mark.parametrize(
     ("answer", "code", "retry_after_s"),
     [
-        (refused(QueueFullError("intake", 9, 2.0)), "QUEUE_FULL", 2.0),
-        (refused(JournalError("no")), "JOURNAL_FAILED", None),
+        (rejected(QueueFullError("intake", 9, 2.0)), "QUEUE_FULL", 2.0),
+        (rejected(JournalError("no")), "JOURNAL_FAILED", None),
         (failed(JournalError("no")), "JOURNAL_FAILED", None),
     ],
 )
-def test_a_query_that_cannot_be_taken_is_refused_with_a_code(
+def test_a_query_that_cannot_be_taken_is_rejected_with_a_code(
     scene: Scene,
     answer: Callable[[Any, "Future[Receipt]"], None],
     code: str,
@@ -109,14 +109,14 @@ def test_a_query_that_cannot_be_taken_is_refused_with_a_code(
 
 
 def test_a_sample_that_finds_the_intake_full_is_counted_as_lost(scene: Scene) -> None:
-    scene.service.answer = refused(QueueFullError("intake", 9, 2.0))
+    scene.service.answer = rejected(QueueFullError("intake", 9, 2.0))
     scene.bus.deliver(Message(KEY, PAYLOAD, "application/json"))
     assert scene.count("messages_lost_upstream") == 1
     assert scene.gateway.counts.document()["alarms"][-1]["code"] == "QUEUE_FULL"
 
 
-def test_a_handler_that_fails_is_reported_and_the_query_is_refused(scene: Scene) -> None:
-    scene.service.answer = refused(RuntimeError("a fault"))
+def test_a_handler_that_fails_is_reported_and_the_query_is_rejected(scene: Scene) -> None:
+    scene.service.answer = rejected(RuntimeError("a fault"))
     answer = settled(scene, scene.bus.ask(KEY, payload=PAYLOAD))
     assert json.loads(answer.errors[0])["code"] == "INTERNAL"
     assert scene.bus.counts.handler_errors == 1
@@ -129,7 +129,7 @@ def test_a_view_that_fails_is_an_error_and_not_an_empty_answer(scene: Scene) -> 
     assert not answer.replies
 
 
-def test_the_end_of_a_stream_can_be_told(scene: Scene) -> None:
+def test_the_end_of_a_stream_can_be_marked(scene: Scene) -> None:
     settled(scene, scene.bus.ask("multiradar/v1/measurements/*", parameters={"flush": ""}))
     assert scene.service.flushes == ["zenoh"]
 
@@ -159,7 +159,7 @@ def test_only_the_number_of_a_track_names_one(text: str) -> None:
 def test_every_message_is_accounted_for(scene: Scene) -> None:
     scene.bus.deliver(Message(KEY, PAYLOAD, "application/json"))
     scene.bus.deliver(Message(KEY, b"[{", "application/json"))
-    scene.service.answer = refused(QueueFullError("intake", 9, 2.0))
+    scene.service.answer = rejected(QueueFullError("intake", 9, 2.0))
     scene.bus.deliver(Message(KEY, PAYLOAD, "application/json"))
     scene.service.answer = failed(JournalError("no"))
     scene.bus.deliver(Message(KEY, PAYLOAD, "application/json"))
@@ -184,7 +184,7 @@ def test_every_message_is_accounted_for(scene: Scene) -> None:
         ("3?horizon_s=5", "UNKNOWN_PARAMETER"),
     ],
 )
-def test_trajectories_that_cannot_be_told_of_are_refused(
+def test_trajectories_that_do_not_exist_are_rejected(
     scene: Scene, selector: str, code: str
 ) -> None:
     name, _, asked = selector.partition("?")
@@ -195,10 +195,10 @@ def test_trajectories_that_cannot_be_told_of_are_refused(
     assert json.loads(answer.errors[0])["code"] == code
 
 
-def test_trajectories_are_told_of_or_the_reason_why_not(scene: Scene) -> None:
+def test_trajectories_are_answered_or_the_reason_why_not(scene: Scene) -> None:
     key = "multiradar/v1/trajectories/3"
-    told = scene.bus.ask(key, parameters={"points": "7"})
-    ((replied, document, _),) = settled(scene, told).replies
+    reported = scene.bus.ask(key, parameters={"points": "7"})
+    ((replied, document, _),) = settled(scene, reported).replies
     assert replied == key
     assert json.loads(document) == {"track_id": 3, "points": 7, "step_s": PATH_STEP_DEFAULT_S}
 

@@ -8,8 +8,8 @@ from multiradar.ingest.zenoh.bus import Request
 from multiradar.ingest.zenoh.joining import (
     ALLOWANCE_MAX_S,
     ANSWER_S,
-    QUIET_MAX_S,
-    QUIET_S,
+    QUERY_GAP_MAX_S,
+    QUERY_GAP_S,
     WAIT_MAX_S,
     JoinGate,
 )
@@ -36,18 +36,18 @@ class Scene:
             media_type="",
             attachment=b"",
             reply=lambda *_: None,
-            refuse=lambda _: None,
+            reply_error=lambda _: None,
             finish=finish,
         )
         self.gate.on_query(request)
 
     def waited_s(self) -> float:
         began_s = self.clock.now_s()
-        self.gate.open_when_quiet(self.clock.advance)
+        self.gate.wait_for_joins(self.clock.advance)
         return self.clock.now_s() - began_s
 
 
-def test_a_question_for_all_histories_is_kept_open_until_nobody_asks_any_more() -> None:
+def test_a_query_for_all_histories_is_held_open_until_there_are_no_more_queries() -> None:
     scene = Scene()
     scene.ask()
     assert scene.gate.closed
@@ -55,7 +55,7 @@ def test_a_question_for_all_histories_is_kept_open_until_nobody_asks_any_more() 
     scene.clock.advance(0.04)
     scene.ask("multiradar/v1/tracks/7/@adv/pub/a/1/**", {"_sn": "3.."})
     assert scene.finished == 1
-    assert abs(scene.waited_s() - QUIET_S) < 1e-9
+    assert abs(scene.waited_s() - QUERY_GAP_S) < 1e-9
     assert scene.finished == 2
     assert not scene.gate.closed
 
@@ -64,29 +64,29 @@ def test_full_caches_are_given_time_to_answer() -> None:
     scene = Scene()
     scene.gate.samples = 20_000
     scene.ask()
-    assert abs(scene.waited_s() - (QUIET_S + 20_000 * ANSWER_S)) < 1e-9
+    assert abs(scene.waited_s() - (QUERY_GAP_S + 20_000 * ANSWER_S)) < 1e-9
     scene.gate.samples = 10_000_000
     scene.ask()
-    assert abs(scene.waited_s() - QUIET_MAX_S) < 1e-9
+    assert abs(scene.waited_s() - QUERY_GAP_MAX_S) < 1e-9
 
 
-def test_who_connects_is_given_a_moment_to_ask() -> None:
+def test_a_new_connection_starts_a_pause() -> None:
     scene = Scene()
     # Most of those who connect want no history: they are not waited for as if they did.
     scene.gate.samples = 20_000
     scene.gate.on_arrival()
     closed_before = scene.gate.closed
-    assert abs(scene.waited_s() - QUIET_S) < 1e-9
+    assert abs(scene.waited_s() - QUERY_GAP_S) < 1e-9
     closed_after = scene.gate.closed
     assert (closed_before, closed_after) == (True, False)
     scene.gate.on_arrival()
-    scene.clock.advance(QUIET_S / 2)
+    scene.clock.advance(QUERY_GAP_S / 2)
     scene.ask()
-    assert abs(scene.waited_s() - (QUIET_S + 20_000 * ANSWER_S)) < 1e-9
+    assert abs(scene.waited_s() - (QUERY_GAP_S + 20_000 * ANSWER_S)) < 1e-9
     assert scene.finished == 1
 
 
-def test_those_who_connect_without_end_are_not_waited_for_without_end() -> None:
+def test_endless_connections_cause_a_bounded_pause() -> None:
     scene = Scene()
     waited_s = 0.0
     for _ in range(1000):
@@ -96,7 +96,7 @@ def test_those_who_connect_without_end_are_not_waited_for_without_end() -> None:
     assert waited_s <= ALLOWANCE_MAX_S + 0.2 * scene.clock.now_s() + WAIT_MAX_S
 
 
-def test_questions_about_one_track_or_from_a_number_on_delay_nobody() -> None:
+def test_queries_for_one_track_or_from_a_number_on_cause_no_pause() -> None:
     scene = Scene()
     scene.ask("multiradar/v1/tracks/7/@adv/pub/a/1/**")
     scene.ask(EVERY, {"_sn": "3.."})
@@ -104,7 +104,7 @@ def test_questions_about_one_track_or_from_a_number_on_delay_nobody() -> None:
     assert scene.finished == 2
 
 
-def test_who_asks_without_end_is_not_waited_for_without_end() -> None:
+def test_endless_queries_cause_a_bounded_pause() -> None:
     scene = Scene()
 
     def ask_and_advance(duration_s: float) -> None:
@@ -112,12 +112,12 @@ def test_who_asks_without_end_is_not_waited_for_without_end() -> None:
         scene.ask(EVERY, {"_sn": "1.."})
 
     scene.ask()
-    scene.gate.open_when_quiet(ask_and_advance)
+    scene.gate.wait_for_joins(ask_and_advance)
     assert WAIT_MAX_S <= scene.clock.now_s() < WAIT_MAX_S + 0.02
     assert not scene.gate.closed
 
 
-def test_those_who_join_all_the_time_get_a_bounded_share_of_the_time() -> None:
+def test_continuous_joins_pause_a_bounded_fraction_of_the_time() -> None:
     scene = Scene()
     waited_s = 0.0
     while scene.clock.now_s() < 300.0:
@@ -127,7 +127,7 @@ def test_those_who_join_all_the_time_get_a_bounded_share_of_the_time() -> None:
     assert waited_s < ALLOWANCE_MAX_S + 0.25 * scene.clock.now_s()
 
 
-def test_several_who_join_one_after_the_other_are_all_waited_for() -> None:
+def test_successive_joins_extend_the_pause() -> None:
     scene = Scene()
     for _ in range(10):
         scene.ask()

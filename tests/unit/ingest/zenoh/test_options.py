@@ -16,7 +16,7 @@ def setting(options: ZenohOptions, key: str) -> Any:
     return json.loads(zenoh_config(options).get_json(key))
 
 
-def test_the_defaults_listen_on_loopback_and_look_for_nobody() -> None:
+def test_the_defaults_listen_on_loopback_without_discovery() -> None:
     options = zenoh_options(load_settings(None))
     assert setting(options, "mode") == "peer"
     assert setting(options, "listen/endpoints") == ["tcp/127.0.0.1:7447"]
@@ -26,7 +26,7 @@ def test_the_defaults_listen_on_loopback_and_look_for_nobody() -> None:
     assert setting(options, "transport/link/rx/max_message_size") == options.message_bytes_max
 
 
-def test_subscribers_may_sleep_and_routers_may_not() -> None:
+def test_the_lease_is_long_for_subscribers_and_short_for_routers() -> None:
     assert setting(ZenohOptions(), "transport/link/tx/lease") == 10_000
     behind = ZenohOptions(listen=(), connect=("tcp/127.0.0.1:7447",))
     assert setting(behind, "transport/link/tx/lease") == 2000
@@ -36,17 +36,17 @@ def test_subscribers_may_sleep_and_routers_may_not() -> None:
 @pytest.mark.parametrize(
     ("wrong", "sentence"),
     [
-        ({"mode": "nobody"}, "expected one of peer, client, router, was 'nobody'"),
+        ({"mode": "broker"}, "expected one of peer, client, router, was 'broker'"),
         ({"mode": "client"}, "expected an endpoint to connect to"),
         ({"lease_s": 0.0}, "lease_s: expected more than 0, was 0"),
         ({"message_bytes_max": -1}, "message_bytes_max: expected more than 0, was -1"),
     ],
 )
-def test_what_cannot_be_is_refused_with_a_sentence(wrong: Any, sentence: str) -> None:
+def test_an_invalid_option_is_rejected_with_a_message(wrong: Any, sentence: str) -> None:
     with pytest.raises(ConfigurationError, match=sentence):
         ZenohOptions(**wrong)
 
 
-def test_an_endpoint_that_is_none_is_refused() -> None:
+def test_an_invalid_endpoint_is_rejected() -> None:
     with pytest.raises(ConfigurationError, match="settings"):
         zenoh_config(ZenohOptions(listen=("nonsense",)))

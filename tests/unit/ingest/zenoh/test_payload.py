@@ -87,7 +87,7 @@ def test_a_row_without_a_sensor_is_still_held_to_all_other_rules() -> None:
     assert decoded.frame["index"].to_list() == [0]
 
 
-def test_a_row_of_another_sensor_is_refused_and_its_neighbours_are_not() -> None:
+def test_a_row_of_another_sensor_is_rejected_and_its_neighbours_are_not() -> None:
     payload = array(plot(), plot(sensor_id="26-10"), plot())
     decoded = read_payload(KEY, "application/json", payload, BOUNDS)
     assert decoded.frame["index"].to_list() == [0, 2]

@@ -34,8 +34,8 @@ class Scene:
             clock=self.clock,
         )
 
-    def publish(self, tell: Callable[[StreamingView], None]) -> None:
-        tell(self.view)
+    def publish(self, act: Callable[[StreamingView], None]) -> None:
+        act(self.view)
         while self.publisher.step():
             continue
 
@@ -68,7 +68,7 @@ def test_a_bias_goes_out_under_its_sensor_with_its_number() -> None:
     assert message.attachment == b"1"
 
 
-def test_an_ended_track_is_told_and_forgotten_only_later() -> None:
+def test_a_dropped_track_is_reported_and_discarded_only_later() -> None:
     scene = Scene()
     scene.publish(lambda view: view.tell([7]))
     scene.publish(lambda view: view.tell_of("ended", "7", b'{"track_id":7}'))
@@ -82,7 +82,7 @@ def test_an_ended_track_is_told_and_forgotten_only_later() -> None:
     assert scene.counts.number("streams") == 0
 
 
-def test_a_track_that_lives_again_is_not_forgotten() -> None:
+def test_a_track_that_lives_again_is_not_discarded() -> None:
     scene = Scene()
     scene.publish(lambda view: view.tell_of("ended", "7", b"{}"))
     scene.publish(lambda view: view.tell([7]))
@@ -119,7 +119,7 @@ def test_catching_up_says_what_is_lost() -> None:
     assert catch_up.after(30, 100) == ([], 0)
 
 
-def test_catching_up_begins_anew_when_the_journal_is_played_anew() -> None:
+def test_catching_up_restarts_when_the_journal_is_replayed() -> None:
     catch_up = CatchUp(10)
     for number in (1, 2, 3, 1, 2):
         catch_up.append(NumberedUpdate(number, TRACK_7, b""))

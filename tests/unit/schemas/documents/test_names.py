@@ -29,6 +29,6 @@ def test_the_nearest_name_is_found_where_there_is_one(
 
 
 def test_what_is_not_known_is_cut_and_printable() -> None:
-    told = unknown("key", "\x1b[1m" + "x" * 500, ["a"])
-    assert told.isprintable()
-    assert len(told) < SHOWN_LENGTH_MAX + 40
+    reported = unknown("key", "\x1b[1m" + "x" * 500, ["a"])
+    assert reported.isprintable()
+    assert len(reported) < SHOWN_LENGTH_MAX + 40

@@ -1,4 +1,4 @@
-"""What is repeated of a wrong value is short and can be printed."""
+"""Invalid values in messages are short and printable."""
 
 import pytest
 
@@ -21,5 +21,5 @@ def test_a_value_is_shown_up_to_the_limit(value: object, text: str) -> None:
     assert shown(value) == text
 
 
-def test_a_number_of_thousands_of_digits_is_not_printed() -> None:
+def test_a_number_of_thousands_of_digits_is_not_repeated() -> None:
     assert shown(10**5000) == "a int too large to print"

@@ -1,4 +1,4 @@
-"""Lines of keys in TOML, also where values go on over lines and hold what looks like a key."""
+"""Lines of keys in TOML, also with multi-line values that contain text resembling a key."""
 
 import tomllib
 

@@ -116,7 +116,7 @@ def test_a_sensor_without_id_is_named_by_its_numbers(numbers: str, name: str) ->
         ("[[sensor]", "not valid TOML: "),
     ],
 )
-def test_a_fault_is_told_in_one_sentence(text: str, sentence: str, tmp_path: Path) -> None:
+def test_a_fault_is_reported_in_one_sentence(text: str, sentence: str, tmp_path: Path) -> None:
     path = tmp_path / "sensors.toml"
     path.write_text(text, encoding="utf-8")
     with pytest.raises(DocumentError) as fault:
@@ -126,7 +126,7 @@ def test_a_fault_is_told_in_one_sentence(text: str, sentence: str, tmp_path: Pat
     assert "\n" not in str(fault.value)
 
 
-def test_a_file_that_cannot_be_read_is_told(tmp_path: Path) -> None:
+def test_a_file_that_cannot_be_read_is_reported(tmp_path: Path) -> None:
     with pytest.raises(DocumentError, match=r"absent\.toml: no such file$"):
         load_sensors(tmp_path / "absent.toml")
     (tmp_path / "latin.toml").write_bytes(b"# \xe9")
@@ -147,7 +147,7 @@ def test_what_is_not_estimated_is_known() -> None:
     assert [one.parameter for one in radar.estimated_biases()] == ["azimuth_offset_deg"]
 
 
-def test_all_mistakes_are_told_at_once_each_with_its_line_and_sensor() -> None:
+def test_all_mistakes_are_reported_at_once_each_with_its_line_and_sensor() -> None:
     text = """# Two radars.
 [[sensor]]
 id = "26-10"
@@ -181,7 +181,7 @@ bias.range_gain = { prior = 5 }
     ]
 
 
-def test_fields_that_are_left_to_fill_in_are_told_in_one_sentence() -> None:
+def test_fields_that_are_left_to_fill_in_are_reported_in_one_sentence() -> None:
     text = RADAR.replace("55.0", "nan").replace("37.0", "nan").replace("height_m = 100.0", "")
     with pytest.raises(DocumentError) as fault:
         parse_sensors(text + text.replace('"a"', '"b"'), source="s.toml")

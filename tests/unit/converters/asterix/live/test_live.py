@@ -209,9 +209,9 @@ def test_a_fixed_code_without_a_time_comes_again_every_turn() -> None:
 def test_a_time_long_before_the_reception_is_refused() -> None:
     sent = datagrams((NOON_S, block(48, plot_048(43_200.0 - 4000.0))))
     batch = decoder().decode(sent)
-    (refused,) = batch.refused
-    assert (refused.code, batch.records["refused"].tolist()) == ("OUT_OF_RANGE", [1])
-    assert refused.reason == "a time of day more than 3600 s before its reception"
+    (rejected,) = batch.rejected
+    assert (rejected.code, batch.records["refused"].tolist()) == ("OUT_OF_RANGE", [1])
+    assert rejected.reason == "a time of day more than 3600 s before its reception"
     assert len(decoder(behind_max_s=5000.0).decode(sent).frame) == 1
 
 
@@ -219,18 +219,18 @@ def test_an_unknown_source_is_refused_with_its_octets() -> None:
     plot = plot_048(43_200.0, source="0307")
     sent = datagrams((NOON_S, block(48, plot_048(43_200.0)) + block(48, plot)))
     batch = decoder().decode(sent)
-    (refused,) = batch.refused
-    assert (refused.code, refused.octets) == ("UNKNOWN_SENSOR", plot)
-    assert refused.reason == "expected a SAC and SIC of the sensors file, was 3-7"
-    assert refused.offset == len(block(48, plot_048(43_200.0))) + 3
+    (rejected,) = batch.rejected
+    assert (rejected.code, rejected.octets) == ("UNKNOWN_SENSOR", plot)
+    assert rejected.reason == "expected a SAC and SIC of the sensors file, was 3-7"
+    assert rejected.offset == len(block(48, plot_048(43_200.0))) + 3
     assert len(batch.frame) == 1
 
 
 def test_a_source_that_measures_something_else_is_refused() -> None:
     report = record((1, "1482"), (6, "21b8c5 0844cb"), (11, "3c660c"), (12, "546000"), (16, "15b8"))
-    (refused,) = decoder().decode(datagrams((NOON_S, block(21, report)))).refused
-    assert refused.code == "UNKNOWN_KIND"
-    assert refused.reason == "expected no adsb reports of the sensor 20-130"
+    (rejected,) = decoder().decode(datagrams((NOON_S, block(21, report)))).rejected
+    assert rejected.code == "UNKNOWN_KIND"
+    assert rejected.reason == "expected no adsb reports of the sensor 20-130"
 
 
 def test_other_categories_are_counted_and_nothing_more() -> None:
@@ -240,7 +240,7 @@ def test_other_categories_are_counted_and_nothing_more() -> None:
     batch = decoder().decode(sent)
     assert batch.categories == {62: 1}
     assert batch.octets["skipped"].tolist() == [len(artas), 0]
-    assert [one.reason for one in batch.refused] == ["category 033 is not known"]
+    assert [one.reason for one in batch.rejected] == ["category 033 is not known"]
     assert balanced(batch, sent)
 
 
@@ -262,11 +262,11 @@ def test_hostile_datagrams_are_refused_and_the_next_one_is_read(content: bytes) 
     good = block(48, plot_048(43_200.0))
     sent = datagrams((NOON_S, content), (NOON_S, good))
     batch = decoder().decode(sent)
-    assert batch.refused
-    assert {one.datagram for one in batch.refused} == {0}
+    assert batch.rejected
+    assert {one.datagram for one in batch.rejected} == {0}
     assert balanced(batch, sent)
     assert len(batch.frame) + int(batch.records["duplicate"].sum()) >= 1
-    assert sum(len(one.octets) for one in batch.refused) == batch.octets["quarantined"].sum()
+    assert sum(len(one.octets) for one in batch.rejected) == batch.octets["quarantined"].sum()
 
 
 def old_report(number: int) -> bytes:
@@ -311,5 +311,5 @@ def test_of_unknown_sources_nothing_is_remembered() -> None:
         for source in range(500)
     ]
     batch = one.decode(datagrams(*every))
-    assert len(batch.refused) == 500
+    assert len(batch.rejected) == 500
     assert set(editions.found) <= {(21, -1), (21, RADAR)}
