@@ -23,7 +23,7 @@ from multiradar.runtime.asterix.channel import ChannelOptions
 from multiradar.runtime.offline.offline import OfflineJob
 from multiradar.runtime.queries.encounter_query import EncounterQuery
 from multiradar.settings.service import Settings
-from multiradar.simulation.scenario.tables import SceneTable
+from multiradar.simulation.scenario.tables import ScenarioTable
 from multiradar_converters.asterix.live.reception import LiveOptions
 from multiradar_converters.asterix.options import Options as AsterixOptions
 from multiradar_converters.vid.options import Options as VidOptions
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
 RECORD = TESTS / "golden" / "defaults.txt"
-MODELS: tuple[type[BaseModel], ...] = (Settings, SensorsFile, SceneTable, Profile)
+MODELS: tuple[type[BaseModel], ...] = (Settings, SensorsFile, ScenarioTable, Profile)
 DATACLASSES: tuple[type["DataclassInstance"], ...] = (
     BundleSettings, ForecastSettings, SearchRules, EvaluationSettings, EncounterQuery, OfflineJob,
     ReplayPlan, IntakeBounds, InletBounds, ChannelOptions, ZenohOptions, LiveOptions,

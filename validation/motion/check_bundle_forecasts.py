@@ -119,7 +119,7 @@ def compare(flown: Flown, run_s: float, *, alone: bool) -> Found:
         began = process_time()
         fan = forecast(bundle.final_states(), AHEAD_S, ForecastSettings(), bundle.manoeuvre_history)
         spent.append(process_time() - began)
-        truth = paths[key[0]].place(fan.time_s + AHEAD_S)
+        truth = paths[key[0]].position(fan.time_s + AHEAD_S)
         factors = np.full(len(AHEAD_S), gaussian_factor(PROBABILITY))
         course = fan_course(Reading(bundle, 0, np.nan), fan.time_s + AHEAD_S, PROBABILITY)
         bundles.append(judge(*course[:3], truth))

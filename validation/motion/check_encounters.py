@@ -114,7 +114,7 @@ def outcomes(
             first, second = (
                 paths[whose[told[f"{side}_track_id"]] - 1] for side in ("first", "second")
             )
-            least_m = nearest(second.place(dense_s) - first.place(dense_s))
+            least_m = nearest(second.position(dense_s) - first.position(dense_s))
             at_s = np.array([told["closest_time_s"]])
             error_m = (
                 told["second_height_m"] - told["first_height_m"]

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from multiradar.estimation.gaussian import normalised_squared
 from multiradar.runtime.engine.engine import Engine
 from multiradar.simulation.paths import Path, fly
-from multiradar.simulation.scenario.scene import Aircraft
+from multiradar.simulation.scenario.model import Aircraft
 from multiradar.tracking.forecast.forecast import (
     density_of,
     forecast,
@@ -130,7 +130,7 @@ def row(name: str, begun: list[Start], by: Forecast) -> str:
     for i, one in enumerate(begun):
         time_s = float(one.states.time_s[one.place])
         means, covariances = by(one.states, one.place)
-        error = means[:, :2] - one.path.place(time_s + AHEAD_S)
+        error = means[:, :2] - one.path.position(time_s + AHEAD_S)
         errors[i] = np.hypot(error[:, 0], error[:, 1])
         squares[i] = normalised_squared(error, covariances[:, :2, :2])
         doing[i] = doing_at(one.aircraft, time_s)

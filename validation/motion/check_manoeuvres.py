@@ -25,7 +25,7 @@ from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.engine.engine import Engine
 from multiradar.simulation.observation.measurements import Measurements
 from multiradar.simulation.observation.observation import observe
-from multiradar.simulation.scenario.scene import Aircraft, Bias, Leg, Scene, Sensor
+from multiradar.simulation.scenario.model import Aircraft, Bias, Leg, Scenario, Sensor
 from multiradar.tracking.input.measurements import KIND_RADAR, MeasurementBatch
 from multiradar.tracking.outputs import TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
@@ -180,7 +180,7 @@ def flights(
             flier(number + 1, duration_s, extent_m, straight_s, rng, bank_max_deg=bank_max_deg)
             for number in range(aircraft)
         )
-        scene = Scene(
+        scene = Scenario(
             "", seed, duration_s, "wgs84", (plane.latitude_rad, plane.longitude_rad), fliers, (),
             radars(plane, sensors, known=known),
         )  # fmt: skip

@@ -29,8 +29,8 @@ from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET, Sen
 from multiradar.runtime.engine.engine import Engine
 from multiradar.simulation.observation.observation import observe
 from multiradar.simulation.output import measurements_frame
-from multiradar.simulation.scenario.file import builtin_names, builtin_scene
-from multiradar.simulation.scenario.scene import Scene
+from multiradar.simulation.scenario.file import builtin_names, builtin_scenario
+from multiradar.simulation.scenario.model import Scenario
 from multiradar.simulation.scenario.sensors_text import sensors_text
 from multiradar.tracking.health.health_records import HealthRecords
 from multiradar.tracking.input.measurements import MeasurementBatch
@@ -97,7 +97,7 @@ def tracked(
     )
 
 
-def simulated(scene: Scene, seed: int | None = None) -> tuple[MeasurementBatch, SensorTable]:
+def simulated(scene: Scenario, seed: int | None = None) -> tuple[MeasurementBatch, SensorTable]:
     """Simulate a scene as `multiradar simulate` does."""
     seen = observe(
         scene, np.random.Generator(np.random.PCG64(scene.seed if seed is None else seed))
@@ -133,7 +133,7 @@ def main() -> None:
         return
     print("| scene | filter | detection off by | alarms that began |\n|---|---|---|---|")
     for name in options.scenes or builtin_names():
-        scene = builtin_scene(name)
+        scene = builtin_scenario(name)
         batch, table = simulated(scene)
         timed = (table.parameter_kind == PARAMETER_TIME_OFFSET).any()
         for filter_name in options.filters:
@@ -172,7 +172,7 @@ def put_in(options: argparse.Namespace) -> Iterator[str]:
                 )
 
 
-def _detection(scene: Scene, run: Run) -> str:
+def _detection(scene: Scenario, run: Run) -> str:
     last = run.health.group_by("sensor_id", maintain_order=True).last()
     told = {one.identifier: one.detection_probability for one in scene.sensors}
     off = [
@@ -188,7 +188,7 @@ def _said(run: Run) -> str:
     return ", ".join(f"{what} × {count}" for what, count in sorted(counts.items())) or "none"
 
 
-def _jumps(scene: Scene, run: Run) -> Iterator[str]:
+def _jumps(scene: Scenario, run: Run) -> Iterator[str]:
     found = [(at, name) for at, name, alarm in run.alarms() if alarm == "bias_jump"]
     names = ("range_offset_m", "azimuth_offset_deg")
     for sensor in scene.sensors:

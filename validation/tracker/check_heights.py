@@ -21,8 +21,8 @@ from multiradar.cli.inputs import load_sensor_table
 from multiradar.runtime.engine.engine import Engine
 from multiradar.simulation.observation.observation import Observation, observe
 from multiradar.simulation.output import measurements_frame, truth_frame
-from multiradar.simulation.scenario.file import builtin_scene
-from multiradar.simulation.scenario.scene import Bias, Scene
+from multiradar.simulation.scenario.file import builtin_scenario
+from multiradar.simulation.scenario.model import Bias, Scenario
 from multiradar.simulation.scenario.sensors_text import sensors_text
 from multiradar.simulation.traffic import all_aircraft
 from multiradar.tracking.outputs import TrackUpdates
@@ -37,7 +37,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
     parser.add_argument("--filter", default="two-stage", help="filter, two-stage by default")
     name = parser.parse_args().filter
-    whole = builtin_scene("climbs")
+    whole = builtin_scenario("climbs")
     silent = replace(whole.traffic[2], count=40)
     known = tuple(replace(one, biases=(Bias(estimate=False),) * 4) for one in whole.sensors)
     cases = [
@@ -53,7 +53,7 @@ def main() -> None:
                 print(line)
 
 
-def figures(scene: Scene, settings: TrackingSettings) -> list[str]:
+def figures(scene: Scenario, settings: TrackingSettings) -> list[str]:
     """Return a line for the aircraft of each height step, in a table's form."""
     seen = observe(scene, np.random.Generator(np.random.PCG64(scene.seed)))
     engine, tracks = tracked(scene, seen, settings)
@@ -92,7 +92,7 @@ def figures(scene: Scene, settings: TrackingSettings) -> list[str]:
 
 
 def tracked(
-    scene: Scene, seen: Observation, settings: TrackingSettings
+    scene: Scenario, seen: Observation, settings: TrackingSettings
 ) -> tuple[Engine, pl.DataFrame]:
     """Track what was seen of a scene."""
     with tempfile.TemporaryDirectory() as folder:

@@ -34,8 +34,8 @@ from multiradar.evaluation.tables import reference_of_truth, tracks_of
 from multiradar.runtime.engine.engine import Engine
 from multiradar.simulation.observation.observation import observe
 from multiradar.simulation.output import measurements_frame, truth_frame
-from multiradar.simulation.scenario.file import builtin_names, builtin_scene, load_scene
-from multiradar.simulation.scenario.scene import Scene
+from multiradar.simulation.scenario.file import builtin_names, builtin_scenario, load_scenario
+from multiradar.simulation.scenario.model import Scenario
 from multiradar.simulation.scenario.sensors_text import sensors_text
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import TrackUpdates
@@ -106,7 +106,7 @@ def main() -> None:
     chosen = parser.parse_args()
     print(f"| {' | '.join(HEADER)} |\n|{'---|' * len(HEADER)}", flush=True)
     for name in chosen.scenes:
-        scene = builtin_scene(name) if name in builtin_names() else load_scene(Path(name))
+        scene = builtin_scenario(name) if name in builtin_names() else load_scenario(Path(name))
         sums = {(one, how): Sums() for one in chosen.filters for how in METHODS}
         for seed in range(1, chosen.seeds + 1):
             recording = simulated(replace(scene, seed=seed))
@@ -119,7 +119,7 @@ def main() -> None:
             print(f"| {' | '.join([Path(name).stem, one, how, *cells(total)])} |", flush=True)
 
 
-def simulated(scene: Scene) -> Recording:
+def simulated(scene: Scenario) -> Recording:
     """Simulate a scene with its seed."""
     seen = observe(scene, np.random.Generator(np.random.PCG64(scene.seed)))
     with tempfile.TemporaryDirectory() as made:
@@ -130,7 +130,7 @@ def simulated(scene: Scene) -> Recording:
     return Recording(sensors, batch, truth_frame(scene, seen), partings(scene))
 
 
-def partings(scene: Scene) -> list[Parting]:
+def partings(scene: Scenario) -> list[Parting]:
     """Return who a radar tells apart from when on: the same plots, with and without resolution."""
     if all(one.range_resolution_m == 0.0 for one in scene.sensors):
         return []

@@ -21,15 +21,15 @@ from multiradar.estimation.measurement.sensors import (
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.simulation.observation.observation import observe
 from multiradar.simulation.output import measurements_frame, truth_frame
-from multiradar.simulation.scenario.scene import (
+from multiradar.simulation.scenario.model import (
     PARAMETERS,
     Aircraft,
     Bias,
-    Scene,
+    ClutterBurst,
+    Scenario,
     Sensor,
-    Storm,
     Traffic,
-    Way,
+    Waypoints,
 )
 from multiradar.simulation.scenario.sensors_text import sensors_text
 
@@ -149,7 +149,9 @@ def recording(name: str, seed: int, flights: list[Flight], duration_s: float) ->
     return Recording(name, measurements, shown, text, periods)
 
 
-def _scene(seed: int, flights: list[Flight], duration_s: float, rng: np.random.Generator) -> Scene:
+def _scene(
+    seed: int, flights: list[Flight], duration_s: float, rng: np.random.Generator
+) -> Scenario:
     count = int(rng.integers(2, 6))
     centre = CENTRE_DEG
     if flights:
@@ -158,7 +160,7 @@ def _scene(seed: int, flights: list[Flight], duration_s: float, rng: np.random.G
         begin = min(begin, every[:, 0].max() - duration_s)
         centre = (float(np.median(every[:, 1])), float(np.median(every[:, 2])))
     centre_rad = (float(np.radians(centre[0])), float(np.radians(centre[1])))
-    scene = Scene(
+    scene = Scenario(
         title="unseen", seed=seed, duration_s=duration_s, plane="wgs84", centre_rad=centre_rad,
         aircraft=(), traffic=() if flights else (_traffic(rng),),
         sensors=tuple(_radar(f"radar-{number}", rng) for number in range(count)),
@@ -186,7 +188,7 @@ def _aircraft(
                 track_number=len(found) + 1, east_m=0.0, north_m=0.0, height_m=0.0, speed_mps=0.0,
                 heading_rad=0.0, start_s=max(float(at[0]), 0.0),
                 end_s=min(float(at[-1]), duration_s),
-                way=Way(*(tuple(one.tolist()) for one in (at, east, north, height))),
+                waypoints=Waypoints(*(tuple(one.tolist()) for one in (at, east, north, height))),
                 # Codes are given out by country and sector: some are there twice.
                 mode_3a=int(rng.integers(0o1000, 0o1400)), mode_s_address=flight.address,
                 height_step_m=float(rng.choice([7.62, 30.48])),
@@ -223,8 +225,8 @@ def _radar(name: str, rng: np.random.Generator) -> Sensor:
     )  # fmt: skip
 
 
-def _each(**changes: object) -> Callable[[Scene], Scene]:
-    def change(scene: Scene) -> Scene:
+def _each(**changes: object) -> Callable[[Scenario], Scenario]:
+    def change(scene: Scenario) -> Scenario:
         return replace(
             scene,
             sensors=tuple(replace(one, **changes) for one in scene.sensors),  # type: ignore[arg-type]
@@ -233,11 +235,11 @@ def _each(**changes: object) -> Callable[[Scene], Scene]:
     return change
 
 
-def _one_radar(scene: Scene) -> Scene:
+def _one_radar(scene: Scenario) -> Scenario:
     return replace(scene, sensors=(replace(scene.sensors[0], east_m=0.0, north_m=0.0),))
 
 
-def _silent(scene: Scene) -> Scene:
+def _silent(scene: Scenario) -> Scenario:
     third = scene.duration_s / 3.0
     return replace(
         scene,
@@ -250,13 +252,13 @@ def _silent(scene: Scene) -> Scene:
     )  # fmt: skip
 
 
-def _storm(scene: Scene) -> Scene:
+def _storm(scene: Scenario) -> Scenario:
     half = scene.duration_s / 2.0
-    first = replace(scene.sensors[0], storms=(Storm(half, half + 60.0, 400.0),))
+    first = replace(scene.sensors[0], clutter_bursts=(ClutterBurst(half, half + 60.0, 400.0),))
     return replace(scene, sensors=(first, *scene.sensors[1:]))
 
 
-def _overhead(scene: Scene) -> Scene:
+def _overhead(scene: Scenario) -> Scenario:
     # All radars lie where the traffic is, and look up to 45 degrees.
     rng = np.random.Generator(np.random.PCG64([9, scene.seed]))
     where = rng.uniform(-30e3, 30e3, (len(scene.sensors), 2)).tolist()
@@ -269,10 +271,10 @@ def _overhead(scene: Scene) -> Scene:
     )
 
 
-def _one_height(scene: Scene) -> Scene:
+def _one_height(scene: Scenario) -> Scenario:
     flat = tuple(
-        one if one.way is None else replace(
-            one, way=replace(one.way, height_m=(9000.0,) * len(one.way.height_m))
+        one if one.waypoints is None else replace(
+            one, waypoints=replace(one.waypoints, height_m=(9000.0,) * len(one.waypoints.height_m))
         )
         for one in scene.aircraft
     )  # fmt: skip
@@ -285,7 +287,7 @@ def _one_height(scene: Scene) -> Scene:
     )  # fmt: skip
 
 
-def _huge_biases(scene: Scene) -> Scene:
+def _huge_biases(scene: Scenario) -> Scenario:
     rng = np.random.Generator(np.random.PCG64([10, scene.seed]))
     sensors = []
     for one in scene.sensors:
@@ -298,11 +300,11 @@ def _huge_biases(scene: Scene) -> Scene:
 
 
 #: What makes a recording hostile.
-HOSTILE: dict[str, Callable[[Scene], Scene]] = {
+HOSTILE: dict[str, Callable[[Scenario], Scenario]] = {
     "no-turns": lambda scene: scene,
     "one-radar": _one_radar,
     "slow-radars": _each(rotation_period_s=12.0),
-    "primary-only": _each(heard=frozenset(), clutter_per_turn=10.0),
+    "primary-only": _each(received=frozenset(), clutter_per_turn=10.0),
     "clutter": _each(clutter_per_turn=50.0),
     "detection-0.6": _each(detection_probability=0.6),
     "clocks-back": lambda scene: scene,

@@ -15,8 +15,8 @@ from multiradar_schemas.documents.names import unknown
 
 if TYPE_CHECKING:
     from multiradar.simulation.observation.observation import Observation
-    from multiradar.simulation.scenario.scene import Scene
-    from multiradar.simulation.scenario.tables import SceneTable
+    from multiradar.simulation.scenario.model import Scenario
+    from multiradar.simulation.scenario.tables import ScenarioTable
     from multiradar_schemas.report import Report
 
 _SEED_MAX = 2**63 - 1
@@ -86,13 +86,13 @@ def simulate(
 
     check_new(out)
     from multiradar.simulation.observation.observation import observe
-    from multiradar.simulation.scenario.file import changed, scene_of
+    from multiradar.simulation.scenario.file import changed, scenario_of
     from multiradar.simulation.traffic import all_aircraft, run_generator
 
     table = changed(_table(scene), seed=seed, duration_s=duration)
     with new_folder(out) as folder:
         with _naming(scene):
-            described = scene_of(table)
+            described = scenario_of(table)
             with progress_bar("simulating", len(all_aircraft(described))) as on_progress:
                 seen = observe(described, run_generator(described.seed), on_progress)
         if not len(seen.measurements):
@@ -113,7 +113,7 @@ def _naming(scene: str) -> Iterator[None]:
         raise ConfigurationError(f"{scene}: {error}") from error
 
 
-def _table(named: str) -> "SceneTable":
+def _table(named: str) -> "ScenarioTable":
     from multiradar.simulation.scenario.file import builtin_names, builtin_table, load_table
 
     if named in builtin_names():
@@ -125,7 +125,7 @@ def _table(named: str) -> "SceneTable":
 
 
 def _write(
-    folder: Path, named: str, table: "SceneTable", scene: "Scene", seen: "Observation"
+    folder: Path, named: str, table: "ScenarioTable", scene: "Scenario", seen: "Observation"
 ) -> "Report":
     from multiradar.simulation.output import measurements_frame, true_biases_frame, truth_frame
     from multiradar.simulation.scenario.file import table_text
@@ -146,7 +146,7 @@ def _write(
     return report
 
 
-def _report(named: str, scene: "Scene", seen: "Observation", rows: dict[str, int]) -> "Report":
+def _report(named: str, scene: "Scenario", seen: "Observation", rows: dict[str, int]) -> "Report":
     from importlib.metadata import version
 
     from multiradar.simulation.observation.counts import counts_by_sensor

@@ -1,1 +1,1 @@
-"""Scenes: truth and what sensors see of it, from a seed."""
+"""Simulation of scenarios: truth and sensor measurements, from a seed."""

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.simulation.scenario.scene import PARAMETERS, Sensor
+from multiradar.simulation.scenario.model import PARAMETERS, Sensor
 
 Floats = NDArray[np.float64]
 
-# Knots of the random walks; between them a bias is linear.
+# Step of the random walks; between steps a bias is linear.
 STEP_S = 1.0
 
 
@@ -21,7 +21,7 @@ class TrueBiases:
     Attributes
     ----------
     time_s : (t,) ndarray
-        Times, from 0 to the end of the scene or just beyond.
+        Times, from 0 to the end of the scenario or just beyond.
     values : (t, m, 4) ndarray
         For each sensor range offset (m), azimuth offset (rad), range gain (1), time offset (s);
         measured minus true.
@@ -35,39 +35,39 @@ class TrueBiases:
     values: Floats
 
     def at(self, sensor: int, time_s: Floats) -> Floats:
-        """Return (4, n) the parameters of a sensor at times (n,).
+        """Return (4, n) the bias parameters of a sensor at times (n,).
 
         References
         ----------
-        IMM UrO RAN report (2016), equation (1.6). That a bias is linear between two steps is the
+        IMM UrO RAN report (2016), equation (1.6). Linear interpolation between two steps is the
         project's own.
         """
         columns = self.values[:, sensor].T
         return np.array([np.interp(time_s, self.time_s, column) for column in columns])
 
 
-def walk_biases(
+def simulate_biases(
     sensors: Sequence[Sensor], duration_s: float, rng: np.random.Generator
 ) -> TrueBiases:
-    """Let the biases of sensors drift as random walks, and jump.
+    """Simulate the biases of sensors as random walks with jumps.
 
     Parameters
     ----------
     sensors : sequence of Sensor
         The m sensors.
     duration_s : float
-        Length of the scene.
+        Duration of the scenario.
     rng : Generator
-        For the steps; biases without drift stay as they are.
+        For the steps; biases without drift are constant.
 
     Returns
     -------
     TrueBiases
-        A value a second.
+        One value per second.
 
     References
     ----------
-    IMM UrO RAN report (2016), equation (1.7). That a bias jumps is the project's own.
+    IMM UrO RAN report (2016), equation (1.7). Jumps are the project's own.
     """
     time_s = STEP_S * np.arange(np.ceil(duration_s / STEP_S) + 1.0)
     start = np.array([[bias.value for bias in one.biases] for one in sensors])

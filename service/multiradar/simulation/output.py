@@ -1,4 +1,4 @@
-"""What a simulation leaves on disk, as tables: measurements, truth and true biases."""
+"""Output tables of a simulation: measurements, truth and true biases."""
 
 import numpy as np
 import polars as pl
@@ -11,7 +11,7 @@ from multiradar.estimation.measurement.sensors import (
 )
 from multiradar.simulation.observation.measurements import NO_AIRCRAFT
 from multiradar.simulation.observation.observation import Observation
-from multiradar.simulation.scenario.scene import SITED, Aircraft, Heard, Scene, Sensor
+from multiradar.simulation.scenario.model import SITED, Aircraft, ReceivedField, Scenario, Sensor
 from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
 from multiradar_schemas.measurements.directions import without_empty_directions
 
@@ -43,19 +43,19 @@ TRUE_BIAS_SCHEMA = pl.Schema(
 _TURN_DEG = 360.0
 
 
-def measurements_frame(scene: Scene, observation: Observation) -> pl.DataFrame:
-    """Return `measurements.parquet`: `MEASUREMENT_SCHEMA`, degrees, by ascending time stamp.
+def measurements_frame(scenario: Scenario, observation: Observation) -> pl.DataFrame:
+    """Return `measurements.parquet`: `MEASUREMENT_SCHEMA`, degrees, sorted by time stamp.
 
-    Without the columns of directions where no sensor of the scene tells any.
+    Without direction columns where no sensor of the scenario reports any.
     """
     rows = observation.measurements
-    # A plot that has lost its range is a bearing, whatever made it.
-    kinds = ["radar" if one.kind in SITED else one.kind for one in scene.sensors]
+    # A plot without range is a bearing, whatever its sensor.
+    kinds = ["radar" if one.kind in SITED else one.kind for one in scenario.sensors]
     lost = rows.bearings
     frame = pl.DataFrame(
         {
-            "time_s": scene.start_time_s + rows.time_s,
-            "sensor_id": _named(scene, rows.sensor),
+            "time_s": scenario.start_time_s + rows.time_s,
+            "sensor_id": _named(scenario, rows.sensor),
             "kind": pl.Series(kinds, dtype=pl.String)
             .gather(pl.Series(rows.sensor))
             .zip_with(pl.Series(~lost), pl.repeat("bearing", len(lost), eager=True)),
@@ -64,9 +64,9 @@ def measurements_frame(scene: Scene, observation: Observation) -> pl.DataFrame:
             "latitude_deg": np.degrees(rows.latitude_rad),
             "longitude_deg": np.degrees(rows.longitude_rad),
             "height_m": rows.height_m,
-            "mode_3a": _identity(scene, observation, "mode_3a"),
-            "mode_s_address": _identity(scene, observation, "mode_s_address"),
-            "track_number": _identity(scene, observation, "track_number"),
+            "mode_3a": _identity(scenario, observation, "mode_3a"),
+            "mode_s_address": _identity(scenario, observation, "mode_s_address"),
+            "track_number": _identity(scenario, observation, "track_number"),
             "callsign": pl.repeat(None, len(lost), dtype=pl.String, eager=True),
             "elevation_deg": np.degrees(rows.elevation_rad),
             "source_latitude_deg": np.degrees(rows.source_latitude_rad),
@@ -77,7 +77,7 @@ def measurements_frame(scene: Scene, observation: Observation) -> pl.DataFrame:
     return without_empty_directions(_without_nan(frame, MEASUREMENT_SCHEMA))
 
 
-def truth_frame(scene: Scene, observation: Observation) -> pl.DataFrame:
+def truth_frame(scenario: Scenario, observation: Observation) -> pl.DataFrame:
     """Return `truth.parquet`: `TRUTH_SCHEMA`, degrees, a row for each measurement."""
     rows = observation.measurements
     numbers = pl.Series(
@@ -85,25 +85,25 @@ def truth_frame(scene: Scene, observation: Observation) -> pl.DataFrame:
     )
     frame = pl.DataFrame(
         {
-            "time_s": scene.start_time_s + rows.time_s,
+            "time_s": scenario.start_time_s + rows.time_s,
             "track_number": numbers.gather(_aircraft(rows.aircraft)),
             "latitude_deg": np.degrees(rows.true_latitude_rad),
             "longitude_deg": np.degrees(rows.true_longitude_rad),
             "height_m": rows.true_height_m,
             "speed_mps": rows.true_speed_mps,
             "heading_deg": _degrees(rows.true_heading_rad),
-            "sensor_id": _named(scene, rows.sensor),
+            "sensor_id": _named(scenario, rows.sensor),
             "outlier": rows.outlier,
         }
     )
     return _without_nan(frame, TRUTH_SCHEMA)
 
 
-def true_biases_frame(scene: Scene, observation: Observation) -> pl.DataFrame:
+def true_biases_frame(scenario: Scenario, observation: Observation) -> pl.DataFrame:
     """Return `truth_biases.parquet`: `TRUE_BIAS_SCHEMA`, by time, then sensor, then parameter."""
     columns = [
         (sensor, kind)
-        for sensor, one in sorted(enumerate(scene.sensors), key=lambda item: item[1].identifier)
+        for sensor, one in sorted(enumerate(scenario.sensors), key=lambda item: item[1].identifier)
         for kind in true_parameters(one)
     ]
     sensor = np.array([sensor for sensor, _ in columns], np.int64)
@@ -113,8 +113,8 @@ def true_biases_frame(scene: Scene, observation: Observation) -> pl.DataFrame:
     values = observation.biases.values[:, sensor, kind] / unit
     return pl.DataFrame(
         {
-            "time_s": scene.start_time_s + np.repeat(grid, len(columns)),
-            "sensor_id": _named(scene, np.tile(sensor, len(grid))),
+            "time_s": scenario.start_time_s + np.repeat(grid, len(columns)),
+            "sensor_id": _named(scenario, np.tile(sensor, len(grid))),
             "parameter": pl.Series(PARAMETER_NAMES, dtype=pl.String).gather(
                 pl.Series(np.tile(kind, len(grid)))
             ),
@@ -125,19 +125,21 @@ def true_biases_frame(scene: Scene, observation: Observation) -> pl.DataFrame:
 
 
 def true_parameters(sensor: Sensor) -> tuple[int, ...]:
-    """Return the kinds of parameter of a sensor whose truth is told: its offsets, always."""
+    """Return the bias parameters of a sensor with published truth: its offsets, always."""
     if sensor.kind not in SITED:
         return ()
     if sensor.kind != "radar":
-        return tuple(sorted({PARAMETER_AZIMUTH_OFFSET} | sensor.told))
-    return tuple(sorted({PARAMETER_RANGE_OFFSET, PARAMETER_AZIMUTH_OFFSET} | sensor.told))
+        return tuple(sorted({PARAMETER_AZIMUTH_OFFSET} | sensor.specified_biases))
+    return tuple(
+        sorted({PARAMETER_RANGE_OFFSET, PARAMETER_AZIMUTH_OFFSET} | sensor.specified_biases)
+    )
 
 
-def _identity(scene: Scene, observation: Observation, name: Heard) -> pl.Series:
+def _identity(scenario: Scenario, observation: Observation, name: ReceivedField) -> pl.Series:
     kind = MEASUREMENT_SCHEMA[name]
     rows = observation.measurements
     aircraft = _aircraft(rows.aircraft)
-    told = pl.Series(
+    reported = pl.Series(
         [_written(_answer(one, name), name) for one in observation.aircraft], dtype=kind
     ).gather(aircraft)
     if name == "mode_3a":
@@ -146,13 +148,14 @@ def _identity(scene: Scene, observation: Observation, name: Heard) -> pl.Series:
             [_written(one.later_mode_3a, name) for one in observation.aircraft], dtype=kind
         )
         changed = pl.Series(rows.time_s) >= change_s.gather(aircraft)
-        told = later.gather(aircraft).zip_with(changed.fill_null(value=False), told)
-        told = _garbled(told, rows.garble)
-    heard = np.array([name in one.heard for one in scene.sensors])[rows.sensor]
-    return told.to_frame("told").select(pl.when(pl.Series(heard)).then("told")).to_series()
+        reported = later.gather(aircraft).zip_with(changed.fill_null(value=False), reported)
+        reported = _garbled(reported, rows.garble)
+    received = np.array([name in one.received for one in scenario.sensors])[rows.sensor]
+    frame = reported.to_frame("reported")
+    return frame.select(pl.when(pl.Series(received)).then("reported")).to_series()
 
 
-def _answer(aircraft: Aircraft, name: Heard) -> int | None:
+def _answer(aircraft: Aircraft, name: ReceivedField) -> int | None:
     answer: int | None = getattr(aircraft, name)
     return answer if aircraft.transponder else None
 
@@ -161,34 +164,34 @@ def _garbled(codes: pl.Series, garble: NDArray[np.int32]) -> pl.Series:
     wrong = np.flatnonzero(garble)
     if len(wrong) == 0:
         return codes
-    heard = codes.gather(pl.Series(wrong)).to_list()
+    received = codes.gather(pl.Series(wrong)).to_list()
     flipped = [
         None if code is None else f"{int(code, 8) ^ mask:04o}"
-        for code, mask in zip(heard, garble[wrong].tolist(), strict=True)
+        for code, mask in zip(received, garble[wrong].tolist(), strict=True)
     ]
     return codes.scatter(pl.Series(wrong), pl.Series(flipped, dtype=codes.dtype))
 
 
-def _written(value: int | None, name: Heard) -> int | str | None:
+def _written(value: int | None, name: ReceivedField) -> int | str | None:
     if value is None:
         return None
     return {"mode_3a": f"{value:04o}", "mode_s_address": f"{value:06x}"}.get(name, value)
 
 
-# Index of the aircraft of each row; null where there is none.
+# Index of the aircraft of each row; null without one.
 def _aircraft(aircraft: NDArray[np.int32]) -> pl.Series:
     index = pl.Series(aircraft)
     return index.set(index == NO_AIRCRAFT, None)
 
 
-def _named(scene: Scene, sensor: NDArray[np.integer]) -> pl.Series:
-    names = pl.Series([one.identifier for one in scene.sensors], dtype=pl.String)
+def _named(scenario: Scenario, sensor: NDArray[np.integer]) -> pl.Series:
+    names = pl.Series([one.identifier for one in scenario.sensors], dtype=pl.String)
     return names.gather(pl.Series(sensor))
 
 
 def _degrees(angle_rad: NDArray[np.float64]) -> NDArray[np.float64]:
     degrees = np.degrees(angle_rad)
-    # The largest angle below 2π may round to a whole turn.
+    # The largest angle below 2π may round to 360 degrees.
     return np.where(degrees >= _TURN_DEG, 0.0, degrees)
 
 

@@ -7,13 +7,13 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 
 from multiradar.estimation.motion.axes import frame_to_velocity
-from multiradar.simulation.scenario.scene import Aircraft, CoupledNoise, Leg, Way
+from multiradar.simulation.scenario.model import Aircraft, CoupledNoise, Leg, Waypoints
 
 Floats = NDArray[np.float64]
-# Times, places, velocities and heights at the knots, from the birth on.
+# Times, positions, velocities and heights at the knots, from the start of the flight.
 _Knots = tuple[Floats, Floats, Floats, Floats]
 
-# Between knots the path is a cubic: half a second in a turn of 6°/s at 300 m/s errs below 0.1 mm.
+# Cubic between knots: half a second in a turn of 6°/s at 300 m/s gives an error below 0.1 mm.
 KNOT_S = 0.5
 # Gauss-Legendre points of a knot interval; the rest is rounding.
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(5)
@@ -21,15 +21,15 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(5)
 
 @dataclass(frozen=True, slots=True)
 class Path:
-    """Where an aircraft is, from its birth to its death.
+    """Path of an aircraft from the start to the end of its flight.
 
     Attributes
     ----------
     start_s, end_s : float
-        Birth and death, or the end of the scene.
+        Start and end of the flight, or the end of the scenario.
     time_s : (k,) ndarray
-        Knots, from the birth to a little beyond the end.
-    place_m, velocity_mps : (k, 2) ndarray
+        Knots, from the start to a little beyond the end.
+    position_m, velocity_mps : (k, 2) ndarray
         East and north at the knots, and their rates; between them the path is a cubic.
     height_m : (k,) ndarray
         Height at the knots; between them it is linear.
@@ -42,11 +42,11 @@ class Path:
     start_s: float
     end_s: float
     time_s: Floats
-    place_m: Floats
+    position_m: Floats
     velocity_mps: Floats
     height_m: Floats
 
-    def place(self, time_s: Floats) -> Floats:
+    def position(self, time_s: Floats) -> Floats:
         """Return (n, 2) east and north at times (n,), m.
 
         References
@@ -56,7 +56,7 @@ class Path:
         return np.asarray(self._spline()(time_s))
 
     def height(self, time_s: Floats) -> Floats:
-        """Return (n,) height at times (n,), m.
+        """Return (n,) heights at times (n,), m.
 
         References
         ----------
@@ -65,7 +65,7 @@ class Path:
         return np.interp(time_s, self.time_s, self.height_m)
 
     def states(self, time_s: Floats) -> Floats:
-        """Return (n, 4) east, north and their rates: the order of the filters' states.
+        """Return (n, 4) east, north and their rates: the state order of the filters.
 
         References
         ----------
@@ -75,25 +75,25 @@ class Path:
         return np.concatenate([spline(time_s), spline(time_s, 1)], axis=-1)
 
     def _spline(self) -> CubicHermiteSpline:
-        return CubicHermiteSpline(self.time_s, self.place_m, self.velocity_mps)
+        return CubicHermiteSpline(self.time_s, self.position_m, self.velocity_mps)
 
 
 def fly(aircraft: Aircraft, duration_s: float, rng: np.random.Generator) -> Path:
-    """Fly an aircraft.
+    """Simulate the path of an aircraft.
 
     Parameters
     ----------
     aircraft : Aircraft
-        State at its birth, and how it manoeuvres.
+        Initial state and manoeuvres.
     duration_s : float
-        End of the scene.
+        End of the scenario.
     rng : Generator
-        For random manoeuvres; the path of legs does not use it.
+        For random manoeuvres; legs do not use it.
 
     Returns
     -------
     Path
-        From its birth to its death or the end of the scene; a little longer is defined.
+        From the start to the end of the flight or of the scenario; defined a little longer.
 
     References
     ----------
@@ -103,22 +103,22 @@ def fly(aircraft: Aircraft, duration_s: float, rng: np.random.Generator) -> Path
     the project's own.
     """
     end_s = min(aircraft.end_s, duration_s)
-    # Whoever looks for the moment at which a beam meets the aircraft looks a little beyond.
+    # The search for the time at which a beam meets the aircraft extends a little beyond.
     length_s = max(end_s - aircraft.start_s, 0.0) + 60.0
-    if aircraft.way is not None:
-        knots = _by_places(aircraft.way, aircraft.start_s, end_s)
+    if aircraft.waypoints is not None:
+        knots = _by_waypoints(aircraft.waypoints, aircraft.start_s, end_s)
     elif aircraft.coupled is not None:
         knots = _coupled(aircraft, aircraft.coupled, length_s, rng)
     elif aircraft.acceleration_density > 0.0:
         knots = _white(aircraft, length_s, rng)
     else:
         knots = _legs(aircraft, length_s)
-    time_s, place, velocity, height = knots
-    return Path(aircraft.start_s, end_s, aircraft.start_s + time_s, place, velocity, height)
+    time_s, position, velocity, height = knots
+    return Path(aircraft.start_s, end_s, aircraft.start_s + time_s, position, velocity, height)
 
 
 def start_velocity(aircraft: Aircraft) -> Floats:
-    """Return (2,) the velocity at the birth, m/s.
+    """Return (2,) the initial velocity, m/s.
 
     References
     ----------
@@ -129,13 +129,13 @@ def start_velocity(aircraft: Aircraft) -> Floats:
     )
 
 
-# Straight from place to place, with corners of one second: a knot half of it before and after.
-def _by_places(way: Way, start_s: float, end_s: float) -> _Knots:
-    at = np.array(way.time_s)
-    point = np.stack([way.east_m, way.north_m, way.height_m], axis=-1)
+# Straight between waypoints, with corners of one second: a knot half of it before and after.
+def _by_waypoints(waypoints: Waypoints, start_s: float, end_s: float) -> _Knots:
+    at = np.array(waypoints.time_s)
+    point = np.stack([waypoints.east_m, waypoints.north_m, waypoints.height_m], axis=-1)
     rate = np.diff(point, axis=0) / np.diff(at)[:, None]
     corners = np.stack([at[1:-1] - KNOT_S, at[1:-1] + KNOT_S], axis=-1).ravel()
-    # On each side it goes on as it came; whoever looks for a beam looks a little beyond.
+    # Extrapolated on each side: the search for a beam extends a little beyond.
     time_s = np.concatenate([[min(at[0], start_s) - 60.0], corners, [max(at[-1], end_s) + 60.0]])
     rates = np.repeat(rate, 2, axis=0)
     begin = np.repeat(np.arange(len(rate)), 2)
@@ -143,37 +143,37 @@ def _by_places(way: Way, start_s: float, end_s: float) -> _Knots:
     return time_s - start_s, flown[:, :2], rates[:, :2], flown[:, 2]
 
 
-# Where speed and heading go on, so does the velocity: legs share their knots.
+# Legs share their knots: velocity is continuous where speed and heading are.
 def _legs(aircraft: Aircraft, length_s: float) -> _Knots:
-    place = np.array([aircraft.east_m, aircraft.north_m])
+    position = np.array([aircraft.east_m, aircraft.north_m])
     time_s, height = 0.0, aircraft.height_m
     speed, heading = aircraft.speed_mps, aircraft.heading_rad
-    times, places, velocities = [np.zeros(1)], [place[None]], [start_velocity(aircraft)[None]]
+    times, positions, velocities = [np.zeros(1)], [position[None]], [start_velocity(aircraft)[None]]
     heights = [height]
     for leg in (*aircraft.legs, Leg(length_s)):
         count = int(np.ceil(leg.duration_s / KNOT_S)) if leg.turn_rate_rad_per_s else 1
         inside = np.linspace(0.0, leg.duration_s, count + 1)
-        way = place + np.cumsum(_moves(leg, speed, heading, inside), axis=0)
+        path = position + np.cumsum(_moves(leg, speed, heading, inside), axis=0)
         times.append(time_s + inside[1:])
-        places.append(way)
+        positions.append(path)
         velocities.append(_velocity(leg, speed, heading, inside[1:]))
         heights.extend(height + leg.climb_mps * inside[1:])
-        time_s, height, place = time_s + leg.duration_s, heights[-1], way[-1]
+        time_s, height, position = time_s + leg.duration_s, heights[-1], path[-1]
         speed += leg.acceleration_mps2 * leg.duration_s
         heading += leg.turn_rate_rad_per_s * leg.duration_s
     return (
-        np.concatenate(times), np.concatenate(places), np.concatenate(velocities),
+        np.concatenate(times), np.concatenate(positions), np.concatenate(velocities),
         np.array(heights),
     )  # fmt: skip
 
 
-# (..., 2) velocity at times within a leg that begins with a speed and a heading.
+# (..., 2) velocity at times within a leg with given initial speed and heading.
 def _velocity(leg: Leg, speed: float, heading: float, time_s: Floats) -> Floats:
     now, course = speed + leg.acceleration_mps2 * time_s, heading + leg.turn_rate_rad_per_s * time_s
     return np.stack([now * np.sin(course), now * np.cos(course)], axis=-1)
 
 
-# (k, 2) way between successive times, by quadrature: accurate for any turn rate, zero included.
+# (k, 2) displacements between successive times, by quadrature: accurate for any turn rate.
 def _moves(leg: Leg, speed: float, heading: float, time_s: Floats) -> Floats:
     half = np.diff(time_s)[:, None] / 2.0
     nodes = time_s[:-1, None] + half * (1.0 + _NODES)
@@ -190,14 +190,14 @@ def _white(aircraft: Aircraft, length_s: float, rng: np.random.Generator) -> _Kn
     apart = np.sqrt(density * KNOT_S**3 / 12.0) * rng.normal(size=(count, 2))
     velocity = np.vstack([np.zeros((1, 2)), np.cumsum(jumps, axis=0)]) + start_velocity(aircraft)
     moves = (velocity[:-1] + jumps / 2.0) * KNOT_S + apart
-    place = np.vstack([np.zeros((1, 2)), np.cumsum(moves, axis=0)])
-    place += [aircraft.east_m, aircraft.north_m]
+    position = np.vstack([np.zeros((1, 2)), np.cumsum(moves, axis=0)])
+    position += [aircraft.east_m, aircraft.north_m]
     height = np.full(count + 1, aircraft.height_m)
-    return KNOT_S * np.arange(count + 1.0), place, velocity, height
+    return KNOT_S * np.arange(count + 1.0), position, velocity, height
 
 
-# Model (5), all intervals at once: the frame (V, K, φ) walks, and the place follows with the
-# velocity before. `VelocityFrame.step` is the same one interval at a time.
+# Model (5), all intervals at once: the frame (V, K, φ) is a random walk, and the position follows
+# with the previous velocity. `VelocityFrame.step` is the same for one interval.
 def _coupled(
     aircraft: Aircraft, noise: CoupledNoise, length_s: float, rng: np.random.Generator
 ) -> _Knots:
@@ -210,6 +210,6 @@ def _coupled(
     changes = step * np.array(sigmas) * rng.normal(size=(count, 3))
     start = np.array([aircraft.speed_mps, aircraft.heading_rad, 0.0])
     velocity = frame_to_velocity(start + np.vstack([np.zeros(3), np.cumsum(changes, axis=0)]))
-    way = np.vstack([np.zeros(3), np.cumsum(step * velocity[:-1], axis=0)])
-    place = way + np.array([aircraft.east_m, aircraft.north_m, aircraft.height_m])
-    return step * np.arange(count + 1.0), place[:, :2], velocity[:, :2], place[:, 2]
+    path = np.vstack([np.zeros(3), np.cumsum(step * velocity[:-1], axis=0)])
+    position = path + np.array([aircraft.east_m, aircraft.north_m, aircraft.height_m])
+    return step * np.arange(count + 1.0), position[:, :2], velocity[:, :2], position[:, 2]

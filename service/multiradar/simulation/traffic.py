@@ -1,59 +1,59 @@
-"""Aircraft drawn at random from the seed of a scene."""
+"""Aircraft drawn at random from the seed of a scenario."""
 
 from dataclasses import replace
 
 import numpy as np
 
-from multiradar.simulation.scenario.scene import Aircraft, Leg, Scene, Span, Traffic
+from multiradar.simulation.scenario.model import Aircraft, Leg, Scenario, Span, Traffic
 
-# Streams of random numbers that a seed gives: they do not disturb each other.
+# Independent random streams of a seed.
 _TRAFFIC_STREAM = 0
 _RUN_STREAM = 1
 
-# Beyond these parts of its first speed an aircraft does not speed up or slow down.
+# Limits of the speed as fractions of the initial speed.
 _SPEED_LEAST, _SPEED_MOST = 0.6, 1.5
 
 _MODE_S_FIRST = 0x400000
-# 0000, 7500, 7600 and 7700 mean something; these do not.
+# 0000, 7500, 7600 and 7700 are reserved; these are not.
 _MODE_3A_FIRST, _MODE_3A_COUNT = 0o1000, 0o5000
 
 
 def run_generator(seed: int) -> np.random.Generator:
-    """Return the generator of noise, detections, drift and manoeuvres that belongs to a seed."""
+    """Return the generator of noise, detections, drift and manoeuvres for a seed."""
     return _stream(seed, _RUN_STREAM)
 
 
-def all_aircraft(scene: Scene) -> tuple[Aircraft, ...]:
-    """Return the aircraft of a scene, those of its traffic drawn.
+def all_aircraft(scenario: Scenario) -> tuple[Aircraft, ...]:
+    """Return the aircraft of a scenario, including its drawn traffic.
 
     Parameters
     ----------
-    scene : Scene
-        The same scene with the same seed gives the same aircraft.
+    scenario : Scenario
+        The same scenario with the same seed gives the same aircraft.
 
     Returns
     -------
     tuple of Aircraft
-        The aircraft that the scene names, then its traffic; each with its own track number, Mode
-        S address and Mode 3/A code.
+        The aircraft of the scenario, then its traffic; each with its own track number, Mode S
+        address and Mode 3/A code.
     """
-    rng = _stream(scene.seed, _TRAFFIC_STREAM)
-    number = max((one.track_number for one in scene.aircraft), default=0)
-    found = list(scene.aircraft)
-    for traffic in scene.traffic:
+    rng = _stream(scenario.seed, _TRAFFIC_STREAM)
+    number = max((one.track_number for one in scenario.aircraft), default=0)
+    found = list(scenario.aircraft)
+    for traffic in scenario.traffic:
         for _ in range(traffic.count):
             number += 1
-            found.append(_draw(traffic, number, scene.duration_s, rng))
+            found.append(_draw(traffic, number, scenario.duration_s, rng))
     return tuple(_with_identity(one) for one in found)
 
 
 def _draw(traffic: Traffic, number: int, duration_s: float, rng: np.random.Generator) -> Aircraft:
-    # All numbers are drawn, needed or not: what one aircraft is like does not move the next.
+    # All numbers are drawn, needed or not: properties of one aircraft do not affect the next.
     east, north = _within(traffic.east_m, rng), _within(traffic.north_m, rng)
     height, speed = _within(traffic.height_m, rng), _within(traffic.speed_mps, rng)
     heading, start = _within(traffic.heading_rad, rng), _within(traffic.start_s, rng)
     life = _within(traffic.life_s, rng)
-    heard, equipped = rng.uniform(size=2)
+    received, equipped = rng.uniform(size=2)
     own = rng.spawn(1)[0]
     end = min(start + life, duration_s)
     return Aircraft(
@@ -71,7 +71,7 @@ def _draw(traffic: Traffic, number: int, duration_s: float, rng: np.random.Gener
         coupled=traffic.coupled,
         acceleration_density=traffic.acceleration_density,
         height_step_m=traffic.height_step_m,
-        reports_height=bool(heard < traffic.heard_height_share),
+        reports_height=bool(received < traffic.heard_height_share),
         reports_position=bool(equipped < traffic.equipped_share),
     )
 

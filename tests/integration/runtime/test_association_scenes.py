@@ -11,7 +11,7 @@ from multiradar.cli.inputs import load_sensor_table
 from multiradar.runtime.engine.engine import Engine
 from multiradar.simulation.observation.observation import observe
 from multiradar.simulation.output import measurements_frame, truth_frame
-from multiradar.simulation.scenario.file import builtin_scene
+from multiradar.simulation.scenario.file import builtin_scenario
 from multiradar.simulation.scenario.sensors_text import sensors_text
 from multiradar.tracking.outputs import TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
@@ -76,7 +76,7 @@ def tracked(
     tmp_path: Path, name: str, settings: TrackingSettings
 ) -> tuple[pl.DataFrame, pl.DataFrame, dict[str, float]]:
     """Return the tracks of a scene, whose plots they are of, and the turns of its sensors."""
-    scene = builtin_scene(name)
+    scene = builtin_scenario(name)
     seen = observe(scene, np.random.Generator(np.random.PCG64(scene.seed)))
     path = tmp_path / "sensors.toml"
     path.write_text(sensors_text(scene), encoding="utf-8")

@@ -11,8 +11,8 @@ from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.engine.engine import Engine
 from multiradar.simulation.observation.observation import Observation, observe
 from multiradar.simulation.output import measurements_frame, truth_frame
-from multiradar.simulation.scenario.file import builtin_scene
-from multiradar.simulation.scenario.scene import Scene
+from multiradar.simulation.scenario.file import builtin_scenario
+from multiradar.simulation.scenario.model import Scenario
 from multiradar.simulation.scenario.sensors_text import sensors_text
 from multiradar.tracking.input.duplicates import Duplicates
 from multiradar.tracking.input.measurements import MeasurementBatch
@@ -27,22 +27,22 @@ KNOWN = TrackingSettings(acceleration_density=0.3)
 NAMELESS = replace(KNOWN, hidden_fields=("track_number", "mode_3a", "mode_s_address"))
 
 
-def seen(scene: Scene) -> Observation:
+def seen(scene: Scenario) -> Observation:
     return observe(scene, np.random.Generator(np.random.PCG64(scene.seed)))
 
 
 @pytest.fixture(scope="module")
-def twice() -> Scene:
-    return builtin_scene(NAME)
+def twice() -> Scenario:
+    return builtin_scenario(NAME)
 
 
 @pytest.fixture(scope="module")
-def once(twice: Scene) -> Scene:
+def once(twice: Scenario) -> Scenario:
     return replace(twice, sensors=tuple(replace(one, second_feed=None) for one in twice.sensors))
 
 
 @pytest.fixture(scope="module")
-def table(twice: Scene, tmp_path_factory: pytest.TempPathFactory) -> SensorTable:
+def table(twice: Scenario, tmp_path_factory: pytest.TempPathFactory) -> SensorTable:
     path = tmp_path_factory.mktemp("sensors") / "sensors.toml"
     path.write_text(sensors_text(twice), encoding="utf-8")
     return load_sensor_table(path)
@@ -61,13 +61,13 @@ def joined(outputs: list[EngineOutput]) -> Duplicates:
     return Duplicates.concatenate([output.duplicates for output in outputs])
 
 
-def rows(scene: Scene, table: SensorTable) -> tuple[Observation, MeasurementBatch]:
+def rows(scene: Scenario, table: SensorTable) -> tuple[Observation, MeasurementBatch]:
     found = seen(scene)
     return found, wire.measurement_batch(measurements_frame(scene, found), table)[0]
 
 
 def normalised(
-    scene: Scene, found: Observation, outputs: list[EngineOutput], table: SensorTable
+    scene: Scenario, found: Observation, outputs: list[EngineOutput], table: SensorTable
 ) -> float:
     """Mean of error² / sigma² of the positions of settled, confirmed tracks: 1 where honest."""
     updates = wire.tracks_frame(outputs[0].updates, table).vstack(
@@ -88,7 +88,7 @@ def normalised(
 
 @pytest.mark.parametrize("settings", [KNOWN, NAMELESS])
 def test_errors_are_as_claimed_with_copies_as_without(
-    once: Scene, twice: Scene, table: SensorTable, settings: TrackingSettings
+    once: Scenario, twice: Scenario, table: SensorTable, settings: TrackingSettings
 ) -> None:
     found, batch = rows(once, table)
     single = normalised(once, found, played(batch, table, settings)[0], table)
@@ -108,7 +108,7 @@ def test_errors_are_as_claimed_with_copies_as_without(
         assert deceived > 1.3 * single
 
 
-def test_no_copy_begins_a_track(twice: Scene, table: SensorTable) -> None:
+def test_no_copy_begins_a_track(twice: Scenario, table: SensorTable) -> None:
     _, batch = rows(twice, table)
     outputs, _ = played(batch, table, NAMELESS)
     for output in outputs:
@@ -116,7 +116,7 @@ def test_no_copy_begins_a_track(twice: Scene, table: SensorTable) -> None:
         assert len(np.unique(output.updates.track_id[confirmed])) <= 31
 
 
-def test_what_is_left_out_does_not_depend_on_batches(twice: Scene, table: SensorTable) -> None:
+def test_what_is_left_out_does_not_depend_on_batches(twice: Scenario, table: SensorTable) -> None:
     _, batch = rows(twice, table)
     batch = batch.take(slice(0, 1500))
     expected = [

@@ -15,8 +15,8 @@ from multiradar.estimation.filters.bank import FILTERS
 from multiradar.runtime.engine.engine import Engine
 from multiradar.simulation.observation.observation import observe
 from multiradar.simulation.output import measurements_frame, truth_frame
-from multiradar.simulation.scenario.file import builtin_scene
-from multiradar.simulation.scenario.scene import Bias, Scene
+from multiradar.simulation.scenario.file import builtin_scenario
+from multiradar.simulation.scenario.model import Bias, Scenario
 from multiradar.simulation.scenario.sensors_text import sensors_text
 from multiradar.tracking.outputs import TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
@@ -49,9 +49,9 @@ class Judged(NamedTuple):
         return float(np.sqrt(np.mean(self.place_m**2)))
 
 
-def unheard(radars: int, seed: int = 1) -> Scene:
+def unheard(radars: int, seed: int = 1) -> Scenario:
     """Aircraft that tell no height, seen by so many radars without biases."""
-    scene = builtin_scene("climbs")
+    scene = builtin_scenario("climbs")
     sensors = tuple(
         replace(one, biases=(Bias(estimate=False),) * 4) for one in scene.sensors[:radars]
     )
@@ -60,7 +60,7 @@ def unheard(radars: int, seed: int = 1) -> Scene:
 
 
 def played(
-    folder: Path, scene: Scene, settings: TrackingSettings, size: int | None = None
+    folder: Path, scene: Scenario, settings: TrackingSettings, size: int | None = None
 ) -> tuple[Engine, pl.DataFrame, pl.DataFrame]:
     seen = observe(scene, np.random.Generator(np.random.PCG64(scene.seed)))
     path = folder / "sensors.toml"
@@ -105,7 +105,7 @@ def judged(engine: Engine, tracks: pl.DataFrame, truth: pl.DataFrame) -> Judged:
 def test_garbled_and_missing_heights_leave_height_and_rate_as_sure_as_they_say(
     tmp_path: Path, step_m: float
 ) -> None:
-    scene = builtin_scene("climbs")
+    scene = builtin_scenario("climbs")
     traffic = tuple(one for one in scene.traffic if one.height_step_m == step_m)
     scene = replace(scene, duration_s=600.0, traffic=traffic)
     found = judged(*played(tmp_path, scene, TrackingSettings()))
@@ -141,7 +141,7 @@ def test_one_radar_cannot_tell_the_height_and_says_so(tmp_path: Path) -> None:
 
 
 def test_aircraft_that_tell_no_height_do_not_speak_of_the_biases(tmp_path: Path) -> None:
-    scene = builtin_scene("climbs")
+    scene = builtin_scenario("climbs")
     scene = replace(scene, duration_s=300.0, traffic=scene.traffic[2:])
     engine, _, _ = played(tmp_path, scene, TrackingSettings())
     np.testing.assert_array_equal(engine.biases.estimate, 0.0)
@@ -176,7 +176,7 @@ def test_a_height_heard_late_moves_the_aircraft_to_where_it_belongs(tmp_path: Pa
 
 @pytest.mark.parametrize("size", [1, 7])
 def test_batches_leave_no_trace_in_heights(tmp_path: Path, size: int) -> None:
-    scene = replace(builtin_scene("climbs"), duration_s=60.0)
+    scene = replace(builtin_scenario("climbs"), duration_s=60.0)
     settings = TrackingSettings(filter_name="imm")
     whole = played(tmp_path, scene, settings)[1]
     assert whole["vertical_rate_mps"].is_not_null().any()

@@ -12,7 +12,7 @@ from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.engine.engine import Engine
 from multiradar.simulation.observation.observation import observe
 from multiradar.simulation.output import measurements_frame
-from multiradar.simulation.scenario.file import scene_of, scene_table
+from multiradar.simulation.scenario.file import scenario_of, scenario_table
 from multiradar.simulation.scenario.sensors_text import sensors_text
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.wire import measurement_batch, sensor_table
@@ -42,7 +42,7 @@ def scene() -> tuple[pl.DataFrame, str]:
     traffic = {"count": 8, "east_m": [-8e4, 2e5], "north_m": [-1e5, 1e5]}
     place = {"latitude_deg": 50.0, "longitude_deg": 10.0}
     values = {"duration_s": 200.0, "plane": place, "traffic": [traffic], "sensor": radars}
-    described = scene_of(scene_table(values, source="the test"))
+    described = scenario_of(scenario_table(values, source="the test"))
     seen = observe(described, np.random.Generator(np.random.PCG64(1)))
     return measurements_frame(described, seen), sensors_text(described)
 

@@ -14,8 +14,8 @@ from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.engine.engine import Engine
 from multiradar.simulation.observation.observation import observe
 from multiradar.simulation.output import measurements_frame
-from multiradar.simulation.scenario.file import builtin_scene
-from multiradar.simulation.scenario.scene import PARAMETERS, Aircraft, Bias, Scene
+from multiradar.simulation.scenario.file import builtin_scenario
+from multiradar.simulation.scenario.model import PARAMETERS, Aircraft, Bias, Scenario
 from multiradar.simulation.scenario.sensors_text import sensors_text
 from multiradar.tracking.outputs import TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
@@ -54,9 +54,9 @@ def test_a_false_plot_neither_delays_nor_takes_the_track_of_who_comes(
     assert len(confirmed) == int((frame["time_s"] >= begun_s).sum())
 
 
-def newcomer() -> Scene:
+def newcomer() -> Scenario:
     """One aircraft under the radars of `newcomers`, which see all and are known."""
-    scene = builtin_scene("newcomers")
+    scene = builtin_scenario("newcomers")
     known = tuple(Bias(estimate=False) for _ in range(PARAMETERS))
     return replace(
         scene,
@@ -69,7 +69,7 @@ def newcomer() -> Scene:
         sensors=tuple(
             replace(
                 one, clutter_per_turn=0.0, detection_probability=1.0, biases=known,
-                told=frozenset({0, 1}),
+                specified_biases=frozenset({0, 1}),
             )
             for one in scene.sensors
         ),
@@ -77,7 +77,7 @@ def newcomer() -> Scene:
 
 
 def false_plot(
-    scene: Scene, frame: pl.DataFrame, before_s: float, east_m: float, north_m: float
+    scene: Scenario, frame: pl.DataFrame, before_s: float, east_m: float, north_m: float
 ) -> pl.DataFrame:
     """A plot without height of the first radar, so long before and so far off."""
     plane, radar = SystemPlane(*scene.centre_rad), scene.sensors[0]

@@ -15,8 +15,8 @@ from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.engine.engine import Engine
 from multiradar.simulation.observation.observation import observe
 from multiradar.simulation.output import measurements_frame, truth_frame
-from multiradar.simulation.scenario.file import builtin_scene
-from multiradar.simulation.scenario.scene import Sensor
+from multiradar.simulation.scenario.file import builtin_scenario
+from multiradar.simulation.scenario.model import Sensor
 from multiradar.simulation.scenario.sensors_text import sensors_text
 from multiradar.simulation.traffic import run_generator
 from multiradar.tracking.input.measurements import MeasurementBatch
@@ -42,7 +42,7 @@ class Scene:
 
 @cache
 def scene(name: str) -> Scene:
-    described = builtin_scene(name)
+    described = builtin_scenario(name)
     seen = observe(described, run_generator(described.seed))
     with TemporaryDirectory() as folder:
         path = Path(folder) / "sensors.toml"
@@ -184,7 +184,7 @@ def test_no_honest_report_is_flagged(name: str) -> None:
 
 
 def test_turns_between_reports_ten_seconds_apart_are_not_taken_for_errors() -> None:
-    described = builtin_scene("manoeuvring-traffic")
+    described = builtin_scenario("manoeuvring-traffic")
     receiver = Sensor("adsb", "adsb", position_sigma_m=25.0, interval_s=10.0)
     described = replace(described, sensors=(*described.sensors, receiver), duration_s=300.0)
     seen = observe(described, run_generator(described.seed))

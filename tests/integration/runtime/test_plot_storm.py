@@ -19,7 +19,7 @@ from multiradar.runtime.engine.engine import Engine
 from multiradar.settings.service import load_settings
 from multiradar.simulation.observation.observation import observe
 from multiradar.simulation.output import measurements_frame, truth_frame
-from multiradar.simulation.scenario.file import builtin_scene
+from multiradar.simulation.scenario.file import builtin_scenario
 from multiradar.simulation.scenario.sensors_text import sensors_text
 from multiradar.tracking.outputs import (
     STATE_CONFIRMED,
@@ -31,8 +31,8 @@ from multiradar.tracking.settings import TrackingSettings
 from support.processes import clients
 from support.processes.waiting import WAIT_TIMEOUT_S, join, wait_until
 
-SCENE = builtin_scene("plot-storm")
-STORM_S = (SCENE.sensors[0].storms[0].start_s, SCENE.sensors[0].storms[0].end_s)
+SCENE = builtin_scenario("plot-storm")
+STORM_S = (SCENE.sensors[0].clutter_bursts[0].start_s, SCENE.sensors[0].clutter_bursts[0].end_s)
 NAMELESS = TrackingSettings(hidden_fields=("track_number", "mode_s_address", "mode_3a"))
 SEEN = observe(SCENE, np.random.Generator(np.random.PCG64(SCENE.seed)))
 FRAME = measurements_frame(SCENE, SEEN)

@@ -8,7 +8,7 @@ import polars as pl
 import pytest
 
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.simulation.scenario.file import builtin_scene
+from multiradar.simulation.scenario.file import builtin_scenario
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.settings import TrackingSettings
 from validation.tracker import check_health
@@ -18,7 +18,7 @@ RIGHT_AGAIN = ((30.0, 25.0, 0.012), (60.0, 10.0, 0.006))
 
 
 def simulated(name: str, duration_s: float | None = None) -> tuple[MeasurementBatch, SensorTable]:
-    scene = builtin_scene(name)
+    scene = builtin_scenario(name)
     return check_health.simulated(replace(scene, duration_s=duration_s or scene.duration_s))
 
 
@@ -31,7 +31,7 @@ def tracked(batch: MeasurementBatch, table: SensorTable, **more: Any) -> Any:
 def test_jumps_are_found_in_three_turns_the_biases_follow_and_no_track_is_torn(
     filter_name: str,
 ) -> None:
-    scene = builtin_scene("radar-jump")
+    scene = builtin_scenario("radar-jump")
     run = tracked(*simulated("radar-jump"), filter_name=filter_name)
     west, north, _ = scene.sensors
     jumps = [(west, west.biases[0]), (north, north.biases[1])]
@@ -82,7 +82,7 @@ def test_radars_that_are_well_raise_no_alarm(name: str, filter_name: str) -> Non
 
 def test_silence_is_told_within_the_gaps_and_detection_is_that_of_the_scene() -> None:
     run = tracked(*simulated("rotating-gaps"))
-    sensors = {one.identifier: one for one in builtin_scene("rotating-gaps").sensors}
+    sensors = {one.identifier: one for one in builtin_scenario("rotating-gaps").sensors}
     alarms = run.alarms()
     assert {alarm for _, _, alarm in alarms} == {"silent"}
     for time_s, name, _ in alarms:

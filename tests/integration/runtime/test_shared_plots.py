@@ -16,7 +16,7 @@ from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.engine.engine import Engine
 from multiradar.simulation.observation.observation import observe
 from multiradar.simulation.output import measurements_frame, truth_frame
-from multiradar.simulation.scenario.file import builtin_scene
+from multiradar.simulation.scenario.file import builtin_scenario
 from multiradar.simulation.scenario.sensors_text import sensors_text
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import EngineOutput, TrackUpdates
@@ -29,7 +29,7 @@ NEAREST = TrackingSettings(hidden_fields=HIDDEN)
 
 @cache
 def made(name: str, seed: int) -> tuple[SensorTable, MeasurementBatch, pl.DataFrame]:
-    scene = replace(builtin_scene(name), seed=seed)
+    scene = replace(builtin_scenario(name), seed=seed)
     seen = observe(scene, np.random.Generator(np.random.PCG64(seed)))
     with TemporaryDirectory() as folder:
         path = Path(folder) / "sensors.toml"

@@ -11,7 +11,7 @@ from multiradar.estimation.filters.bank import FILTERS
 from multiradar.runtime.engine.engine import Engine
 from multiradar.simulation.observation.observation import observe
 from multiradar.simulation.output import measurements_frame
-from multiradar.simulation.scenario.file import scene_of, scene_table
+from multiradar.simulation.scenario.file import scenario_of, scenario_table
 from multiradar.simulation.scenario.sensors_text import sensors_text
 from multiradar.tracking.outputs import EngineOutput
 from multiradar.tracking.settings import TrackingSettings
@@ -83,7 +83,7 @@ def _outputs(sensors: list[dict[str, Any]], filter_name: str) -> tuple[Engine, l
     traffic = {"count": 4, "east_m": [-8e4, 8e4], "north_m": [-8e4, 8e4]}
     place = {"latitude_deg": 50.0, "longitude_deg": 10.0}
     values = {"duration_s": 40.0, "plane": place, "traffic": [traffic], "sensor": sensors}
-    scene = scene_of(scene_table(values, source="the test"))
+    scene = scenario_of(scenario_table(values, source="the test"))
     seen = observe(scene, np.random.Generator(np.random.PCG64(11)))
     table = sensor_table(parse_sensors(sensors_text(scene)))
     batch, _ = measurement_batch(measurements_frame(scene, seen), table)

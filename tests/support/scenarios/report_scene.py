@@ -7,12 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.simulation.flat import flat_plots
-from multiradar.simulation.scenario.file import builtin_scene
+from multiradar.simulation.scenario.file import builtin_scenario
 from support.references.reference_filters import BiasPrior, Observation, ReferenceFilter
 
 Floats = NDArray[np.float64]
 
-_SCENE = builtin_scene("report-1-6")
+_SCENE = builtin_scenario("report-1-6")
 _TRAFFIC = _SCENE.traffic[0]
 SITES_M = np.array([[one.east_m, one.north_m] for one in _SCENE.sensors])
 RANGE_SIGMA_M = _SCENE.sensors[0].range_sigma_m

@@ -22,7 +22,7 @@ from multiradar.estimation.measurement.sensors import (
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.simulation.observation.measurements import Measurements
 from multiradar.simulation.observation.observation import observe
-from multiradar.simulation.scenario import scene as simulated
+from multiradar.simulation.scenario import model as simulated
 from multiradar.tracking.input.measurements import KIND_RADAR, MeasurementBatch
 
 Floats = NDArray[np.float64]
@@ -99,7 +99,7 @@ def make_scene(
     sensors = sensor_table(radars)
     plane = SystemPlane.for_sensors(sensors.latitude_rad, sensors.longitude_rad)
     sites = flat_sites(plane, sensors)
-    scene = simulated.Scene(
+    scene = simulated.Scenario(
         title="", seed=0, duration_s=max(flight.end_s for flight in flights), plane="wgs84",
         centre_rad=(plane.latitude_rad, plane.longitude_rad), traffic=(),
         aircraft=tuple(flier(number, one) for number, one in enumerate(flights, start=1)),

@@ -1,4 +1,4 @@
-"""docs/simulate.md names every key, file, column and scene, and its example works."""
+"""docs/simulate.md names every key, file, column and scenario, and its example works."""
 
 from pathlib import Path
 
@@ -9,14 +9,14 @@ from multiradar.simulation.flat import flat_plots
 from multiradar.simulation.observation.observation import observe
 from multiradar.simulation.output import TRUE_BIAS_SCHEMA, TRUTH_SCHEMA
 from multiradar.simulation.scenario.bias_tables import BiasesTable, BiasTable
-from multiradar.simulation.scenario.file import builtin_names, builtin_scene, load_scene
+from multiradar.simulation.scenario.file import builtin_names, builtin_scenario, load_scenario
 from multiradar.simulation.scenario.tables import (
     AircraftTable,
     CoupledTable,
     LegTable,
     PlaneTable,
     ReportErrorTable,
-    SceneTable,
+    ScenarioTable,
     SensorTable,
     TrafficTable,
 )
@@ -25,8 +25,8 @@ from support.paths import ROOT
 
 EXAMPLES = sorted((ROOT / "examples" / "scenes").glob("*.toml"))
 TABLES = (
-    SceneTable, PlaneTable, AircraftTable, LegTable, ReportErrorTable, CoupledTable, TrafficTable,
-    SensorTable, BiasesTable, BiasTable,
+    ScenarioTable, PlaneTable, AircraftTable, LegTable, ReportErrorTable, CoupledTable,
+    TrafficTable, SensorTable, BiasesTable, BiasTable,
 )  # fmt: skip
 
 
@@ -45,24 +45,24 @@ def test_every_key_is_explained(table: type[Table], page: str) -> None:
         assert any(name in page for name in known), key
 
 
-def test_every_scene_and_column_is_explained(page: str) -> None:
+def test_every_scenario_and_column_is_explained(page: str) -> None:
     for name in (*builtin_names(), *TRUTH_SCHEMA, *TRUE_BIAS_SCHEMA):
         assert f"`{name}`" in page, name
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
 def test_examples_can_be_simulated(path: Path) -> None:
-    scene = load_scene(path)
-    assert len(observe(scene, np.random.default_rng(0)).measurements) > 1000
+    scenario = load_scenario(path)
+    assert len(observe(scenario, np.random.default_rng(0)).measurements) > 1000
 
 
 @pytest.mark.parametrize("name", builtin_names())
-def test_every_scene_gives_each_sensor_something_to_measure(name: str) -> None:
-    scene = builtin_scene(name)
-    seen = observe(scene, np.random.default_rng(0))
-    assert np.all(np.bincount(seen.measurements.sensor, minlength=len(scene.sensors)) > 500)
-    # Nobody leaves the heights that the tracker takes, nor the plane.
+def test_every_scenario_gives_each_sensor_measurements(name: str) -> None:
+    scenario = builtin_scenario(name)
+    seen = observe(scenario, np.random.default_rng(0))
+    assert np.all(np.bincount(seen.measurements.sensor, minlength=len(scenario.sensors)) > 500)
+    # All aircraft stay within the heights that the tracker accepts and on the plane.
     assert np.nanmin(seen.measurements.true_height_m) > 0.0
     assert np.nanmax(seen.measurements.true_height_m) < 20_000.0
-    if scene.plane == "flat":
-        assert len(flat_plots(scene, np.random.default_rng(0))) == len(seen.measurements)
+    if scenario.plane == "flat":
+        assert len(flat_plots(scenario, np.random.default_rng(0))) == len(seen.measurements)

@@ -1,4 +1,4 @@
-"""Paths fly what they were told: else everything judged by them is judged wrongly."""
+"""Simulated paths follow their configuration: all evaluations depend on them."""
 
 from dataclasses import replace
 
@@ -8,14 +8,14 @@ import pytest
 from multiradar.estimation.motion.axes import frame_to_velocity
 from multiradar.research.motion.velocity_frame import VelocityFrame
 from multiradar.simulation.paths import fly
-from multiradar.simulation.scenario.scene import Aircraft, CoupledNoise, Leg, Way
+from multiradar.simulation.scenario.model import Aircraft, CoupledNoise, Leg, Waypoints
 
-# East and north differ everywhere: a swap of axes shows.
+# East and north always differ: a swap of axes is detected.
 AIRCRAFT = Aircraft(1, 5e3, -7e3, 8000.0, 200.0, np.radians(30.0), start_s=100.0)
 VELOCITY = 200.0 * np.array([0.5, np.sqrt(0.75)])
 
 
-def test_a_straight_path_begins_where_it_was_told_and_keeps_its_velocity() -> None:
+def test_a_straight_path_keeps_its_initial_position_and_velocity() -> None:
     path = fly(AIRCRAFT, 500.0, np.random.default_rng(0))
     assert (path.start_s, path.end_s) == (100.0, 500.0)
     states = path.states(np.array([100.0, 350.0]))
@@ -26,7 +26,7 @@ def test_a_straight_path_begins_where_it_was_told_and_keeps_its_velocity() -> No
     np.testing.assert_array_equal(path.height(np.array([100.0, 350.0])), 8000.0)
 
 
-def test_a_turn_to_the_right_is_a_circle_and_takes_its_time() -> None:
+def test_a_turn_to_the_right_is_a_circle_of_the_right_duration() -> None:
     # 3°/s at 200 m/s: a quarter of a circle of 3820 m in 30 s, then straight on.
     turning = replace(AIRCRAFT, heading_rad=0.0, legs=(Leg(30.0, np.radians(3.0)),))
     path = fly(turning, 500.0, np.random.default_rng(0))
@@ -34,8 +34,8 @@ def test_a_turn_to_the_right_is_a_circle_and_takes_its_time() -> None:
     quarter = path.states(np.array([130.0]))[0]
     np.testing.assert_allclose(quarter, [5e3 + radius, -7e3 + radius, 200.0, 0.0], atol=1e-6)
     times = np.linspace(100.0, 130.0, 1001)
-    away = path.place(times) - [5e3 + radius, -7e3]
-    # Between the knots of half a second a cubic stands for the circle.
+    away = path.position(times) - [5e3 + radius, -7e3]
+    # Between the half-second knots a cubic approximates the circle.
     np.testing.assert_allclose(np.hypot(*away.T), radius, rtol=0, atol=1e-4)
     np.testing.assert_allclose(path.states(np.array([200.0]))[0, 2:], [200.0, 0.0], atol=1e-9)
 
@@ -59,9 +59,9 @@ def test_legs_follow_each_other_without_a_jump() -> None:
     np.testing.assert_allclose(heights, [8100.0, 8200.0, 8080.0, 8080.0], atol=1e-9)
 
 
-def test_a_recorded_way_is_flown_straight_from_place_to_place() -> None:
-    way = Way((90.0, 110.0, 120.0), (0.0, 4e3, 4e3), (0.0, 0.0, 2e3), (8e3, 8e3, 7900.0))
-    path = fly(replace(AIRCRAFT, way=way, end_s=118.0), 500.0, np.random.default_rng(0))
+def test_waypoints_are_joined_by_straight_lines() -> None:
+    recorded = Waypoints((90.0, 110.0, 120.0), (0.0, 4e3, 4e3), (0.0, 0.0, 2e3), (8e3, 8e3, 7900.0))
+    path = fly(replace(AIRCRAFT, waypoints=recorded, end_s=118.0), 500.0, np.random.default_rng(0))
     assert (path.start_s, path.end_s) == (100.0, 118.0)
     states = path.states(np.array([100.0, 109.0, 111.0, 118.0]))
     expected = [
@@ -71,19 +71,19 @@ def test_a_recorded_way_is_flown_straight_from_place_to_place() -> None:
     np.testing.assert_allclose(states, np.array(expected), rtol=0, atol=1e-6)
     np.testing.assert_allclose(path.height(np.array([105.0, 115.0])), [8e3, 7950.0], atol=0.3)
     # The corner is cut within half a second of it, by some ten metres.
-    corner = path.place(np.array([110.0]))[0]
+    corner = path.position(np.array([110.0]))[0]
     assert 10.0 < np.hypot(*(corner - [4e3, 0.0])) < 60.0
 
 
-def test_the_velocity_is_the_rate_of_the_place() -> None:
+def test_the_velocity_is_the_derivative_of_the_position() -> None:
     legs = (Leg(30.0, np.radians(2.5), 0.4), Leg(30.0, np.radians(-1.0), -0.8))
     path = fly(replace(AIRCRAFT, legs=legs), 400.0, np.random.default_rng(0))
     times = np.linspace(101.0, 158.0, 300)
-    rate = (path.place(times + 1e-3) - path.place(times - 1e-3)) / 2e-3
+    rate = (path.position(times + 1e-3) - path.position(times - 1e-3)) / 2e-3
     np.testing.assert_allclose(rate, path.states(times)[:, 2:], rtol=0, atol=1e-4)
 
 
-def test_white_acceleration_wanders_as_fast_as_asked() -> None:
+def test_white_acceleration_has_the_configured_density() -> None:
     rng = np.random.default_rng(4)
     wandering = replace(AIRCRAFT, acceleration_density=2.0)
     straight = fly(AIRCRAFT, 160.0, rng).states(np.array([160.0]))[0]
@@ -107,7 +107,7 @@ def test_white_acceleration_is_exact_within_a_single_step() -> None:
     np.testing.assert_allclose(np.mean(away[:, 2:] ** 2, axis=0), 2.0 * 0.5, rtol=0.1)
 
 
-def test_speed_course_and_climb_angle_walk_as_model_5_says() -> None:
+def test_speed_course_and_climb_angle_follow_model_5() -> None:
     noise = CoupledNoise(0.8, np.radians(1.0), np.radians(0.2), step_s=2.0)
     rng = np.random.default_rng(5)
     ends, rises = [], []
@@ -129,7 +129,7 @@ def test_model_5_is_that_of_the_motion_models_step_by_step() -> None:
     noise = CoupledNoise(1.0, np.radians(3.0), np.radians(0.5), step_s=2.0)
     path = fly(replace(AIRCRAFT, coupled=noise), 160.0, np.random.default_rng(6))
     model = VelocityFrame(1.0, np.radians(3.0), np.radians(0.5))
-    # Sixty seconds, and as much again beyond the end.
+    # Sixty seconds, and as long again beyond the end.
     draws = np.random.default_rng(6).normal(size=(60, 3))
     state = np.array([5e3, -7e3, 8000.0, 200.0, np.radians(30.0), 0.0])
     for number, draw in enumerate(draws[:30], start=1):

@@ -1,1 +1,1 @@
-"""What the sensors of a scenario see: detections, noise, clutter, faults."""
+"""Simulated measurements of the sensors of a scenario: detections, noise, clutter, faults."""

@@ -1,39 +1,39 @@
-"""Plots that show no aircraft."""
+"""Clutter plots."""
 
 import numpy as np
 
-from multiradar.simulation.observation.looks import TURN_RAD, Plots, outside_gaps
-from multiradar.simulation.scenario.scene import Sensor
+from multiradar.simulation.observation.detections import TURN_RAD, Plots, outside_gaps
+from multiradar.simulation.scenario.model import Sensor
 
-# Clutter of a radar without instrumented range lies within this.
+# Maximum clutter range of a radar without instrumented range.
 _RANGE_MAX_M = 200e3
 
 
 def clutter_plots(sensor: Sensor, duration_s: float, rng: np.random.Generator) -> Plots:
-    """Draw the clutter of a radar, evenly over the area and the time.
+    """Draw the clutter of a radar, uniform over area and time.
 
     Parameters
     ----------
     sensor : Sensor
-        Its mean number of such plots a turn, its storms, coverage and gaps.
+        Its mean number of clutter plots per scan, clutter bursts, coverage and gaps.
     duration_s : float
-        Length of the scene.
+        Duration of the scenario.
     rng : Generator
-        For everything.
+        Random generator.
 
     Returns
     -------
     Plots
-        In no order; all are outliers.
+        Unsorted; all are outliers.
 
     References
     ----------
-    The project's own: a Poisson number of plots a turn, evenly over the area.
+    The project's own: a Poisson number of plots per scan, uniform over the area.
     """
     period = sensor.rotation_period_s or sensor.interval_s
     count = rng.poisson(sensor.clutter_per_turn * duration_s / period)
     parts = [rng.uniform(0.0, duration_s, count)]
-    for storm in sensor.storms:
+    for storm in sensor.clutter_bursts:
         end_s = min(storm.end_s, duration_s)
         lasts_s = max(end_s - storm.start_s, 0.0)
         more = rng.poisson(storm.plots_per_turn * lasts_s / period)

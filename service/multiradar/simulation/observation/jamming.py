@@ -1,4 +1,4 @@
-"""Ranges that are not measured: by direction finders never, by radars not while they are jammed."""
+"""Missing ranges: of direction finders always, of radars while they are jammed."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -6,27 +6,27 @@ from dataclasses import replace
 import numpy as np
 
 from multiradar.simulation.observation.measurements import Measurements
-from multiradar.simulation.scenario.scene import Sensor
+from multiradar.simulation.scenario.model import Sensor
 
 
 def without_lost_ranges(made: Measurements, sensors: Sequence[Sensor]) -> Measurements:
-    """Return measurements without the ranges that their sensors did not measure.
+    """Return measurements without the ranges that are lost.
 
     Parameters
     ----------
     made : Measurements
-        As if every sensor measured the range.
+        As if every sensor measured ranges.
     sensors : sequence of Sensor
-        The sensors, with the times in which they are jammed.
+        The sensors, with their jammed periods.
 
     Returns
     -------
     Measurements
-        The same, the ranges that are lost NaN.
+        The measurements, lost ranges as NaN.
 
     References
     ----------
-    The project's own: jamming takes the range and leaves the azimuth.
+    The project's own: jamming denies the range and leaves the azimuth.
     """
     lost = np.zeros(len(made), np.bool_)
     for number, sensor in enumerate(sensors):

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
-#: Index of the aircraft of a plot that shows none.
+#: Aircraft index of clutter.
 NO_AIRCRAFT = -1
 
 
@@ -19,26 +19,26 @@ class Measurements:
     Attributes
     ----------
     time_s : (n,) float64
-        Time stamps, from the beginning of the scene.
+        Time stamps, from the start of the scenario.
     sensor, aircraft : (n,) int32
         Indices; `NO_AIRCRAFT` for clutter.
     range_m, azimuth_rad : (n,) float64
-        What radars measure.
+        Measured by radars.
     latitude_rad, longitude_rad : (n,) float64
-        What ADS-B and multilateration report.
+        Reported by ADS-B and multilateration.
     height_m : (n,) float64
-        Height heard.
+        Reported height.
     garble : (n,) int32
-        Bits of the Mode 3/A code that were heard wrongly.
+        Bits of the Mode 3/A code that are garbled.
     outlier : (n,) bool
-        Whether it is far from the truth on purpose.
+        Whether it has a gross error.
     true_latitude_rad, true_longitude_rad, true_height_m, true_speed_mps, true_heading_rad : (n,)
-        State of the aircraft at the time stamp, the speed along the ground, the heading clockwise
-        from true north at the aircraft.
+        State of the aircraft at the time stamp: ground speed, heading clockwise from true north at
+        the aircraft.
     elevation_rad : (n,) float64
-        What direction finders measure beside the azimuth.
+        Measured by direction finders beside the azimuth.
     source_latitude_rad, source_longitude_rad, source_height_m : (n,) float64
-        Where a sensor that moves was.
+        Position of a moving sensor.
     """
 
     time_s: Floats
@@ -66,11 +66,11 @@ class Measurements:
 
     @property
     def bearings(self) -> NDArray[np.bool_]:
-        """Which of them have an azimuth and no range."""
+        """Measurements with an azimuth and no range."""
         return np.asarray(np.isnan(self.range_m) & ~np.isnan(self.azimuth_rad))
 
 
-def none() -> Measurements:
+def no_measurements() -> Measurements:
     """Return no measurements."""
     nothing, integers = np.empty(0), np.empty(0, np.int32)
     return Measurements(
@@ -81,7 +81,7 @@ def none() -> Measurements:
 
 
 def merged(parts: Sequence[Measurements]) -> Measurements:
-    """Return the measurements of all parts in their order: by time stamp, sensor, aircraft."""
+    """Return the measurements of all parts, sorted by time stamp, sensor, aircraft."""
     columns = {
         field.name: np.concatenate([getattr(part, field.name) for part in parts])
         for field in fields(Measurements)

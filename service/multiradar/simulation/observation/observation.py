@@ -1,4 +1,4 @@
-"""What the sensors of a scene see of it on WGS 84, and the truth of every measurement."""
+"""Simulated measurements of a scenario on WGS 84, with the truth of each."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -15,78 +15,85 @@ from multiradar.geodesy.wgs84 import (
     enu_rotation,
     geodetic_to_ecef,
 )
-from multiradar.simulation.biases import TrueBiases, walk_biases
+from multiradar.simulation.biases import TrueBiases, simulate_biases
 from multiradar.simulation.observation.clutter import clutter_plots
-from multiradar.simulation.observation.copies import copied
-from multiradar.simulation.observation.heights import heard_heights
-from multiradar.simulation.observation.jamming import without_lost_ranges
-from multiradar.simulation.observation.looks import (
-    Line,
+from multiradar.simulation.observation.detections import (
+    LineOfSight,
     Plots,
-    look_times,
+    detection_opportunities,
     make_plots,
     outside_gaps,
 )
-from multiradar.simulation.observation.measurements import NO_AIRCRAFT, Measurements, merged, none
-from multiradar.simulation.observation.resolution import unresolved
+from multiradar.simulation.observation.duplicates import duplicated
+from multiradar.simulation.observation.heights import received_heights
+from multiradar.simulation.observation.jamming import without_lost_ranges
+from multiradar.simulation.observation.measurements import (
+    NO_AIRCRAFT,
+    Measurements,
+    merged,
+    no_measurements,
+)
+from multiradar.simulation.observation.resolution import merge_unresolved
 from multiradar.simulation.observation.sources import Site, site_of
 from multiradar.simulation.paths import Path, fly
-from multiradar.simulation.scenario.scene import SITED, Aircraft, Scene, Sensor
+from multiradar.simulation.scenario.model import SITED, Aircraft, Scenario, Sensor
 from multiradar.simulation.traffic import all_aircraft
 
 Floats = NDArray[np.float64]
 
-#: A scene that may give more measurements than this is refused: they are made in memory.
+#: Maximum number of measurements of a scenario: they are held in memory.
 MEASUREMENTS_MAX = 20_000_000
 
-# Radius of the Earth on which rays of radio are straight: refraction bends them by a quarter of
-# the Earth's curvature. ITU-R P.834, section 3 (effective radius factor 4/3).
+# Radius of the Earth for straight radio rays: refraction bends them by a quarter of the Earth's
+# curvature. ITU-R P.834, section 3 (effective radius factor 4/3).
 _RADIO_RADIUS_M = 4.0 / 3.0 * SEMI_MAJOR_AXIS_M
 
 
 @dataclass(frozen=True, slots=True)
 class Observation:
-    """All that comes of a scene.
+    """Simulation results of a scenario.
 
     Attributes
     ----------
     plane : SystemPlane
-        The plane of the scene on WGS 84.
+        The plane of the scenario on WGS 84.
     aircraft : tuple of Aircraft
-        All of them, the traffic included.
+        All aircraft, including the traffic.
     measurements : Measurements
-        What was measured.
+        The measurements.
     biases : TrueBiases
         The true biases on a grid.
-    looks : (m,) int64
-        How often each sensor looked at an aircraft within its coverage, gaps included.
+    opportunities : (m,) int64
+        Detection opportunities of each sensor within its coverage, gaps included.
     copies : (m,) int64
-        Measurements of each sensor that came a second time.
+        Measurements of each sensor that are received a second time.
     """
 
     plane: SystemPlane
     aircraft: tuple[Aircraft, ...]
     measurements: Measurements
     biases: TrueBiases
-    looks: NDArray[np.int64]
+    opportunities: NDArray[np.int64]
     copies: NDArray[np.int64]
 
 
 def observe(
-    scene: Scene, rng: np.random.Generator, on_progress: Callable[[int], None] = lambda _: None
+    scenario: Scenario,
+    rng: np.random.Generator,
+    on_progress: Callable[[int], None] = lambda _: None,
 ) -> Observation:
-    """Fly the aircraft of a scene over WGS 84 and let its sensors measure them.
+    """Simulate the aircraft of a scenario over WGS 84 and the measurements of its sensors.
 
     Parameters
     ----------
-    scene : Scene
-        A flat one is laid on the ellipsoid around its centre: its coordinates become those of the
+    scenario : Scenario
+        A flat one is placed on the ellipsoid around its centre: its coordinates become those of the
         system plane.
     rng : Generator
         For noise, detections, drift and random manoeuvres; it must be able to spawn. Every
         aircraft has its own stream.
     on_progress : callable
-        Is told the number of aircraft done.
+        Called with the number of aircraft done.
 
     Returns
     -------
@@ -96,58 +103,58 @@ def observe(
     Raises
     ------
     ConfigurationError
-        If the scene would give more than `MEASUREMENTS_MAX` measurements, or an aircraft flies too
-        far from the centre.
+        If the scenario would give more than `MEASUREMENTS_MAX` measurements, or an aircraft flies
+        too far from the centre.
 
     References
     ----------
     IMM UrO RAN report (2016), equations (1.5) and (1.6), in polar form. Lines of sight over WGS 84
     are the project's own.
     """
-    aircraft = all_aircraft(scene)
-    _check_size(scene, aircraft)
-    plane = SystemPlane(*scene.centre_rad)
+    aircraft = all_aircraft(scenario)
+    _check_size(scenario, aircraft)
+    plane = SystemPlane(*scenario.centre_rad)
     bias_rng, phase_rng, clutter_rng, *own = rng.spawn(3 + len(aircraft))
-    biases = walk_biases(scene.sensors, scene.duration_s, bias_rng)
-    phases = phase_rng.uniform(size=len(scene.sensors))
-    sky = _Sky(plane, scene, biases, phases, _sites(scene, plane, phase_rng))
-    rows, (looks, copies) = [], np.zeros((2, len(scene.sensors)), np.int64)
+    biases = simulate_biases(scenario.sensors, scenario.duration_s, bias_rng)
+    phases = phase_rng.uniform(size=len(scenario.sensors))
+    sky = _Sky(plane, scenario, biases, phases, _sites(scenario, plane, phase_rng))
+    rows, (opportunities, copies) = [], np.zeros((2, len(scenario.sensors)), np.int64)
     for index, (one, stream) in enumerate(zip(aircraft, own, strict=True)):
-        path = fly(one, scene.duration_s, stream)
-        for number, sensor_rng in enumerate(stream.spawn(len(scene.sensors))):
-            seen, looked = _watched(sky, number, (index, one, path), sensor_rng)
+        path = fly(one, scenario.duration_s, stream)
+        for number, sensor_rng in enumerate(stream.spawn(len(scenario.sensors))):
+            seen, count = _measured(sky, number, (index, one, path), sensor_rng)
             rows.append(seen)
-            looks[number] += looked
-            feed = scene.sensors[number].second_feed
+            opportunities[number] += count
+            feed = scenario.sensors[number].second_feed
             if feed is not None:
-                rows.append(copied(seen, feed, *sensor_rng.spawn(1)))
+                rows.append(duplicated(seen, feed, *sensor_rng.spawn(1)))
                 copies[number] += len(rows[-1])
         on_progress(index + 1)
-    for number, stream in enumerate(clutter_rng.spawn(len(scene.sensors))):
-        plots = clutter_plots(scene.sensors[number], scene.duration_s, stream)
+    for number, stream in enumerate(clutter_rng.spawn(len(scenario.sensors))):
+        plots = clutter_plots(scenario.sensors[number], scenario.duration_s, stream)
         rows.append(_row(sky, number, NO_AIRCRAFT, plots))
-    made = without_lost_ranges(unresolved(merged(rows), scene.sensors), scene.sensors)
-    return Observation(plane, aircraft, made, biases, looks, copies)
+    made = without_lost_ranges(merge_unresolved(merged(rows), scenario.sensors), scenario.sensors)
+    return Observation(plane, aircraft, made, biases, opportunities, copies)
 
 
 @dataclass(frozen=True, slots=True)
 class _Sky:
     plane: SystemPlane
-    scene: Scene
+    scenario: Scenario
     biases: TrueBiases
     phases: Floats
     sites: tuple[Site, ...]
 
-    # Measurements of one aircraft by one sensor, and the number of looks within its coverage.
-    def watch(
+    # Measurements of one aircraft by one sensor, and its detection opportunities within coverage.
+    def measure(
         self, number: int, flown: tuple[int, Aircraft, Path], rng: np.random.Generator
     ) -> tuple[Measurements, int]:
-        sensor, (_, _, path) = self.scene.sensors[number], flown
+        sensor, (_, _, path) = self.scenario.sensors[number], flown
         life = (path.start_s, path.end_s)
         if life[0] >= life[1]:
-            return none(), 0
+            return no_measurements(), 0
         if sensor.kind != "adsb" and not flown[1].exists:
-            return none(), 0
+            return no_measurements(), 0
         if sensor.kind in SITED:
             return self._plots(number, flown, life, rng)
         return self._reports(number, flown, life, rng)
@@ -159,14 +166,20 @@ class _Sky:
         life: tuple[float, float],
         rng: np.random.Generator,
     ) -> tuple[Measurements, int]:
-        sensor, (index, aircraft, path) = self.scene.sensors[number], flown
-        look = partial(_line, sensor, self.sites[number], self.plane, path)
-        turning = sensor.rotation_period_s is not None
-        times = look_times(sensor, float(self.phases[number]) if turning else 0.0, life, look)
-        plots, looks = make_plots(sensor, times, look, partial(self.biases.at, number), rng)
-        height = heard_heights(sensor, aircraft, path.height(plots.true_s), rng)
+        sensor, (index, aircraft, path) = self.scenario.sensors[number], flown
+        line_of_sight = partial(_line_of_sight, sensor, self.sites[number], self.plane, path)
+        rotating = sensor.rotation_period_s is not None
+        times = detection_opportunities(
+            sensor, float(self.phases[number]) if rotating else 0.0, life, line_of_sight
+        )
+        plots, opportunities = make_plots(
+            sensor, times, line_of_sight, partial(self.biases.at, number), rng
+        )
+        height = received_heights(sensor, aircraft, path.height(plots.true_s), rng)
         garble = _garble(sensor, len(plots.time_s), rng)
-        return _row(self, number, index, plots, path=path, height_m=height, garble=garble), looks
+        return _row(
+            self, number, index, plots, path=path, height_m=height, garble=garble
+        ), opportunities
 
     def _reports(
         self,
@@ -175,60 +188,62 @@ class _Sky:
         life: tuple[float, float],
         rng: np.random.Generator,
     ) -> tuple[Measurements, int]:
-        sensor, (index, aircraft, path) = self.scene.sensors[number], flown
+        sensor, (index, aircraft, path) = self.scenario.sensors[number], flown
         if sensor.kind == "adsb" and not (aircraft.reports_position and aircraft.transponder):
-            return none(), 0
-        times = look_times(sensor, rng.uniform(), life)
-        chance = rng.uniform(size=(2, len(times)))
+            return no_measurements(), 0
+        times = detection_opportunities(sensor, rng.uniform(), life)
+        draws = rng.uniform(size=(2, len(times)))
         noise = sensor.position_sigma_m * rng.normal(size=(2, len(times)))
-        outlier = chance[1] < sensor.outlier_probability
+        outlier = draws[1] < sensor.outlier_probability
         noise += outlier * _far(rng, len(times))
         if sensor.kind == "adsb":
             wrong = _wrong_by(aircraft, times)
             noise += wrong
             outlier |= (wrong != 0.0).any(axis=0) | (not aircraft.exists)
-        seen = (chance[0] < sensor.detection_probability) & outside_gaps(sensor, times)
+        seen = (draws[0] < sensor.detection_probability) & outside_gaps(sensor, times)
         times, height = times[seen], path.height(times[seen])
-        latitude, longitude = _displaced(self.plane, path.place(times), noise[:, seen].T)
+        latitude, longitude = _displaced(self.plane, path.position(times), noise[:, seen].T)
         nothing = np.full(len(times), np.nan)
         plots = Plots(times, times, nothing, nothing, outlier[seen])
         return _row(
             self, number, index, plots, path=path if aircraft.exists else None,
             position=(latitude, longitude),
-            height_m=heard_heights(sensor, aircraft, height, rng),
-        ), len(chance[0])  # fmt: skip
+            height_m=received_heights(sensor, aircraft, height, rng),
+        ), len(draws[0])  # fmt: skip
 
 
-def _watched(
+def _measured(
     sky: _Sky, number: int, flown: tuple[int, Aircraft, Path], rng: np.random.Generator
 ) -> tuple[Measurements, int]:
     try:
-        return sky.watch(number, flown, rng)
+        return sky.measure(number, flown, rng)
     except OutsidePlaneError as error:
-        aircraft, centre = flown[1], np.degrees(sky.scene.centre_rad)
+        aircraft, centre = flown[1], np.degrees(sky.scenario.centre_rad)
         raise ConfigurationError(
             f"aircraft {aircraft.track_number}: expected a flight within {error.angle_max_deg:g} "
             f"degrees of the plane's centre {centre[0]:g}, {centre[1]:g}, flew beyond; see its "
-            "place, speed_mps, end_s or life_s, and the scene's duration_s"
+            "position, speed_mps, end_s or life_s, and the scenario's duration_s"
         ) from error
 
 
 # The line of sight on WGS 84.
-def _line(
+def _line_of_sight(
     sensor: Sensor,
     site: Site,
     plane: SystemPlane,
     path: Path,
     time_s: Floats,
-) -> Line:
+) -> LineOfSight:
     height = path.height(time_s)
-    slant, azimuth, elevation = site.sees(time_s, *plane.to_geodetic(*path.place(time_s).T), height)
+    slant, azimuth, elevation = site.line_of_sight(
+        time_s, *plane.to_geodetic(*path.position(time_s).T), height
+    )
     visible = (slant >= sensor.range_min_m) & (slant <= sensor.range_max_m)
     visible &= elevation <= sensor.elevation_max_rad
     if sensor.horizon:
         heights = np.maximum(height, 0.0), np.maximum(site.at(time_s)[2], 0.0)
         visible &= slant <= sum(np.sqrt(2.0 * _RADIO_RADIUS_M * one) for one in heights)
-    return Line(slant, azimuth, visible, elevation)
+    return LineOfSight(slant, azimuth, visible, elevation)
 
 
 def _row(
@@ -266,16 +281,16 @@ def _truth(plane: SystemPlane, path: Path, time_s: Floats) -> list[Floats]:
     return [latitude, longitude, height, speed, heading]
 
 
-# Geodetic positions of places on the plane, displaced by (n, 2) true metres east and north.
-def _displaced(plane: SystemPlane, place: Floats, by_m: Floats) -> tuple[Floats, Floats]:
-    latitude, longitude = plane.to_geodetic(*place.T)
+# Geodetic positions of points on the plane, displaced by (n, 2) true metres east and north.
+def _displaced(plane: SystemPlane, position: Floats, by_m: Floats) -> tuple[Floats, Floats]:
+    latitude, longitude = plane.to_geodetic(*position.T)
     level = enu_rotation(latitude, longitude)[:, :2]
     foot = geodetic_to_ecef(latitude, longitude, 0.0) + np.einsum("ni,nij->nj", by_m, level)
     latitude, longitude, _ = ecef_to_geodetic(foot)
     return latitude, longitude
 
 
-# By what the reported positions are wrong, (2, n) true metres east and north.
+# Errors of the reported positions, (2, n) true metres east and north.
 def _wrong_by(aircraft: Aircraft, time_s: Floats) -> Floats:
     wrong = np.zeros((2, len(time_s)))
     for error in aircraft.report_errors:
@@ -286,8 +301,8 @@ def _wrong_by(aircraft: Aircraft, time_s: Floats) -> Floats:
     return wrong
 
 
-# Bits of the codes that are heard wrongly: one to four of twelve. Drawn last, so that no other
-# number of a stream depends on it.
+# Garbled bits of the codes: one to four of twelve. Drawn last, so that no other number of a
+# stream depends on it.
 def _garble(sensor: Sensor, count: int, rng: np.random.Generator) -> NDArray[np.int32]:
     if sensor.garbled_probability == 0.0:
         return np.zeros(count, np.int32)
@@ -302,32 +317,32 @@ def _far(rng: np.random.Generator, count: int) -> Floats:
     return np.asarray(metres * np.stack([np.sin(course), np.cos(course)]))
 
 
-def _sites(scene: Scene, plane: SystemPlane, rng: np.random.Generator) -> tuple[Site, ...]:
+def _sites(scenario: Scenario, plane: SystemPlane, rng: np.random.Generator) -> tuple[Site, ...]:
     latitude, longitude = plane.to_geodetic(
-        np.array([one.east_m for one in scene.sensors]),
-        np.array([one.north_m for one in scene.sensors]),
+        np.array([one.east_m for one in scenario.sensors]),
+        np.array([one.north_m for one in scenario.sensors]),
     )
-    heights = [one.height_m for one in scene.sensors]
+    heights = [one.height_m for one in scenario.sensors]
     return tuple(
-        site_of(sensor, (float(a), float(b), h), plane, scene.duration_s, rng)
-        for sensor, a, b, h in zip(scene.sensors, latitude, longitude, heights, strict=True)
+        site_of(sensor, (float(a), float(b), h), plane, scenario.duration_s, rng)
+        for sensor, a, b, h in zip(scenario.sensors, latitude, longitude, heights, strict=True)
     )
 
 
-def _check_size(scene: Scene, aircraft: tuple[Aircraft, ...]) -> None:
-    lives = sum(max(min(one.end_s, scene.duration_s) - one.start_s, 0.0) for one in aircraft)
-    periods = [one.rotation_period_s or one.interval_s for one in scene.sensors]
+def _check_size(scenario: Scenario, aircraft: tuple[Aircraft, ...]) -> None:
+    lives = sum(max(min(one.end_s, scenario.duration_s) - one.start_s, 0.0) for one in aircraft)
+    periods = [one.rotation_period_s or one.interval_s for one in scenario.sensors]
     clutter = [
-        one.clutter_per_turn + sum(storm.plots_per_turn for storm in one.storms)
-        for one in scene.sensors
+        one.clutter_per_turn + sum(storm.plots_per_turn for storm in one.clutter_bursts)
+        for one in scenario.sensors
     ]
-    feeds = [1.0 if one.second_feed is None else 2.0 for one in scene.sensors]
+    feeds = [1.0 if one.second_feed is None else 2.0 for one in scenario.sensors]
     count = sum(times * lives / period for times, period in zip(feeds, periods, strict=True))
     count += sum(
-        scene.duration_s / period * plots for period, plots in zip(periods, clutter, strict=True)
+        scenario.duration_s / period * plots for period, plots in zip(periods, clutter, strict=True)
     )
     if count > MEASUREMENTS_MAX:
         raise ConfigurationError(
-            f"scene {scene.title!r}: expected at most {MEASUREMENTS_MAX} measurements, "
-            f"was about {count:.3g}; shorten it or take fewer aircraft"
+            f"scenario {scenario.title!r}: expected at most {MEASUREMENTS_MAX} measurements, "
+            f"was about {count:.3g}; reduce its duration or number of aircraft"
         )

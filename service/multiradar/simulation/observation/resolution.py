@@ -1,37 +1,37 @@
-"""Aircraft that a radar cannot tell apart: one plot of several."""
+"""Unresolved aircraft: one plot of several."""
 
 from dataclasses import fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.simulation.observation.looks import TURN_RAD, wrapped
+from multiradar.simulation.observation.detections import TURN_RAD, wrapped
 from multiradar.simulation.observation.measurements import NO_AIRCRAFT, Measurements
-from multiradar.simulation.scenario.scene import Sensor
+from multiradar.simulation.scenario.model import Sensor
 
 Integers = NDArray[np.int64]
 
 
-def unresolved(seen: Measurements, sensors: tuple[Sensor, ...]) -> Measurements:
-    """Make one plot of the plots of one turn of a radar that are closer than it resolves.
+def merge_unresolved(seen: Measurements, sensors: tuple[Sensor, ...]) -> Measurements:
+    """Merge plots of one scan of a radar that are closer than its resolution.
 
     Parameters
     ----------
     seen : Measurements
-        What would be measured of each aircraft by itself.
+        Plots of each aircraft by itself.
     sensors : tuple of Sensor
         The sensors.
 
     Returns
     -------
     Measurements
-        The same with fewer rows: a plot of several aircraft lies in their middle, and is told as
-        that of the first of them in the scene, as a formation answers by its leader alone. What is
-        closer than the resolution to one of them belongs to all of them. Clutter and outliers stay.
+        Fewer rows: a plot of several aircraft lies in their middle and has the identity of the
+        first of them in the scenario, as only the leader of a formation answers. Merging is
+        transitive. Clutter and outliers stay.
 
     References
     ----------
-    The project's own: a resolution cell without a blurred edge.
+    The project's own: a resolution cell with sharp edges.
     """
     keep = np.ones(len(seen), np.bool_)
     range_m, azimuth_rad = seen.range_m.copy(), seen.azimuth_rad.copy()
@@ -40,20 +40,20 @@ def unresolved(seen: Measurements, sensors: tuple[Sensor, ...]) -> Measurements:
             continue
         shows = (seen.sensor == index) & (seen.aircraft != NO_AIRCRAFT) & ~seen.outlier
         for group in _groups(np.flatnonzero(shows), seen, sensor):
-            told = group[np.argmin(seen.aircraft[group])]
-            away = _apart(seen.azimuth_rad[group], seen.azimuth_rad[told])
-            range_m[told] = seen.range_m[group].mean()
-            azimuth_rad[told] = wrapped(seen.azimuth_rad[told] + away.mean())
+            kept = group[np.argmin(seen.aircraft[group])]
+            away = _apart(seen.azimuth_rad[group], seen.azimuth_rad[kept])
+            range_m[kept] = seen.range_m[group].mean()
+            azimuth_rad[kept] = wrapped(seen.azimuth_rad[kept] + away.mean())
             keep[group] = False
-            keep[told] = True
+            keep[kept] = True
     if keep.all():
         return seen
-    placed = replace(seen, range_m=range_m, azimuth_rad=azimuth_rad)
-    return Measurements(**{one.name: getattr(placed, one.name)[keep] for one in fields(placed)})
+    merged = replace(seen, range_m=range_m, azimuth_rad=azimuth_rad)
+    return Measurements(**{one.name: getattr(merged, one.name)[keep] for one in fields(merged)})
 
 
 def _groups(rows: Integers, seen: Measurements, sensor: Sensor) -> list[Integers]:
-    # Rows, by ascending time, that hang together by pairs closer than the resolution.
+    # Groups of rows, sorted by time, connected by pairs closer than the resolution.
     first = {int(row): int(row) for row in rows}
 
     def leader(row: int) -> int:
@@ -73,7 +73,7 @@ def _groups(rows: Integers, seen: Measurements, sensor: Sensor) -> list[Integers
 def _pairs(rows: Integers, seen: Measurements, sensor: Sensor) -> list[tuple[int, int]]:
     within_s = 0.5 * (sensor.rotation_period_s or sensor.interval_s)
     if sensor.rotation_period_s is not None:
-        # What the beam passes in one turn one after the other; noise and motion are far less.
+        # Time for the beam to sweep four resolution widths; noise and motion are far less.
         within_s *= min(1.0, 4.0 * sensor.azimuth_resolution_rad / TURN_RAD)
     found: list[tuple[int, int]] = []
     for step in range(1, len(rows)):

@@ -1,4 +1,4 @@
-"""Where sensors that move are, and what they see from there."""
+"""Positions of sensors, fixed or moving, and their lines of sight."""
 
 from dataclasses import dataclass
 
@@ -9,23 +9,23 @@ from multiradar.geodesy.polar import slant_range_azimuth
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.geodesy.wgs84 import enu_rotation, geodetic_to_ecef
 from multiradar.simulation.paths import Path, fly
-from multiradar.simulation.scenario.scene import Aircraft, Sensor
+from multiradar.simulation.scenario.model import Aircraft, Sensor
 
 Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
 class Site:
-    """Where a sensor is.
+    """Position of a sensor.
 
     Attributes
     ----------
     plane : SystemPlane
-        The plane of the scene.
+        The plane of the scenario.
     fixed : (latitude_rad, longitude_rad, height_m)
-        Where it is, or begins.
+        Its position, or its initial position.
     path : Path, optional
-        How it moves, as an aircraft does.
+        Its path if it moves, like that of an aircraft.
     """
 
     plane: SystemPlane
@@ -42,13 +42,13 @@ class Site:
         if self.path is None:
             latitude, longitude, height = (np.full(len(time_s), one) for one in self.fixed)
             return latitude, longitude, height
-        latitude, longitude = self.plane.to_geodetic(*self.path.place(time_s).T)
+        latitude, longitude = self.plane.to_geodetic(*self.path.position(time_s).T)
         return latitude, longitude, self.path.height(time_s)
 
-    def sees(
+    def line_of_sight(
         self, time_s: Floats, latitude_rad: Floats, longitude_rad: Floats, height_m: Floats
     ) -> tuple[Floats, Floats, Floats]:
-        """Return slant range (m), azimuth and elevation (rad) of places at times, all (n,).
+        """Return slant range (m), azimuth and elevation (rad) of positions at times, all (n,).
 
         References
         ----------
@@ -70,7 +70,7 @@ def site_of(
     sensor: Sensor, fixed: tuple[float, float, float], plane: SystemPlane, duration_s: float,
     rng: np.random.Generator,
 ) -> Site:  # fmt: skip
-    """Return where a sensor is during a scene.
+    """Return the site of a sensor during a scenario.
 
     Parameters
     ----------
@@ -79,11 +79,11 @@ def site_of(
     fixed : (latitude_rad, longitude_rad, height_m)
         Its site.
     plane : SystemPlane
-        The plane of the scene.
+        The plane of the scenario.
     duration_s : float
-        Length of the scene, s.
+        Duration of the scenario, s.
     rng : Generator
-        Is not drawn from: what moves does so on legs alone.
+        Not used: moving sensors fly legs only.
 
     Returns
     -------
@@ -92,7 +92,7 @@ def site_of(
 
     References
     ----------
-    The project's own: legs as those of aircraft.
+    The project's own: legs like those of aircraft.
     """
     if sensor.speed_mps is None:
         return Site(plane, fixed)

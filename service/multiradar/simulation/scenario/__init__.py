@@ -1,1 +1,1 @@
-"""Scenarios: truth and sensors, read from and written to TOML."""
+"""Scenarios: aircraft and sensors, read from and written to TOML."""

@@ -1,4 +1,4 @@
-"""What a scene says of the biases of a radar: the tables, their keys, units and bounds."""
+"""Bias tables of a radar in a scenario: keys, units and bounds."""
 
 from typing import Annotated, Any, Self
 
@@ -10,12 +10,12 @@ from multiradar_schemas.sensors import bounds as bounds
 from multiradar_schemas.sensors.bias import within
 from multiradar_schemas.sensors.bounds import Bounds, ParameterBounds
 
-#: A bias jumps within the longest scene, s.
+#: Maximum time of a jump: the duration of the longest scenario, s.
 JUMP_MAX_S = 7 * 86_400.0
 
 
 class BiasTable(Table):
-    """One bias parameter; a number alone is its value. The classes below have the bounds."""
+    """One bias parameter; a bare number is its value. Subclasses define the bounds."""
 
     value: float = 0.0
     drift: float = 0.0

@@ -1,4 +1,4 @@
-"""Scenes from TOML, those that come with the package, and scenes as TOML."""
+"""Scenarios from TOML files, built-in scenarios, and scenarios as TOML."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -12,16 +12,16 @@ from multiradar.errors import ConfigurationError, OutsidePlaneError
 from multiradar.estimation.measurement.sensors import PARAMETER_AZIMUTH_OFFSET, PARAMETER_NAMES
 from multiradar.geodesy.system_plane import ANGLE_MAX_DEG, SystemPlane
 from multiradar.simulation.scenario.bias_tables import BiasesTable, BiasTable
-from multiradar.simulation.scenario.scene import (
+from multiradar.simulation.scenario.model import (
     Aircraft,
     Bias,
+    ClutterBurst,
     CoupledNoise,
     Leg,
     ReportError,
-    Scene,
+    Scenario,
     SecondFeed,
     Sensor,
-    Storm,
     Traffic,
 )
 from multiradar.simulation.scenario.tables import (
@@ -29,7 +29,7 @@ from multiradar.simulation.scenario.tables import (
     CoupledTable,
     LegTable,
     ReportErrorTable,
-    SceneTable,
+    ScenarioTable,
     SecondFeedTable,
     SensorTable,
     TrafficTable,
@@ -44,15 +44,15 @@ _SUFFIX = ".toml"
 
 
 def builtin_names() -> tuple[str, ...]:
-    """Return the names of the scenes that come with the package, sorted."""
+    """Return the names of the built-in scenarios, sorted."""
     folder = files("multiradar.simulation") / _FOLDER
     return tuple(
-        sorted(one.name.removesuffix(_SUFFIX) for one in folder.iterdir() if _is_scene(one.name))
+        sorted(one.name.removesuffix(_SUFFIX) for one in folder.iterdir() if _is_scenario(one.name))
     )
 
 
-def builtin_scene(name: str) -> Scene:
-    """Return a scene that comes with the package.
+def builtin_scenario(name: str) -> Scenario:
+    """Return a built-in scenario.
 
     Parameters
     ----------
@@ -61,39 +61,39 @@ def builtin_scene(name: str) -> Scene:
 
     Returns
     -------
-    Scene
-        The scene.
+    Scenario
+        The scenario.
 
     Raises
     ------
     ConfigurationError
-        If there is none of that name.
+        Unknown name.
     """
-    return scene_of(builtin_table(name))
+    return scenario_of(builtin_table(name))
 
 
-def load_scene(path: Path) -> Scene:
-    """Return the scene of a TOML file.
+def load_scenario(path: Path) -> Scenario:
+    """Return the scenario of a TOML file.
 
     Raises
     ------
     ConfigurationError
-        If the file cannot be read, is no TOML, or says something impossible; the sentence names
-        the key, what was expected and what was there.
+        If the file cannot be read, is not valid TOML, or has an invalid value; the message gives
+        the key, the expected value and the value found.
     """
-    return scene_of(load_table(path))
+    return scenario_of(load_table(path))
 
 
-def builtin_table(name: str) -> SceneTable:
-    """Return the table of a scene that comes with the package; see `builtin_scene`."""
+def builtin_table(name: str) -> ScenarioTable:
+    """Return the table of a built-in scenario; see `builtin_scenario`."""
     if name not in builtin_names():
         raise ConfigurationError(unknown("scenario", name, builtin_names()))
     resource = files("multiradar.simulation") / _FOLDER / f"{name}{_SUFFIX}"
     return _checked(parse_toml(resource.read_text(encoding="utf-8"), source=name))
 
 
-def load_table(path: Path) -> SceneTable:
-    """Return the table of a TOML file; see `load_scene`."""
+def load_table(path: Path) -> ScenarioTable:
+    """Return the table of a TOML file; see `load_scenario`."""
     try:
         document = read_toml(path)
     except DocumentError as error:
@@ -101,50 +101,50 @@ def load_table(path: Path) -> SceneTable:
     return _checked(document)
 
 
-def scene_table(values: dict[str, Any], *, source: str) -> SceneTable:
-    """Return values as a table, checked; `source` names them in errors."""
+def scenario_table(values: dict[str, Any], *, source: str) -> ScenarioTable:
+    """Return values as a validated table; `source` is its name in errors."""
     return _checked(Document(source, values, {}))
 
 
-def _checked(document: Document) -> SceneTable:
+def _checked(document: Document) -> ScenarioTable:
     try:
-        return validated(SceneTable, document)
+        return validated(ScenarioTable, document)
     except DocumentError as error:
         raise ConfigurationError(str(error), error.source, error.reasons) from error
 
 
 def changed(
-    table: SceneTable, *, seed: int | None = None, duration_s: float | None = None
-) -> SceneTable:
-    """Return a table with another seed or duration, checked anew.
+    table: ScenarioTable, *, seed: int | None = None, duration_s: float | None = None
+) -> ScenarioTable:
+    """Return a table with another seed or duration, validated again.
 
     Raises
     ------
     ConfigurationError
-        If the scene does not bear the change.
+        If the scenario is invalid with the change.
     """
     given = {"seed": seed, "duration_s": duration_s}
     chosen = {name: value for name, value in given.items() if value is not None}
     values = table.model_dump(exclude_unset=True) | chosen
-    return scene_table(values, source=table.title or "the scenario")
+    return scenario_table(values, source=table.title or "the scenario")
 
 
-def table_text(table: SceneTable) -> str:
-    """Return a table as the TOML text of a scene: seed included, defaults left out."""
+def table_text(table: ScenarioTable) -> str:
+    """Return a table as the TOML text of a scenario: with its seed, without defaults."""
     values = table.model_dump(exclude_unset=True)
     return toml_text({"title": table.title, "seed": table.seed} | values)
 
 
-def scene_of(table: SceneTable) -> Scene:
-    """Return the scene that a table describes, in SI units and radians.
+def scenario_of(table: ScenarioTable) -> Scenario:
+    """Return the scenario that a table describes, in SI units and radians.
 
     Raises
     ------
     ConfigurationError
-        If a place is too far from the centre of the plane, or the plane has no centre.
+        If a position is too far from the centre of the plane, or the plane has no centre.
     """
     plane = _plane(table)
-    return Scene(
+    return Scenario(
         title=table.title,
         seed=table.seed,
         duration_s=table.duration_s,
@@ -157,11 +157,11 @@ def scene_of(table: SceneTable) -> Scene:
     )
 
 
-def _is_scene(name: str) -> bool:
+def _is_scenario(name: str) -> bool:
     return name.endswith(_SUFFIX)
 
 
-def _plane(table: SceneTable) -> SystemPlane:
+def _plane(table: ScenarioTable) -> SystemPlane:
     centre = table.plane
     if centre.latitude_deg is not None and centre.longitude_deg is not None:
         return SystemPlane(
@@ -174,7 +174,7 @@ def _plane(table: SceneTable) -> SystemPlane:
     )
 
 
-def _place(
+def _position(
     table: AircraftTable | SensorTable, plane: SystemPlane, what: str
 ) -> tuple[float, float]:
     if table.latitude_deg is None or table.longitude_deg is None:
@@ -196,7 +196,7 @@ def _aircraft(tables: Sequence[AircraftTable], plane: SystemPlane) -> tuple[Airc
     free = (number for number in range(1, 2 * len(tables) + 2) if number not in named)
     found = []
     for index, table in enumerate(tables):
-        east, north = _place(table, plane, f"aircraft[{index}]")
+        east, north = _position(table, plane, f"aircraft[{index}]")
         code, address = table.mode_3a, table.mode_s_address
         number, later = table.track_number, table.later_mode_3a
         found.append(
@@ -265,7 +265,7 @@ def _traffic(table: TrafficTable) -> Traffic:
 
 
 def _sensor(table: SensorTable, on_earth: bool, plane: SystemPlane) -> Sensor:
-    east, north = _place(table, plane, f"sensor {table.id}")
+    east, north = _position(table, plane, f"sensor {table.id}")
     steepest = table.elevation_max_deg
     return Sensor(
         identifier=table.id,
@@ -288,15 +288,17 @@ def _sensor(table: SensorTable, on_earth: bool, plane: SystemPlane) -> Sensor:
         garbled_height_probability=table.garbled_height_probability,
         garbled_probability=table.garbled_probability,
         clutter_per_turn=table.clutter_per_turn,
-        storms=tuple(Storm(one.start_s, one.end_s, one.plots_per_turn) for one in table.storm),
+        clutter_bursts=tuple(
+            ClutterBurst(one.start_s, one.end_s, one.plots_per_turn) for one in table.storm
+        ),
         second_feed=_second_feed(table.second_feed),
         range_resolution_m=table.range_resolution_m,
         azimuth_resolution_rad=_rad(table.azimuth_resolution_deg),
         gaps_s=tuple(_span(one) for one in table.gaps_s),
         jammed_s=tuple(_span(one) for one in table.jammed_s),
-        heard=frozenset(table.reports),
+        received=frozenset(table.reports),
         biases=_biases(table.bias),
-        told=frozenset(
+        specified_biases=frozenset(
             kind for kind, name in enumerate(PARAMETER_NAMES) if getattr(table.bias, name)
         ),
         elevation_sigma_rad=_rad_or_none(table.elevation_sigma_deg),

@@ -1,4 +1,4 @@
-"""The sensors file of a scene: what the tracker is told, which is not the truth."""
+"""The sensors file of a scenario: the configuration of the tracker, without the truth."""
 
 from typing import Any
 
@@ -9,10 +9,10 @@ from multiradar.estimation.measurement.sensors import (
     PARAMETER_NAMES,
 )
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.simulation.scenario.scene import SITED, Bias, Scene, Sensor
+from multiradar.simulation.scenario.model import SITED, Bias, Scenario, Sensor
 from multiradar.simulation.scenario.toml_text import toml_text
 
-# A picometre of angle: coordinates are written as they were given.
+# A picometre of angle: coordinates are written as given.
 _DIGITS = 12
 
 _HEAD = """\
@@ -22,21 +22,21 @@ _HEAD = """\
 """
 
 
-def sensors_text(scene: Scene) -> str:
+def sensors_text(scenario: Scenario) -> str:
     """Return the text of `sensors.toml`.
 
     Parameters
     ----------
-    scene : Scene
+    scenario : Scenario
         Its sensors.
 
     Returns
     -------
     str
-        Sites, sigmas, turn times, priors and drifts; the values of the biases are not in it.
+        Sites, sigmas, scan periods, priors and drifts, without the values of the biases.
     """
-    plane = SystemPlane(*scene.centre_rad)
-    return _HEAD + toml_text({"sensor": [_sensor(one, plane) for one in scene.sensors]})
+    plane = SystemPlane(*scenario.centre_rad)
+    return _HEAD + toml_text({"sensor": [_sensor(one, plane) for one in scenario.sensors]})
 
 
 def _sensor(sensor: Sensor, plane: SystemPlane) -> dict[str, Any]:
@@ -60,13 +60,14 @@ def _sensor(sensor: Sensor, plane: SystemPlane) -> dict[str, Any]:
     if np.isfinite(sensor.range_max_m):
         table["range_max_m"] = sensor.range_max_m
     biases = {
-        PARAMETER_NAMES[kind]: _known(kind, sensor.biases[kind]) for kind in sorted(sensor.told)
+        PARAMETER_NAMES[kind]: _known(kind, sensor.biases[kind])
+        for kind in sorted(sensor.specified_biases)
     }
     known = {name: one for name, one in biases.items() if one}
     return table | ({"bias": known} if known else {})
 
 
-# What the tracker is told of a parameter that the scene speaks of.
+# Configuration of the tracker for a parameter specified in the scenario.
 def _known(kind: int, bias: Bias) -> dict[str, Any]:
     unit = float(np.degrees(1.0)) if kind == PARAMETER_AZIMUTH_OFFSET else 1.0
     drift = bias.drift if bias.assumed_drift is None else bias.assumed_drift

@@ -1,4 +1,4 @@
-"""What a scene looks like in TOML: the tables, their keys, units and bounds."""
+"""Tables of a scenario in TOML: keys, units and bounds."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -7,7 +7,13 @@ from typing import Annotated, Any, Self
 from pydantic import AfterValidator, BeforeValidator, Field, StringConstraints, model_validator
 
 from multiradar.simulation.scenario.bias_tables import BiasesTable
-from multiradar.simulation.scenario.scene import HEARD, SITED, Heard, PlaneKind, SensorKind
+from multiradar.simulation.scenario.model import (
+    RECEIVED_FIELDS,
+    SITED,
+    PlaneKind,
+    ReceivedField,
+    SensorKind,
+)
 from multiradar_schemas.documents.names import shown
 from multiradar_schemas.documents.tables import Table, wrong
 from multiradar_schemas.measurements.measurement import (
@@ -69,12 +75,12 @@ _TurnRates = Annotated[tuple[_TurnRate, _TurnRate], _PAIRED, _ASCENDING]
 _Accelerations = Annotated[tuple[_Acceleration, _Acceleration], _PAIRED, _ASCENDING]
 _Climb = Annotated[float, Field(ge=-200.0, le=200.0)]
 _Climbs = Annotated[tuple[_Climb, _Climb], _PAIRED, _ASCENDING]
-_Turn = Annotated[float, within(bounds.ROTATION_PERIOD_S)]
+_RotationPeriod = Annotated[float, within(bounds.ROTATION_PERIOD_S)]
 _Gap = Annotated[tuple[_Moment, _Moment], _LISTED, _ASCENDING]
 
 
 class PlaneTable(Table):
-    """The plane; its centre is the middle of the radars where it is not given."""
+    """The plane; its default centre is the middle of the radars."""
 
     kind: PlaneKind = "wgs84"
     latitude_deg: _Latitude | None = None
@@ -87,21 +93,21 @@ class PlaneTable(Table):
         return self
 
 
-class _Placed(Table):
+class _Positioned(Table):
     east_m: _Coordinate | None = None
     north_m: _Coordinate | None = None
     latitude_deg: _Latitude | None = None
     longitude_deg: _Longitude | None = None
 
 
-def check_place(table: _Placed, what: str) -> None:
-    """Raise the error of a place that is not given in exactly one of the two ways."""
+def check_position(table: _Positioned, what: str) -> None:
+    """Raise an error unless the position is given in exactly one of the two forms."""
     plane = [table.east_m, table.north_m]
     geodetic = [table.latitude_deg, table.longitude_deg]
     given = [pair.count(None) for pair in (plane, geodetic)]
     if given not in ([0, 2], [2, 0]):
         raise wrong(
-            f"expected the place of {what} as east_m and north_m, or as latitude_deg and "
+            f"expected the position of {what} as east_m and north_m, or as latitude_deg and "
             "longitude_deg, was neither or both"
         )
 
@@ -125,7 +131,7 @@ class CoupledTable(Table):
 
 
 class ReportErrorTable(Table):
-    """What the positions that an aircraft reports are wrong by for a while."""
+    """Errors of the reported positions of an aircraft during a period."""
 
     start_s: _Moment = 0.0
     end_s: _Moment | None = None
@@ -135,7 +141,7 @@ class ReportErrorTable(Table):
     north_mps: _Drift = 0.0
 
 
-class AircraftTable(_Placed):
+class AircraftTable(_Positioned):
     """One aircraft."""
 
     track_number: Annotated[int, Field(ge=1, le=1_000_000)] | None = None
@@ -160,25 +166,25 @@ class AircraftTable(_Placed):
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
-        check_place(self, "the aircraft")
+        check_position(self, "the aircraft")
         check_one_manoeuvre(bool(self.leg), self.coupled, self.acceleration_density)
         if self.end_s is not None and self.end_s <= self.start_s:
             raise wrong(f"expected end_s after start_s = {self.start_s:g}, was {self.end_s:g}")
         if (self.later_mode_3a is None) != (self.code_change_s is None):
             raise wrong("expected later_mode_3a and code_change_s together, was one of them")
         if not self.exists and not (self.transponder and self.reports_position):
-            raise wrong("expected a ghost, exists = false, to report its position, was silent")
+            raise wrong("expected a ghost (exists = false) to report its position, was silent")
         return self
 
 
 def check_one_manoeuvre(legs: bool, coupled: CoupledTable | None, density: float) -> None:
-    """Raise the error of an aircraft that manoeuvres in more than one way."""
+    """Raise an error for an aircraft with more than one kind of manoeuvre."""
     if legs + (coupled is not None) + (density > 0.0) > 1:
         raise wrong("expected one of legs, coupled and acceleration_density, was more than one")
 
 
 class TrafficTable(Table):
-    """Aircraft drawn from the seed; a number stands for a span without width."""
+    """Aircraft drawn from the seed; a number stands for a span of zero width."""
 
     count: Annotated[int, Field(ge=1, le=AIRCRAFT_MAX)]
     east_m: _Coordinates
@@ -215,8 +221,8 @@ class SecondFeedTable(Table):
     azimuth_step_deg: Annotated[float, Field(ge=0.0, le=5.0)] = 0.0
 
 
-class StormTable(Table):
-    """A time of many plots without aircraft."""
+class ClutterBurstTable(Table):
+    """A clutter burst."""
 
     start_s: _Moment
     end_s: _Moment
@@ -229,23 +235,23 @@ class StormTable(Table):
         return self
 
 
-# What only radars have.
+# Keys of radars only.
 _OF_RADARS = (
     "east_m", "north_m", "latitude_deg", "longitude_deg", "height_m", "range_sigma_m",
     "azimuth_sigma_deg", "rotation_period_s", "range_min_m", "range_max_m", "elevation_max_deg",
     "horizon", "garbled_probability", "clutter_per_turn", "storm", "second_feed",
     "range_resolution_m", "azimuth_resolution_deg", "jammed_s", "bias",
 )  # fmt: skip
-# What a direction finder has none of: it measures no range.
+# Keys that a direction finder, which measures no range, does not have.
 _OF_RANGES = (
     "range_sigma_m", "position_sigma_m", "clutter_per_turn", "storm", "second_feed",
     "range_resolution_m", "azimuth_resolution_deg", "jammed_s",
 )  # fmt: skip
-# What only a direction finder has.
+# Keys of direction finders only.
 _OF_FINDERS = ("elevation_sigma_deg", "speed_mps", "heading_deg", "leg")
 
 
-class SensorTable(_Placed):
+class SensorTable(_Positioned):
     """One sensor."""
 
     id: Annotated[str, StringConstraints(pattern=SENSOR_ID_PATTERN)]
@@ -254,8 +260,8 @@ class SensorTable(_Placed):
     range_sigma_m: Annotated[float, within(bounds.RANGE_SIGMA_M)] = 50.0
     azimuth_sigma_deg: Annotated[float, within(bounds.AZIMUTH_SIGMA_DEG)] = 0.08
     position_sigma_m: Annotated[float, within(bounds.POSITION_SIGMA_M)] = 30.0
-    rotation_period_s: _Turn | None = None
-    interval_s: _Turn | None = None
+    rotation_period_s: _RotationPeriod | None = None
+    interval_s: _RotationPeriod | None = None
     range_min_m: Annotated[float, Field(ge=0.0, le=1e6)] = 0.0
     range_max_m: Annotated[float, within(bounds.RANGE_MAX_M)] | None = None
     elevation_max_deg: Annotated[float, Field(gt=0.0, le=90.0)] | None = None
@@ -266,13 +272,13 @@ class SensorTable(_Placed):
     garbled_height_probability: _Share = 0.0
     garbled_probability: _Share = 0.0
     clutter_per_turn: Annotated[float, Field(ge=0.0, le=10_000.0)] = 0.0
-    storm: Annotated[tuple[StormTable, ...], _LISTED] = ()
+    storm: Annotated[tuple[ClutterBurstTable, ...], _LISTED] = ()
     second_feed: SecondFeedTable | None = None
     range_resolution_m: Annotated[float, Field(ge=0.0, le=10_000.0)] = 0.0
     azimuth_resolution_deg: Annotated[float, Field(ge=0.0, le=10.0)] = 0.0
     gaps_s: Annotated[tuple[_Gap, ...], _LISTED] = ()
     jammed_s: Annotated[tuple[_Gap, ...], _LISTED] = ()
-    reports: Annotated[tuple[Heard, ...], _LISTED] = HEARD
+    reports: Annotated[tuple[ReceivedField, ...], _LISTED] = RECEIVED_FIELDS
     elevation_sigma_deg: Annotated[float, within(bounds.AZIMUTH_SIGMA_DEG)] | None = None
     speed_mps: _Speed | None = None
     heading_deg: _Heading = 0.0
@@ -282,7 +288,7 @@ class SensorTable(_Placed):
     @model_validator(mode="after")
     def _fits_its_kind(self) -> Self:
         if self.kind in SITED:
-            check_place(self, f"the {self.kind} {self.id}")
+            check_position(self, f"the {self.kind} {self.id}")
             unused = ["position_sigma_m"] if self.kind == "radar" else list(_OF_RANGES)
         else:
             unused = list(_OF_RADARS)
@@ -324,8 +330,8 @@ def _check_once(what: str, names: Sequence[str | int]) -> None:
             raise wrong(f"expected each {what} once, was twice {name}")
 
 
-class SceneTable(Table):
-    """A whole scene."""
+class ScenarioTable(Table):
+    """A whole scenario."""
 
     title: Annotated[str, StringConstraints(max_length=500)] = ""
     seed: Annotated[int, Field(ge=0, le=2**63 - 1)] = 0
@@ -337,7 +343,7 @@ class SceneTable(Table):
     sensor: Annotated[tuple[SensorTable, ...], _LISTED, Field(min_length=1, max_length=SENSORS_MAX)]
 
     @model_validator(mode="after")
-    def _is_a_scene(self) -> Self:
+    def _is_valid(self) -> Self:
         _check_once("id of a sensor", [one.id for one in self.sensor])
         numbers = [one.track_number for one in self.aircraft if one.track_number is not None]
         _check_once("track_number", numbers)
@@ -348,10 +354,12 @@ class SceneTable(Table):
 
     @model_validator(mode="after")
     def _plane_is_enough(self) -> Self:
-        everywhere: list[_Placed] = [*self.aircraft, *self.sensor]
+        everywhere: list[_Positioned] = [*self.aircraft, *self.sensor]
         geodetic = [one for one in everywhere if one.latitude_deg is not None]
         if self.plane.kind == "flat" and geodetic:
-            raise wrong("expected places as east_m and north_m on a flat plane, was latitude_deg")
+            raise wrong(
+                "expected positions as east_m and north_m on a flat plane, was latitude_deg"
+            )
         radars = [one for one in self.sensor if one.latitude_deg is not None]
         if self.plane.latitude_deg is None and not radars:
             raise wrong(

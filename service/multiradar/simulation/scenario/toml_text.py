@@ -1,4 +1,4 @@
-"""Tables as TOML text: what `tomllib` reads, written."""
+"""Writes tables as TOML text."""
 
 import json
 from collections.abc import Mapping
@@ -11,8 +11,8 @@ def toml_text(table: Mapping[str, Any]) -> str:
     Parameters
     ----------
     table : mapping
-        Keys are bare words; values are texts, numbers, truth values, lists of these, tables, and
-        lists of tables. A value of None is left out.
+        Keys are bare words; values are strings, numbers, booleans, lists of these, tables, and
+        lists of tables. None values are left out.
 
     Returns
     -------
@@ -28,7 +28,7 @@ def _lines(table: Mapping[str, Any], path: tuple[str, ...]) -> list[str]:
     for key, value in table.items():
         where = (*path, key)
         if isinstance(value, Mapping):
-            # A table of tables alone needs no heading of its own.
+            # A table with only subtables needs no heading of its own.
             lone = bool(value) and all(isinstance(one, Mapping) for one in value.values())
             heading = [] if lone else ["", f"[{'.'.join(where)}]"]
             inner += [*heading, *_lines(value, where)]
@@ -49,7 +49,7 @@ def _value(value: Any) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
-        # JSON's escapes are TOML's, but for DEL, which JSON leaves as it is.
+        # JSON escapes are valid TOML, except DEL, which JSON leaves as it is.
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
     if isinstance(value, list | tuple):
         return f"[{', '.join(_value(one) for one in value)}]"

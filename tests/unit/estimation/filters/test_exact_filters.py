@@ -14,7 +14,7 @@ from multiradar.research.sequential.plots import Form, Plots, Starts
 from multiradar.research.sequential.sensors import BiasPrior, Sensors, flat_radars
 from multiradar.research.studies.bias_estimation.runs import DRIFT_DENSITY
 from multiradar.simulation.flat import FlatPlots, flat_plots
-from multiradar.simulation.scenario.file import builtin_scene
+from multiradar.simulation.scenario.file import builtin_scenario
 from support.bands import tails
 
 START_SIGMA = np.array([1000.0, 1000.0, 300.0, 300.0])
@@ -25,7 +25,7 @@ EXACT = ("joint", "two-stage")
 
 def report_plots(seed: int, duration_s: float, *, drift: bool) -> FlatPlots:
     scene = replace(
-        builtin_scene("report-1-6-drift" if drift else "report-1-6"), duration_s=duration_s
+        builtin_scenario("report-1-6-drift" if drift else "report-1-6"), duration_s=duration_s
     )
     if drift:
         traffic = tuple(replace(one, acceleration_density=DRIFT_DENSITY) for one in scene.traffic)

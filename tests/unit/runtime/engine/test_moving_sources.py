@@ -11,7 +11,7 @@ from multiradar.runtime.queries.observabilities import observability_of_track
 from multiradar.runtime.queries.track_windows import WindowTable
 from multiradar.simulation.observation.observation import observe
 from multiradar.simulation.output import measurements_frame, truth_frame
-from multiradar.simulation.scenario.file import builtin_scene
+from multiradar.simulation.scenario.file import builtin_scenario
 from multiradar.simulation.scenario.sensors_text import sensors_text
 from multiradar.tracking.outputs import TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
@@ -185,7 +185,7 @@ def test_filters_without_bearings_count_elevations_and_moving_sources_as_unsuppo
 
 def test_a_scene_in_which_nobody_ranges_is_tracked() -> None:
     """Fifteen aircraft, half without heights, biases of 0.3° to 0.4°: all of them, once each."""
-    scene = builtin_scene("bearings-only")
+    scene = builtin_scenario("bearings-only")
     observation = observe(scene, np.random.default_rng(scene.seed))
     table = sensor_table(parse_sensors(sensors_text(scene)))
     frame = measurements_frame(scene, observation).filter(pl.col("time_s") < 300.0)

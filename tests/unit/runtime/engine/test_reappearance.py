@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from multiradar.runtime.engine.engine import Engine
-from multiradar.simulation.scenario.scene import Leg
+from multiradar.simulation.scenario.model import Leg
 from multiradar.tracking.outputs import STATE_CONFIRMED, TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
 from support.scenarios.scenes import Flight, Scene, make_scene, three_radars

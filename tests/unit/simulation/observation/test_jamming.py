@@ -1,4 +1,4 @@
-"""Ranges that are not measured: bearings of direction finders, and of radars that are jammed."""
+"""Missing ranges: bearings of direction finders and of jammed radars."""
 
 from pathlib import Path
 
@@ -9,14 +9,14 @@ import pytest
 from multiradar.errors import ConfigurationError
 from multiradar.simulation.observation.observation import observe
 from multiradar.simulation.output import measurements_frame, true_biases_frame
-from multiradar.simulation.scenario.file import builtin_scene, load_scene
+from multiradar.simulation.scenario.file import builtin_scenario, load_scenario
 from multiradar.simulation.scenario.sensors_text import sensors_text
 
 
 def test_ranges_are_lost_in_time() -> None:
-    scene = builtin_scene("jamming")
-    observation = observe(scene, np.random.default_rng(1))
-    frame = measurements_frame(scene, observation)
+    scenario = builtin_scenario("jamming")
+    observation = observe(scenario, np.random.default_rng(1))
+    frame = measurements_frame(scenario, observation)
     finders = frame.filter(pl.col("sensor_id").str.starts_with("df-"))
     assert finders["kind"].unique().to_list() == ["bearing"]
     radars = frame.filter(~pl.col("sensor_id").str.starts_with("df-"))
@@ -26,16 +26,16 @@ def test_ranges_are_lost_in_time() -> None:
     bearings = frame.filter(pl.col("kind") == "bearing")
     assert bearings["range_m"].null_count() == len(bearings)
     assert bearings["azimuth_deg"].null_count() == 0
-    biases = true_biases_frame(scene, observation)
-    told = biases.filter(pl.col("sensor_id") == "df-north")["parameter"].unique().to_list()
-    assert told == ["azimuth_offset_deg"]
-    assert 'kind = "direction-finder"' in sensors_text(scene)
+    biases = true_biases_frame(scenario, observation)
+    parameters = biases.filter(pl.col("sensor_id") == "df-north")["parameter"].unique().to_list()
+    assert parameters == ["azimuth_offset_deg"]
+    assert 'kind = "direction-finder"' in sensors_text(scenario)
 
 
 @pytest.mark.parametrize(
     "key", ["range_sigma_m = 30", "jammed_s = [[1, 2]]", "bias.range_offset_m = 5"]
 )
-def test_a_direction_finder_has_nothing_of_ranges(key: str, tmp_path: Path) -> None:
+def test_a_direction_finder_rejects_range_keys(key: str, tmp_path: Path) -> None:
     path = tmp_path / "scene.toml"
     text = f"""
         duration_s = 10
@@ -54,4 +54,4 @@ def test_a_direction_finder_has_nothing_of_ranges(key: str, tmp_path: Path) -> N
     """
     path.write_text(text, encoding="utf-8")
     with pytest.raises(ConfigurationError, match="direction-finder df"):
-        load_scene(path)
+        load_scenario(path)

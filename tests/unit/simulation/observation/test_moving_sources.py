@@ -1,4 +1,4 @@
-"""Direction finders that move and measure elevations, in scenes."""
+"""Moving direction finders that measure elevations, in scenarios."""
 
 from pathlib import Path
 
@@ -10,8 +10,8 @@ from multiradar.errors import ConfigurationError
 from multiradar.geodesy.polar import slant_range_azimuth
 from multiradar.simulation.observation.observation import observe
 from multiradar.simulation.output import measurements_frame, truth_frame
-from multiradar.simulation.scenario.file import load_scene, load_table, table_text
-from multiradar.simulation.scenario.scene import Scene
+from multiradar.simulation.scenario.file import load_scenario, load_table, table_text
+from multiradar.simulation.scenario.model import Scenario
 from multiradar.simulation.scenario.sensors_text import sensors_text
 from multiradar.wire import measurement_batch, sensor_table
 from multiradar_schemas.arrow import MEASUREMENT_DIRECTIONS, MEASUREMENT_SCHEMA
@@ -44,21 +44,21 @@ FLYING = """
 """
 
 
-def scene(tmp_path: Path, more: str) -> Scene:
+def scenario(tmp_path: Path, more: str) -> Scenario:
     path = tmp_path / "scene.toml"
     path.write_text(TEXT.format(more=more), encoding="utf-8")
-    return load_scene(path)
+    return load_scenario(path)
 
 
-def test_a_finder_flies_its_legs_and_sees_from_where_it_is(tmp_path: Path) -> None:
-    made = scene(tmp_path, FLYING)
+def test_a_moving_finder_flies_its_legs_and_measures_from_its_position(tmp_path: Path) -> None:
+    made = scenario(tmp_path, FLYING)
     observation = observe(made, np.random.default_rng(1))
     rows, truth = measurements_frame(made, observation), truth_frame(made, observation)
     assert rows.schema == MEASUREMENT_SCHEMA
     assert len(rows) == 300
     sources = np.radians(rows.select(MEASUREMENT_DIRECTIONS[1:3]).to_numpy())
     assert rows["source_height_m"].unique().to_list() == [3000.0]
-    # 1.5°/s at 150 m/s is a circle of 5.7 km radius, flown round in 240 s.
+    # 1.5°/s at 150 m/s is a circle of 5.7 km radius, completed in 240 s.
     radius = 6.38e6 * np.array([1.0, np.cos(np.radians(50.0))])
     steps = np.linalg.norm(np.diff(sources, axis=0) * radius, axis=1)
     assert steps == pytest.approx(np.full(299, 150.0), rel=0.01)
@@ -78,25 +78,25 @@ def test_a_finder_flies_its_legs_and_sees_from_where_it_is(tmp_path: Path) -> No
     assert abs(np.mean(above)) < 0.05
 
 
-def test_its_sensors_file_lets_its_bearings_in(tmp_path: Path) -> None:
-    made = scene(tmp_path, FLYING)
+def test_its_sensors_file_accepts_its_bearings(tmp_path: Path) -> None:
+    made = scenario(tmp_path, FLYING)
     text = sensors_text(made)
     assert "moving = true" in text
     table = sensor_table(parse_sensors(text))
     assert np.degrees(table.elevation_sigma_rad).tolist() == pytest.approx([0.2])
     frame = measurements_frame(made, observe(made, np.random.default_rng(1)))
-    batch, refused = measurement_batch(frame, table)
-    assert not len(refused)
+    batch, rejected = measurement_batch(frame, table)
+    assert not len(rejected)
     assert len(batch) == 300
 
 
-def test_scenes_without_them_have_the_columns_that_they_had(tmp_path: Path) -> None:
-    made = scene(tmp_path, "")
+def test_scenarios_without_them_keep_their_columns(tmp_path: Path) -> None:
+    made = scenario(tmp_path, "")
     frame = measurements_frame(made, observe(made, np.random.default_rng(1)))
     assert not set(MEASUREMENT_DIRECTIONS) & set(frame.columns)
     assert "moving" not in sensors_text(made)
-    # What is measured beside does not depend on it.
-    elevated = scene(tmp_path, "elevation_sigma_deg = 0.2")
+    # Other measurements do not depend on it.
+    elevated = scenario(tmp_path, "elevation_sigma_deg = 0.2")
     other = measurements_frame(elevated, observe(elevated, np.random.default_rng(1)))
     assert other.select(frame.columns).equals(frame)
     assert other["source_height_m"].null_count() == len(other)
@@ -110,22 +110,22 @@ def test_scenes_without_them_have_the_columns_that_they_had(tmp_path: Path) -> N
         ("elevation_sigma_deg = 0", "elevation_sigma_deg"),
     ],
 )
-def test_what_cannot_be_is_told(more: str, words: str, tmp_path: Path) -> None:
+def test_invalid_settings_are_reported(more: str, words: str, tmp_path: Path) -> None:
     with pytest.raises(ConfigurationError, match=words):
-        scene(tmp_path, more)
+        scenario(tmp_path, more)
 
 
 @pytest.mark.parametrize("key", ["elevation_sigma_deg = 0.2", "speed_mps = 100"])
-def test_radars_stand_still_and_measure_no_elevations(key: str, tmp_path: Path) -> None:
+def test_radars_reject_motion_and_elevations(key: str, tmp_path: Path) -> None:
     path = tmp_path / "scene.toml"
     path.write_text(TEXT.format(more=key).replace("direction-finder", "radar"), encoding="utf-8")
     with pytest.raises(ConfigurationError, match="for the radar df"):
-        load_scene(path)
+        load_scenario(path)
 
 
-def test_a_scene_with_them_comes_back_from_its_text(tmp_path: Path) -> None:
+def test_a_scenario_with_them_survives_a_round_trip(tmp_path: Path) -> None:
     path = tmp_path / "scene.toml"
     path.write_text(TEXT.format(more=FLYING), encoding="utf-8")
     copy = tmp_path / "copy.toml"
     copy.write_text(table_text(load_table(path)), encoding="utf-8")
-    assert load_scene(copy) == load_scene(path)
+    assert load_scenario(copy) == load_scenario(path)

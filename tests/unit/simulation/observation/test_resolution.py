@@ -1,4 +1,4 @@
-"""Aircraft that are closer than a radar resolves give one plot."""
+"""Aircraft closer than the resolution of a radar give one plot."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -9,8 +9,8 @@ import pytest
 from multiradar.errors import ConfigurationError
 from multiradar.simulation.observation.measurements import Measurements
 from multiradar.simulation.observation.observation import observe
-from multiradar.simulation.scenario.file import load_scene
-from multiradar.simulation.scenario.scene import Aircraft, Scene, Sensor
+from multiradar.simulation.scenario.file import load_scenario
+from multiradar.simulation.scenario.model import Aircraft, Scenario, Sensor
 
 DEGREE = float(np.radians(1.0))
 RADAR = Sensor(
@@ -21,8 +21,8 @@ LEADER = Aircraft(7, -20e3, 0.0, 8000.0, 200.0, np.radians(90.0), end_s=100.0)
 
 
 def seen(sensor: Sensor, *aircraft: Aircraft) -> Measurements:
-    scene = Scene("", 0, 120.0, "wgs84", (0.98, 1.07), aircraft, (), (sensor,))
-    return observe(scene, np.random.default_rng(3)).measurements
+    scenario = Scenario("", 0, 120.0, "wgs84", (0.98, 1.07), aircraft, (), (sensor,))
+    return observe(scenario, np.random.default_rng(3)).measurements
 
 
 def beside(east_m: float, north_m: float, number: int = 8) -> Aircraft:
@@ -31,7 +31,7 @@ def beside(east_m: float, north_m: float, number: int = 8) -> Aircraft:
     )
 
 
-def test_two_that_are_close_give_one_plot_in_their_middle_told_as_the_first() -> None:
+def test_two_close_aircraft_give_one_plot_with_the_identity_of_the_first() -> None:
     both = seen(SINGLE, LEADER, beside(-120.0, 150.0))
     each = seen(RADAR, LEADER, beside(-120.0, 150.0))
     assert 2 * len(both) == len(each) > 40
@@ -47,22 +47,22 @@ def test_two_that_are_close_give_one_plot_in_their_middle_told_as_the_first() ->
 
 
 @pytest.mark.parametrize(("east_m", "north_m"), [(-400.0, 0.0), (0.0, 4000.0)])
-def test_one_difference_that_is_resolved_is_enough(east_m: float, north_m: float) -> None:
+def test_resolution_in_one_coordinate_is_enough(east_m: float, north_m: float) -> None:
     away = beside(east_m, north_m)
     np.testing.assert_array_equal(
         seen(SINGLE, LEADER, away).range_m, seen(RADAR, LEADER, away).range_m
     )
 
 
-def test_three_in_a_row_hang_together_by_the_middle_one() -> None:
+def test_three_in_a_row_are_merged_through_the_middle_one() -> None:
     row = (LEADER, beside(-150.0, 0.0), beside(-300.0, 0.0, number=9))
     assert len(seen(SINGLE, *row)) == len(seen(SINGLE, LEADER))
     ends = seen(SINGLE, row[0], row[2])
     assert len(ends) == 2 * len(seen(SINGLE, LEADER))
 
 
-def test_north_does_not_part_what_is_close() -> None:
-    # The radar looks along the meridian at two aircraft, one on each side of it.
+def test_close_aircraft_are_merged_across_north() -> None:
+    # The two aircraft lie on each side of north as seen from the radar.
     north = replace(LEADER, east_m=-100.0, north_m=80e3, heading_rad=0.0)
     pair = (north, replace(north, track_number=8, east_m=100.0))
     rows = seen(replace(SINGLE, east_m=0.0), *pair)
@@ -84,11 +84,11 @@ def test_other_random_numbers_stay_as_they_are() -> None:
     np.testing.assert_array_equal(one.azimuth_rad, other.azimuth_rad)
 
 
-def test_a_resolution_in_range_alone_is_refused(tmp_path: Path) -> None:
+def test_a_resolution_in_range_alone_is_rejected(tmp_path: Path) -> None:
     path = tmp_path / "scene.toml"
     path.write_text(
         "duration_s = 60\n[[aircraft]]\neast_m = 0\nnorth_m = 0\nspeed_mps = 200\nheading_deg = 0\n"
         '[[sensor]]\nid = "a"\nlatitude_deg = 50\nlongitude_deg = 10\nrange_resolution_m = 200\n'
     )
     with pytest.raises(ConfigurationError, match="azimuth_resolution_deg together"):
-        load_scene(path)
+        load_scenario(path)

@@ -1,4 +1,4 @@
-"""Scenes read as they were written, or not at all, with the key and what was expected."""
+"""Scenarios are read as written, or rejected with the key and what was expected."""
 
 import tomllib
 from pathlib import Path
@@ -9,22 +9,22 @@ import pytest
 from multiradar.errors import ConfigurationError
 from multiradar.simulation.scenario.file import (
     builtin_names,
-    builtin_scene,
+    builtin_scenario,
     builtin_table,
     changed,
-    load_scene,
-    scene_of,
-    scene_table,
+    load_scenario,
+    scenario_of,
+    scenario_table,
     table_text,
 )
-from multiradar.simulation.scenario.scene import (
+from multiradar.simulation.scenario.model import (
     Aircraft,
+    ClutterBurst,
     CoupledNoise,
     Leg,
     ReportError,
     SecondFeed,
     Sensor,
-    Storm,
     Traffic,
 )
 from multiradar.simulation.scenario.toml_text import toml_text
@@ -65,19 +65,19 @@ bias.azimuth_offset_deg = { value = -0.2, drift = 0.01, prior_sigma = 0.4 }
 def _load(folder: Path, text: str) -> None:
     path = folder / "scene.toml"
     path.write_text(text, encoding="utf-8")
-    load_scene(path)
+    load_scenario(path)
 
 
 def test_units_are_si_and_radians_inside(tmp_path: Path) -> None:
     path = tmp_path / "scene.toml"
     path.write_text(GOOD, encoding="utf-8")
-    scene = load_scene(path)
-    (sensor,), (aircraft,) = scene.sensors, scene.aircraft
+    scenario = load_scenario(path)
+    (sensor,), (aircraft,) = scenario.sensors, scenario.aircraft
     assert sensor.azimuth_sigma_rad == pytest.approx(np.radians(0.05), rel=1e-15)
     assert [bias.value for bias in sensor.biases] == [100.0, np.radians(-0.2), 0.0, 0.0]
     assert sensor.biases[1].drift == pytest.approx(np.radians(0.01))
     assert sensor.biases[1].prior_sigma == pytest.approx(np.radians(0.4))
-    assert sensor.told == {0, 1}
+    assert sensor.specified_biases == {0, 1}
     assert sensor.horizon
     assert (sensor.east_m, sensor.north_m) == pytest.approx((0.0, 0.0), abs=1e-6)
     # Half a degree of each is about 31 km east, 56 km north.
@@ -89,7 +89,7 @@ def test_units_are_si_and_radians_inside(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "told"),
+    ("old", "new", "message"),
     [
         ("seed = 5", "sead = 5", "line 1: unknown key 'sead' (did you mean 'seed'?); known: title"),
         ("seed = 5", "seed = -1", "seed: expected a number from 0 to 9223372036854775807, was"),
@@ -103,7 +103,7 @@ def test_units_are_si_and_radians_inside(tmp_path: Path) -> None:
         ("speed_mps = 200", "speed_kt = 200", "aircraft[0]: unknown key 'speed_kt' (did you mean "),
         ("speed_mps = 200", "speed_mps = -3", "line 11: aircraft[0].speed_mps: expected a number "),
         ("speed_mps = 200", "speed_mps = true", "aircraft[0].speed_mps: "),
-        ("latitude_deg = 56.5", "east_m = 5.0", "aircraft[0]: expected the place of the aircraft"),
+        ("latitude_deg = 56.5", "east_m = 5.0", "aircraft[0]: expected the position of the "),
         ("latitude_deg = 56.5", "latitude_deg = 91", "aircraft[0].latitude_deg: expected a number"),
         ("latitude_deg = 56.5", "latitude_deg = -80", "longitude_deg within 60 degrees"),
         ('"1234"', '"1289"', "aircraft[0].mode_3a: expected text of the form"),
@@ -134,7 +134,7 @@ def test_units_are_si_and_radians_inside(tmp_path: Path) -> None:
         ("drift = 0.01", "drift = -1", "sensor A: bias.azimuth_offset_deg.drift: expected a num"),
         ("drift = 0.01", "drift_rate = 1", "unknown key 'drift_rate' (did you mean 'drift'?)"),
         ("drift = 0.01", "jump = 0.3", "expected jump_s, when the bias jumps by 0.3, was none"),
-        ("[plane]", '[plane]\nkind = "flat"', "expected places as east_m and north_m on a flat"),
+        ("[plane]", '[plane]\nkind = "flat"', "expected positions as east_m and north_m on a"),
         ("[plane]", '[plane]\nkind = "round"', "plane.kind: unknown name 'round'; known: flat, wg"),
         ("latitude_deg = 56.0\nlongitude_deg = 61.0\n\n[[air", "latitude_deg = 56.0\n\n[[air",
          "plane: expected both latitude_deg and longitude_deg"),
@@ -142,17 +142,17 @@ def test_units_are_si_and_radians_inside(tmp_path: Path) -> None:
         ("[[sensor]]", "[[sensors]]", "unknown key 'sensors' (did you mean 'sensor'?)"),
     ],
 )  # fmt: skip
-def test_what_cannot_be_used_is_named_with_what_was_expected(
-    tmp_path: Path, old: str, new: str, told: str
+def test_invalid_values_are_reported_with_key_and_expectation(
+    tmp_path: Path, old: str, new: str, message: str
 ) -> None:
     assert old in GOOD
     with pytest.raises(ConfigurationError) as caught:
         _load(tmp_path, GOOD.replace(old, new, 1))
-    assert told in str(caught.value)
+    assert message in str(caught.value)
     assert "\n" not in str(caught.value)
 
 
-def test_scenes_without_anything_to_see_or_with_names_twice_are_refused(tmp_path: Path) -> None:
+def test_empty_scenarios_and_duplicate_names_are_rejected(tmp_path: Path) -> None:
     aircraft = GOOD[GOOD.index("[[aircraft]]") : GOOD.index("[[sensor]]")]
     sensor = GOOD[GOOD.index("[[sensor]]") :]
     with pytest.raises(ConfigurationError, match="expected 1 to 20000 aircraft, was 0"):
@@ -169,41 +169,41 @@ def test_scenes_without_anything_to_see_or_with_names_twice_are_refused(tmp_path
         _load(tmp_path, nowhere + '[[sensor]]\nid = "A"\neast_m = 0\nnorth_m = 0\n')
 
 
-def test_a_file_that_is_not_there_or_no_text_is_named(tmp_path: Path) -> None:
+def test_a_missing_or_binary_file_is_reported(tmp_path: Path) -> None:
     missing = tmp_path / "no.toml"
     with pytest.raises(ConfigurationError, match=r"no\.toml: no such file$"):
-        load_scene(missing)
+        load_scenario(missing)
     missing.write_bytes(b"title = '\xff'")
     with pytest.raises(ConfigurationError, match="expected UTF-8 text"):
-        load_scene(missing)
+        load_scenario(missing)
 
 
 @pytest.mark.parametrize("name", builtin_names())
-def test_every_scene_that_comes_along_reads_and_writes_back(name: str) -> None:
+def test_every_builtin_scenario_survives_a_round_trip(name: str) -> None:
     table = builtin_table(name)
     assert table.title
-    again = scene_table(tomllib.loads(table_text(table)), source="again")
-    assert scene_of(again) == builtin_scene(name)
-    assert len(all_aircraft(scene_of(again))) >= 15
+    again = scenario_table(tomllib.loads(table_text(table)), source="again")
+    assert scenario_of(again) == builtin_scenario(name)
+    assert len(all_aircraft(scenario_of(again))) >= 15
 
 
-def test_an_unknown_scene_names_the_known_ones() -> None:
+def test_an_unknown_scenario_is_reported_with_the_known_ones() -> None:
     with pytest.raises(ConfigurationError, match=r"unknown scenario 'x'; known: .*report-1-6"):
-        builtin_scene("x")
+        builtin_scenario("x")
 
 
 def test_another_seed_draws_other_aircraft_and_is_checked() -> None:
     table = builtin_table("report-1-6")
-    scene = scene_of(changed(table, seed=99, duration_s=12.5))
-    assert (scene.seed, scene.duration_s) == (99, 12.5)
-    first, other = all_aircraft(builtin_scene("report-1-6")), all_aircraft(scene)
+    scenario = scenario_of(changed(table, seed=99, duration_s=12.5))
+    assert (scenario.seed, scenario.duration_s) == (99, 12.5)
+    first, other = all_aircraft(builtin_scenario("report-1-6")), all_aircraft(scenario)
     assert all(a.east_m != b.east_m for a, b in zip(first, other, strict=True))
     with pytest.raises(ConfigurationError, match="duration_s: expected a number above 0, was 0"):
         changed(table, duration_s=0.0)
 
 
 def test_traffic_stays_within_its_spans_and_has_identities_of_its_own() -> None:
-    aircraft = all_aircraft(builtin_scene("manoeuvring-traffic"))
+    aircraft = all_aircraft(builtin_scenario("manoeuvring-traffic"))
     drawn = aircraft[1:]
     assert len(drawn) == 30
     assert all(abs(one.east_m) <= 100e3 and 3000 <= one.height_m <= 11_000 for one in drawn)
@@ -222,7 +222,7 @@ def test_traffic_stays_within_its_spans_and_has_identities_of_its_own() -> None:
         assert np.all((speeds > 50.0) & (speeds < 400.0))
 
 
-def test_text_reads_back_whatever_it_says() -> None:
+def test_text_survives_a_round_trip() -> None:
     table = {
         "text": 'quote " back\\slash \t tab \x7f é\n', "yes": True, "whole": -3, "small": 1e-30,
         "pairs": [[1.5, 2.0], [3.0, 4.0]], "none": [], "inner": {"deep": {"x": 1.0}, "y": "z"},
@@ -231,7 +231,7 @@ def test_text_reads_back_whatever_it_says() -> None:
     assert tomllib.loads(toml_text(table | {"absent": None})) == table
 
 
-def test_what_a_file_leaves_out_is_what_a_scene_in_code_leaves_out() -> None:
+def test_defaults_of_files_and_code_agree() -> None:
     values = {
         "duration_s": 60.0,
         "plane": {"kind": "flat", "latitude_deg": 50.0, "longitude_deg": 15.0},
@@ -254,7 +254,7 @@ def test_what_a_file_leaves_out_is_what_a_scene_in_code_leaves_out() -> None:
             }
         ],
     }  # fmt: skip
-    found = scene_of(scene_table(values, source="scene"))
+    found = scenario_of(scenario_table(values, source="scene"))
     (aircraft,), (traffic,), (sensor,) = found.aircraft, found.traffic, found.sensors
     assert found.start_time_s == 0.0
     assert aircraft == Aircraft(
@@ -267,5 +267,5 @@ def test_what_a_file_leaves_out_is_what_a_scene_in_code_leaves_out() -> None:
     )  # fmt: skip
     assert sensor == Sensor(
         "A", "radar", azimuth_sigma_rad=sensor.azimuth_sigma_rad,
-        second_feed=SecondFeed(1.0), storms=(Storm(1.0, 2.0, 3.0),),
+        second_feed=SecondFeed(1.0), clutter_bursts=(ClutterBurst(1.0, 2.0, 3.0),),
     )  # fmt: skip

@@ -8,7 +8,7 @@ import pytest
 from multiradar.estimation.gaussian import normalised_squared
 from multiradar.runtime.engine.engine import Engine
 from multiradar.simulation.paths import fly
-from multiradar.simulation.scenario.scene import Leg
+from multiradar.simulation.scenario.model import Leg
 from multiradar.tracking.forecast.forecast_calibration import (
     EAGER_SAMPLES,
     WAITING_MAX,
@@ -118,7 +118,7 @@ def test_regions_hold_aircraft_as_often_as_they_say(name: str, turning: bool) ->
                 means, covariances, factors = calibration.forecast_by(
                     plan, sample.states, place, HORIZONS_S
                 )
-                there = paths[number[track] - 1].place(sample.states.time_s[place] + HORIZONS_S)
+                there = paths[number[track] - 1].position(sample.states.time_s[place] + HORIZONS_S)
                 inside.append(normalised_squared(there - means, covariances) <= factors)
     share = np.mean(inside, axis=0)[JUDGED]
     # 1400 forecasts; those of one turn are wrong together, and 100 turns tell 95 % to 3 %.

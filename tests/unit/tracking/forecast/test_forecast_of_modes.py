@@ -8,7 +8,7 @@ from multiradar.estimation.filters.imm._mode_scratch_kernels import LATERAL, LEA
 from multiradar.estimation.gaussian import normalised_squared
 from multiradar.runtime.engine.engine import Engine
 from multiradar.simulation.paths import Path, fly
-from multiradar.simulation.scenario.scene import Leg
+from multiradar.simulation.scenario.model import Leg
 from multiradar.tracking.forecast.forecast import (
     density_of,
     forecast,
@@ -179,7 +179,7 @@ def _forecasts(settings: TrackingSettings) -> tuple[Floats, Floats, NDArray[np.b
         for place, track in enumerate(states.track_id.tolist()):
             path, time_s = paths[number[track] - 1], float(states.time_s[place])
             means, covariances = _forecast(states, place, settings)
-            error = means[:, :2] - path.place(time_s + AHEAD_S)
+            error = means[:, :2] - path.position(time_s + AHEAD_S)
             errors.append(np.hypot(error[:, 0], error[:, 1]))
             squares.append(normalised_squared(error, covariances[:, :2, :2]) / 2.0)
             turning.append(_turns(path, time_s))

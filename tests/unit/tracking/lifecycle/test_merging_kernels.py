@@ -9,7 +9,7 @@ from multiradar.cli.inputs import load_sensor_table
 from multiradar.estimation.filters.bank import FILTERS
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.engine.shared_biases import SharedBiases
-from multiradar.simulation.scenario.file import builtin_scene
+from multiradar.simulation.scenario.file import builtin_scenario
 from multiradar.simulation.scenario.sensors_text import sensors_text
 from multiradar.tracking.association._sky_kernels import fill_sky
 from multiradar.tracking.association.sky import RULE_COUNT, Sky
@@ -28,7 +28,7 @@ OLDER, YOUNGER = 0, 1
 def test_a_confirmed_track_gives_way_to_confirmed_ones_alone(
     tmp_path: Path, stage: int, hits: int, merges: bool
 ) -> None:
-    scene = builtin_scene("newcomers")
+    scene = builtin_scenario("newcomers")
     path = tmp_path / "sensors.toml"
     path.write_text(sensors_text(scene), encoding="utf-8")
     table, settings = load_sensor_table(path), TrackingSettings()

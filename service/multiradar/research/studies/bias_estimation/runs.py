@@ -14,8 +14,8 @@ from multiradar.research.sequential.plots import Form, Plots, Starts
 from multiradar.research.sequential.sensors import BiasPrior, Sensors, flat_radars
 from multiradar.research.sequential.theory import Theory, true_covariance
 from multiradar.simulation.flat import flat_plots
-from multiradar.simulation.scenario.file import builtin_scene
-from multiradar.simulation.scenario.scene import Scene
+from multiradar.simulation.scenario.file import builtin_scenario
+from multiradar.simulation.scenario.model import Scenario
 
 Floats = NDArray[np.float64]
 
@@ -50,7 +50,7 @@ class Setting:
 
     Attributes
     ----------
-    scene : Scene
+    scene : Scenario
         Tracks, radars and biases, the same in all runs.
     drift : bool
         Whether the biases drift (and the aircraft are pushed about).
@@ -58,7 +58,7 @@ class Setting:
         When errors are taken: whole seconds.
     """
 
-    scene: Scene
+    scene: Scenario
     drift: bool
     times_s: Floats
 
@@ -129,7 +129,7 @@ def make_setting(duration_s: float, *, drift: bool) -> Setting:
     ----------
     IMM UrO RAN report (2016), section 1.6, its table, and (1.7) that sets the drift to zero.
     """
-    scene = builtin_scene("report-1-6-drift" if drift else "report-1-6")
+    scene = builtin_scenario("report-1-6-drift" if drift else "report-1-6")
     density = DRIFT_DENSITY if drift else 0.0
     scene = replace(
         scene,

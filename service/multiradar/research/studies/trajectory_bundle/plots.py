@@ -67,7 +67,7 @@ def _map(run: Run, picture: Picture, name: str, title: str) -> Plot:
         series=(
             *(_line("tracks", 1e-3 * one, "thin", "tracks") for one in picture.places_m[::-1]),
             _line("best track", 1e-3 * picture.places_m[0], "line", "best"),
-            _line("true path", 1e-3 * run.path.place(grid), "dashed", "ink"),
+            _line("true path", 1e-3 * run.path.position(grid), "dashed", "ink"),
             _line("plots", 1e-3 * run.plots.position_m[seen], "rings", "plots"),
         ),
         equal_axes=True,
@@ -82,7 +82,7 @@ def _end(run: Run, picture: Picture, name: str, title: str) -> Plot:
     last = last_plot(run.plots, picture)
     origin = run.plots.position_m[last]
     grid = np.append(picture.time_s, run.plots.time_s[last])
-    true_path = run.path.place(grid) - origin
+    true_path = run.path.position(grid) - origin
     ended = np.concatenate([picture.places_m, picture.ends_m[:, None]], axis=1) - origin
     sigma = _ellipse(run.plots.covariance_m2[last])
     return Plot(
@@ -123,7 +123,7 @@ def _branching(run: Run) -> list[Plot]:
             series=(
                 _line("a track", track.geometric(grid).position_m - origin, "line", "tracks"),
                 _line("its branch", branch.geometric(grid).position_m - origin, "line", "best"),
-                _line("true path", run.path.place(grid) - origin, "dashed", "ink"),
+                _line("true path", run.path.position(grid) - origin, "dashed", "ink"),
                 _line("plots", run.plots.position_m[seen] - origin, "rings", "plots"),
                 _line("where it leaves", leaving, "points", "best"),
             ),

@@ -19,7 +19,7 @@ from multiradar.restoration.control_tracks.tracks import (
 )
 from multiradar.simulation.flat import flat_plots
 from multiradar.simulation.paths import Path, fly
-from multiradar.simulation.scenario.scene import Aircraft, Leg, Scene, Sensor
+from multiradar.simulation.scenario.model import Aircraft, Leg, Scenario, Sensor
 
 Floats = NDArray[np.float64]
 
@@ -190,7 +190,7 @@ def apart_from_truth(run: Run, picture: Picture) -> Floats:
     ----------
     IMM UrO RAN report (2016), section 2.2.4.
     """
-    off = picture.places_m - run.path.place(picture.time_s)
+    off = picture.places_m - run.path.position(picture.time_s)
     return np.asarray(np.mean(np.hypot(off[..., 0], off[..., 1]), axis=1))
 
 
@@ -204,7 +204,7 @@ def _plots(aircraft: Aircraft, rng: np.random.Generator) -> MeasurementTrack:
         Sensor("1", "radar", -30e3, 0.0, 0.0, 40.0, 0.0011, rotation_period_s=4.0),
         Sensor("2", "radar", 40e3, 10e3, 0.0, 40.0, 0.0011, rotation_period_s=5.0),
     )
-    seen = flat_plots(Scene("", 1, DURATION_S, "flat", (0.0, 0.0), (aircraft,), (), radars), rng)
+    seen = flat_plots(Scenario("", 1, DURATION_S, "flat", (0.0, 0.0), (aircraft,), (), radars), rng)
     away = np.stack([np.sin(seen.azimuth_rad), np.cos(seen.azimuth_rad)], axis=-1)
     across = np.stack([away[:, 1], -away[:, 0]], axis=-1)
     place = seen.site_m[seen.radar] + seen.range_m[:, None] * away

@@ -97,13 +97,13 @@ def _seen(run: Run, place: int) -> list[float]:
     picture = run.pictures[place]
     apart = apart_from_truth(run, picture)
     mean = np.einsum("k,ktc->tc", picture.weights, picture.places_m)
-    off = mean - run.path.place(picture.time_s)
+    off = mean - run.path.position(picture.time_s)
     unlike = picture.places_m - picture.places_m[0]
     last = last_plot(run.plots, picture)
     plot, noise = run.plots.position_m[last], run.plots.covariance_m2[last]
     away = picture.ends_m - plot
     sigmas = np.sqrt(np.einsum("ki,ij,kj->k", away, np.linalg.inv(noise), away))
-    truth = run.path.place(run.plots.time_s[last : last + 1])[0]
+    truth = run.path.position(run.plots.time_s[last : last + 1])[0]
     far = np.hypot(*(picture.ends_m - truth).T)
     return [
         len(apart), apart[0], float(np.mean(np.hypot(off[:, 0], off[:, 1]))),

@@ -1,4 +1,4 @@
-"""When a radar looks at an aircraft, and the plots it makes of it."""
+"""Detection opportunities of a radar, and the plots it makes of an aircraft."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,21 +12,21 @@ from multiradar.estimation.measurement.sensors import (
     PARAMETER_RANGE_OFFSET,
     PARAMETER_TIME_OFFSET,
 )
-from multiradar.simulation.scenario.scene import Sensor, Span
+from multiradar.simulation.scenario.model import Sensor, Span
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
 TURN_RAD = 2.0 * np.pi
-# The antenna meets the aircraft, which moves on meanwhile: each round gains two digits or more.
+# Iterations for the time at which the beam meets the moving aircraft: two digits or more each.
 _ROUNDS = 2
-# What a plot that shows nothing is wrong by.
+# Errors of an outlier.
 _OUTLIER_RANGE_M: Span = (2e3, 2e4)
 _OUTLIER_AZIMUTH_RAD = 0.2
 
 
 @dataclass(frozen=True, slots=True)
-class Line:
+class LineOfSight:
     """The true line of sight from a radar to an aircraft at times (n,).
 
     Attributes
@@ -34,9 +34,9 @@ class Line:
     range_m, azimuth_rad : (n,) ndarray
         Slant range and azimuth.
     visible : (n,) ndarray of bool
-        Whether it is within the coverage.
+        Whether the aircraft is within the coverage.
     elevation_rad : (n,) ndarray, optional
-        Elevation; none on a flat plane.
+        Elevation; None on a flat plane.
     """
 
     range_m: Floats
@@ -45,8 +45,8 @@ class Line:
     elevation_rad: Floats | None = None
 
 
-#: Gives the line of sight at times (n,).
-Look = Callable[[Floats], Line]
+#: Returns the line of sight at times (n,).
+LineOfSightAt = Callable[[Floats], LineOfSight]
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,13 +56,13 @@ class Plots:
     Attributes
     ----------
     true_s, time_s : (n,) ndarray
-        When it was measured, and its time stamp.
+        Time of measurement, and its time stamp.
     range_m, azimuth_rad : (n,) ndarray
         Measured; the azimuth in [0, 2π).
     outlier : (n,) ndarray of bool
-        Plots that show nothing.
+        Plots with gross errors.
     elevation_rad : (n,) ndarray, optional
-        Measured, where the sensor measures elevations.
+        Measured elevation, where the sensor measures it.
     """
 
     true_s: Floats
@@ -73,19 +73,21 @@ class Plots:
     elevation_rad: Floats | None = None
 
 
-def look_times(sensor: Sensor, phase: float, life_s: Span, look: Look | None = None) -> Floats:
-    """Return the times at which a sensor looks at an aircraft.
+def detection_opportunities(
+    sensor: Sensor, phase: float, life_s: Span, line_of_sight: LineOfSightAt | None = None
+) -> Floats:
+    """Return the detection opportunities of an aircraft by a sensor.
 
     Parameters
     ----------
     sensor : Sensor
-        An antenna that turns, or measures at the multiples of an interval.
+        A rotating antenna, or one that measures at multiples of an interval.
     phase : float
-        Part of a turn (or interval) in which the first one begins, in [0, 1).
+        Fraction of a scan (or interval) at which the first one starts, in [0, 1).
     life_s : (from, until)
         Only times after the first and not after the second.
-    look : callable, optional
-        The line of sight; a turning antenna needs it.
+    line_of_sight : callable, optional
+        The line of sight; needed for a rotating antenna.
 
     Returns
     -------
@@ -94,17 +96,17 @@ def look_times(sensor: Sensor, phase: float, life_s: Span, look: Look | None = N
 
     References
     ----------
-    The project's own: an antenna that turns evenly meets an aircraft that moves on.
+    The project's own: a uniformly rotating antenna and a moving aircraft.
     """
     start, end = life_s
     period = sensor.rotation_period_s or sensor.interval_s
     first = np.floor(start / period) - 1.0
-    turns = np.arange(first, np.ceil(end / period) + 1.0)
-    time_s = period * (turns + phase)
-    if sensor.rotation_period_s is not None and look is not None:
+    scans = np.arange(first, np.ceil(end / period) + 1.0)
+    time_s = period * (scans + phase)
+    if sensor.rotation_period_s is not None and line_of_sight is not None:
         north = time_s
         for _ in range(_ROUNDS):
-            seen = look(np.clip(time_s, start, end))
+            seen = line_of_sight(np.clip(time_s, start, end))
             time_s = north + period * seen.azimuth_rad / TURN_RAD
     return time_s[(time_s > start) & (time_s <= end)]
 
@@ -112,19 +114,19 @@ def look_times(sensor: Sensor, phase: float, life_s: Span, look: Look | None = N
 def make_plots(
     sensor: Sensor,
     time_s: Floats,
-    look: Look,
+    line_of_sight: LineOfSightAt,
     bias_at: Callable[[Floats], Floats],
     rng: np.random.Generator,
 ) -> tuple[Plots, int]:
-    """Measure an aircraft.
+    """Simulate the plots of an aircraft.
 
     Parameters
     ----------
     sensor : Sensor
         Its errors and coverage.
     time_s : (n,) ndarray
-        When it looks.
-    look : callable
+        Detection opportunities.
+    line_of_sight : callable
         The line of sight.
     bias_at : callable
         Times (n,) to biases (4, n), in the order of `PARAMETER_NAMES`; measured minus true.
@@ -134,24 +136,24 @@ def make_plots(
     Returns
     -------
     Plots
-        What it sees; looks in gaps, outside the coverage and without detection give none.
+        Plots; opportunities in gaps, outside the coverage or without detection give none.
     int
-        Number of looks within the coverage.
+        Number of opportunities within the coverage.
 
     References
     ----------
     IMM UrO RAN report (2016), equation (1.5), in polar form.
     """
-    line, bias, count = look(time_s), bias_at(time_s), len(time_s)
+    line, bias, count = line_of_sight(time_s), bias_at(time_s), len(time_s)
     noise = rng.normal(size=(2, count))
-    chance = rng.uniform(size=(4, count))
-    outlier = chance[0] < sensor.outlier_probability
-    far, aside = _outlier(chance[2], chance[3])
+    draws = rng.uniform(size=(4, count))
+    outlier = draws[0] < sensor.outlier_probability
+    far, aside = _outlier(draws[2], draws[3])
     measured = line.range_m * (1.0 + bias[PARAMETER_RANGE_GAIN]) + bias[PARAMETER_RANGE_OFFSET]
     measured += sensor.range_sigma_m * noise[0] + outlier * far
     pointed = line.azimuth_rad + bias[PARAMETER_AZIMUTH_OFFSET]
     pointed += sensor.azimuth_sigma_rad * noise[1] + outlier * aside
-    seen = line.visible & (chance[1] < sensor.detection_probability) & (measured > 0.0)
+    seen = line.visible & (draws[1] < sensor.detection_probability) & (measured > 0.0)
     seen &= outside_gaps(sensor, time_s)
     stamp = time_s + bias[PARAMETER_TIME_OFFSET]
     raised = None
@@ -166,7 +168,7 @@ def make_plots(
 
 
 def outside_gaps(sensor: Sensor, time_s: Floats) -> Bools:
-    """Return (n,) whether the sensor gives data at times (n,)."""
+    """Return (n,) whether the sensor provides data at times (n,)."""
     inside = np.zeros(len(time_s), np.bool_)
     for start, end in sensor.gaps_s:
         inside |= (time_s >= start) & (time_s < end)
@@ -186,7 +188,7 @@ def wrapped(azimuth_rad: Floats) -> Floats:
     return np.where(angle >= TURN_RAD, 0.0, angle)
 
 
-# Range and azimuth by which an outlier is wrong, from two numbers in [0, 1).
+# Range and azimuth error of an outlier, from two numbers in [0, 1).
 def _outlier(first: Floats, second: Floats) -> tuple[Floats, Floats]:
     least, most = _OUTLIER_RANGE_M
     sign = np.where(first < 0.5, -1.0, 1.0)

@@ -1,9 +1,9 @@
-"""What a scene is: aircraft, sensors, their errors, a duration and a seed.
+"""A scenario: aircraft, sensors, their errors, a duration and a seed.
 
-Places are coordinates (east, north) on the plane of the scene, and so are speeds and headings
-(clockwise from the plane's north). On a flat plane they are all there is; a scene on WGS 84 has its
-plane's centre on the ellipsoid, and a place is the foot of the aircraft there. A bias is *measured
-minus true*. Times count from the beginning of the scene.
+Positions are coordinates (east, north) on the plane of the scenario, and so are speeds and headings
+(clockwise from the plane's north). On WGS 84 the centre of the plane lies on the ellipsoid, and a
+position is the foot of the aircraft there. A bias is *measured minus true*. Times count from the
+start of the scenario.
 """
 
 from dataclasses import dataclass
@@ -12,14 +12,14 @@ from typing import Literal
 from multiradar.estimation.measurement.sensors import PARAMETER_NAMES
 
 SensorKind = Literal["radar", "direction-finder", "adsb", "mlat"]
-#: Kinds that look from a site and measure an azimuth.
+#: Kinds of sensor with a site that measure an azimuth.
 SITED = ("radar", "direction-finder")
 PlaneKind = Literal["flat", "wgs84"]
-#: What a sensor may hear of an aircraft beside its place.
-Heard = Literal["height", "mode_3a", "mode_s_address", "track_number"]
-HEARD: tuple[Heard, ...] = ("height", "mode_3a", "mode_s_address", "track_number")
+#: What a sensor may report of an aircraft beside its position.
+ReceivedField = Literal["height", "mode_3a", "mode_s_address", "track_number"]
+RECEIVED_FIELDS: tuple[ReceivedField, ...] = ("height", "mode_3a", "mode_s_address", "track_number")
 
-#: A range of values, from which one is drawn evenly.
+#: A range of values, from which one is drawn uniformly.
 Span = tuple[float, float]
 
 #: Number of kinds of bias parameter: range offset, azimuth offset, range gain, time offset.
@@ -38,16 +38,16 @@ class Leg:
 
 @dataclass(frozen=True, slots=True)
 class ReportError:
-    """What the positions that an aircraft reports are wrong by for a while.
+    """Errors of the reported positions of an aircraft during a period.
 
     Attributes
     ----------
     start_s, end_s : float
-        From when until when.
+        Start and end of the period.
     east_m, north_m : float
         Offset at the start, in true metres.
     east_mps, north_mps : float
-        By how much it grows.
+        Rate of change of the offset.
     """
 
     start_s: float = 0.0
@@ -77,13 +77,13 @@ class CoupledNoise:
 
 
 @dataclass(frozen=True, slots=True)
-class Way:
-    """Places that an aircraft flies by one after the other, at least two.
+class Waypoints:
+    """Waypoints of an aircraft, at least two.
 
     Attributes
     ----------
     time_s, east_m, north_m, height_m : tuple of float
-        When, ascending and 2 s apart or more, and where on the plane of the scene.
+        Times, ascending and at least 2 s apart, and positions on the plane of the scenario.
     """
 
     time_s: tuple[float, ...]
@@ -94,41 +94,40 @@ class Way:
 
 @dataclass(frozen=True, slots=True)
 class Aircraft:
-    """One aircraft from its birth to its death.
+    """One aircraft.
 
     Attributes
     ----------
     track_number : int
-        Its number, by which truth and measurements are compared.
+        Its number, by which truth and measurements are matched.
     east_m, north_m, height_m, speed_mps, heading_rad : float
-        State at the birth; the speed is along the ground.
+        Initial state; ground speed.
     start_s, end_s : float
-        Birth and death; the scene may end before.
+        Start and end of the flight; the scenario may end earlier.
     legs : tuple of Leg
-        Flown one after the other; then it goes straight on.
+        Flown in order, then straight flight.
     coupled : CoupledNoise, optional
         Random manoeuvres in place of legs.
     acceleration_density : float
-        Spectral density of a white acceleration on each axis, m²/s³, in place of both.
-    way : Way, optional
-        Where it flew, in place of all of these: straight from place to place, as a recording of
-        reports leaves it.
+        Spectral density of white acceleration on each axis, m²/s³, in place of both.
+    waypoints : Waypoints, optional
+        Waypoints in place of all of these: straight between them, as in recorded reports.
     mode_3a, mode_s_address : int, optional
-        Identities it answers with.
+        Identities in its replies.
     later_mode_3a : int, optional
-        The code it answers with from `code_change_s` on.
+        The code from `code_change_s` on.
     code_change_s : float
-        When it changes its code.
+        Time of the code change.
     height_step_m : float
-        What it reports of its height is a multiple of this; 0 for the height itself.
+        Resolution of its reported height; 0 for the exact height.
     reports_height, reports_position : bool
-        Whether radars hear its height, and ADS-B its position.
+        Whether radars receive its height, and ADS-B receives its position.
     report_errors : tuple of ReportError
-        Errors of the positions that ADS-B hears of it; they add up.
+        Errors of its ADS-B positions; they add up.
     exists : bool
-        An aircraft that does not is a ghost: only ADS-B hears of it.
+        False for a ghost: only ADS-B reports it.
     transponder : bool
-        Without one radars measure its place alone, and ADS-B nothing.
+        Without it radars measure its position only, and ADS-B nothing.
     """
 
     track_number: int
@@ -142,7 +141,7 @@ class Aircraft:
     legs: tuple[Leg, ...] = ()
     coupled: CoupledNoise | None = None
     acceleration_density: float = 0.0
-    way: Way | None = None
+    waypoints: Waypoints | None = None
     mode_3a: int | None = None
     mode_s_address: int | None = None
     later_mode_3a: int | None = None
@@ -157,23 +156,24 @@ class Aircraft:
 
 @dataclass(frozen=True, slots=True)
 class Traffic:
-    """Aircraft drawn at random from the seed of the scene, each number evenly from its span.
+    """Aircraft drawn at random from the seed of the scenario, each number uniformly from its span.
 
     Attributes
     ----------
     count : int
-        How many.
+        Number of aircraft.
     east_m, north_m, height_m, speed_mps, heading_rad, start_s, life_s : Span
-        State at the birth, time of birth, time from birth to death.
+        Initial state, start time, flight duration.
     leg_s, turn_rate_rad_per_s, acceleration_mps2 : Span, optional
-        Where `leg_s` is there, legs of such lengths follow each other until the death, a straight
-        one after each turn; turns go either way at one of the rates, with one of the accelerations.
+        With `leg_s`, legs of such durations follow each other until the end of the flight, a
+        straight one after each turn; turns go to either side with one of the rates and
+        accelerations.
     climb_mps : Span
         Straight legs climb or descend at one of these rates, within the span of heights.
     coupled, acceleration_density, height_step_m
-        As in `Aircraft`.
+        See `Aircraft`.
     heard_height_share, equipped_share : float
-        Part of the aircraft whose height radars hear, and whose position ADS-B hears.
+        Fraction of the aircraft with received heights, and with received ADS-B positions.
     """
 
     count: int
@@ -197,20 +197,20 @@ class Traffic:
 
 @dataclass(frozen=True, slots=True)
 class Bias:
-    """One bias parameter: what it is, and what the tracker is told of it beforehand.
+    """One bias parameter: its truth, and the prior knowledge of the tracker.
 
     Attributes
     ----------
     value : float
-        Its true value at the beginning: m, rad, 1 or s.
+        Its true value at the start: m, rad, 1 or s.
     drift : float
         Standard deviation of its random walk after one second.
     jump, jump_s : float
-        By how much it jumps, and when.
+        Size and time of a jump.
     estimate : bool, optional
-        Whether the tracker is to estimate it; without, as the kind of sensor says.
+        Whether the tracker is to estimate it; without, by the kind of sensor.
     prior, prior_sigma, assumed_drift : float, optional
-        What the tracker is told; without, the tracker's own defaults, and the true drift.
+        Prior knowledge of the tracker; without, the tracker's own defaults, and the true drift.
     """
 
     value: float = 0.0
@@ -225,14 +225,14 @@ class Bias:
 
 @dataclass(frozen=True, slots=True)
 class SecondFeed:
-    """A second network that carries the plots of a radar, rounded in its own way.
+    """A second network that carries the plots of a radar with its own rounding.
 
     Attributes
     ----------
     share : float
-        Part of the plots that come through it too.
+        Fraction of the plots that it carries.
     time_step_s, range_step_m, azimuth_step_rad : float
-        What comes is a multiple of this; 0 leaves it as it is.
+        Rounding steps; 0 for none.
     """
 
     share: float
@@ -242,15 +242,15 @@ class SecondFeed:
 
 
 @dataclass(frozen=True, slots=True)
-class Storm:
-    """A time in which a radar makes many more plots without aircraft.
+class ClutterBurst:
+    """A clutter burst: a period in which a radar makes many more false plots.
 
     Attributes
     ----------
     start_s, end_s : float
-        From when until when.
+        Start and end.
     plots_per_turn : float
-        Mean number of them a turn, beside the clutter of always.
+        Mean number of them per scan, in addition to the constant clutter.
     """
 
     start_s: float
@@ -273,46 +273,46 @@ class Sensor:
     range_sigma_m, azimuth_sigma_rad, position_sigma_m : float
         Standard deviations of the random errors (position: each horizontal axis).
     rotation_period_s : float, optional
-        Time of a turn of the antenna; a plot is made as the beam meets the aircraft.
+        Scan period of the antenna; a plot is made when the beam meets the aircraft.
     interval_s : float
-        Without rotation: all aircraft are measured at the multiples of this, at once by radars,
+        Without rotation: all aircraft are measured at multiples of this, simultaneously by radars,
         each aircraft at its own phase by ADS-B and multilateration.
     range_min_m, range_max_m, elevation_max_rad : float
         Coverage of a radar.
     horizon : bool
-        Whether the Earth hides what is below the radio horizon (WGS 84 only).
+        Whether aircraft below the radio horizon are hidden (WGS 84 only).
     detection_probability, outlier_probability : float
-        Part of the looks that give a plot, and part of the plots that show nothing.
+        Probability of a plot per detection opportunity, and of an outlier per plot.
     height_probability, garbled_height_probability : float
-        Part of the measurements that carry the height, and part of these heights that are garbled:
-        off by some hundreds or thousands of feet.
+        Probability that a measurement has a height, and that this height is garbled: off by some
+        hundreds or thousands of feet.
     garbled_probability : float
-        Part of the codes heard of which some digits are wrong.
+        Probability that a received code has wrong digits.
     clutter_per_turn : float
-        Mean number of plots without aircraft and identity a turn (or interval).
-    storms : tuple of Storm
-        Times of many such plots.
+        Mean number of clutter plots, without aircraft and identity, per scan (or interval).
+    clutter_bursts : tuple of ClutterBurst
+        Periods of dense clutter.
     second_feed : SecondFeed, optional
-        What carries the plots of aircraft a second time.
+        Network that carries the plots of aircraft a second time.
     range_resolution_m, azimuth_resolution_rad : float
         A radar makes one plot of aircraft that are closer in both, where both are positive.
     gaps_s : tuple of (from, until)
-        Times without data.
+        Periods without data.
     jammed_s : tuple of (from, until)
-        Times in which a radar loses the range of its plots.
-    heard : frozenset of str
-        What it hears of `HEARD`.
+        Periods in which a radar loses the range of its plots.
+    received : frozenset of str
+        Fields it reports, of `RECEIVED_FIELDS`.
     biases : tuple of Bias
         One for each of `PARAMETER_NAMES`.
-    told : frozenset of int
-        Kinds of parameter that the scene speaks of.
+    specified_biases : frozenset of int
+        Bias parameters specified in the scenario.
     elevation_sigma_rad : float, optional
-        Standard deviation of the errors of elevations; a direction finder that measures none has
-        none.
+        Standard deviation of elevation errors; None for a direction finder that does not measure
+        elevations.
     speed_mps, heading_rad : float, optional
-        How a direction finder that moves does so at the beginning, at its site.
+        Initial speed and heading of a moving direction finder, from its site.
     legs : tuple of Leg
-        How it goes on, as aircraft do.
+        Its legs, like those of aircraft.
     """
 
     identifier: str
@@ -335,15 +335,15 @@ class Sensor:
     garbled_height_probability: float = 0.0
     garbled_probability: float = 0.0
     clutter_per_turn: float = 0.0
-    storms: tuple[Storm, ...] = ()
+    clutter_bursts: tuple[ClutterBurst, ...] = ()
     second_feed: SecondFeed | None = None
     range_resolution_m: float = 0.0
     azimuth_resolution_rad: float = 0.0
     gaps_s: tuple[Span, ...] = ()
     jammed_s: tuple[Span, ...] = ()
-    heard: frozenset[Heard] = frozenset(HEARD)
+    received: frozenset[ReceivedField] = frozenset(RECEIVED_FIELDS)
     biases: tuple[Bias, ...] = (Bias(),) * PARAMETERS
-    told: frozenset[int] = frozenset()
+    specified_biases: frozenset[int] = frozenset()
     elevation_sigma_rad: float | None = None
     speed_mps: float | None = None
     heading_rad: float = 0.0
@@ -351,30 +351,30 @@ class Sensor:
 
     @property
     def moves(self) -> bool:
-        """Whether it is at another place at every moment."""
+        """Whether the sensor moves."""
         return self.speed_mps is not None
 
 
 @dataclass(frozen=True, slots=True)
-class Scene:
-    """Aircraft and sensors for a while.
+class Scenario:
+    """A scenario: aircraft and sensors over a period.
 
     Attributes
     ----------
     title : str
         One sentence.
     seed : int
-        The traffic is drawn from it, and all else in `multiradar simulate`.
+        Seed of the traffic, and of everything else in `multiradar simulate`.
     duration_s : float
-        Length.
+        Duration.
     start_time_s : float
-        Time stamp of the beginning.
+        Time stamp of the start.
     plane : str
         `flat` or `wgs84`.
     centre_rad : (latitude, longitude)
-        Where the centre of the plane lies on WGS 84; a flat scene is laid there on demand.
+        Centre of the plane on WGS 84; a flat scenario is placed there on demand.
     aircraft, traffic, sensors : tuple
-        What is in it; the traffic comes after the aircraft.
+        Its contents; the traffic follows the aircraft.
     """
 
     title: str

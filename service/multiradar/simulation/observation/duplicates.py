@@ -1,33 +1,33 @@
-"""Plots that come a second time, through another network that rounds them in its own way."""
+"""Duplicate plots received through a second network with its own rounding."""
 
 from dataclasses import fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.simulation.observation.looks import wrapped
+from multiradar.simulation.observation.detections import wrapped
 from multiradar.simulation.observation.measurements import Measurements
-from multiradar.simulation.scenario.scene import SecondFeed
+from multiradar.simulation.scenario.model import SecondFeed
 
 Floats = NDArray[np.float64]
 
 
-def copied(rows: Measurements, feed: SecondFeed, rng: np.random.Generator) -> Measurements:
-    """Return what comes of measurements a second time.
+def duplicated(rows: Measurements, feed: SecondFeed, rng: np.random.Generator) -> Measurements:
+    """Return the measurements received a second time.
 
     Parameters
     ----------
     rows : Measurements
         The measurements of one radar.
     feed : SecondFeed
-        Which part of them comes, and how it is rounded.
+        The fraction received, and their rounding.
     rng : Generator
-        Draws which they are.
+        Draws the duplicates.
 
     Returns
     -------
     Measurements
-        Copies; their truth is that of what they are copies of.
+        Duplicates; their truth is that of the originals.
 
     References
     ----------
