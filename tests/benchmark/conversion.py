@@ -16,11 +16,11 @@ from benchmark.report import Row
 from support.paths import TESTS
 
 TEXT = (
-    "`multiradar convert vid` in a process of its own, its start and all outputs included: the "
-    "sample dump repeated and shifted in time. The peer is polars, which reads the same three "
-    "files as tables with all cores, joins nothing, checks nothing and writes nothing. "
-    "`make bench BENCH_OPTIONS='--only converter --gigabytes 2'` measures a large dump, in which "
-    "the start of the process does not count."
+    "`multiradar convert vid` in its own process, including start and all outputs. Input: the "
+    "sample dump, repeated and shifted in time. Peer: polars, which reads the same three "
+    "files as tables with all cores, and neither joins, validates nor writes. `make bench "
+    "BENCH_OPTIONS='--only converter --gigabytes 2'` measures a large dump, in which the "
+    "start of the process is negligible."
 )
 #: A dump larger than this is converted once.
 REPEATED_GIGABYTES = 0.5

@@ -19,11 +19,11 @@ from multiradar.tracking.settings import TrackingSettings
 
 TEXT = (
     "The answer to `GET /v1/encounters` (120 s ahead, 9 260 m, the first 100 pairs) from the "
-    "states of the tracks on, in process CPU time, least of the runs. The run has taught all "
-    "horizons, straight flight fits best. Aircraft fly straight, 1 000 on each square of 1 000 km; "
-    "the larger the airspace, the more of them. The peer compares all "
-    "pairs in NumPy by the formula of the closest point of approach alone, without forecasts, "
-    "sigmas or probabilities; with 15 000 aircraft its matrices do not fit."
+    "states of the tracks, in CPU time, minimum of the runs. All horizons are calibrated, and "
+    "straight flight fits best. Aircraft fly straight, 1 000 on each square of 1 000 km; more "
+    "aircraft use a larger airspace. Peer: all pairs in NumPy by the formula of the closest "
+    "point of approach, without forecasts, sigmas or probabilities; with 15 000 aircraft its "
+    "matrices exceed the memory."
 )
 AIRCRAFT = (150, 1000, 4000, 15_000)
 #: More of them the peer has no room for.

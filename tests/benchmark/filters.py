@@ -20,11 +20,12 @@ from multiradar.tracking.pool import PARTITIONS, AircraftPool
 from multiradar.tracking.settings import TrackingSettings
 
 TEXT = (
-    "One call of the compiled step over all plots, aircraft under way; no reading, "
-    "no writing. The peers step the same plots one by one, with four states and no biases. First "
-    "the two-stage filter without biases on a flat plane: its estimates after every plot are "
-    "compared with theirs, and the run fails where they differ by more than rounding. Stone Soup, "
-    "as it is, takes derivatives by differences; with exact ones it is as close as FilterPy."
+    "One call of the compiled step over all plots, with initiated tracks, without input and "
+    "output. The peers step the same plots one by one, with four states and no biases. The "
+    "first rows are the two-stage filter without biases on a flat plane: its estimates after "
+    "every plot are compared with those of the peers, and the run fails if they differ by "
+    "more than rounding. Stone Soup computes derivatives by differences; with exact ones it "
+    "agrees as closely as FilterPy."
 )
 AIRCRAFT = (150, 4_000, 15_000)
 RADARS = (3, 8)

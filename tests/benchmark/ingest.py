@@ -14,11 +14,12 @@ from benchmark.sky import make_recording
 from multiradar.ingest.replay_http import MEDIA_TYPES, Encoding, encode
 
 TEXT = (
-    f"`POST /v1/measurements` to `multiradar serve` in a process of its own; the client has "
-    f"{IN_FLIGHT} requests under way and counts what is acknowledged, that is, on disk. *In "
-    "tracks*: until the tracker has processed and published it. Bodies are encoded beforehand. "
-    "4 000 aircraft. The peer of Arrow is a plain SQLite table (WAL, full sync) in the benchmark's "
-    "process, which commits the same bodies one by one; the peer of the texts is Arrow."
+    "`POST /v1/measurements` to `multiradar serve` in its own process. The client has "
+    f"{IN_FLIGHT} requests in flight and counts acknowledged measurements, that is, those on "
+    "disk. *In tracks*: until the tracker has processed and published them. Bodies are "
+    "encoded in advance. 4 000 aircraft. Peer of Arrow: a plain SQLite table (WAL, full sync) "
+    "in the benchmark's process, which commits the same bodies one by one. Peer of JSON and "
+    "NDJSON: Arrow."
 )
 AIRCRAFT = 4_000
 BATCHES = (1_000, 10_000)

@@ -19,14 +19,12 @@ from multiradar.research.sequential.arrangement import Options, arrange, begin
 from multiradar.research.sequential.sensors import BiasPrior, Sensors, flat_radars
 
 TEXT = (
-    "The joint filter corrects one covariance of all aircraft and biases at every plot; the "
-    "two-stage filter, which comes to the same estimates, corrects one aircraft. Both take the "
-    "same plots of three radars on a flat plane, in one thread, all aircraft under way.\n"
-    "\n"
-    "![Cost of a plot against the number of aircraft](images/joint-cost.svg)\n"
-    "\n"
-    "`python -m validation.documents.make_joint_cost benchmark.json docs/images/joint-cost.svg` "
-    "draws it from the rows below."
+    "The joint filter updates one covariance of all aircraft and biases at every plot. The "
+    "two-stage filter gives the same estimates and updates one aircraft. Both process the "
+    "same plots of three radars on a flat plane, in one thread, with initiated tracks.\n\n"
+    "![Cost of a plot against the number of aircraft](images/joint-cost.svg)\n\n"
+    "`python -m validation.documents.make_joint_cost benchmark.json "
+    "docs/images/joint-cost.svg` draws it from the rows below."
 )
 AIRCRAFT = (15, 25, 50, 100, 200, 400)
 #: A plot of the joint filter costs milliseconds with many aircraft: so many are timed, or, where

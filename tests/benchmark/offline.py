@@ -19,10 +19,10 @@ from multiradar.tracking.settings import TrackingSettings
 from multiradar_schemas.sensors.sensor import load_sensors
 
 TEXT = (
-    "`multiradar track` without its start: `measurements.parquet` is read, checked, tracked, "
-    "digested and written to `tracks.parquet` and `biases.parquet`; 8 radars and ADS-B. The peer "
-    "is polars, which reads the same measurements and writes the same tracks, all in memory and on "
-    "all cores, and does nothing between."
+    "`multiradar track` without its start: `measurements.parquet` is read, validated, "
+    "tracked, hashed and written to `tracks.parquet` and `biases.parquet`; 8 radars and "
+    "ADS-B. Peer: polars, which reads the same measurements and writes the same tracks, in "
+    "memory and on all cores, with no processing in between."
 )
 AIRCRAFT = (150, 4_000, 15_000)
 ROWS = 2_000_000

@@ -16,9 +16,9 @@ from benchmark.sky import RADARS, make_recording
 from multiradar.ingest.replay_http import MEDIA_TYPES, Encoding, encode
 
 TEXT = (
-    "One client that asks, reads the whole answer and asks again; the service has nothing else to "
-    "do. The peer of one track is `GET /healthz`: what any request costs. The peers of JSON and "
-    "Arrow are polars, writing the same table into memory; that of GeoJSON is JSON."
+    "One client sends a request, reads the whole answer and repeats; the service is otherwise "
+    "idle. Peer of one track: `GET /healthz`, the cost of any request. Peers of JSON and "
+    "Arrow: polars, writing the same table into memory. Peer of GeoJSON: JSON."
 )
 TRACKS = 5_000
 TURNS = 3

@@ -3,9 +3,13 @@
 import json
 import os
 import platform
+import textwrap
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
+
+#: Width of the paragraphs of the document.
+COLUMNS = 118
 
 
 @dataclass(frozen=True)
@@ -64,25 +68,30 @@ def write_markdown(
     load_before: float,
 ) -> None:
     """Write the document of the figures: a table for each suite, under what it measures."""
-    lines = [
-        "# Benchmarks",
-        "",
+    made = (
+        "After this page you know the speed of the parts of multiradar, and their ratio to a peer. "
         f"Made by `{command}` on {os.cpu_count()} cores ({platform.machine()}, "
         f"{platform.system()}, Python {platform.python_version()}). Load average {load_before:.1f} "
-        f"before, {os.getloadavg()[0]:.1f} at the end, the benchmarks' own included. "
-        "Everything runs on loopback and ends by itself.",
-        "",
-        "Figures are medians of the runs named. Another machine, or other work on this one, "
-        "changes them; the ratio to the peer, which is measured in the same run, changes far less. "
-        "*Ratio* is the figure over the peer's: above 1 is better where the unit is a rate, below "
-        "1 where it is a time.",
-    ]
+        f"before, {os.getloadavg()[0]:.1f} at the end, including the benchmarks. "
+        "Everything runs on loopback and ends by itself.\n\n"
+        "Figures are medians of the runs. They depend on the machine and its load; the ratio to "
+        "the peer, measured in the same run, depends on them far less. *Ratio* is the figure over "
+        "that of the peer: above 1 is better for a rate, below 1 for a time."
+    )
+    lines = ["# Benchmarks", "", _wrapped(made)]
     for suite, rows in suites.items():
-        lines += ["", f"## {suite.capitalize()}", "", texts[suite], ""]
+        lines += ["", f"## {suite.capitalize()}", "", _wrapped(texts[suite]), ""]
         lines += ["| What | Figure | Unit | Runs | Peer | Peer's figure | Ratio |"]
         lines += ["|---|---:|---|---:|---|---:|---:|"]
         lines += [_markdown_row(row) for row in rows]
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def _wrapped(text: str) -> str:
+    return "\n\n".join(
+        textwrap.fill(one, COLUMNS, break_long_words=False, break_on_hyphens=False)
+        for one in text.split("\n\n")
+    )
 
 
 def _markdown_row(row: Row) -> str:

@@ -21,20 +21,21 @@ from multiradar.tracking.settings import TrackingSettings
 from multiradar_schemas.sensors.sensor import load_sensors
 
 TEXT = (
-    "`multiradar track --hide track_number,mode_3a,mode_s_address` without its start: plots of 8 "
-    "turning radars, biases unknown at first, are read from `measurements.parquet`, associated, "
-    "tracked and written to `tracks.parquet` and `biases.parquet`, the first turns with all their "
-    "new tracks included; one worker, processor time of all threads. Aircraft fly on 30 flight "
-    "levels over a disc of 300 km, one in ten in a steep turn; 3 % of the plots are missing, 0.5 "
-    "% are false. The peer is Stone Soup: an extended Kalman filter, and global nearest "
-    "neighbours over Mahalanobis distances (`GNNWith2DAssignment`), each radar's plots of half a "
-    "second at once. It takes a cut of the same scene, the aircraft next to the middle for three "
-    "turns; it is spared much: it begins with all aircraft known and with the true biases, and no "
-    "plot of its is false. Every plot costs it more with every aircraft more. *Wrong*: of the "
-    "plots of aircraft that have a track, those that are not on the one track that has most plots "
-    "of their aircraft, and most of whose plots are of it. *Wrong or none*: the same of all plots "
-    "of aircraft; while an aircraft is new, plots of other radars do not begin it anew, and have "
-    "no track."
+    "`multiradar track --hide track_number,mode_3a,mode_s_address` without its start: plots "
+    "of 8 rotating radars with unknown biases are read from `measurements.parquet`, "
+    "associated, tracked and written to `tracks.parquet` and `biases.parquet`, including the "
+    "first scans with all track initiations; one worker, CPU time of all threads. Aircraft "
+    "fly on 30 flight levels over a disc of 300 km, one in ten in a steep turn; 3 % of the "
+    "plots are missing, 0.5 % are false.\n\n"
+    "Peer: Stone Soup with an extended Kalman filter and global nearest neighbours over "
+    "Mahalanobis distances (`GNNWith2DAssignment`), each radar's plots of half a second at "
+    "once. It gets a part of the same scenario: the aircraft nearest to the centre for three "
+    "scans, with all tracks initiated, true biases and no false plots. Its cost per plot "
+    "grows with the number of aircraft.\n\n"
+    "*Wrong*: of the plots of aircraft that have a track, those not on the track with most "
+    "plots of their aircraft, and most of whose plots are of it. *Wrong or none*: the same of "
+    "all plots of aircraft; plots of other radars on a new aircraft do not initiate a second "
+    "track, and have none."
 )
 AIRCRAFT = (4_000, 15_000)
 FILTERS = ("two-stage", "imm")

@@ -16,11 +16,11 @@ from multiradar.ingest.zenoh.options import ZenohOptions
 from multiradar.ingest.zenoh.session import zenoh_config
 
 TEXT = (
-    "Measurements go in over HTTP (Arrow, 1 000 a request), their track updates come out over "
-    "Zenoh, JSON with cache and recovery; a subscriber in a third process counts different "
-    "updates, from the first request to its last update. 1 000 aircraft. The peer is plain Zenoh: "
-    "payloads of the same size and keys, put in a loop to the same subscriber, no tracker, cache "
-    "or JSON."
+    "Measurements enter over HTTP (Arrow, 1 000 per request), their track updates are "
+    "published over Zenoh as JSON with cache and recovery. A subscriber in a third process "
+    "counts distinct updates, from the first request to its last update. 1 000 aircraft. "
+    "Peer: plain Zenoh, payloads of the same size and keys, put in a loop to the same "
+    "subscriber, without tracker, cache or JSON."
 )
 AIRCRAFT = 1_000
 ROWS = 40_000
@@ -31,7 +31,7 @@ PAYLOAD = bytes(400)
 
 
 def run(plan: Plan) -> list[Row]:
-    """Measure updates received a second, and how many never came."""
+    """Measure updates received a second, and how many were lost."""
     count = plan.size(ROWS)
     plain = median(_plain(count) for _ in range(plan.runs))
     endpoint = _free_endpoint()
@@ -52,7 +52,7 @@ def run(plan: Plan) -> list[Row]:
     label = f"{plan.size(AIRCRAFT)} tracks"
     return [
         Row(f"{label}: received", median(rates[1:]), "updates/s", plan.runs, "plain put", plain),
-        Row(f"{label}, just begun: received", rates[0], "updates/s", 1, "plain put", plain),
+        Row(f"{label}, just initiated: received", rates[0], "updates/s", 1, "plain put", plain),
         Row(f"{label}: never came", lost, "updates", plan.runs + 1),
     ]
 
