@@ -1,4 +1,4 @@
-"""The composition root: the one place that builds real adapters and puts them together."""
+"""The composition root: builds the adapters and connects them."""
 
 import socket
 import threading
@@ -53,11 +53,11 @@ from multiradar_converters.errors import ProfileError
 
 _log = structlog.get_logger("multiradar.app")
 
-#: Names under which a loopback address may be asked for; any other name was rebound to it.
+#: Host names accepted on a loopback address; others indicate DNS rebinding.
 LOOPBACK_NAMES = ("127.0.0.1", "localhost", "::1")
 _STOP_TIMEOUT_S = 20.0
 _BACKLOG = 128
-#: How often the log says how many kernels are compiled.
+#: Interval between log entries on compilation, s.
 _LOG_PERIOD_S = 5.0
 
 
@@ -71,12 +71,12 @@ class Application:
     sensors : SensorTable
         The sensors.
     on_failure : callable
-        Called, from another thread, when a part ends without having been asked to.
+        Called from another thread when a component stops unexpectedly.
 
     Raises
     ------
     ConfigurationError
-        If it cannot listen where it should.
+        If it cannot listen on a configured address.
     """
 
     def __init__(
@@ -95,24 +95,24 @@ class Application:
 
     @property
     def http_url(self) -> str:
-        """Where HTTP listens, the port as it is."""
+        """Address of the HTTP server, with the actual port."""
         return self._http.url
 
     @property
     def zenoh_endpoints(self) -> tuple[str, ...]:
-        """Where Zenoh listens; empty before the start, or without Zenoh."""
+        """Endpoints of Zenoh; empty before the start, or without Zenoh."""
         return () if self._gateway is None else self._gateway.endpoints
 
     @property
     def asterix_endpoints(self) -> tuple[str, ...]:
-        """Where ASTERIX is listened to; empty before the start, or without listeners."""
+        """Endpoints that receive ASTERIX; empty before the start, or without listeners."""
         return () if self._asterix is None else self._asterix.endpoints
 
     def start(self) -> None:
-        """Serve HTTP, compile kernels, play the journal into the engine, then take measurements.
+        """Serve HTTP, compile kernels, replay the journal, then ingest measurements.
 
-        While the journal is played, `/readyz` says so and measurements are answered 503; ASTERIX,
-        which nobody would send again, waits.
+        During the replay `/readyz` reports it and measurements are answered 503; ASTERIX, which no
+        sender would repeat, is buffered.
         """
         self._http.start()
         self._compile()
@@ -137,7 +137,7 @@ class Application:
         self._started = True
         _log.info("started", http=self.http_url)
 
-    # In processes of their own, before anything here compiles the same kernels one by one.
+    # In parallel processes, before this process would compile the same kernels one by one.
     def _compile(self) -> None:
         clock = SystemClock()
         started_s = logged_s = clock.monotonic_s()
@@ -160,7 +160,7 @@ class Application:
         compile_ahead(kernels_for(purposes), on_progress)
         self.service.note_start("loading kernels")
 
-    # The journal was played: what follows is new.
+    # The journal was replayed; all further data are new.
     def _begin(self) -> None:
         if self._trajectories is not None:
             self._trajectories.begin()
@@ -168,7 +168,7 @@ class Application:
             self._sender.begin()
 
     def stop(self) -> None:
-        """Take nothing more, finish what was taken, close everything; in any state."""
+        """Stop ingest, finish pending work, close everything; valid in any state."""
         self._unwatch()
         if self._asterix is not None:
             self._asterix.stop()
@@ -200,12 +200,12 @@ def build_service(settings: Settings, sensors: SensorTable) -> Service:
 def asterix_sender(
     service: Service, settings: Settings, sensors: SensorTable
 ) -> AsterixSender | None:
-    """Return who sends system tracks, None when nobody is to get them; not started.
+    """Return the sender of system tracks, not started; None without recipients.
 
     Raises
     ------
     ConfigurationError
-        If one of the users cannot be sent to.
+        If one of the recipients cannot be reached.
     """
     if not settings.asterix.output:
         return None
@@ -225,7 +225,7 @@ def asterix_sender(
 def trajectory_feed(
     service: Service, settings: Settings, sensors: SensorTable
 ) -> TrajectoryFeed | None:
-    """Return what makes bundles of trajectories, None when nobody wants any; not started."""
+    """Return the feed of trajectory bundles, not started; None when disabled."""
     wanted = settings.trajectories
     if not wanted.aircraft_max:
         return None
@@ -236,7 +236,7 @@ def trajectory_feed(
 
 
 def zenoh_options(settings: Settings) -> ZenohOptions:
-    """Return how the service takes part in Zenoh; bounds of messages are those of HTTP."""
+    """Return the Zenoh options; message bounds are those of HTTP."""
     return ZenohOptions(
         **settings.zenoh.model_dump(exclude={"enabled"}),
         message_bytes_max=settings.http.body_bytes_max,
@@ -247,12 +247,12 @@ def zenoh_options(settings: Settings) -> ZenohOptions:
 def asterix_gateway(
     settings: Settings, sensors: SensorTable, service: Service
 ) -> AsterixGateway | None:
-    """Return what listens to ASTERIX, not started; None where nothing is to.
+    """Return the receiver of ASTERIX, not started; None without listeners.
 
     Raises
     ------
     ConfigurationError
-        If an edition is not known.
+        If an edition is unknown.
     """
     wanted = settings.asterix
     if not wanted.listen:
@@ -285,10 +285,9 @@ def asterix_gateway(
 
 
 def warm_up(sensors: SensorTable, settings: Settings) -> None:
-    """Have the kernels compiled or loaded before the first measurement comes.
+    """Compile or load the kernels before the first measurement arrives.
 
-    An engine of its own takes plots of an aircraft that nobody else sees, and of one that nobody
-    names.
+    A separate engine processes plots of an identified and of an unidentified aircraft.
     """
     engine = Engine(sensors, settings.tracking_settings())
     number = np.array([1, 1, MISSING_INTEGER, MISSING_INTEGER, 1], np.int64)
@@ -313,8 +312,8 @@ def warm_up(sensors: SensorTable, settings: Settings) -> None:
     states, tracking = engine.tracks(), settings.tracking_settings()
     calibration = calibration_for(tracking)
     calibration.family.forecast_all(states, np.ones(1))
-    nobody = Sky(0.0, LiveTracks().all(), states)
-    encounters(nobody, EncounterQuery(), engine.plane, tracking, calibration)
+    empty_sky = Sky(0.0, LiveTracks().all(), states)
+    encounters(empty_sky, EncounterQuery(), engine.plane, tracking, calibration)
     engine.close()
 
 
@@ -324,16 +323,16 @@ class HttpServer:
     Parameters
     ----------
     service : Service
-        What it serves.
+        The service.
     settings : Settings
-        Where it listens, and its bounds.
+        Address and bounds.
     on_failure : callable
-        Called, from that thread, when the server ends without having been asked to.
+        Called from that thread when the server stops unexpectedly.
 
     Raises
     ------
     ConfigurationError
-        If it cannot listen there.
+        If it cannot listen.
     """
 
     def __init__(
@@ -363,11 +362,11 @@ class HttpServer:
         self._thread = threading.Thread(target=self._run, name="http", daemon=True)
 
     def start(self) -> None:
-        """Serve from now on."""
+        """Start serving."""
         self._thread.start()
 
     def stop(self) -> None:
-        """Answer what was asked, close the connections, end."""
+        """Finish pending requests, close the connections, stop."""
         self._server.should_exit = True
         if self._thread.ident is not None:
             self._thread.join(_STOP_TIMEOUT_S)
@@ -375,7 +374,7 @@ class HttpServer:
 
     def _run(self) -> None:
         try:
-            # Signals belong to the main thread; uvicorn leaves them alone on any other.
+            # uvicorn installs no signal handlers outside the main thread.
             self._server.run(sockets=[self._listener])
         except Exception as error:
             _log.error("http_failed", exc_info=error)
@@ -388,5 +387,5 @@ def _listen(host: str, port: int) -> socket.socket:
     try:
         return socket.create_server((host, port), family=family, backlog=_BACKLOG)
     except OSError as error:
-        msg = f"{host}:{port}: cannot listen there, {error.strerror or error}"
+        msg = f"{host}:{port}: cannot listen: {error.strerror or error}"
         raise ConfigurationError(msg) from error

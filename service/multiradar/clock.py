@@ -1,11 +1,11 @@
-"""The only reader of the time of day; everything else is handed a clock."""
+"""Clocks. Only this module reads the time of the machine; all others receive a clock."""
 
 import time
 from typing import Protocol
 
 
 class Clock(Protocol):
-    """Tells the time."""
+    """A source of time."""
 
     def now_s(self) -> float:
         """Return the time, UTC, in seconds since the Unix epoch."""
@@ -17,7 +17,7 @@ class Clock(Protocol):
 
 
 class SystemClock:
-    """The clock of the machine."""
+    """The system clock."""
 
     def now_s(self) -> float:
         """Return the time, UTC, in seconds since the Unix epoch."""
@@ -29,7 +29,7 @@ class SystemClock:
 
 
 class FixedClock:
-    """A clock that is moved by hand, the twin of `SystemClock` for tests."""
+    """A clock that is set explicitly, for tests."""
 
     def __init__(self, now_s: float = 0.0) -> None:
         self._now_s = now_s

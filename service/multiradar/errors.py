@@ -2,44 +2,44 @@
 
 ::
 
-    MultiradarError                 anything this project says no to
+    MultiradarError                 base class of all errors of this project
     ├── ConfigurationError          a setting, sensors file or option that cannot be used
     │   ├── UnknownFilterError      a filter name that is not in the registry
-    │   ├── UnknownPresetError      a set of requirements that there is not
+    │   ├── UnknownPresetError      an unknown set of requirements
     │   ├── UnknownParameterError   a bias parameter that no filter knows
     │   ├── SensorPositionError     a radar without a position
-    │   ├── PriorError              a prior or a noise that leaves nothing uncertain
-    │   └── MotionParameterError    a motion model's parameter that is negative or no number
+    │   ├── PriorError              a prior variance or noise that is not positive
+    │   └── MotionParameterError    a parameter of a motion model out of range
     ├── InputError                  a file or message that cannot be read at all
     │   ├── MissingColumnError      a table lacks a column
-    │   ├── PayloadError            a Zenoh sample or query that cannot be taken as a whole
-    │   └── IdempotencyConflictError  a key was used before, for another message
-    ├── OutputExistsError           the place to write to is taken
-    ├── OutsidePlaneError           a place too far from the centre of the system plane
-    ├── UnknownAircraftError        an aircraft that has not started, or was ended
-    ├── CovarianceError             a matrix that is no covariance
-    ├── ShapeError                  an array of another shape than expected, or not of numbers
-    ├── TimeOrderError              a time before one that was there already
-    ├── RestorationError            plots of which no trajectory can be made
+    │   ├── PayloadError            a Zenoh sample or query that is rejected as a whole
+    │   └── IdempotencyConflictError  a key was already used for another message
+    ├── OutputExistsError           the output file or folder already exists
+    ├── OutsidePlaneError           a position too far from the centre of the system plane
+    ├── UnknownAircraftError        an aircraft that was not initiated, or was dropped
+    ├── CovarianceError             a matrix that is not a covariance
+    ├── ShapeError                  an array of another shape than expected, or not finite
+    ├── TimeOrderError              a time before the latest one
+    ├── RestorationError            plots from which no trajectory can be reconstructed
     ├── JournalError                the journal cannot be written or does not verify
-    │   └── JournalFullError        there is no room on the disk; nothing was taken
-    ├── PipelineError               the live pipeline has stopped and takes nothing more
-    ├── AccountingError             measurements read are not those accounted for
+    │   └── JournalFullError        the disk is full; nothing was ingested
+    ├── PipelineError               the live pipeline is not running
+    ├── AccountingError             counts of measurements do not add up
     ├── QueueFullError              a bounded queue is full; try again later
-    ├── ForecastError               a forecast is asked for farther or finer than is given
-    ├── PlaneError                  points that determine no plane
-    ├── TrajectoryError             a track that has no trajectories to tell
-    ├── BearingsError               lines of sight that determine no place
-    ├── RequestError                a request over HTTP that is refused, with its status and code
+    ├── ForecastError               a forecast horizon or step out of range
+    ├── PlaneError                  points that do not determine a plane
+    ├── TrajectoryError             a track without trajectories
+    ├── BearingsError               lines of sight that do not determine a position
+    ├── RequestError                an HTTP request that is rejected, with its status and code
     └── PeerError                   another process did not answer as agreed
-        └── UnavailableError        it cannot take anything now; try again
+        └── UnavailableError        it cannot accept data now; try again
 """
 
 from collections.abc import Mapping, Sequence
 
 
 class MultiradarError(Exception):
-    """Base of all errors that are the user's or the environment's, told in one sentence."""
+    """Base of all errors of input or environment; the message is one sentence."""
 
 
 class ConfigurationError(MultiradarError):
@@ -78,7 +78,7 @@ class MissingColumnError(InputError):
 
 
 class PayloadError(InputError):
-    """A sample or query that cannot be taken as a whole.
+    """A sample or query that is rejected as a whole.
 
     Attributes
     ----------
@@ -95,19 +95,19 @@ class PayloadError(InputError):
 
 
 class IdempotencyConflictError(InputError):
-    """An idempotency key was used before, for a message of other content; nothing was taken."""
+    """An idempotency key was already used for a different message; nothing was ingested."""
 
     def __init__(self, key: str, sequence: int) -> None:
         self.key = key
         self.sequence = sequence
         super().__init__(
-            f"idempotency key {key!r}: expected the message that was taken under it before "
-            f"(journal entry {sequence}), was another one"
+            f"idempotency key {key!r} was already used for a different message (journal entry "
+            f"{sequence}); use a new key"
         )
 
 
 class OutputExistsError(MultiradarError):
-    """The place to write to is taken; nothing there was touched."""
+    """The output file or folder already exists; it was not touched."""
 
 
 class UnknownFilterError(ConfigurationError):
@@ -120,7 +120,7 @@ class UnknownFilterError(ConfigurationError):
 
 
 class UnknownPresetError(ConfigurationError):
-    """A set of requirements that there is not."""
+    """A set of requirements is unknown."""
 
     def __init__(self, name: str, known: Sequence[str]) -> None:
         self.name = name
@@ -129,7 +129,7 @@ class UnknownPresetError(ConfigurationError):
 
 
 class UnknownParameterError(ConfigurationError):
-    """A kind of bias parameter that no filter knows."""
+    """A kind of bias parameter is unknown."""
 
     def __init__(self, kind: object, names: Sequence[str]) -> None:
         self.kind = kind
@@ -138,11 +138,11 @@ class UnknownParameterError(ConfigurationError):
 
 
 class SensorPositionError(ConfigurationError):
-    """A radar has no position, so that nothing can be told from its plots."""
+    """A radar has no position."""
 
     def __init__(self, sensor: str) -> None:
         self.sensor = sensor
-        super().__init__(f"radar {sensor}: expected a position, has none")
+        super().__init__(f"radar {sensor}: missing position")
 
 
 class PriorError(ConfigurationError):
@@ -150,7 +150,7 @@ class PriorError(ConfigurationError):
 
 
 class MotionParameterError(ConfigurationError):
-    """A parameter of a motion model is out of its range, or is no finite number."""
+    """A parameter of a motion model is out of range or not finite."""
 
     def __init__(self, name: str, expected: str, value: float) -> None:
         self.name = name
@@ -159,39 +159,39 @@ class MotionParameterError(ConfigurationError):
 
 
 class OutsidePlaneError(MultiradarError):
-    """A place is too far from the centre of the system plane, or is no number."""
+    """A position is too far from the centre of the system plane, or not finite."""
 
     def __init__(
         self,
         what: str,
-        place: tuple[float, float],
+        position: tuple[float, float],
         centre_rad: tuple[float, float],
         angle_max_deg: float,
     ) -> None:
         self.what = what
-        self.place = place
+        self.position = position
         self.centre_rad = centre_rad
         self.angle_max_deg = angle_max_deg
         super().__init__(
-            f"{what}: expected a place within {angle_max_deg:g} degrees of the plane's centre "
-            f"{centre_rad} rad, was {place}"
+            f"{what}: expected a position within {angle_max_deg:g} degrees of the plane's centre "
+            f"{centre_rad} rad, was {position}"
         )
 
 
 class UnknownAircraftError(MultiradarError):
-    """An aircraft has not started, or was ended: nothing is known of it."""
+    """An aircraft was not initiated, or was dropped."""
 
     def __init__(self, aircraft: int) -> None:
         self.aircraft = aircraft
-        super().__init__(f"aircraft {aircraft}: expected one that has started, was unknown")
+        super().__init__(f"aircraft {aircraft}: unknown; initiate it first")
 
 
 class CovarianceError(MultiradarError):
-    """A matrix that was given as a covariance is not symmetric or not positive definite."""
+    """A covariance matrix is not symmetric or not positive definite."""
 
 
 class ShapeError(MultiradarError):
-    """An array is not of the expected shape, or holds what is no finite number."""
+    """An array does not have the expected shape, or has values that are not finite."""
 
     def __init__(
         self, what: str, expected: str, shape: tuple[int, ...], found: str | None = None
@@ -202,7 +202,7 @@ class ShapeError(MultiradarError):
 
 
 class TimeOrderError(MultiradarError):
-    """A time lies before one that was there already."""
+    """A time lies before the latest one."""
 
     def __init__(self, what: str, time_s: float, after_s: float) -> None:
         self.what = what
@@ -212,7 +212,7 @@ class TimeOrderError(MultiradarError):
 
 
 class RestorationError(MultiradarError):
-    """There are no plots of which a trajectory can be made, or not enough of them."""
+    """There are not enough plots to reconstruct a trajectory."""
 
 
 class JournalError(MultiradarError):
@@ -220,31 +220,29 @@ class JournalError(MultiradarError):
 
 
 class JournalFullError(JournalError):
-    """There is no room on the disk; nothing was taken, and room lets the service go on."""
+    """The disk is full; nothing was ingested. The service continues when space is available."""
 
 
 class PipelineError(MultiradarError):
-    """The live pipeline has stopped, or was not started, and takes nothing more."""
+    """The live pipeline has stopped, or was not started."""
 
 
 class AccountingError(MultiradarError):
-    """Measurements read are not those accepted and rejected: a mistake of ours, told loudly."""
+    """Measurements read differ from those accepted and rejected: a bug in multiradar."""
 
 
 class QueueFullError(MultiradarError):
-    """A bounded queue is full; nothing was taken, the sender may try again later."""
+    """A bounded queue is full; nothing was ingested, the sender may retry later."""
 
     def __init__(self, name: str, depth: int, retry_after_s: float) -> None:
         self.name = name
         self.depth = depth
         self.retry_after_s = retry_after_s
-        super().__init__(
-            f"{name} holds {depth} entries and takes no more; retry in {retry_after_s} s"
-        )
+        super().__init__(f"{name} queue is full ({depth} entries); retry in {retry_after_s} s")
 
 
 class ForecastError(MultiradarError):
-    """A forecast is asked for farther or finer than is given; `parameter` names what is wrong."""
+    """A forecast horizon or step is out of range; `parameter` names it."""
 
     def __init__(self, parameter: str, reason: str) -> None:
         self.parameter, self.reason = parameter, reason
@@ -252,7 +250,7 @@ class ForecastError(MultiradarError):
 
 
 class PlaneError(MultiradarError):
-    """Points determine no plane; `code` says why, for programs."""
+    """Points do not determine a plane; `code` gives the reason, for programs."""
 
     def __init__(self, code: str, reason: str) -> None:
         self.code = code
@@ -260,7 +258,7 @@ class PlaneError(MultiradarError):
 
 
 class TrajectoryError(MultiradarError):
-    """A track has no trajectories to tell; `code` says why, for programs."""
+    """A track has no trajectories; `code` gives the reason, for programs."""
 
     def __init__(self, code: str, reason: str) -> None:
         self.code = code
@@ -268,7 +266,7 @@ class TrajectoryError(MultiradarError):
 
 
 class BearingsError(MultiradarError):
-    """Lines of sight determine no place; `code` says why, for programs."""
+    """Lines of sight do not determine a position; `code` gives the reason, for programs."""
 
     def __init__(self, code: str, reason: str) -> None:
         self.code = code
@@ -276,7 +274,7 @@ class BearingsError(MultiradarError):
 
 
 class RequestError(MultiradarError):
-    """A request over HTTP is refused; it becomes a problem document.
+    """An HTTP request is rejected; it becomes a problem document.
 
     Attributes
     ----------
@@ -285,9 +283,9 @@ class RequestError(MultiradarError):
     code : str
         Stable code for programs, such as ``BODY_TOO_LARGE``.
     headers : Mapping[str, str]
-        Headers the answer carries beside the document, such as ``Retry-After``.
+        Further headers of the response, such as ``Retry-After``.
     parameters : Mapping[str, str]
-        What is wrong with each named parameter, where parameters are at fault.
+        The error of each wrong parameter.
     members : Mapping[str, object]
         Further members of the problem document.
     """
@@ -315,14 +313,14 @@ class PeerError(MultiradarError):
 
 
 class UnavailableError(PeerError):
-    """The service cannot take the batch now; the same batch may be sent again.
+    """The service cannot accept the batch now; the same batch may be sent again.
 
     Attributes
     ----------
     retry_after_s : float, optional
-        When it may be, s, as the service said; None where it said nothing.
+        Delay given by the service, s; None without one.
     answered : bool
-        Whether the service is there: it answered that it cannot.
+        Whether the service answered.
     """
 
     def __init__(

@@ -98,7 +98,7 @@ def test_the_rule_meets_what_it_forbids(body: str) -> None:
     assert offences(function)
 
 
-def test_no_function_is_compiled_to_round_as_its_compiler_likes() -> None:
+def test_no_function_is_compiled_with_fast_math() -> None:
     # With `fastmath`, the last bits of a filter depended on which others were compiled before it.
     told = {
         f"{path.relative_to(ROOT).as_posix()}: {ast.unparse(node)}"

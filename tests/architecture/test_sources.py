@@ -53,7 +53,7 @@ def nodes(name: str) -> tuple[ast.AST, ...]:
     return tuple(ast.walk(tree(name)))
 
 
-def test_there_is_something_to_judge() -> None:
+def test_sources_are_found() -> None:
     assert len(modules(*CODE)) > 20
 
 

@@ -62,7 +62,7 @@ def faults(found: ast.Module) -> Iterator[str]:
             yield f"{place}: {BY_DEFAULT[called]}"
 
 
-def test_there_is_something_to_judge() -> None:
+def test_sources_are_found() -> None:
     assert len([name for name in modules("tests/") if not name.startswith(FREE)]) > 200
 
 

@@ -35,12 +35,16 @@ def test_each_bound_has_a_setting_of_the_same_name_and_default() -> None:
         assert settings.model_dump() == named
 
 
-def test_zenoh_is_on_loopback_and_without_multicast_unless_told_otherwise() -> None:
+def test_zenoh_is_on_loopback_and_without_multicast_by_default() -> None:
     options = zenoh_options(load_settings(None))
     assert options.listen == ("tcp/127.0.0.1:7447",)
     assert not options.multicast
-    told = {"zenoh": {"multicast": True}, "rows_per_message_max": 7, "http": {"body_bytes_max": 8}}
-    options = zenoh_options(load_settings(None, told))
+    output = {
+        "zenoh": {"multicast": True},
+        "rows_per_message_max": 7,
+        "http": {"body_bytes_max": 8},
+    }
+    options = zenoh_options(load_settings(None, output))
     assert (options.multicast, options.message_rows_max, options.message_bytes_max) == (True, 7, 8)
 
 
@@ -65,7 +69,7 @@ def test_warming_up_makes_the_first_forecast_ready(monkeypatch: pytest.MonkeyPat
 
 
 def test_warming_up_makes_the_first_answer_about_encounters_ready() -> None:
-    """What it compiles is what is called: the arrays of nobody are of the same kind."""
+    """What it compiles is what is called: empty arrays have the same types."""
     warm_up(live_scene.sensors(), load_settings(None))
     kernels: tuple[Any, ...] = (find_pairs, find_approaches, find_chances, find_bounds)
     before = [set(kernel.signatures) for kernel in kernels]
@@ -84,13 +88,13 @@ def test_warming_up_makes_the_first_answer_about_encounters_ready() -> None:
 
 def test_trajectories_are_made_only_where_aircraft_may_have_some(tmp_path: Path) -> None:
     table = live_scene.sensors()
-    told: dict[str, Any] = {"journal": {"path": tmp_path / "journal.sqlite"}}
-    without = load_settings(None, told)
+    output: dict[str, Any] = {"journal": {"path": tmp_path / "journal.sqlite"}}
+    without = load_settings(None, output)
     service = build_service(without, table)
     assert trajectory_feed(service, without, table) is None
     assert "trajectories" not in service.view.status()
-    told["trajectories"] = {"aircraft_max": 7, "plots_waiting_max": 9, "lateral_max_mps2": 6.5}
-    some = load_settings(None, told)
+    output["trajectories"] = {"aircraft_max": 7, "plots_waiting_max": 9, "lateral_max_mps2": 6.5}
+    some = load_settings(None, output)
     assert trajectory_feed(service, some, table) is not None
     assert service.view.status()["trajectories"]["aircraft_max"] == 7
     options = trajectory_options(**some.trajectories.model_dump())

@@ -33,7 +33,7 @@ def test_the_tree_in_the_docstring_is_that_of_the_classes() -> None:
     assert _drawn() == real
 
 
-def test_every_error_that_is_told_to_the_user_is_in_the_tree() -> None:
+def test_every_error_for_users_is_in_the_tree() -> None:
     for module in pkgutil.walk_packages(multiradar.__path__, "multiradar."):
         if not module.name.endswith("__main__"):
             importlib.import_module(module.name)

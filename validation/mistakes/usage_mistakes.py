@@ -131,17 +131,17 @@ USAGE_MISTAKES: tuple[Mistake, ...] = (
         nothing,
         ("convert", "vid", "my", "dump", "out"),
         2,
-        ("a name with blanks needs quotes",),
+        ("quote names that contain blanks",),
     ),
     Mistake("a negative port", nothing, ("serve", "--port", "-1"), 2, ("from 0 to 65535",)),
     Mistake("an epoch of nan", as_it_is, (*TRACK, "--epoch-s", "nan"), 2, ("finite number",)),
     Mistake("a day that is none", nothing, (*TRACK, "--date", "2018-02-30"), 2, ("2018-08-01",)),
     Mistake(
-        "a date for what is converted already",
+        "a date for an input that is already converted",
         as_it_is,
         (*TRACK, "--date", "2018-08-01"),
         2,
-        ("converted already",),
+        ("already converted",),
     ),
     # Keys and values of files.
     Mistake(
@@ -270,7 +270,7 @@ USAGE_MISTAKES: tuple[Mistake, ...] = (
         cut_archive,
         ("convert", "adsb", "adsb.csv.gz", "--out", "out"),
         1,
-        ("cut short",),
+        ("truncated",),
     ),
     Mistake("serve without a sensors file", nothing, _SERVE, 1, ("sensors.toml: no such file",)),
     # Times, areas, references.

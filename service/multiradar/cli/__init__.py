@@ -1,1 +1,1 @@
-"""The commands: one module a verb."""
+"""The commands, one module each."""

@@ -15,16 +15,16 @@ if TYPE_CHECKING:
 def new_recorder(
     path: Path | None, settings: "Settings", sensors: "SensorTable"
 ) -> "Iterator[AsterixRecorder | None]":
-    """Give what writes system tracks to a new file; None without a path.
+    """Open a recorder of system tracks on a new file; None without a path.
 
-    The file takes its name when everything went well.
+    The file appears under its name only after success.
 
     Raises
     ------
     OutputExistsError
-        There is something of that name already; it is left alone.
+        The path exists; it is not touched.
     InputError
-        There is no folder to make it in, or it cannot be written to.
+        The folder does not exist, or the file cannot be written.
     """
     if path is None:
         yield None
@@ -45,6 +45,6 @@ def new_recorder(
 
 
 def print_asterix(records: Mapping[str, int], path: Path) -> None:
-    """Print how many records of each category were written, and what was left out."""
-    told = ", ".join(f"{count} {name}" for name, count in sorted(records.items()))
-    print(f"ASTERIX records: {told}; written to {path}")
+    """Print the number of records written by category, and what was left out."""
+    counts = ", ".join(f"{count} {name}" for name, count in sorted(records.items()))
+    print(f"ASTERIX records: {counts}; written to {path}")

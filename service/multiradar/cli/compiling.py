@@ -1,11 +1,11 @@
-"""Kernels compiled before a command needs them, with a line that says how far it has got."""
+"""Kernel compilation ahead of a command, with a progress line."""
 
 import sys
 from collections.abc import Iterable
 
 from multiradar.clock import SystemClock
 
-#: Where standard error is no terminal, a line this often.
+#: Interval between lines where standard error is no terminal, s.
 _LINE_PERIOD_S = 10.0
 
 

@@ -1,4 +1,4 @@
-"""What commands read: sensors, and measurements in whatever form they are given."""
+"""Inputs of commands: sensors, and measurements in any supported form."""
 
 import datetime as dt
 import sys
@@ -23,14 +23,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class DumpChoice:
-    """What is said of a dump that is converted on the way.
+    """Options for a dump that is converted on the fly.
 
     Attributes
     ----------
     date : str, optional
         Date of its first line.
     profile : Path, optional
-        What it calls its files and columns.
+        Its layout: names of files and columns.
     allow_missing : bool
         Whether it may lack tracks or ADS-B.
     """
@@ -40,19 +40,19 @@ class DumpChoice:
     allow_missing: bool = False
 
     def check_unused(self, given: Path) -> None:
-        """Refuse what is said of a dump where there is none: it would do nothing."""
-        said = {
+        """Reject options for a dump where the input is none: they would have no effect."""
+        options = {
             "--date": self.date is not None,
             "--profile": self.profile is not None,
             "--allow-missing": self.allow_missing,
         }
-        for option, wanted in said.items():
+        for option, wanted in options.items():
             if wanted:
-                msg = f"{option} is for the folder of a dump; {given} is converted already"
+                msg = f"{option} applies to a dump directory only; {given} is already converted"
                 raise typer.BadParameter(msg)
 
     def options(self, **more: Any) -> "Options":
-        """Return them as the converter takes them.
+        """Return the options of the converter.
 
         Raises
         ------
@@ -77,21 +77,21 @@ def load_sensor_table(path: Path) -> "SensorTable":
     Raises
     ------
     ConfigurationError
-        The file cannot be read or says something impossible.
+        The file cannot be read or contains impossible values.
     """
     from multiradar import wire
-    from multiradar.diagnosis.sites import site_apart
+    from multiradar.diagnosis.sites import check_sites
 
     table = wire.sensor_table(read_sensors(path))
-    apart = site_apart(table)
-    if apart is not None:
-        msg = f"{path}: {apart}"
+    wrong = check_sites(table)
+    if wrong is not None:
+        msg = f"{path}: {wrong}"
         raise ConfigurationError(msg)
     return table
 
 
 def read_sensors(path: Path) -> "SensorsFile":
-    """Return a `sensors.toml` as it is written; see `load_sensor_table`."""
+    """Return the contents of a `sensors.toml`; see `load_sensor_table`."""
     from multiradar_schemas.errors import DocumentError
     from multiradar_schemas.sensors.sensor import load_sensors
 
@@ -103,26 +103,26 @@ def read_sensors(path: Path) -> "SensorsFile":
 
 @contextmanager
 def open_measurements(given: Path, dump: DumpChoice, horizon_s: float) -> Iterator["Recording"]:
-    """Open measurements: a Parquet file, a converted folder, or a dump, converted on the way.
+    """Open measurements: a Parquet file, a converted folder, or a dump, converted on the fly.
 
     Parameters
     ----------
     given : Path
         The file or folder.
     dump : DumpChoice
-        What is said of a dump.
+        Options for a dump.
     horizon_s : float
-        Rows that are out of order by more data time than this are put in order first.
+        Rows out of order by more than this, s, are sorted by time first.
 
     Yields
     ------
     Recording
-        At least one measurement; temporary files are removed afterwards.
+        With at least one measurement; temporary files are removed afterwards.
 
     Raises
     ------
     InputError
-        It cannot be read, or there is nothing in it.
+        It cannot be read, or is empty.
     """
     from multiradar.storage.recording import MEASUREMENTS_FILE, Recording, measurements_path
 
@@ -139,7 +139,7 @@ def open_measurements(given: Path, dump: DumpChoice, horizon_s: float) -> Iterat
         from multiradar.cli.conversion.convert import convert_with_bar
 
         converted = temporary / "converted"
-        # The table is all that is wanted: no files for each aircraft.
+        # Only the table is needed: no files by aircraft.
         convert_with_bar(given, converted, options)
         measured = Recording(converted / MEASUREMENTS_FILE)
         with _in_order(measured, given, horizon_s) as recording:
@@ -151,14 +151,14 @@ def _in_order(recording: "Recording", given: Path, horizon_s: float) -> Iterator
     from multiradar.storage.time_order import disorder_s, in_time_order
 
     if recording.rows == 0:
-        msg = f"{given}: no measurements in it"
+        msg = f"{given}: no measurements"
         raise InputError(msg)
-    apart_s = disorder_s(recording)
-    if apart_s <= horizon_s:
+    disordered_s = disorder_s(recording)
+    if disordered_s <= horizon_s:
         yield recording
         return
     print(
-        f"multiradar: {given}: rows are up to {round(apart_s, 1):.10g} s out of order; "
+        f"multiradar: {given}: rows are up to {round(disordered_s, 1):.10g} s out of order; "
         "sorted by time first",
         file=sys.stderr,
     )
@@ -173,7 +173,7 @@ def check_found(found: int, kinds: str | None, given: Path) -> None:
         raise InputError(msg)
 
 
-def codes_told(rejected: dict[str, int]) -> str:
+def counts_by_code(rejected: dict[str, int]) -> str:
     """Return counts by reject code as text, the most frequent first."""
     ordered = sorted(rejected.items(), key=lambda item: (-item[1], item[0]))
     return ", ".join(f"{count} {code}" for code, count in ordered)

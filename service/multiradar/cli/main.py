@@ -1,4 +1,4 @@
-"""The command `multiradar`: verbs, one sentence on errors, exit status 0, 1 or 2."""
+"""The command `multiradar`: subcommands, one line per error, exit status 0, 1 or 2."""
 
 import os
 import sys
@@ -28,13 +28,13 @@ EXIT_DONE = 0
 EXIT_FAILED = 1
 EXIT_USAGE = 2
 
-#: Set to 1 to see the traceback of an error that is our own mistake.
+#: Set to 1 to see the traceback of an internal error.
 TRACEBACK_VARIABLE = "MULTIRADAR_TRACEBACK"
 
 app = typer.Typer(
     name="multiradar",
     help="Joint estimation of aircraft tracks and radar biases.",
-    epilog="Exit status: 0 done, 1 failed on the data, 2 usage error.",
+    epilog="Exit status: 0 done, 1 data error, 2 usage error.",
     add_completion=False,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
@@ -55,7 +55,7 @@ app.command(name="study", help=study_help(STUDIES))(study_command(STUDIES))
 
 
 def main(commands: typer.Typer = app) -> None:
-    """Run the command of this process's arguments and leave with its exit status."""
+    """Run the command given by the arguments of the process and exit with its status."""
     end_on_signals()
     status = run(sys.argv[1:], commands)
     if status == EXIT_INTERRUPTED:
@@ -69,14 +69,14 @@ def run(arguments: Sequence[str], commands: typer.Typer = app) -> int:
     Parameters
     ----------
     arguments : sequence of str
-        What follows the name of the program.
+        Arguments after the name of the program.
     commands : typer.Typer
-        The commands there are.
+        The available commands.
 
     Returns
     -------
     int
-        0 done, 1 failed on data, 2 usage error, 130 stopped by Ctrl-C.
+        0 done, 1 data error, 2 usage error, 130 stopped by Ctrl-C.
     """
     root = typer.main.get_command(commands)
     try:
@@ -86,14 +86,16 @@ def run(arguments: Sequence[str], commands: typer.Typer = app) -> int:
     except (KeyboardInterrupt, typer.Abort):
         return EXIT_INTERRUPTED
     except (typer.TyperException, UnknownFilterError) as error:
-        return _say(_usage(error, arguments, root), EXIT_USAGE)
+        return _print_error(_usage(error, arguments, root), EXIT_USAGE)
     except (MultiradarError, OSError) as error:
-        return _say(_describe(error), EXIT_FAILED, getattr(error, "mistakes", ()))
+        return _print_error(_describe(error), EXIT_FAILED, getattr(error, "mistakes", ()))
     except Exception as error:
         if os.environ.get(TRACEBACK_VARIABLE) == "1":
             raise
-        hint = f"set {TRACEBACK_VARIABLE}=1 to see where"
-        return _say(f"internal error, {type(error).__name__}: {error} ({hint})", EXIT_FAILED)
+        hint = f"set {TRACEBACK_VARIABLE}=1 for a traceback"
+        return _print_error(
+            f"internal error, {type(error).__name__}: {error} ({hint})", EXIT_FAILED
+        )
 
 
 def _invoke(arguments: Sequence[str], root: Any) -> int:
@@ -109,8 +111,8 @@ def _usage(error: Exception, arguments: Sequence[str], root: Any) -> str:
     return usage_sentence(error, arguments, root)
 
 
-def _say(sentence: str, status: int, mistakes: Sequence[str] = ()) -> int:
-    # Nothing is said where help was asked for by saying nothing, and has been given.
+def _print_error(sentence: str, status: int, mistakes: Sequence[str] = ()) -> int:
+    # Empty where missing arguments requested help, which has been shown.
     if sentence:
         print(f"multiradar: {_one_line(sentence)}", file=sys.stderr)
     # A file with several mistakes: a line for each.
@@ -132,7 +134,7 @@ def _describe(error: Exception) -> str:
 
 
 def _leave_broken_pipe() -> int:
-    # The reader of our output has gone; what is still buffered must not raise again at exit.
+    # The reader of standard output has gone; buffered data must not raise again at exit.
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     return EXIT_FAILED
 

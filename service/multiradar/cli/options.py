@@ -52,7 +52,7 @@ def parse_hidden(text: str) -> str:
 
 
 def hidden_fields(text: str) -> tuple[str, ...]:
-    """Return the fields of a checked list, each once, in the order of `HIDEABLE`."""
+    """Return the unique fields of a checked list, in the order of `HIDEABLE`."""
     named = {name.strip() for name in text.split(",")}
     return tuple(name for name in HIDEABLE if name in named)
 
@@ -196,7 +196,7 @@ TrajectoriesOption = Annotated[
         "epoch. Costs 2.5 ms CPU per plot.",
     ),
 ]
-#: Tracks with trajectories at once by default: 0.2 MB each.
+#: Default maximum number of tracks with trajectories: 0.2 MB each.
 TRAJECTORY_AIRCRAFT_DEFAULT = 1000
 TrajectoryAircraftOption = Annotated[
     int | None,

@@ -138,12 +138,12 @@ def run_service(settings: "Settings", json_wanted: bool) -> None:
     settings : Settings
         All settings.
     json_wanted : bool
-        Whether the line on standard output that says where it listens is JSON.
+        Whether the line with the listening addresses is JSON.
 
     Raises
     ------
     ConfigurationError
-        If the sensors or settings cannot be used, or it cannot listen where it should.
+        If the sensors or settings cannot be used, or it cannot listen on a configured address.
     JournalError
         If the journal cannot be opened.
     PipelineError
@@ -156,7 +156,7 @@ def run_service(settings: "Settings", json_wanted: bool) -> None:
     configure_logs(settings.log.level, settings.log.form, SystemClock())
     table = load_sensor_table(settings.sensors)
     failed = threading.Event()
-    with _told_to_stop() as stop:
+    with _stop_on_signals() as stop:
 
         def on_failure() -> None:
             failed.set()
@@ -166,7 +166,7 @@ def run_service(settings: "Settings", json_wanted: bool) -> None:
         try:
             application.start()
             stop.started()
-            _tell(application, json_wanted)
+            _print_addresses(application, json_wanted)
             stop.wait()
         finally:
             stop.started()
@@ -177,31 +177,31 @@ def run_service(settings: "Settings", json_wanted: bool) -> None:
 
 
 class _Stop:
-    # Set by the first signal. A start that has not finished yet ends with the process, without an
-    # exception, which could rise within compiled code: all that was acknowledged is on disk.
+    # Set by the first signal. During the start the process exits at once, without an exception,
+    # which could be raised within compiled code: all acknowledged data are on disk.
     def __init__(self) -> None:
-        self._told = threading.Event()
+        self._requested = threading.Event()
         self._starting = True
 
     def on_signal(self, _number: int, _frame: FrameType | None) -> None:
-        self._told.set()
+        self._requested.set()
         if self._starting:
             leave(0)
 
     def set(self) -> None:
-        self._told.set()
+        self._requested.set()
 
     def started(self) -> None:
         self._starting = False
 
     def wait(self) -> None:
-        # In pieces: a library may have set the signals so that a long wait goes on after one.
-        while not self._told.wait(_PIECE_S):
+        # In short waits: a library may have set signals so that a wait continues after one.
+        while not self._requested.wait(_PIECE_S):
             pass
 
 
 @contextmanager
-def _told_to_stop() -> Iterator[_Stop]:
+def _stop_on_signals() -> Iterator[_Stop]:
     stop = _Stop()
     before = {
         number: signal.signal(number, stop.on_signal) for number in (signal.SIGTERM, signal.SIGINT)
@@ -213,15 +213,15 @@ def _told_to_stop() -> Iterator[_Stop]:
             signal.signal(number, handler)
 
 
-def _tell(application: "Application", json_wanted: bool) -> None:
+def _print_addresses(application: "Application", json_wanted: bool) -> None:
     endpoints, asterix = application.zenoh_endpoints, application.asterix_endpoints
     if json_wanted:
         import json
 
-        told = {"ready": True, "http": application.http_url, "zenoh": list(endpoints)}
+        addresses = {"ready": True, "http": application.http_url, "zenoh": list(endpoints)}
         if asterix:
-            told["asterix"] = list(asterix)
-        line = json.dumps(told)
+            addresses["asterix"] = list(asterix)
+        line = json.dumps(addresses)
     else:
         line = f"multiradar serves {application.http_url}"
         line += f" and Zenoh at {', '.join(endpoints)}" if endpoints else " (no Zenoh)"

@@ -1,4 +1,4 @@
-"""`multiradar simulate`: a scene in, measurements and the truth out."""
+"""`multiradar simulate`: measurements and truth from a scenario."""
 
 import sys
 from collections.abc import Iterator
@@ -32,7 +32,7 @@ def simulate(
     scene: Annotated[
         str | None,
         typer.Argument(
-            metavar="SCENE",
+            metavar="SCENARIO",
             help="Built-in scenario (see --list), or a TOML file.",
             show_default=False,
         ),
@@ -91,7 +91,7 @@ def simulate(
 
     table = changed(_table(scene), seed=seed, duration_s=duration)
     with new_folder(out) as folder:
-        with _naming(scene):
+        with _with_path(scene):
             described = scenario_of(table)
             with progress_bar("simulating", len(all_aircraft(described))) as on_progress:
                 seen = observe(described, run_generator(described.seed), on_progress)
@@ -105,8 +105,8 @@ def simulate(
 
 
 @contextmanager
-def _naming(scene: str) -> Iterator[None]:
-    # What is wrong with a scene as a whole does not know where it came from.
+def _with_path(scene: str) -> Iterator[None]:
+    # Errors of a scenario as a whole do not contain its name.
     try:
         yield
     except ConfigurationError as error:

@@ -19,10 +19,10 @@ from multiradar_schemas.documents.names import unknown
 if TYPE_CHECKING:
     from multiradar.research.studies.result import StudyResult
 
-#: Columns of the tables where there is no terminal to ask.
+#: Width of the tables where standard output is no terminal.
 WIDTH_UNKNOWN = 160
 
-#: Bounds of what one run of the command may be asked for.
+#: Upper bounds of options.
 RUNS_MAX = 1_000_000
 DURATION_S_MAX = 86_400.0
 
@@ -103,26 +103,27 @@ def study_command(catalogue: Mapping[str, StudyEntry]) -> Callable[..., None]:
     ) -> None:
         entry = catalogue[study]
         chosen = {"runs": runs, "filters": _chosen_filters(filters), "duration_s": duration}
-        _tell_unused(entry, chosen)
+        _warn_of_unused(entry, chosen)
         _run(entry, seed, chosen, out, json_wanted)
 
     return command
 
 
 def study_help(catalogue: Mapping[str, StudyEntry]) -> str:
-    """Return the help of the command: what it does, and a paragraph for each study."""
+    """Return the help of the command: a summary, and a paragraph for each study."""
     first = (
         "Reproduce the tables and figures of the source papers: tables in the terminal, a report "
         "with plots in one HTML file."
     )
     studies = [
-        f"[bold]{name}[/]: {entry.purpose} {_told(entry)}" for name, entry in catalogue.items()
+        f"[bold]{name}[/]: {entry.purpose} {_defaults_text(entry)}"
+        for name, entry in catalogue.items()
     ]
     last = "Options that a study does not support are ignored with a warning."
     return "\n\n".join((first, *studies, last))
 
 
-def _told(entry: StudyEntry) -> str:
+def _defaults_text(entry: StudyEntry) -> str:
     defaults = []
     if entry.runs is not None:
         defaults.append(f"--runs {entry.runs}")
@@ -152,7 +153,7 @@ def _run(
     if out is None and not json_wanted:
         out = free_name(Path(f"{entry.name}.html"))
     with ExitStack() as held:
-        # The place is taken before the work: minutes of a study are not lost on a wrong name.
+        # The file is opened before the run: a wrong name must not cost minutes of computation.
         partial = None if out is None else held.enter_context(new_file(out))
         with counting_bar(entry.name) as progress:
             result = entry.run(options, progress)
@@ -181,7 +182,7 @@ def _print_result(result: "StudyResult") -> None:
     print_document(document_of(result), Console(highlight=False, markup=False, width=width))
 
 
-def _tell_unused(entry: StudyEntry, chosen: Mapping[str, object]) -> None:
+def _warn_of_unused(entry: StudyEntry, chosen: Mapping[str, object]) -> None:
     unused = [
         FLAGS[name]
         for name, value in chosen.items()

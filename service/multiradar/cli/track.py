@@ -1,4 +1,4 @@
-"""`multiradar track`: measurements in, tracks and biases out."""
+"""`multiradar track`: tracks and biases from a recording."""
 
 import os
 import sys
@@ -15,7 +15,7 @@ from multiradar.cli.conversion.outcome import times_line
 from multiradar.cli.inputs import (
     DumpChoice,
     check_found,
-    codes_told,
+    counts_by_code,
     load_sensor_table,
     open_measurements,
 )
@@ -139,13 +139,13 @@ def track(
 
     Costs are those of the sample recording; without options 3 s CPU for 24,000 plots.
     """
-    clock, began_s = SystemClock(), SystemClock().monotonic_s()
+    clock, started_s = SystemClock(), SystemClock().monotonic_s()
     from multiradar.runtime.offline.offline import OfflineJob
     from multiradar.runtime.offline.offline_report import REPORT_FILE, offline_report
     from multiradar.runtime.offline.stage_times import READING, StageTimes
     from multiradar.storage.output_folder import check_new, new_folder
 
-    stages = StageTimes(clock, began_s)
+    stages = StageTimes(clock, started_s)
     check_new(out)
     query = _encounters(encounters, encounter_distance_m, encounter_height_m)
     if not trajectories:
@@ -175,7 +175,7 @@ def track(
     recording_file = new_recorder(asterix, whole, table)
     with (
         stages.listening(), stages.enter(READING, opened) as recording, recording_file as recorder,
-        new_folder(out) as folder, _naming(out),
+        new_folder(out) as folder, _with_path(out),
     ):  # fmt: skip
         job = OfflineJob(
             recording=recording,
@@ -206,7 +206,7 @@ def track(
         if asterix is not None:
             print_asterix(result.asterix, asterix)
         print_stages(stages.seconds())
-    _fail_when_lost(report, result, out)
+    _fail_without_measurements(report, result, out)
 
 
 def _compile(
@@ -232,10 +232,14 @@ def _track(
         return track_recording(job, folder, on_progress, on_output, stages)
 
 
-def _fail_when_lost(report: "Report", result: "OfflineResult", out: Path) -> None:
+def _fail_without_measurements(report: "Report", result: "OfflineResult", out: Path) -> None:
+    from multiradar.runtime.offline.offline import REJECTS_FILE
+
     if report.counts.accepted == 0:
-        codes = codes_told({str(code): n for code, n in report.rejected_by_code.items()})
-        msg = f"none of {report.counts.read} measurements accepted: {codes}; {out} says why"
+        codes = counts_by_code({str(code): n for code, n in report.rejected_by_code.items()})
+        msg = (
+            f"none of {report.counts.read} measurements accepted: {codes}; see {out / REJECTS_FILE}"
+        )
         print_diagnoses(result.diagnoses)
         raise InputError(msg)
     fail_when_diagnosed(result.diagnoses)
@@ -254,11 +258,11 @@ def _encounters(
     return EncounterQuery(horizon_s, near_m, height_m, limit=None)
 
 
-# An option that would do nothing is a mistake.
+# An option without effect is an error.
 def _require_none(without: str, options: dict[str, float | None]) -> None:
     for name, option in options.items():
         if option is not None:
-            raise typer.BadParameter(f"expected {name} only with {without}, was without it")
+            raise typer.BadParameter(f"{name} requires {without}")
 
 
 def _trajectories(settings: "Settings", aircraft_max: int | None) -> "TrajectoryOptions":
@@ -270,14 +274,14 @@ def _trajectories(settings: "Settings", aircraft_max: int | None) -> "Trajectory
 
 
 @contextmanager
-def _naming(out: Path) -> Iterator[None]:
-    # What the disk refuses without a name is what we write: the recording has one.
+def _with_path(out: Path) -> Iterator[None]:
+    # An error of the disk without a file name concerns the output: input files have one.
     try:
         yield
     except OSError as error:
         if error.filename is not None:
             raise
-        msg = f"{out}: cannot write there, {error.strerror or error}; nothing is left of it"
+        msg = f"{out}: cannot write: {error.strerror or error}; no output was kept"
         raise InputError(msg) from error
 
 
@@ -290,14 +294,14 @@ def _warn(result: "OfflineResult", filter_name: str) -> None:
     if untracked := result.tracker["no_room"]:
         most = find_filter(filter_name).aircraft_max or CAPACITY_MAX
         print(
-            f"multiradar: {filter_name} tracks at most {most} aircraft at once; {untracked} "
-            "measurements of others were not used (no_room)",
+            f"multiradar: track capacity exhausted: {filter_name} tracks at most {most} aircraft; "
+            f"{untracked} measurements were not used (no_room)",
             file=sys.stderr,
         )
 
 
 def _settings(config: Path | None, given: dict[str, Any]) -> "Settings":
-    # What the command line itself says wrong is wrong usage; the rest is the configuration.
+    # Errors of command-line options are usage errors; others are errors of the configuration.
     from pydantic import ValidationError
 
     from multiradar.settings.service import TrackingSection, load_settings
@@ -329,7 +333,7 @@ def _print_report(report: "Report", times: str, out: Path) -> None:
     console.print(times, soft_wrap=True)
     if report.rejected_by_code:
         codes = {str(code): n for code, n in report.rejected_by_code.items()}
-        console.print(f"rejected: {codes_told(codes)}", soft_wrap=True)
+        console.print(f"rejected: {counts_by_code(codes)}", soft_wrap=True)
     table = Table(title="Final bias estimates (measured − true)", title_justify="left")
     for column in ("sensor", "parameter"):
         table.add_column(column)
@@ -348,9 +352,9 @@ def _print_report(report: "Report", times: str, out: Path) -> None:
     if biases:
         console.print(table)
     print_health(report, console)
-    untold = figures["unobservable_biases"]
-    assert isinstance(untold, list)
-    for one in untold:
+    unobservable = figures["unobservable_biases"]
+    assert isinstance(unobservable, list)
+    for one in unobservable:
         assert isinstance(one, dict)
         console.print(
             f"not observable: {one['what']} (sigma still {one['prior_ratio']:.0%} of the prior)",

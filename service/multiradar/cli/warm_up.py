@@ -1,4 +1,4 @@
-"""`multiradar warm-up`: compile beforehand what the other commands need."""
+"""`multiradar warm-up`: compile the kernels of the other commands in advance."""
 
 from typing import Annotated
 
@@ -6,8 +6,8 @@ import typer
 
 from multiradar.cli.compiling import compile_kernels
 
-#: Filters and studies that most users never run.
-_SELDOM = ("study ", "joint", " blom", " ci")
+#: Filters and studies that are rarely run.
+_RARE = ("study ", "joint", " blom", " ci")
 
 
 def warm_up(
@@ -27,7 +27,7 @@ def warm_up(
     purposes = [
         purpose
         for purpose in kernels_by_purpose()
-        if everything or not any(part in purpose for part in _SELDOM)
+        if everything or not any(part in purpose for part in _RARE)
     ]
     missing = compile_kernels(purposes)
     print(f"{missing} kernels compiled; all are in {kernel_folder()}")

@@ -1,7 +1,7 @@
-"""What a conversion shows of mistakes, before there are sites: units, times, names.
+"""Diagnosis of a conversion, before sites are known: units, times, names.
 
-A dump gives each plot the position that its own system found. Ranges and azimuths in the right
-units put all plots of a radar around one site, wherever that is.
+A dump gives each plot the position computed by its own system. With ranges and azimuths in the
+right units, all plots of a radar fit these positions from one site.
 """
 
 import re
@@ -25,22 +25,26 @@ from multiradar.diagnosis.cross_sensor.hypotheses import (
     as_given,
 )
 from multiradar.diagnosis.cross_sensor.references import recorded_pairs
-from multiradar.diagnosis.cut_dumps import dump_cut
+from multiradar.diagnosis.cut_dumps import check_truncation
 from multiradar.diagnosis.diagnosis import Diagnosis
 from multiradar.diagnosis.evidence import COLUMNS, ROWS_MAX, Evidence, Source
 from multiradar.diagnosis.losses import LOST_MAX, READ_MIN
-from multiradar.diagnosis.names import counted, names_amiss
-from multiradar.diagnosis.plausibility import azimuth_unit, exchanged_columns, height_unit
+from multiradar.diagnosis.names import check_names, counted
+from multiradar.diagnosis.plausibility import (
+    check_azimuth_unit,
+    check_exchanged_columns,
+    check_height_unit,
+)
 from multiradar.diagnosis.plots import Plots, Site, plots_of
-from multiradar.diagnosis.times import times_amiss
+from multiradar.diagnosis.times import check_times
 from multiradar.estimation.measurement.sensors import SensorTable
 
 _READINGS = (*RANGE_UNITS, *AZIMUTH_UNITS, EXCHANGED, MIRRORED)
 #: The file of what was rejected, among the outputs of a report.
 REJECTS_FILE = "rejects.ndjson"
-#: Rejects that are looked at, and what they say of an azimuth that is greater than a circle.
+#: Rejects that are read, and their reason for an azimuth of more than a full circle.
 _REJECTS_MAX = 100_000
-#: ... when they are more than this part of what was accepted: gradians lose a tenth.
+#: ... when they exceed this fraction of what was accepted: gradians lose a tenth.
 _REJECTED_MIN = 0.02
 _AZIMUTH_REASON = re.compile(r": expected 0 to 360 °, was '(\d+\.?\d*)'")
 #: Height of a radar whose site is not known, m.
@@ -50,7 +54,7 @@ _SITE_HEIGHT_M = 300.0
 def diagnose_conversion(
     measurements: Path, report: Mapping[str, Any], sensors: SensorTable | None = None
 ) -> list[Diagnosis]:
-    """Return what is probably wrong with what was converted.
+    """Return the probable errors of a conversion.
 
     Parameters
     ----------
@@ -59,14 +63,14 @@ def diagnose_conversion(
     report : mapping
         The report of the conversion.
     sensors : SensorTable, optional
-        The sensors that were named for it.
+        The sensors given for it.
 
     Returns
     -------
     list of Diagnosis
-        Nothing when nothing is.
+        Empty when nothing is wrong.
     """
-    found = [*_rejected(report), *dump_cut(measurements, report)]
+    found = [*_rejected(report), *check_truncation(measurements, report)]
     sources = _sources(measurements)
     if not sources:
         # A recording of system tracks alone has none.
@@ -75,8 +79,8 @@ def diagnose_conversion(
     if sensors is not None:
         evidence = Evidence(sensors)
         evidence.sources = sources
-        found += names_amiss(evidence)
-    found += times_amiss(sources)
+        found += check_names(evidence)
+    found += check_times(sources)
     read = sum(source.read for source in sources.values())
     largest_deg = _largest_rejected(measurements.parent / REJECTS_FILE, read)
     for name, source in sources.items():
@@ -119,8 +123,8 @@ def _sources(measurements: Path) -> dict[str, Source]:
     return found
 
 
-# The largest azimuth that was rejected, but for some wrong ones; 0 without so many that a part of
-# each circle is missing.
+# The largest rejected azimuth but for some outliers; 0 unless so many were rejected that a part
+# of each circle is missing.
 def _largest_rejected(file: Path, read: int) -> float:
     if not file.is_file():
         return 0.0
@@ -131,19 +135,19 @@ def _largest_rejected(file: Path, read: int) -> float:
 
 
 def _of_units(name: str, plots: Plots, largest_deg: float) -> list[Diagnosis]:
-    plots = plots.take(np.isfinite(plots.range_m) & np.isfinite(plots.azimuth_deg))
+    plots = plots.select(np.isfinite(plots.range_m) & np.isfinite(plots.azimuth_deg))
     if plots.size < TESTED_MIN:
         return []
     found = (
-        exchanged_columns(name, plots)
-        or azimuth_unit(name, plots)
+        check_exchanged_columns(name, plots)
+        or check_azimuth_unit(name, plots)
         or _against_positions(name, plots, largest_deg)
     )
-    found = found or height_unit(name, plots, (0.0, 0.0, _SITE_HEIGHT_M))
+    found = found or check_height_unit(name, plots, (0.0, 0.0, _SITE_HEIGHT_M))
     return [] if found is None else [found]
 
 
-# Which reading puts the plots around one site.
+# The interpretation of the columns with which all plots fit one site.
 def _against_positions(name: str, plots: Plots, largest_deg: float) -> Diagnosis | None:
     plots = plots.thinned(TESTED_MAX)
     before, _ = _around_a_site(plots, as_given(plots.range_m, plots.azimuth_deg))

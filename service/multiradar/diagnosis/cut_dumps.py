@@ -1,4 +1,4 @@
-"""Dumps of which one file ends long before the other: it was probably cut short."""
+"""Dumps with one file truncated: it ends long before the other."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -10,16 +10,16 @@ import polars as pl
 from multiradar.diagnosis.diagnosis import Diagnosis
 from multiradar.diagnosis.times import utc
 
-#: Tracks coast for some scans after the last plot, and clutter goes on after the last track: a file
-#: is cut where it ends so much earlier, s, and this part of the recording.
+#: Tracks coast for some scans after the last plot, and clutter continues after the last track: a
+#: file is truncated where it ends earlier by this time, s, and this fraction of the recording.
 EARLIER_MIN_S, EARLIER_MIN = 120.0, 0.02
-#: ... and where so great a part of what is expected of the whole of it is missing: of plots that
-#: tracks name, or of plots that no track names.
+#: ... and where this fraction of what is expected of the whole file is missing: of plots that
+#: tracks reference, or of plots that no track references.
 EXPECTED_MIN = 0.5
 
 
-def dump_cut(measurements: Path, report: Mapping[str, Any]) -> list[Diagnosis]:
-    """Return whether the plots or the tracks of a dump were cut short.
+def check_truncation(measurements: Path, report: Mapping[str, Any]) -> list[Diagnosis]:
+    """Diagnose plots or tracks of a dump that were cut short.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def _no_plots(report: Mapping[str, Any]) -> list[Diagnosis]:
     ]
 
 
-# Whether there are about as many plots after the end of the tracks as before, most of them named.
+# Whether plots continue at about the same rate after the end of the tracks, most of them named.
 def _plots_go_on(measurements: Path, end_s: float) -> bool:
     plots = pl.scan_parquet(measurements).filter(pl.col("kind") == "radar")
     time_s, before = pl.col("time_s"), pl.col("time_s") <= end_s

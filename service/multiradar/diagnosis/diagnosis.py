@@ -14,7 +14,7 @@ class Diagnosis:
     code : str
         The cause, for programs, such as `range_unit`.
     sentence : str
-        The cause and what to do, for people; begins with the sensor's name.
+        The cause and what to do; starts with the sensor's name.
     """
 
     sensor_id: str

@@ -1,7 +1,7 @@
 """What is retained of a run for its diagnosis: counts of every source, and its first plots.
 
-The plots are as they came, before any check, so that those that were rejected are among them. The
-memory is bounded: so many plots of a source, so many sources.
+The plots are retained as received, before any check; rejected ones are among them. Memory is
+bounded by a number of plots per source and a number of sources.
 """
 
 from collections import Counter
@@ -19,12 +19,12 @@ from multiradar.tracking.plots import TrackPlots
 from multiradar.wire import Rejected
 from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
 
-#: Plots that are retained of a source, and of tracks; sources that are told apart.
+#: Plots that are retained of a source, and of tracks; sources that are distinguished.
 ROWS_MAX = 20_000
 TRACKED_MAX = 100_000
 SOURCES_MAX = 256
 
-#: Columns that a diagnosis looks at.
+#: Columns that a diagnosis uses.
 COLUMNS = (
     "time_s", "kind", "range_m", "azimuth_deg", "latitude_deg", "longitude_deg", "height_m",
     "mode_3a", "mode_s_address", "track_number",
@@ -36,18 +36,18 @@ _SCHEMA = {name: MEASUREMENT_SCHEMA[name] for name in COLUMNS}
 
 @dataclass(slots=True)
 class Source:
-    """What came under one name.
+    """Measurements received under one sensor name.
 
     Attributes
     ----------
     read : int
-        Measurements.
+        Number of measurements.
     first_s, last_s : float
-        Least and greatest time of them, s; NaN without any.
+        Earliest and latest time, s; NaN without any.
     rejected : Counter
-        Those that were rejected, by code.
+        Rejected measurements by code.
     kept : list of DataFrame
-        The first of them.
+        The first measurements.
     """
 
     read: int = 0
@@ -57,15 +57,15 @@ class Source:
     kept: list[pl.DataFrame] = field(default_factory=list)
 
     def add(self, part: pl.DataFrame) -> None:
-        """Take measurements; columns `COLUMNS`."""
+        """Add measurements; columns `COLUMNS`."""
         times = part.filter(pl.col("time_s").is_finite())["time_s"].to_numpy()
         self.read += len(part)
         if len(times):
             self.first_s = float(np.fmin(self.first_s, times.min()))
             self.last_s = float(np.fmax(self.last_s, times.max()))
-        room = ROWS_MAX - sum(len(one) for one in self.kept)
-        if room > 0:
-            self.kept.append(part.head(room))
+        free = ROWS_MAX - sum(len(one) for one in self.kept)
+        if free > 0:
+            self.kept.append(part.head(free))
 
     def plots(self) -> pl.DataFrame:
         """Return the plots that are retained, by time; columns `COLUMNS`."""
@@ -102,28 +102,28 @@ class Evidence:
         self._tracked: list[TrackPlots] = []
         self._tracked_rows = 0
 
-    def take(
+    def record_batch(
         self,
         frame: pl.DataFrame,
-        refused: Rejected,
+        rejected: Rejected,
         measured: MeasurementBatch,
         codes: NDArray[np.int8],
     ) -> None:
-        """Take measurements as they came, and what was rejected of them.
+        """Record measurements as received, and which of them were rejected.
 
         Parameters
         ----------
         frame : DataFrame
             Columns of `MEASUREMENT_SCHEMA`, optional ones may be missing.
-        refused, measured : Rejected, MeasurementBatch
-            What `wire.measurement_batch` makes of it.
+        rejected, measured : Rejected, MeasurementBatch
+            The result of `wire.measurement_batch`.
         codes : (n,) int8
-            What the admission says of each of `measured`: 0 accepted, else an index of
+            Result of the admission for each of `measured`: 0 accepted, else an index of
             `ADMISSION_CODES`.
         """
-        self.read(frame)
+        self.record_rows(frame)
         for name, code in zip(
-            frame["sensor_id"][refused.index].to_list(), refused.code, strict=True
+            frame["sensor_id"][rejected.index].to_list(), rejected.code, strict=True
         ):
             self.reject(name or "", str(code), 1)
         for number_of_code, text in enumerate(ADMISSION_CODES):
@@ -134,13 +134,13 @@ class Evidence:
                     self.reject(self.sensors.ids[number], text, int(late[number]))
 
     def reject(self, name: str, code: str, count: int = 1) -> None:
-        """Count measurements that were rejected: their source and the code."""
+        """Count rejected measurements of a source by code."""
         source = self._source(name)
         if source is not None:
             source.rejected[code] += count
 
-    def read(self, frame: pl.DataFrame) -> None:
-        """Take measurements as they came, of which `take` says what was rejected."""
+    def record_rows(self, frame: pl.DataFrame) -> None:
+        """Record measurements as received; rejects are counted by `reject`."""
         named = frame.select(
             *(
                 pl.col(name).cast(kind) if name in frame.columns else pl.lit(None, kind).alias(name)
@@ -154,8 +154,8 @@ class Evidence:
                 continue
             source.add(part.drop("sensor_id"))
 
-    def hear(self, output: EngineOutput) -> None:
-        """Take what came out of the engine."""
+    def record_output(self, output: EngineOutput) -> None:
+        """Record an output of the engine."""
         if len(output.outcomes):
             outcomes = output.outcomes.copy()
             if self.outcomes.shape == outcomes.shape:
@@ -185,7 +185,7 @@ class Evidence:
         return self.sensors.ids.index(name) if name in self.sensors.ids else -1
 
     def outcomes_of(self, name: str) -> NDArray[np.int64]:
-        """Return what became of the accepted measurements of a sensor, by outcome."""
+        """Return the number of accepted measurements of a sensor by outcome."""
         number = self.number(name)
         return self.outcomes[number] if number >= 0 else np.zeros(self.outcomes.shape[1], np.int64)
 

@@ -1,14 +1,14 @@
-"""What is probably wrong with a run: the one place where `track` and `serve` ask.
+"""Diagnosis of a run, for `track` and `serve`.
 
-First the names and times of sources, then each sensor by itself, then each against what the others
-see. A cause is named where the plots show it; else what was lost is said, with what to check.
+Checks run in this order: names and times of sources, each sensor alone, each sensor against the
+others. A cause is named where the plots show it; otherwise the losses are given with what to check.
 """
 
 from collections.abc import Collection
 
 import numpy as np
 
-from multiradar.diagnosis import losses as lost
+from multiradar.diagnosis import losses as loss_checks
 from multiradar.diagnosis.cross_sensor.agreement import Agreement
 from multiradar.diagnosis.cross_sensor.comparison import (
     AGREES_MIN,
@@ -16,75 +16,75 @@ from multiradar.diagnosis.cross_sensor.comparison import (
     Comparison,
     configured_bias,
 )
-from multiradar.diagnosis.cross_sensor.explanations import alike, explained
-from multiradar.diagnosis.cross_sensor.heights import height_against_others
-from multiradar.diagnosis.cross_sensor.identities import identity_alike
-from multiradar.diagnosis.cross_sensor.offsets import OFFSET_CODE, offset_amiss
+from multiradar.diagnosis.cross_sensor.explanations import common_mistake, explain
+from multiradar.diagnosis.cross_sensor.heights import check_heights
+from multiradar.diagnosis.cross_sensor.identities import check_identities
+from multiradar.diagnosis.cross_sensor.offsets import OFFSET_CODE, check_offsets
 from multiradar.diagnosis.cross_sensor.references import RECORDING, Pairs
-from multiradar.diagnosis.cross_sensor.registration import Registration, registered
+from multiradar.diagnosis.cross_sensor.registration import Registration, check_registration
 from multiradar.diagnosis.diagnosis import Diagnosis
 from multiradar.diagnosis.evidence import Evidence
-from multiradar.diagnosis.names import first_and_last, names_amiss
+from multiradar.diagnosis.names import check_names, first_and_last
 from multiradar.diagnosis.plausibility import (
     FOOT_M,
-    azimuth_unit,
-    exchanged_columns,
-    height_unit,
-    range_unit,
-    scan_period,
+    check_azimuth_unit,
+    check_exchanged_columns,
+    check_height_unit,
+    check_range_unit,
+    check_scan_period,
 )
 from multiradar.diagnosis.plots import KEYS
-from multiradar.diagnosis.times import times_amiss, utc
+from multiradar.diagnosis.times import check_times, utc
 from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET, SensorTable
 
 
 def diagnose(evidence: Evidence) -> list[Diagnosis]:
-    """Return what is probably wrong, by sensor; nothing when nothing is.
+    """Return the probable errors of configuration or data, by sensor.
 
     Parameters
     ----------
     evidence : Evidence
-        What is retained of the run.
+        Counts and plots of the run.
 
     Returns
     -------
     list of Diagnosis
-        The causes that were found, those of names and times first.
+        Empty when nothing is wrong; causes of names and times first.
     """
-    found = [*names_amiss(evidence), *times_amiss(evidence.sources)]
+    found = [*check_names(evidence), *check_times(evidence.sources)]
     named = {one.sensor_id for one in found}
     comparison = Comparison(evidence)
     known = [name for name in evidence.sensors.ids if name in evidence.sources]
     for name in known:
         if name not in named:
-            found += _by_itself(evidence, comparison, name)
+            found += _check_alone(evidence, comparison, name)
     named = {one.sensor_id for one in found}
-    found += _compared(evidence, comparison, named)
+    found += _check_against_others(evidence, comparison, named)
     causes = bool(found)
     named = {one.sensor_id for one in found}
     for name in known:
         if name not in named:
-            found += _of_losses(evidence, comparison, name, causes=causes)
+            found += _check_losses(evidence, comparison, name, causes=causes)
     if not evidence.confirmed and not found:
-        found += _nothing(evidence)
+        found += _check_no_tracks(evidence)
     return found
 
 
-# What a sensor shows without any other.
-def _by_itself(evidence: Evidence, comparison: Comparison, name: str) -> list[Diagnosis]:
-    number, losses = evidence.number(name), lost.losses_of(evidence, name)
-    kind = lost.wrong_kind(evidence, name, losses)
+# Checks that need no other sensor.
+def _check_alone(evidence: Evidence, comparison: Comparison, name: str) -> list[Diagnosis]:
+    number, losses = evidence.number(name), loss_checks.losses_of(evidence, name)
+    kind = loss_checks.check_kind(evidence, name, losses)
     if kind is not None:
         return [kind]
     if number not in comparison.numbers:
         return []
     plots = comparison.plots(number)
     if not comparison.is_radar(number):
-        return _first(identity_alike(name, plots, None))
+        return _first(check_identities(name, plots, None))
     return _first(
-        exchanged_columns(name, plots) or azimuth_unit(name, plots),
-        height_unit(name, plots, comparison.site(number)),
-        identity_alike(name, plots, comparison.site(number)),
+        check_exchanged_columns(name, plots) or check_azimuth_unit(name, plots),
+        check_height_unit(name, plots, comparison.site(number)),
+        check_identities(name, plots, comparison.site(number)),
     )
 
 
@@ -92,8 +92,8 @@ def _first(*found: Diagnosis | None) -> list[Diagnosis]:
     return [one for one in found if one is not None][:1]
 
 
-# Each sensor against those that agree with one another.
-def _compared(
+# Each sensor against those that agree with each other.
+def _check_against_others(
     evidence: Evidence, comparison: Comparison, named: Collection[str]
 ) -> list[Diagnosis]:
     names = evidence.sensors.ids
@@ -104,58 +104,60 @@ def _compared(
         seen[number] = comparison.agreement(number, pairs), pairs
     suspects = [one for one in numbers if seen[one][0].share < AGREES_MIN]
     trusted = [one for one in numbers if one not in suspects]
-    found = _explained(comparison, suspects, trusted, names)
+    found = _explain_suspects(comparison, suspects, trusted, names)
 
-    # What is wrong with a suspect must not be seen in those that it is compared with.
+    # An error of a suspect must not show up in the sensors it is compared with.
     def against(number: int, others: Collection[int]) -> Pairs:
         pairs = seen[number][1]
-        return pairs.take(np.isin(pairs.source, [*others, RECORDING]))
+        return pairs.select(np.isin(pairs.source, [*others, RECORDING]))
 
     by_number = {
-        one: _agreeing(evidence.sensors, comparison, one, against(one, trusted)) for one in trusted
+        one: _check_agreeing(evidence.sensors, comparison, one, against(one, trusted))
+        for one in trusted
     }
     blamed = [one for one, wrong in by_number.items() if wrong]
     sound = [one for one in trusted if one not in blamed]
     if len(blamed) > 1 and sound:
-        # One that is wrong pulls others along: each again, against those that are right.
+        # A wrong sensor biases the comparison of others: repeat against the sound ones.
         again = {
-            one: _agreeing(evidence.sensors, comparison, one, against(one, sound)) for one in blamed
+            one: _check_agreeing(evidence.sensors, comparison, one, against(one, sound))
+            for one in blamed
         }
         by_number |= again if any(again.values()) else {}
     for number, wrong in by_number.items():
         pairs = against(number, trusted)
         if not wrong and number not in blamed and comparison.is_radar(number):
-            # A dump's own positions may have been made of these very plots.
-            others = comparison.agreement(number, pairs.take(pairs.source != RECORDING))
+            # Positions in a dump may have been computed from the same plots.
+            others = comparison.agreement(number, pairs.select(pairs.source != RECORDING))
             if others.share >= AGREES_MIN:
-                found += _first(lost.spread_amiss(evidence, names[number], others.spread))
+                found += _first(loss_checks.check_spread(evidence, names[number], others.spread))
         found += wrong
-    # What is wrong with one sensor may show as an offset, or another height, of a second one.
+    # An error of one sensor may appear as an offset, or another site height, of a second one.
     found = [one for one in found if one.code not in _MAY_BE_OF_OTHERS] or found
-    return _undecided(found, len(numbers))
+    return _merge_contradiction(found, len(numbers))
 
 
-def _explained(
+def _explain_suspects(
     comparison: Comparison, suspects: list[int], trusted: list[int], names: tuple[str, ...]
 ) -> list[Diagnosis]:
     found = []
     for number in suspects:
-        # Sensors that agree with nobody are first compared with the recording's own positions.
+        # Sensors that agree with no other are first compared with the positions in the recording.
         recorded = len(np.unique(comparison.pairs(number, ()).plot)) >= TESTED_MIN
         asked = trusted or ([] if recorded else suspects)
-        why = explained(comparison, number, asked, names)
+        why = explain(comparison, number, asked, names)
         if why is not None:
             where = "other sensors see aircraft" if asked else "the recording has the aircraft"
             found.append(
                 Diagnosis(names[number], why.code, why.sentence(names[number], f"where {where}"))
             )
     if not found and not trusted:
-        return alike(comparison, suspects, names)
+        return common_mistake(comparison, suspects, names)
     return found
 
 
-# Two sensors that only have each other: a mistake of one is the opposite mistake of the other.
-def _undecided(found: list[Diagnosis], compared: int) -> list[Diagnosis]:
+# With two sensors, an error of one equals the opposite error of the other.
+def _merge_contradiction(found: list[Diagnosis], compared: int) -> list[Diagnosis]:
     if compared != 2 or len(found) != 2 or found[0].code != found[1].code:
         return found
     first, second = found
@@ -168,22 +170,22 @@ def _undecided(found: list[Diagnosis], compared: int) -> list[Diagnosis]:
     return [Diagnosis(one.sensor_id, one.code, sentence) for one in found[:1]]
 
 
-# What the small differences of a sensor that agrees show.
-def _agreeing(
+# Small differences of a sensor that agrees with others.
+def _check_agreeing(
     sensors: SensorTable, comparison: Comparison, number: int, pairs: Pairs
 ) -> list[Diagnosis]:
     name = sensors.ids[number]
     agreement = comparison.agreement(number, pairs)
-    found = _first(height_against_others(comparison, number, name, agreement, pairs))
+    found = _first(check_heights(comparison, number, name, agreement, pairs))
     if found or not comparison.is_radar(number):
         return found
-    wrong = registered(comparison, number, agreement, pairs)
+    wrong = check_registration(comparison, number, agreement, pairs)
     others = [sensors.ids[one] for one in np.unique(pairs.source) if one != RECORDING]
     configured_s, _ = configured_bias(sensors, number, PARAMETER_TIME_OFFSET)
     return (
         _of_heights(name, comparison.site(number)[2], wrong)
         or _of_registration(name, wrong, configured_s)
-        or _first(offset_amiss(sensors, number, wrong, others))
+        or _first(check_offsets(sensors, number, wrong, others))
     )
 
 
@@ -193,16 +195,16 @@ _MAY_BE_OF_OTHERS = (OFFSET_CODE, _HEIGHT_CODE)
 
 def _of_heights(name: str, height_m: float, wrong: Registration) -> list[Diagnosis]:
     lie = (
-        f"its plots lie {wrong.after_m:.0f} m in the median from where other sensors see the "
-        f"aircraft ({wrong.before_m:.0f} m as they are)"
+        f"the median distance of its plots from the positions by other sensors is "
+        f"{wrong.after_m:.0f} m ({wrong.before_m:.0f} m as they are)"
     )
     if wrong.ground_ranges:
         return [
             Diagnosis(
                 name,
                 "ground_ranges",
-                f"{name}: its ranges are probably ground ranges, not slant ranges: taken so, {lie}"
-                "; write the slant ranges as they were measured",
+                f"{name}: its ranges are probably ground ranges, not slant ranges: with that, {lie}"
+                "; write the slant ranges as measured",
             )
         ]
     if wrong.height_in_feet:
@@ -234,14 +236,13 @@ def _of_registration(name: str, wrong: Registration, configured_s: float) -> lis
         setting = "give bias.time_offset_s in the sensors file"
         if configured_s:
             setting = f"bias.time_offset_s, {configured_s:g} s in the sensors file"
-        way, where = ("ahead", "behind") if late_s > 0.0 else ("behind", "ahead of")
+        sense, where = ("ahead", "behind") if late_s > 0.0 else ("behind", "ahead of")
         return [
             Diagnosis(
                 name,
                 "clock",
-                f"{name}: its clock is probably {abs(late_s):.1f} s {way}: its plots lie {where} "
-                "the positions of the aircraft by other sensors, along their courses; correct its "
-                f"times, or {setting}",
+                f"{name}: its clock is probably {abs(late_s):.1f} s {sense}: its plots lie {where} "
+                f"the positions by other sensors, along track; correct its times, or {setting}",
             )
         ]
     shift_m = float(np.hypot(wrong.east_m, wrong.north_m))
@@ -258,26 +259,28 @@ def _of_registration(name: str, wrong: Registration, configured_s: float) -> lis
     return []
 
 
-# What remains: settings that the run itself contradicts, and losses.
-def _of_losses(
+# Settings contradicted by the run itself, and losses.
+def _check_losses(
     evidence: Evidence, comparison: Comparison, name: str, *, causes: bool
 ) -> list[Diagnosis]:
-    losses = lost.losses_of(evidence, name)
+    losses = loss_checks.losses_of(evidence, name)
     number = evidence.number(name)
     radar = number in comparison.numbers and comparison.is_radar(number)
     found = _first(
-        lost.range_end(evidence, name, losses),
+        loss_checks.check_range_max(evidence, name, losses),
         _range_unit(evidence, comparison, name) if radar else None,
-        lost.twice(evidence, name),
-        lost.noise_amiss(evidence, name, causes=causes),
-        scan_period(
+        loss_checks.check_repeated(evidence, name),
+        loss_checks.check_noise(evidence, name, causes=causes),
+        check_scan_period(
             name, comparison.plots(number), float(evidence.sensors.rotation_period_s[number])
         )
         if radar
         else None,
     )
-    # Tracks that a wrong sensor pulls aside lose plots of the right ones, too.
-    return found or ([] if causes else _first(lost.unexplained(evidence, name, losses)))
+    # Tracks biased by a wrong sensor lose plots of the right ones, too.
+    return found or (
+        [] if causes else _first(loss_checks.check_unexplained_losses(evidence, name, losses))
+    )
 
 
 def _range_unit(evidence: Evidence, comparison: Comparison, name: str) -> Diagnosis | None:
@@ -288,10 +291,10 @@ def _range_unit(evidence: Evidence, comparison: Comparison, name: str) -> Diagno
         np.full(plots.size, -1, np.int64),
     )
     end_m = float(evidence.sensors.range_max_m[number])
-    return range_unit(name, plots, comparison.site(number), paths, end_m)
+    return check_range_unit(name, plots, comparison.site(number), paths, end_m)
 
 
-def _nothing(evidence: Evidence) -> list[Diagnosis]:
+def _check_no_tracks(evidence: Evidence) -> list[Diagnosis]:
     names = list(evidence.sources)
     read = sum(evidence.sources[name].read for name in names)
     first_s, last_s = first_and_last(evidence.sources, names)

@@ -1,4 +1,4 @@
-"""How many measurements of a sensor were lost, by what, and what that alone says."""
+"""Lost measurements of a sensor by cause, and the errors that they indicate."""
 
 from collections import Counter
 from typing import NamedTuple
@@ -11,21 +11,20 @@ from multiradar.diagnosis.names import counted
 from multiradar.diagnosis.times import utc
 from multiradar.estimation.filters.bank import Outcome
 
-#: A sensor that loses a greater part of its measurements is diagnosed, from so many measurements.
+#: A sensor that loses more than this fraction of its measurements is diagnosed, from `READ_MIN` on.
 LOST_MAX = 1.0 / 3.0
 READ_MIN = 20
-#: What is not lost: tracks are made of these, or nothing can be (the cone of silence), or a plot
-#: waits for others like it (clutter).
+#: Outcomes that are no loss: used for tracks, or in the cone of silence.
 _USED = (Outcome.UPDATED, Outcome.STARTED, Outcome.CONE_OF_SILENCE)
 #: Units of range that range_max_m is given in by mistake, m.
 _RANGE_MAX_UNITS = {"kilometres": 1000.0, "nautical miles": 1852.0}
 _RANGE_MAX_FACTOR = 1.05
-#: Measured noise over configured noise beyond which a sigma is wrong, and the other way round: the
-#: tracker takes time to learn that there is less, and a hundredth shows as a tenth at first.
+#: Ratio of measured to configured noise above which a sigma is too small, and its inverse below
+#: which it is too large: the estimate adapts slowly downwards, and 1/100 reads as 1/10 at first.
 NOISE_FACTOR, NOISE_LOW_FACTOR = 5.0, 4.0
 #: The settings of noise.
 SIGMAS = ("range_sigma_m", "azimuth_sigma_deg")
-#: What to look at for a loss that nothing explains, by what lost it.
+#: What to check for an unexplained loss, by reject code or outcome.
 _SETTINGS = {
     "TIME_LATE": "its clock, and reorder_horizon_s of the settings",
     "TIME_FUTURE": "its clock",
@@ -38,21 +37,21 @@ _SETTINGS = {
     "UNLOCATABLE": "its site and the units of its columns",
     "IMPLAUSIBLE": "whether its reports are those of the aircraft that the radars see",
     "NO_ROOM": "the number of aircraft that the filter can track (--filter)",
-    "UNSUPPORTED": "whether the filter takes this kind of measurement (--filter)",
+    "UNSUPPORTED": "whether the filter supports this kind of measurement (--filter)",
 }
 
 
 class Losses(NamedTuple):
-    """What became of the measurements of a sensor.
+    """Outcome of the measurements of a sensor.
 
     Attributes
     ----------
     known : int
-        Measurements of which it is known.
+        Measurements with a known outcome.
     lost : Counter
-        Those that were lost, by reject code or outcome.
+        Lost measurements by reject code or outcome.
     duplicate : int
-        Those that said what another one had said.
+        Duplicate measurements.
     """
 
     known: int
@@ -61,18 +60,18 @@ class Losses(NamedTuple):
 
     @property
     def share(self) -> float:
-        """Part of the measurements that were lost."""
+        """Fraction of the measurements that were lost."""
         return sum(self.lost.values()) / self.known if self.known else 0.0
 
     def words(self) -> str:
-        """Return what was lost by what, the most first."""
+        """Return the losses by cause as text, the most frequent first."""
         parts = [f"{counted(number)} {name}" for name, number in self.lost.most_common(3)]
         of_all = f"{self.share:.0%} of its {counted(self.known)} measurements"
         return f"{of_all} were lost ({', '.join(parts)})"
 
 
 def losses_of(evidence: Evidence, name: str) -> Losses:
-    """Return what became of the measurements of a sensor."""
+    """Return the outcome of the measurements of a sensor."""
     lost = Counter(evidence.sources[name].rejected)
     outcomes = evidence.outcomes_of(name)
     for number, count in enumerate(outcomes.tolist()):
@@ -83,8 +82,8 @@ def losses_of(evidence: Evidence, name: str) -> Losses:
     return Losses(known, lost, duplicate)
 
 
-def wrong_kind(evidence: Evidence, name: str, losses: Losses) -> Diagnosis | None:
-    """Say so where the measurements of a sensor are of another kind than it is declared."""
+def check_kind(evidence: Evidence, name: str, losses: Losses) -> Diagnosis | None:
+    """Diagnose measurements of another kind than the declared kind of the sensor."""
     if losses.lost["UNKNOWN_KIND"] <= LOST_MAX * losses.known:
         return None
     kinds = Counter(
@@ -94,14 +93,14 @@ def wrong_kind(evidence: Evidence, name: str, losses: Losses) -> Diagnosis | Non
     return Diagnosis(
         name,
         "kind",
-        f"{name}: kind is probably wrong: its measurements are of the kind {kind}, which the kind "
-        f"of the sensors file does not send; declare it as "
+        f"{name}: kind is probably wrong: its measurements are of the kind {kind}, which the "
+        f"kind in the sensors file does not provide; declare it as "
         f'kind = "{"direction-finder" if kind == "bearing" else kind}"',
     )
 
 
-def range_end(evidence: Evidence, name: str, losses: Losses) -> Diagnosis | None:
-    """Say so where a range_max_m refuses what is a range in a smaller unit."""
+def check_range_max(evidence: Evidence, name: str, losses: Losses) -> Diagnosis | None:
+    """Diagnose a range_max_m given in a larger unit than metres."""
     if losses.lost["OUT_OF_RANGE"] <= LOST_MAX * losses.known:
         return None
     end_m = float(evidence.sensors.range_max_m[evidence.number(name)])
@@ -124,8 +123,8 @@ def range_end(evidence: Evidence, name: str, losses: Losses) -> Diagnosis | None
     )
 
 
-def noise_amiss(evidence: Evidence, name: str, *, causes: bool) -> Diagnosis | None:
-    """Say so where the noise is far from the sigmas that are configured.
+def check_noise(evidence: Evidence, name: str, *, causes: bool) -> Diagnosis | None:
+    """Diagnose configured sigmas that are far from the measured noise.
 
     Parameters
     ----------
@@ -134,13 +133,13 @@ def noise_amiss(evidence: Evidence, name: str, *, causes: bool) -> Diagnosis | N
     name : str
         The sensor.
     causes : bool
-        Whether something else is wrong: noise above its sigma may then be of that.
+        Whether another error was found: it may explain noise above its sigma.
     """
     return _of_sigmas(name, [one for one in _by_noise(evidence, name, causes=causes) if one])
 
 
-def spread_amiss(evidence: Evidence, name: str, spread: tuple[float, float]) -> Diagnosis | None:
-    """Say so where plots scatter much less about what others see than a sigma allows for.
+def check_spread(evidence: Evidence, name: str, spread: tuple[float, float]) -> Diagnosis | None:
+    """Diagnose a sigma much larger than the scatter about the positions by other sensors.
 
     Parameters
     ----------
@@ -153,40 +152,41 @@ def spread_amiss(evidence: Evidence, name: str, spread: tuple[float, float]) -> 
     """
     scatters = spread[0], float(np.degrees(spread[1]))
     units = " m", "°"
-    found: list[_Amiss | None] = []
+    found: list[_WrongSigma | None] = []
     for setting, sigma, scatter, unit in zip(
         SIGMAS, sigmas(evidence, name), scatters, units, strict=True
     ):
-        words = f"its plots scatter by {_two_digits(scatter)}{unit} about what other sensors see"
+        amount = f"{_two_digits(scatter)}{unit}"
+        words = f"its plots scatter by {amount} about the positions by other sensors"
         low = scatter < sigma / NOISE_FACTOR
-        found.append(_Amiss(setting, "large", sigma, words) if low else None)
+        found.append(_WrongSigma(setting, "large", sigma, words) if low else None)
     if found == [None, None]:
         return None
-    # The scatter holds the noise of others, too: the noise measured may show the other sigma.
+    # The scatter includes the noise of the others; the measured noise may show the other sigma.
     by_noise = _by_noise(evidence, name, causes=True)
     return _of_sigmas(name, [one for one in map(_either, found, by_noise) if one])
 
 
-class _Amiss(NamedTuple):
+class _WrongSigma(NamedTuple):
     setting: str
-    way: str
+    sense: str
     sigma: float
     found: str
 
 
-def _either(first: _Amiss | None, second: _Amiss | None) -> _Amiss | None:
+def _either(first: _WrongSigma | None, second: _WrongSigma | None) -> _WrongSigma | None:
     return first or second
 
 
-# What the noise measured says of each sigma.
-def _by_noise(evidence: Evidence, name: str, *, causes: bool) -> list[_Amiss | None]:
+# Sigmas that differ from the measured noise.
+def _by_noise(evidence: Evidence, name: str, *, causes: bool) -> list[_WrongSigma | None]:
     ratios = evidence.noise.get(name, (np.nan, np.nan))
-    found: list[_Amiss | None] = []
+    found: list[_WrongSigma | None] = []
     for setting, sigma, ratio in zip(SIGMAS, sigmas(evidence, name), ratios, strict=True):
         wrong = ratio < 1.0 / NOISE_LOW_FACTOR or (ratio > NOISE_FACTOR and not causes)
-        way = "large" if ratio < 1.0 else "small"
-        words = f"the noise measured is {_two_digits(ratio)} times that"
-        found.append(_Amiss(setting, way, sigma, words) if wrong else None)
+        sense = "large" if ratio < 1.0 else "small"
+        words = f"the measured noise is {_two_digits(ratio)} times that"
+        found.append(_WrongSigma(setting, sense, sigma, words) if wrong else None)
     return found
 
 
@@ -198,17 +198,17 @@ def sigmas(evidence: Evidence, name: str) -> tuple[float, float]:
     )
 
 
-def _of_sigmas(name: str, wrong: list[_Amiss]) -> Diagnosis | None:
+def _of_sigmas(name: str, wrong: list[_WrongSigma]) -> Diagnosis | None:
     if not wrong:
         return None
     first, last = wrong[0], wrong[-1]
     if first is last:
-        head, them = f"{first.setting} is probably too {first.way}", "it"
-    elif first.way == last.way:
-        head = f"{first.setting} and {last.setting} are probably too {first.way}"
+        head, them = f"{first.setting} is probably too {first.sense}", "it"
+    elif first.sense == last.sense:
+        head = f"{first.setting} and {last.setting} are probably too {first.sense}"
         them = "them"
     else:
-        head = f"{first.setting} is probably too {first.way} and {last.setting} too {last.way}"
+        head = f"{first.setting} is probably too {first.sense} and {last.setting} too {last.sense}"
         them = "them"
     text = f"it is {first.sigma:g} in the sensors file, and {first.found}"
     if first is not last:
@@ -223,8 +223,8 @@ def _two_digits(ratio: float) -> str:
     return f"{ratio:.0f}" if ratio >= 10.0 else f"{ratio:.2g}"
 
 
-def twice(evidence: Evidence, name: str) -> Diagnosis | None:
-    """Say so where measurements come twice, alike in everything."""
+def check_repeated(evidence: Evidence, name: str) -> Diagnosis | None:
+    """Diagnose measurements that are exact copies of others."""
     plots = evidence.sources[name].plots()
     again = len(plots) - plots.n_unique()
     if len(plots) < READ_MIN or again <= LOST_MAX * len(plots):
@@ -233,12 +233,12 @@ def twice(evidence: Evidence, name: str) -> Diagnosis | None:
         name,
         "measurements_twice",
         f"{name}: its measurements are probably in the recording twice: {again / len(plots):.0%} "
-        "repeat another in everything; record or merge each only once",
+        "are exact copies of another; record or merge each only once",
     )
 
 
-def unexplained(evidence: Evidence, name: str, losses: Losses) -> Diagnosis | None:
-    """Say what was lost where no cause is found."""
+def check_unexplained_losses(evidence: Evidence, name: str, losses: Losses) -> Diagnosis | None:
+    """Report losses that no diagnosed error explains."""
     if losses.known < READ_MIN or losses.share <= LOST_MAX:
         return None
     most = losses.lost.most_common(1)[0][0]

@@ -1,4 +1,4 @@
-"""Sources that are not in the sensors file, and sensors of it that sent nothing."""
+"""Sources that are missing in the sensors file, and configured sensors without measurements."""
 
 import difflib
 from collections.abc import Mapping, Sequence
@@ -15,45 +15,45 @@ _KINDS = {KIND_RADAR: {"radar", "bearing"}, KIND_BEARING: {"bearing"}}
 _LISTED_MAX = 8
 
 
-def names_amiss(evidence: Evidence) -> list[Diagnosis]:
-    """Return what is wrong with the names of sources.
+def check_names(evidence: Evidence) -> list[Diagnosis]:
+    """Return the diagnoses of sensor names.
 
     Parameters
     ----------
     evidence : Evidence
-        What is retained of the run.
+        Counts and plots of the run.
     """
     known = set(evidence.sensors.ids)
     unknown = [name for name in evidence.sources if name not in known and name]
     silent = [name for name in _expected(evidence) if not _read(evidence, name)]
-    heard = [name for name in known if _read(evidence, name)]
-    if unknown and not heard:
-        return [_another(evidence, unknown, silent)]
-    meant = _meant(evidence, unknown, silent)
-    taken = _taken(evidence, [name for name in unknown if name not in meant], heard)
+    present = [name for name in known if _read(evidence, name)]
+    if unknown and not present:
+        return [_wrong_sensors_file(evidence, unknown, silent)]
+    likely = _likely_sensors(evidence, unknown, silent)
+    reused = _reused_ids(evidence, [name for name in unknown if name not in likely], present)
     return [
-        *(_of_other_kind(evidence, name, of) for name, of in taken.items()),
+        *(_reused_id(evidence, name, of) for name, of in reused.items()),
         *(
-            _unknown(evidence, name, _alike(evidence, name, silent), meant.get(name))
+            _unknown(evidence, name, _same_kind(evidence, name, silent), likely.get(name))
             for name in sorted(unknown)
-            if name not in taken.values()
+            if name not in reused.values()
         ),
-        *(_silent(name) for name in silent if name not in meant.values()),
+        *(_silent(name) for name in silent if name not in likely.values()),
     ]
 
 
 def counted(number: int) -> str:
-    """Return a number with its thousands apart."""
+    """Return a number with spaces between thousands."""
     return f"{number:,}".replace(",", " ")
 
 
 def listed(names: Sequence[str]) -> str:
-    """Return names as text, not too many."""
+    """Return names as text, at most `_LISTED_MAX` of them."""
     more = len(names) - _LISTED_MAX
     return ", ".join(names[:_LISTED_MAX]) + (f" and {more} more" if more > 0 else "")
 
 
-# An entry for ADS-B or multilateration stands in many files whether there is any or not.
+# Entries for ADS-B and multilateration are common in sensors files even without such data.
 def _expected(evidence: Evidence) -> list[str]:
     chosen = evidence.kinds
     kinds = zip(evidence.sensors.ids, evidence.sensors.kinds.tolist(), strict=True)
@@ -77,7 +77,7 @@ def _silent(name: str) -> Diagnosis:
     )
 
 
-def _another(evidence: Evidence, unknown: list[str], silent: list[str]) -> Diagnosis:
+def _wrong_sensors_file(evidence: Evidence, unknown: list[str], silent: list[str]) -> Diagnosis:
     return Diagnosis(
         "",
         "sensors_of_another_recording",
@@ -91,8 +91,8 @@ def _kinds_of(evidence: Evidence, name: str) -> set[str]:
     return {str(kind) for one in evidence.sources[name].kept for kind in one["kind"].unique()}
 
 
-# Sensors of the file that may send what a source sends.
-def _alike(evidence: Evidence, name: str, sensors: Sequence[str]) -> list[str]:
+# Sensors of the file whose kind matches the measurements of a source.
+def _same_kind(evidence: Evidence, name: str, sensors: Sequence[str]) -> list[str]:
     kinds = _kinds_of(evidence, name)
     return [
         one
@@ -101,19 +101,21 @@ def _alike(evidence: Evidence, name: str, sensors: Sequence[str]) -> list[str]:
     ]
 
 
-# Radars of the file that have the id of what is no radar, with the radar that is meant.
-def _taken(evidence: Evidence, unknown: Sequence[str], heard: Sequence[str]) -> dict[str, str]:
+# Radars of the file whose id belongs to another kind of source, with the intended radar.
+def _reused_ids(
+    evidence: Evidence, unknown: Sequence[str], present: Sequence[str]
+) -> dict[str, str]:
     radars = [one for one in unknown if _kinds_of(evidence, one) == {"radar"}]
     wrong = [
         one
-        for one in heard
+        for one in present
         if evidence.sensors.kinds[evidence.number(one)] == KIND_RADAR
         and not _kinds_of(evidence, one) & _KINDS[KIND_RADAR]
     ]
     return {wrong[0]: radars[0]} if len(wrong) == len(radars) == 1 else {}
 
 
-def _of_other_kind(evidence: Evidence, name: str, meant: str) -> Diagnosis:
+def _reused_id(evidence: Evidence, name: str, meant: str) -> Diagnosis:
     (kind, *_) = sorted(_kinds_of(evidence, name))
     return Diagnosis(
         name,
@@ -129,9 +131,9 @@ def _unknown(evidence: Evidence, name: str, silent: list[str], meant: str | None
     what = "plots" if _kinds_of(evidence, name) <= {"radar"} else "measurements"
     has = ""
     if silent:
-        has = f"; it has {listed(silent)}, which sent nothing"
+        has = f"; {listed(silent)} of that file sent nothing"
     ask = (
-        f"; did you mean {name} in place of {meant} there?"
+        f"; did you mean {name} instead of {meant}?"
         if meant
         else "; add it, or remove its measurements"
     )
@@ -143,12 +145,12 @@ def _unknown(evidence: Evidence, name: str, silent: list[str], meant: str | None
     )
 
 
-# Which silent sensor an unknown source is: the one of its kind with the most alike name, each once.
-def _meant(evidence: Evidence, unknown: list[str], silent: list[str]) -> dict[str, str]:
+# The silent sensor that an unknown source probably is: same kind, most similar name, each once.
+def _likely_sensors(evidence: Evidence, unknown: list[str], silent: list[str]) -> dict[str, str]:
     alike = sorted(
         (-difflib.SequenceMatcher(None, one, other).ratio(), one, other)
         for one in unknown
-        for other in _alike(evidence, one, silent)
+        for other in _same_kind(evidence, one, silent)
     )
     meant: dict[str, str] = {}
     for ratio, one, other in alike:
@@ -159,7 +161,7 @@ def _meant(evidence: Evidence, unknown: list[str], silent: list[str]) -> dict[st
 
 
 def first_and_last(sources: Mapping[str, Source], names: Sequence[str]) -> tuple[float, float]:
-    """Return the least and the greatest time of some sources, s; NaN without any."""
+    """Return the earliest and latest time of some sources, s; NaN without any."""
     first = [sources[name].first_s for name in names]
     last = [sources[name].last_s for name in names]
     if not names or np.isnan(first).all():

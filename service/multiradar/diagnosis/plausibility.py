@@ -1,4 +1,4 @@
-"""What the plots of a radar show without any other sensor: scans, speeds, ranges, heights."""
+"""Checks of a radar's plots without any other sensor: scans, speeds, ranges, heights."""
 
 import numpy as np
 
@@ -8,29 +8,29 @@ from multiradar.diagnosis.diagnosis import Diagnosis
 from multiradar.diagnosis.plots import EARTH_RADIUS_M, Floats, Integers, Plots, Site, located
 from multiradar.diagnosis.scans import Rotation, coherence_at, rotation
 
-#: Azimuths that go with time so closely are those of a rotating antenna; a unit is another one when
-#: it leaves a fifth of what is missing.
+#: Coherence of azimuth and time of a rotating antenna; another unit is preferred when it reduces
+#: the incoherence by this factor.
 ROTATES_MIN, CLOSER = 0.998, 5.0
-#: Nothing can be so much closer than this: other units need not be tried.
+#: From this coherence on, no other unit can be better.
 SURELY = 0.9997
-#: Scans that a period is measured from.
+#: Minimum number of scans to measure a period.
 SCANS_MIN = 3.0
-#: Half of the aircraft of a radar fly at speeds in this range, m/s.
+#: The median speed of aircraft lies in this range, m/s.
 SPEED_MIN_MPS, SPEED_MAX_MPS = 25.0, 400.0
-#: The farthest plot of a radar is farther than this part of its instrumented range, and none is
-#: farther than a radar on the ground sees, m.
+#: The farthest plot of a radar is beyond this fraction of its instrumented range, and no plot is
+#: beyond the line of sight of a ground radar, m.
 FARTHEST_MIN, RANGE_END_M = 0.1, 600e3
-#: Of what fits, the speed nearest to this is preferred, m/s.
+#: Among units that fit, the median speed nearest to this is preferred, m/s.
 SPEED_USUAL_MPS = 200.0
-#: Plots of an aircraft from which its speed is taken are so far apart, s.
+#: Time between the plots from which a speed is computed, s.
 _APART_MIN_S, _APART_MAX_S = 20.0, 60.0
-#: A range below this is not one of a radar in metres when all of them are.
+#: Ranges that are all below this are not in metres.
 RANGES_SMALL_M = 2000.0
-#: Rows of the Earth in radio waves: four thirds of its radius (ITU-R P.834).
+#: Effective Earth radius for radio propagation: 4/3 of its radius (ITU-R P.834).
 _RADIO_RADIUS_M = EARTH_RADIUS_M * 4.0 / 3.0
-#: Part of the heights that may be above it: garbled Mode C.
+#: Fraction of heights that may be above `CEILING_M`: garbled Mode C.
 HIGH_MAX = 0.05
-#: Part of the plots that must be impossible one way and possible the other.
+#: Fraction of plots that must be impossible in one unit and possible in the other.
 MOST = 0.5
 FLIGHT_LEVEL_M = 30.48
 FOOT_M = 0.3048
@@ -38,8 +38,8 @@ FOOT_M = 0.3048
 CEILING_M = 16_000.0
 
 
-def exchanged_columns(name: str, plots: Plots) -> Diagnosis | None:
-    """Say so where ranges look like azimuths and azimuths look like ranges."""
+def check_exchanged_columns(name: str, plots: Plots) -> Diagnosis | None:
+    """Diagnose exchanged range and azimuth columns."""
     if plots.size < TESTED_MIN or not np.isfinite(plots.azimuth_deg).any():
         return None
     if plots.range_m.max() <= 360.0 and np.nanmedian(plots.azimuth_deg) > 360.0:
@@ -53,8 +53,8 @@ def exchanged_columns(name: str, plots: Plots) -> Diagnosis | None:
     return None
 
 
-def azimuth_unit(name: str, plots: Plots) -> Diagnosis | None:
-    """Say so where azimuths go round with time in another unit than degrees, or the other way."""
+def check_azimuth_unit(name: str, plots: Plots) -> Diagnosis | None:
+    """Diagnose azimuths in another unit than degrees, or counted anticlockwise."""
     time_s, azimuth = plots.time_s, plots.azimuth_deg
     good = np.isfinite(azimuth)
     time_s, azimuth = time_s[good], azimuth[good]
@@ -74,13 +74,14 @@ def azimuth_unit(name: str, plots: Plots) -> Diagnosis | None:
             name,
             "azimuth_anticlockwise",
             f"{name}: its azimuths are probably counted anticlockwise: plot by plot they decrease "
-            f"with time, a scan in {-given.period_s:.2f} s; count them clockwise from true north",
+            f"with time, one revolution in {-given.period_s:.2f} s; count them clockwise from true "
+            "north",
         )
     return None
 
 
-def scan_period(name: str, plots: Plots, configured_s: float) -> Diagnosis | None:
-    """Say so where the scan period is not the one configured."""
+def check_scan_period(name: str, plots: Plots, configured_s: float) -> Diagnosis | None:
+    """Diagnose a scan period that differs from the configured one."""
     if not np.isfinite(configured_s):
         return None
     azimuth = np.radians(plots.azimuth_deg)
@@ -89,16 +90,18 @@ def scan_period(name: str, plots: Plots, configured_s: float) -> Diagnosis | Non
         between_s = _between_plots(plots)
         if np.isnan(between_s) or 0.6 <= between_s / configured_s <= 1.6:
             return None
-        return _of_period(name, configured_s, between_s, "plots of one aircraft follow each other")
+        return _of_period(name, configured_s, between_s, "the plots of one aircraft repeat")
     if found.period_s < 0.0:
         return None
     at = Rotation(configured_s, coherence_at(plots.time_s, azimuth, configured_s))
     if abs(found.period_s / configured_s - 1.0) <= 0.1 or not _closer(found, at, plots.time_s):
         return None
-    return _of_period(name, configured_s, found.period_s, "the azimuths of the plots go round")
+    return _of_period(
+        name, configured_s, found.period_s, "the azimuths of the plots complete a revolution"
+    )
 
 
-# The time from one plot of an aircraft to the next, where most scans see it; NaN where unknown.
+# Time between successive plots of an aircraft that most scans detect; NaN where unknown.
 def _between_plots(plots: Plots) -> float:
     names = plots.keys[:, :2].max(axis=1)
     order = np.lexsort((plots.time_s, names))
@@ -108,7 +111,7 @@ def _between_plots(plots: Plots) -> float:
     if len(gaps) < TESTED_MIN:
         return np.nan
     low, middle = np.quantile(gaps, (0.25, 0.5))
-    # A quarter and a half of the gaps are alike: that is one scan.
+    # The lower quartile and the median of the gaps are equal: that is one scan.
     return float(middle) if middle - low <= 0.1 * middle else np.nan
 
 
@@ -123,10 +126,10 @@ def _of_period(name: str, configured_s: float, found_s: float, what: str) -> Dia
     )
 
 
-def range_unit(
+def check_range_unit(
     name: str, plots: Plots, site: Site, paths: Integers, range_max_m: float
 ) -> Diagnosis | None:
-    """Say so where aircraft fly impossibly fast or slowly, and another unit of range mends that.
+    """Diagnose ranges in another unit: speeds are impossible as given and possible with it.
 
     Parameters
     ----------
@@ -135,9 +138,9 @@ def range_unit(
     plots : Plots
         Its plots.
     site : Site
-        Where it stands, rad and m.
+        Its site, rad and m.
     paths : (n,) int64
-        What tells aircraft apart, −1 where nothing does.
+        Identifies the aircraft of each plot; −1 where unknown.
     range_max_m : float
         Its instrumented range, infinite when unknown.
     """
@@ -186,7 +189,7 @@ def _of_range(
 
 
 def median_speed(plots: Plots, range_m: Floats, site: Site, paths: Integers) -> float:
-    """Return half of the speeds of aircraft are below, m/s; NaN where none is known."""
+    """Return the median speed of aircraft, m/s; NaN where none is known."""
     speeds = []
     where = located(site, range_m, np.radians(plots.azimuth_deg), plots.heights())
     for path in np.unique(paths[paths >= 0])[:500]:
@@ -197,13 +200,13 @@ def median_speed(plots: Plots, range_m: Floats, site: Site, paths: Integers) -> 
         apart_s = plots.time_s[last] - plots.time_s[first]
         near = apart_s <= _APART_MAX_S
         if near.any():
-            ways = np.linalg.norm(where[last[near]] - where[first[near]], axis=1)
-            speeds.append(float(np.median(ways / apart_s[near])))
+            paths_m = np.linalg.norm(where[last[near]] - where[first[near]], axis=1)
+            speeds.append(float(np.median(paths_m / apart_s[near])))
     return float(np.median(speeds)) if speeds else np.nan
 
 
-def height_unit(name: str, plots: Plots, site: Site) -> Diagnosis | None:
-    """Say so where heights are impossible, and feet or flight levels are not."""
+def check_height_unit(name: str, plots: Plots, site: Site) -> Diagnosis | None:
+    """Diagnose heights in feet or flight levels, which are impossible as metres."""
     known = np.isfinite(plots.height_m)
     heights, ranges = plots.height_m[known], plots.range_m[known]
     if len(heights) < TESTED_MIN:
@@ -241,8 +244,8 @@ def _of_unit(name: str, unit: Reading, azimuth: Floats, found: Rotation) -> Diag
     return Diagnosis(
         name,
         unit.code,
-        f"{name}: {unit.mistake}: they end at {azimuth.max():.2f}, and {unit.with_it} go round "
-        f"with time, a scan in {abs(found.period_s):.2f} s; {unit.remedy}",
+        f"{name}: {unit.mistake}: they end at {azimuth.max():.2f}, and {unit.with_it} rotate "
+        f"with time, one revolution in {abs(found.period_s):.2f} s; {unit.remedy}",
     )
 
 

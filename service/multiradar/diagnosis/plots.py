@@ -1,4 +1,4 @@
-"""The plots of a source as arrays, and where they lie when the settings are right."""
+"""The plots of a source as arrays, and their positions as configured."""
 
 from dataclasses import dataclass, fields, replace
 from typing import Self
@@ -18,7 +18,7 @@ HEIGHT_ASSUMED_M = 7000.0
 #: Mean radius of the Earth, m (IUGG); good to 0.3 %, 20 m of height at 300 km.
 EARTH_RADIUS_M = 6_371_008.8
 
-#: What names an aircraft, the surest first.
+#: Columns that identify an aircraft, the most reliable first.
 KEYS = ("track_number", "mode_s_address", "mode_3a")
 
 
@@ -31,14 +31,14 @@ class Rows:
         """Number of rows."""
         return len(getattr(self, fields(self)[0].name))
 
-    def take(self, which: NDArray[np.intp] | NDArray[np.int64] | NDArray[np.bool_]) -> Self:
-        """Return some of the rows."""
+    def select(self, which: NDArray[np.intp] | NDArray[np.int64] | NDArray[np.bool_]) -> Self:
+        """Return the rows of a mask or of indices."""
         return replace(self, **{one.name: getattr(self, one.name)[which] for one in fields(self)})
 
 
 @dataclass(frozen=True, slots=True)
 class Plots(Rows):
-    """Plots of one source by time, the numbers as they stand in the columns.
+    """Plots of one source by time, values as in the columns.
 
     Attributes
     ----------
@@ -57,12 +57,14 @@ class Plots(Rows):
     keys: Integers
 
     def thinned(self, most: int) -> "Plots":
-        """Return at most so many of them, evenly spread."""
+        """Return at most `most` of them, evenly spread."""
         count = self.size
-        return self if count <= most else self.take(np.linspace(0, count - 1, most).astype(np.intp))
+        return (
+            self if count <= most else self.select(np.linspace(0, count - 1, most).astype(np.intp))
+        )
 
     def heights(self) -> Floats:
-        """Return the heights, m, an assumed one where none was reported."""
+        """Return heights, m; `HEIGHT_ASSUMED_M` where none was reported."""
         return np.where(np.isfinite(self.height_m), self.height_m, HEIGHT_ASSUMED_M)
 
 
@@ -81,7 +83,7 @@ def plots_of(frame: pl.DataFrame) -> Plots:
 
 
 def ground_range(site_height_m: float, range_m: Floats, height_m: Floats) -> tuple[Floats, Floats]:
-    """Return the parts of slant ranges on the horizon of a radar and above it, m.
+    """Return the horizontal and the vertical component of slant ranges at a radar, m.
 
     Parameters
     ----------
@@ -93,7 +95,7 @@ def ground_range(site_height_m: float, range_m: Floats, height_m: Floats) -> tup
     Returns
     -------
     ground_m, up_m : (n,) ndarray
-        By the law of cosines on a sphere; a range that does not reach the height is straight up.
+        By the law of cosines on a sphere; a range shorter than the height is vertical.
     """
     near, far = EARTH_RADIUS_M + site_height_m, EARTH_RADIUS_M + height_m
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -103,7 +105,7 @@ def ground_range(site_height_m: float, range_m: Floats, height_m: Floats) -> tup
 
 
 def located(site: Site, range_m: Floats, azimuth_rad: Floats, height_m: Floats) -> Floats:
-    """Return (n, 3) where plots of a radar lie, ECEF, m."""
+    """Return (n, 3) positions of radar plots, ECEF, m."""
     ground_m, up_m = ground_range(site[2], range_m, height_m)
     east, north = ground_m * np.sin(azimuth_rad), ground_m * np.cos(azimuth_rad)
     local = np.column_stack([east, north, up_m])
@@ -111,14 +113,14 @@ def located(site: Site, range_m: Floats, azimuth_rad: Floats, height_m: Floats) 
 
 
 def positions(plots: Plots, site: Site | None) -> Floats:
-    """Return (n, 3) where plots lie as configured, ECEF, m; NaN where they have no position.
+    """Return (n, 3) positions of plots as configured, ECEF, m; NaN where unknown.
 
     Parameters
     ----------
     plots : Plots
         Plots of one sensor.
     site : Site, optional
-        Of a radar, rad and m; None for what reports positions.
+        Of a radar, rad and m; None for a sensor that reports positions.
     """
     if site is not None:
         return located(site, plots.range_m, np.radians(plots.azimuth_deg), plots.heights())
@@ -126,7 +128,7 @@ def positions(plots: Plots, site: Site | None) -> Floats:
 
 
 def reported(plots: Plots) -> Floats:
-    """Return (n, 3) the positions that the columns of latitude and longitude give, ECEF, m."""
+    """Return (n, 3) positions from the latitude and longitude columns, ECEF, m."""
     latitude, longitude = np.radians(plots.latitude_deg), np.radians(plots.longitude_deg)
     return geodetic_to_ecef(latitude, longitude, plots.heights())
 

@@ -1,7 +1,7 @@
-"""What the times and azimuths of plots say of the rotation of a radar.
+"""The rotation of a radar, from the times and azimuths of its plots.
 
-A rotating antenna looks in one direction at one time: azimuth minus 2π t / T is the same for all
-plots of some scans, for the right period T. Whatever flies, and whoever else sees it.
+A rotating antenna points in one direction at a time: for the right period T, azimuth minus
+2π t / T is the same for all plots of some scans, regardless of the traffic.
 """
 
 from typing import NamedTuple
@@ -10,14 +10,14 @@ import numpy as np
 
 from multiradar.diagnosis.plots import Floats
 
-#: Plots are looked at in windows of so long, s, that hold at least so many of them; so many plots
-#: of so many windows.
+#: Duration of the windows, s, and minimum number of plots in one; plots used per window, and
+#: number of windows.
 WINDOW_S, WINDOW_MIN, PLOTS_MAX, WINDOWS_MAX = 48.0, 25, 100, 5
-#: Periods that are searched, s.
+#: Range of the period search, s.
 PERIOD_MIN_S, PERIOD_MAX_S = 0.8, 20.0
 #: Steps of frequency in the width of a peak.
 _STEPS = 6.0
-#: A rotation is seen when azimuths and times go together so closely (1: exactly).
+#: Minimum coherence of azimuth and time of a rotation (1: exact).
 COHERENT_MIN = 0.9
 
 
@@ -27,7 +27,7 @@ class Rotation(NamedTuple):
     Attributes
     ----------
     period_s : float
-        Time of a scan, s; negative when azimuths are counted anticlockwise.
+        Scan period, s; negative when azimuths are counted anticlockwise.
     coherence : float
         Mean length of the sum of unit vectors, from 0 to 1.
     """
@@ -40,7 +40,7 @@ NOT_SEEN = Rotation(np.nan, 0.0)
 
 
 def rotation(time_s: Floats, azimuth_rad: Floats) -> Rotation:
-    """Return the period that makes azimuths and times go together best.
+    """Return the period of the highest coherence of azimuth and time.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def rotation(time_s: Floats, azimuth_rad: Floats) -> Rotation:
 
 
 def coherence_at(time_s: Floats, azimuth_rad: Floats, period_s: float) -> float:
-    """Return how closely azimuths and times go together for a period, s, or one 3 % from it."""
+    """Return the highest coherence of azimuth and time within 3 % of a period, s."""
     windows = _windows(time_s, azimuth_rad)
     if not windows:
         return 0.0

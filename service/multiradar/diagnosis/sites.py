@@ -1,4 +1,4 @@
-"""Sites of a sensors file that cannot all be right: one on another continent."""
+"""Sites of a sensors file that cannot all be right, such as one on another continent."""
 
 import numpy as np
 
@@ -12,8 +12,8 @@ from multiradar.geodesy.wgs84 import geodetic_to_ecef
 APART_MAX_M = 3_000_000.0
 
 
-def site_apart(sensors: SensorTable) -> str | None:
-    """Return a sentence on a sensor whose site is far from all others, None without such.
+def check_sites(sensors: SensorTable) -> str | None:
+    """Return a message about a sensor whose site is far from all others, None without one.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Sources whose times are not those of the others: another day, another zone, no date."""
+"""Sources whose times differ from the others: another day, another time zone, no date."""
 
 from collections.abc import Mapping
 from datetime import UTC, datetime, timedelta
@@ -11,21 +11,21 @@ from multiradar.diagnosis.names import first_and_last
 
 #: Times below this are times of day without a date, s.
 DATELESS_MAX_S = 10.0 * 86_400.0
-#: Sources that are farther apart in time than the data clock may jump share none, s.
+#: Sources separated by more than the data clock may jump have no common time, s.
 GAP_MIN_S = 600.0
-#: Offsets that are so near whole hours are those of zones, s.
+#: Offsets this close to whole hours are attributed to time zones, s.
 ZONE_WITHIN_S = 120.0
 
 
-def times_amiss(sources: Mapping[str, Source]) -> list[Diagnosis]:
-    """Return the sources that share no time with most others, by name."""
+def check_times(sources: Mapping[str, Source]) -> list[Diagnosis]:
+    """Return the sources that have no time in common with most others, by name."""
     groups = _groups(sources)
     if len(groups) < 2:
         return []
     most = max(groups, key=lambda names: (len(names), sum(sources[one].read for one in names)))
     rest = first_and_last(sources, most)
     return [
-        _apart(name, first_and_last(sources, [name]), rest)
+        _times_differ(name, first_and_last(sources, [name]), rest)
         for name in sorted(one for names in groups if names is not most for one in names)
     ]
 
@@ -42,7 +42,7 @@ def utc(time_s: float) -> str:
         return f"{time_s:g} s"
 
 
-# Sources by when they are: from one group to the next the data clock could not go.
+# Sources grouped by time; gaps between groups are larger than the data clock may jump.
 def _groups(sources: Mapping[str, Source]) -> list[list[str]]:
     groups: list[list[str]] = []
     end_s = -np.inf
@@ -55,9 +55,9 @@ def _groups(sources: Mapping[str, Source]) -> list[list[str]]:
     return groups
 
 
-def _apart(name: str, own: tuple[float, float], rest: tuple[float, float]) -> Diagnosis:
+def _times_differ(name: str, own: tuple[float, float], rest: tuple[float, float]) -> Diagnosis:
     later = own[0] - rest[0]
-    says = (
+    spans = (
         f"its measurements are from {utc(own[0])} to {utc(own[1])}, those of the others from "
         f"{utc(rest[0])} to {utc(rest[1])}"
     )
@@ -66,15 +66,15 @@ def _apart(name: str, own: tuple[float, float], rest: tuple[float, float]) -> Di
     elif abs(rest[0]) < DATELESS_MAX_S <= abs(own[0]):
         cause, remedy = "its times have a date, those of the others do not", "use one form of time"
     else:
-        cause, remedy = _shift(later), "correct its times, or leave it out"
-    return Diagnosis(name, "times_apart", f"{name}: {cause}: {says}; {remedy}")
+        cause, remedy = _shift(later), "correct its times, or exclude it"
+    return Diagnosis(name, "times_apart", f"{name}: {cause}: {spans}; {remedy}")
 
 
 def _shift(later_s: float) -> str:
-    way = "ahead" if later_s > 0.0 else "behind"
+    sense = "ahead" if later_s > 0.0 else "behind"
     hours = later_s / 3600.0
     if abs(later_s - 3600.0 * round(hours)) > ZONE_WITHIN_S:
         return "its times are probably of another day or zone"
     if round(hours) % 24 == 0:
-        return f"its times are probably of another day ({abs(round(hours)) // 24} d {way})"
-    return f"its clock is probably {abs(round(hours))} h {way} (another time zone?)"
+        return f"its times are probably of another day ({abs(round(hours)) // 24} d {sense})"
+    return f"its clock is probably {abs(round(hours))} h {sense} (another time zone?)"

@@ -69,7 +69,7 @@ class UdpSource:
             self._open(address, port, interface, buffer_octets)
         except OSError as error:
             self._socket.close()
-            msg = f"udp {address}:{port} on {interface}: cannot listen there, {error.strerror}"
+            msg = f"udp {address}:{port} on {interface}: cannot listen: {error.strerror}"
             raise ConfigurationError(msg) from error
         host, port = self._socket.getsockname()
         self.endpoint = f"udp/{host}:{port}"

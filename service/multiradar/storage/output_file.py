@@ -47,7 +47,7 @@ def new_file(path: Path) -> Iterator[Path]:
         partial.open("xb").close()
     except OSError as error:
         unregister_leftover(partial)
-        msg = f"{path}: cannot write there, {error.strerror or error}"
+        msg = f"{path}: cannot write: {error.strerror or error}"
         raise InputError(msg) from error
     try:
         yield partial

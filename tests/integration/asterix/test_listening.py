@@ -162,7 +162,7 @@ def test_an_edition_that_is_not_known_is_told(serving: Callable[..., Application
             ("--to", "udp:239.0.0.1:86", "--interface", "lo"),
             "--interface: expected an IPv4 address, was 'lo'",
         ),
-        (("--to", "udp:127.0.0.1:86", "--kinds", "radar"), "expected none of --kinds"),
+        (("--to", "udp:127.0.0.1:86", "--kinds", "radar"), "--run-name do not apply"),
     ],
 )
 def test_a_wrong_address_is_told(
@@ -178,4 +178,4 @@ def test_a_file_without_a_block_is_told(tmp_path: Path, capsys: pytest.CaptureFi
     recording = tmp_path / "recording.ast"
     recording.write_bytes(b"nothing")
     assert run(["replay", str(recording), "--to", "udp:127.0.0.1:8600"]) == EXIT_FAILED
-    assert "recording.ast: no ASTERIX block in it" in capsys.readouterr().err
+    assert "recording.ast: contains no ASTERIX block" in capsys.readouterr().err

@@ -51,9 +51,9 @@ def test_the_demo_ends_with_biases_near_the_truth_and_leaves_nothing(
     assert abs(float(row[1]) - 185.0) <= 4.0 * float(row[2])
     assert "confirmed tracks (" in done.stdout
     assert "from ADS-B, which was withheld from the tracker" in done.stdout
-    told = re.search(r"output_sha256 (\w+)", done.stdout)
-    assert told is not None
-    assert told[1] == _offline_digest(short_dump, tmp_path)
+    output = re.search(r"output_sha256 (\w+)", done.stdout)
+    assert output is not None
+    assert output[1] == _offline_digest(short_dump, tmp_path)
 
 
 def _offline_digest(dump: Path, folder: Path) -> str:
@@ -100,9 +100,9 @@ def _demo(dump: Path, temporary: Path) -> Iterator["subprocess.Popen[str]"]:
 def _read_until(process: "subprocess.Popen[str]", wanted: str) -> str:
     assert process.stdout is not None
     seen = ""
-    for told in process.stdout:
-        seen += told
-        if wanted in told:
+    for output in process.stdout:
+        seen += output
+        if wanted in output:
             break
     return seen
 
@@ -142,5 +142,5 @@ def test_a_dump_without_truth_or_sensors_is_one_sentence(short_dump: Path) -> No
     (short_dump / "truth.json").unlink()
     done = command("demo", "--dump", short_dump, "--exit")
     assert done.returncode == 1
-    assert "expected a truth.json beside the dump" in done.stderr
+    assert "no truth.json in the dump" in done.stderr
     assert done.stderr.count("\n") == 1

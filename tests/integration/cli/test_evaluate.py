@@ -27,12 +27,12 @@ def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
     made, tracks = folder / "made", folder / "tracks"
     options = ["--duration", "240", "--seed", "4"]
     assert run(["simulate", "one-radar-adsb", "--out", str(made), *options]) == 0
-    told = ["--sensors", str(made / "sensors.toml"), "--out", str(tracks), "--kinds", "radar"]
-    assert run(["track", str(made), *told, "--forecasts", "8"]) == 0
+    shown = ["--sensors", str(made / "sensors.toml"), "--out", str(tracks), "--kinds", "radar"]
+    assert run(["track", str(made), *shown, "--forecasts", "8"]) == 0
     return folder
 
 
-def test_forecasts_beside_the_tracks_are_judged_by_horizon(
+def test_forecasts_are_evaluated_by_horizon(
     scene: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     found = evaluated(capsys, scene / "tracks", "--truth", scene / "made")["forecasts"]
@@ -51,7 +51,7 @@ def test_forecasts_beside_the_tracks_are_judged_by_horizon(
     assert alone["forecasts"] == []
 
 
-def test_forecasts_of_bundles_are_judged_beside_the_others(
+def test_bundle_forecasts_are_evaluated_too(
     scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     shutil.copy(scene / "tracks" / "tracks.parquet", tmp_path)
@@ -71,7 +71,7 @@ def test_the_names_of_presets_are_those_of_the_catalogue() -> None:
     assert [choice.value for choice in PresetChoice] == list(PRESETS)
 
 
-def test_a_scene_is_judged_against_its_truth(
+def test_a_scenario_is_evaluated_against_its_truth(
     scene: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     found = evaluated(capsys, scene / "tracks", "--truth", scene / "made", "--scan-period", 4)
@@ -104,7 +104,7 @@ def test_the_figures_end_after_six_digits(scene: Path, capsys: pytest.CaptureFix
         assert value == float(f"{value:.6g}") or value == round(value), value
 
 
-def test_the_same_against_its_adsb_knows_only_who_reports(
+def test_an_adsb_reference_contains_only_aircraft_that_report(
     scene: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     whole = evaluated(capsys, scene / "tracks", "--adsb", scene / "made")
@@ -126,7 +126,7 @@ def test_the_terminal_and_the_page_show_the_same_scorecard(
     page = tmp_path / "card.html"
     arguments = ["evaluate", str(scene / "tracks"), "--truth", str(scene / "made")]
     assert run([*arguments, "--html", str(page)]) == 0
-    told = capsys.readouterr().out
+    shown = capsys.readouterr().out
     for heading in (
         "Presets",
         "Errors",
@@ -135,7 +135,7 @@ def test_the_terminal_and_the_page_show_the_same_scorecard(
         "Covariance consistency (NEES)",
         "The 8 worst aircraft",
     ):
-        assert f"\n{heading}" in told
+        assert f"\n{heading}" in shown
     text = page.read_text(encoding="utf-8")
     assert "<script" not in text
     for heading in ("Tracks over the reference", "Biases", "Position errors over time", "Aircraft"):
@@ -157,7 +157,7 @@ def test_strict_is_status_1_where_a_requirement_is_not_met(
     assert [one["preset"] for one in lines] == ["ed142-enroute"] * 3
 
 
-def test_two_tracks_whose_names_are_exchanged_are_two_swaps(
+def test_two_tracks_with_exchanged_identities_are_two_swaps(
     scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     frame = pl.read_parquet(scene / "tracks" / "tracks.parquet")
@@ -206,7 +206,7 @@ def _empty(path: Path) -> str:
 
 @pytest.mark.parametrize("name", ["tracks/tracks.parquet", "made/truth.parquet"])
 @pytest.mark.parametrize("change", [_remove, _spoil, _later, _narrow, _empty])
-def test_what_cannot_be_used_is_one_sentence(
+def test_unusable_input_is_one_sentence(
     scene: Path,
     tmp_path: Path,
     name: str,
@@ -216,11 +216,11 @@ def test_what_cannot_be_used_is_one_sentence(
     for source in ("tracks/tracks.parquet", "made/truth.parquet"):
         (tmp_path / source).parent.mkdir()
         (tmp_path / source).write_bytes((scene / source).read_bytes())
-    told = change(tmp_path / name)
+    shown = change(tmp_path / name)
     assert run(["evaluate", str(tmp_path / "tracks"), "--truth", str(tmp_path / "made")]) == 1
     error = capsys.readouterr().err
     assert error.startswith("multiradar: ")
-    assert told in error
+    assert shown in error
     assert "internal error" not in error
 
 
@@ -230,12 +230,10 @@ def test_a_recording_without_adsb_is_no_reference(
     frame = pl.read_parquet(scene / "made" / "measurements.parquet")
     frame.filter(kind="radar").write_parquet(tmp_path / "measurements.parquet")
     assert run(["evaluate", str(scene / "tracks"), "--adsb", str(tmp_path)]) == 1
-    assert "no ADS-B reports, which --adsb takes" in capsys.readouterr().err
+    assert "no ADS-B reports, which --adsb uses" in capsys.readouterr().err
 
 
-def test_the_sample_passes_the_presets_that_it_is_made_for(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_sample_meets_its_presets(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     converted, tracks = tmp_path / "converted", tmp_path / "tracks"
     dump = ["convert", "vid", str(ROOT / "examples" / "vid-sample"), str(converted)]
     assert run([*dump, "--date", "2018-08-01"]) == 0
@@ -279,7 +277,7 @@ def test_the_sample_passes_the_presets_that_it_is_made_for(
     )
 
 
-def test_a_reference_of_another_area_or_mostly_of_another_time_is_told(
+def test_a_reference_of_another_area_or_time_is_reported(
     scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     truth = pl.read_parquet(scene / "made" / "truth.parquet")

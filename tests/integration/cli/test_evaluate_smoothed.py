@@ -133,7 +133,7 @@ def test_unusable_input_is_reported(
     one = re.findall(r'id = "([^"]+)"', text)[0]
     (tmp_path / "renamed.toml").write_text(text.replace(f'"{one}"', '"other"'), encoding="utf-8")
     run([*smoothed, str(made), "--sensors", str(tmp_path / "renamed.toml")])
-    picture = capsys.readouterr().err
-    assert re.search(rf"{one} \(\d+ measurements\) is not in \S+renamed.toml and not used", picture)
+    output = capsys.readouterr().err
+    assert re.search(rf"{one} \(\d+ measurements\) is not in \S+renamed.toml and not used", output)
     assert run(["evaluate", tracks, "--truth", str(made), "--smoother", "imm"]) == 2
     assert "--smoother is for --smoothed only" in capsys.readouterr().err

@@ -58,9 +58,11 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
             )
     (made / "plots.ast").write_bytes(block(48, *plots[:90]) + block(48, *plots[90:]))
     (made / "sensors.toml").write_text(SENSORS)
-    told = ["--sensors", str(made / "sensors.toml"), "--out"]
-    assert run(["convert", "asterix", str(made / "plots.ast"), *told, str(made / "p")]) == EXIT_DONE
-    assert run(["track", str(made / "p"), *told, str(made / "tracks")]) == EXIT_DONE
+    shown = ["--sensors", str(made / "sensors.toml"), "--out"]
+    assert (
+        run(["convert", "asterix", str(made / "plots.ast"), *shown, str(made / "p")]) == EXIT_DONE
+    )
+    assert run(["track", str(made / "p"), *shown, str(made / "tracks")]) == EXIT_DONE
     rows = pl.read_parquet(made / "tracks" / "tracks.parquet").sort("time_s").to_dicts()
     away = {**rows[-1], "latitude_deg": 40.0}
     others = [system_track(away, status="01 80"), system_track(away, status="01 01 01 80")]
@@ -71,7 +73,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return made
 
 
-def test_tracks_are_judged_by_the_system_tracks_of_a_recording(
+def test_tracks_are_evaluated_against_recorded_system_tracks(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     capsys.readouterr()
@@ -96,7 +98,7 @@ def test_the_scorecard_names_its_command(folder: Path, capsys: pytest.CaptureFix
     assert "--system-tracks" in page.read_text(encoding="utf-8")
 
 
-def test_a_recording_without_system_tracks_or_with_those_of_two_is_refused(
+def test_a_recording_without_or_with_two_sets_of_system_tracks_is_rejected(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     row = pl.read_parquet(folder / "tracks" / "tracks.parquet").to_dicts()[0]

@@ -42,7 +42,7 @@ def tracked(one: Recording, folder: Path) -> tuple[int, list[dict[str, str]]]:
 
 
 @pytest.mark.parametrize("named", [True, False])
-def test_a_recording_that_is_right_ends_with_status_0(
+def test_a_correct_recording_ends_with_status_0(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], *, named: bool
 ) -> None:
     assert tracked(recording(named=named), tmp_path) == (0, [])
@@ -65,7 +65,7 @@ def test_a_recording_that_is_right_ends_with_status_0(
         ),
     ],
 )  # fmt: skip
-def test_a_mistake_is_said_and_written_and_ends_with_status_1(
+def test_a_mistake_is_reported_and_ends_with_status_1(
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
     edit: Edit,
@@ -81,7 +81,7 @@ def test_a_mistake_is_said_and_written_and_ends_with_status_1(
     assert capsys.readouterr().err == f"multiradar: {found[0]['sentence']}\n"
 
 
-def test_noise_far_below_its_sigma_alarms_and_is_said(tmp_path: Path) -> None:
+def test_noise_far_below_its_sigma_raises_an_alarm_and_is_reported(tmp_path: Path) -> None:
     status, found = tracked(recording().configured(NAME, range_sigma_m=4000.0), tmp_path)
     assert status == 1
     assert [(one["sensor_id"], one["code"]) for one in found] == [(NAME, "noise")]
@@ -89,7 +89,7 @@ def test_noise_far_below_its_sigma_alarms_and_is_said(tmp_path: Path) -> None:
     assert health["alarms"].str.contains("noise").any()
 
 
-def test_sensors_of_another_recording_are_said_before_what_was_rejected(
+def test_sensors_of_another_recording_are_reported_before_rejects(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     one = recording()
@@ -103,7 +103,7 @@ def test_sensors_of_another_recording_are_said_before_what_was_rejected(
     assert "UNKNOWN_SENSOR" in second
 
 
-def test_a_site_on_another_continent_is_refused_with_its_sensor(
+def test_a_site_on_another_continent_is_rejected_with_its_sensor(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     sensors = (SAMPLE.parent / "sensors-vid-sample.toml").read_text()
@@ -138,7 +138,7 @@ def dump_with(folder: Path, column: str, factor: float) -> Path:
         (400.0, "gradians"),
     ],
 )
-def test_convert_says_in_which_unit_the_azimuths_of_a_dump_are(
+def test_convert_reports_the_unit_of_azimuths_in_a_dump(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], per_circle: float, unit: str
 ) -> None:
     dump, out = dump_with(tmp_path, "azimuth", per_circle / 360.0), tmp_path / "out"
@@ -149,7 +149,7 @@ def test_convert_says_in_which_unit_the_azimuths_of_a_dump_are(
     assert len({line.partition("probably in ")[2][:8] for line in said}) == 1
 
 
-def test_convert_says_that_a_dump_has_ranges_in_kilometres(
+def test_convert_reports_ranges_in_kilometres_in_a_dump(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     dump, out = dump_with(tmp_path, "range", 1e-3), tmp_path / "out"
@@ -163,7 +163,7 @@ def test_convert_says_that_a_dump_has_ranges_in_kilometres(
 @pytest.mark.parametrize(
     ("name", "other"), [("plots.txt", "tracks.txt"), ("tracks.txt", "plots.txt")]
 )
-def test_convert_says_which_file_of_a_dump_was_cut_short(
+def test_convert_reports_the_truncated_file_of_a_dump(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str, other: str
 ) -> None:
     dump, out = tmp_path / "dump", tmp_path / "out"

@@ -49,15 +49,15 @@ def simulated(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return out
 
 
-def test_a_run_writes_its_files_and_says_what_was_seen(
+def test_a_run_writes_its_files_and_prints_a_summary(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "out"
     assert _simulate("one-radar-adsb", "--out", out, "--duration", 60) == 0
-    told = capsys.readouterr()
+    shown = capsys.readouterr()
     assert sorted(path.name for path in out.iterdir()) == FILES
-    assert "25 aircraft by 2 sensors in 60 s, seed 5" in " ".join(told.out.split())
-    assert not told.err
+    assert "25 aircraft by 2 sensors in 60 s, seed 5" in " ".join(shown.out.split())
+    assert not shown.err
     report = Report.model_validate_json((out / "report.json").read_text(encoding="utf-8"))
     assert report.counts.read == len(pl.read_parquet(out / "measurements.parquet"))
 
@@ -67,10 +67,10 @@ def test_json_is_one_object_and_the_same_as_the_report(
 ) -> None:
     out = tmp_path / "out"
     assert _simulate("report-1-6", "--out", out, "--duration", 5, "--json") == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told == json.loads((out / "report.json").read_text(encoding="utf-8"))
-    assert told["figures"]["by_sensor"]["radar-2"]["measurements"] == 75
-    assert told["settings"] == {"scene": "report-1-6", "seed": 16, "duration_s": 5.0}
+    shown = json.loads(capsys.readouterr().out)
+    assert shown == json.loads((out / "report.json").read_text(encoding="utf-8"))
+    assert shown["figures"]["by_sensor"]["radar-2"]["measurements"] == 75
+    assert shown["settings"] == {"scene": "report-1-6", "seed": 16, "duration_s": 5.0}
 
 
 def test_the_same_seed_gives_the_same_bytes_also_from_its_own_scene_file(
@@ -85,7 +85,7 @@ def test_the_same_seed_gives_the_same_bytes_also_from_its_own_scene_file(
     assert _bytes(tmp_path / "c")["measurements.parquet"] != first["measurements.parquet"]
 
 
-def test_what_was_simulated_is_tracked_within_its_sigmas(simulated: Path, tmp_path: Path) -> None:
+def test_a_simulation_is_tracked_within_its_sigmas(simulated: Path, tmp_path: Path) -> None:
     out = tmp_path / "tracks"
     sensors = simulated / "sensors.toml"
     arguments = [str(simulated), "--sensors", str(sensors), "--out", str(out)]
@@ -118,11 +118,11 @@ def test_what_was_simulated_is_tracked_within_its_sigmas(simulated: Path, tmp_pa
     assert 0.6 < np.mean(nees) < 1.3
 
 
-def test_scenes_are_listed_with_what_they_are(capsys: pytest.CaptureFixture[str]) -> None:
+def test_scenarios_are_listed_with_their_titles(capsys: pytest.CaptureFixture[str]) -> None:
     assert _simulate("--list") == 0
-    told = capsys.readouterr().out
-    assert "report-1-6        " in told
-    assert len(told.splitlines()) >= 9
+    shown = capsys.readouterr().out
+    assert "report-1-6        " in shown
+    assert len(shown.splitlines()) >= 9
     assert _simulate("--list", "--json") == 0
     assert "report-1-6-drift" in json.loads(capsys.readouterr().out)
 
@@ -149,7 +149,7 @@ def test_scenes_are_listed_with_what_they_are(capsys: pytest.CaptureFixture[str]
         (["report-1-6", "--out", "HERE"], 1, "already exists; choose another output directory"),
     ],
 )
-def test_what_cannot_be_done_is_one_sentence_and_leaves_nothing(
+def test_an_error_is_one_sentence_and_leaves_nothing(
     arguments: list[str],
     status: int,
     sentence: str,
@@ -158,15 +158,15 @@ def test_what_cannot_be_done_is_one_sentence_and_leaves_nothing(
 ) -> None:
     places = {"OUT": str(tmp_path / "out"), "HERE": str(tmp_path), "OUT/deep": "/nowhere/deep"}
     assert _simulate(*(places.get(one, one) for one in arguments)) == status
-    told = capsys.readouterr()
-    assert not told.out
-    assert told.err.startswith("multiradar: ")
-    assert sentence in told.err
-    assert told.err.count("\n") == 1
+    shown = capsys.readouterr()
+    assert not shown.out
+    assert shown.err.startswith("multiradar: ")
+    assert sentence in shown.err
+    assert shown.err.count("\n") == 1
     assert not list(tmp_path.iterdir())
 
 
-def test_a_scene_that_flies_away_leaves_no_folder(
+def test_a_scenario_that_leaves_the_plane_leaves_no_folder(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     scene = tmp_path / "far.toml"
@@ -181,7 +181,7 @@ def test_a_scene_that_flies_away_leaves_no_folder(
     assert [path.name for path in tmp_path.iterdir()] == ["far.toml"]
 
 
-def test_a_scene_in_which_nothing_is_measured_is_warned_of(
+def test_a_scenario_without_measurements_gives_a_warning(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "blind.toml"
@@ -190,18 +190,18 @@ def test_a_scene_in_which_nothing_is_measured_is_warned_of(
     assert capsys.readouterr().err == f"multiradar: {path}: no sensor measured anything\n"
 
 
-def test_an_aircraft_that_flies_off_the_plane_is_named_with_the_file(
+def test_an_aircraft_that_leaves_the_plane_is_named_with_the_file(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "away.toml"
     path.write_text(AWAY.replace("SPEED", "2000").replace("RANGE", "4e5"), encoding="utf-8")
     assert _simulate(path, "--out", tmp_path / "out") == 1
-    told = capsys.readouterr().err
-    assert f"{path}: aircraft 7: expected a flight within 60 degrees of the plane's centre" in told
-    assert "speed_mps" in told
+    shown = capsys.readouterr().err
+    assert f"{path}: aircraft 7: expected a flight within 60 degrees of the plane's centre" in shown
+    assert "speed_mps" in shown
 
 
-def test_a_place_off_the_plane_is_named_with_the_file(
+def test_a_position_off_the_plane_is_named_with_the_file(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "far.toml"

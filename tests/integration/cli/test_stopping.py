@@ -1,4 +1,4 @@
-"""A command that is told to stop ends and leaves nothing, wherever the signal breaks into it."""
+"""A command stopped by a signal exits and leaves nothing, whenever the signal arrives."""
 
 import sys
 from pathlib import Path
@@ -14,7 +14,7 @@ STOPPED = {"SIGTERM": (143, "multiradar: stopped\n"), "SIGINT": (130, "")}
 
 @pytest.mark.parametrize("case", stopped_command.CASES)
 @pytest.mark.parametrize("name", STOPPED)
-def test_a_signal_is_not_lost_and_nothing_is_left(name: str, case: str, tmp_path: Path) -> None:
+def test_a_signal_is_not_lost_and_leaves_nothing(name: str, case: str, tmp_path: Path) -> None:
     """An exception for it was once dropped by compiled code, or ended in a crash."""
     out, temporary = tmp_path / "out", tmp_path / "tmp"
     out.mkdir()

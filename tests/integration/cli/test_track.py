@@ -42,10 +42,10 @@ def test_a_run_writes_its_five_files_and_prints_the_biases(
     assert _track(measurements, "--sensors", sensors, "--out", out) == 0
     assert sorted(path.name for path in out.iterdir()) == FILES
     assert out.stat().st_mode & 0o700 == 0o700
-    told = capsys.readouterr()
-    assert "2000 measurements" in told.out
-    assert "range_offset_m" in told.out
-    assert not told.err
+    shown = capsys.readouterr()
+    assert "2000 measurements" in shown.out
+    assert "range_offset_m" in shown.out
+    assert not shown.err
     assert [path.name for path in tmp_path.iterdir()] == ["out"]
 
 
@@ -71,7 +71,7 @@ def test_the_headline_counts_the_tracks_of_the_table(
     assert (figures["tracks_confirmed"], figures["tracks"]) == (confirmed, initiated)
 
 
-def test_the_time_by_stage_is_printed_and_not_written(
+def test_the_time_by_stage_is_shown_but_not_written(
     scene: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "out"
@@ -106,7 +106,7 @@ def test_encounters_are_written_when_they_are_asked_for(
         ("--trajectory-aircraft-max", 5),
     ],
 )
-def test_an_option_that_would_do_nothing_is_refused(
+def test_an_option_without_effect_is_rejected(
     scene: tuple[Path, Path],
     tmp_path: Path,
     options: tuple[str, int],
@@ -115,11 +115,11 @@ def test_an_option_that_would_do_nothing_is_refused(
     measurements, sensors = scene
     asked = ("--sensors", sensors, "--out", tmp_path / "out", *options)
     assert _track(measurements, *asked) == 2
-    assert f"expected {options[0]} only with --" in capsys.readouterr().err
+    assert f"{options[0]} requires --" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
 
 
-def test_what_one_radar_alone_cannot_tell_is_said(
+def test_biases_unobservable_with_one_radar_are_reported(
     scene: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     measurements, sensors = scene
@@ -128,11 +128,11 @@ def test_what_one_radar_alone_cannot_tell_is_said(
     rows.write_parquet(alone)
     out = tmp_path / "out"
     assert _track(alone, "--sensors", sensors, "--out", out) == 1
-    told, said = capsys.readouterr()
+    shown, said = capsys.readouterr()
     assert said.startswith("multiradar: 41-20: no measurements in the recording; ")
     sentence = "not observable: range offset of 41-10 (sigma still 100% of the prior)"
-    assert sentence in told
-    assert "100.0%" in told
+    assert sentence in shown
+    assert "100.0%" in shown
     figures = json.loads((out / "report.json").read_text())["figures"]
     first = figures["unobservable_biases"][0]
     assert first["what"] == "range offset of 41-10"
@@ -178,14 +178,14 @@ def test_json_is_the_report(
     measurements, sensors = scene
     out = tmp_path / "out"
     assert _track(measurements, "--sensors", sensors, "--out", out, "--json") == 0
-    printed = capsys.readouterr().out
-    assert json.loads(printed) == json.loads((out / "report.json").read_text())
-    report = Report.model_validate_json(printed)
+    text = capsys.readouterr().out
+    assert json.loads(text) == json.loads((out / "report.json").read_text())
+    report = Report.model_validate_json(text)
     assert report.counts.read == 2000
     assert report.settings["filter_name"] == "two-stage"
 
 
-def test_options_reach_the_tracker_and_go_before_the_file(
+def test_options_reach_the_tracker_and_override_the_file(
     scene: tuple[Path, Path], tmp_path: Path
 ) -> None:
     measurements, sensors = scene
@@ -215,7 +215,7 @@ def test_hidden_identity_reaches_the_tables_and_the_report(
     assert tracks["track_number"].null_count() == 0
 
 
-def test_aircraft_without_room_are_told_of(
+def test_exhausted_track_capacity_is_reported(
     scene: tuple[Path, Path],
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
@@ -230,11 +230,11 @@ def test_aircraft_without_room_are_told_of(
     assert {one["code"] for one in figures["diagnoses"]} == {"measurements_lost"}
     untracked = figures["measurements_by_outcome"]["no_room"]
     assert untracked > 0
-    sentence = f"two-stage tracks at most 4 aircraft at once; {untracked} measurements of others"
+    sentence = f"two-stage tracks at most 4 aircraft; {untracked} measurements were not used"
     assert sentence in capsys.readouterr().err
 
 
-def test_what_stands_in_the_way_is_left_alone(
+def test_an_existing_output_is_not_touched(
     scene: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     measurements, sensors = scene
@@ -274,7 +274,7 @@ def _spoil(kind: str, measurements: Path, folder: Path) -> Path:
         ),
     ],
 )
-def test_measurements_that_cannot_be_read_are_one_sentence_and_no_output(
+def test_unreadable_measurements_are_one_sentence_and_no_output(
     scene: tuple[Path, Path],
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
@@ -285,10 +285,10 @@ def test_measurements_that_cannot_be_read_are_one_sentence_and_no_output(
     spoilt = _spoil(kind, scene[0], tmp_path)
     before = sorted(tmp_path.iterdir())
     assert _track(spoilt, "--sensors", scene[1], "--out", out) == 1
-    told = capsys.readouterr().err
-    assert told.startswith(f"multiradar: {spoilt}")
-    assert sentence in told
-    assert told.count("\n") == 1
+    shown = capsys.readouterr().err
+    assert shown.startswith(f"multiradar: {spoilt}")
+    assert sentence in shown
+    assert shown.count("\n") == 1
     assert sorted(tmp_path.iterdir()) == before
 
 
@@ -301,7 +301,7 @@ def test_measurements_that_cannot_be_read_are_one_sentence_and_no_output(
         ('[[sensor]]\nid = "adsb"\nkind = "adsb"\n', "at least one sensor with a position"),
     ],
 )
-def test_sensors_that_cannot_be_used_are_one_sentence_and_no_output(
+def test_unusable_sensors_are_one_sentence_and_no_output(
     scene: tuple[Path, Path],
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
@@ -312,9 +312,9 @@ def test_sensors_that_cannot_be_used_are_one_sentence_and_no_output(
     if text is not None:
         sensors.write_text(text)
     assert _track(scene[0], "--sensors", sensors, "--out", tmp_path / "out") == 1
-    told = capsys.readouterr().err
-    assert sentence in told
-    assert told.count("\n") == 1
+    shown = capsys.readouterr().err
+    assert sentence in shown
+    assert shown.count("\n") == 1
     assert not [path for path in tmp_path.iterdir() if path != sensors]
 
 
@@ -327,7 +327,7 @@ def test_sensors_that_cannot_be_used_are_one_sentence_and_no_output(
         ("--acceleration-density", "inf"),
     ],
 )
-def test_settings_that_cannot_be_used_are_wrong_usage_in_one_sentence_and_no_output(
+def test_unusable_settings_are_a_usage_error_and_no_output(
     scene: tuple[Path, Path],
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
@@ -335,14 +335,14 @@ def test_settings_that_cannot_be_used_are_wrong_usage_in_one_sentence_and_no_out
 ) -> None:
     out = tmp_path / "out"
     assert _track(scene[0], "--sensors", scene[1], "--out", out, *options) == 2
-    told = capsys.readouterr().err
-    assert told.startswith(f"multiradar: {options[0]}: expected ")
-    assert told.count("\n") == 1
+    shown = capsys.readouterr().err
+    assert shown.startswith(f"multiradar: {options[0]}: expected ")
+    assert shown.count("\n") == 1
     assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("order", ["radar after radar", "reversed", "shuffled"])
-def test_a_recording_out_of_order_loses_nothing_and_says_so(
+def test_a_recording_out_of_order_loses_nothing_with_a_warning(
     scene: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str], order: str
 ) -> None:
     frame = pl.read_parquet(scene[0])
@@ -353,10 +353,10 @@ def test_a_recording_out_of_order_loses_nothing_and_says_so(
     measurements, out = tmp_path / "unsorted.parquet", tmp_path / "out"
     frame.write_parquet(measurements)
     assert _track(measurements, "--sensors", scene[1], "--out", out, "--json") == 0
-    told = capsys.readouterr()
-    assert "s out of order; sorted by time first" in told.err
-    assert told.err.count("\n") == 1
-    report = Report.model_validate_json(told.out)
+    shown = capsys.readouterr()
+    assert "s out of order; sorted by time first" in shown.err
+    assert shown.err.count("\n") == 1
+    report = Report.model_validate_json(shown.out)
     assert (report.counts.read, report.counts.accepted) == (2000, 2000)
     assert report.figures["sorted"] is True
     assert report.inputs[0].file == "unsorted.parquet"
@@ -370,9 +370,9 @@ def test_a_run_that_accepts_nothing_fails_and_names_the_codes(
     strangers = pl.read_parquet(scene[0]).with_columns(sensor_id=pl.lit("77-7"))
     strangers.write_parquet(measurements)
     assert _track(measurements, "--sensors", scene[1], "--out", out) == 1
-    told = capsys.readouterr()
-    assert "rejected: 2000 UNKNOWN_SENSOR" in told.out
-    assert "none of 2000 measurements accepted: 2000 UNKNOWN_SENSOR" in told.err
+    shown = capsys.readouterr()
+    assert "rejected: 2000 UNKNOWN_SENSOR" in shown.out
+    assert "none of 2000 measurements accepted: 2000 UNKNOWN_SENSOR" in shown.err
     assert len((out / "rejects.ndjson").read_text().splitlines()) == 2000
 
 
@@ -382,25 +382,25 @@ def test_nothing_to_track_is_one_sentence_and_no_output(
     empty, out = tmp_path / "empty.parquet", tmp_path / "out"
     pl.read_parquet(scene[0]).clear().write_parquet(empty)
     assert _track(empty, "--sensors", scene[1], "--out", out) == 1
-    assert "no measurements in it" in capsys.readouterr().err
+    assert "no measurements" in capsys.readouterr().err
     assert _track(scene[0], "--sensors", scene[1], "--out", out, "--kinds", "mlat") == 1
     assert "no measurements of the kinds mlat" in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == [empty]
 
 
-def test_a_value_too_large_for_its_column_is_told_as_such(
+def test_a_value_too_large_for_its_column_is_reported(
     scene: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     measurements = tmp_path / "large.parquet"
     large = pl.lit(2**63, pl.UInt64).alias("track_number")
     pl.read_parquet(scene[0]).with_columns(large).write_parquet(measurements)
     assert _track(measurements, "--sensors", scene[1], "--out", tmp_path / "out") == 1
-    told = capsys.readouterr().err
-    assert "expected values that fit their columns" in told
-    assert "Parquet" not in told
+    shown = capsys.readouterr().err
+    assert "expected values that fit their columns" in shown
+    assert "Parquet" not in shown
 
 
-def test_a_file_that_cannot_grow_is_told_with_the_name_of_the_output(
+def test_a_full_disk_is_reported_with_the_name_of_the_output(
     scene: tuple[Path, Path], tmp_path: Path
 ) -> None:
     out = tmp_path / "out"

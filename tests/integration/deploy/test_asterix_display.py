@@ -29,7 +29,7 @@ def test_a_display_gets_system_tracks(tmp_path: Path) -> None:
         )
         first, second = cut(recording(1600), [800])[:2]
         for frame in (first, second):
-            # The second start plays the journal, and tells of what is new alone.
+            # The second start replays the journal and sends only new data.
             application = Application(settings, sensors(), lambda: None)
             application.start()
             try:

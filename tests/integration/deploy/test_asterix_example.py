@@ -18,13 +18,13 @@ TURNS = 8
 DISPLAY = ("239.192.62.1", 8662)
 
 
-def test_two_networks_are_heard_and_what_both_bring_counts_once(tmp_path: Path) -> None:
-    told = {
+def test_duplicates_from_two_networks_count_once(tmp_path: Path) -> None:
+    output = {
         "server": {"port": 0},
         "journal": {"path": tmp_path / "journal.sqlite"},
         "zenoh": {"enabled": False},
     }
-    application = Application(load_settings(EXAMPLE, told), live_scene.sensors(), lambda: None)
+    application = Application(load_settings(EXAMPLE, output), live_scene.sensors(), lambda: None)
     with asterix_display.display(*DISPLAY) as screen:
         try:
             application.start()
@@ -50,7 +50,7 @@ def test_two_networks_are_heard_and_what_both_bring_counts_once(tmp_path: Path) 
         finally:
             application.stop()
         out_of_it = asterix_display.heard(screen)
-        # Aircraft that tell no address to the radar at hand are known by the other one's.
+        # Aircraft without an address in the plots of one radar are identified by the other radar.
         assert {f"{one['380']['ADR']:06x}" for one in out_of_it[62] if "380" in one} == (
             asterix_scene.addresses()
         )

@@ -80,7 +80,7 @@ def test_the_service_understands_the_environment_of_compose(
     assert (zenoh.mode, zenoh.listen, zenoh.connect) == ("peer", (), ("tcp/router:7447",))
 
 
-def test_the_image_runs_as_nobody_and_is_installed_by_hash() -> None:
+def test_the_image_runs_unprivileged_and_is_installed_by_hash() -> None:
     found = instructions()
     stages = [rest for name, rest in found if name == "FROM"]
     assert len(stages) == 2

@@ -25,7 +25,7 @@ JSON = "application/json"
 
 
 @pytest.mark.parametrize("name", ["loopback.json5", "router.json5", "mtls.json5"])
-def test_no_configuration_looks_for_others_or_lets_a_message_be_endless(name: str) -> None:
+def test_every_configuration_disables_discovery_and_bounds_messages(name: str) -> None:
     config = zenoh.Config.from_file(str(FOLDER / name))
     assert json.loads(config.get_json("scouting/multicast/enabled")) is False
     assert json.loads(config.get_json("scouting/gossip/enabled")) is False
@@ -69,9 +69,9 @@ def test_a_configuration_without_certificates_carries_updates(name: str, tmp_pat
         service.stop()
 
 
-def test_a_configuration_that_is_none_is_refused_with_its_name(tmp_path: Path) -> None:
+def test_an_invalid_configuration_is_rejected_with_its_name(tmp_path: Path) -> None:
     file = tmp_path / "broken.json5"
-    file.write_text("{ mode: 'nobody' }", encoding="utf-8")
+    file.write_text("{ mode: 'unknown' }", encoding="utf-8")
     with pytest.raises(ConfigurationError, match=r"broken\.json5"):
         ZenohBus(ZenohOptions(config_file=file))
 
@@ -152,10 +152,10 @@ def test_a_feed_may_measure_under_its_own_name_only(guarded: Guarded) -> None:
         )
         assert receipt["accepted"] > 0
         taken = len(guarded.service.submissions)
-        refused = answers(
+        rejected = answers(
             session, "multiradar/v1/measurements/41-20", payload=plots("41-20"), encoding=JSON
         )
-        assert all(reply.ok is None for reply in refused)
+        assert all(reply.ok is None for reply in rejected)
         # Nor does it read.
         assert not [reply for reply in answers(session, "multiradar/v1/status") if reply.ok]
         session.put("multiradar/v1/measurements/41-20", plots("41-20"), encoding=JSON)
@@ -184,13 +184,13 @@ def test_a_display_reads_and_may_not_measure(guarded: Guarded) -> None:
     assert len(guarded.service.submissions) == taken
 
 
-def test_a_certificate_of_another_authority_is_refused(guarded: Guarded, tmp_path: Path) -> None:
+def test_a_certificate_of_another_authority_is_rejected(guarded: Guarded, tmp_path: Path) -> None:
     stranger = Authority(tmp_path / "stranger", "another-authority")
     with pytest.raises(zenoh.ZError):
         zenoh.open(guarded.client("display", stranger))
 
 
-def test_a_client_without_a_certificate_or_without_tls_is_refused(guarded: Guarded) -> None:
+def test_a_client_without_a_certificate_or_without_tls_is_rejected(guarded: Guarded) -> None:
     without = client_config(guarded.endpoint)
     without.insert_json5("connect/timeout_ms", "1500")
     without.insert_json5("connect/exit_on_failure", "true")

@@ -15,13 +15,13 @@ def _quick(page: str) -> Any:
 
 
 @pytest.mark.parametrize("page", [page for page in documents.PAGES if _quick(page)])
-def test_pages_show_what_quick_commands_print(page: str) -> None:
+def test_pages_match_the_output_of_quick_commands(page: str) -> None:
     found = documents.compared(page, _quick(page), write=False)
     differ = [f"{step.where}: {step.command}\n{text}" for step, text, _ in found if text]
     assert differ == [], "run python -m validation.documents.check_documents --quick --write"
 
 
-def test_the_commands_that_everybody_runs_first_are_compared_quickly() -> None:
+def test_quick_start_commands_are_checked_quickly() -> None:
     commands = [step.command for step in _quick("docs/guide.md")]
     assert any(command.startswith("multiradar convert vid") for command in commands)
     assert any(command.startswith("multiradar track") for command in commands)
@@ -94,7 +94,7 @@ def _step(*options: str, page: str = "```\n```") -> Any:
 
 
 @pytest.mark.parametrize(
-    ("mask", "shown", "printed"),
+    ("mask", "shown", "output"),
     [
         ("seconds", "done in 1.5 s", "done in 22.0 s"),
         ("ports", "http://127.0.0.1:8321", "http://127.0.0.1:43139"),
@@ -102,11 +102,11 @@ def _step(*options: str, page: str = "```\n```") -> Any:
         ("progress", "head\n08:00:01  1\nend", "head\n08:00:02  2\n08:00:04  3\nend"),
     ],
 )
-def test_what_is_masked_may_differ_and_nothing_else(mask: str, shown: str, printed: str) -> None:
+def test_what_is_masked_may_differ_and_nothing_else(mask: str, shown: str, output: str) -> None:
     masked, plain = _step(f"mask {mask}"), _step()
-    assert documents.difference(masked, shown.splitlines(), printed.splitlines()) == ""
-    assert documents.difference(plain, shown.splitlines(), printed.splitlines()) != ""
-    assert documents.difference(masked, ["x", *shown.splitlines()], printed.splitlines()) != ""
+    assert documents.difference(masked, shown.splitlines(), output.splitlines()) == ""
+    assert documents.difference(plain, shown.splitlines(), output.splitlines()) != ""
+    assert documents.difference(masked, ["x", *shown.splitlines()], output.splitlines()) != ""
 
 
 def test_white_space_behind_lines_and_in_json_does_not_count() -> None:
@@ -141,7 +141,7 @@ def test_rows_alone_keep_the_header_of_the_page() -> None:
     ]  # fmt: skip
 
 
-def test_a_table_that_is_not_printed_is_an_error() -> None:
+def test_a_table_missing_in_the_output_is_an_error() -> None:
     with pytest.raises(ValueError, match="no such table"):
         documents.chosen(_step(), ["| other |"], _OUTPUT)
 
@@ -218,7 +218,7 @@ def test_a_part_and_its_pictures_are_made_by_their_script(moved: Path) -> None:
     assert (moved / "docs" / "images" / "one.svg").read_text() == "new picture"
 
 
-def test_a_command_that_fails_says_what_it_said(moved: Path) -> None:
+def test_a_failed_command_is_reported_with_its_output(moved: Path) -> None:
     text = "<!-- output of: python -c \"raise SystemExit('no luck')\" -->\n```\n```\n"
     (moved / "docs" / "p.md").write_text(text, encoding="utf-8")
     with pytest.raises(RuntimeError, match="no luck"):

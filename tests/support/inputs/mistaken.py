@@ -72,7 +72,7 @@ class Recording:
         """Return what is said of it when all that can be is accepted."""
         evidence = Evidence(self.table())
         measured, refused = wire.measurement_batch(self.frame, evidence.sensors)
-        evidence.take(self.frame, refused, measured, np.zeros(len(measured), np.int8))
+        evidence.record_batch(self.frame, refused, measured, np.zeros(len(measured), np.int8))
         evidence.confirmed = True
         return diagnose(evidence)
 

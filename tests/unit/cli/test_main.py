@@ -18,16 +18,16 @@ COMMANDS = (
 @pytest.mark.parametrize("command", COMMANDS)
 def test_every_command_explains_itself(command: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert run([*command.split(), "--help"]) == 0
-    told = capsys.readouterr()
-    assert "Usage: multiradar" in told.out
-    assert not told.err
+    output = capsys.readouterr()
+    assert "Usage: multiradar" in output.out
+    assert not output.err
 
 
 def test_the_overview_names_every_command(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["--help"]) == 0
-    told = capsys.readouterr().out
+    output = capsys.readouterr().out
     for command in (one for one in COMMANDS if " " not in one):
-        assert f" {command} " in told
+        assert f" {command} " in output
 
 
 def test_the_version_is_that_of_the_distribution(capsys: pytest.CaptureFixture[str]) -> None:
@@ -46,7 +46,7 @@ def test_the_version_is_that_of_the_distribution(capsys: pytest.CaptureFixture[s
         ["track", "m.parquet", "--sensors", "s.toml", "--out", "o", "--batch", "0"],
         ["track", "m.parquet", "--sensors", "s.toml", "--out", "o", "--date", "1.8.2018"],
         ["serve", "--port", "70000"],
-        ["serve", "--log-level", "loud"],
+        ["serve", "--log-level", "verbose"],
         ["replay", "m.parquet", "--speed", "0"],
         ["replay", "m.parquet", "--speed", "fast"],
         ["replay", "m.parquet", "--speed", "nan"],
@@ -69,14 +69,14 @@ def test_the_version_is_that_of_the_distribution(capsys: pytest.CaptureFixture[s
         ),
     ],
 )
-def test_wrong_usage_is_one_sentence_and_status_2(
+def test_a_usage_error_is_one_sentence_and_status_2(
     arguments: list[str], capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     assert run(arguments) == 2
-    told = capsys.readouterr()
-    assert not told.out
-    assert told.err.startswith("multiradar: ")
-    assert told.err.count("\n") == 1
+    output = capsys.readouterr()
+    assert not output.out
+    assert output.err.startswith("multiradar: ")
+    assert output.err.count("\n") == 1
     assert not list(tmp_path.iterdir())
 
 
@@ -124,7 +124,7 @@ def test_wrong_usage_is_one_sentence_and_status_2(
         ),
         (
             ["convert", "vid", "a", "b", "c d"],
-            "unexpected argument 'c d'; a name with blanks needs quotes",
+            "unexpected argument 'c d'; quote names that contain blanks",
         ),
         (["serve", "--port", "x"], "--port: expected a whole number from 0 to 65535, was 'x'"),
         (["serve", "--port=-1"], "--port: expected a whole number from 0 to 65535, was '-1'"),
@@ -140,7 +140,7 @@ def test_wrong_usage_is_one_sentence_and_status_2(
         (["track", ""], "empty argument after 'track' (an unset variable of the shell?)"),
     ],
 )
-def test_wrong_usage_names_the_option_and_what_was_expected(
+def test_a_usage_error_names_the_option_and_what_was_expected(
     arguments: list[str], sentence: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run(arguments) == 2
@@ -160,9 +160,9 @@ def test_no_command_is_help_without_an_empty_error(
     arguments: list[str], capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run(arguments) == 2
-    told = capsys.readouterr()
-    assert "Usage: multiradar" in told.out
-    assert not told.err
+    output = capsys.readouterr()
+    assert "Usage: multiradar" in output.out
+    assert not output.err
 
 
 def _failing(error: BaseException) -> typer.Typer:
@@ -192,25 +192,25 @@ def test_an_error_becomes_a_sentence_and_a_status(
     sentence: str,
 ) -> None:
     assert run([], _failing(error)) == status
-    told = capsys.readouterr()
-    assert told.err == sentence
-    assert not told.out
+    output = capsys.readouterr()
+    assert output.err == sentence
+    assert not output.out
 
 
-def test_a_mistake_of_ours_is_a_sentence_that_says_how_to_see_more(
+def test_an_internal_error_is_one_sentence_with_a_hint(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     failing = _failing(ZeroDivisionError("division by zero"))
     assert run([], failing) == 1
-    told = capsys.readouterr().err
-    assert told.startswith("multiradar: internal error, ZeroDivisionError: division by zero")
-    assert TRACEBACK_VARIABLE in told
+    output = capsys.readouterr().err
+    assert output.startswith("multiradar: internal error, ZeroDivisionError: division by zero")
+    assert TRACEBACK_VARIABLE in output
     monkeypatch.setenv(TRACEBACK_VARIABLE, "1")
     with pytest.raises(ZeroDivisionError):
         run([], failing)
 
 
-def test_a_reader_that_has_gone_is_no_traceback() -> None:
+def test_a_closed_pipe_gives_no_traceback() -> None:
     command = f"{sys.executable} -m multiradar track --help | head -c 10; exit ${{PIPESTATUS[0]}}"
     done = run_to_end(["bash", "-c", command])
     assert "Traceback" not in done.stderr

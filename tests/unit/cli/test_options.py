@@ -34,9 +34,9 @@ def test_the_defaults_that_help_shows_are_those_of_the_tracker(
     defaults = TrackingSettings()
     for option in ("epoch_s", "reorder_horizon_s", "acceleration_density"):
         flag = f"--{option.replace('_', '-')} "
-        told = [line for line in lines if flag in line]
-        assert len(told) == 1
-        assert f"[default: ({getattr(defaults, option):g})]" in told[0]
+        output = [line for line in lines if flag in line]
+        assert len(output) == 1
+        assert f"[default: ({getattr(defaults, option):g})]" in output[0]
     assert any(f"[default: ({defaults.filter_name})]" in line for line in lines)
 
 
@@ -73,8 +73,8 @@ def test_hidden_fields_come_in_one_order_and_once() -> None:
 def test_a_field_that_cannot_be_hidden_is_named(capsys: pytest.CaptureFixture[str]) -> None:
     line = ["track", "here", "--sensors", "s.toml", "--out", "o", "--hide", "track_number,height_m"]
     assert run(line) == 2
-    told = capsys.readouterr().err
+    output = capsys.readouterr().err
     assert (
-        "unknown field 'height_m'; known: track_number, mode_3a, mode_s_address, callsign" in told
+        "unknown field 'height_m'; known: track_number, mode_3a, mode_s_address, callsign" in output
     )
-    assert "height_m" in told
+    assert "height_m" in output

@@ -30,20 +30,20 @@ def _study(*arguments: object) -> int:
     return run(["study", *map(str, arguments)], commands)
 
 
-def test_tables_are_printed_and_the_report_is_written_where_it_says(
+def test_tables_are_shown_and_the_report_is_written(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert _study("fake") == 0
-    told = capsys.readouterr()
-    assert not told.err
+    output = capsys.readouterr()
+    assert not output.err
     for text in ("Main table", "two-stage", "0.251", "Second table", HOSTILE, "A second note."):
-        assert text in told.out
-    assert told.out.endswith("report written to fake.html\n")
+        assert text in output.out
+    assert output.out.endswith("report written to fake.html\n")
     assert (tmp_path / "fake.html").read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
     assert [path.name for path in tmp_path.iterdir()] == ["fake.html"]
 
 
-def test_a_second_run_leaves_the_first_report_alone(
+def test_a_second_run_does_not_overwrite_the_first_report(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "fake.html").write_text("precious")
@@ -60,9 +60,9 @@ def test_json_is_one_object_on_standard_output_and_no_file(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert _study("fake", "--json", "--seed", 5, "--filters", "ci, joint,ci") == 0
-    told = capsys.readouterr()
-    assert not told.err
-    assert json.loads(told.out) == {
+    output = capsys.readouterr()
+    assert not output.err
+    assert json.loads(output.out) == {
         "study": "fake",
         "seed": 5,
         "options": {"runs": 3, "duration_s": 10.0, "filters": ["ci", "joint"]},
@@ -116,26 +116,26 @@ def test_standard_output_stays_pure_while_a_bar_is_drawn(
         ),
     ],
 )
-def test_wrong_usage_is_one_sentence_status_2_and_no_file(
+def test_a_usage_error_is_one_sentence_status_2_and_no_file(
     arguments: tuple[str, ...], sentence: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert _study(*arguments) == 2
-    told = capsys.readouterr()
-    assert told.err == f"multiradar: {sentence}\n"
-    assert not told.out
+    output = capsys.readouterr()
+    assert output.err == f"multiradar: {sentence}\n"
+    assert not output.out
     assert not list(tmp_path.iterdir())
 
 
-def test_an_option_that_a_study_does_not_take_is_told_and_not_used(
+def test_an_option_that_a_study_does_not_support_gives_a_warning(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     assert _study("fixed", "--runs", 5, "--filters", "x", "--json") == 0
-    told = capsys.readouterr()
-    assert told.err == "multiradar: fixed does not support --runs, --filters; ignored\n"
-    assert json.loads(told.out)["options"] == {"runs": None, "duration_s": None, "filters": []}
+    output = capsys.readouterr()
+    assert output.err == "multiradar: fixed does not support --runs, --filters; ignored\n"
+    assert json.loads(output.out)["options"] == {"runs": None, "duration_s": None, "filters": []}
 
 
-def test_a_file_that_exists_is_told_and_left_alone(
+def test_an_existing_file_is_reported_and_not_touched(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     taken = tmp_path / "r.html"
@@ -148,15 +148,15 @@ def test_a_file_that_exists_is_told_and_left_alone(
     assert list(tmp_path.iterdir()) == [taken]
 
 
-def test_a_place_that_cannot_be_written_to_is_told_before_the_work(
+def test_an_unwritable_path_is_reported_before_the_run(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    # The work would fail in another way: the sentence shows that it was not begun.
+    # The run would fail in another way: the message shows that it was not started.
     seed = ("--seed", FAILING_SEED)
     assert _study("fake", *seed, "--out", tmp_path / "none" / "r.html") == 1
     assert "expected a folder to write r.html to, found none" in capsys.readouterr().err
     assert _study("fake", *seed, "--out", tmp_path / f"{'x' * 300}.html") == 1
-    assert "cannot write there, File name too long" in capsys.readouterr().err
+    assert "cannot write: File name too long" in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
 
 
@@ -164,9 +164,9 @@ def test_a_study_that_fails_is_one_sentence_and_leaves_no_file(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert _study("fake", "--seed", FAILING_SEED) == 1
-    told = capsys.readouterr()
-    assert told.err == "multiradar: expected a luckier seed, was 13\n"
-    assert not told.out
+    output = capsys.readouterr()
+    assert output.err == "multiradar: expected a luckier seed, was 13\n"
+    assert not output.out
     assert not list(tmp_path.iterdir())
 
 
@@ -174,24 +174,24 @@ def test_a_study_that_is_stopped_leaves_no_file(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert _study("fake", "--seed", STOPPED_SEED) == 130
-    told = capsys.readouterr()
-    assert not told.err
-    assert not told.out
+    output = capsys.readouterr()
+    assert not output.err
+    assert not output.out
     assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.slow
-def test_ctrl_c_ends_hours_of_compiled_work(tmp_path: Path) -> None:
+def test_ctrl_c_terminates_long_compiled_work(tmp_path: Path) -> None:
     """Threads that play measurements cannot be stopped, and were once waited for."""
     code = (
         "import signal, sys\n"
         "from concurrent.futures import ThreadPoolExecutor\n"
         "from multiradar.cli.main import main\n"
         "submit = ThreadPoolExecutor.submit\n"
-        "def told(*work):\n"
-        "    print('begun', flush=True)\n"
+        "def output(*work):\n"
+        "    print('started', flush=True)\n"
         "    return submit(*work)\n"
-        "ThreadPoolExecutor.submit = told\n"
+        "ThreadPoolExecutor.submit = output\n"
         "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         "sys.argv = ['multiradar', 'study', 'bias-estimation', '--runs', '2000']\n"
         "main()\n"
@@ -201,12 +201,12 @@ def test_ctrl_c_ends_hours_of_compiled_work(tmp_path: Path) -> None:
     ) as one:
         try:
             assert one.stdout is not None
-            assert one.stdout.readline() == "begun\n"
+            assert one.stdout.readline() == "started\n"
             one.send_signal(signal.SIGINT)
-            _, told = one.communicate(timeout=WAIT_TIMEOUT_S)
+            _, output = one.communicate(timeout=WAIT_TIMEOUT_S)
         finally:
             one.kill()
-    rest = [line for line in told.splitlines() if "compiling kernels, once:" not in line]
+    rest = [line for line in output.splitlines() if "compiling kernels, once:" not in line]
     assert (one.returncode, rest) == (130, [])
     assert not list(tmp_path.iterdir())
 
@@ -215,11 +215,11 @@ def test_help_names_every_study_with_its_sentence_and_defaults(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     assert run(["study", "--help"]) == 0
-    told = " ".join(capsys.readouterr().out.split())
+    output = " ".join(capsys.readouterr().out.split())
     for name, entry in STUDIES.items():
-        assert f"{name}: {entry.purpose}" in told
+        assert f"{name}: {entry.purpose}" in output
         if entry.runs is not None:
-            assert f"--runs {entry.runs}" in told
+            assert f"--runs {entry.runs}" in output
 
 
 def test_help_of_studies_imports_nothing_heavy() -> None:

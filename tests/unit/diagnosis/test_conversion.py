@@ -32,7 +32,7 @@ def said_of(one: Recording, folder: Path, *, rejected: int = 0) -> list[Diagnosi
 
 
 @pytest.mark.parametrize("positions", [False, True])
-def test_nothing_is_said_of_a_dump_that_is_right(tmp_path: Path, *, positions: bool) -> None:
+def test_a_correct_dump_has_no_diagnosis(tmp_path: Path, *, positions: bool) -> None:
     assert said_of(recording(positions=positions), tmp_path) == []
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import polars as pl
 import pytest
 
-from multiradar.diagnosis.cut_dumps import dump_cut
+from multiradar.diagnosis.cut_dumps import check_truncation
 
 START_S, LAST_S = 28_800.0, 30_600.0
 
@@ -46,7 +46,7 @@ def said_of(
         "track_rows_naming_a_plot": 1000,
         "track_rows_whose_plot_is_missing": missing,
     }
-    return [one.sentence for one in dump_cut(file, {"figures": figures})]
+    return [one.sentence for one in check_truncation(file, {"figures": figures})]
 
 
 def test_plots_that_end_before_the_tracks_that_name_them_are_cut(tmp_path: Path) -> None:
@@ -81,12 +81,12 @@ def test_files_that_end_apart_for_other_reasons_are_not_cut(
     assert said_of(tmp_path, LAST_S - earlier_s[0], LAST_S - earlier_s[1], **given) == []
 
 
-def test_a_file_of_plots_without_plots_beside_tracks_is_said() -> None:
+def test_an_empty_file_of_plots_beside_tracks_is_reported() -> None:
     files: dict[str, dict[str, Any]] = {
         "p.txt": {"table": "plots", "last_s": None, "rejected": 0},
         "t.txt": {"table": "tracks", "last_s": LAST_S},
     }
-    (said,) = dump_cut(Path("none"), {"figures": {"files": files}})
+    (said,) = check_truncation(Path("none"), {"figures": {"files": files}})
     assert said.sentence == "p.txt: no plot in it, but there are tracks; copy it again"
     files["p.txt"]["rejected"] = 1
-    assert dump_cut(Path("none"), {"figures": {"files": files}}) == []
+    assert check_truncation(Path("none"), {"figures": {"files": files}}) == []

@@ -6,7 +6,7 @@ import numpy as np
 import polars as pl
 import pytest
 
-from multiradar.diagnosis.cross_sensor.offsets import offset_amiss
+from multiradar.diagnosis.cross_sensor.offsets import check_offsets
 from multiradar.diagnosis.cross_sensor.registration import Registration
 from multiradar.diagnosis.plots import geodetic, located
 from support.inputs.mistaken import (
@@ -117,9 +117,7 @@ MISTAKES: dict[str, tuple[Edit, str]] = {
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
 @pytest.mark.parametrize(("positions", "named"), [(False, True), (True, True), (True, False)])
-def test_nothing_is_said_of_a_recording_that_is_right(
-    seed: int, *, positions: bool, named: bool
-) -> None:
+def test_a_correct_recording_has_no_diagnosis(seed: int, *, positions: bool, named: bool) -> None:
     assert recording(seed, positions=positions, named=named).diagnosed() == []
 
 
@@ -147,18 +145,18 @@ def test_one_identity_of_one_aircraft_or_two_is_no_mistake(aircraft: int) -> Non
         },
         {"range_offset_m": {"prior": 0.0, "prior_sigma": 40.0}},
         {"range_offset_m": {"prior": 600.0, "prior_sigma": 200.0}},
-        # An offset of range and a gain are not told apart.
+        # A range offset and a gain cannot be distinguished.
         {"range_offset_m": {"prior": 1000.0, "estimate": False}, "range_gain": {"estimate": True}},
     ],
 )
 @pytest.mark.parametrize("others", [("2-10",), ("2-10", "3-10")])
-def test_offsets_that_are_configured_about_right_are_no_mistake(
+def test_offsets_configured_about_right_are_no_mistake(
     bias: dict[str, dict[str, float]], others: tuple[str, ...]
 ) -> None:
     assert biased(recording(), **bias).only(NAME, *others).diagnosed() == []
 
 
-def test_a_wrong_offset_is_said_with_what_others_show_and_who_they_are() -> None:
+def test_a_wrong_offset_is_reported_with_the_estimate_from_named_others() -> None:
     wrong = biased(recording(), range_offset_m={"prior": 1000.0, "estimate": False})
     said = wrong.diagnosed()[0].sentence
     assert said.startswith(
@@ -190,7 +188,7 @@ def test_a_mistake_of_one_radar_is_named(mistake: str, *, positions: bool) -> No
 
 @pytest.mark.parametrize("seed", [4, 5])
 @pytest.mark.parametrize("mistake", ["kilometres", "off by 90 degrees", "clock 3 s ahead"])
-def test_no_other_radar_is_blamed_with_few_aircraft(mistake: str, seed: int) -> None:
+def test_no_other_radar_is_diagnosed_with_few_aircraft(mistake: str, seed: int) -> None:
     edit, code = MISTAKES[mistake]
     assert edit(recording(seed, 12, positions=True)).codes() == [(NAME, code)]
 
@@ -198,7 +196,8 @@ def test_no_other_radar_is_blamed_with_few_aircraft(mistake: str, seed: int) -> 
 def test_the_sentence_has_the_cause_its_support_and_what_to_do() -> None:
     one = recording().changed(NAME, range_m=RANGE / 1e3)
     sentence = one.diagnosed()[0].sentence
-    assert sentence.startswith("1-10: its ranges are probably in kilometres: with ranges taken as ")
+    mistake = "1-10: its ranges are probably in kilometres: with ranges interpreted as "
+    assert sentence.startswith(mistake)
     support = re.search(r"(\d+)% of its plots lie where other sensors see aircraft", sentence)
     assert support is not None
     assert int(support[1]) > 90
@@ -264,11 +263,11 @@ def test_a_radar_alone_shows_wrong_units(mistake: str) -> None:
     assert edit(recording().only(NAME)).codes() == [(NAME, code)]
 
 
-def test_a_radar_alone_that_is_right_shows_nothing() -> None:
+def test_a_correct_radar_alone_has_no_diagnosis() -> None:
     assert recording().only(NAME).diagnosed() == []
 
 
-def test_positions_made_of_the_plots_themselves_say_nothing_of_the_noise() -> None:
+def test_positions_computed_from_the_plots_are_not_used_for_the_noise() -> None:
     one = recording().only(NAME)
     columns = (one.frame[name].to_numpy() for name in ("range_m", "azimuth_deg", "height_m"))
     ranges, azimuths, heights = columns
@@ -281,7 +280,7 @@ def test_positions_made_of_the_plots_themselves_say_nothing_of_the_noise() -> No
 
 
 @pytest.mark.parametrize(("height_m", "why"), [(3.5, "in kilometres"), (250.0, "wrong")])
-def test_another_height_of_a_site_is_named(
+def test_a_wrong_site_height_is_reported(
     monkeypatch: pytest.MonkeyPatch, height_m: float, why: str
 ) -> None:
     monkeypatch.setitem(RADARS, NAME, ((*SITE[:2], 3500.0), *RADARS[NAME][1:]))
@@ -295,7 +294,7 @@ def test_another_height_of_a_site_is_named(
 
 
 @pytest.mark.parametrize(("offset_m", "count"), [(4900.0, 1), (5100.0, 0)])
-def test_what_no_radar_has_is_no_offset(offset_m: float, count: int) -> None:
+def test_an_impossible_offset_is_not_reported(offset_m: float, count: int) -> None:
     found = Registration(offset=(offset_m, 0.0), offset_sigma=(10.0, 0.001))
-    said = offset_amiss(recording().table(), 0, found, ["2-10"])
+    said = check_offsets(recording().table(), 0, found, ["2-10"])
     assert (said is not None) == bool(count)

@@ -14,7 +14,7 @@ from support.inputs.mistaken import Recording, recording
 def evidence_of(one: Recording, **outcomes: int) -> Evidence:
     """Return the evidence of a recording with outcomes of the measurements of its first sensor."""
     evidence = Evidence(one.table())
-    evidence.read(one.frame)
+    evidence.record_rows(one.frame)
     evidence.outcomes = np.zeros((len(one.sensors), len(Outcome)), np.int64)
     evidence.outcomes[:, Outcome.UPDATED] = 600
     for name, count in outcomes.items():
@@ -34,7 +34,7 @@ def test_a_third_of_the_measurements_may_be_lost() -> None:
     assert diagnose(evidence_of(recording(), UPDATED=600, REFUSED=300)) == []
 
 
-def test_more_than_a_third_is_said_with_what_lost_them_and_what_to_check() -> None:
+def test_more_than_a_third_is_reported_with_causes_and_what_to_check() -> None:
     found = said(evidence_of(recording(), UPDATED=600, REFUSED=301, RESTARTED=9))
     assert (found.sensor_id, found.code) == ("1-10", "measurements_lost")
     assert "34% of its 910 measurements were lost (301 REFUSED, 9 RESTARTED)" in found.sentence
@@ -45,7 +45,7 @@ def test_the_cone_of_silence_and_tracks_that_start_are_no_loss() -> None:
     assert diagnose(evidence_of(recording(), UPDATED=1, STARTED=300, CONE_OF_SILENCE=300)) == []
 
 
-def test_late_measurements_are_said_with_their_times() -> None:
+def test_late_measurements_are_reported_with_their_times() -> None:
     evidence = evidence_of(recording(), UPDATED=100)
     evidence.reject("1-10", "TIME_LATE", 400)
     sentence = said(evidence).sentence
@@ -53,7 +53,7 @@ def test_late_measurements_are_said_with_their_times() -> None:
     assert "check its clock, and reorder_horizon_s" in sentence
 
 
-def test_losses_beside_a_cause_that_was_found_are_not_said_again() -> None:
+def test_losses_beside_a_known_cause_are_not_reported_again() -> None:
     wrong = recording().changed("2-10", range_m=pl.col("range_m") / 1e3)
     found = diagnose(evidence_of(wrong, UPDATED=100, REFUSED=300))
     assert [(one.sensor_id, one.code) for one in found] == [("2-10", "range_unit")]
@@ -63,29 +63,29 @@ def test_losses_beside_a_cause_that_was_found_are_not_said_again() -> None:
     ("noise", "words"),
     [
         ((0.06, 1.0), "range_sigma_m is probably too large: it is 40 in the sensors file, and the "
-         "noise measured is 0.06 times that"),
+         "measured noise is 0.06 times that"),
         ((1.1, 38.2), "azimuth_sigma_deg is probably too small: it is 0.06 in the sensors file, "
-         "and the noise measured is 38 times that"),
+         "and the measured noise is 38 times that"),
         ((0.17, 0.15), "range_sigma_m and azimuth_sigma_deg are probably too large: range_sigma_m "
-         "is 40 in the sensors file, and the noise measured is 0.17 times that; azimuth_sigma_deg "
-         "is 0.06, and the noise measured is 0.15 times that; correct them"),
+         "is 40 in the sensors file, and the measured noise is 0.17 times that; azimuth_sigma_deg "
+         "is 0.06, and the measured noise is 0.15 times that; correct them"),
         ((0.17, 38.2), "range_sigma_m is probably too large and azimuth_sigma_deg too small: "),
     ],
 )  # fmt: skip
-def test_noise_far_from_its_sigma_is_said(noise: tuple[float, float], words: str) -> None:
+def test_noise_far_from_its_sigma_is_reported(noise: tuple[float, float], words: str) -> None:
     evidence = evidence_of(recording())
     evidence.noise["1-10"] = noise
     assert words in said(evidence).sentence
 
 
-def test_a_sigma_that_scatter_shows_is_said_with_the_one_that_noise_shows() -> None:
+def test_sigmas_from_scatter_and_from_noise_are_reported_together() -> None:
     wrong = recording().configured("1-10", range_sigma_m=4000.0)
     evidence = evidence_of(wrong)
     evidence.noise["1-10"] = (0.1, 0.15)
     sentence = said(evidence).sentence
     assert "range_sigma_m and azimuth_sigma_deg are probably too large" in sentence
     assert "its plots scatter by " in sentence
-    assert "the noise measured is 0.15 times that" in sentence
+    assert "the measured noise is 0.15 times that" in sentence
 
 
 @pytest.mark.parametrize("noise", [(0.3, 3.0), (np.nan, np.nan)])
@@ -95,7 +95,7 @@ def test_noise_near_its_sigma_or_unknown_is_not(noise: tuple[float, float]) -> N
     assert diagnose(evidence) == []
 
 
-def test_measurements_that_come_twice_are_said_and_near_copies_are_not() -> None:
+def test_exact_copies_are_reported_and_near_copies_are_not() -> None:
     one = recording()
     again = one.frame.filter(sensor_id="1-10")
     double = Recording(pl.concat([one.frame, again]).sort("time_s"), one.sensors)
@@ -105,7 +105,7 @@ def test_measurements_that_come_twice_are_said_and_near_copies_are_not() -> None
     assert copies.diagnosed() == []
 
 
-def test_no_confirmed_track_at_all_is_said_with_the_times() -> None:
+def test_no_confirmed_track_is_reported_with_the_times() -> None:
     evidence = evidence_of(recording())
     evidence.confirmed = False
     found = said(evidence)

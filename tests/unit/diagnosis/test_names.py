@@ -5,22 +5,22 @@ import polars as pl
 from support.inputs.mistaken import RADARS, Recording, recording
 
 
-def test_an_unknown_source_is_named_with_its_count_and_the_sensor_that_was_meant() -> None:
+def test_an_unknown_source_is_named_with_its_count_and_the_likely_sensor() -> None:
     one = recording().configured("2-10", id="12-10")
     count = f"{len(one.frame.filter(sensor_id='2-10')):,}".replace(",", " ")
     found = one.diagnosed()
     assert [(said.sensor_id, said.code) for said in found] == [("2-10", "unknown_source")]
     assert found[0].sentence == (
-        f"2-10 ({count} plots) is not in the sensors file (sensors.toml); it has 12-10, which sent "
-        "nothing; did you mean 2-10 in place of 12-10 there?"
+        f"2-10 ({count} plots) is not in the sensors file (sensors.toml); 12-10 of that file sent "
+        "nothing; did you mean 2-10 instead of 12-10?"
     )
 
 
-def test_several_wrong_numbers_are_matched_by_their_likeness() -> None:
+def test_several_wrong_numbers_are_matched_by_similarity() -> None:
     one = recording().configured("2-10", id="22-10").configured("3-10", id="33-10")
     said = {found.sensor_id: found.sentence for found in one.diagnosed()}
-    assert "did you mean 2-10 in place of 22-10" in said["2-10"]
-    assert "did you mean 3-10 in place of 33-10" in said["3-10"]
+    assert "did you mean 2-10 instead of 22-10" in said["2-10"]
+    assert "did you mean 3-10 instead of 33-10" in said["3-10"]
 
 
 def test_an_unknown_source_without_a_silent_sensor_is_to_be_added() -> None:
@@ -30,7 +30,7 @@ def test_an_unknown_source_without_a_silent_sensor_is_to_be_added() -> None:
     assert "add it, or remove its measurements" in fewer.diagnosed()[0].sentence
 
 
-def test_sensors_of_which_none_is_in_the_recording_are_of_another_one() -> None:
+def test_a_sensors_file_without_any_recorded_sensor_is_of_another_recording() -> None:
     one = recording()
     for number, name in enumerate(RADARS):
         one = one.configured(name, id=f"9{number}-1")
@@ -39,7 +39,7 @@ def test_sensors_of_which_none_is_in_the_recording_are_of_another_one() -> None:
     assert "the recording has 1-10, 2-10, 3-10, the file has 90-1, 91-1, 92-1" in found[0].sentence
 
 
-def test_a_radar_that_sent_nothing_is_named_and_adsb_is_not() -> None:
+def test_a_silent_radar_is_reported_and_silent_adsb_is_not() -> None:
     one = recording()
     fewer = Recording(one.frame.filter(pl.col("sensor_id") != "3-10"), one.sensors)
     adsb = one.sensors[0].model_validate({"id": "adsb", "kind": "adsb"})
@@ -56,7 +56,7 @@ def positions_of(one: Recording, name: str, kind: str) -> pl.DataFrame:
     )  # fmt: skip
 
 
-def test_a_source_of_another_kind_is_not_the_radar_that_sent_nothing() -> None:
+def test_a_source_of_another_kind_is_not_matched_to_a_silent_radar() -> None:
     one = recording()
     wam = positions_of(one, "3-11", "mlat")
     frame = pl.concat([one.frame.filter(pl.col("sensor_id") != "3-10"), wam]).sort("time_s")
@@ -70,7 +70,7 @@ def test_a_source_of_another_kind_is_not_the_radar_that_sent_nothing() -> None:
     )
 
 
-def test_a_radar_under_the_id_of_adsb_is_said_with_both_ids() -> None:
+def test_a_radar_under_the_id_of_adsb_is_reported_with_both_ids() -> None:
     one = recording()
     frame = pl.concat([one.frame, positions_of(one, "adsb", "adsb")]).sort("time_s")
     found = Recording(frame, one.configured("3-10", id="adsb").sensors).diagnosed()

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from multiradar.diagnosis.plausibility import range_unit
+from multiradar.diagnosis.plausibility import check_range_unit
 from multiradar.diagnosis.plots import Plots
 
 SITE = (0.87, 0.26, 300.0)
@@ -38,7 +38,7 @@ def test_a_wrong_unit_of_range_shows_in_speeds_or_in_small_ranges(
 ) -> None:
     found = plots(unit_m, 200.0)
     paths = np.full(found.size, 0 if named else -1, np.int64)
-    said = range_unit("1-10", found, SITE, paths, np.inf)
+    said = check_range_unit("1-10", found, SITE, paths, np.inf)
     if words is None:
         assert said is None
     else:
@@ -50,10 +50,10 @@ def test_a_wrong_unit_of_range_shows_in_speeds_or_in_small_ranges(
 def test_of_two_units_that_fit_the_more_usual_speed_decides_or_the_instrumented_range() -> None:
     found = plots(1000.0, 120.0)
     paths = np.zeros(found.size, np.int64)
-    by_speed = range_unit("1-10", found, SITE, paths, np.inf)
+    by_speed = check_range_unit("1-10", found, SITE, paths, np.inf)
     assert by_speed is not None
     assert "probably in nautical miles (or kilometres)" in by_speed.sentence
     assert "and 223 m/s" in by_speed.sentence
-    by_range = range_unit("1-10", found, SITE, paths, FARTHEST_M)
+    by_range = check_range_unit("1-10", found, SITE, paths, FARTHEST_M)
     assert by_range is not None
     assert "probably in kilometres: " in by_range.sentence

@@ -27,20 +27,20 @@ def test_a_period_below_zero_is_a_rotation_against_the_clock() -> None:
     assert rotation(time_s, -azimuth).period_s == pytest.approx(-5.0, rel=0.005)
 
 
-def test_another_period_does_not_go_with_the_azimuths() -> None:
+def test_another_period_is_not_coherent_with_the_azimuths() -> None:
     time_s, azimuth = plots(4.0)
     assert coherence_at(time_s, azimuth, 4.0) > 0.999
     assert coherence_at(time_s, azimuth, 12.0) < 0.5
     assert coherence_at(time_s, azimuth, 2.0) < 0.5
 
 
-def test_azimuths_that_do_not_go_round_have_no_period() -> None:
+def test_azimuths_that_do_not_rotate_have_no_period() -> None:
     rng = np.random.default_rng(5)
     time_s = np.sort(rng.uniform(0.0, 200.0, 800))
     assert rotation(time_s, rng.uniform(0.0, 2.0 * np.pi, 800)).coherence < 0.6
 
 
-def test_too_few_plots_say_nothing() -> None:
+def test_too_few_plots_give_no_period() -> None:
     time_s, azimuth = plots(4.0, seconds=5.0)
     found = rotation(time_s, azimuth)
     assert np.isnan(found.period_s)

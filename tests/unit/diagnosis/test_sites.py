@@ -2,12 +2,12 @@
 
 import pytest
 
-from multiradar.diagnosis.sites import site_apart
+from multiradar.diagnosis.sites import check_sites
 from support.inputs.mistaken import RADARS, recording
 
 
-def test_sites_of_one_region_are_not_apart() -> None:
-    assert site_apart(recording().table()) is None
+def test_sites_of_one_region_are_accepted() -> None:
+    assert check_sites(recording().table()) is None
 
 
 @pytest.mark.parametrize(
@@ -18,12 +18,12 @@ def test_sites_of_one_region_are_not_apart() -> None:
     ],
 )
 def test_a_site_far_from_all_others_is_named(values: dict[str, float], words: str) -> None:
-    said = site_apart(recording().configured("1-10", **values).table())
+    said = check_sites(recording().configured("1-10", **values).table())
     assert said is not None
     assert said.startswith("1-10: its site (")
     assert words in said
 
 
-def test_a_sensor_alone_is_not_apart() -> None:
-    assert site_apart(recording().only("1-10").table()) is None
+def test_a_single_sensor_is_accepted() -> None:
+    assert check_sites(recording().only("1-10").table()) is None
     assert len(RADARS) == 3

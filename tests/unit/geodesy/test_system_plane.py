@@ -75,11 +75,11 @@ def test_heading_is_clockwise_from_north_in_a_full_turn() -> None:
 @pytest.mark.parametrize(
     "place", [(5e6, 3e6), (7e6, 0.0), (np.nan, 0.0), (np.inf, 0.0), (0.0, -np.inf)]
 )
-def test_a_foot_beyond_the_limit_is_refused_with_its_place(place: tuple[float, float]) -> None:
+def test_a_foot_beyond_the_limit_is_rejected_with_its_position(place: tuple[float, float]) -> None:
     plane = plane_at((56.0, 61.0))
     with pytest.raises(OutsidePlaneError, match="within 60 degrees") as caught:
         plane.to_geodetic([0.0, place[0]], [0.0, place[1]])
-    np.testing.assert_array_equal(caught.value.place, place)
+    np.testing.assert_array_equal(caught.value.position, place)
     with pytest.raises(OutsidePlaneError):
         plane.ground_velocity(*place, 1.0, 1.0)
 

@@ -214,7 +214,7 @@ def test_blocks_are_added_to_a_file(tmp_path: Path) -> None:
 
 
 def test_a_file_that_cannot_be_written_to_is_reported(tmp_path: Path) -> None:
-    with pytest.raises(ConfigurationError, match="cannot write there"):
+    with pytest.raises(ConfigurationError, match="cannot write"):
         open_sink(AsterixOutputSettings(file=tmp_path / "nowhere" / "tracks.ast"))
 
 

@@ -33,7 +33,7 @@ def write_property(folder: Path, condition: str) -> None:
     (folder / "test_it.py").write_text(PROPERTY.format(condition=condition))
 
 
-def test_what_is_found_is_printed_with_its_seed_and_can_be_repeated(
+def test_a_failure_is_reported_with_its_seed_and_can_be_repeated(
     folder: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     write_property(folder, "% 97 != 5")

@@ -1,1 +1,1 @@
-"""`multiradar convert`: vid, ASTERIX and ADS-B."""
+"""`multiradar convert`: VID, ASTERIX and ADS-B."""

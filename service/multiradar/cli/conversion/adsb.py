@@ -1,4 +1,4 @@
-"""`multiradar convert adsb`: trajectories that others heard become measurements."""
+"""`multiradar convert adsb`: measurements from recorded ADS-B trajectories."""
 
 import datetime as dt
 import json
@@ -13,7 +13,7 @@ from multiradar.cli.options import JsonOption, parse_date
 from multiradar.cli.terminal.diagnoses import fail_when_badly_converted
 from multiradar.errors import InputError
 
-#: What `--help` says.
+#: Text of `--help`.
 ADSB_HELP = (
     "Convert ADS-B trajectories.\n\n"
     "FILE is JSON (a list of records, a record a line, or columns), CSV with the same columns, or "
@@ -54,19 +54,19 @@ def convert_adsb(
     compile_kernels(["convert adsb"])
     report = convert_files(files, lambda advance: convert(files, out, options, advance))
     print(json.dumps(report, indent=1, ensure_ascii=False) if as_json else _summary(report, out))
-    _fail_when_cut(report, out)
+    _fail_when_truncated(report, out)
     fail_when_badly_converted(report, out)
 
 
-def _fail_when_cut(report: dict[str, Any], out: Path) -> None:
-    # How much is missing nobody knows; what was read is kept.
+def _fail_when_truncated(report: dict[str, Any], out: Path) -> None:
+    # The amount of missing data is unknown; what was read is kept.
     cut = [
         name
         for name, account in report["figures"]["files"].items()
         if "TRUNCATED" in account["rejected_by_code"]
     ]
     if cut:
-        msg = f"{', '.join(cut)}: cut short, its end is missing; what was read is in {out}"
+        msg = f"{', '.join(cut)}: truncated; what was read is in {out}"
         raise InputError(msg)
 
 
@@ -75,7 +75,7 @@ def _summary(report: dict[str, Any], out: Path) -> str:
     return "\n".join(
         [
             f"{records_line(report)}; blank {report['counts']['blank']}",
-            f"{figures['aircraft']} aircraft; old positions under new times: {figures['stale']}, "
+            f"{figures['aircraft']} aircraft; stale positions: {figures['stale']}, "
             f"repeated: {figures['repeated']}, jumps: {figures['jumps']}, times going backwards: "
             f"{figures['backwards']}",
             times_line(figures["first_s"], figures["last_s"]),

@@ -1,4 +1,4 @@
-"""`multiradar convert asterix`: ASTERIX recordings become measurements."""
+"""`multiradar convert asterix`: measurements from ASTERIX recordings."""
 
 import datetime as dt
 import json
@@ -14,7 +14,7 @@ from multiradar.cli.options import JsonOption, parse_date
 from multiradar.cli.terminal.diagnoses import fail_when_badly_converted
 from multiradar.errors import InputError
 
-#: What `--help` says.
+#: Text of `--help`.
 ASTERIX_HELP = (
     "Convert ASTERIX recordings.\n\n"
     "FILE is blocks back to back (.ast, .raw), a .gps or .rply recording, or a network capture "
@@ -99,12 +99,12 @@ def convert_asterix(
     compile_kernels(["convert asterix"])
     report = convert_files(files, lambda advance: convert(files, out, options, advance))
     print(json.dumps(report, indent=1, ensure_ascii=False) if as_json else _summary(report, out))
-    _fail_when_cut(report, out)
+    _fail_when_truncated(report, out)
     fail_when_badly_converted(report, out, options.sensors)
 
 
-def _fail_when_cut(report: dict[str, Any], out: Path) -> None:
-    # How much is missing nobody knows; what was read is kept.
+def _fail_when_truncated(report: dict[str, Any], out: Path) -> None:
+    # The amount of missing data is unknown; what was read is kept.
     cut = [f"{file}: {reason}" for file, reason in report["figures"]["cut_short"].items()]
     if cut:
         msg = f"{'; '.join(cut)}; probably cut while copying, what was read is in {out}"

@@ -1,4 +1,4 @@
-"""`multiradar convert`: recordings in other forms become measurements and tracks on disk."""
+"""`multiradar convert`: measurements and track files from recordings in other formats."""
 
 import ctypes
 import datetime as dt
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from multiradar.cli.compiling import compile_kernels
-from multiradar.cli.conversion.outcome import bytes_bar, conversion_faults, times_line
+from multiradar.cli.conversion.outcome import bytes_bar, conversion_errors, times_line
 from multiradar.cli.options import JsonOption
 from multiradar.cli.terminal.diagnoses import fail_when_badly_converted
 from multiradar.errors import ConfigurationError
@@ -183,7 +183,7 @@ def convert_with_bar(dump: Path, out: Path, options: "Options") -> dict[str, Any
     Returns
     -------
     dict
-        What `report.json` says.
+        Contents of `report.json`.
 
     Raises
     ------
@@ -197,19 +197,19 @@ def convert_with_bar(dump: Path, out: Path, options: "Options") -> dict[str, Any
     from multiradar_converters.vid.conversion import PASSES, convert
     from multiradar_converters.vid.survey import dump_bytes
 
-    with conversion_faults(), bytes_bar(PASSES * dump_bytes(dump, options)) as advance:
+    with conversion_errors(), bytes_bar(PASSES * dump_bytes(dump, options)) as advance:
         return convert(dump, out, options, advance)
 
 
 def _share_heap() -> None:
     """Let all threads of this process allocate from one heap, where the C library is glibc.
 
-    With a heap for each thread a conversion holds 130 MiB more that nobody uses.
+    With a heap per thread a conversion holds 130 MiB of unused memory.
     """
     try:
         ctypes.CDLL(None).mallopt(_M_ARENA_MAX, 1)
     except (AttributeError, OSError, TypeError):
-        # Another C library: nothing to tell it.
+        # Another C library without this parameter.
         return
 
 
@@ -229,6 +229,6 @@ def _summary(report: dict[str, Any], out: Path) -> str:
 
 
 def _by_code(report: dict[str, Any]) -> str:
-    """Name the codes of rejects, the commonest first."""
+    """Return the counts by reject code as text, the most frequent first."""
     codes = sorted(report["rejected_by_code"].items(), key=lambda item: (-item[1], item[0]))
     return f" ({', '.join(f'{code} {count}' for code, count in codes)})" if codes else ""

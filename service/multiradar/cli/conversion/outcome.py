@@ -1,4 +1,4 @@
-"""What all conversions show and tell, whatever they read."""
+"""Progress, errors and summaries common to all conversions."""
 
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
@@ -10,17 +10,17 @@ from multiradar.errors import InputError, OutputExistsError
 
 
 @contextmanager
-def conversion_faults() -> Iterator[None]:
-    """Raise what goes wrong in a conversion as commands do.
+def conversion_errors() -> Iterator[None]:
+    """Raise errors of a conversion as errors of a command.
 
     Raises
     ------
     OutputExistsError
-        The folder to make exists; nothing was touched.
+        The output folder exists; nothing was touched.
     InputError
-        What is converted cannot be read; the folder to make does not exist.
+        The input cannot be read; no output folder was created.
     """
-    # Not at the head of the module: help must be fast.
+    # Imported here: help must be fast.
     from multiradar_converters.errors import ConversionError, OutputTakenError
 
     try:
@@ -33,7 +33,7 @@ def conversion_faults() -> Iterator[None]:
 
 @contextmanager
 def bytes_bar(total: int) -> Iterator[Callable[[int], None]]:
-    """Show how much is converted.
+    """Show the progress of a conversion.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ def bytes_bar(total: int) -> Iterator[Callable[[int], None]]:
     Yields
     ------
     callable
-        To be told the bytes that were read since it was told last.
+        To be called with the number of bytes read since the last call.
     """
     with progress_bar("converting", total) as show:
         done = 0
@@ -66,32 +66,32 @@ def convert_files(
     files : iterable of Path
         What is converted.
     convert : callable
-        Converts, given what is to be told the bytes that were read.
+        Converts; its argument is to be called with the bytes read since the last call.
 
     Returns
     -------
     dict
-        What `report.json` says.
+        Contents of `report.json`.
 
     Raises
     ------
     OutputExistsError
-        The folder to make exists; nothing was touched.
+        The output folder exists; nothing was touched.
     InputError
-        A file cannot be read; the folder to make does not exist.
+        A file cannot be read; no output folder was created.
     """
     total = sum(path.stat().st_size for path in files if path.is_file())
-    with conversion_faults(), bytes_bar(total) as advance:
+    with conversion_errors(), bytes_bar(total) as advance:
         return convert(advance)
 
 
 def times_line(first_s: float | None, last_s: float | None) -> str:
-    """Say of which time a recording is, in UTC where its date is known.
+    """Return the time span of a recording as text, in UTC where its date is known.
 
     Parameters
     ----------
     first_s, last_s : float, optional
-        First and last time, s; None where it has none.
+        First and last time, s; None without times.
 
     Returns
     -------
@@ -109,7 +109,7 @@ def times_line(first_s: float | None, last_s: float | None) -> str:
 
 
 def records_line(report: dict[str, Any]) -> str:
-    """Say what became of the records of a conversion."""
+    """Return the counts of the records of a conversion as text."""
     counts = report["counts"]
     by_code = ", ".join(f"{code} {count}" for code, count in report["rejected_by_code"].items())
     return (

@@ -1,4 +1,4 @@
-"""How far tracks are from what the aircraft say of themselves by ADS-B."""
+"""Distances between tracks and ADS-B positions."""
 
 from dataclasses import dataclass
 
@@ -9,7 +9,7 @@ from multiradar.evaluation.scorecard import evaluate
 from multiradar.evaluation.settings import EvaluationSettings
 from multiradar.evaluation.tables import aircraft_name, reference_of_reports, tracks_of
 
-#: The first minute of a track, when it still settles, is left out.
+#: The first minute of a track, when it still settles, is excluded.
 SETTLING_S = 60.0
 
 
@@ -35,15 +35,15 @@ def position_accuracy(reports: pl.DataFrame, updates: pl.DataFrame) -> Accuracy 
     Returns
     -------
     Accuracy or None
-        Of the updates of settled tracks between reports; None when there are no reports of known
-        aircraft, no confirmed tracks, or none of them at the time of a report.
+        For updates of settled tracks between reports; None when there are no reports of identified
+        aircraft, no confirmed tracks, or none at the time of a report.
 
     Raises
     ------
     InputError
-        A table lacks a column, holds what is no number, or is of another time.
+        A table lacks a column, contains invalid numbers, or covers another time.
     """
-    # A dump without ADS-B, or one whose plots name no aircraft.
+    # A dump without ADS-B, or whose plots identify no aircraft.
     if reports.is_empty() or updates.is_empty():
         return None
     if reports.select(aircraft_name()).drop_nulls().is_empty():

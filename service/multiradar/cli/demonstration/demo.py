@@ -1,4 +1,4 @@
-"""`multiradar demo`: a recorded half hour through the real service, in a quarter of a minute."""
+"""`multiradar demo`: half an hour of recording through the real service in 15 s."""
 
 import shutil
 import signal
@@ -16,7 +16,7 @@ from multiradar.cli.demonstration.service import ServiceProcess, start_service
 from multiradar.cli.demonstration.truth import Truth, read_truth, sample_folder
 from multiradar.cli.demonstration.view import (
     BiasLine,
-    Scene,
+    View,
     bias_table,
     live_view,
     plain_head,
@@ -35,10 +35,10 @@ if TYPE_CHECKING:
 
     from multiradar.storage.recording import Recording
 
-_LOOK_PERIOD_S = 0.25
+_POLL_PERIOD_S = 0.25
 _PLAIN_PERIOD_S = 2.0
 _BATCH_ROWS = 500
-#: A service on a busy machine answers late.
+#: Generous: a service on a busy machine answers late.
 _ANSWER_TIMEOUT_S = 300.0
 _PAGE_ROWS = 1000
 
@@ -114,7 +114,7 @@ def _play(
 
     truth = read_truth(dump)
     sensors = _sensors_file(truth, sensors, folder)
-    # Here, where progress can be shown; the service finds all of it in the cache.
+    # Compiled here, where progress can be shown; the service uses the cache.
     table = load_sensor_table(sensors)
     wanted = serve_purposes(TRACKING_DEFAULTS, table, trajectories=False, asterix=False)
     compile_kernels(["convert vid", *wanted])
@@ -139,7 +139,7 @@ def _sensors_file(truth: Truth, given: Path | None, folder: Path) -> Path:
     if given is not None:
         return given
     if truth.sensors_toml is None:
-        msg = "expected a truth.json beside the dump or a sensors file with --sensors, found none"
+        msg = "no truth.json in the dump; give a sensors file with --sensors"
         raise InputError(msg)
     path = folder / "sensors.toml"
     path.write_text(truth.sensors_toml, encoding="utf-8")
@@ -160,7 +160,7 @@ def _convert(console: "Console", dump: Path, out: Path, choice: DumpChoice) -> P
 
 
 class _Show:
-    # The replay in a thread of its own, and looks at the service from this one.
+    # Replays in a thread of its own and polls the service from this one.
     def __init__(
         self,
         console: "Console",
@@ -182,7 +182,7 @@ class _Show:
         )
         self._failure: BaseException | None = None
         self._stopping = threading.Event()
-        self._scene = Scene(total=self._plots(), lines=self._bias_lines())
+        self._view = View(total=self._plots(), lines=self._bias_lines())
 
     def run(self) -> None:
         self._console.print(
@@ -204,7 +204,7 @@ class _Show:
 
     @property
     def sensors(self) -> list[str]:
-        return list(dict.fromkeys(line.sensor for line in self._scene.lines))
+        return list(dict.fromkeys(line.sensor for line in self._view.lines))
 
     def _replay(self) -> None:
         from multiradar.clock import SystemClock
@@ -215,7 +215,7 @@ class _Show:
         destination = HttpDestination(self._service.http, Encoding.ARROW)
 
         def count(counts: Any) -> None:
-            self._scene.sent = counts.read
+            self._view.sent = counts.read
             if self._stopping.is_set():
                 raise KeyboardInterrupt
 
@@ -232,38 +232,38 @@ class _Show:
     def _watch(self, thread: threading.Thread) -> None:
         if not self._console.is_terminal:
             print(
-                "\n".join(plain_head(self._scene.lines, dated=self._truth.date is not None)),
+                "\n".join(plain_head(self._view.lines, dated=self._truth.date is not None)),
                 flush=True,
             )
             while thread.is_alive():
                 thread.join(_PLAIN_PERIOD_S)
-                self._look()
-                print(plain_line(self._scene), flush=True)
+                self._poll()
+                print(plain_line(self._view), flush=True)
             return
         from rich.live import Live
 
-        with Live(live_view(self._scene), console=self._console, transient=True) as live:
+        with Live(live_view(self._view), console=self._console, transient=True) as live:
             while thread.is_alive():
-                thread.join(_LOOK_PERIOD_S)
-                self._look()
-                live.update(live_view(self._scene))
+                thread.join(_POLL_PERIOD_S)
+                self._poll()
+                live.update(live_view(self._view))
 
-    def _look(self) -> None:
+    def _poll(self) -> None:
         status = self._get("/v1/status")
-        scene = self._scene
-        scene.data_time_s = status["data_time_s"]
-        scene.tracks = status["tracks_confirmed_live"]
-        scene.tracks_confirmed = status["tracks_confirmed"]
-        scene.tracks_initiated = status["tracks_initiated"]
+        view = self._view
+        view.data_time_s = status["data_time_s"]
+        view.tracks = status["tracks_confirmed_live"]
+        view.tracks_confirmed = status["tracks_confirmed"]
+        view.tracks_initiated = status["tracks_initiated"]
         known = {
             (bias["sensor_id"], bias["parameter"]): bias
             for sensor in self.sensors
             for bias in self._get(f"/v1/sensors/{sensor}/bias")["biases"]
         }
-        for line in scene.lines:
+        for line in view.lines:
             bias = known.get((line.sensor, line.parameter))
             if bias is not None:
-                line.look(bias["estimate"], bias["sigma"])
+                line.update(bias["estimate"], bias["sigma"])
 
     def _wait_until_processed(self) -> None:
         while True:
@@ -272,24 +272,24 @@ class _Show:
                 raise MultiradarError(f"the service failed: {status['failure']}")
             if status["processed_sequence"] == status["journal_sequence"]:
                 break
-            time.sleep(_LOOK_PERIOD_S)
-        self._look()
+            time.sleep(_POLL_PERIOD_S)
+        self._poll()
 
     def _summary(self, elapsed_s: float) -> None:
         from multiradar.cli.demonstration.accuracy import position_accuracy
 
-        status, scene, console = self._get("/v1/status"), self._scene, self._console
-        for line in scene.lines:
+        status, view, console = self._get("/v1/status"), self._view, self._console
+        for line in view.lines:
             line.sigmas = self._sigmas(line)
-        console.print(bias_table(scene.lines))
+        console.print(bias_table(view.lines))
         console.print(
-            f"{scene.tracks_confirmed} confirmed tracks ({scene.tracks_initiated} initiated) from "
+            f"{view.tracks_confirmed} confirmed tracks ({view.tracks_initiated} initiated) from "
             f"{status['accepted']:,} plots in {elapsed_s:.1f} s ({status['read']:,} read = "
             f"{status['accepted']:,} accepted + {status['rejected']} rejected + "
             f"{status['duplicate']} duplicate)",
             soft_wrap=True,
         )
-        accuracy = position_accuracy(self._reports(), self._updates(scene.tracks_initiated))
+        accuracy = position_accuracy(self._reports(), self._updates(view.tracks_initiated))
         if accuracy is not None:
             console.print(
                 f"{accuracy.compared:,} track positions lie "
@@ -333,7 +333,7 @@ class _Show:
         ]
 
     def _pages(self, path: str, name: str, query: dict[str, str]) -> list[dict[str, Any]]:
-        # From the beginning of time on: without it, a history is its last rows.
+        # Without `since`, a history is limited to its last rows.
         query = {**query, "since": "0", "limit": str(_PAGE_ROWS)}
         rows: list[dict[str, Any]] = []
         while True:
@@ -354,8 +354,8 @@ def _stay(console: "Console", service: ServiceProcess, sensors: list[str]) -> No
     biases = [f"/v1/sensors/{sensor}/bias" for sensor in sensors[:1]]
     for path in ("/docs", "/v1/tracks", *biases, "/v1/status"):
         console.print(f"  {service.http}{path}", soft_wrap=True)
-    # In pieces: a library may have set the signals so that a long wait goes on after one.
+    # In short waits: a library may have set signals so that a wait continues after one.
     while (status := service.process.poll()) is None:
-        time.sleep(_LOOK_PERIOD_S)
+        time.sleep(_POLL_PERIOD_S)
     msg = f"the service stopped unexpectedly with status {status}"
     raise MultiradarError(msg)

@@ -16,7 +16,7 @@ from typing import Any
 from multiradar.errors import PeerError
 
 STOP_TIMEOUT_S = 30.0
-_LOOK_PERIOD_S = 0.5
+_POLL_PERIOD_S = 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,13 +26,13 @@ class ServiceProcess:
     Attributes
     ----------
     process : Popen
-        The child.
+        The child process.
     http : str
-        Where it serves HTTP.
+        HTTP address.
     zenoh : list of str
-        Where it serves Zenoh.
+        Zenoh endpoints.
     log : Path
-        What it logs.
+        Its log file.
     """
 
     process: "subprocess.Popen[str]"
@@ -41,7 +41,7 @@ class ServiceProcess:
     log: Path
 
     def stop(self) -> None:
-        """Have it stop gracefully, or end it when it does not, or when we must not wait."""
+        """Stop it gracefully; kill it on time-out or on an interrupt."""
         try:
             self.process.terminate()
             self.process.wait(STOP_TIMEOUT_S)
@@ -55,21 +55,21 @@ class ServiceProcess:
 
 
 def start_service(sensors: Path, folder: Path, on_wait: Callable[[str], None]) -> ServiceProcess:
-    """Start `multiradar serve` and wait until it says where it listens, or ends.
+    """Start `multiradar serve` and wait until it prints its addresses or exits.
 
     Parameters
     ----------
     sensors : Path
-        Its sensors file.
+        Sensors file.
     folder : Path
-        Where its journal and its log go.
+        Folder of its journal and log.
     on_wait : callable
         Called twice a second meanwhile with the last line of its log.
 
     Raises
     ------
     PeerError
-        If it ends before.
+        If it exits before.
     """
     log = folder / "service.log"
     command = [
@@ -79,8 +79,8 @@ def start_service(sensors: Path, folder: Path, on_wait: Callable[[str], None]) -
     ]  # fmt: skip
     process: subprocess.Popen[str] | None = None
     try:
-        # A process that is there, but that we hold no handle of yet, would outlive us.
-        with _signals_put_off():
+        # A signal between fork and return would leave an orphan process.
+        with _signals_deferred():
             process = _launch(command, log)
         ready = _first_line(process, lambda: on_wait(_last_line(log)))
     except BaseException:
@@ -88,10 +88,10 @@ def start_service(sensors: Path, folder: Path, on_wait: Callable[[str], None]) -
             _end(process)
         raise
     if ready is None:
-        # Its output has ended, and so will it.
+        # Its output is closed: it is about to exit.
         process.wait()
         status, line = process.returncode, _last_line(log) or "the log is empty"
-        msg = f"the service stopped while it started, with status {status}: {line}"
+        msg = f"the service stopped during start-up with status {status}: {line}"
         raise PeerError(msg)
     return ServiceProcess(process, str(ready["http"]), list(ready["zenoh"]), log)
 
@@ -103,9 +103,9 @@ def _launch(command: list[str], log: Path) -> "subprocess.Popen[str]":
             stdout=subprocess.PIPE,
             stderr=stream,
             text=True,
-            # Settings of the environment belong to another service than this one.
+            # Settings in the environment are for another service.
             env={name: value for name, value in os.environ.items() if "MULTIRADAR_" not in name},
-            # Ctrl-C is for us; we tell the child in our own time.
+            # Ctrl-C goes to the demo, which stops the child itself.
             start_new_session=True,
         )
 
@@ -116,10 +116,10 @@ def _end(process: "subprocess.Popen[str]") -> None:
 
 
 @contextmanager
-def _signals_put_off() -> Iterator[None]:
-    put_off: list[int] = []
+def _signals_deferred() -> Iterator[None]:
+    deferred: list[int] = []
     before = {
-        number: signal.signal(number, lambda told, _frame: put_off.append(told))
+        number: signal.signal(number, lambda number, _frame: deferred.append(number))
         for number in (signal.SIGTERM, signal.SIGINT)
     }
     try:
@@ -127,8 +127,8 @@ def _signals_put_off() -> Iterator[None]:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-    for told in put_off:
-        signal.raise_signal(told)
+    for late in deferred:
+        signal.raise_signal(late)
 
 
 def _first_line(
@@ -136,11 +136,11 @@ def _first_line(
 ) -> dict[str, Any] | None:
     stream, lines = process.stdout, list[str]()
     assert stream is not None
-    # However long it takes, as long as it is there: a busy machine may need minutes.
+    # Without a time-out while the process lives: a busy machine may need minutes.
     reader = threading.Thread(target=lambda: lines.append(stream.readline()), daemon=True)
     reader.start()
     while reader.is_alive():
-        reader.join(_LOOK_PERIOD_S)
+        reader.join(_POLL_PERIOD_S)
         on_wait()
     line = lines[0] if lines else ""
     document = json.loads(line) if line.startswith("{") else None

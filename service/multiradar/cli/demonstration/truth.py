@@ -1,4 +1,4 @@
-"""What is known of the sample recording: sites and true biases of its radars, the date."""
+"""Truth of the sample recording: date, sites and true biases of its radars."""
 
 import json
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ _SAMPLE = _REPOSITORY / "examples" / "vid-sample"
 
 @dataclass(frozen=True, slots=True)
 class Truth:
-    """What a recording is known to contain.
+    """Known facts about a recording.
 
     Attributes
     ----------
@@ -37,10 +37,10 @@ def sample_folder() -> Path:
     Raises
     ------
     InputError
-        When this is an installation without the examples.
+        In an installation without the examples.
     """
     if not _SAMPLE.is_dir():
-        msg = f"{_SAMPLE}: expected the sample recording, found none; name a dump with --dump"
+        msg = f"{_SAMPLE}: sample recording not found; give a dump with --dump"
         raise InputError(msg)
     return _SAMPLE
 
@@ -77,7 +77,7 @@ def read_truth_file(path: Path) -> Truth:
         )
     except (OSError, ValueError, KeyError, TypeError) as error:
         what = f"missing {error}" if isinstance(error, KeyError) else str(error)
-        msg = f"{path}: not the truth of a recording: {what}"
+        msg = f"{path}: not a valid truth file: {what}"
         raise InputError(msg) from error
 
 

@@ -14,7 +14,7 @@ _BARS = "▁▂▃▄▅▆▇█"
 _TREND_WIDTH = 13
 _CELL_WIDTH = 17
 _PLAIN_DIGITS_MAX = 3
-#: Two standard deviations: an estimate farther from the truth than this is shown in another colour.
+#: An estimate farther from the truth than this many sigmas is shown in another colour.
 _COVERED_SIGMAS = 2.0
 _NAMES = {
     "range_offset_m": ("range", "m", 1),
@@ -31,13 +31,13 @@ class BiasLine:
     Attributes
     ----------
     sensor, parameter : str
-        Whose, and which.
+        The sensor and the parameter.
     truth : float or None
         Its true value.
     estimate, sigma : float or None
-        What is known now; None before the first epoch.
+        Current estimate; None before the first epoch.
     sigmas : list of float
-        Sigma at every look, oldest first.
+        Sigma at every poll, oldest first.
     """
 
     sensor: str
@@ -47,8 +47,8 @@ class BiasLine:
     sigma: float | None = None
     sigmas: list[float] = field(default_factory=list)
 
-    def look(self, estimate: float, sigma: float) -> None:
-        """Take what is known now."""
+    def update(self, estimate: float, sigma: float) -> None:
+        """Set the current estimate."""
         self.estimate, self.sigma = estimate, sigma
         self.sigmas.append(sigma)
 
@@ -61,8 +61,8 @@ class BiasLine:
 
 
 @dataclass(slots=True)
-class Scene:
-    """Everything that is shown.
+class View:
+    """The contents of the display.
 
     Attributes
     ----------
@@ -73,7 +73,7 @@ class Scene:
     sent, tracks, tracks_confirmed, tracks_initiated : int
         Plots acknowledged; confirmed tracks now; confirmed tracks so far; all tracks so far.
     data_time_s : float or None
-        Data time of now.
+        Current data time.
     """
 
     total: int
@@ -106,33 +106,33 @@ def plain_head(lines: list[BiasLine], *, dated: bool) -> list[str]:
     return [f"{time:9} tracks {' '.join(names)}", f"truth            {' '.join(truths)}"]
 
 
-def plain_line(scene: Scene) -> str:
-    """Return the scene as one line of text: time, tracks, each bias with its sigma."""
+def plain_line(view: View) -> str:
+    """Return the view as one line of text: time, tracks, each bias with its sigma."""
     cells = []
-    for line in scene.lines:
+    for line in view.lines:
         digits = min(_NAMES[line.parameter][2], _PLAIN_DIGITS_MAX)
         known = line.estimate is not None and line.sigma is not None
         cell = f"{line.estimate:+.{digits}f} ± {line.sigma:.{digits}f}" if known else ""
         cells.append(cell.rjust(_CELL_WIDTH))
-    return f"{clock_text(scene.data_time_s)}  {scene.tracks:6d} {' '.join(cells)}"
+    return f"{clock_text(view.data_time_s)}  {view.tracks:6d} {' '.join(cells)}"
 
 
-def live_view(scene: Scene) -> "Group":
-    """Return the scene for a terminal."""
+def live_view(view: View) -> "Group":
+    """Return the view for a terminal."""
     from rich.console import Group
     from rich.progress_bar import ProgressBar
     from rich.text import Text
 
     head = Text.assemble(
-        (clock_text(scene.data_time_s), "bold cyan"),
-        f"   {scene.sent:,} of {scene.total:,} plots   ",
-        (f"{scene.tracks}", "bold green"),
+        (clock_text(view.data_time_s), "bold cyan"),
+        f"   {view.sent:,} of {view.total:,} plots   ",
+        (f"{view.tracks}", "bold green"),
         " confirmed tracks now, ",
-        (f"{scene.tracks_confirmed}", "bold green"),
+        (f"{view.tracks_confirmed}", "bold green"),
         " so far",
     )
-    bar = ProgressBar(total=max(scene.total, 1), completed=scene.sent, width=78)
-    return Group(head, bar, bias_table(scene.lines))
+    bar = ProgressBar(total=max(view.total, 1), completed=view.sent, width=78)
+    return Group(head, bar, bias_table(view.lines))
 
 
 def bias_table(lines: list[BiasLine]) -> "Table":
@@ -175,7 +175,7 @@ def trend(values: list[float], width: int = _TREND_WIDTH) -> str:
     values : list of float
         Positive, oldest first.
     width : int
-        Bars at most.
+        Maximum number of bars.
     """
     if not values:
         return ""

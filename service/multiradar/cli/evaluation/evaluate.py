@@ -1,4 +1,4 @@
-"""`multiradar evaluate`: tracks against a reference."""
+"""`multiradar evaluate`: evaluation of tracks against a reference."""
 
 import dataclasses
 import json
@@ -21,12 +21,12 @@ if TYPE_CHECKING:
     from multiradar.evaluation.settings import EvaluationSettings
     from multiradar.report.content import Document
 
-#: Aircraft that the terminal shows; the report shows all.
+#: Number of aircraft in the terminal; the report has all.
 _WORST = 8
 _FAILED = 1
-#: What options leave out of the names of settings.
+#: Part of the names of settings that options omit.
 _UNIT = re.compile(r"(_max)?_(m|s)$")
-#: Columns of the tables where there is no terminal to ask.
+#: Width of the tables where standard output is no terminal.
 _WIDTH_UNKNOWN = 160
 _REFERENCES = {
     "truth": "the truth of a simulation",
@@ -38,7 +38,7 @@ _REFERENCES = {
 
 
 class PresetChoice(StrEnum):
-    """Names of the presets, as `multiradar.evaluation.presets`, which help does not wait for."""
+    """Names of the presets of `multiradar.evaluation.presets`, not imported: help must be fast."""
 
     ED142_ENROUTE = "ed142-enroute"
     ED142_TMA = "ed142-tma"
@@ -47,7 +47,7 @@ class PresetChoice(StrEnum):
 
 
 class SmootherChoice(StrEnum):
-    """Names as in `multiradar.evaluation.smoothing.reference`, which help does not wait for."""
+    """Names of `multiradar.evaluation.smoothing.reference`, not imported: help must be fast."""
 
     CONSTANT_VELOCITY = "constant-velocity"
     IMM = "imm"
@@ -249,7 +249,7 @@ class _Reference:
         }
         given = [name for name, one in options.items() if one is not None]
         others = [name for name in given if name != "--truth DIR"]
-        # The truth of a dump goes with another reference.
+        # The truth of a dump may accompany another reference.
         if len(given) != 1 and not (len(others) == 1 and self._recorded()):
             known = ", ".join(options)
             if given:
@@ -316,9 +316,9 @@ def _evaluated(
     from multiradar.evaluation.scorecard import evaluate as evaluate_tracks
 
     known = chosen.read(tracks, settings)
-    judged = read_tracks(tracks, known, settings)
+    evaluated = read_tracks(tracks, known, settings)
     card = evaluate_tracks(
-        judged,
+        evaluated,
         known.reference,
         settings,
         presets,
@@ -326,8 +326,8 @@ def _evaluated(
         biases=read_biases(tracks, known),
         forecasts=read_forecasts(tracks),
     )
-    check_matched(judged, known.reference, card.instants.track_of, settings.gate_m)
-    sentences = outside(judged, known.reference, settings.gate_m) or rarely_matched(
+    check_matched(evaluated, known.reference, card.instants.track_of, settings.gate_m)
+    sentences = outside(evaluated, known.reference, settings.gate_m) or rarely_matched(
         card.instants.track_of, settings.gate_m
     )
     for sentence in sentences:
@@ -369,7 +369,7 @@ def _headline(compared: Any) -> str:
     return f"{text} ({compared['tracks_initiated']} initiated)"
 
 
-# What differs from the defaults alone.
+# Only options that differ from the defaults.
 def _command(tracks: Path, figures: Any) -> str:
     from multiradar.evaluation.settings import EvaluationSettings
 

@@ -1,4 +1,4 @@
-"""What an evaluation reads: tracks and biases, and the reference beside the plots it is of."""
+"""Inputs of an evaluation: tracks, biases, reference and plots."""
 
 import dataclasses
 import sys
@@ -37,14 +37,14 @@ TRUTH_FILE = "truth.parquet"
 TRUE_BIASES_FILE = "truth_biases.parquet"
 SYSTEM_TRACKS_FILE = "system_tracks.parquet"
 
-#: Updates of another processor's tracks that are no estimate of where an aircraft is.
+#: States of another processor's tracks without an estimate from measurements.
 _NOT_SEEN = ("coasting", "ended", "simulated")
 _NO_PLOTS = {"time_s": pl.Float64, "sensor_id": pl.String, "name": pl.String}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Known:
-    """What is known of the aircraft.
+    """The reference and what belongs to it.
 
     Attributes
     ----------
@@ -53,13 +53,13 @@ class Known:
     path : Path
         As it was given.
     reference : Reference
-        Where the aircraft are.
+        Positions of the aircraft.
     plots : DataFrame
         `time_s`, `sensor_id` and `name` (of the aircraft, null where unknown) of the plots.
     true_biases : (DataFrame, str), optional
-        The true biases, and what they are called in errors.
+        The true biases, and their name in error messages.
     claimed : dict of str to float or str
-        What a reference that is estimated is made with, and says of itself.
+        Inputs and reported accuracy of an estimated reference.
     """
 
     kind: str
@@ -163,7 +163,7 @@ def _reports(
 ) -> Known:
     heard = frame.filter(pl.col("kind") == "adsb")
     if heard.is_empty():
-        msg = f"{source}: no ADS-B reports, which --adsb takes as the reference"
+        msg = f"{source}: no ADS-B reports, which --adsb uses as the reference"
         raise InputError(msg)
     reference = reference_of_reports(heard, source, settings.reference_gap_s)
     others = frame.filter(pl.col("kind") != "adsb")
@@ -184,13 +184,13 @@ def read_system_tracks(given: Path, settings: EvaluationSettings) -> Known:
     Returns
     -------
     Known
-        Aircraft by track number, without plots. Updates that only carry a track on, end it or are
-        simulated are left out.
+        Aircraft by track number, without plots. Updates that only extrapolate or terminate a
+        track, or are simulated, are excluded.
 
     Raises
     ------
     InputError
-        It is not there, cannot be used, or is of several processors.
+        It is missing, cannot be used, or is of several processors.
     """
     path = given / SYSTEM_TRACKS_FILE if given.is_dir() else given
     plots = pl.DataFrame(schema=_NO_PLOTS)
@@ -201,13 +201,13 @@ def read_system_tracks(given: Path, settings: EvaluationSettings) -> Known:
     missing = [name for name in ("state", "sensor_id") if name not in frame.columns]
     if missing:
         raise MissingColumnError(str(path), missing, frame.columns)
-    told = frame.filter(~pl.col("state").is_in(_NOT_SEEN)).drop_nulls("latitude_deg")
-    processors = told["sensor_id"].unique().sort().to_list()
+    usable = frame.filter(~pl.col("state").is_in(_NOT_SEEN)).drop_nulls("latitude_deg")
+    processors = usable["sensor_id"].unique().sort().to_list()
     if len(processors) != 1:
         named = ", ".join(map(str, processors)) or "none"
         msg = f"{path}: expected system tracks of one processor, was: {named}"
         raise InputError(msg)
-    reference = reference_of_reports(told, str(path), settings.reference_gap_s)
+    reference = reference_of_reports(usable, str(path), settings.reference_gap_s)
     return Known("system-tracks", given, reference, plots)
 
 
@@ -227,16 +227,16 @@ def read_smoothed(
     sensors : Path
         Sites and errors: sensors.toml.
     tracks : Path
-        The folder that `track` made: its biases are taken off the plots.
+        The folder that `track` made: its biases are subtracted from the plots.
     settings : EvaluationSettings
         Of which the gap of the reference and the density are used.
     smoother : str
-        How aircraft may be taken to move: see `smoothed_reference`.
+        Motion model: see `smoothed_reference`.
 
     Returns
     -------
     Known
-        With what the smoothed positions claim of themselves.
+        With the reported accuracy of the smoothed positions.
 
     Raises
     ------
@@ -276,14 +276,14 @@ def read_smoothed(
 
 
 def read_tracks(given: Path, known: Known, settings: EvaluationSettings) -> "Tracks":
-    """Read the tracks that are judged.
+    """Read the tracks to evaluate.
 
     Parameters
     ----------
     given : Path
         The folder that `track` made, or its `tracks.parquet`.
     known : Known
-        On whose plane they are laid.
+        The reference, which defines the plane.
     settings : EvaluationSettings
         Whether tentative tracks count.
 
@@ -322,7 +322,7 @@ def read_biases(given: Path, known: Known) -> list[BiasHistory]:
     Returns
     -------
     list of BiasHistory
-        None where there are no biases.
+        Empty where there are no biases.
 
     Raises
     ------
@@ -343,7 +343,7 @@ def read_forecasts(given: Path) -> list[tuple[pl.DataFrame, str]]:
     Returns
     -------
     list of (DataFrame, str)
-        Each table, and what it is called in errors.
+        Each table, and its name in error messages.
 
     Raises
     ------
@@ -364,7 +364,7 @@ def read_table(path: Path, what: str) -> pl.DataFrame:
     path : Path
         The file.
     what : str
-        What should be in it.
+        What it should contain.
 
     Returns
     -------
@@ -413,6 +413,6 @@ def _measurements(given: Path) -> tuple[pl.DataFrame, str]:
         raise InputError(no_such(path, "the output of `convert` or `simulate`"))
     recording = Recording(path)
     if recording.rows == 0:
-        msg = f"{recording.path}: no measurements in it"
+        msg = f"{recording.path}: no measurements"
         raise InputError(msg)
     return pl.concat(recording.blocks()), str(recording.path)

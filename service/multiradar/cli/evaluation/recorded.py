@@ -1,4 +1,4 @@
-"""References that a dump brings along: its own system tracks, and what `truth.json` says of it."""
+"""References that come with a dump: its own system tracks, and its `truth.json`."""
 
 import datetime as dt
 import json
@@ -39,7 +39,7 @@ def recorded_truth(given: Path) -> tuple[Truth, Path]:
     Returns
     -------
     Truth, Path
-        What it says, and where it is.
+        Its contents and its path.
 
     Raises
     ------
@@ -55,7 +55,7 @@ def recorded_truth(given: Path) -> tuple[Truth, Path]:
 def true_biases(truth: Truth) -> pl.DataFrame:
     """Return the true biases of a recording in the columns of `truth_biases.parquet`.
 
-    They do not change, so that they hold at any time.
+    They are constant.
     """
     rows = [
         (time_s, sensor, parameter, value)
@@ -67,19 +67,19 @@ def true_biases(truth: Truth) -> pl.DataFrame:
 
 
 def reports_of_dump(path: Path, truth: Truth) -> tuple[pl.DataFrame, str]:
-    """Return the measurements of the dump beside a `truth.json`, converted on the way.
+    """Return the measurements of the dump beside a `truth.json`, converted on the fly.
 
     Parameters
     ----------
     path : Path
         The `truth.json`.
     truth : Truth
-        What it says.
+        Its contents.
 
     Returns
     -------
     DataFrame, str
-        All measurements, and what they are called in errors.
+        All measurements, and their name in error messages.
 
     Raises
     ------
@@ -89,7 +89,7 @@ def reports_of_dump(path: Path, truth: Truth) -> tuple[pl.DataFrame, str]:
     dump = path.parent
     if not (dump / "plots.txt").exists():
         msg = (
-            f"{path}: has no positions of aircraft, and no dump lies beside it; name a reference "
+            f"{path}: has no positions of aircraft, and no dump is beside it; give a reference "
             "as well: --adsb or --system-tracks"
         )
         raise InputError(msg)
@@ -146,7 +146,7 @@ def dump_tracks(given: Path) -> pl.DataFrame:
 
 
 def _track_files(given: Path) -> Iterator[Path]:
-    # Of the source that is the recording's own multiradar system, in the folders of aircraft.
+    # Of the multiradar system in the recording, in the folders of aircraft.
     for folder in (given, given.parent):
         source = _settings(folder).get("multiradar_source", 240)
         name = f"{source}{_NEW4}"

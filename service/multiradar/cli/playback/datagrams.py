@@ -15,7 +15,7 @@ from multiradar.cli.terminal.progress import progress_bar
 from multiradar.errors import InputError, PeerError
 
 _PREFIX = "udp:"
-#: Categories of one recording; what looks like blocks in another file is of far more.
+#: Maximum number of categories in a recording; random data parsed as blocks have far more.
 _CATEGORIES_MAX = 16
 _DAY_S = 86_400.0
 _ADDRESS = re.compile(r"([0-9.]+):(\d{1,5})")
@@ -29,7 +29,7 @@ class Times(StrEnum):
 
 
 def is_udp(to: str) -> bool:
-    """Tell whether an address is one of UDP."""
+    """Return whether an address is a UDP address."""
     return to.startswith(_PREFIX)
 
 
@@ -45,13 +45,13 @@ def replay_datagrams(
     to : str
         `udp:ADDRESS:PORT`.
     interface : str
-        Address of the interface by which a group is reached.
+        Address of the interface of a multicast group.
     speed : float
-        Seconds of the recording in a second.
+        Playback speed; 1 is real time.
     times : Times
-        Whether the times of day in its records are moved to now.
+        Whether the times of day in its records are shifted to now.
     json_wanted : bool
-        Whether the counts are told as JSON.
+        Whether the counts are shown as JSON.
     """
     import numpy as np
 
@@ -70,11 +70,11 @@ def replay_datagrams(
     except LayoutError as error:
         raise InputError(str(error)) from error
     if not len(sending.datagrams):
-        msg = f"{recording}: no ASTERIX block in it"
+        msg = f"{recording}: contains no ASTERIX block"
         raise InputError(msg)
     first = sending.datagrams.data[sending.datagrams.begins]
     if sending.left_out and len(np.unique(first)) > _CATEGORIES_MAX:
-        msg = f"{recording}: not an ASTERIX recording; its blocks would be of too many categories"
+        msg = f"{recording}: not an ASTERIX recording; its blocks have too many categories"
         raise InputError(msg)
     sink = UdpSink(address, port, _ipv4(interface, "--interface"))
     try:
@@ -87,7 +87,7 @@ def replay_datagrams(
                 pause=time.sleep,
                 on_sent=show,
                 on_rejected=lambda: print(
-                    f"multiradar: {to}: nobody listens there yet; sending on", file=sys.stderr
+                    f"multiradar: {to}: no receiver yet; still sending", file=sys.stderr
                 ),
             )
     except PeerError as error:
@@ -103,7 +103,7 @@ def replay_datagrams(
     if json_wanted:
         print(json.dumps(counts))
         return
-    left = f"; {sending.left_out} octets are no block" if sending.left_out else ""
+    left = f"; {sending.left_out} octets outside blocks not sent" if sending.left_out else ""
     print(f"{counts['datagrams']} datagrams of {octets} octets sent to {to}{left}")
 
 

@@ -1,4 +1,4 @@
-"""`multiradar replay`: a recording played to a running service, in data time."""
+"""`multiradar replay`: replay of a recording to a running service, in data time."""
 
 import math
 import sys
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from multiradar.cli.inputs import DumpChoice, check_found, codes_told, open_measurements
+from multiradar.cli.inputs import DumpChoice, check_found, counts_by_code, open_measurements
 from multiradar.cli.options import (
     TRACKING_DEFAULTS,
     AllowMissingOption,
@@ -32,7 +32,7 @@ _BATCH_ROWS_MAX = 65_536
 
 
 class EncodingChoice(StrEnum):
-    """How a batch is written."""
+    """Encoding of a batch."""
 
     ARROW = "arrow"
     JSON = "json"
@@ -40,7 +40,7 @@ class EncodingChoice(StrEnum):
 
 
 def parse_speed(text: str) -> float:
-    """Return seconds of data time a second; `max` is infinite."""
+    """Return the playback speed; `max` is infinite."""
     if text == "max":
         return math.inf
     try:
@@ -121,7 +121,7 @@ def replay(
     """
     if is_udp(to):
         if (kinds, date, profile, run_name) != (None, None, None, None):
-            msg = "expected none of --kinds, --date, --profile and --run-name with --to udp:"
+            msg = "--kinds, --date, --profile and --run-name do not apply with --to udp:"
             raise typer.BadParameter(msg)
         replay_datagrams(
             measurements,
@@ -144,7 +144,7 @@ def replay(
         away_max_s=wait,
     )
     dump = DumpChoice(date, profile, allow_missing)
-    # The horizon of a service whose settings are the defaults.
+    # The reordering horizon of a service with default settings.
     opened = open_measurements(measurements, dump, TRACKING_DEFAULTS.reorder_horizon_s)
     with opened as recording:
         destination = _destination(to, encoding)
@@ -157,7 +157,7 @@ def replay(
                     SystemClock(),
                     time.sleep,
                     lambda counts: show(counts.read),
-                    _say_wait,
+                    _print_wait,
                 )
                 counts = play.run()
             configured = destination.configured() if counts.unknown_sensors else ()
@@ -166,30 +166,31 @@ def replay(
     check_found(counts.read, kinds, measurements)
     _print_counts(counts, json_wanted)
     if counts.unknown_sensors:
-        raise InputError(_strangers(counts.unknown_sensors, configured))
+        raise InputError(_unknown_sensors(counts.unknown_sensors, configured))
     if counts.rejected == counts.read:
-        msg = f"none of {counts.read} measurements accepted: {codes_told(counts.rejected_by_code)}"
+        codes = counts_by_code(counts.rejected_by_code)
+        msg = f"none of {counts.read} measurements accepted: {codes}"
         raise InputError(msg)
 
 
-def _strangers(unknown: "Mapping[str, int]", configured: "Sequence[str]") -> str:
-    # Not at the head of the module: help must be fast.
+def _unknown_sensors(unknown: "Mapping[str, int]", configured: "Sequence[str]") -> str:
+    # Imported here: help must be fast.
     from multiradar.diagnosis.names import counted, listed
 
     names = listed([f"{name} ({counted(count)})" for name, count in sorted(unknown.items())])
     has = f", which has {listed(configured)}" if configured else ""
     return (
         f"sensors of the recording that are not configured in the service{has}: {names}; their "
-        "measurements were rejected: start the service with the sensors file of the recording"
+        "measurements were rejected; start the service with the sensors file of the recording"
     )
 
 
-def _say_wait(sentence: str) -> None:
+def _print_wait(sentence: str) -> None:
     print(f"multiradar: {sentence}", file=sys.stderr, flush=True)
 
 
 def _checked_run_name(name: str | None) -> str | None:
-    # It becomes the first part of the key of every message, which is printable ASCII.
+    # It becomes the first part of every idempotency key, which is printable ASCII.
     if name is None or (name.isascii() and name.isprintable() and 0 < len(name.strip()) <= 64):
         return None if name is None else name.strip()
     msg = "expected a run name of 1 to 64 printable ASCII characters"
@@ -223,4 +224,4 @@ def _print_counts(counts: "ReplayCounts", json_wanted: bool) -> None:
         + (f"; {counts.retries} retries" if counts.retries else "")
     )
     if counts.rejected_by_code:
-        print(f"rejected: {codes_told(counts.rejected_by_code)}")
+        print(f"rejected: {counts_by_code(counts.rejected_by_code)}")

@@ -1,1 +1,1 @@
-"""What commands show in the terminal, and how they stop."""
+"""Terminal output of commands, and how they stop."""

@@ -19,7 +19,7 @@ def print_diagnoses(diagnoses: "Sequence[Diagnosis]") -> None:
 
 
 def fail_when_diagnosed(diagnoses: "Sequence[Diagnosis]") -> None:
-    """Print the diagnoses and end with status 1 where there are some; results are kept.
+    """Print the diagnoses and exit with status 1 if there are any; results are kept.
 
     Raises
     ------
@@ -34,7 +34,7 @@ def fail_when_diagnosed(diagnoses: "Sequence[Diagnosis]") -> None:
 def fail_when_badly_converted(
     report: Mapping[str, Any], out: Path, sensors: "SensorsFile | None" = None
 ) -> None:
-    """Print what is probably wrong with a conversion and end with status 1; its output is kept.
+    """Diagnose a conversion; print errors and exit with status 1. Its output is kept.
 
     Parameters
     ----------
@@ -43,14 +43,14 @@ def fail_when_badly_converted(
     out : Path
         The folder that was written.
     sensors : SensorsFile, optional
-        The sensors that were named for it.
+        The sensors given for it.
 
     Raises
     ------
     Exit
         There is a diagnosis.
     """
-    # Not at the head of the module: help must be fast.
+    # Imported here: help must be fast.
     from multiradar import wire
     from multiradar.diagnosis.conversion import diagnose_conversion
     from multiradar.storage.recording import MEASUREMENTS_FILE

@@ -1,8 +1,8 @@
-"""What a folder or file holds, for the sentence about one that was named in the wrong place."""
+"""Detects what a folder or file contains, for error messages about a wrong one."""
 
 from pathlib import Path
 
-#: By which file a folder is known: what made it, the first that is there.
+#: Files that identify a folder, and its description; the first match counts.
 _MARKS = (
     ("tracks.parquet", "the output of `track`"),
     ("truth.parquet", "the output of `simulate`"),
@@ -14,7 +14,7 @@ _MARKS = (
 
 
 def no_such(path: Path, wanted: str) -> str:
-    """Return the sentence about a file or folder that is not what a command needs.
+    """Return the error message for a file or folder that is not what a command needs.
 
     Parameters
     ----------
@@ -26,13 +26,13 @@ def no_such(path: Path, wanted: str) -> str:
     Returns
     -------
     str
-        That it is not there, or what it is instead.
+        That it does not exist, or what it contains instead.
     """
     if path.is_file():
         return f"{path}: expected {wanted}, was another file"
-    # A file that a command looks for in the folder it was given.
-    sought = path.name in dict(_MARKS) and path.parent.is_dir()
-    if not path.is_dir() and not sought:
+    # A file expected in the given folder.
+    expected = path.name in dict(_MARKS) and path.parent.is_dir()
+    if not path.is_dir() and not expected:
         return f"{path}: no such file or folder"
     folder = path if path.is_dir() else path.parent
     found = next((what for name, what in _MARKS if (folder / name).exists()), None)

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 @contextmanager
 def progress_bar(what: str, total: int) -> Iterator[Callable[[int], None]]:
-    """Show how much of a long piece of work is done.
+    """Show a progress bar.
 
     Parameters
     ----------
@@ -19,16 +19,16 @@ def progress_bar(what: str, total: int) -> Iterator[Callable[[int], None]]:
     Yields
     ------
     callable
-        To be told the number of steps done.
+        To be called with the number of steps done.
     """
-    with counting_bar(what) as tell:
-        tell(0, total)
-        yield lambda done: tell(done, total)
+    with counting_bar(what) as show:
+        show(0, total)
+        yield lambda done: show(done, total)
 
 
 @contextmanager
 def counting_bar(what: str) -> Iterator[Callable[[int, int], None]]:
-    """Show how much of a long piece of work is done, which itself says how long it is.
+    """Show a progress bar whose total is given with each call.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ def counting_bar(what: str) -> Iterator[Callable[[int, int], None]]:
     Yields
     ------
     callable
-        To be told the number of steps done, and of steps in all.
+        To be called with the number of steps done, and the total.
     """
     if not sys.stderr.isatty():
         yield lambda _done, _total: None

@@ -15,7 +15,7 @@ def print_document(document: Document, console: Console) -> None:
     Parameters
     ----------
     document : Document
-        What it shows; its plots are left to the page.
+        The report; its plots are omitted.
     console : Console
         Where to print.
     """

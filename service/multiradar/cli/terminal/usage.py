@@ -1,4 +1,4 @@
-"""What is wrong with a command line, as one sentence: unknown names, values, options twice."""
+"""Usage errors as one sentence: unknown names, wrong values, repeated options."""
 
 import re
 from collections.abc import Iterable, Sequence
@@ -15,22 +15,22 @@ _NUMBERS = {int: "a whole number", float: "a number"}
 
 
 def check_arguments(arguments: Sequence[str], root: Any) -> None:
-    """Refuse what a parser of options lets pass and nobody means.
+    """Reject usage errors that the option parser accepts.
 
     Parameters
     ----------
     arguments : sequence of str
-        What follows the name of the program.
+        Arguments after the name of the program.
     root : command
-        The commands there are.
+        The root command.
 
     Raises
     ------
     typer.BadParameter
-        An argument is empty or no UTF-8, or an option that has one value is given twice.
+        An argument is empty or not UTF-8, or a single-valued option is given twice.
     """
     for argument in arguments:
-        # Octets that are no UTF-8 come as half characters, which no report and no table can hold.
+        # Bytes that are not UTF-8 arrive as surrogates, which no report or table can hold.
         if any("\ud800" <= letter <= "\udfff" for letter in argument):
             raise typer.BadParameter(f"expected arguments in UTF-8, was {argument!r}")
     if "" in arguments:
@@ -46,21 +46,21 @@ def check_arguments(arguments: Sequence[str], root: Any) -> None:
 
 
 def usage_sentence(error: Exception, arguments: Sequence[str], root: Any) -> str:
-    """Return what is wrong with the arguments.
+    """Return the message for a usage error.
 
     Parameters
     ----------
     error : Exception
-        What the parser of options, or one of this project's checks, says.
+        Error of the option parser or of a check.
     arguments : sequence of str
-        What follows the name of the program.
+        Arguments after the name of the program.
     root : command
-        The commands there are.
+        The root command.
 
     Returns
     -------
     str
-        One sentence; nothing where the error only asks for help.
+        One sentence; empty where the error only requests help.
     """
     sentence = str(error).removeprefix("Value error, ")
     command = _command(arguments, root)
@@ -72,7 +72,7 @@ def usage_sentence(error: Exception, arguments: Sequence[str], root: Any) -> str
     if found := _COMMAND.match(sentence):
         return unknown("command", found["was"], getattr(error, "cmd", root).commands)
     if found := _EXTRA.match(sentence):
-        return f"unexpected argument {found['was']!r}; a name with blanks needs quotes"
+        return f"unexpected argument {found['was']!r}; quote names that contain blanks"
     if option is None or not _names(option):
         return sentence
     return f"{option.opts[0]}: {_of_value(sentence, option, arguments)}"
@@ -130,7 +130,7 @@ def _name(argument: str) -> str:
 
 
 def _options(arguments: Sequence[str]) -> Iterable[str]:
-    # What follows two dashes are no options.
+    # Arguments after `--` are no options.
     for argument in arguments:
         if argument == "--":
             return
@@ -139,10 +139,10 @@ def _options(arguments: Sequence[str]) -> Iterable[str]:
 
 
 def _given(option: Any, arguments: Sequence[str]) -> str | None:
-    for place, argument in enumerate(arguments):
+    for index, argument in enumerate(arguments):
         name, equals, value = argument.partition("=")
         if name in _names(option):
-            following = arguments[place + 1 : place + 2]
+            following = arguments[index + 1 : index + 2]
             return value if equals else next(iter(following), None)
     return None
 

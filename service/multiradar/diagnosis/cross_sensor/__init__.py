@@ -1,1 +1,1 @@
-"""A sensor compared with the others: which single mistake explains its plots."""
+"""A sensor compared with the others: the single error that explains its plots."""

@@ -1,7 +1,7 @@
-"""How many plots of a sensor lie where others see the aircraft, if a hypothesis is right.
+"""Fraction of the plots of a sensor that match the positions by others under a hypothesis.
 
-The residuals of the right hypothesis are alike for all plots but for noise: they are counted in the
-densest place of their plane. Chance spreads them.
+Under the right hypothesis the residuals of all plots are equal but for noise; they are counted in
+the densest cell of their plane. Under a wrong one they scatter.
 """
 
 from typing import NamedTuple
@@ -17,12 +17,12 @@ from multiradar.geodesy.wgs84 import (
     geodetic_to_ecef,
 )
 
-#: Half the width of the place in which residuals count as alike: what is left of noise, of the
-#: biases of others, and of flight between two plots. Range m, azimuth rad; east and north m.
+#: Half width of the cell in which residuals count as equal; covers noise, biases of others, and
+#: interpolation between two plots. Range m, azimuth rad; east and north m.
 RANGE_ALIKE_M = 1000.0
 AZIMUTH_ALIKE_RAD = np.radians(0.6)
 POSITION_ALIKE_M = 1500.0
-#: Five standard deviations of the biases beforehand (500 m, 0.5°): what estimation takes up.
+#: Five prior standard deviations of the biases (500 m, 0.5°): what estimation can absorb.
 RANGE_OFFSET_MAX_M = 2500.0
 AZIMUTH_OFFSET_MAX_RAD = np.radians(2.5)
 #: Steps in which the site of a radar is searched for, m.
@@ -35,15 +35,15 @@ class Agreement(NamedTuple):
     Attributes
     ----------
     share : float
-        Part of the plots that could be compared whose residuals are alike.
+        Fraction of the compared plots whose residuals are equal.
     compared : int
         Plots that could be compared.
     offset : (float, float)
-        The residual of most: range m and azimuth rad, or east and north m.
+        The most frequent residual: range m and azimuth rad, or east and north m.
     matched : (k,) int64
         Rows of the pairs behind `share`.
     spread : (float, float)
-        Standard deviation of the residuals that are alike, by their median amount; it holds the
+        Standard deviation of these residuals, from their median absolute value; includes the
         noise of both sides.
     """
 
@@ -55,7 +55,7 @@ class Agreement(NamedTuple):
 
 
 NO_AGREEMENT = Agreement(0.0, 0, (0.0, 0.0), np.empty(0, np.int64))
-#: Standard deviation of normal numbers over their median amount.
+#: Standard deviation of normal numbers over their median absolute value.
 _NORMAL_SPREAD = 1.4826
 
 
@@ -65,7 +65,7 @@ def polar_agreement(
     pairs: Pairs,
     *,
     compared: int,
-    turned: bool = False,
+    any_rotation: bool = False,
 ) -> Agreement:
     """Return how well polar plots agree.
 
@@ -76,22 +76,22 @@ def polar_agreement(
     site : Site
         Of the radar, by the hypothesis.
     pairs : Pairs
-        Where others see the aircraft.
+        Positions of the aircraft by others.
     compared : int
         Plots that can be compared.
-    turned : bool
-        Whether any offset of azimuth will do.
+    any_rotation : bool
+        Whether any azimuth offset is accepted.
     """
     range_m, azimuth_rad = measured
     seen_range, seen_azimuth = seen_from(site, pairs.position_m)
     by_range = range_m[pairs.plot] - seen_range
     by_azimuth = wrapped(azimuth_rad[pairs.plot] - seen_azimuth)
     near = np.abs(by_range) <= RANGE_OFFSET_MAX_M
-    if not turned:
+    if not any_rotation:
         near &= np.abs(by_azimuth) <= AZIMUTH_OFFSET_MAX_RAD
     widths = (RANGE_ALIKE_M, AZIMUTH_ALIKE_RAD)
     residuals = _Residuals(by_range[near], by_azimuth[near], pairs.plot[near], np.flatnonzero(near))
-    return _densest(residuals, widths, compared, circle=turned)
+    return _densest(residuals, widths, compared, circle=any_rotation)
 
 
 def position_agreement(position_m: Floats, pairs: Pairs, *, compared: int) -> Agreement:
@@ -107,7 +107,7 @@ def position_agreement(position_m: Floats, pairs: Pairs, *, compared: int) -> Ag
 
 
 def best_site(plots: Plots, measured: tuple[Floats, Floats], site: Site, pairs: Pairs) -> Site:
-    """Return where a radar must stand for most of its plots to lie where others see aircraft.
+    """Return the site with which most plots of a radar match the positions by others.
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ def best_site(plots: Plots, measured: tuple[Floats, Floats], site: Site, pairs: 
     site : Site
         As configured; its height is kept.
     pairs : Pairs
-        Where others see the aircraft.
+        Positions of the aircraft by others.
     """
     ground_m, _ = ground_range(site[2], measured[0], plots.heights())
     ground, azimuth = ground_m[pairs.plot], measured[1][pairs.plot]
@@ -168,7 +168,7 @@ class _Residuals(NamedTuple):
     row: NDArray[np.intp]
 
 
-# The place, twice as wide as `widths`, that holds the residuals of most plots.
+# The cell, twice as wide as `widths`, that contains the residuals of most plots.
 def _densest(
     residuals: _Residuals, widths: tuple[float, float], compared: int, *, circle: bool = False
 ) -> Agreement:
@@ -176,7 +176,7 @@ def _densest(
     if len(rows) == 0 or compared == 0:
         return NO_AGREEMENT._replace(compared=compared)
     best, most = (0.0, 0.0), 0
-    # Places on four grids, half a width apart, so that what is alike is whole in one of them.
+    # Cells on four grids, half a width apart, so that equal residuals share a cell in one of them.
     for shift in ((0.0, 0.0), (0.5, 0.0), (0.0, 0.5), (0.5, 0.5)):
         cell_a = np.floor(a / (2.0 * widths[0]) + shift[0]).astype(np.int64)
         cell_b = np.floor(b / (2.0 * widths[1]) + shift[1]).astype(np.int64)
@@ -188,10 +188,10 @@ def _densest(
             inside = code == votes.argmax()
             best = float(np.median(a[inside])), float(np.median(b[inside]))
     apart_b = wrapped(b - best[1]) if circle else b - best[1]
-    alike = (np.abs(a - best[0]) <= widths[0]) & (np.abs(apart_b) <= widths[1])
-    share = len(np.unique(plots[alike])) / compared
+    equal = (np.abs(a - best[0]) <= widths[0]) & (np.abs(apart_b) <= widths[1])
+    share = len(np.unique(plots[equal])) / compared
     spread = tuple(
-        float(_NORMAL_SPREAD * np.median(np.abs(one[alike] - np.median(one[alike]))))
+        float(_NORMAL_SPREAD * np.median(np.abs(one[equal] - np.median(one[equal]))))
         for one in (a, b)
     )
-    return Agreement(share, compared, best, rows[alike], (spread[0], spread[1]))
+    return Agreement(share, compared, best, rows[equal], (spread[0], spread[1]))

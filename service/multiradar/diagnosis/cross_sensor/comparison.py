@@ -1,4 +1,4 @@
-"""The plots of each sensor against what all the others see."""
+"""The plots of each sensor against the plots of all others."""
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
@@ -28,17 +28,17 @@ from multiradar.diagnosis.plots import Floats, Plots, Site, located, plots_of, p
 from multiradar.estimation.measurement._kernels import KIND_POSITION, KIND_RADAR
 from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET, SensorTable
 
-#: Plots of a sensor that are compared, and so many of them at least say something.
+#: Maximum and minimum number of compared plots of a sensor.
 TESTED_MAX = 400
 TESTED_MIN = 20
-#: A sensor agrees with others when so great a part of its plots lies where they see aircraft.
+#: A sensor agrees with others when this fraction of its plots matches their positions.
 AGREES_MIN = 0.5
 
 Reading = Callable[[Floats, Floats], Polar]
 
 
 def configured_bias(sensors: SensorTable, number: int, kind: int) -> tuple[float, float]:
-    """Return a bias as configured and its standard deviation beforehand, 0 where it is fixed."""
+    """Return a bias as configured and its prior standard deviation, 0 where it is fixed."""
     columns = np.flatnonzero(
         (sensors.parameter_sensor == number) & (sensors.parameter_kind == kind)
     )
@@ -48,14 +48,14 @@ def configured_bias(sensors: SensorTable, number: int, kind: int) -> tuple[float
 
 
 class Comparison:
-    """The plots that are retained of each sensor, and where others see their aircraft.
+    """The retained plots of each sensor, and the positions of their aircraft by others.
 
-    Offsets of clocks are subtracted as configured, biases of range and azimuth are not.
+    Configured time offsets are subtracted; range and azimuth biases are not.
 
     Parameters
     ----------
     evidence : Evidence
-        What is retained of the run.
+        Counts and plots of the run.
     """
 
     def __init__(self, evidence: Evidence) -> None:
@@ -69,7 +69,7 @@ class Comparison:
             plots = plots_of(source.plots())
             column = plots.range_m if self.is_radar(number) else plots.latitude_deg
             wanted = self._sensors.kinds[number] in (KIND_RADAR, KIND_POSITION)
-            plots = plots.take(np.isfinite(column) & wanted)
+            plots = plots.select(np.isfinite(column) & wanted)
             late_s, _ = configured_bias(self._sensors, number, PARAMETER_TIME_OFFSET)
             plots = replace(plots, time_s=plots.time_s - late_s)
             if plots.size:
@@ -102,7 +102,7 @@ class Comparison:
         return self._plots[number].thinned(TESTED_MAX)
 
     def overlaps(self, number: int, others: Collection[int], late_s: float) -> bool:
-        """Return whether a sensor whose clock is so late shares time with others."""
+        """Return whether a sensor with a clock error has time in common with others."""
         time_s = self._plots[number].time_s - late_s
         known = [self._plots[one].time_s for one in others if one != number]
         return any(time_s.min() <= other.max() and other.min() <= time_s.max() for other in known)
@@ -116,18 +116,18 @@ class Comparison:
         reading: Reading = as_given,
         sites: Mapping[int, Site] | None = None,
     ) -> Pairs:
-        """Return where others see the aircraft of the tested plots of a sensor.
+        """Return the positions by others of the aircraft of the tested plots of a sensor.
 
         Parameters
         ----------
         number : int
             The sensor.
         others : collection of int
-            Who is asked beside the recording itself.
+            Sensors to compare with, beside the positions in the recording.
         late_s : float
-            How late the clock of the sensor is.
+            Time offset of the sensor: claimed time minus true time, s.
         reading : callable
-            What the numbers of the other radars mean.
+            Interpretation of the columns of the other radars.
         sites : mapping, optional
             Sites of others that are not as configured.
         """

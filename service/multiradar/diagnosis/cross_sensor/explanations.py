@@ -1,4 +1,4 @@
-"""Which single mistake explains the plots of a sensor that lie where nobody else sees aircraft."""
+"""The single error that explains a sensor whose plots match no other sensor."""
 
 from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass, replace
@@ -26,16 +26,16 @@ from multiradar.diagnosis.diagnosis import Diagnosis
 from multiradar.diagnosis.plots import Plots, Site, reported
 from multiradar.geodesy.wgs84 import geodetic_to_ecef
 
-#: A mistake explains a sensor when so many more of its plots agree with it than without it.
+#: An error explains a sensor when correcting it raises the fraction that agrees by this much.
 GAIN_MIN = 0.3
-#: An explanation with fewer free numbers is preferred to one that explains so much more.
+#: An explanation with fewer free parameters is preferred unless another explains this much more.
 SIMPLER_SHARE = 0.1
 #: Offsets of azimuth up to this may be those of magnetic north, which differs by less from true
 #: north outside the polar regions (WMM2020), degrees.
 MAGNETIC_MAX_DEG = 25.0
-#: Azimuths end here, rad, but for so many wrong ones.
+#: Largest azimuth, rad, and the number of outliers accepted beyond it.
 CIRCLE_MAX_RAD, BEYOND_MAX = 2.002 * np.pi, 2
-#: Clocks are tried in steps of half hours, the finest of time zones but for three, up to a day.
+#: Time offsets are tried in steps of half an hour up to a day; only three time zones are finer.
 ZONE_STEP_S, ZONES = 1800.0, 48
 _COMPASS = (
     "north",
@@ -51,7 +51,7 @@ _COMPASS = (
 
 @dataclass(frozen=True, slots=True)
 class Explanation:
-    """A mistake that would explain what is seen.
+    """An error that would explain the disagreement.
 
     Attributes
     ----------
@@ -60,7 +60,7 @@ class Explanation:
     mistake, with_it, remedy : str
         Parts of the sentence.
     share, before : float
-        Part of the plots that agree with the mistake corrected, and as they are.
+        Fraction of the plots that agree with the error corrected, and as they are.
     """
 
     code: str
@@ -71,17 +71,17 @@ class Explanation:
     before: float
 
     def sentence(self, name: str, elsewhere: str) -> str:
-        """Return it in words: of which sensor, and where the plots lie then."""
+        """Return the message for a sensor; `elsewhere` says where the plots lie then."""
         return (
             f"{name}: {self.mistake}: with {self.with_it}, {self.share:.0%} of its plots lie "
             f"{elsewhere} ({self.before:.0%} as they are); {self.remedy}"
         )
 
 
-def explained(
+def explain(
     comparison: Comparison, number: int, trusted: Collection[int], names: tuple[str, ...]
 ) -> Explanation | None:
-    """Return the mistake that explains a sensor, None when no single one does.
+    """Return the error that explains a sensor, None when no single one does.
 
     Parameters
     ----------
@@ -90,21 +90,21 @@ def explained(
     number : int
         The sensor.
     trusted : collection of int
-        The sensors that it is compared with.
+        The sensors to compare with.
     names : tuple of str
         Names of the sensors.
     """
     pairs = comparison.pairs(number, trusted)
     before = comparison.agreement(number, pairs).share
-    tried = _tried_radar if comparison.is_radar(number) else _tried_positions
+    tried = _radar_hypotheses if comparison.is_radar(number) else _position_hypotheses
     found = _best(tried(comparison, number, pairs, names), before)
     return found or _best(_clocks(comparison, number, trusted), before)
 
 
-def alike(
+def common_mistake(
     comparison: Comparison, suspects: Collection[int], names: tuple[str, ...]
 ) -> list[Diagnosis]:
-    """Return the mistake that all radars have alike: sensors agree once it is corrected in all.
+    """Return the error that all radars have in common: correcting it in all makes them agree.
 
     Parameters
     ----------
@@ -117,9 +117,9 @@ def alike(
     """
     radars = [one for one in suspects if comparison.is_radar(one)]
     for reading in READINGS:
-        if reading.turned:
+        if reading.any_rotation:
             continue
-        shares = [_share_alike(comparison, one, suspects, reading) for one in radars]
+        shares = [_common_share(comparison, one, suspects, reading) for one in radars]
         if shares and min(shares) >= AGREES_MIN:
             return [
                 Diagnosis(
@@ -133,7 +133,7 @@ def alike(
     return []
 
 
-def _share_alike(
+def _common_share(
     comparison: Comparison, number: int, others: Collection[int], reading: Reading
 ) -> float:
     plots = comparison.tested(number)
@@ -145,10 +145,10 @@ def _share_alike(
     return polar_agreement(measured, comparison.site(number), pairs, compared=compared).share
 
 
-_Tried = Iterator[tuple[Callable[[Agreement, float], Explanation], Agreement]]
+_Hypotheses = Iterator[tuple[Callable[[Agreement, float], Explanation], Agreement]]
 
 
-def _best(tried: _Tried, before: float) -> Explanation | None:
+def _best(tried: _Hypotheses, before: float) -> Explanation | None:
     best: Explanation | None = None
     for make, agreement in tried:
         enough = agreement.compared >= TESTED_MIN and agreement.share >= AGREES_MIN
@@ -159,18 +159,20 @@ def _best(tried: _Tried, before: float) -> Explanation | None:
     return best
 
 
-# The simplest mistakes first.
-def _tried_radar(
+# The simplest errors first.
+def _radar_hypotheses(
     comparison: Comparison, number: int, pairs: Pairs, names: tuple[str, ...]
-) -> _Tried:
+) -> _Hypotheses:
     plots, site = comparison.tested(number), comparison.site(number)
     compared = len(np.unique(pairs.plot))
     for reading in READINGS:
         if not _within_a_circle(reading, comparison.plots(number)):
             continue
         measured = reading.polar(plots.range_m, plots.azimuth_deg)
-        agreement = polar_agreement(measured, site, pairs, compared=compared, turned=reading.turned)
-        yield _read_so(reading), agreement
+        agreement = polar_agreement(
+            measured, site, pairs, compared=compared, any_rotation=reading.any_rotation
+        )
+        yield _by_reading(reading), agreement
     measured = as_given(plots.range_m, plots.azimuth_deg)
     sites = {
         names[one]: comparison.site(one)
@@ -179,14 +181,14 @@ def _tried_radar(
     }
     for other in other_sites(site, sites):
         agreement = polar_agreement(measured, other.site, pairs, compared=compared)
-        yield _so("site", other.mistake, other.with_it, other.remedy), agreement
+        yield _by_words("site", other.mistake, other.with_it, other.remedy), agreement
     if compared:
         found = best_site(plots, measured, site, pairs)
         agreement = polar_agreement(measured, found, pairs, compared=compared)
-        yield _stands(site, found), agreement
+        yield _by_site(site, found), agreement
 
 
-# 6400 mils are not so many milliradians, though one is nearly the other.
+# Distinguishes mils (6400 to a circle) from milliradians, which are nearly equal.
 def _within_a_circle(reading: Reading, plots: Plots) -> bool:
     if reading not in AZIMUTH_UNITS:
         return True
@@ -194,12 +196,12 @@ def _within_a_circle(reading: Reading, plots: Plots) -> bool:
     return bool(np.count_nonzero(azimuth > CIRCLE_MAX_RAD) <= BEYOND_MAX)
 
 
-def _read_so(reading: Reading) -> Callable[[Agreement, float], Explanation]:
+def _by_reading(reading: Reading) -> Callable[[Agreement, float], Explanation]:
     def made(agreement: Agreement, before: float) -> Explanation:
-        offset_deg = float(np.degrees(agreement.offset[1])) if reading.turned else 0.0
-        hint = "check what its azimuths count from"
+        offset_deg = float(np.degrees(agreement.offset[1])) if reading.any_rotation else 0.0
+        hint = "check the reference direction of its azimuths"
         if AZIMUTH_OFFSET_MAX_RAD < abs(np.radians(offset_deg)) <= np.radians(MAGNETIC_MAX_DEG):
-            hint = "check whether they count from magnetic in place of true north"
+            hint = "check whether they refer to magnetic instead of true north"
         words = {"offset": f"{offset_deg:+.1f}°", "origin": _origin(offset_deg), "hint": hint}
         return Explanation(
             reading.code, reading.mistake.format(**words), reading.with_it.format(**words),
@@ -209,7 +211,7 @@ def _read_so(reading: Reading) -> Callable[[Agreement, float], Explanation]:
     return made
 
 
-# −measured = azimuth + offset, so that zero was counted from −offset.
+# −measured = azimuth + offset: the reference direction is −offset.
 def _origin(offset_deg: float) -> str:
     from_north = -offset_deg % 360.0
     nearest = round(from_north / 90.0) % 4
@@ -218,7 +220,7 @@ def _origin(offset_deg: float) -> str:
     return f"{from_north:.1f}°"
 
 
-def _stands(site: Site, found: Site) -> Callable[[Agreement, float], Explanation]:
+def _by_site(site: Site, found: Site) -> Callable[[Agreement, float], Explanation]:
     def made(agreement: Agreement, before: float) -> Explanation:
         distance_m, azimuth = seen_from(site, geodetic_to_ecef(*found)[None])
         latitude, longitude = np.degrees(found[0]), np.degrees(found[1])
@@ -237,9 +239,9 @@ def _stands(site: Site, found: Site) -> Callable[[Agreement, float], Explanation
     return made
 
 
-def _tried_positions(
+def _position_hypotheses(
     comparison: Comparison, number: int, pairs: Pairs, _names: tuple[str, ...]
-) -> _Tried:
+) -> _Hypotheses:
     plots = comparison.tested(number)
     compared = len(np.unique(pairs.plot))
     latitude, longitude = plots.latitude_deg, plots.longitude_deg
@@ -251,37 +253,37 @@ def _tried_positions(
         ("position_sign", "its latitudes probably have the wrong sign",
          "the sign changed", "make north positive", -latitude, longitude),
         ("position_unit", "its positions are probably in radians",
-         "them taken as radians", "convert them to degrees",
+         "them interpreted as radians", "convert them to degrees",
          np.degrees(latitude), np.degrees(longitude)),
     )  # fmt: skip
     for code, mistake, with_it, remedy, north, east in tries:
         moved = replace(plots, latitude_deg=north, longitude_deg=east)
         agreement = position_agreement(reported(moved), pairs, compared=compared)
-        yield _so(code, mistake, with_it, remedy), agreement
+        yield _by_words(code, mistake, with_it, remedy), agreement
 
 
-def _clocks(comparison: Comparison, number: int, trusted: Collection[int]) -> _Tried:
+def _clocks(comparison: Comparison, number: int, trusted: Collection[int]) -> _Hypotheses:
     for step in range(1, ZONES + 1):
         for late_s in (step * ZONE_STEP_S, -step * ZONE_STEP_S):
             if not comparison.overlaps(number, trusted, late_s):
                 continue
             pairs = comparison.pairs(number, trusted, late_s=late_s)
-            timed = pairs.take(pairs.source >= 0)
+            timed = pairs.select(pairs.source >= 0)
             if len(np.unique(timed.plot)) >= TESTED_MIN:
                 yield _clock(late_s), comparison.agreement(number, timed)
 
 
 def _clock(late_s: float) -> Callable[[Agreement, float], Explanation]:
-    way = "ahead" if late_s > 0.0 else "behind"
-    return _so(
+    sense = "ahead" if late_s > 0.0 else "behind"
+    return _by_words(
         "clock",
-        f"its clock is probably {abs(late_s) / 3600.0:g} h {way} (another time zone?)",
+        f"its clock is probably {abs(late_s) / 3600.0:g} h {sense} (another time zone?)",
         f"{'later' if late_s < 0.0 else 'earlier'} times",
         "convert its times to UTC",
     )
 
 
-def _so(
+def _by_words(
     code: str, mistake: str, with_it: str, remedy: str
 ) -> Callable[[Agreement, float], Explanation]:
     return lambda agreement, before: Explanation(

@@ -1,4 +1,4 @@
-"""Heights of a sensor against those that others report of the same aircraft."""
+"""Heights of a sensor against those reported by others for the same aircraft."""
 
 import numpy as np
 
@@ -13,10 +13,10 @@ _UNITS = {"feet": 1.0 / 0.3048, "flight levels": 1.0 / 30.48}
 _WITHIN = 0.05
 
 
-def height_against_others(
+def check_heights(
     comparison: Comparison, number: int, name: str, agreement: Agreement, pairs: Pairs
 ) -> Diagnosis | None:
-    """Say so where the heights of a sensor are those of others in another unit.
+    """Diagnose heights in another unit than those of other sensors.
 
     Parameters
     ----------
@@ -25,9 +25,9 @@ def height_against_others(
     number, name : int, str
         The sensor.
     agreement, pairs : Agreement, Pairs
-        How, and with whom, it agrees.
+        Its agreement with the others.
     """
-    chosen = pairs.take(
+    chosen = pairs.select(
         np.isin(np.arange(pairs.size), agreement.matched) & (pairs.source != RECORDING)
     )
     own = comparison.tested(number).height_m[chosen.plot]
@@ -42,6 +42,6 @@ def height_against_others(
                 name,
                 "height_unit",
                 f"{name}: its heights are probably in {unit}: they are {ratio:.3g} times those "
-                "that other sensors report of the same aircraft; convert them to metres",
+                "reported by other sensors for the same aircraft; convert them to metres",
             )
     return None

@@ -1,4 +1,4 @@
-"""Mistakes that are tried on the plots of a radar: what its numbers may mean instead."""
+"""Errors that are tested on the plots of a radar: other interpretations of its values."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -15,22 +15,22 @@ Polar = tuple[Floats, Floats]
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """Another meaning of the columns of range and azimuth.
+    """Another interpretation of the range and azimuth columns.
 
     Attributes
     ----------
     code : str
         Of the diagnosis.
     polar : callable
-        Turns the numbers of the two columns into ranges, m, and azimuths, rad.
+        Converts the values of the two columns to ranges, m, and azimuths, rad.
     mistake : str
-        What is wrong, after the name of the sensor.
+        The error, as it follows the name of the sensor.
     with_it : str
-        The same as a condition: "with ...".
+        The correction, as it follows "with".
     remedy : str
         What to do.
-    turned : bool
-        Whether any offset of azimuth goes with it.
+    any_rotation : bool
+        Whether it allows any azimuth offset.
     """
 
     code: str
@@ -38,11 +38,11 @@ class Reading:
     mistake: str
     with_it: str
     remedy: str
-    turned: bool = False
+    any_rotation: bool = False
 
 
 def as_given(range_m: Floats, azimuth_deg: Floats) -> Polar:
-    """Return ranges, m, and azimuths, rad, of columns that are right."""
+    """Return ranges, m, and azimuths, rad, of correct columns."""
     return range_m, np.radians(azimuth_deg)
 
 
@@ -51,7 +51,7 @@ def _range_unit(name: str, metres: float) -> Reading:
         "range_unit",
         lambda ranges, azimuths: (ranges * metres, np.radians(azimuths)),
         f"its ranges are probably in {name}",
-        f"ranges taken as {name}",
+        f"ranges interpreted as {name}",
         "convert them to metres",
     )
 
@@ -61,12 +61,12 @@ def _azimuth_unit(name: str, radians: float) -> Reading:
         "azimuth_unit",
         lambda ranges, azimuths: (ranges, azimuths * radians),
         f"its azimuths are probably in {name}",
-        f"azimuths taken as {name}",
+        f"azimuths interpreted as {name}",
         "convert them to degrees",
     )
 
 
-#: Units in which ranges come, m; the last two are those of ASTERIX categories 001 and 048.
+#: Possible units of range, m; the last two are those of ASTERIX categories 001 and 048.
 RANGE_UNITS = (
     _range_unit("kilometres", 1e3),
     _range_unit("nautical miles", NAUTICAL_MILE_M),
@@ -75,7 +75,7 @@ RANGE_UNITS = (
     _range_unit("units of 1/128 NM", NAUTICAL_MILE_M / 128.0),
     _range_unit("units of 1/256 NM", NAUTICAL_MILE_M / 256.0),
 )
-#: Units in which azimuths come, rad; the last two are counts of an encoder.
+#: Possible units of azimuth, rad; the last two are counts of an encoder.
 AZIMUTH_UNITS = (
     _azimuth_unit("radians", 1.0),
     _azimuth_unit("milliradians", 1e-3),
@@ -97,17 +97,17 @@ MIRRORED = Reading(
     "its azimuths are probably counted anticlockwise",
     "azimuths counted anticlockwise from {origin}",
     "count them clockwise from true north",
-    turned=True,
+    any_rotation=True,
 )
-TURNED = Reading(
+ROTATED = Reading(
     "azimuth_offset",
     as_given,
     "its azimuths are probably off by {offset}",
     "that offset removed",
     "{hint}",
-    turned=True,
+    any_rotation=True,
 )
-READINGS = (*RANGE_UNITS, *AZIMUTH_UNITS, EXCHANGED, MIRRORED, TURNED)
+READINGS = (*RANGE_UNITS, *AZIMUTH_UNITS, EXCHANGED, MIRRORED, ROTATED)
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,7 +117,7 @@ class SiteReading:
     Attributes
     ----------
     site : Site
-        Where it is then.
+        The site.
     mistake, with_it, remedy : str
         As of `Reading`.
     """
@@ -129,7 +129,7 @@ class SiteReading:
 
 
 def other_sites(site: Site, of_others: dict[str, Site]) -> Iterator[SiteReading]:
-    """Yield sites that a mistake would turn into the one configured.
+    """Yield sites from which a typical error would produce the configured one.
 
     Parameters
     ----------

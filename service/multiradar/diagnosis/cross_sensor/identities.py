@@ -6,22 +6,22 @@ from multiradar.diagnosis.cross_sensor.comparison import TESTED_MIN
 from multiradar.diagnosis.diagnosis import Diagnosis
 from multiradar.diagnosis.plots import KEYS, Floats, Plots, Site, located, reported
 
-#: So great a part of the plots has the one value.
+#: Minimum fraction of plots with one value.
 SAME_MIN = 0.95
-#: Plots of so long, s, the scan of a long-range radar, lie in so many cells of this size, m, in the
-#: median. An aircraft flies 4 km in it and is in two cells at most but at a corner; two aircraft
-#: that share an address, as it happens, are in four.
+#: Time window, s, the scan of a long-range radar; cell size, m; minimum median number of cells
+#: occupied in a window. One aircraft flies 4 km in it and occupies at most two cells except at a
+#: corner; two aircraft with the same address occupy up to four.
 WINDOW_S, CELL_M, CELLS_MIN = 12.0, 20_000.0, 6
-#: Codes that many aircraft have rightly: Mode S and VFR conspicuity (ICAO EUR Doc 023; FAA JO
-#: 7110.66), and 0000 and 2000, of aircraft without one.
+#: Codes legitimately shared by many aircraft: Mode S and VFR conspicuity (ICAO EUR Doc 023; FAA JO
+#: 7110.66), and 0000 and 2000, of aircraft without an assigned code.
 CONSPICUITY = frozenset(
     int(code, 8) for code in ("0000", "1000", "1200", "1400", "2000", "7000", "7001", "7010")
 )
 _TEXTS = {"track_number": "d", "mode_s_address": "06X", "mode_3a": "04o"}
 
 
-def identity_alike(name: str, plots: Plots, site: Site | None) -> Diagnosis | None:
-    """Say so where plots of many aircraft have one track number, address or code.
+def check_identities(name: str, plots: Plots, site: Site | None) -> Diagnosis | None:
+    """Diagnose one track number, address or code shared by many aircraft.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ def identity_alike(name: str, plots: Plots, site: Site | None) -> Diagnosis | No
     plots : Plots
         Its plots.
     site : Site, optional
-        Of a radar, rad and m; None for what reports positions.
+        Of a radar, rad and m; None for a sensor that reports positions.
     """
     for column, key in enumerate(KEYS):
         known = np.flatnonzero(plots.keys[:, column] >= 0)
@@ -41,21 +41,20 @@ def identity_alike(name: str, plots: Plots, site: Site | None) -> Diagnosis | No
         legitimate = key == "mode_3a" and value in CONSPICUITY
         if legitimate or counts.max() < SAME_MIN * len(known):
             continue
-        cells = _cells(plots.take(known), site)
+        cells = _cells(plots.select(known), site)
         if cells >= CELLS_MIN:
             return Diagnosis(
                 name,
                 "identity",
                 f"{name}: {key} is probably the same for all its aircraft: it is "
                 f"{value:{_TEXTS[key]}} in {counts.max() / len(known):.0%} of the plots that have "
-                f"one, and those of {WINDOW_S:.0f} s lie in {cells:.0f} places, "
-                f"{CELL_M / 1e3:.0f} km wide; leave {key} empty where nothing "
-                "names the aircraft",
+                f"one, and those of {WINDOW_S:.0f} s lie in {cells:.0f} cells of "
+                f"{CELL_M / 1e3:.0f} km; leave {key} empty where the aircraft is not identified",
             )
     return None
 
 
-# In how many cells the plots of a window lie, in the median.
+# Median number of cells occupied by the plots of a window.
 def _cells(plots: Plots, site: Site | None) -> float:
     position = (
         reported(plots)

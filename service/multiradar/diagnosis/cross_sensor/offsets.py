@@ -1,4 +1,4 @@
-"""Offsets of range and azimuth that are configured, against those that other sensors show."""
+"""Configured range and azimuth offsets, against those estimated from other sensors."""
 
 from collections.abc import Sequence
 
@@ -16,21 +16,21 @@ from multiradar.estimation.measurement.sensors import (
     SensorTable,
 )
 
-#: An offset is another one from so much on, m and rad: in right recordings the fit was off by
-#: 0.1 km and 0.02° at most, also where offsets drift.
+#: An offset is wrong from this difference on, m and rad: in correct recordings the fit was off by
+#: 0.1 km and 0.02° at most, also with drifting offsets.
 DIFFERENT = (150.0, float(np.radians(0.1)))
-#: ... and where it is so many standard deviations beforehand away: chance takes it to 4.
+#: ... and from this number of prior standard deviations on: 4 occur by chance.
 PRIOR_SIGMAS = 5.0
-#: No radar has offsets beyond these, m and rad: what looks like more is another mistake.
+#: No radar has offsets beyond these, m and rad: a larger estimate has another cause.
 POSSIBLE = (5000.0, float(np.radians(5.0)))
 OFFSET_CODE = "bias"
 _KINDS = (PARAMETER_RANGE_OFFSET, PARAMETER_AZIMUTH_OFFSET)
 
 
-def offset_amiss(
+def check_offsets(
     sensors: SensorTable, number: int, found: Registration, others: Sequence[str]
 ) -> Diagnosis | None:
-    """Say so where an offset is fixed at a wrong value, or its prior excludes the right one.
+    """Diagnose an offset fixed at a wrong value, or whose prior excludes the right one.
 
     Parameters
     ----------
@@ -39,19 +39,19 @@ def offset_amiss(
     number : int
         The radar.
     found : Registration
-        What the others show of it.
+        Its offsets estimated from the others.
     others : sequence of str
         Names of the others.
     """
     if _has_gain(sensors, number):
-        # The fit has no gain: an offset of range would be of it.
+        # The fit has no gain: it would appear as a range offset.
         return None
-    for place, kind in enumerate(_KINDS):
-        value, sigma = found.offset[place], found.offset_sigma[place]
+    for index, kind in enumerate(_KINDS):
+        value, sigma = found.offset[index], found.offset_sigma[index]
         configured, prior_sigma = configured_bias(sensors, number, kind)
         apart = abs(value - configured)
-        if abs(value) <= POSSIBLE[place] and apart >= max(
-            DIFFERENT[place], SIGMAS * sigma, PRIOR_SIGMAS * prior_sigma
+        if abs(value) <= POSSIBLE[index] and apart >= max(
+            DIFFERENT[index], SIGMAS * sigma, PRIOR_SIGMAS * prior_sigma
         ):
             numbers = (configured, prior_sigma, value, sigma)
             return _wrong(sensors.ids[number], kind, numbers, others)

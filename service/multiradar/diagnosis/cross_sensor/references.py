@@ -1,7 +1,7 @@
-"""What other sensors say of the aircraft behind the plots of one sensor.
+"""Positions by other sensors of the aircraft of a sensor's plots.
 
-Where plots name their aircraft, the plots of others with the same name are interpolated to the time
-of each; where they do not, all tracks that others see then are candidates.
+Where plots identify their aircraft, plots of others with the same identity are interpolated to the
+time of each plot; otherwise all tracks of others at that time are candidates.
 """
 
 from collections.abc import Iterable, Mapping
@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 
 from multiradar.diagnosis.plots import KEYS, Floats, Integers, Plots, Rows, reported
 
-#: Other plots of an aircraft are interpolated over so long, s.
+#: Maximum gap over which plots of others are interpolated, s.
 GAP_MAX_S = 30.0
-#: Plots that are farther apart than this aircraft flies are not of one aircraft, m/s.
+#: Plots that imply a higher speed than this are not of one aircraft, m/s.
 SPEED_MAX_MPS = 700.0
 #: Paths of unnamed aircraft that are compared with a plot.
 PATHS_MAX = 600
-#: A kind of name is used where so great a part of the plots has one that another sensor has, too.
+#: An identity column is used where this fraction of plots has a value that another sensor also has.
 NAMED_MIN = 0.5
 
 #: The source of pairs with the position that the recording itself gives a plot.
@@ -34,7 +34,7 @@ class Paths(Rows):
     path : (n,) int64
         Number of the path.
     name : (n,) int64
-        The aircraft, by whatever names it.
+        The aircraft, by its identity or track.
     source : (n,) int64
         The sensor.
     time_s : (n,) float64
@@ -52,14 +52,14 @@ class Paths(Rows):
 
 @dataclass(frozen=True, slots=True)
 class Pairs(Rows):
-    """Where aircraft are that may be those of plots.
+    """Positions of aircraft that may be those of plots.
 
     Attributes
     ----------
     plot : (k,) int64
         Row of the plot.
     source : (k,) int64
-        Who says so; `RECORDING` for the recording.
+        The sensor; `RECORDING` for the recording.
     position_m, velocity_mps : (k, 3) float64
         ECEF; the velocity is NaN where it is not known.
     """
@@ -77,12 +77,12 @@ def common_key(plots: Plots, others: Iterable[Plots]) -> int | None:
     """Return which of `KEYS` names most of the plots and plots of others, None without such."""
     if plots.size == 0:
         return None
-    for place in range(len(KEYS)):
-        names = plots.keys[:, place]
-        known = [one.keys[:, place] for one in others]
+    for key in range(len(KEYS)):
+        names = plots.keys[:, key]
+        known = [one.keys[:, key] for one in others]
         shared = np.isin(names, np.concatenate(known)) if known else np.zeros(len(names), np.bool_)
         if np.count_nonzero(shared & (names >= 0)) >= NAMED_MIN * len(names):
-            return place
+            return key
     return None
 
 
@@ -92,7 +92,7 @@ def named_paths(plots: Mapping[int, Plots], positions_m: Mapping[int, Floats], k
     Parameters
     ----------
     plots, positions_m : mapping of int
-        Plots of each source, and where they lie.
+        Plots of each source, and their positions.
     key : int
         Which of `KEYS` names them.
     """
@@ -124,7 +124,7 @@ def _paths(parts: list[tuple[Integers, Integers, Floats, Floats]]) -> Paths:
 
 
 def named_pairs(plots: Plots, paths: Paths, key: int, late_s: float) -> Pairs:
-    """Return for each plot where the others see its aircraft.
+    """Return the positions by others of the aircraft of each plot.
 
     Parameters
     ----------
@@ -135,7 +135,7 @@ def named_pairs(plots: Plots, paths: Paths, key: int, late_s: float) -> Pairs:
     key : int
         Which of `KEYS` names aircraft.
     late_s : float
-        How late the clock of the sensor is: its plots are so much older than they claim.
+        Time offset of the sensor: claimed time minus true time, s.
     """
     names = plots.keys[:, key]
     parts = []
@@ -146,7 +146,7 @@ def named_pairs(plots: Plots, paths: Paths, key: int, late_s: float) -> Pairs:
 
 
 def candidate_pairs(plots: Plots, paths: Paths, late_s: float) -> Pairs:
-    """Return for each plot where the others see any aircraft at its time."""
+    """Return for each plot the positions by others of all aircraft at its time."""
     if paths.size == 0:
         return NO_PAIRS
     lengths = np.bincount(paths.path)
@@ -154,13 +154,13 @@ def candidate_pairs(plots: Plots, paths: Paths, late_s: float) -> Pairs:
     longest = longest[lengths[longest] > 1]
     rows = np.flatnonzero(np.isin(paths.path, longest))
     plot = np.repeat(np.arange(plots.size), len(longest))
-    named = replace(paths.take(rows), name=paths.path[rows])
+    named = replace(paths.select(rows), name=paths.path[rows])
     wanted = np.tile(longest, plots.size)
     return _interpolated(wanted, plots.time_s[plot] - late_s, named, np.arange(len(rows)), plot)
 
 
 def recorded_pairs(plots: Plots) -> Pairs:
-    """Return for each plot the position that the recording itself gives it, where it does."""
+    """Return for each plot its position in the recording, where there is one."""
     position = reported(plots)
     known = np.flatnonzero(np.isfinite(position).all(axis=1))
     nothing = np.full((len(known), 3), np.nan)
@@ -193,15 +193,15 @@ def _interpolated(
     origin = float(known.min())
     span = float(known.max()) - origin + 4.0 * GAP_MAX_S
     all_names, code = np.unique(paths.name[rows], return_inverse=True)
-    place = np.minimum(np.searchsorted(all_names, names), len(all_names) - 1)
+    index = np.minimum(np.searchsorted(all_names, names), len(all_names) - 1)
     inside = (time_s >= origin) & (time_s <= origin + span - 3.0 * GAP_MAX_S)
-    found = (all_names[place] == names) & inside
-    wanted = place * span + np.where(inside, time_s - origin, 0.0)
+    found = (all_names[index] == names) & inside
+    wanted = index * span + np.where(inside, time_s - origin, 0.0)
     after = np.searchsorted(code * span + (known - origin), wanted)
     found &= (after > 0) & (after < len(rows))
     after = np.clip(after, 1, len(rows) - 1)
     before = after - 1
-    found &= (code[before] == place) & (code[after] == place)
+    found &= (code[before] == index) & (code[after] == index)
     first, last = rows[before], rows[after]
     gap = paths.time_s[last] - paths.time_s[first]
     found &= (gap > 0.0) & (gap <= GAP_MAX_S)
@@ -211,4 +211,4 @@ def _interpolated(
     position = paths.position_m[first] + velocity * (time_s[chosen] - paths.time_s[first])[:, None]
     credible = np.linalg.norm(velocity, axis=1) <= SPEED_MAX_MPS
     plots = chosen if plot is None else plot[chosen]
-    return Pairs(plots, paths.source[first], position, velocity).take(credible)
+    return Pairs(plots, paths.source[first], position, velocity).select(credible)

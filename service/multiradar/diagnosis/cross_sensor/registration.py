@@ -1,9 +1,9 @@
-"""What the residuals of a sensor that agrees with others say of its clock, site and ranges.
+"""Clock, site and range errors of a sensor from its residuals against others.
 
-The difference between the plots of a sensor and the positions where others see the aircraft is
-fitted with the biases of range and azimuth of both, and then in addition with a time offset, with a
-shift of the site, or with what a mistake does to each plot. Aircraft that fly in different
-directions separate a time offset from the rest; the factor of a mistake that was made is 1.
+The difference between the plots of a sensor and the positions by others is fitted with the range
+and azimuth biases of both, and then in addition with a time offset, a shift of the site, or the
+effect of a hypothetical error on each plot. Aircraft on different headings separate a time offset
+from the rest; the fitted factor of an actual error is 1.
 """
 
 from collections.abc import Callable
@@ -18,34 +18,34 @@ from multiradar.diagnosis.plausibility import FOOT_M
 from multiradar.diagnosis.plots import Floats, Site, ground_range, located
 from multiradar.geodesy.wgs84 import ecef_to_geodetic, enu_rotation
 
-#: Beforehand: range m and azimuth rad of every sensor (`PRIOR_SIGMA_DEFAULT`).
+#: Prior sigmas of range m and azimuth rad of every sensor (`PRIOR_SIGMA_DEFAULT`).
 _PRIOR = (500.0, np.radians(0.5))
-#: Residuals beyond so many median amounts are left out, in so many rounds.
+#: Residuals beyond this multiple of their median are excluded; number of rounds.
 _TRIM, _ROUNDS = 4.0, 5
 #: Pairs that a fit needs.
 PAIRS_MIN = 60
-#: A clock is wrong by this at least, s: twice what is assumed beforehand.
+#: Minimum time offset, s: twice its prior sigma.
 TIME_MIN_S = 1.0
-#: A site is elsewhere by this at least, m: twice the standard deviation of range beforehand.
+#: Minimum shift of a site, m: twice the prior sigma of range.
 SHIFT_MIN_M = 1000.0
-#: What is fitted in addition must make the residuals so much smaller, and be so sure.
+#: An additional parameter must reduce the residuals by this factor, and be significant.
 SMALLER = 0.8
 SIGMAS = 8.0
-#: The factor of a mistake that was made is so near 1. What is no such mistake stays far from it:
-#: pressure heights 7 % off make −0.2 of ground ranges.
+#: Tolerance of the fitted factor about 1. Other causes stay far from 1: pressure heights 7 % off
+#: give −0.2 for ground ranges.
 FACTOR_WITHIN = 0.2
-#: A mistake of the site's height shows less of it: the residuals are so much smaller with it, in
-#: place of `SMALLER`, and it is looked for where feet and metres differ by this, m.
+#: A wrong site height has a smaller effect: this replaces `SMALLER`, and feet are tested where they
+#: differ from metres by this, m.
 SMALLER_BY_HEIGHT = 0.9
 HEIGHT_MIN_M = 500.0
-#: Heights by which a sensor and others place an aircraft must be alike within this, m: those of a
-#: plot without height are assumed.
+#: Maximum difference of the heights used for a plot by the sensor and by others, m: the height of a
+#: plot without one is assumed.
 _HEIGHTS_ALIKE_M = 300.0
-#: Heights of all aircraft are off in proportion on a hot or a cold day (7 % of height in 20 K off
-#: the standard atmosphere), which would look like another height of the site; the step of a fit.
-_HOTTER = 1.05
-#: Another height of a site is named from this on, m: pressure heights are off by less. It is found
-#: in so many steps, from one so far away.
+#: Pressure heights are off in proportion on a hot or a cold day (7 % at 20 K from the standard
+#: atmosphere), which resembles another site height; the step of the fit.
+_HEIGHT_SCALE = 1.05
+#: Range of errors of a site height that are reported, m: pressure heights are off by less. Number
+#: of iterations, and the first step, m.
 HEIGHT_OFF_MIN_M, HEIGHT_OFF_MAX_M = 1000.0, 6000.0
 _HEIGHT_STEPS, _HEIGHT_STEP_M = 4, 1000.0
 #: Unit of a shift of the site in a fit, m: columns of one size, as those of the biases.
@@ -53,24 +53,24 @@ _SHIFT_M = 1000.0
 
 
 class Registration(NamedTuple):
-    """What is wrong with a sensor beside its biases; 0 where nothing is.
+    """Errors of a sensor beside its biases; 0 where there is none.
 
     Attributes
     ----------
     time_offset_s : float
-        How late its clock is: claimed time minus true time, s.
+        Claimed time minus true time, s.
     east_m, north_m : float
-        How far its site is from the one configured, m.
+        Shift of its site from the configured one, m.
     ground_ranges : bool
         Whether its ranges are ground ranges.
     height_in_feet : bool
         Whether the height of its site was given in feet.
     height_m : float
-        The height of its site that the plots show, where it is another one for no such reason, m;
+        The height of its site estimated from the plots, m, where it is wrong for another reason;
         else NaN.
     offset, offset_sigma : (float, float)
         Its offsets of range, m, and azimuth, rad, with their standard deviations (infinite when
-        they were not fitted), where nothing of the above is wrong.
+        they were not fitted), where there is none of the errors above.
     before_m, after_m : float
         Median residual as configured and with ranges or height corrected, m.
     """
@@ -87,10 +87,10 @@ class Registration(NamedTuple):
     after_m: float = 0.0
 
 
-def registered(
+def check_registration(
     comparison: Comparison, number: int, agreement: Agreement, pairs: Pairs
 ) -> Registration:
-    """Return what is wrong with a radar that agrees with others.
+    """Return the errors of a radar that agrees with others.
 
     Parameters
     ----------
@@ -99,16 +99,16 @@ def registered(
     number : int
         The radar.
     agreement : Agreement
-        How it agrees.
+        Its agreement.
     pairs : Pairs
-        With whom.
+        Positions by others.
     """
     nothing = Registration()
     chosen = np.zeros(pairs.size, np.bool_)
-    # Where plots name their aircraft, those that a wrong clock takes far away count, too.
+    # Where plots identify their aircraft, those that a wrong clock shifts far away are used, too.
     chosen[slice(None) if _are_named(pairs) else agreement.matched] = True
     chosen &= np.isfinite(pairs.velocity_mps).all(axis=1)
-    pairs = pairs.take(chosen)
+    pairs = pairs.select(chosen)
     if pairs.size < PAIRS_MIN:
         return nothing
     residual, biases, shift, flight = _equations(comparison, number, pairs)
@@ -135,28 +135,28 @@ def registered(
     )
 
 
-# Mistakes that act by the heights of the aircraft; `best_m` is what other mistakes leave.
+# Errors whose effect depends on aircraft height; `best_m` is the residual under other errors.
 def _of_heights(
     comparison: Comparison, number: int, pairs: Pairs, best_m: float
 ) -> Registration | None:
-    site, plots = comparison.site(number), comparison.tested(number).take(pairs.plot)
+    site, plots = comparison.site(number), comparison.tested(number).select(pairs.plot)
     _, _, seen_m = ecef_to_geodetic(pairs.position_m)
     known = np.abs(plots.height_m - seen_m) <= _HEIGHTS_ALIKE_M
-    pairs, plots = pairs.take(known), plots.take(known)
+    pairs, plots = pairs.select(known), plots.select(known)
     if pairs.size < PAIRS_MIN:
         return None
     residual, biases, _, _ = _equations(comparison, number, pairs)
     along = _bias_columns(site, pairs)[:, :, :1]
     ground_m, _ = ground_range(site[2], plots.range_m, plots.height_m)
     plain = _fit(residual, biases)
-    taken = along * (ground_m - plots.range_m)[:, None, None]
-    ground = _fit(residual, np.concatenate([biases, taken], axis=2))
-    if _made(ground) and ground.scale <= min(SMALLER * plain.scale, best_m):
+    effect = along * (ground_m - plots.range_m)[:, None, None]
+    ground = _fit(residual, np.concatenate([biases, effect], axis=2))
+    if _is_confirmed(ground) and ground.scale <= min(SMALLER * plain.scale, best_m):
         return Registration(ground_ranges=True, before_m=plain.scale, after_m=ground.scale)
-    hotter = _hotter(comparison, number, pairs, plots.height_m)
-    others = np.concatenate([biases, hotter], axis=2)
+    scaled = _height_scale_columns(comparison, number, pairs, plots.height_m)
+    others = np.concatenate([biases, scaled], axis=2)
 
-    # What is fitted where the site stands at another height.
+    # The fit for another site height.
     def at_height(height_m: float) -> _Fit:
         there_m, _ = ground_range(height_m, plots.range_m, plots.height_m)
         raised = along * (ground_m - there_m)[:, None, None]
@@ -165,14 +165,14 @@ def _of_heights(
     return _of_site_height(site[2], _fit(residual, others), at_height, best_m)
 
 
-# The height of the site, where that of all aircraft may be off in proportion.
+# The site height, with all aircraft heights free to be off in proportion.
 def _of_site_height(
     given_m: float, plain: "_Fit", at_height: Callable[[float], "_Fit"], best_m: float
 ) -> Registration | None:
     enough_m = min(SMALLER_BY_HEIGHT * plain.scale, best_m)
     if given_m * (1.0 - FOOT_M) >= HEIGHT_MIN_M:
         feet = at_height(given_m * FOOT_M)
-        if _made(feet) and feet.scale <= enough_m:
+        if _is_confirmed(feet) and feet.scale <= enough_m:
             return Registration(height_in_feet=True, before_m=plain.scale, after_m=feet.scale)
     height_m = given_m + _HEIGHT_STEP_M
     for _ in range(_HEIGHT_STEPS):
@@ -182,37 +182,39 @@ def _of_site_height(
             return None
         height_m = given_m + step_m
     settled = abs(height_m - last_m) <= 0.1 * abs(step_m)
-    if settled and _made(fit) and fit.scale <= enough_m:
+    if settled and _is_confirmed(fit) and fit.scale <= enough_m:
         return Registration(height_m=height_m, before_m=plain.scale, after_m=fit.scale)
     return None
 
 
-def _made(fit: "_Fit") -> bool:
+def _is_confirmed(fit: "_Fit") -> bool:
     factor, sigma = float(fit.solution[-1]), float(fit.sigma[-1])
     return abs(factor - 1.0) <= FACTOR_WITHIN and SIGMAS * sigma <= factor
 
 
-# What heights greater in proportion do to where this radar and the others see aircraft.
-def _hotter(comparison: Comparison, number: int, pairs: Pairs, height_m: Floats) -> Floats:
-    found = _nearer(comparison.site(number), pairs, height_m)
+# Effect of proportionally greater heights on the positions by this radar and the others.
+def _height_scale_columns(
+    comparison: Comparison, number: int, pairs: Pairs, height_m: Floats
+) -> Floats:
+    found = _range_change_columns(comparison.site(number), pairs, height_m)
     for source in np.unique(pairs.source):
         if source >= 0 and comparison.is_radar(int(source)):
-            of_it = _nearer(comparison.site(int(source)), pairs, height_m)
+            of_it = _range_change_columns(comparison.site(int(source)), pairs, height_m)
             found = found - of_it * (pairs.source == source)[:, None, None]
     return found
 
 
-def _nearer(site: Site, pairs: Pairs, height_m: Floats) -> Floats:
+def _range_change_columns(site: Site, pairs: Pairs, height_m: Floats) -> Floats:
     range_m, _ = seen_from(site, pairs.position_m)
     less_m = (
         ground_range(site[2], range_m, height_m)[0]
-        - ground_range(site[2], range_m, _HOTTER * height_m)[0]
+        - ground_range(site[2], range_m, _HEIGHT_SCALE * height_m)[0]
     )
     return _bias_columns(site, pairs)[:, :, :1] * less_m[:, None, None]
 
 
 def _are_named(pairs: Pairs) -> bool:
-    of_others = pairs.take(pairs.source >= 0)
+    of_others = pairs.select(pairs.source >= 0)
     return len(np.unique(np.column_stack([of_others.plot, of_others.source]), axis=0)) == (
         of_others.size
     )
@@ -224,7 +226,7 @@ class _Fit(NamedTuple):
     scale: float
 
 
-# Residuals (k, 2) east and north, and what they are multiples of: (k, 2, parameters).
+# Residuals (k, 2) east and north, and their design matrices (k, 2, parameters).
 def _equations(
     comparison: Comparison, number: int, pairs: Pairs
 ) -> tuple[Floats, Floats, Floats, Floats]:
@@ -241,12 +243,12 @@ def _equations(
     biases = np.concatenate(columns, axis=2)
     scale = np.tile(_PRIOR, len(columns))
     shift = np.broadcast_to(-_SHIFT_M * np.eye(2), (pairs.size, 2, 2))
-    # A late clock: others are asked where the aircraft is only later.
+    # With a late clock the positions by others are interpolated to a later time.
     flight = -np.einsum("kij,kj->ki", rotation, pairs.velocity_mps)[:, :2, None]
     return apart, biases * scale, shift, flight
 
 
-# What 1 m of range and 1 rad of azimuth do to where a radar sees an aircraft, east and north.
+# Effect of 1 m of range and 1 rad of azimuth on the position by a radar, east and north.
 def _bias_columns(site: Site, pairs: Pairs) -> Floats:
     range_m, azimuth = seen_from(site, pairs.position_m)
     along = np.stack([np.sin(azimuth), np.cos(azimuth)], axis=1)

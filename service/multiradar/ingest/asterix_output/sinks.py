@@ -106,7 +106,7 @@ class FileSink:
             # Unbuffered: a block that cannot be written is counted as lost.
             self._file: BinaryIO = settings.file.open("ab", buffering=0)
         except OSError as error:
-            msg = f"{settings.file}: cannot write there, {error.strerror or error}"
+            msg = f"{settings.file}: cannot write: {error.strerror or error}"
             raise ConfigurationError(msg) from error
 
     def send(self, blocks: Sequence[bytes]) -> int:

@@ -66,7 +66,7 @@ class LiveDiagnosis:
             return
         with self._lock:
             if len(frame):
-                self._evidence.read(frame)
+                self._evidence.record_rows(frame)
             for row in rejects:
                 self._evidence.reject(_sensor_of(row), row.code)
 
@@ -75,7 +75,7 @@ class LiveDiagnosis:
         if self._thread is None:
             return
         with self._lock:
-            self._evidence.hear(output)
+            self._evidence.record_output(output)
 
     def restart(self) -> None:
         """Hear that the engine begins again: what it puts out has been diagnosed."""

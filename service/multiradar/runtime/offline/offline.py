@@ -299,7 +299,7 @@ class _Run:
             yield min(rows.stop, len(block))
         self._result.read += len(block)
         self._result.accepted += int(np.count_nonzero(codes == ACCEPTED))
-        self._evidence.take(block, refused, measured, codes)
+        self._evidence.record_batch(block, refused, measured, codes)
         times = TimeRefusals(self._admission, clock_s, measured.time_s, codes)
         with self._stages.measure(WRITING):
             self._write(outputs)
@@ -348,7 +348,7 @@ class _Run:
         for output in outputs:
             self._digest.add(output)
             self._tally.take(output)
-            self._evidence.hear(output)
+            self._evidence.record_output(output)
             for file, (table, writer) in self._windows.items():
                 with self._stages.measure(_stage_of(file)):
                     self._keep_windows(file, writer, table.take(output))

@@ -1,4 +1,4 @@
-"""What the demo shows: truth, trend, and distances between reports and tracks."""
+"""The display of the demo: truth, trend, and distances between reports and tracks."""
 
 import io
 import json
@@ -15,7 +15,7 @@ from multiradar.cli.demonstration.accuracy import position_accuracy
 from multiradar.cli.demonstration.truth import read_truth, sample_folder
 from multiradar.cli.demonstration.view import (
     BiasLine,
-    Scene,
+    View,
     bias_table,
     plain_head,
     plain_line,
@@ -35,10 +35,10 @@ def test_the_truth_of_the_sample_makes_a_sensors_file_without_the_biases() -> No
     assert ids == ["26-10", "35-10", "41-10", "41-1", "adsb"]
 
 
-def test_a_dump_without_truth_has_none_and_a_broken_one_is_told(tmp_path: Path) -> None:
+def test_a_dump_may_lack_truth_and_an_invalid_one_is_rejected(tmp_path: Path) -> None:
     assert read_truth(tmp_path).biases == {}
     (tmp_path / "truth.json").write_text(json.dumps({"radars": [{"source": 1}]}))
-    with pytest.raises(InputError, match=r"truth\.json: not the truth of a recording: missing"):
+    with pytest.raises(InputError, match=r"truth\.json: not a valid truth file: missing"):
         read_truth(tmp_path)
 
 
@@ -51,7 +51,7 @@ def test_a_dump_without_truth_has_none_and_a_broken_one_is_told(tmp_path: Path) 
         ("[1]\n", None),
     ],
 )
-def test_a_service_says_where_it_listens_in_its_first_line(
+def test_a_service_prints_its_addresses_in_its_first_line(
     output: str, document: dict[str, str] | None
 ) -> None:
     process = cast("subprocess.Popen[str]", SimpleNamespace(stdout=io.StringIO(output)))
@@ -115,21 +115,21 @@ def test_the_trend_falls_with_its_values_and_fits_its_width() -> None:
 def test_lines_show_the_estimate_with_its_sigma_and_the_table_its_error() -> None:
     line = BiasLine("26-10", "range_offset_m", 185.0)
     unknown = BiasLine("26-10", "azimuth_offset_deg", None)
-    scene = Scene(total=10, lines=[line, unknown])
-    assert plain_line(scene).startswith("--:--:--")
-    line.look(183.5, 2.0)
-    scene.data_time_s = 1533110700.0
-    assert "08:05:00" in plain_line(scene)
-    assert "+183.5 ± 2.0" in plain_line(scene)
-    assert plain_head(scene.lines, dated=True)[0].startswith("UTC       tracks ")
-    assert plain_head(scene.lines, dated=False)[0].startswith("time      tracks ")
-    assert "+185.0" in plain_head(scene.lines, dated=True)[1]
+    view = View(total=10, lines=[line, unknown])
+    assert plain_line(view).startswith("--:--:--")
+    line.update(183.5, 2.0)
+    view.data_time_s = 1533110700.0
+    assert "08:05:00" in plain_line(view)
+    assert "+183.5 ± 2.0" in plain_line(view)
+    assert plain_head(view.lines, dated=True)[0].startswith("UTC       tracks ")
+    assert plain_head(view.lines, dated=False)[0].startswith("time      tracks ")
+    assert "+185.0" in plain_head(view.lines, dated=True)[1]
     assert line.error == -1.5
     assert unknown.error is None
-    assert bias_table(scene.lines).row_count == 2
+    assert bias_table(view.lines).row_count == 2
 
 
-def test_without_reports_names_or_confirmed_tracks_there_is_nothing_to_compare() -> None:
+def test_without_reports_identities_or_confirmed_tracks_nothing_is_compared() -> None:
     reports, updates = _reports([0.0, 10.0]), _updates([0.0, 4.0])
     assert position_accuracy(reports, pl.DataFrame()) is None
     assert position_accuracy(reports.clear(), updates) is None

@@ -37,8 +37,8 @@ def changed(name: str, place: int, value: float) -> dict[str, Any]:
 @pytest.mark.parametrize(
     ("changes", "error", "sentence"),
     [
-        (changed("height_m", 1, np.nan), SensorPositionError, "radar B: expected a position"),
-        (changed("latitude_rad", 0, np.inf), SensorPositionError, "radar A: expected a position"),
+        (changed("height_m", 1, np.nan), SensorPositionError, "radar B: missing position"),
+        (changed("latitude_rad", 0, np.inf), SensorPositionError, "radar A: missing position"),
         (
             changed("range_sigma_m", 2, 0.0),
             PriorError,

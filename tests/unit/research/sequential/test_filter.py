@@ -219,7 +219,7 @@ def test_what_starts_nothing_takes_no_room() -> None:
         with pytest.raises(ShapeError, match="values"):
             one.observe(aircraft, 11.0, 0, [np.nan, 0.0])
         assert one.observe(aircraft, 11.0, 0, [-1.0, 0.0]) is Outcome.UNLOCATABLE
-        with pytest.raises(UnknownAircraftError, match=f"aircraft {aircraft}: expected one"):
+        with pytest.raises(UnknownAircraftError, match=f"aircraft {aircraft}: unknown"):
             one.aircraft(aircraft)
         with pytest.raises(UnknownAircraftError):
             one.end(aircraft)
