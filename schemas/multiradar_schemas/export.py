@@ -13,30 +13,19 @@ from typing import Any
 import polars as pl
 from pydantic import TypeAdapter
 
-from multiradar_schemas.arrow import (
-    BIAS_SCHEMA,
-    ENCOUNTER_SCHEMA,
-    FORECAST_SCHEMA,
-    HEALTH_SCHEMA,
-    MANOEUVRE_PLANE_SCHEMA,
-    MEASUREMENT_REQUIRED,
-    MEASUREMENT_SCHEMA,
-    OBSERVABILITY_SCHEMA,
-    TRACK_SCHEMA,
-    TRAJECTORY_SCHEMA,
-    TRANSITION_SCHEMA,
-)
+from multiradar_schemas.columns import required_columns
+from multiradar_schemas.measurements.columns import MEASUREMENT_REQUIRED, MEASUREMENT_SCHEMA
 from multiradar_schemas.measurements.measurement import MEASUREMENT, MEASUREMENTS
 from multiradar_schemas.measurements.reject import Reject
-from multiradar_schemas.products.bias import BiasEstimate
-from multiradar_schemas.products.encounter import Encounter, Encounters
-from multiradar_schemas.products.forecast import Forecast
-from multiradar_schemas.products.health import RadarHealth
-from multiradar_schemas.products.manoeuvre_plane import ManoeuvrePlane
-from multiradar_schemas.products.observability import Observability
-from multiradar_schemas.products.track import Track, TrackUpdate
-from multiradar_schemas.products.trajectories import Trajectories
-from multiradar_schemas.products.transition import Transition
+from multiradar_schemas.products.bias import BIAS_SCHEMA, BiasEstimate
+from multiradar_schemas.products.encounter import ENCOUNTER_SCHEMA, Encounter, Encounters
+from multiradar_schemas.products.forecast import FORECAST_SCHEMA, Forecast, ForecastRow
+from multiradar_schemas.products.health import HEALTH_SCHEMA, RadarHealth
+from multiradar_schemas.products.manoeuvre_plane import MANOEUVRE_PLANE_SCHEMA, ManoeuvrePlane
+from multiradar_schemas.products.observability import OBSERVABILITY_SCHEMA, Observability
+from multiradar_schemas.products.track import TRACK_SCHEMA, Track, TrackUpdate
+from multiradar_schemas.products.trajectories import TRAJECTORY_SCHEMA, Trajectories
+from multiradar_schemas.products.transition import TRANSITION_SCHEMA, Transition
 from multiradar_schemas.report import Report
 from multiradar_schemas.sensors.sensor import SensorsFile
 
@@ -60,29 +49,23 @@ _MODELS: dict[str, TypeAdapter[Any]] = {
     "reject": TypeAdapter(Reject),
     "report": TypeAdapter(Report),
 }
-_TABLES = {
+#: Tables whose rows are a model each, and the two in which a reason may stand for all else.
+_TABLES: dict[str, tuple[pl.Schema, tuple[str, ...]]] = {
     "measurements": (MEASUREMENT_SCHEMA, MEASUREMENT_REQUIRED),
-    "tracks": (
-        TRACK_SCHEMA,
-        tuple(n for n, f in TrackUpdate.model_fields.items() if "None" not in str(f.annotation)),
-    ),
-    "transitions": (TRANSITION_SCHEMA, ("time_s", "track_id", "transition", "reason")),
+    **{
+        name: (schema, required_columns(model, schema))
+        for name, schema, model in (
+            ("tracks", TRACK_SCHEMA, TrackUpdate),
+            ("transitions", TRANSITION_SCHEMA, Transition),
+            ("observability", OBSERVABILITY_SCHEMA, Observability),
+            ("encounters", ENCOUNTER_SCHEMA, Encounter),
+            ("forecasts", FORECAST_SCHEMA, ForecastRow),
+            ("biases", BIAS_SCHEMA, BiasEstimate),
+            ("health", HEALTH_SCHEMA, RadarHealth),
+        )
+    },
     "manoeuvre-planes": (MANOEUVRE_PLANE_SCHEMA, ("track_id", "time_s", "window_s")),
-    "observability": (OBSERVABILITY_SCHEMA, tuple(OBSERVABILITY_SCHEMA.names())),
-    "encounters": (
-        ENCOUNTER_SCHEMA,
-        tuple(n for n, f in Encounter.model_fields.items() if "None" not in str(f.annotation)),
-    ),
     "trajectories": (TRAJECTORY_SCHEMA, ("track_id", "time_s")),
-    "forecasts": (
-        FORECAST_SCHEMA,
-        tuple(name for name in FORECAST_SCHEMA if name != "height_m"),
-    ),
-    "biases": (BIAS_SCHEMA, tuple(BIAS_SCHEMA.names())),
-    "health": (
-        HEALTH_SCHEMA,
-        tuple(n for n, f in RadarHealth.model_fields.items() if "None" not in str(f.annotation)),
-    ),
 }
 _ARROW_NAMES: dict[pl.DataType, str] = {
     pl.Float64(): "float64",

@@ -7,35 +7,27 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from multiradar_schemas.arrow import (
-    BIAS_SCHEMA,
-    ENCOUNTER_SCHEMA,
-    FORECAST_SCHEMA,
-    HEALTH_SCHEMA,
-    MANOEUVRE_PLANE_SCHEMA,
-    MEASUREMENT_SCHEMA,
-    OBSERVABILITY_SCHEMA,
-    TRACK_SCHEMA,
-    TRANSITION_SCHEMA,
-)
+from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
 from multiradar_schemas.measurements.measurement import KIND_NEEDS, RadarMeasurement
 from multiradar_schemas.measurements.reject import CODE_MEANINGS, Reject
-from multiradar_schemas.products.bias import BiasEstimate
-from multiradar_schemas.products.encounter import Encounter, Encounters
+from multiradar_schemas.products.bias import BIAS_SCHEMA, BiasEstimate
+from multiradar_schemas.products.encounter import ENCOUNTER_SCHEMA, Encounter, Encounters
 from multiradar_schemas.products.forecast import (
+    FORECAST_SCHEMA,
     Forecast,
     ForecastMember,
     ForecastPoint,
     ForecastRow,
 )
-from multiradar_schemas.products.health import RadarHealth
+from multiradar_schemas.products.health import HEALTH_SCHEMA, RadarHealth
 from multiradar_schemas.products.manoeuvre_plane import (
+    MANOEUVRE_PLANE_SCHEMA,
     PLANE_REASON_MEANINGS,
     PlaneFigures,
     PlanePosition,
 )
-from multiradar_schemas.products.observability import Observability
-from multiradar_schemas.products.track import Track, TrackUpdate
+from multiradar_schemas.products.observability import OBSERVABILITY_SCHEMA, Observability
+from multiradar_schemas.products.track import TRACK_SCHEMA, Track, TrackUpdate
 from multiradar_schemas.products.trajectories import (
     TRAJECTORY_REASON_MEANINGS,
     Trajectories,
@@ -44,7 +36,7 @@ from multiradar_schemas.products.trajectories import (
     TrajectoryPoint,
     TrajectorySegment,
 )
-from multiradar_schemas.products.transition import REASON_MEANINGS, Transition
+from multiradar_schemas.products.transition import REASON_MEANINGS, TRANSITION_SCHEMA, Transition
 from multiradar_schemas.report import Counts, InputFile, OutputFile, Report
 from multiradar_schemas.sensors.bias import RangeOffset, SensorBias
 from multiradar_schemas.sensors.sensor import ESTIMATED_BY_KIND, PRIOR_SIGMA_DEFAULT, Sensor

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from multiradar.wire import measurement_batch, sensor_table
-from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
+from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
 from support.inputs.messages import adsb, radar, sensors
 
 TABLE = sensor_table(sensors())

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import polars as pl
 
-from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
 from multiradar_schemas.errors import BodyError
+from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
 from multiradar_schemas.measurements.measurement import Measurement
 from multiradar_schemas.measurements.reject import RejectCode
 

@@ -6,7 +6,7 @@ stay compatible with earlier versions.
 
 import polars as pl
 
-from multiradar_schemas.arrow import MEASUREMENT_DIRECTIONS, MEASUREMENT_SCHEMA
+from multiradar_schemas.measurements.columns import MEASUREMENT_DIRECTIONS, MEASUREMENT_SCHEMA
 from multiradar_schemas.measurements.gates import Gate
 from multiradar_schemas.measurements.measurement import SOURCE, SOURCE_FIELDS
 from multiradar_schemas.measurements.reject import RejectCode

@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field, StringConstraints
 
 from multiradar_schemas.base import Record, described
+from multiradar_schemas.columns import table_schema
 from multiradar_schemas.measurements.measurement import SENSOR_ID_PATTERN
 
 ParameterName = Literal["range_offset_m", "azimuth_offset_deg", "range_gain", "time_offset_s"]
@@ -48,3 +49,7 @@ class BiasEstimate(Record):
             source="filter",
         ),
     ]
+
+
+#: `biases.parquet`: one row for each sensor, parameter and epoch.
+BIAS_SCHEMA = table_schema(BiasEstimate)

@@ -5,6 +5,7 @@ from typing import Annotated
 from pydantic import Field
 
 from multiradar_schemas.base import Record, described
+from multiradar_schemas.columns import table_schema
 from multiradar_schemas.products.track import TrackState
 
 _HEIGHTS = "a height is not known, or one is a pressure altitude and the other is not"
@@ -250,3 +251,7 @@ class Encounters(Record):
         list[Encounter],
         described("The encounters, in the order asked for", unit="list", source="filter"),
     ]
+
+
+#: `encounters.parquet`: one row for each encounter at the end of each epoch.
+ENCOUNTER_SCHEMA = table_schema(Encounter)

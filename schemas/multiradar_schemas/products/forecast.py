@@ -5,6 +5,7 @@ from typing import Annotated
 from pydantic import Field
 
 from multiradar_schemas.base import Record, described
+from multiradar_schemas.columns import table_schema
 from multiradar_schemas.products.track import TrackState
 
 
@@ -209,3 +210,11 @@ class ForecastRow(ForecastPoint):
         described("That of the ellipse", unit="1", source="tracker"),
     ]
     by: Annotated[str, described("Method of the forecast", unit="name", source="tracker")]
+
+
+#: `forecasts.parquet`: one row for each track, moment at which it was forecast, and horizon.
+FORECAST_SCHEMA = table_schema(
+    ForecastRow,
+    first=("track_id", "made_s", "horizon_s", "time_s", "by", "motion", "probability"),
+    without={"members"},
+)

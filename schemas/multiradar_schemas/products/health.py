@@ -5,6 +5,7 @@ from typing import Annotated
 from pydantic import Field, StringConstraints
 
 from multiradar_schemas.base import Record, described
+from multiradar_schemas.columns import table_schema
 from multiradar_schemas.measurements.measurement import SENSOR_ID_PATTERN
 
 _UNSETTLED = "biases not settled, or too few plots"
@@ -165,3 +166,7 @@ class RadarHealth(Record):
         ),
     ]
     epoch: Annotated[int, described("Number of the epoch of data time", unit="1", source="tracker")]
+
+
+#: `health.parquet`: one row for each radar and epoch.
+HEALTH_SCHEMA = table_schema(RadarHealth)

@@ -2,9 +2,11 @@
 
 from typing import Annotated, Literal
 
+import polars as pl
 from pydantic import Field
 
 from multiradar_schemas.base import Record, described
+from multiradar_schemas.columns import table_schema
 
 PlaneReason = Literal["TOO_FEW_POINTS", "POINTS_ON_A_LINE", "NO_CONVERGENCE"]
 
@@ -141,3 +143,8 @@ class ManoeuvrePlane(PlaneFigures):
         list[PlanePosition],
         described("The plots, by ascending time", unit="list", source="restoration"),
     ]
+
+
+#: `manoeuvre_planes.parquet`: one row for each track and epoch in which it was updated. Where the
+#: plots determine no plane all but the first three is null, and `reason` says why.
+MANOEUVRE_PLANE_SCHEMA = pl.Schema({**table_schema(PlaneFigures), "reason": pl.String()})

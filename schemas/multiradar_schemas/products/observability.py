@@ -5,6 +5,7 @@ from typing import Annotated
 from pydantic import Field
 
 from multiradar_schemas.base import Record, described
+from multiradar_schemas.columns import table_schema
 
 
 class Observability(Record):
@@ -66,3 +67,7 @@ class Observability(Record):
             source="restoration",
         ),
     ]
+
+
+#: `observability.parquet`: one row for each track and epoch in which it was updated.
+OBSERVABILITY_SCHEMA = table_schema(Observability)

@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field, StringConstraints
 
 from multiradar_schemas.base import Record, described
+from multiradar_schemas.columns import table_schema
 from multiradar_schemas.measurements.measurement import MODE_3A_PATTERN, SENSOR_ID_PATTERN
 
 TrackState = Literal["tentative", "confirmed", "coasting"]
@@ -184,6 +185,10 @@ class TrackUpdate(Record):
             absent="never heard",
         ),
     ]
+
+
+#: `tracks.parquet`: one row for each update of a track.
+TRACK_SCHEMA = table_schema(TrackUpdate)
 
 
 class Track(TrackUpdate):

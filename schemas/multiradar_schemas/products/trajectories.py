@@ -2,9 +2,11 @@
 
 from typing import Annotated, Literal
 
+import polars as pl
 from pydantic import Field
 
 from multiradar_schemas.base import Record, described
+from multiradar_schemas.columns import lists_of, table_schema
 from multiradar_schemas.products.track import TrackState
 
 SegmentKind = Literal["straight", "right", "left", "faster", "slower"]
@@ -199,3 +201,21 @@ class Trajectories(Record):
         list[TrajectoryPoint],
         described("Mean path of all versions by their weights", unit="list", source="restoration"),
     ]
+
+
+_NESTED = {"state", "age_s", "estimate", "trajectories", "best", "weighted"}
+#: `trajectories.parquet`: one row for each epoch and track whose bundle took a plot in it. Where
+#: there are no trajectories all but the first two is null, and `reason` says why.
+TRAJECTORY_SCHEMA = pl.Schema(
+    {
+        **table_schema(Trajectories, without=_NESTED),
+        **table_schema(TrajectoryEstimate, without={"time_s"}),
+        "weights": pl.List(pl.Float64()),
+        "segment_trajectory": pl.List(pl.Int64()),
+        **lists_of(table_schema(TrajectorySegment, prefix="segment_")),
+        "point_time_s": pl.List(pl.Float64()),
+        **lists_of(table_schema(TrajectoryPoint, prefix="best_", without={"time_s"})),
+        **lists_of(table_schema(TrajectoryPoint, prefix="weighted_", without={"time_s"})),
+        "reason": pl.String(),
+    }
+)

@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from multiradar_schemas.base import Record, described
+from multiradar_schemas.columns import table_schema
 
 TransitionName = Literal["started", "confirmed", "coasting", "resumed", "restarted", "ended"]
 ReasonName = Literal[
@@ -79,3 +80,7 @@ class Transition(Record):
             absent="started",
         ),
     ]
+
+
+#: `transitions.parquet`: one row for each transition of a track.
+TRANSITION_SCHEMA = table_schema(Transition)

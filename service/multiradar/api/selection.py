@@ -7,9 +7,9 @@ import polars as pl
 
 from multiradar.api.problems import parameter_error
 from multiradar.api.query import number
-from multiradar_schemas.arrow import TRACK_SCHEMA
 from multiradar_schemas.documents.names import did_you_mean
 from multiradar_schemas.measurements.measurement import LATITUDE_MAX_DEG, LONGITUDE_MAX_DEG
+from multiradar_schemas.products.track import TRACK_SCHEMA
 
 #: Columns of a live track: those of `tracks.parquet`, and the age of the track.
 TRACK_COLUMNS = (*TRACK_SCHEMA.names(), "age_s")

@@ -17,7 +17,7 @@ from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import STATE_CONFIRMED, EngineOutput
 from multiradar.tracking.plots import TrackPlots
 from multiradar.wire import Rejected
-from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
+from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
 
 #: Plots that are retained of a source, and of tracks; sources that are distinguished.
 ROWS_MAX = 20_000

@@ -12,7 +12,7 @@ from multiradar.estimation.measurement.sensors import (
 from multiradar.simulation.observation.measurements import NO_AIRCRAFT
 from multiradar.simulation.observation.observation import Observation
 from multiradar.simulation.scenario.model import SITED, Aircraft, ReceivedField, Scenario, Sensor
-from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
+from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
 from multiradar_schemas.measurements.directions import without_empty_directions
 
 #: `truth.parquet`: row i is the truth of row i of `measurements.parquet`.

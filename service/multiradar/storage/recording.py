@@ -10,7 +10,7 @@ import polars as pl
 from numpy.typing import NDArray
 
 from multiradar.errors import InputError, MissingColumnError
-from multiradar_schemas.arrow import MEASUREMENT_LATER, MEASUREMENT_SCHEMA
+from multiradar_schemas.measurements.columns import MEASUREMENT_LATER, MEASUREMENT_SCHEMA
 from multiradar_schemas.measurements.measurement import TIME_MAX_S
 
 #: Rows in memory at a time.

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from multiradar.storage.recording import BLOCK_ROWS, INDEX_COLUMN, Recording
 from multiradar.storage.table_writer import TableWriter
-from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
+from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
 
 #: Rows of a run; at most two runs are in memory.
 RUN_ROWS = 16 * BLOCK_ROWS

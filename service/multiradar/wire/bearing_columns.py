@@ -5,7 +5,7 @@ import polars as pl
 
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.tracking.input.measurements import Directions, MeasurementBatch
-from multiradar_schemas.arrow import MEASUREMENT_DIRECTIONS
+from multiradar_schemas.measurements.columns import MEASUREMENT_DIRECTIONS
 from multiradar_schemas.measurements.directions import MEASURES_ELEVATION, MOVING, has_directions
 
 

@@ -19,11 +19,8 @@ from multiradar.tracking.input.measurements import (
 )
 from multiradar.wire.bearing_columns import direction_rows, directions_of, with_movers
 from multiradar.wire.sensors import KIND_NUMBER
-from multiradar_schemas.arrow import (
-    MEASUREMENT_REQUIRED,
-    MEASUREMENT_SCHEMA,
-)
 from multiradar_schemas.measurements.callsigns import callsign_texts, packed_callsigns
+from multiradar_schemas.measurements.columns import MEASUREMENT_REQUIRED, MEASUREMENT_SCHEMA
 from multiradar_schemas.measurements.directions import has_directions, sensor_gates
 from multiradar_schemas.measurements.gates import PHYSICAL_GATES, Gate, rejections
 from multiradar_schemas.measurements.measurement import KINDS

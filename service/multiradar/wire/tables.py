@@ -15,13 +15,11 @@ from multiradar.tracking.outputs import (
 )
 from multiradar.wire.identity_texts import addresses, codes, present
 from multiradar.wire.sensors import parameter_unit
-from multiradar_schemas.arrow import (
-    BIAS_SCHEMA,
-    HEALTH_SCHEMA,
-    TRACK_SCHEMA,
-    TRANSITION_SCHEMA,
-)
 from multiradar_schemas.measurements.callsigns import callsign_texts
+from multiradar_schemas.products.bias import BIAS_SCHEMA
+from multiradar_schemas.products.health import HEALTH_SCHEMA
+from multiradar_schemas.products.track import TRACK_SCHEMA
+from multiradar_schemas.products.transition import TRANSITION_SCHEMA
 
 TURN_DEG = 360.0
 HOUR_S = 3600.0

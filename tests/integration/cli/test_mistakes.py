@@ -10,7 +10,7 @@ import pytest
 
 from multiradar.cli.main import run
 from multiradar.simulation.scenario.toml_text import toml_text
-from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
+from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
 from support.inputs.mistaken import RADARS, Edit, Recording, recording
 from support.paths import SAMPLE
 

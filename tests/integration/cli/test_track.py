@@ -12,7 +12,7 @@ import pytest
 
 from multiradar.cli.main import run
 from multiradar.tracking import pool
-from multiradar_schemas.arrow import TRAJECTORY_SCHEMA
+from multiradar_schemas.products.trajectories import TRAJECTORY_SCHEMA
 from multiradar_schemas.report import Report
 from support.paths import SAMPLE
 from support.processes.commands import RUN

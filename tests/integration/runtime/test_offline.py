@@ -16,8 +16,10 @@ from multiradar.runtime.offline.offline_report import offline_report
 from multiradar.storage import recording as recording_module
 from multiradar.storage.recording import Recording
 from multiradar.tracking.settings import TrackingSettings
-from multiradar_schemas.arrow import BIAS_SCHEMA, TRACK_SCHEMA, TRANSITION_SCHEMA
 from multiradar_schemas.measurements.reject import Reject
+from multiradar_schemas.products.bias import BIAS_SCHEMA
+from multiradar_schemas.products.track import TRACK_SCHEMA
+from multiradar_schemas.products.transition import TRANSITION_SCHEMA
 from support.scenarios import live_scene
 
 ROWS = 3000

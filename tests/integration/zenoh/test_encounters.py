@@ -16,8 +16,7 @@ from multiradar.runtime.offline.offline import ENCOUNTERS_FILE, OfflineJob, trac
 from multiradar.runtime.queries.encounter_query import EncounterQuery
 from multiradar.storage.recording import Recording
 from multiradar.tracking.settings import TrackingSettings
-from multiradar_schemas.arrow import ENCOUNTER_SCHEMA
-from multiradar_schemas.products.encounter import Encounters
+from multiradar_schemas.products.encounter import ENCOUNTER_SCHEMA, Encounters
 from support.processes.live_process import live_service
 from support.processes.waiting import WAIT_TIMEOUT_S
 from support.processes.zenoh_subscriber import client_config

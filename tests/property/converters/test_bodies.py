@@ -14,8 +14,8 @@ from multiradar_converters.normalised import text
 from multiradar_converters.normalised.arrow import parse_arrow
 from multiradar_converters.normalised.parsed import Parsed, rows_frame
 from multiradar_converters.normalised.text import parse_json, parse_ndjson
-from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
 from multiradar_schemas.errors import BodyError
+from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
 from support.inputs.messages import adsb, array, radar, stream
 
 #: Characters that mean something in JSON, and some that cannot be written.

@@ -16,7 +16,9 @@ from multiradar.runtime.queries.forecasts import forecast_steps
 from multiradar.runtime.stream.events import Event, EventRing, Subscription
 from multiradar.storage.entries import Quarantined
 from multiradar.tracking.forecast.regions import gaussian_factor
-from multiradar_schemas.arrow import BIAS_SCHEMA, TRACK_SCHEMA, TRANSITION_SCHEMA
+from multiradar_schemas.products.bias import BIAS_SCHEMA
+from multiradar_schemas.products.track import TRACK_SCHEMA
+from multiradar_schemas.products.transition import TRANSITION_SCHEMA
 from support.processes.waiting import WAIT_TIMEOUT_S
 
 LIVE_SCHEMA = pl.Schema({**TRACK_SCHEMA, "age_s": pl.Float64()})

@@ -10,7 +10,7 @@ from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.polar import slant_range_azimuth
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.wire import sensor_table
-from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
+from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
 from multiradar_schemas.sensors.sensor import Sensor, SensorsFile
 
 Floats = NDArray[np.float64]

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 
 from multiradar.geodesy.polar import slant_range_azimuth
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
+from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
 from support.scenarios import live_scene
 
 Floats = NDArray[np.float64]

@@ -7,8 +7,7 @@ import polars as pl
 import pytest
 
 from multiradar.storage.entries import Quarantined, RejectedRow
-from multiradar_schemas.arrow import BIAS_SCHEMA
-from multiradar_schemas.products.bias import BiasEstimate
+from multiradar_schemas.products.bias import BIAS_SCHEMA, BiasEstimate
 from support.fakes.fake_service import FakeService
 
 

@@ -11,10 +11,9 @@ import pytest
 
 from multiradar.api.selection import TRACK_COLUMNS
 from multiradar.errors import TrajectoryError
-from multiradar_schemas.arrow import TRANSITION_SCHEMA
 from multiradar_schemas.products.forecast import Forecast
 from multiradar_schemas.products.track import Track
-from multiradar_schemas.products.transition import Transition
+from multiradar_schemas.products.transition import TRANSITION_SCHEMA, Transition
 from support.fakes.fake_service import FakeService, live_tracks, updates_of
 
 

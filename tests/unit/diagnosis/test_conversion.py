@@ -8,7 +8,7 @@ import pytest
 
 from multiradar.diagnosis.conversion import diagnose_conversion
 from multiradar.diagnosis.diagnosis import Diagnosis
-from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
+from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
 from support.inputs.mistaken import RADARS, Recording, recording
 
 RANGE, AZIMUTH = pl.col("range_m"), pl.col("azimuth_deg")

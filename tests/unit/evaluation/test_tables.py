@@ -14,7 +14,8 @@ from multiradar.evaluation.tables import (
     tracks_of,
 )
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar_schemas.arrow import BIAS_SCHEMA, TRACK_SCHEMA
+from multiradar_schemas.products.bias import BIAS_SCHEMA
+from multiradar_schemas.products.track import TRACK_SCHEMA
 
 PLANE = SystemPlane(np.radians(47.0), np.radians(8.0))
 TRUTH = pl.DataFrame(

@@ -22,7 +22,7 @@ from multiradar.ingest.replay import (
 from multiradar.ingest.replay_memory import MemoryDestination
 from multiradar.storage import recording as recording_module
 from multiradar.storage.recording import Recording
-from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
+from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
 
 
 def _recording(folder: Path, times: list[float], kinds: list[str] | None = None) -> Recording:

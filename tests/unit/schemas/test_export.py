@@ -10,11 +10,11 @@ import pytest
 from pydantic import ValidationError
 
 from multiradar_schemas import export
-from multiradar_schemas.arrow import BIAS_SCHEMA, MEASUREMENT_SCHEMA, TRACK_SCHEMA
 from multiradar_schemas.export import FOLDER, documents
+from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
 from multiradar_schemas.measurements.measurement import MEASUREMENT
-from multiradar_schemas.products.bias import BiasEstimate
-from multiradar_schemas.products.track import TrackUpdate
+from multiradar_schemas.products.bias import BIAS_SCHEMA, BiasEstimate
+from multiradar_schemas.products.track import TRACK_SCHEMA, TrackUpdate
 from support.inputs.messages import SENSORS_TOML, adsb, radar, without
 
 

@@ -8,7 +8,7 @@ import pytest
 from multiradar.errors import InputError, MissingColumnError
 from multiradar.storage import recording
 from multiradar.storage.recording import Recording, measurements_path
-from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
+from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
 
 
 def _measurements(rows: int) -> pl.DataFrame:

@@ -10,7 +10,7 @@ from multiradar.storage import recording as recording_module
 from multiradar.storage import time_order
 from multiradar.storage.recording import Recording
 from multiradar.storage.time_order import disorder_s, in_time_order
-from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
+from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
 
 
 def _recording(folder: Path, times: list[float]) -> Recording:

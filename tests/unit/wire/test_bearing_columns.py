@@ -22,8 +22,8 @@ from multiradar.wire import measurement_batch, measurement_rows, sensor_table
 from multiradar_compiled.kernels import compilation_target
 from multiradar_converters.normalised.arrow import parse_arrow
 from multiradar_converters.normalised.text import parse_json, parse_ndjson
-from multiradar_schemas.arrow import MEASUREMENT_DIRECTIONS, MEASUREMENT_SCHEMA
 from multiradar_schemas.errors import DocumentError
+from multiradar_schemas.measurements.columns import MEASUREMENT_DIRECTIONS, MEASUREMENT_SCHEMA
 from multiradar_schemas.measurements.reject import RejectCode
 from multiradar_schemas.sensors.sensor import parse_sensors
 

@@ -25,18 +25,13 @@ from multiradar.wire import (
     sensor_table,
     tracks_frame,
 )
-from multiradar_schemas.arrow import (
-    BIAS_SCHEMA,
-    HEALTH_SCHEMA,
-    MEASUREMENT_SCHEMA,
-    TRACK_SCHEMA,
-)
 from multiradar_schemas.errors import SchemaError
 from multiradar_schemas.measurements.callsigns import packed_callsigns
+from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
 from multiradar_schemas.measurements.reject import RejectCode
-from multiradar_schemas.products.bias import BiasEstimate
-from multiradar_schemas.products.health import RadarHealth
-from multiradar_schemas.products.track import TrackUpdate
+from multiradar_schemas.products.bias import BIAS_SCHEMA, BiasEstimate
+from multiradar_schemas.products.health import HEALTH_SCHEMA, RadarHealth
+from multiradar_schemas.products.track import TRACK_SCHEMA, TrackUpdate
 from multiradar_schemas.sensors.sensor import parse_sensors
 from support.fakes.health import health_records
 from support.inputs.messages import adsb, radar, sensors

@@ -4,7 +4,7 @@ import io
 
 import polars as pl
 
-from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
+from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
 from multiradar_schemas.measurements.directions import without_empty_directions
 
 

@@ -24,7 +24,7 @@ from multiradar.runtime.live.intake import Submission
 from multiradar.runtime.live.payload import complete, decode_rows, encode_rows
 from multiradar.storage.entries import Entry, EntryKind, RejectedRow, StoredEntry
 from multiradar.tracking.input.measurements import MeasurementBatch
-from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
+from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
 from multiradar_schemas.measurements.directions import has_directions, without_empty_directions
 from multiradar_schemas.measurements.reject import RejectCode
 

@@ -14,7 +14,7 @@ from multiradar.runtime.queries.encounters import Sky, encounters
 from multiradar.tracking.forecast.forecast_calibration import calibration_for
 from multiradar.tracking.outputs import EngineOutput
 from multiradar.tracking.settings import TrackingSettings
-from multiradar_schemas.arrow import ENCOUNTER_SCHEMA
+from multiradar_schemas.products.encounter import ENCOUNTER_SCHEMA
 
 
 class EncounterTable:

@@ -22,7 +22,7 @@ from multiradar.tracking.forecast.forecast_calibration import calibration_for
 from multiradar.tracking.forecast.forecast_scores import HORIZONS_S
 from multiradar.tracking.outputs import EngineOutput, StateSample
 from multiradar.tracking.settings import TrackingSettings
-from multiradar_schemas.arrow import FORECAST_SCHEMA
+from multiradar_schemas.products.forecast import FORECAST_SCHEMA
 
 #: Bounds of the time between two forecasts of a track, s.
 EVERY_MIN_S = 8.0

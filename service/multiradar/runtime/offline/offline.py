@@ -51,17 +51,15 @@ from multiradar.tracking.outputs import (
     TrackUpdates,
 )
 from multiradar.tracking.settings import TrackingSettings
-from multiradar_schemas.arrow import (
-    BIAS_SCHEMA,
-    ENCOUNTER_SCHEMA,
-    FORECAST_SCHEMA,
-    HEALTH_SCHEMA,
-    MANOEUVRE_PLANE_SCHEMA,
-    OBSERVABILITY_SCHEMA,
-    TRACK_SCHEMA,
-    TRAJECTORY_SCHEMA,
-    TRANSITION_SCHEMA,
-)
+from multiradar_schemas.products.bias import BIAS_SCHEMA
+from multiradar_schemas.products.encounter import ENCOUNTER_SCHEMA
+from multiradar_schemas.products.forecast import FORECAST_SCHEMA
+from multiradar_schemas.products.health import HEALTH_SCHEMA
+from multiradar_schemas.products.manoeuvre_plane import MANOEUVRE_PLANE_SCHEMA
+from multiradar_schemas.products.observability import OBSERVABILITY_SCHEMA
+from multiradar_schemas.products.track import TRACK_SCHEMA
+from multiradar_schemas.products.trajectories import TRAJECTORY_SCHEMA
+from multiradar_schemas.products.transition import TRANSITION_SCHEMA
 
 BATCH_ROWS = 8192
 TRACKS_FILE = "tracks.parquet"

@@ -12,7 +12,7 @@ from multiradar.runtime.trajectories.pool import Reading
 from multiradar.runtime.trajectories.table import TrajectoryTable
 from multiradar.tracking.forecast.forecast_scores import HORIZONS_S
 from multiradar.tracking.outputs import EngineOutput
-from multiradar_schemas.arrow import FORECAST_SCHEMA
+from multiradar_schemas.products.forecast import FORECAST_SCHEMA
 
 _MEMBERS = "members"
 

@@ -16,7 +16,7 @@ from multiradar.runtime.trajectories.pool import TAKEN, BundlePool, Reading
 from multiradar.runtime.trajectories.roster import Order, Roster, Sampled, Take
 from multiradar.tracking.outputs import EngineOutput
 from multiradar.tracking.settings import TrackingSettings
-from multiradar_schemas.arrow import TRAJECTORY_SCHEMA
+from multiradar_schemas.products.trajectories import TRAJECTORY_SCHEMA
 
 #: Rows of another table, of a track and its bundle on its plane.
 Also = Callable[[int, Reading, SystemPlane], list[dict[str, Any]]]

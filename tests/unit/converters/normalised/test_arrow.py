@@ -13,8 +13,8 @@ from polars.testing import assert_frame_equal
 from multiradar_converters.normalised.arrow import parse_arrow
 from multiradar_converters.normalised.arrow_layout import ArrowLayoutError, check_layout
 from multiradar_converters.normalised.parsed import PARSED_SCHEMA
-from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
 from multiradar_schemas.errors import BodyError
+from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
 from multiradar_schemas.measurements.reject import RejectCode
 from support.inputs.messages import adsb, radar, stream
 from support.processes.waiting import run_to_end

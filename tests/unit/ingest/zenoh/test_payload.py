@@ -9,7 +9,7 @@ import pytest
 
 from multiradar.errors import PayloadError
 from multiradar.ingest.zenoh.payload import PayloadBounds, read_payload
-from multiradar_schemas.arrow import MEASUREMENT_SCHEMA
+from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
 
 BOUNDS = PayloadBounds(bytes_max=10_000, rows_max=100)
 KEY = "multiradar/v1/measurements/41-10"

@@ -16,8 +16,8 @@ from multiradar.tracking.health.health_records import HealthRecords
 from multiradar.tracking.outputs import EngineOutput, TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.wire import health_frame, measurement_batch, tracks_frame
-from multiradar_schemas.arrow import OBSERVABILITY_SCHEMA
 from multiradar_schemas.measurements.reject import RejectCode
+from multiradar_schemas.products.observability import OBSERVABILITY_SCHEMA
 from support.scenarios import bearing_scene
 
 TABLE = bearing_scene.sensors()

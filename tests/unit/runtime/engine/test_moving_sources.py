@@ -16,7 +16,7 @@ from multiradar.simulation.scenario.sensors_text import sensors_text
 from multiradar.tracking.outputs import TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.wire import measurement_batch, sensor_table, tracks_frame
-from multiradar_schemas.arrow import OBSERVABILITY_SCHEMA
+from multiradar_schemas.products.observability import OBSERVABILITY_SCHEMA
 from multiradar_schemas.sensors.sensor import parse_sensors
 from support.scenarios import moving_scene
 from support.scenarios.moving_scene import FIXED, FLYING, PERIOD_S, RADAR, Path, seen, together

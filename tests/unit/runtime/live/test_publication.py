@@ -23,9 +23,10 @@ from multiradar.tracking.outputs import (
 )
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.wire import biases_frame, measurement_batch, tracks_frame
-from multiradar_schemas.arrow import BIAS_SCHEMA, TRACK_SCHEMA
+from multiradar_schemas.products.bias import BIAS_SCHEMA
 from multiradar_schemas.products.forecast import ForecastPoint
 from multiradar_schemas.products.health import RadarHealth
+from multiradar_schemas.products.track import TRACK_SCHEMA
 from support.fakes.fake_engine import FakeEngine
 from support.fakes.health import health_records
 from support.processes.waiting import join

@@ -12,8 +12,7 @@ from multiradar.runtime.offline.forecast_table import ForecastTable
 from multiradar.tracking.forecast.forecast_scores import HORIZONS_S
 from multiradar.tracking.forecast.state_samples import Sampling
 from multiradar.tracking.settings import TrackingSettings
-from multiradar_schemas.arrow import FORECAST_SCHEMA
-from multiradar_schemas.products.forecast import ForecastRow
+from multiradar_schemas.products.forecast import FORECAST_SCHEMA, ForecastRow
 from support.scenarios.scenes import Scene, make_scene, random_flights, three_radars
 
 pytestmark = pytest.mark.slow

@@ -22,8 +22,8 @@ from multiradar.runtime.queries.track_windows import (
 )
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.wire import measurement_batch
-from multiradar_schemas.arrow import MANOEUVRE_PLANE_SCHEMA, MEASUREMENT_SCHEMA
-from multiradar_schemas.products.manoeuvre_plane import ManoeuvrePlane
+from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
+from multiradar_schemas.products.manoeuvre_plane import MANOEUVRE_PLANE_SCHEMA, ManoeuvrePlane
 from support.scenarios import live_scene
 
 TABLE = live_scene.sensors()

@@ -22,8 +22,7 @@ from multiradar.tracking.forecast.state_samples import Sampling
 from multiradar.tracking.outputs import EngineOutput
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.wire import measurement_batch
-from multiradar_schemas.arrow import FORECAST_SCHEMA
-from multiradar_schemas.products.forecast import ForecastPoint, ForecastRow
+from multiradar_schemas.products.forecast import FORECAST_SCHEMA, ForecastPoint, ForecastRow
 from support.fakes.engine_outputs import End, Sample, output_of
 from support.processes.waiting import WAIT_TIMEOUT_S
 from support.scenarios.live_scene import START_S

@@ -10,8 +10,7 @@ from multiradar.runtime.trajectories.document import POINTS_MAX, trajectories_of
 from multiradar.runtime.trajectories.options import trajectory_options
 from multiradar.runtime.trajectories.pool import Reading
 from multiradar.runtime.trajectories.table import table_row
-from multiradar_schemas.arrow import TRAJECTORY_SCHEMA
-from multiradar_schemas.products.trajectories import Trajectories
+from multiradar_schemas.products.trajectories import TRAJECTORY_SCHEMA, Trajectories
 from support.scenarios.flown import S_SHAPE, flight, plots_of
 
 PLANE = SystemPlane(np.radians(50.0), np.radians(15.0))

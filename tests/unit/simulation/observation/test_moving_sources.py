@@ -14,7 +14,7 @@ from multiradar.simulation.scenario.file import load_scenario, load_table, table
 from multiradar.simulation.scenario.model import Scenario
 from multiradar.simulation.scenario.sensors_text import sensors_text
 from multiradar.wire import measurement_batch, sensor_table
-from multiradar_schemas.arrow import MEASUREMENT_DIRECTIONS, MEASUREMENT_SCHEMA
+from multiradar_schemas.measurements.columns import MEASUREMENT_DIRECTIONS, MEASUREMENT_SCHEMA
 from multiradar_schemas.sensors.sensor import parse_sensors
 
 TEXT = """

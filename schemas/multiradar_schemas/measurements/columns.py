@@ -1,0 +1,28 @@
+"""Columns of measurements: `measurements.parquet` and Arrow bodies."""
+
+from multiradar_schemas.columns import table_schema
+from multiradar_schemas.measurements.measurement import RadarMeasurement
+
+#: Columns that every row fills.
+MEASUREMENT_REQUIRED = ("time_s", "sensor_id", "kind")
+
+#: `measurements.parquet` and Arrow bodies.
+MEASUREMENT_SCHEMA = table_schema(
+    RadarMeasurement,
+    first=(
+        *MEASUREMENT_REQUIRED, "range_m", "azimuth_deg", "latitude_deg", "longitude_deg",
+        "height_m", "mode_3a", "mode_s_address", "track_number",
+    ),
+    without={"time_ns", "time"},
+)  # fmt: skip
+
+#: What bearings may report beside their azimuth.
+MEASUREMENT_DIRECTIONS = (
+    "elevation_deg",
+    "source_latitude_deg",
+    "source_longitude_deg",
+    "source_height_m",
+)
+
+#: Columns that recordings of earlier versions may lack.
+MEASUREMENT_LATER = ("callsign", *MEASUREMENT_DIRECTIONS)
