@@ -12,12 +12,12 @@ from multiradar.api.limits import HttpLimits
 from multiradar.app import build_service, trajectory_feed, warm_up, zenoh_options
 from multiradar.runtime.engine.engine import Engine
 from multiradar.runtime.limits import RuntimeLimits
-from multiradar.runtime.memory.history import update_rows
 from multiradar.runtime.memory.live_tracks import LiveTracks
 from multiradar.runtime.queries.encounter_query import EncounterQuery
 from multiradar.runtime.queries.encounters import Sky, encounters
 from multiradar.runtime.trajectories.options import trajectory_options
 from multiradar.settings.service import HttpSettings, RuntimeSettings, load_settings
+from multiradar.tracking.columns import rows_of
 from multiradar.tracking.encounters._approach_kernels import find_approaches
 from multiradar.tracking.encounters._chance_kernels import find_bounds, find_chances
 from multiradar.tracking.encounters._search_kernels import find_pairs
@@ -77,7 +77,7 @@ def test_warming_up_makes_the_first_answer_about_encounters_ready() -> None:
     table, settings = live_scene.sensors(), TrackingSettings()
     engine, live = Engine(table, settings), LiveTracks()
     live.update(
-        update_rows(engine.push(measurement_batch(live_scene.recording(900), table)[0]).updates)
+        rows_of(engine.push(measurement_batch(live_scene.recording(900), table)[0]).updates)
     )
     sky = Sky(live_scene.START_S, live.all(), engine.tracks())
     query, calibration = EncounterQuery(distance_m=2e4, height_m=500.0), calibration_for(settings)

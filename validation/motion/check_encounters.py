@@ -21,11 +21,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.runtime.engine.engine import Engine
-from multiradar.runtime.memory.history import update_rows
 from multiradar.runtime.memory.live_tracks import LiveTracks
 from multiradar.runtime.queries.encounter_query import EncounterQuery
 from multiradar.runtime.queries.encounters import Sky, encounters
 from multiradar.simulation.paths import Path, fly
+from multiradar.tracking.columns import rows_of
 from multiradar.tracking.forecast.forecast_calibration import calibration_for
 from multiradar.tracking.forecast.state_samples import Sampling
 from multiradar.tracking.settings import TrackingSettings
@@ -105,7 +105,7 @@ def outcomes(
         output = engine.push(one.batch.take(slice(before, cut)))
         updates, before = output.updates, cut
         calibration.take(output)
-        live.update(update_rows(updates))
+        live.update(rows_of(updates))
         whose |= dict(zip(updates.track_id.tolist(), updates.track_number.tolist(), strict=True))
         sky = Sky(float(one.batch.time_s[cut - 1]), live.all(), engine.tracks())
         answer = encounters(sky, QUERY, engine.plane, settings, calibration)

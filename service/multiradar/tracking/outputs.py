@@ -1,12 +1,12 @@
 """What the tracker says: updates of tracks, ends of tracks, and the biases of each epoch."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields
-from typing import Any
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.tracking.columns import joined_columns
 from multiradar.tracking.health.health_records import HealthRecords
 from multiradar.tracking.input.duplicates import NO_DUPLICATES, Duplicates
 from multiradar.tracking.mode_states import ModeStates
@@ -21,37 +21,6 @@ STATE_NAMES = ("tentative", "confirmed", "coasting")
 
 #: Columns of `EngineOutput.spread`.
 SPREAD_COUNT = 5
-
-
-_UPDATE_TYPES: dict[str, type] = {
-    "sequence": np.int64,
-    "track_id": np.int64,
-    "sensor": np.int32,
-    "track_number": np.int64,
-    "mode_s_address": np.int64,
-    "mode_3a": np.int32,
-    "state": np.int8,
-    "adsb_implausible": np.bool_,
-    "callsign": np.int64,
-}
-_ENDED_TYPES: dict[str, type] = {
-    "track_id": np.int64,
-    "reason": np.int8,
-    "into_track_id": np.int64,
-}
-_TRANSITION_TYPES: dict[str, type] = {**_ENDED_TYPES, "transition": np.int8}
-_BIAS_TYPES: dict[str, type] = {"epoch": np.int64, "sensor": np.int32, "parameter": np.int8}
-
-
-def _joined(row_type: type, parts: Sequence[Any], dtypes: dict[str, type]) -> dict[str, Any]:
-    # Columns of all parts, one after the other; without parts, empty columns of the right type.
-    return {
-        field.name: np.concatenate(
-            [np.empty(0, dtypes.get(field.name, np.float64))]
-            + [getattr(part, field.name) for part in parts]
-        )
-        for field in fields(row_type)
-    }
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,7 +97,7 @@ class TrackUpdates:
         """Return the rows of all parts, one after the other."""
         if len(parts) == 1:
             return parts[0]
-        return cls(**_joined(cls, parts, _UPDATE_TYPES))
+        return cls(**joined_columns(cls, parts))
 
 
 @dataclass(frozen=True, slots=True)
@@ -167,7 +136,7 @@ class BiasRecords:
         """Return the rows of all parts, one after the other."""
         if len(parts) == 1:
             return parts[0]
-        return cls(**_joined(cls, parts, _BIAS_TYPES))
+        return cls(**joined_columns(cls, parts))
 
 
 @dataclass(frozen=True, slots=True)
@@ -199,7 +168,7 @@ class EndedTracks:
         """Return the rows of all parts, one after the other."""
         if len(parts) == 1:
             return parts[0]
-        return cls(**_joined(cls, parts, _ENDED_TYPES))
+        return cls(**joined_columns(cls, parts))
 
 
 @dataclass(frozen=True, slots=True)
@@ -236,7 +205,7 @@ class TrackTransitions:
         """Return the rows of all parts, one after the other."""
         if len(parts) == 1:
             return parts[0]
-        return cls(**_joined(cls, parts, _TRANSITION_TYPES))
+        return cls(**joined_columns(cls, parts))
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.tracking.columns import row_type
 from multiradar.tracking.input.measurements import KIND_BEARING, KIND_POSITION, MeasurementBatch
 from multiradar_converters.asterix.writing.track_reports import UNDETERMINED
 
@@ -24,24 +25,9 @@ _TYPE_PRIMARY, _TYPE_SECONDARY, _TYPE_ROLL_CALL = 1, 2, 5
 
 
 #: What is kept of the last measurement of a track; names are those of `MeasurementBatch`.
-MEASURED_DTYPE = np.dtype(
-    [
-        ("kind", np.int8),
-        ("range_m", np.float64),
-        ("azimuth_rad", np.float64),
-        ("height_m", np.float64),
-        ("mode_3a", np.int32),
-        ("mode_s_address", np.int64),
-    ]
+MEASURED_DTYPE = row_type(
+    MeasurementBatch, ("kind", "range_m", "azimuth_rad", "height_m", "mode_3a", "mode_s_address")
 )
-
-
-def measured_rows(batch: MeasurementBatch) -> Rows:
-    """Return measurements as rows of `MEASURED_DTYPE`."""
-    rows = np.empty(len(batch), MEASURED_DTYPE)
-    for name in MEASURED_DTYPE.names or ():
-        rows[name] = getattr(batch, name)
-    return rows
 
 
 def sources(measured: Rows, self_reported: NDArray[np.bool_]) -> Integers:

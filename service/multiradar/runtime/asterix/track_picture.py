@@ -16,13 +16,12 @@ from multiradar.runtime.asterix.track_items import (
     PRIMARY,
     ages,
     climbing,
-    measured_rows,
     movement,
     plot_types,
     sources,
 )
-from multiradar.runtime.memory.history import update_rows
 from multiradar.runtime.memory.live_tracks import LiveTracks
+from multiradar.tracking.columns import rows_of
 from multiradar.tracking.input.measurements import KIND_RADAR, MeasurementBatch
 from multiradar.tracking.outputs import (
     SPREAD_COUNT,
@@ -106,7 +105,7 @@ class TrackPicture:
         """Take updates in order, with their measurements and `EngineOutput.spread`."""
         if not len(updates):
             return
-        rows, plots = update_rows(updates), measured_rows(measured)
+        rows, plots = rows_of(updates), rows_of(measured, MEASURED_DTYPE)
         tracks, first = np.unique(rows["track_id"], return_index=True)
         new = self._live.places(tracks) < 0
         self._live.update(rows)

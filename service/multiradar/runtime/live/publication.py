@@ -20,16 +20,11 @@ from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.live.live_diagnosis import LiveDiagnosis
 from multiradar.runtime.live.output_feed import OutputReader
 from multiradar.runtime.memory.bias_board import BiasBoard, bias_rows_frame
-from multiradar.runtime.memory.history import TrackHistory, row_updates, update_rows
+from multiradar.runtime.memory.history import TrackHistory
 from multiradar.runtime.memory.live_tracks import LiveTracks, ages_and_states
 from multiradar.runtime.memory.reject_board import RejectBoard
 from multiradar.runtime.memory.sensor_board import SensorBoard
 from multiradar.runtime.memory.track_tally import TrackTally
-from multiradar.runtime.memory.transition_rows import (
-    TRANSITION_DTYPE,
-    row_transitions,
-    transition_rows,
-)
 from multiradar.runtime.queries.encounter_query import EncounterQuery
 from multiradar.runtime.queries.encounters import Sky, encounters, no_encounters
 from multiradar.runtime.queries.forecast_methods import FILTER, known_of, method_of
@@ -47,9 +42,10 @@ from multiradar.runtime.stream.events import Subscription
 from multiradar.runtime.stream.output_events import OutputEvents
 from multiradar.runtime.trajectories.document import trajectories_of
 from multiradar.runtime.trajectories.feed import TrajectoryFeed, required_feed
+from multiradar.tracking.columns import row_type, rows_of, table_of
 from multiradar.tracking.forecast.forecast_calibration import calibration_for
 from multiradar.tracking.forecast.polynomial_forecast import WINDOW_S
-from multiradar.tracking.outputs import EngineOutput, TrackStates
+from multiradar.tracking.outputs import EngineOutput, TrackStates, TrackTransitions, TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
 
 
@@ -136,7 +132,7 @@ class Publication:
             Columns of `tracks.parquet`; empty when nothing is kept of the track.
         """
         rows = self._history.read(track_id, since_s, limit)
-        return wire.tracks_frame(row_updates(rows), self._sensors)
+        return wire.tracks_frame(table_of(TrackUpdates, rows), self._sensors)
 
     def transitions(self, track_id: int, since_s: float | None, limit: int) -> pl.DataFrame:
         """Return the steps in the life of a track, live or ended, oldest first.
@@ -156,7 +152,7 @@ class Publication:
             Columns of `transitions.parquet`; empty when nothing is kept of the track.
         """
         rows = self._transitions.read(track_id, since_s, limit)
-        return wire.transitions_frame(row_transitions(rows))
+        return wire.transitions_frame(table_of(TrackTransitions, rows))
 
     def forecast(
         self,
@@ -418,7 +414,7 @@ class Publication:
         data_time_s : float or None
             Greatest data time handed to the engine; None before the first measurement.
         """
-        rows = update_rows(output.updates)
+        rows = rows_of(output.updates)
         with self._lock:
             if data_time_s is not None:
                 self._data_time_s = data_time_s
@@ -432,7 +428,7 @@ class Publication:
             self._biases.append(output.biases)
             self._board.hear(output.health)
             if len(output.transitions):
-                self._transitions.append(transition_rows(output.transitions))
+                self._transitions.append(rows_of(output.transitions))
             self._calibration.take(output)
             self._live.end(output.ended.track_id)
             self._tally.take(output)
@@ -473,7 +469,9 @@ class Publication:
 
     def _begin(self) -> None:
         self._history = TrackHistory(self._limits.history_rows_max)
-        self._transitions = TrackHistory(self._limits.transition_rows_max, TRANSITION_DTYPE)
+        self._transitions = TrackHistory(
+            self._limits.transition_rows_max, row_type(TrackTransitions)
+        )
         self._plots = TrackHistory(self._limits.plot_rows_max, PLOT_DTYPE)
         self._live = LiveTracks()
         self._calibration = calibration_for(self._tracking)
@@ -488,5 +486,5 @@ class Publication:
         age_s, rows["state"] = ages_and_states(
             rows, data_time_s or 0.0, self._tracking.coast_after_s
         )
-        frame = wire.tracks_frame(row_updates(rows), self._sensors)
+        frame = wire.tracks_frame(table_of(TrackUpdates, rows), self._sensors)
         return frame.with_columns(pl.Series("age_s", age_s, pl.Float64))

@@ -6,19 +6,11 @@ from numpy.typing import NDArray
 
 from multiradar import wire
 from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.tracking.columns import row_type, rows_of, table_of
 from multiradar.tracking.outputs import BiasRecords
 
 #: A row of `BiasRecords`; field names are the same.
-BIAS_DTYPE = np.dtype(
-    [
-        ("epoch", np.int64),
-        ("time_s", np.float64),
-        ("sensor", np.int32),
-        ("parameter", np.int8),
-        ("estimate", np.float64),
-        ("sigma", np.float64),
-    ]
-)
+BIAS_DTYPE = row_type(BiasRecords)
 
 #: So many epochs of rows are looked at before older ones.
 EPOCHS_FIRST = 16
@@ -51,9 +43,7 @@ class BiasBoard:
         """Add records, in order."""
         if not len(records):
             return
-        rows = np.empty(len(records), BIAS_DTYPE)
-        for name in BIAS_DTYPE.names or ():
-            rows[name] = getattr(records, name)
+        rows = rows_of(records, BIAS_DTYPE)
         kept = rows[-len(self._rows) :]
         first = self._count + len(rows) - len(kept)
         self._rows[np.arange(first, first + len(kept)) % len(self._rows)] = kept
@@ -107,5 +97,4 @@ class BiasBoard:
 
 def bias_rows_frame(rows: NDArray[np.void], sensors: SensorTable) -> pl.DataFrame:
     """Return rows of a board as rows of `biases.parquet`."""
-    columns = {name: np.ascontiguousarray(rows[name]) for name in BIAS_DTYPE.names or ()}
-    return wire.biases_frame(BiasRecords(**columns), sensors)
+    return wire.biases_frame(table_of(BiasRecords, rows), sensors)

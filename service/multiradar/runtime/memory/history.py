@@ -5,58 +5,17 @@ appends, any thread reads without a lock: a reader copies rows and then drops th
 taken meanwhile.
 """
 
-from dataclasses import fields
-
 import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.runtime import _kernels as kernels
+from multiradar.tracking.columns import row_type
 from multiradar.tracking.outputs import TrackUpdates
 
 #: A row of `TrackUpdates`; field names are the same.
-UPDATE_DTYPE = np.dtype(
-    [
-        ("sequence", np.int64),
-        ("time_s", np.float64),
-        ("track_id", np.int64),
-        ("sensor", np.int32),
-        ("track_number", np.int64),
-        ("mode_s_address", np.int64),
-        ("mode_3a", np.int32),
-        ("latitude_rad", np.float64),
-        ("longitude_rad", np.float64),
-        ("height_m", np.float64),
-        ("speed_mps", np.float64),
-        ("heading_rad", np.float64),
-        ("position_sigma_m", np.float64),
-        ("velocity_sigma_mps", np.float64),
-        ("state", np.int8),
-        ("turn_right_probability", np.float64),
-        ("turn_left_probability", np.float64),
-        ("speed_change_probability", np.float64),
-        ("vertical_rate_mps", np.float64),
-        ("height_sigma_m", np.float64),
-        ("adsb_implausible", np.bool_),
-        ("callsign", np.int64),
-    ]
-)
+UPDATE_DTYPE = row_type(TrackUpdates)
 
 _NONE = -1
-
-
-def update_rows(updates: TrackUpdates) -> NDArray[np.void]:
-    """Return updates as rows of `UPDATE_DTYPE`."""
-    rows = np.empty(len(updates), UPDATE_DTYPE)
-    for field in fields(updates):
-        rows[field.name] = getattr(updates, field.name)
-    return rows
-
-
-def row_updates(rows: NDArray[np.void]) -> TrackUpdates:
-    """Return rows of `UPDATE_DTYPE` as updates, a copy."""
-    return TrackUpdates(
-        **{field.name: np.ascontiguousarray(rows[field.name]) for field in fields(TrackUpdates)}
-    )
 
 
 class TrackHistory:

@@ -7,10 +7,10 @@ import numpy as np
 import polars as pl
 
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.runtime.memory.history import update_rows
 from multiradar.runtime.memory.live_tracks import LiveTracks
 from multiradar.runtime.queries.encounter_query import EncounterQuery
 from multiradar.runtime.queries.encounters import Sky, encounters
+from multiradar.tracking.columns import rows_of
 from multiradar.tracking.forecast.forecast_calibration import calibration_for
 from multiradar.tracking.outputs import EngineOutput
 from multiradar.tracking.settings import TrackingSettings
@@ -41,7 +41,7 @@ class EncounterTable:
 
     def take(self, output: EngineOutput) -> pl.DataFrame:
         """Return the rows of the epochs that an output of the engine ends."""
-        rows = update_rows(output.updates)
+        rows = rows_of(output.updates)
         found, done, learnt = [], 0, 0
         parts = self._calibration.parts(output)
         for picture in output.pictures:

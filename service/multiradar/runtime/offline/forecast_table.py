@@ -8,7 +8,6 @@ import polars as pl
 from multiradar import wire
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.runtime.memory.history import row_updates, update_rows
 from multiradar.runtime.memory.live_tracks import LiveTracks
 from multiradar.runtime.queries.forecast_methods import (
     FILTER,
@@ -18,9 +17,10 @@ from multiradar.runtime.queries.forecast_methods import (
     no_plots,
 )
 from multiradar.runtime.queries.forecasts import PROBABILITY_DEFAULT, forecast_points
+from multiradar.tracking.columns import rows_of, table_of
 from multiradar.tracking.forecast.forecast_calibration import calibration_for
 from multiradar.tracking.forecast.forecast_scores import HORIZONS_S
-from multiradar.tracking.outputs import EngineOutput, StateSample
+from multiradar.tracking.outputs import EngineOutput, StateSample, TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
 from multiradar_schemas.products.forecast import FORECAST_SCHEMA
 
@@ -55,7 +55,7 @@ class ForecastTable:
     def take(self, output: EngineOutput) -> pl.DataFrame:
         """Return the rows of the samples in an output."""
         found: list[dict[str, Any]] = []
-        rows = update_rows(output.updates)
+        rows = rows_of(output.updates)
         first = 0
         # What is learnt until a sample is what it is forecast with, as live.
         for part in self._calibration.parts(output):
@@ -79,7 +79,8 @@ class ForecastTable:
             live = self._live.get(track_id)
             if live is None:
                 continue
-            track = wire.tracks_frame(row_updates(live), self._sensors).row(0, named=True)
+            updates = table_of(TrackUpdates, live)
+            track = wire.tracks_frame(updates, self._sensors).row(0, named=True)
             known = Known(states, place, self._calibration, no_bundle, no_plots)
             ahead_s = track["time_s"] + HORIZONS_S - states.time_s[place]
             if ahead_s[0] < 0.0:

@@ -5,7 +5,6 @@ when that came, so that the answer is the same whenever one asks.
 """
 
 from collections.abc import Callable
-from dataclasses import fields
 from typing import Any, TypeVar
 
 import numpy as np
@@ -22,6 +21,7 @@ from multiradar.restoration.geometry.plot_positions import Plots
 from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.memory.bias_board import BiasBoard
 from multiradar.runtime.memory.history import TrackHistory
+from multiradar.tracking.columns import row_type
 from multiradar.tracking.input.measurements import Directions, MeasurementBatch
 from multiradar.tracking.outputs import EngineOutput
 
@@ -46,11 +46,7 @@ _DIRECTIONS = "directions"
 #: with `track_` before them.
 PLOT_DTYPE = np.dtype(
     [("track_id", np.int64)]
-    + [
-        (field.name, getattr(MeasurementBatch.empty(), field.name).dtype)
-        for field in fields(MeasurementBatch)
-        if field.name in _MEASURED
-    ]
+    + row_type(MeasurementBatch, _MEASURED).descr
     + [(_OF_TRACK + name, np.float64) for name in _TRACK]
     + [(_DIRECTIONS, np.float64, (len(Directions._fields),))]
 )

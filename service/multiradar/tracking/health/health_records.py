@@ -1,10 +1,12 @@
 """What is said of the health of each radar at the end of an epoch."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+
+from multiradar.tracking.columns import column_types, joined_columns
 
 Floats = NDArray[np.float64]
 
@@ -12,15 +14,6 @@ Floats = NDArray[np.float64]
 ALARM_SILENT, ALARM_BIAS_JUMP, ALARM_NOISE, ALARM_SITE = range(4)
 #: Names of the alarms on the wire.
 ALARM_NAMES = ("silent", "bias_jump", "noise", "site")
-
-_TYPES: dict[str, type] = {
-    "epoch": np.int64,
-    "sensor": np.int32,
-    "tracks_in_cover": np.int64,
-    "tracks_heard": np.int64,
-    "jumps": np.int64,
-    "alarms": np.int64,
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,18 +81,10 @@ class HealthRecords:
     @classmethod
     def concatenate(cls, parts: "Sequence[HealthRecords]") -> "HealthRecords":
         """Return the rows of all parts, one after the other."""
-        return cls(
-            **{
-                field.name: np.concatenate(
-                    [np.empty(0, _TYPES.get(field.name, np.float64))]
-                    + [getattr(part, field.name) for part in parts]
-                )
-                for field in fields(cls)
-            }
-        )
+        return cls(**joined_columns(cls, parts))
 
     def take(self, rows: NDArray[np.bool_]) -> "HealthRecords":
         """Return some of the rows."""
         return HealthRecords(
-            **{field.name: getattr(self, field.name)[rows] for field in fields(self)}
+            **{name: getattr(self, name)[rows] for name in column_types(HealthRecords)}
         )

@@ -1,11 +1,13 @@
 """A batch of measurements as columns: what the pure core sees of the outside world."""
 
 from collections.abc import Collection
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
+
+from multiradar.tracking.columns import column_types, empty_columns, joined_columns
 
 KIND_RADAR = 0
 KIND_POSITION = 1
@@ -133,34 +135,13 @@ class MeasurementBatch:
         if any(batch.directions is not None for batch in batches):
             parts = [batch.directions or Directions.none(len(batch)) for batch in batches]
             seen = Directions(*(np.concatenate(column) for column in zip(*parts, strict=True)))
-        return MeasurementBatch(
-            **{
-                name: np.concatenate([getattr(batch, name) for batch in batches])
-                for name in COLUMNS
-            },
-            directions=seen,
-        )
+        return MeasurementBatch(**joined_columns(MeasurementBatch, batches), directions=seen)
 
     @classmethod
     def empty(cls) -> "MeasurementBatch":
         """Return a batch without rows."""
-        floats = np.empty(0, np.float64)
-        integers = np.empty(0, np.int64)
-        return MeasurementBatch(
-            time_s=floats,
-            sensor=np.empty(0, np.int32),
-            kind=np.empty(0, np.int8),
-            range_m=floats,
-            azimuth_rad=floats,
-            latitude_rad=floats,
-            longitude_rad=floats,
-            height_m=floats,
-            mode_3a=np.empty(0, np.int32),
-            mode_s_address=integers,
-            track_number=integers,
-            callsign=integers,
-        )
+        return MeasurementBatch(**empty_columns(MeasurementBatch), directions=None)
 
 
 #: The columns of numbers that every batch has.
-COLUMNS = tuple(one.name for one in fields(MeasurementBatch) if one.name != "directions")
+COLUMNS = tuple(column_types(MeasurementBatch))

@@ -9,7 +9,7 @@ import pytest
 from multiradar import wire
 from multiradar.runtime.engine.engine import Engine
 from multiradar.runtime.live.payload import decode_rows, encode_rows
-from multiradar.runtime.memory.history import row_updates, update_rows
+from multiradar.tracking.columns import rows_of, table_of
 from multiradar.tracking.outputs import TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
 from multiradar_schemas.measurements.callsigns import callsign_texts, packed_callsigns
@@ -67,7 +67,7 @@ def test_a_hidden_callsign_is_told_as_each_plot_carried_it(scene: Scene) -> None
 
 def test_the_history_keeps_callsigns(scene: Scene) -> None:
     found = updates(scene)
-    np.testing.assert_array_equal(row_updates(update_rows(found)).callsign, found.callsign)
+    np.testing.assert_array_equal(table_of(TrackUpdates, rows_of(found)).callsign, found.callsign)
 
 
 def test_a_journal_from_before_there_were_callsigns_still_plays() -> None:

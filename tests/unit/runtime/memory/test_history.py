@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from multiradar.runtime import _kernels as kernels
-from multiradar.runtime.memory.history import UPDATE_DTYPE, TrackHistory, row_updates, update_rows
+from multiradar.runtime.memory.history import UPDATE_DTYPE, TrackHistory
+from multiradar.tracking.columns import rows_of, table_of
+from multiradar.tracking.outputs import TrackUpdates
 from support.kernels import plain
 from support.processes.waiting import join
 
@@ -45,7 +47,7 @@ def test_rows_and_updates_are_the_same_columns() -> None:
     rows = np.zeros(3, UPDATE_DTYPE)
     rows["track_id"] = [7, 8, 9]
     rows["height_m"] = [np.nan, 1.5, -3.0]
-    again = update_rows(row_updates(rows))
+    again = rows_of(table_of(TrackUpdates, rows))
     assert again.tobytes() == rows.tobytes()
 
 

@@ -14,13 +14,14 @@ from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.engine.engine import Engine
 from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.live.publication import Publication
-from multiradar.runtime.memory.history import UPDATE_DTYPE, update_rows
+from multiradar.runtime.memory.history import UPDATE_DTYPE
 from multiradar.runtime.memory.live_tracks import LiveTracks
 from multiradar.runtime.offline.encounter_table import EncounterTable
 from multiradar.runtime.queries.encounter_query import EncounterQuery
 from multiradar.runtime.queries.encounters import Sky, encounters, no_encounters
 from multiradar.runtime.queries.forecast_methods import known_of, method_of
 from multiradar.runtime.queries.forecasts import forecast_from
+from multiradar.tracking.columns import rows_of
 from multiradar.tracking.forecast.forecast_calibration import calibration_for
 from multiradar.tracking.forecast.state_samples import Sampling
 from multiradar.tracking.outputs import (
@@ -242,7 +243,7 @@ def test_what_the_biases_do_to_both_alike_does_not_part_them() -> None:
     scene = make_scene(np.random.default_rng(2), [radar], flights)
     engine, live = Engine(scene.sensors, TrackingSettings()), LiveTracks()
     for output in (engine.push(scene.batch), engine.flush()):
-        live.update(update_rows(output.updates))
+        live.update(rows_of(output.updates))
     states = engine.tracks()
     assert states.shared is not None
     seen = Sky(float(scene.batch.time_s[-1]), live.all(), states)
