@@ -214,11 +214,11 @@ def asterix_sender(
         for one in settings.asterix.output
     ]
     feed = OutputFeed()
-    service.view.feed(feed)
+    service.publication.feed(feed)
     sender = AsterixSender(
         feed, service.view.live_ids, sensors, settings.tracking_settings(), outlets
     )
-    service.view.count_edge("asterix_output", sender.counts)
+    service.publication.count_edge("asterix_output", sender.counts)
     return sender
 
 
@@ -231,7 +231,7 @@ def trajectory_feed(
         return None
     options = trajectory_options(**wanted.model_dump())
     feed = TrajectoryFeed(options, sensors, settings.tracking_settings())
-    service.view.keep(feed)
+    service.publication.keep(feed)
     return feed
 
 
@@ -280,7 +280,7 @@ def asterix_gateway(
         queue=DatagramQueue(wanted.queue_datagrams_max, wanted.queue_octets_max),
         bounds=InletBounds(wanted.batch_interval_s, wanted.quarantine_rows_max),
     )
-    service.view.count_edge("asterix", gateway.counts.document)
+    service.publication.count_edge("asterix", gateway.counts.document)
     return gateway
 
 

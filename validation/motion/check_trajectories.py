@@ -19,11 +19,8 @@ from time import process_time
 from multiradar.cli.inputs import load_sensor_table
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.engine.engine import Engine
-from multiradar.runtime.trajectories.document import (
-    PATH_STEP_DEFAULT_S,
-    POINTS_DEFAULT,
-    trajectories_of,
-)
+from multiradar.runtime.queries.parameters import PATH_POINTS_DEFAULT, PATH_STEP_DEFAULT_S
+from multiradar.runtime.trajectories.document import trajectories_of
 from multiradar.runtime.trajectories.options import trajectory_options
 from multiradar.runtime.trajectories.plots import PlotPlaces
 from multiradar.runtime.trajectories.pool import BundlePool
@@ -70,7 +67,7 @@ def main() -> None:
 
         return answers
 
-    for points in (POINTS_DEFAULT, 0):
+    for points in (PATH_POINTS_DEFAULT, 0):
         each_s = _least(answer(points)) / len(told)
         print(f"an answer with at most {points} points: {1e3 * each_s:.1f} ms")
     copying_s = _least(lambda: [one.bundle.copy() for one in told])

@@ -23,6 +23,7 @@ from multiradar_converters.normalised.parsed import (
     check_rows_max,
 )
 from multiradar_schemas.errors import BodyError
+from multiradar_schemas.measurements.columns import MEASUREMENT_REQUIRED, MEASUREMENT_SCHEMA
 from multiradar_schemas.measurements.directions import without_empty_directions
 from multiradar_schemas.measurements.gates import PHYSICAL_GATES, Gate, rejections
 from multiradar_schemas.measurements.reject import RejectCode

@@ -11,7 +11,7 @@ from multiradar.api.access import Access
 from multiradar.api.batches import StreamHub
 from multiradar.api.guard import LimitLayer
 from multiradar.api.limits import HttpLimits
-from multiradar.api.routes import encounters, operations, sensors, streams, track_windows, tracks
+from multiradar.api.routes import operations, queries, sensors, streams, tracks
 from multiradar.api.workers import Workers
 from multiradar.runtime.ports import ReadableService
 
@@ -67,8 +67,8 @@ def create_api(
     application.add_middleware(LimitLayer, limits=limits, allowed_hosts=allowed_hosts)
     application.state.access = Access(service, workers, hub, limits)
     own = (
-        tracks.router, track_windows.router, encounters.router, sensors.router, streams.router,
-        operations.router, documentation.router,
+        tracks.router, queries.router, sensors.router, streams.router, operations.router,
+        documentation.router,
     )  # fmt: skip
     for router in (*routers, *own):
         application.include_router(router)

@@ -7,6 +7,13 @@ from typing import Annotated
 
 import typer
 
+from multiradar.runtime.queries.parameters import (
+    ENCOUNTER_DISTANCE,
+    ENCOUNTER_DISTANCE_M,
+    ENCOUNTER_HEIGHT,
+    ENCOUNTER_HORIZON,
+    WINDOW,
+)
 from multiradar.tracking.settings import HIDEABLE, TrackingSettings
 from multiradar_schemas.documents.names import unknown
 
@@ -135,9 +142,8 @@ PlanesOption = Annotated[
     typer.Option(
         "--manoeuvre-planes",
         metavar="SECONDS",
-        # The bounds are those of `runtime.track_windows`, not imported: help must be fast.
-        min=5.0,
-        max=600.0,
+        min=WINDOW.least,
+        max=WINDOW.most,
         help="Write manoeuvre_planes.parquet: manoeuvre plane over the last SECONDS, per epoch. "
         "Costs 0.8 ms CPU per plot.",
         show_default="none",
@@ -148,8 +154,8 @@ ObservabilityOption = Annotated[
     typer.Option(
         "--observability",
         metavar="SECONDS",
-        min=5.0,
-        max=600.0,
+        min=WINDOW.least,
+        max=WINDOW.most,
         help="Write observability.parquet: position observability over the last SECONDS, per "
         "epoch. Costs 0.2 ms CPU per plot.",
         show_default="none",
@@ -160,9 +166,8 @@ EncountersOption = Annotated[
     typer.Option(
         "--encounters",
         metavar="SECONDS",
-        # The bounds are those of `runtime.encounter_query`.
-        min=1.0,
-        max=600.0,
+        min=ENCOUNTER_HORIZON.least,
+        max=ENCOUNTER_HORIZON.most,
         help="Write encounters.parquet: pairs of tracks predicted to come into proximity within "
         "SECONDS, per epoch. Costs 0.05 ms CPU per plot with 30 aircraft; grows with their number.",
         show_default="none",
@@ -172,18 +177,18 @@ EncounterDistanceOption = Annotated[
     float | None,
     typer.Option(
         "--encounter-distance-m",
-        min=1.0,
-        max=100_000.0,
+        min=ENCOUNTER_DISTANCE.least,
+        max=ENCOUNTER_DISTANCE.most,
         help="Horizontal threshold for --encounters, m.",
-        show_default="9260",
+        show_default=f"{ENCOUNTER_DISTANCE_M:g}",
     ),
 ]
 EncounterHeightOption = Annotated[
     float | None,
     typer.Option(
         "--encounter-height-m",
-        min=1.0,
-        max=20_000.0,
+        min=ENCOUNTER_HEIGHT.least,
+        max=ENCOUNTER_HEIGHT.most,
         help="Vertical threshold for --encounters, m: skip pairs separated by more.",
         show_default="any height",
     ),

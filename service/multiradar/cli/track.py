@@ -248,13 +248,14 @@ def _fail_without_measurements(report: "Report", result: "OfflineResult", out: P
 def _encounters(
     horizon_s: float | None, distance_m: float | None, height_m: float | None
 ) -> "EncounterQuery | None":
-    from multiradar.runtime.queries.encounter_query import DISTANCE_DEFAULT_M, EncounterQuery
+    from multiradar.runtime.queries.encounter_query import EncounterQuery
+    from multiradar.runtime.queries.parameters import ENCOUNTER_DISTANCE_M
 
     if horizon_s is None:
         given = {"--encounter-distance-m": distance_m, "--encounter-height-m": height_m}
         _require_none("--encounters", given)
         return None
-    near_m = DISTANCE_DEFAULT_M if distance_m is None else distance_m
+    near_m = ENCOUNTER_DISTANCE_M if distance_m is None else distance_m
     return EncounterQuery(horizon_s, near_m, height_m, limit=None)
 
 

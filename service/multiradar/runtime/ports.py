@@ -7,7 +7,7 @@ from typing import Any, Protocol
 import polars as pl
 
 from multiradar.runtime.live.receipt import Receipt, RejectedRow
-from multiradar.runtime.queries.encounter_query import EncounterQuery
+from multiradar.runtime.queries.registry import History, Query
 from multiradar.storage.entries import Quarantined
 
 
@@ -77,46 +77,18 @@ class View(Protocol):
         """Return one live track."""
         ...
 
-    def history(self, track_id: int, since_s: float | None, limit: int) -> pl.DataFrame:
-        """Return updates of a track, oldest first."""
+    def ask(self, query: Query, track_id: int | None = None, **given: Any) -> dict[str, Any] | None:
+        """Return the answer to a query of `registry.QUERIES`; None for no such live track."""
         ...
 
-    def transitions(self, track_id: int, since_s: float | None, limit: int) -> pl.DataFrame:
-        """Return the steps in the life of a track, oldest first."""
-        ...
-
-    def forecast(
-        self, track_id: int, horizon_s: float, step_s: float, probability: float, by: str
-    ) -> list[dict[str, Any]] | None:
-        """Return the states a track is expected to have; raises ForecastError beyond its bounds."""
-        ...
-
-    def encounters(self, query: EncounterQuery) -> dict[str, Any]:
-        """Return which live tracks are expected to come near each other."""
-        ...
-
-    def manoeuvre_plane(self, track_id: int, window_s: float) -> dict[str, Any] | None:
-        """Return the plane of the last plots; raises PlaneError where they determine none."""
-        ...
-
-    def observability(self, track_id: int, window_s: float) -> dict[str, Any] | None:
-        """Return whether the last measurements of a track say where it is."""
-        ...
-
-    def trajectories(self, track_id: int, points: int, step_s: int) -> dict[str, Any] | None:
-        """Return how a live track flew; raises TrajectoryError where nothing can be told."""
+    def rows(
+        self, history: History, subject: int | str, since_s: float | None, limit: int
+    ) -> pl.DataFrame:
+        """Return rows of a track or a sensor, oldest first."""
         ...
 
     def sensors(self) -> list[dict[str, Any]]:
         """Return the sensors."""
-        ...
-
-    def bias(self, sensor_id: str) -> list[dict[str, Any]]:
-        """Return the current bias estimates of a sensor."""
-        ...
-
-    def bias_history(self, sensor_id: str, since_s: float | None, limit: int) -> pl.DataFrame:
-        """Return bias estimates of a sensor by epoch, oldest first."""
         ...
 
     def status(self) -> dict[str, Any]:

@@ -36,12 +36,36 @@ def column_types(table: type[Any]) -> dict[str, type[np.generic]]:
 
 
 def empty_columns(table: type) -> dict[str, NDArray[Any]]:
-    """Return the columns of a table without rows."""
+    """Return the columns of a table without rows.
+
+    Parameters
+    ----------
+    table : type
+        A dataclass of columns.
+
+    Returns
+    -------
+    dict
+        Arrays of length 0, by name.
+    """
     return {name: np.empty(0, kind) for name, kind in column_types(table).items()}
 
 
 def joined_columns(table: type, parts: Sequence[Any]) -> dict[str, NDArray[Any]]:
-    """Return the columns of all parts, one part after the other."""
+    """Return the columns of all parts, one part after the other.
+
+    Parameters
+    ----------
+    table : type
+        A dataclass of columns.
+    parts : sequence
+        Tables of this type, or none.
+
+    Returns
+    -------
+    dict
+        Arrays by name.
+    """
     if not parts:
         return empty_columns(table)
     return {
@@ -59,6 +83,11 @@ def row_type(table: type, names: Collection[str] | None = None) -> np.dtype[np.v
         A dataclass of columns.
     names : collection of str, optional
         The columns, in their order; all without.
+
+    Returns
+    -------
+    dtype
+        A field for each column.
     """
     types = column_types(table)
     return np.dtype([(name, types[name]) for name in (types if names is None else names)])
@@ -73,6 +102,11 @@ def rows_of(table: object, kind: np.dtype[np.void] | None = None) -> NDArray[np.
         A dataclass of columns.
     kind : dtype, optional
         Which of its columns, as `row_type` gives them; all without.
+
+    Returns
+    -------
+    (n,) ndarray
+        A copy.
     """
     chosen = row_type(type(table)) if kind is None else kind
     names = chosen.names or ()
@@ -83,6 +117,19 @@ def rows_of(table: object, kind: np.dtype[np.void] | None = None) -> NDArray[np.
 
 
 def table_of(table: type[Table], rows: NDArray[np.void]) -> Table:
-    """Return rows as a table: a copy, each column contiguous."""
+    """Return rows as a table.
+
+    Parameters
+    ----------
+    table : type
+        A dataclass of columns.
+    rows : (n,) ndarray
+        With a field for each column.
+
+    Returns
+    -------
+    table
+        A copy, each column contiguous.
+    """
     names = row_type(table).names or ()
     return table(**{name: np.ascontiguousarray(rows[name]) for name in names})

@@ -4,20 +4,24 @@ import json
 from collections.abc import Iterator
 from typing import Any
 
+import httpx
 import pytest
 import zenoh
 
+from multiradar.api.factory import create_api
 from multiradar.ingest.zenoh.gateway import ZenohGateway
 from multiradar.ingest.zenoh.options import ZenohOptions
 from multiradar.runtime.live.service import Service
-from multiradar.runtime.queries.forecasts import (
+from multiradar.runtime.queries.parameters import (
     HORIZON_DEFAULT_S,
     PROBABILITY_DEFAULT,
     STEP_DEFAULT_S,
 )
+from multiradar.runtime.queries.registry import QUERIES, Query
 from support.processes.live_process import live_service
 from support.processes.waiting import WAIT_TIMEOUT_S, wait_until
 from support.processes.zenoh_subscriber import client_config
+from support.scenarios import asked
 from support.scenarios.live_scene import recording
 from support.scenarios.zenoh_scene import free_endpoint
 
@@ -108,7 +112,7 @@ def test_a_forecast_without_parameters_is_that_of_http(
 ) -> None:
     track = int(service.view.tracks()["track_id"][0])
     ((_, document, _),) = answers(session, f"multiradar/v1/forecasts/{track}")
-    known = service.view.forecast(track, HORIZON_DEFAULT_S, STEP_DEFAULT_S)
+    known = asked.forecast(service.view, track, HORIZON_DEFAULT_S, STEP_DEFAULT_S)
     assert known is not None
     assert (document["probability"], document["by"]) == (PROBABILITY_DEFAULT, "filter")
     assert document["points"] == json.loads(json.dumps(known))
@@ -120,13 +124,13 @@ def test_a_region_of_another_probability_is_that_of_http(
     track = int(service.view.tracks()["track_id"][0])
     selector = f"multiradar/v1/forecasts/{track}?horizon_s=60;probability=0.5;by=filter"
     ((_, document, _),) = answers(session, selector)
-    known = service.view.forecast(track, 60.0, STEP_DEFAULT_S, 0.5)
+    known = asked.forecast(service.view, track, 60.0, STEP_DEFAULT_S, 0.5)
     assert document["points"] == json.loads(json.dumps(known))
 
 
 def test_biases_of_one_sensor_and_of_all(session: zenoh.Session, service: Service) -> None:
     ((_, biases, _),) = answers(session, "multiradar/v1/biases/41-10")
-    assert biases == json.loads(json.dumps(service.view.bias("41-10")))
+    assert biases == json.loads(json.dumps(asked.biases(service.view, "41-10")))
     assert {bias["parameter"] for bias in biases} >= {"range_offset_m", "azimuth_offset_deg"}
     every = answers(session, "multiradar/v1/biases/*")
     assert {key.rpartition("/")[2] for key, _, _ in every} == {"41-10", "41-20", "adsb"}
@@ -185,3 +189,24 @@ def test_what_cannot_be_answered_is_an_error_with_a_code(
     ((key, document, _),) = answers(session, selector)
     assert (key, document["code"]) == ("", code)
     assert document["reason"]
+
+
+@pytest.mark.parametrize("query", [pytest.param(one, id=one.name) for one in QUERIES])
+async def test_every_query_answers_as_over_http(
+    session: zenoh.Session, service: Service, query: Query
+) -> None:
+    """What is declared once is served by both, with the same numbers or the same code."""
+    track = int(service.view.tracks()["track_id"][0])
+    of_track = (f"/v1/tracks/{track}/{query.name}", f"{query.plural}/{track}")
+    path, key = of_track if query.of_track else (f"/v1/{query.name}", query.plural)
+    transport = httpx.ASGITransport(create_api(service))
+    async with httpx.AsyncClient(transport=transport, base_url="http://127.0.0.1") as client:
+        http = (await client.get(path)).json()
+    (reply,) = session.get(f"multiradar/v1/{key}", timeout=WAIT_TIMEOUT_S)
+    answer = reply.ok or reply.err
+    assert answer is not None
+    document = json.loads(answer.payload.to_bytes())
+    if reply.ok:
+        assert document == http
+    else:
+        assert document["code"] == http["code"]

@@ -11,8 +11,18 @@ import polars as pl
 from multiradar.runtime.live.receipt import Receipt, RejectedRow
 from multiradar.runtime.queries.encounter_query import EncounterQuery
 from multiradar.runtime.queries.encounters import no_encounters
-from multiradar.runtime.queries.forecast_methods import BUNDLE, method_of
 from multiradar.runtime.queries.forecasts import forecast_steps
+from multiradar.runtime.queries.parameters import BUNDLE, checked
+from multiradar.runtime.queries.registry import (
+    BIASES,
+    ENCOUNTERS,
+    FORECAST,
+    MANOEUVRE_PLANE,
+    OBSERVABILITY,
+    UPDATES,
+    History,
+    Query,
+)
 from multiradar.runtime.stream.events import Event, EventRing, Subscription
 from multiradar.storage.entries import Quarantined
 from multiradar.tracking.forecast.regions import gaussian_factor
@@ -78,9 +88,9 @@ class FakeView:
     page_rows_max: int = 10_000
     forecast_steps_max: int = 1000
     failure: Exception | None = None
-    plane_failure: Exception | None = None
     asked: EncounterQuery | None = None
-    trajectory_failure: Exception | None = None
+    #: What queries raise, by name; of forecasts, those by bundle alone.
+    failures: dict[str, Exception] = field(default_factory=dict)
     #: Threads that have asked for all tracks.
     readers: list[int] = field(default_factory=list)
     gate: threading.Event | None = None
@@ -97,29 +107,43 @@ class FakeView:
         rows = self.live.filter(pl.col("track_id") == track_id)
         return rows.row(0, named=True) if len(rows) else None
 
-    def history(self, track_id: int, since_s: float | None, limit: int) -> pl.DataFrame:
-        rows = self.updates.get(track_id, self.live.drop("age_s").clear())
+    def rows(
+        self, history: History, subject: int | str, since_s: float | None, limit: int
+    ) -> pl.DataFrame:
+        if history is BIASES:
+            rows = self.biases.filter(pl.col("sensor_id") == subject)
+        elif history is UPDATES:
+            rows = self.updates.get(int(subject), self.live.drop("age_s").clear())
+        else:
+            rows = self.steps.get(int(subject), pl.DataFrame(schema=TRANSITION_SCHEMA))
         if since_s is None:
             return rows.tail(limit)
         return rows.filter(pl.col("time_s") >= since_s).head(limit)
 
-    def transitions(self, track_id: int, since_s: float | None, limit: int) -> pl.DataFrame:
-        rows = self.steps.get(track_id, pl.DataFrame(schema=TRANSITION_SCHEMA))
-        if since_s is None:
-            return rows.tail(limit)
-        return rows.filter(pl.col("time_s") >= since_s).head(limit)
-
-    def forecast(
-        self, track_id: int, horizon_s: float, step_s: float, probability: float, by: str
-    ) -> list[dict[str, Any]] | None:
-        method_of(by, probability)
-        if by == BUNDLE and self.trajectory_failure is not None:
-            raise self.trajectory_failure
-        steps_s = forecast_steps(horizon_s, step_s, self.forecast_steps_max)
-        track = self.track(track_id)
+    def ask(self, query: Query, track_id: int | None = None, **given: Any) -> dict[str, Any] | None:
+        values = checked(query.parameters, given)
+        if query is ENCOUNTERS:
+            self.asked = EncounterQuery(**values)
+            return no_encounters(self.asked)
+        failure = self.failures.get(query.name)
+        if failure is not None and values.get("by", BUNDLE) == BUNDLE:
+            raise failure
+        track = self.track(track_id or 0)
+        if query is FORECAST:
+            return self._forecast(track, **values)
         if track is None:
             return None
-        return [
+        more = {MANOEUVRE_PLANE: {"is_planar": True}, OBSERVABILITY: {"is_observable": False}}
+        return {"track_id": track_id, **values, **more.get(query, {})}
+
+    def _forecast(
+        self, track: dict[str, Any] | None, horizon_s: float, step_s: float, probability: float,
+        by: str,
+    ) -> dict[str, Any] | None:  # fmt: skip
+        steps_s = forecast_steps(horizon_s, step_s, self.forecast_steps_max)
+        if track is None:
+            return None
+        points = [
             {
                 "time_s": track["time_s"] + step_s,
                 "latitude_deg": track["latitude_deg"],
@@ -140,41 +164,13 @@ class FakeView:
             }
             for step_s in steps_s.tolist()
         ]
-
-    def encounters(self, query: EncounterQuery) -> dict[str, Any]:
-        self.asked = query
-        return no_encounters(query)
-
-    def manoeuvre_plane(self, track_id: int, window_s: float) -> dict[str, Any] | None:
-        if self.plane_failure is not None:
-            raise self.plane_failure
-        if self.track(track_id) is None:
-            return None
-        return {"track_id": track_id, "window_s": window_s, "is_planar": True}
-
-    def observability(self, track_id: int, window_s: float) -> dict[str, Any] | None:
-        if self.track(track_id) is None:
-            return None
-        return {"track_id": track_id, "window_s": window_s, "is_observable": False}
-
-    def trajectories(self, track_id: int, points: int, step_s: int) -> dict[str, Any] | None:
-        if self.trajectory_failure is not None:
-            raise self.trajectory_failure
-        if self.track(track_id) is None:
-            return None
-        return {"track_id": track_id, "points": points, "step_s": step_s}
+        known = {"track_id": track["track_id"], "probability": probability, "by": by}
+        return {**known, "points": points}
 
     def sensors(self) -> list[dict[str, Any]]:
-        return [{"id": "41-10", "kind": "radar", "updates": 7, "range_max_m": float("inf")}]
-
-    def bias(self, sensor_id: str) -> list[dict[str, Any]]:
-        return self.biases.filter(pl.col("sensor_id") == sensor_id).tail(2).to_dicts()
-
-    def bias_history(self, sensor_id: str, since_s: float | None, limit: int) -> pl.DataFrame:
-        rows = self.biases.filter(pl.col("sensor_id") == sensor_id)
-        if since_s is None:
-            return rows.tail(limit)
-        return rows.filter(pl.col("time_s") >= since_s).head(limit)
+        biases = self.biases.filter(pl.col("sensor_id") == "41-10").tail(2).to_dicts()
+        known = {"id": "41-10", "kind": "radar", "updates": 7, "range_max_m": float("inf")}
+        return [{**known, "biases": biases}]
 
     def status(self) -> dict[str, Any]:
         return {"version": "0.1.0", "data_time_s": None, "event_sequence": self.ring.head}

@@ -6,16 +6,13 @@ import httpx
 import pytest
 
 from multiradar.cli import options
-from multiradar.runtime.queries.encounter_query import (
-    DISTANCE_DEFAULT_M,
-    DISTANCE_MAX_M,
-    DISTANCE_MIN_M,
-    HEIGHT_MAX_M,
-    HEIGHT_MIN_M,
-    HORIZON_DEFAULT_S,
-    HORIZON_MAX_S,
-    HORIZON_MIN_S,
-    EncounterQuery,
+from multiradar.runtime.queries.encounter_query import EncounterQuery
+from multiradar.runtime.queries.parameters import (
+    ENCOUNTER_DISTANCE,
+    ENCOUNTER_DISTANCE_M,
+    ENCOUNTER_HEIGHT,
+    ENCOUNTER_HORIZON,
+    ENCOUNTER_HORIZON_S,
 )
 from multiradar_schemas.products.encounter import Encounters
 from support.fakes.fake_service import FakeService
@@ -45,8 +42,8 @@ async def test_the_defaults_apply_without_parameters(
     answer = await client.get("/v1/encounters")
     assert answer.status_code == 200
     assert service.view.asked == EncounterQuery()
-    assert answer.json()["horizon_s"] == HORIZON_DEFAULT_S
-    assert answer.json()["distance_threshold_m"] == DISTANCE_DEFAULT_M
+    assert answer.json()["horizon_s"] == ENCOUNTER_HORIZON_S
+    assert answer.json()["distance_threshold_m"] == ENCOUNTER_DISTANCE_M
     assert answer.json()["height_threshold_m"] is None
 
 
@@ -72,9 +69,9 @@ async def test_an_unknown_parameter_is_422(client: httpx.AsyncClient) -> None:
 
 def test_the_command_has_the_bounds_of_the_service() -> None:
     bounds = {
-        options.EncountersOption: (HORIZON_MIN_S, HORIZON_MAX_S),
-        options.EncounterDistanceOption: (DISTANCE_MIN_M, DISTANCE_MAX_M),
-        options.EncounterHeightOption: (HEIGHT_MIN_M, HEIGHT_MAX_M),
+        options.EncountersOption: ENCOUNTER_HORIZON,
+        options.EncounterDistanceOption: ENCOUNTER_DISTANCE,
+        options.EncounterHeightOption: ENCOUNTER_HEIGHT,
     }
-    for given, (least, most) in bounds.items():
-        assert (get_args(given)[1].min, get_args(given)[1].max) == (least, most)
+    for given, one in bounds.items():
+        assert (get_args(given)[1].min, get_args(given)[1].max) == (one.least, one.most)

@@ -7,7 +7,7 @@ import pytest
 
 from multiradar.cli import options
 from multiradar.errors import PlaneError
-from multiradar.runtime.queries.track_windows import WINDOW_DEFAULT_S, WINDOW_MAX_S, WINDOW_MIN_S
+from multiradar.runtime.queries.parameters import WINDOW, WINDOW_DEFAULT_S
 from support.fakes.fake_service import FakeService
 
 
@@ -29,7 +29,7 @@ async def test_an_unknown_track_is_404(client: httpx.AsyncClient) -> None:
 async def test_plots_without_a_plane_are_409_with_the_reason(
     client: httpx.AsyncClient, service: FakeService, code: str
 ) -> None:
-    service.view.plane_failure = PlaneError(code, "expected points, was none")
+    service.view.failures["manoeuvre-plane"] = PlaneError(code, "expected points, was none")
     answer = await client.get("/v1/tracks/3/manoeuvre-plane")
     assert answer.status_code == 409
     assert answer.headers["content-type"] == "application/problem+json"
@@ -55,4 +55,4 @@ async def test_a_window_out_of_bounds_is_422(client: httpx.AsyncClient, window: 
 def test_the_command_has_the_bounds_of_the_service() -> None:
     for given in (options.PlanesOption, options.ObservabilityOption):
         option = get_args(given)[1]
-        assert (option.min, option.max) == (WINDOW_MIN_S, WINDOW_MAX_S)
+        assert (option.min, option.max) == (WINDOW.least, WINDOW.most)

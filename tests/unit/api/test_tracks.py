@@ -252,7 +252,7 @@ async def test_a_region_is_of_the_probability_asked_for(client: httpx.AsyncClien
 async def test_a_track_without_bundle_is_409_with_the_reason(
     client: httpx.AsyncClient, service: FakeService
 ) -> None:
-    service.view.trajectory_failure = TrajectoryError("NO_ROOM", "track 3 waits for room")
+    service.view.failures["forecast"] = TrajectoryError("NO_ROOM", "track 3 waits for room")
     answer = await client.get("/v1/tracks/3/forecast?by=bundle")
     assert (answer.status_code, answer.json()["code"]) == (409, "NO_ROOM")
     assert (await client.get("/v1/tracks/3/forecast?by=filter")).status_code == 200

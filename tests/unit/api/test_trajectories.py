@@ -4,7 +4,7 @@ import httpx
 import pytest
 
 from multiradar.errors import TrajectoryError
-from multiradar.runtime.trajectories.document import PATH_STEP_DEFAULT_S, POINTS_DEFAULT
+from multiradar.runtime.queries.parameters import PATH_POINTS_DEFAULT, PATH_STEP_DEFAULT_S
 from multiradar_schemas.products.trajectories import TRAJECTORY_REASON_MEANINGS
 from support.fakes.fake_service import FakeService
 
@@ -14,7 +14,11 @@ PATH = "/v1/tracks/3/trajectories"
 async def test_the_trajectories_of_a_live_track(client: httpx.AsyncClient) -> None:
     answer = await client.get(PATH)
     assert answer.status_code == 200
-    assert answer.json() == {"track_id": 3, "points": POINTS_DEFAULT, "step_s": PATH_STEP_DEFAULT_S}
+    assert answer.json() == {
+        "track_id": 3,
+        "points": PATH_POINTS_DEFAULT,
+        "step_s": PATH_STEP_DEFAULT_S,
+    }
     asked = await client.get(f"{PATH}?points=0&step_s=60")
     assert asked.json() == {"track_id": 3, "points": 0, "step_s": 60}
 
@@ -29,7 +33,7 @@ async def test_an_unknown_track_is_404(client: httpx.AsyncClient) -> None:
 async def test_a_track_without_trajectories_is_409_with_the_reason(
     client: httpx.AsyncClient, service: FakeService, code: str
 ) -> None:
-    service.view.trajectory_failure = TrajectoryError(code, "expected plots, was none")
+    service.view.failures["trajectories"] = TrajectoryError(code, "expected plots, was none")
     answer = await client.get(PATH)
     assert answer.status_code == 409
     assert answer.headers["content-type"] == "application/problem+json"

@@ -1,7 +1,7 @@
 """Routes of sensors and their biases."""
 
 from functools import partial
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from fastapi import APIRouter, Depends, Query
 from starlette.responses import Response
@@ -15,6 +15,7 @@ from multiradar.api.problems import parameter_error
 from multiradar.api.query import Cursor, Integer, SensorId, Since, strict_query
 from multiradar.errors import RequestError
 from multiradar.runtime.ports import View
+from multiradar.runtime.queries.registry import BIASES
 
 router = APIRouter(prefix="/v1/sensors", tags=["sensors"], dependencies=[Depends(strict_query)])
 
@@ -61,8 +62,7 @@ async def get_bias(
 
 
 def _latest(access: Access, sensor_id: str) -> Response:
-    _sensor(access.view, sensor_id)
-    biases = access.view.bias(sensor_id)
+    biases = _sensor(access.view, sensor_id)["biases"]
     head = {"count": len(biases), "next_cursor": None, "sensor_id": sensor_id}
     return json_response({**head, "biases": biases})
 
@@ -71,7 +71,7 @@ def _history(
     access: Access, sensor_id: str, since: float | None, limit: int, cursor: str | None
 ) -> Response:
     _sensor(access.view, sensor_id)
-    read = partial(access.view.bias_history, sensor_id)
+    read = partial(access.view.rows, BIASES, sensor_id)
     rows = min(limit, access.view.page_rows_max)
     page, following = page_by_time(read, since, cursor, rows)
     head = {"count": page.height, "next_cursor": following, "sensor_id": sensor_id}
@@ -79,7 +79,7 @@ def _history(
     return Response(body, media_type=encoding.JSON)
 
 
-def _sensor(view: View, sensor_id: str) -> dict[str, object]:
+def _sensor(view: View, sensor_id: str) -> dict[str, Any]:
     for sensor in view.sensors():
         if sensor.get("id") == sensor_id:
             return sensor

@@ -1,8 +1,7 @@
-"""Routes of tracks: the list, one track, its history and its forecast."""
+"""Routes of tracks: the list, one track, its history and its transitions."""
 
-from collections.abc import Callable
 from functools import partial
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 import polars as pl
 from fastapi import APIRouter, Depends, Query, Request
@@ -29,23 +28,11 @@ from multiradar.api.answers.tables import (
     json_response,
     table_response,
 )
-from multiradar.api.problems import parameter_error
-from multiradar.api.query import Cursor, Integer, Limit, Number, Since, TrackId, strict_query
+from multiradar.api.query import Cursor, Integer, Limit, Since, TrackId, strict_query
+from multiradar.api.routes.queries import track_not_found
 from multiradar.api.selection import bounding_box, columns, identity, inside
-from multiradar.errors import ForecastError, RequestError, TrajectoryError
 from multiradar.runtime.ports import View
-from multiradar.runtime.queries.forecast_methods import FILTER, METHODS
-from multiradar.runtime.queries.forecasts import (
-    HORIZON_DEFAULT_S,
-    HORIZON_MAX_S,
-    PROBABILITY_DEFAULT,
-    PROBABILITY_MAX,
-    PROBABILITY_MIN,
-    STEP_DEFAULT_S,
-    STEP_MIN_S,
-    forecast_document,
-)
-from multiradar_schemas.products.forecast import Forecast
+from multiradar.runtime.queries.registry import TRANSITIONS, UPDATES, History
 from multiradar_schemas.products.track import Track
 
 router = APIRouter(prefix="/v1/tracks", tags=["tracks"], dependencies=[Depends(strict_query)])
@@ -79,27 +66,6 @@ FieldsText = Annotated[
 ]
 HistoryLimit = Annotated[
     Integer, Query(ge=1, le=HISTORY_ROWS_MAX, description="Maximum rows per page")
-]
-Horizon = Annotated[
-    Number,
-    Query(gt=0.0, le=HORIZON_MAX_S, description="Prediction horizon, s", examples=[120]),
-]
-Probability = Annotated[
-    Number,
-    Query(
-        ge=PROBABILITY_MIN,
-        le=PROBABILITY_MAX,
-        description="Containment probability of the regions",
-        examples=[0.95],
-    ),
-]
-_FORECAST_ANSWERS: dict[int | str, dict[str, Any]] = NOT_FOUND | {
-    409: {"description": "The track has no bundle to predict from; see `code`"}
-}
-By = Annotated[str, Query(max_length=40, description=f"Method: {', '.join(METHODS)}")]
-Step = Annotated[
-    Number,
-    Query(ge=STEP_MIN_S, le=HORIZON_MAX_S, description="Time between points, s", examples=[10]),
 ]
 
 
@@ -156,10 +122,7 @@ async def get_history(
 ) -> Response:
     """Return the retained updates of a track, oldest first, also after the track was dropped."""
     asked = _Asked(track_id, since, cursor, limit, chosen_form(request, format_, ("json", "arrow")))
-    read = partial(access.view.history, track_id)
-    return await access.workers.run(
-        partial(_table_of_track, request, access.view, "updates", read, asked)
-    )
+    return await access.workers.run(_table_of_track, request, access.view, UPDATES, asked)
 
 
 @router.get(
@@ -177,34 +140,7 @@ async def get_transitions(
 ) -> Response:
     """Return the state transitions of a track with their reasons, also after it was dropped."""
     asked = _Asked(track_id, since, cursor, limit, chosen_form(request, format_, ("json", "arrow")))
-    read = partial(access.view.transitions, track_id)
-    return await access.workers.run(
-        partial(_table_of_track, request, access.view, "transitions", read, asked)
-    )
-
-
-@router.get("/{track_id}/forecast", response_model=Forecast, responses=_FORECAST_ANSWERS)
-async def get_forecast(
-    track_id: TrackId,
-    access: Granted,
-    *,
-    horizon_s: Horizon = HORIZON_DEFAULT_S,
-    step_s: Step = STEP_DEFAULT_S,
-    probability: Probability = PROBABILITY_DEFAULT,
-    by: By = FILTER,
-) -> Response:
-    """Predict the position of a track, with covariances and containment regions."""
-    try:
-        points = await access.workers.run(
-            access.view.forecast, track_id, horizon_s, step_s, probability, by
-        )
-    except ForecastError as error:
-        raise parameter_error({error.parameter: error.reason}) from error
-    except TrajectoryError as error:
-        raise RequestError(409, error.code, str(error)) from error
-    if points is None:
-        raise track_not_found(track_id)
-    return json_response(forecast_document(track_id, probability, by, points))
+    return await access.workers.run(_table_of_track, request, access.view, TRANSITIONS, asked)
 
 
 def _condition(
@@ -239,27 +175,17 @@ class _Asked(NamedTuple):
     form: str
 
 
-def _table_of_track(
-    request: Request,
-    view: View,
-    name: str,
-    read: Callable[[float, int], pl.DataFrame],
-    asked: _Asked,
-) -> Response:
+def _table_of_track(request: Request, view: View, history: History, asked: _Asked) -> Response:
     rows = min(asked.limit, view.page_rows_max)
+    read = partial(view.rows, history, asked.track_id)
     page, following = page_by_time(read, asked.since, asked.cursor, rows)
     _check_known(view, asked.track_id, page)
-    return table_response(request, page, name, asked.form, following)
+    return table_response(request, page, history.name, asked.form, following)
 
 
 def _check_known(view: View, track_id: int, page: pl.DataFrame) -> None:
     # A page may be empty for a time at which nothing was; of a track that nobody knows it is.
     if not page.is_empty() or view.track(track_id) is not None:
         return
-    if all(read(track_id, None, 1).is_empty() for read in (view.history, view.transitions)):
+    if all(view.rows(one, track_id, None, 1).is_empty() for one in (UPDATES, TRANSITIONS)):
         raise track_not_found(track_id)
-
-
-def track_not_found(track_id: int) -> RequestError:
-    """Return the refusal of a request for a track that nobody knows."""
-    return RequestError(404, "TRACK_NOT_FOUND", f"no track with the number {track_id} is known")

@@ -10,12 +10,14 @@
     multiradar/v1/forecasts/{track}       queryable
     multiradar/v1/encounters              queryable
     multiradar/v1/trajectories/{track}    queryable
+    multiradar/v1/manoeuvre-planes/{track}, multiradar/v1/observability/{track}   queryable
     multiradar/v1/status                  out, and queryable
     multiradar/v1/instances/{instance}    a liveliness token for each instance
 """
 
 import re
 
+from multiradar.runtime.queries.registry import Query
 from multiradar_schemas.measurements.measurement import SENSOR_ID_PATTERN
 
 ROOT = "multiradar/v1"
@@ -24,9 +26,6 @@ TRACKS = f"{ROOT}/tracks"
 ENDED = f"{ROOT}/ended"
 BIASES = f"{ROOT}/biases"
 SENSORS = f"{ROOT}/sensors"
-FORECASTS = f"{ROOT}/forecasts"
-ENCOUNTERS = f"{ROOT}/encounters"
-TRAJECTORIES = f"{ROOT}/trajectories"
 STATUS = f"{ROOT}/status"
 INSTANCES = f"{ROOT}/instances"
 
@@ -53,6 +52,11 @@ def is_sensor_id(text: str) -> bool:
 def track_id(text: str) -> int | None:
     """Return the track identifier in a part of a key, or None."""
     return int(text) if _TRACK_ID.fullmatch(text) else None
+
+
+def query_key(query: Query, track: str) -> str:
+    """Return the key of a query: of one track, or of all where it is about none."""
+    return f"{ROOT}/{query.plural}/{track}" if query.of_track else f"{ROOT}/{query.plural}"
 
 
 def sensor_key(root: str, sensor_id: str) -> str:

@@ -1,55 +1,34 @@
-"""Answers to queries: tracks, biases, sensors, forecasts, trajectories, encounters, status."""
+"""Answers to queries: tracks, biases, sensors, status, and those of the registry."""
 
 import json
 import math
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
-from multiradar.errors import ForecastError, RequestError, TrajectoryError
+from multiradar.errors import ForecastError, RequestError
 from multiradar.ingest.zenoh.bus import Request, wrong_parameters
 from multiradar.ingest.zenoh.catch_up import CatchUp
 from multiradar.ingest.zenoh.counts import ZenohCounts
 from multiradar.ingest.zenoh.keys import (
     BIASES,
-    ENCOUNTERS,
-    FORECASTS,
     SENSORS,
     STATUS,
     TRACKS,
-    TRAJECTORIES,
     is_sensor_id,
     last_part,
+    query_key,
     sensor_key,
     track_id,
 )
 from multiradar.runtime.ports import View
-from multiradar.runtime.queries.encounter_query import (
-    BY_TIME,
-    DISTANCE_DEFAULT_M,
-    LIMIT_DEFAULT,
-    EncounterQuery,
-)
-from multiradar.runtime.queries.encounter_query import HORIZON_DEFAULT_S as HORIZON_ENCOUNTERS_S
-from multiradar.runtime.queries.forecast_methods import FILTER
-from multiradar.runtime.queries.forecasts import (
-    HORIZON_DEFAULT_S,
-    PROBABILITY_DEFAULT,
-    STEP_DEFAULT_S,
-    forecast_document,
-)
-from multiradar.runtime.trajectories.document import (
-    PATH_STEP_DEFAULT_S,
-    PATH_STEP_MAX_S,
-    POINTS_DEFAULT,
-    POINTS_MAX,
-)
+from multiradar.runtime.queries.parameters import Parameter
+from multiradar.runtime.queries.registry import NO_ANSWER, QUERIES, Query
 
 #: Updates in one answer to a query with `after`, unless it asks for fewer.
 CATCH_UP_LIMIT = 10_000
 _WILD = frozenset({"*", "**"})
 _NO_PARAMETERS: frozenset[str] = frozenset()
-_ENCOUNTER_PARAMETERS = frozenset(EncounterQuery.__dataclass_fields__)
-_FORECAST_PARAMETERS = frozenset({"horizon_s", "step_s", "probability", "by"})
 _BAD_REQUEST = 400
 _NOT_FOUND = 404
 _CONFLICT = 409
@@ -92,10 +71,13 @@ class Answers:
             f"{TRACKS}/*": self._guarded(self._tracks, frozenset({"after", "limit"})),
             f"{BIASES}/*": self._guarded(self._biases, _NO_PARAMETERS),
             f"{SENSORS}/*": self._guarded(self._sensors, _NO_PARAMETERS),
-            f"{FORECASTS}/*": self._guarded(self._forecast, _FORECAST_PARAMETERS),
-            ENCOUNTERS: self._guarded(self._encounters, _ENCOUNTER_PARAMETERS),
-            f"{TRAJECTORIES}/*": self._guarded(self._trajectories, frozenset({"points", "step_s"})),
             STATUS: self._guarded(self._answer_status, _NO_PARAMETERS),
+            **{
+                query_key(query, "*"): self._guarded(
+                    partial(self._ask, query), frozenset(one.name for one in query.parameters)
+                )
+                for query in QUERIES
+            },
         }
 
     # ---------------------------------------------------------------- inside
@@ -154,7 +136,7 @@ class Answers:
     def _biases(self, request: Request) -> None:
         for sensor in self._asked_for(request):
             name = sensor["id"]
-            _reply(request, sensor_key(BIASES, name), self._view.bias(name), None)
+            _reply(request, sensor_key(BIASES, name), sensor["biases"], None)
 
     def _sensors(self, request: Request) -> None:
         for sensor in self._asked_for(request):
@@ -169,52 +151,18 @@ class Answers:
             raise RequestError(_NOT_FOUND, "NOT_FOUND", f"no sensor {ascii(name)[:80]}")
         return [known[name]]
 
-    def _forecast(self, request: Request) -> None:
-        track = _known_track(last_part(request.key))
-        horizon_s = _number(request.parameters, "horizon_s", HORIZON_DEFAULT_S)
-        step_s = _number(request.parameters, "step_s", STEP_DEFAULT_S)
-        probability = _number(request.parameters, "probability", PROBABILITY_DEFAULT)
-        by = request.parameters.get("by", "") or FILTER
+    def _ask(self, query: Query, request: Request) -> None:
+        track = _known_track(last_part(request.key)) if query.of_track else None
+        given = {one.name: _value(one, request.parameters) for one in query.parameters}
         try:
-            points = self._view.forecast(track, horizon_s, step_s, probability, by)
+            document = self._view.ask(query, track, **given)
         except ForecastError as error:
             raise RequestError(_BAD_REQUEST, "OUT_OF_RANGE", str(error)) from error
-        except TrajectoryError as error:
+        except NO_ANSWER as error:
             raise RequestError(_CONFLICT, error.code, str(error)) from error
-        if points is None:
+        if document is None:
             raise _no_track(str(track))
-        document = forecast_document(track, probability, by, points)
-        _reply(request, f"{FORECASTS}/{track}", document, None)
-
-    def _encounters(self, request: Request) -> None:
-        given = request.parameters
-        height = given.get("height_m")
-        try:
-            query = EncounterQuery(
-                horizon_s=_number(given, "horizon_s", HORIZON_ENCOUNTERS_S),
-                distance_m=_number(given, "distance_m", DISTANCE_DEFAULT_M),
-                height_m=_number(given, "height_m", 0.0) if height else None,
-                probability_min=_number(given, "probability_min", 0.0),
-                order=given.get("order") or BY_TIME,
-                limit=_whole(given, "limit", LIMIT_DEFAULT),
-            )
-        except ForecastError as error:
-            raise RequestError(_BAD_REQUEST, "OUT_OF_RANGE", str(error)) from error
-        _reply(request, ENCOUNTERS, self._view.encounters(query), None)
-
-    def _trajectories(self, request: Request) -> None:
-        track = _known_track(last_part(request.key))
-        points = _whole_within(request.parameters, "points", POINTS_DEFAULT, (0, POINTS_MAX))
-        step_s = _whole_within(
-            request.parameters, "step_s", PATH_STEP_DEFAULT_S, (1, PATH_STEP_MAX_S)
-        )
-        try:
-            told = self._view.trajectories(track, points, step_s)
-        except TrajectoryError as error:
-            raise RequestError(_CONFLICT, error.code, str(error)) from error
-        if told is None:
-            raise _no_track(str(track))
-        _reply(request, f"{TRAJECTORIES}/{track}", told, None)
+        _reply(request, query_key(query, "" if track is None else str(track)), document, None)
 
     def _answer_status(self, request: Request) -> None:
         request.reply(STATUS, self._status(), b"")
@@ -256,26 +204,20 @@ def _whole(parameters: Mapping[str, str], name: str, absent: int) -> int:
     return int(text)
 
 
-def _whole_within(
-    parameters: Mapping[str, str], name: str, absent: int, bounds: tuple[int, int]
-) -> int:
-    value = _whole(parameters, name, absent)
-    if not bounds[0] <= value <= bounds[1]:
-        reason = f"{name}: expected {bounds[0]} to {bounds[1]}, was {value}"
-        raise RequestError(_BAD_REQUEST, "OUT_OF_RANGE", reason)
-    return value
-
-
-def _number(parameters: Mapping[str, str], name: str, absent: float) -> float:
-    text = parameters.get(name, "")
+def _value(parameter: Parameter, given: Mapping[str, str]) -> float | str | None:
+    text = given.get(parameter.name, "")
     if not text:
-        return absent
+        return parameter.default
+    if parameter.kind is str:
+        return text
+    if parameter.kind is int:
+        return _whole(given, parameter.name, 0)
     try:
         value = float(text) if text.isascii() and "_" not in text else math.nan
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise _bad(name, "a finite number", text)
+        raise _bad(parameter.name, "a finite number", text)
     return value
 
 

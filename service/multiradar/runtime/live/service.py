@@ -73,7 +73,9 @@ class Service:
 
     Attributes
     ----------
-    view : Publication
+    publication : Publication
+        What hands the output of the engine on.
+    view : LiveView
         The read side.
     """
 
@@ -107,7 +109,8 @@ class Service:
         self._writer: Writer | None = None
         self._processor: Processor | None = None
         self._threads: list[threading.Thread] = []
-        self.view = Publication(sensors, tracking, self._limits)
+        self.publication = Publication(sensors, tracking, self._limits)
+        self.view = self.publication.view
 
     @property
     def state(self) -> ServiceState:
@@ -169,7 +172,7 @@ class Service:
                 self._backlog.close()
                 processor.join()
                 self._threads = []
-            self.view.diagnosis.stop()
+            self.publication.diagnosis.stop()
             self._let_go()
             self._state = ServiceState.STOPPED
 
@@ -270,7 +273,7 @@ class Service:
         if self._journal is None:
             raise PipelineError("the service is not running")
         if code is not None:
-            kept = self.view.refusals.last(code)
+            kept = self.publication.refusals.last(code)
             return [row for row in kept if row.number > after][:limit]
         return self._journal.quarantined(after, limit)
 
@@ -299,10 +302,10 @@ class Service:
             backlog=self._backlog,
             open_engine=self._open_engine,
             sensors=self._sensors,
-            publication=self.view,
+            publication=self.publication,
             rows_max=self._limits.push_rows_max,
         )
-        self.view.attach(self._processor.states, self._counters)
+        self.publication.attach(self._processor.states, self._counters)
         self._processor.replay()
         self._writer = Writer(
             intake=self._intake,
@@ -312,9 +315,9 @@ class Service:
             admission=admission,
             accounting=self._accounting,
             batches_max=self._limits.commit_batches_max,
-            on_taken=self.view.diagnosis.read,
+            on_taken=self.publication.diagnosis.read,
         )
-        self.view.diagnosis.start()
+        self.publication.diagnosis.start()
         self._writer.head = counts.entries
         self._threads = [
             threading.Thread(target=self._writer.run, name="journal-writer", daemon=True),

@@ -10,13 +10,13 @@ from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.memory.live_tracks import LiveTracks
 from multiradar.runtime.queries.forecast_methods import (
-    FILTER,
     Known,
     method_of,
     no_bundle,
     no_plots,
 )
-from multiradar.runtime.queries.forecasts import PROBABILITY_DEFAULT, forecast_points
+from multiradar.runtime.queries.forecasts import forecast_points
+from multiradar.runtime.queries.parameters import FILTER, PROBABILITY_DEFAULT
 from multiradar.tracking.columns import rows_of, table_of
 from multiradar.tracking.forecast.forecast_calibration import calibration_for
 from multiradar.tracking.forecast.forecast_scores import HORIZONS_S

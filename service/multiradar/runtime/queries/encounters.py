@@ -6,9 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.geodesy.system_plane import SystemPlane
+from multiradar.runtime.memory.knowledge import Knowledge
 from multiradar.runtime.memory.live_tracks import ages_and_states
-from multiradar.runtime.queries.encounter_query import BY_PROBABILITY, EncounterQuery
+from multiradar.runtime.queries.encounter_query import EncounterQuery
 from multiradar.runtime.queries.forecasts import points_inside
+from multiradar.runtime.queries.parameters import BY_PROBABILITY
 from multiradar.tracking.encounters.approaches import (
     Approaches,
     bounds,
@@ -127,6 +129,30 @@ def encounters(
         "count": len(told.tracks),
         "encounters": _told(told, chosen, time_s, plane, paths),
     }
+
+
+def answer_encounters(known: Knowledge, **values: Any) -> dict[str, Any]:
+    """Return the encounters that are expected among the live tracks.
+
+    Parameters
+    ----------
+    known : Knowledge
+        What the service knows.
+    **values
+        The fields of `EncounterQuery`.
+
+    Returns
+    -------
+    dict
+        The fields of `Encounters` of the schemas.
+    """
+    query, now = EncounterQuery(**values), known.states()
+    rows, now_s = known.live_rows()
+    if now is None or now_s is None:
+        return no_encounters(query)
+    states, plane = now
+    sky = Sky(now_s, rows, states)
+    return encounters(sky, query, plane, known.tracking, known.calibration)
 
 
 def no_encounters(query: EncounterQuery) -> dict[str, Any]:

@@ -7,22 +7,17 @@ from typing import NamedTuple, NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.errors import ForecastError, TrajectoryError
+from multiradar.errors import TrajectoryError
+from multiradar.runtime.queries.parameters import BUNDLE, FILTER, POLYNOMIAL
 from multiradar.runtime.queries.polynomial_forecasts import LastPlots
 from multiradar.runtime.trajectories.fans import FanCourse, fan_course
 from multiradar.runtime.trajectories.pool import Reading
 from multiradar.tracking.forecast.forecast_calibration import ForecastCalibration
-from multiradar.tracking.forecast.forecast_family import MOTIONS
 from multiradar.tracking.forecast.forecast_scores import Plan
 from multiradar.tracking.forecast.regions import gaussian_factor
 from multiradar.tracking.outputs import TrackStates
-from multiradar_schemas.documents.names import unknown
 
 Floats = NDArray[np.float64]
-
-FILTER = "filter"
-BUNDLE = "bundle"
-POLYNOMIAL = "polynomial"
 
 
 class Known(NamedTuple):
@@ -84,26 +79,11 @@ Regional = Callable[[float, Known, Floats], Course]
 
 def by_filter(probability: float, known: Known, ahead_s: Floats) -> Course:
     """Forecast by the motion that has fitted the traffic best, with regions as past errors ask."""
-    return _by_plan(known, ahead_s, known.calibration.scores.plan(ahead_s, probability))
+    return by_plan(known, ahead_s, known.calibration.scores.plan(ahead_s, probability))
 
 
-def by_motion(name: str, probability: float, known: Known, ahead_s: Floats) -> Course:
-    """Forecast by one of the motions of the filter, with regions as its own past errors ask.
-
-    Raises
-    ------
-    ForecastError
-        If the filter has no such motion.
-    """
-    names = known.calibration.family.names
-    if name not in names:
-        reason = f"expected {', '.join((FILTER, *names))} with this filter, was {name}"
-        raise ForecastError("by", reason)
-    plan = known.calibration.scores.plan(ahead_s, probability, names.index(name))
-    return _by_plan(known, ahead_s, plan)
-
-
-def _by_plan(known: Known, ahead_s: Floats, plan: Plan) -> Course:
+def by_plan(known: Known, ahead_s: Floats, plan: Plan) -> Course:
+    """Forecast by a motion of the filter, with the regions of a plan."""
     found = known.calibration.forecast_by(plan, known.states, known.place, ahead_s)
     return Course(*found, plan.calibrated, known.calibration.family.names[plan.motion])
 
@@ -136,25 +116,16 @@ def by_polynomial(probability: float, known: Known, ahead_s: Floats) -> Course:
     return Course(*found, factors, np.zeros(len(ahead_s), np.bool_), POLYNOMIAL)
 
 
-#: Whatever forecasts a track has its name here, and is offered over HTTP and Zenoh.
+#: The methods by name; `parameters.METHOD` offers them over HTTP and Zenoh.
 METHODS: dict[str, Regional] = {
     FILTER: by_filter,
     BUNDLE: by_bundle,
     POLYNOMIAL: by_polynomial,
-    **{name: partial(by_motion, name) for name in MOTIONS},
 }
 
 
 def method_of(name: str, probability: float) -> Method:
-    """Return a method of forecasting, with regions of a probability.
-
-    Raises
-    ------
-    ForecastError
-        If there is none of that name.
-    """
-    if name not in METHODS:
-        raise ForecastError("by", unknown("method", name, METHODS))
+    """Return a method of forecasting, with regions of a probability."""
     return partial(METHODS[name], probability)
 
 

@@ -7,20 +7,13 @@ from numpy.typing import NDArray
 
 from multiradar.errors import ForecastError
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.runtime.queries.forecast_methods import Course, Known, Method
+from multiradar.runtime.memory.knowledge import Knowledge
+from multiradar.runtime.queries.forecast_methods import Course, Known, Method, known_of, method_of
+from multiradar.runtime.queries.polynomial_forecasts import LastPlots, last_plots
 from multiradar.runtime.trajectories.fans import told_members
+from multiradar.tracking.forecast.polynomial_forecast import WINDOW_S
 from multiradar.tracking.forecast.regions import ellipses
 from multiradar.tracking.outputs import TrackStates
-
-#: Bounds of a forecast and what is taken where nothing is said, the same for everybody who asks, s.
-HORIZON_DEFAULT_S = 60.0
-HORIZON_MAX_S = 3600.0
-STEP_DEFAULT_S = 5.0
-STEP_MIN_S = 0.1
-#: Probabilities of regions.
-PROBABILITY_DEFAULT = 0.95
-PROBABILITY_MIN = 0.01
-PROBABILITY_MAX = 0.999
 
 
 def forecast_steps(horizon_s: float, step_s: float, points_max: int) -> NDArray[np.float64]:
@@ -41,15 +34,8 @@ def forecast_steps(horizon_s: float, step_s: float, points_max: int) -> NDArray[
     Raises
     ------
     ForecastError
-        If the horizon or the step is out of its bounds or no number, or the points are too many.
+        If the points are too many.
     """
-    # Written so that NaN fails.
-    if not 0.0 < horizon_s <= HORIZON_MAX_S:
-        reason = f"expected more than 0 s and at most {HORIZON_MAX_S:g} s, was {horizon_s} s"
-        raise ForecastError("horizon_s", reason)
-    if not STEP_MIN_S <= step_s <= HORIZON_MAX_S:
-        reason = f"expected {STEP_MIN_S:g} s to {HORIZON_MAX_S:g} s, was {step_s} s"
-        raise ForecastError("step_s", reason)
     # The tolerance keeps the last point when the step divides the horizon but for rounding.
     count = int(horizon_s / step_s + 1e-9) + 1
     if count > points_max:
@@ -59,28 +45,6 @@ def forecast_steps(horizon_s: float, step_s: float, points_max: int) -> NDArray[
         )
         raise ForecastError("step_s", reason)
     return np.arange(count, dtype=np.float64) * step_s
-
-
-def checked_probability(probability: float) -> float:
-    """Return the probability of a region, or say why there is none of it.
-
-    Raises
-    ------
-    ForecastError
-        If it is out of its bounds or no number.
-    """
-    # Written so that NaN fails.
-    if not PROBABILITY_MIN <= probability <= PROBABILITY_MAX:
-        reason = f"expected {PROBABILITY_MIN:g} to {PROBABILITY_MAX:g}, was {probability}"
-        raise ForecastError("probability", reason)
-    return probability
-
-
-def forecast_document(
-    track_id: int, probability: float, by: str, points: list[dict[str, Any]]
-) -> dict[str, Any]:
-    """Return an answer: the fields of `multiradar_schemas.products.forecast.Forecast`."""
-    return {"track_id": track_id, "probability": probability, "by": by, "points": points}
 
 
 def ahead_of(
@@ -212,3 +176,57 @@ def points_inside(plane: SystemPlane, means: NDArray[np.float64]) -> NDArray[np.
     inside = plane.contains(means[..., 0], means[..., 1])
     outside = np.argmin(inside, axis=-1)
     return np.asarray(np.where(inside.all(axis=-1), means.shape[-2], outside), np.int64)
+
+
+def answer_forecast(
+    known: Knowledge, track_id: int, *, horizon_s: float, step_s: float, probability: float, by: str
+) -> dict[str, Any] | None:
+    """Return where a live track is expected to be, from the data time of now on.
+
+    Parameters
+    ----------
+    known : Knowledge
+        What the service knows.
+    track_id : int
+        The track.
+    horizon_s, step_s : float
+        How far, and in what steps, s. The first point is at the data time of now.
+    probability : float
+        Containment probability of the regions.
+    by : str
+        One of `forecast_methods.METHODS`.
+
+    Returns
+    -------
+    dict or None
+        The fields of `Forecast` of the schemas, no point beyond the system plane. None when there
+        is no such live track.
+
+    Raises
+    ------
+    ForecastError
+        If the points are too many.
+    TrajectoryError
+        If the track has no bundle, or too few plots, for the method; `code` says why.
+    """
+    steps = forecast_steps(horizon_s, step_s, known.limits.forecast_steps_max)
+    track, now = known.track(track_id), known.states()
+    if track is None or now is None:
+        return None
+    states, plane = now
+    source = known_of(
+        states, track_id, known.calibration, lambda: known.trajectory_feed().read(track_id),
+        lambda: last_plots_of(known, plane, track_id),
+    )  # fmt: skip
+    if source is None:
+        return None
+    points = forecast_from(source, track, plane, steps, method_of(by, probability))
+    return {"track_id": track_id, "probability": probability, "by": by, "points": points}
+
+
+def last_plots_of(known: Knowledge, plane: SystemPlane, track_id: int) -> LastPlots | None:
+    """Return the last plots of a live track for a polynomial; None where there are none."""
+    window = known.window(track_id)
+    if window is None:
+        return None
+    return last_plots(plane, window.rows, WINDOW_S, window.biases, known.sensors)

@@ -25,10 +25,6 @@ from multiradar.tracking.columns import row_type
 from multiradar.tracking.input.measurements import Directions, MeasurementBatch
 from multiradar.tracking.outputs import EngineOutput
 
-#: Length of a window, and its bounds, the same for everybody who asks, s.
-WINDOW_DEFAULT_S = 60.0
-WINDOW_MIN_S = 5.0
-WINDOW_MAX_S = 600.0
 #: Most measurements of a window; the last ones are used.
 POINTS_MAX = 1000
 

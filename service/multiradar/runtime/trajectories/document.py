@@ -16,11 +16,6 @@ from multiradar.runtime.trajectories.pool import Reading
 
 Floats = NDArray[np.float64]
 
-#: Points of a path, and whole seconds between them, unless something else is asked for; bounds.
-POINTS_DEFAULT = 120
-POINTS_MAX = 600
-PATH_STEP_DEFAULT_S = 1
-PATH_STEP_MAX_S = 60
 #: Fewer plots make no triple.
 _TRIPLE = 3
 

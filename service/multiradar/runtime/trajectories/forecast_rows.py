@@ -7,7 +7,8 @@ import polars as pl
 
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.queries.forecast_methods import course_of_bundle
-from multiradar.runtime.queries.forecasts import PROBABILITY_DEFAULT, forecast_points
+from multiradar.runtime.queries.forecasts import forecast_points
+from multiradar.runtime.queries.parameters import PROBABILITY_DEFAULT
 from multiradar.runtime.trajectories.pool import Reading
 from multiradar.runtime.trajectories.table import TrajectoryTable
 from multiradar.tracking.forecast.forecast_scores import HORIZONS_S

@@ -9,7 +9,8 @@ import polars as pl
 from multiradar.errors import TrajectoryError
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.runtime.trajectories.document import POINTS_DEFAULT, trajectories_of
+from multiradar.runtime.queries.parameters import PATH_POINTS_DEFAULT
+from multiradar.runtime.trajectories.document import trajectories_of
 from multiradar.runtime.trajectories.options import TrajectoryOptions
 from multiradar.runtime.trajectories.plots import PlotPlaces
 from multiradar.runtime.trajectories.pool import TAKEN, BundlePool, Reading
@@ -123,7 +124,7 @@ class TrajectoryTable:
         if self._also is not None:
             self._said.append((epoch, track_id, self._also(track_id, reading, self.plane)))
         try:
-            document = trajectories_of(track_id, reading, self.plane, POINTS_DEFAULT, STEP_S)
+            document = trajectories_of(track_id, reading, self.plane, PATH_POINTS_DEFAULT, STEP_S)
             row = table_row(document)
         except TrajectoryError as error:
             row = {"track_id": track_id, "time_s": time_s, "reason": error.code}

@@ -14,7 +14,7 @@ from multiradar.ingest.zenoh.keys import is_sensor_id, sensor_key, track_id
 from multiradar.ingest.zenoh.memory_bus import MemoryAnswer, MemoryBus
 from multiradar.ingest.zenoh.options import ZenohOptions
 from multiradar.runtime.live.receipt import Receipt
-from multiradar.runtime.trajectories.document import PATH_STEP_DEFAULT_S
+from multiradar.runtime.queries.parameters import PATH_STEP_DEFAULT_S
 from support.fakes.fake_service import FakeService
 from support.scenarios.zenoh_scene import StreamingView
 
@@ -204,6 +204,6 @@ def test_trajectories_are_answered_or_the_reason_why_not(scene: Scene) -> None:
 
 
 def test_a_track_without_trajectories_says_why(scene: Scene) -> None:
-    scene.view.trajectory_failure = TrajectoryError("NO_ROOM", "track 3 waits for room")
+    scene.view.failures["trajectories"] = TrajectoryError("NO_ROOM", "track 3 waits for room")
     answer = settled(scene, scene.bus.ask("multiradar/v1/trajectories/3"))
     assert json.loads(answer.errors[0]) == {"code": "NO_ROOM", "reason": "track 3 waits for room"}

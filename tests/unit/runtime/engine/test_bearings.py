@@ -11,6 +11,7 @@ from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.live.publication import Publication
 from multiradar.runtime.offline.offline import BATCH_ROWS
 from multiradar.runtime.queries.observabilities import observability_of_track
+from multiradar.runtime.queries.registry import OBSERVABILITY
 from multiradar.runtime.queries.track_windows import WindowTable
 from multiradar.tracking.health.health_records import HealthRecords
 from multiradar.tracking.outputs import EngineOutput, TrackUpdates
@@ -112,7 +113,8 @@ def test_a_track_that_is_not_observable_says_so() -> None:
     alone = bearing_scene.START_S + 200.0
     frame = scene.frame.filter((pl.col("time_s") < alone) | (pl.col("sensor_id") == "df-1"))
     engine, settings = Engine(TABLE, TrackingSettings()), TrackingSettings()
-    view = Publication(TABLE, settings, RuntimeLimits())
+    publication = Publication(TABLE, settings, RuntimeLimits())
+    view = publication.view
     table = WindowTable(
         observability_of_track, OBSERVABILITY_SCHEMA, TABLE, WINDOW_S, settings.epoch_s
     )
@@ -120,9 +122,9 @@ def test_a_track_that_is_not_observable_says_so() -> None:
     for part in frame.iter_slices(50):
         batch, _ = measurement_batch(part, TABLE)
         output = engine.push(batch)
-        view.publish(output, float(batch.time_s.max()))
+        publication.publish(output, float(batch.time_s.max()))
         rows.append(table.take(output))
-        answer = view.observability(1, WINDOW_S)
+        answer = view.ask(OBSERVABILITY, 1, window_s=WINDOW_S)
         if answer is not None:
             live[answer["time_s"]] = answer
     output = engine.flush()
@@ -143,7 +145,7 @@ def test_a_track_that_is_not_observable_says_so() -> None:
         assert (part["ranges"] > 0).unique().to_list() == [ranges]
         assert part["lines_cross"].unique().to_list() == [cross]
         assert part["is_observable"].unique().to_list() == [observable]
-    assert view.observability(99, WINDOW_S) is None
+    assert view.ask(OBSERVABILITY, 99, window_s=WINDOW_S) is None
 
 
 @pytest.mark.parametrize("filter_name", ["two-stage", "imm"])

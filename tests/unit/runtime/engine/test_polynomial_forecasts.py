@@ -7,11 +7,13 @@ from multiradar.errors import TrajectoryError
 from multiradar.runtime.engine.engine import Engine
 from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.live.publication import Publication
-from multiradar.runtime.queries.forecast_methods import FILTER, POLYNOMIAL
+from multiradar.runtime.live.view import LiveView
+from multiradar.runtime.queries.parameters import FILTER, POLYNOMIAL
 from multiradar.tracking.forecast.regions import gaussian_factor
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.wire import measurement_batch
 from multiradar_schemas.products.forecast import ForecastPoint
+from support.scenarios.asked import forecast
 from support.scenarios.live_scene import START_S
 from support.scenarios.trajectory_scene import (
     MUTE,
@@ -26,22 +28,22 @@ from support.scenarios.trajectory_scene import (
 TRACKING = TrackingSettings(reorder_horizon_s=0.0)
 
 
-def view_after(seconds: float) -> Publication:
-    view, engine = Publication(TABLE, TRACKING, RuntimeLimits()), Engine(TABLE, TRACKING)
-    view.attach(lambda: (engine.tracks(), engine.plane), dict)
+def view_after(seconds: float) -> LiveView:
+    publication, engine = Publication(TABLE, TRACKING, RuntimeLimits()), Engine(TABLE, TRACKING)
+    publication.attach(lambda: (engine.tracks(), engine.plane), dict)
     for output in (engine.push(measurement_batch(recording(seconds), TABLE)[0]), engine.flush()):
-        view.publish(output, START_S + seconds)
-    return view
+        publication.publish(output, START_S + seconds)
+    return publication.view
 
 
 @pytest.fixture(scope="module")
-def view() -> Publication:
+def view() -> LiveView:
     return view_after(50.0)
 
 
 @pytest.mark.parametrize("number", [TURNING, REPORTING])
-def test_a_straight_flight_goes_on_on_the_earth(view: Publication, number: int) -> None:
-    points = view.forecast(number, 10.0, 5.0, 0.9, POLYNOMIAL)
+def test_a_straight_flight_goes_on_on_the_earth(view: LiveView, number: int) -> None:
+    points = forecast(view, number, 10.0, 5.0, 0.9, POLYNOMIAL)
     assert points is not None
     assert len(points) == 3
     for point in points:
@@ -58,9 +60,9 @@ def test_a_straight_flight_goes_on_on_the_earth(view: Publication, number: int) 
         assert told.position_sigma_m < 1000.0
 
 
-def test_it_begins_at_the_data_time_of_now_as_others_do(view: Publication) -> None:
+def test_it_begins_at_the_data_time_of_now_as_others_do(view: LiveView) -> None:
     times = [
-        [point["time_s"] for point in view.forecast(TURNING, 10.0, 5.0, 0.9, by) or []]
+        [point["time_s"] for point in forecast(view, TURNING, 10.0, 5.0, 0.9, by) or []]
         for by in (POLYNOMIAL, FILTER)
     ]
     assert times[0] == times[1]
@@ -69,19 +71,19 @@ def test_it_begins_at_the_data_time_of_now_as_others_do(view: Publication) -> No
 def test_a_forecast_ends_where_the_parabola_of_a_turn_leaves_the_plane() -> None:
     """It goes on with 4 m/s², beyond the horizon of the frame of its plots within the hour."""
     view = view_after(90.0)
-    points = view.forecast(TURNING, 3600.0, 20.0, 0.9, POLYNOMIAL)
+    points = forecast(view, TURNING, 3600.0, 20.0, 0.9, POLYNOMIAL)
     assert points is not None
     assert 60 < len(points) < 150
     for point in points:
         ForecastPoint.model_validate(point)
-    far = view.forecast(TURNING, 3600.0, 3600.0, 0.9, POLYNOMIAL)
+    far = forecast(view, TURNING, 3600.0, 3600.0, 0.9, POLYNOMIAL)
     assert far is not None
     assert len(far) == 1
 
 
-def test_a_track_without_heights_or_with_few_plots_is_told_so(view: Publication) -> None:
+def test_a_track_without_heights_or_with_few_plots_is_told_so(view: LiveView) -> None:
     for asked, number in ((view, MUTE), (view_after(8.0), TURNING)):
         with pytest.raises(TrajectoryError) as told:
-            asked.forecast(number, 10.0, 5.0, 0.9, POLYNOMIAL)
+            forecast(asked, number, 10.0, 5.0, 0.9, POLYNOMIAL)
         assert told.value.code == "TOO_FEW_PLOTS"
-    assert view.forecast(10_000, 10.0, 5.0, 0.9, POLYNOMIAL) is None
+    assert forecast(view, 10_000, 10.0, 5.0, 0.9, POLYNOMIAL) is None

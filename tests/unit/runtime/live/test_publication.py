@@ -12,6 +12,8 @@ import pytest
 from multiradar.errors import ConfigurationError, ForecastError
 from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.live.publication import Publication
+from multiradar.runtime.live.view import LiveView
+from multiradar.runtime.queries.registry import BIASES, UPDATES
 from multiradar.runtime.stream.events import Event
 from multiradar.tracking.forecast.regions import gaussian_factor
 from multiradar.tracking.input.measurements import MeasurementBatch
@@ -30,6 +32,7 @@ from multiradar_schemas.products.track import TRACK_SCHEMA
 from support.fakes.fake_engine import FakeEngine
 from support.fakes.health import health_records
 from support.processes.waiting import join
+from support.scenarios.asked import biases, forecast
 from support.scenarios.live_scene import START_S, recording, sensors
 
 TABLE = sensors()
@@ -41,8 +44,9 @@ class _Told:
     def __init__(self, **limits: float) -> None:
         self.engine = FakeEngine()
         bounds = RuntimeLimits(**limits)  # type: ignore[arg-type]
-        self.view = Publication(TABLE, TrackingSettings(), bounds)
-        self.view.attach(lambda: (self.engine.tracks(), self.engine.plane), dict)
+        self.publication = Publication(TABLE, TrackingSettings(), bounds)
+        self.view = self.publication.view
+        self.publication.attach(lambda: (self.engine.tracks(), self.engine.plane), dict)
         self.data_time_s = -np.inf
 
     def tell(self, frame: pl.DataFrame) -> EngineOutput:
@@ -53,7 +57,7 @@ class _Told:
     def publish(self, output: EngineOutput, time_s: float) -> EngineOutput:
         """Publish an output, as at a data time."""
         self.data_time_s = max(self.data_time_s, time_s)
-        self.view.publish(output, self.data_time_s)
+        self.publication.publish(output, self.data_time_s)
         return output
 
     def end(self, tracks: list[int], time_s: float, into_track: int = NO_TRACK) -> None:
@@ -70,7 +74,7 @@ def _nothing(told: _Told) -> EngineOutput:
     return told.engine.push(MeasurementBatch.empty())
 
 
-def _events(view: Publication) -> list[Event]:
+def _events(view: LiveView) -> list[Event]:
     subscription = view.subscribe(0, 10**6)
     found: list[Event] = []
     while part := subscription.poll(100):
@@ -110,16 +114,16 @@ def test_a_track_that_was_not_heard_coasts_and_one_that_ended_is_gone() -> None:
     track = told.view.track(number)
     assert track is not None
     assert (track["state"], track["age_s"]) == ("coasting", pytest.approx(15.001, abs=1e-6))
-    points = told.view.forecast(number, 10.0, 5.0)
+    points = forecast(told.view, number, 10.0, 5.0)
     assert points is not None
     assert {point["state"] for point in points} == {"coasting"}
     told.end([number], START_S + 60.0)
     assert told.view.tracks()["track_id"].to_list() == [101]
     assert told.view.track(number) is None
-    assert told.view.forecast(number, 10.0, 5.0) is None
+    assert forecast(told.view, number, 10.0, 5.0) is None
     status = told.view.status()
     assert (status["tracks"], status["tracks_initiated"], status["tracks_ended"]) == (1, 101, 1)
-    assert len(told.view.history(number, None, 10)) == 1
+    assert len(told.view.rows(UPDATES, number, None, 10)) == 1
 
 
 def test_a_tentative_track_stays_tentative() -> None:
@@ -143,7 +147,7 @@ def test_a_forecast_begins_now_and_spreads() -> None:
     told.tell(_at(frame, 0.0))
     told.data_time_s = START_S + 4.0
     told.end([], START_S + 4.0)
-    points = told.view.forecast(number, 60.0, 20.0)
+    points = forecast(told.view, number, 60.0, 20.0)
     assert points is not None
     assert [point["time_s"] - START_S for point in points] == [4.0, 24.0, 44.0, 64.0]
     assert [point["age_s"] for point in points] == [4.0, 24.0, 44.0, 64.0]
@@ -183,18 +187,18 @@ def test_a_forecast_without_sense_is_refused(horizon_s: float, step_s: float) ->
     told = _Told()
     told.tell(recording(10))
     with pytest.raises(ForecastError, match="expected"):
-        told.view.forecast(1, horizon_s, step_s)
+        forecast(told.view, 1, horizon_s, step_s)
 
 
 def test_a_forecast_of_the_bound_is_given_and_one_more_is_refused() -> None:
     told, frame = _Told(forecast_steps_max=10), recording(10)
     number = int(frame["track_number"][0]) + 1
     told.tell(frame)
-    points = told.view.forecast(number, 0.9, 0.1)
+    points = forecast(told.view, number, 0.9, 0.1)
     assert points is not None
     assert len(points) == 10
     with pytest.raises(ForecastError, match="at most 10 points, was 11"):
-        told.view.forecast(number, 1.0, 0.1)
+        forecast(told.view, number, 1.0, 0.1)
 
 
 def test_biases_are_the_latest_and_the_history_pages() -> None:
@@ -202,15 +206,15 @@ def test_biases_are_the_latest_and_the_history_pages() -> None:
     output = told.tell(recording(2000))
     name = TABLE.ids[0]
     every = biases_frame(output.biases, TABLE)
-    assert told.view.bias(name) == every[-1:].to_dicts()
-    assert told.view.bias("nobody") == []
-    assert told.view.bias(TABLE.ids[1]) == []
-    history = told.view.bias_history(name, None, 1000)
+    assert biases(told.view, name) == every[-1:].to_dicts()
+    assert biases(told.view, "nobody") == []
+    assert biases(told.view, TABLE.ids[1]) == []
+    history = told.view.rows(BIASES, name, None, 1000)
     assert dict(history.schema) == dict(BIAS_SCHEMA)
     assert history.equals(every)
-    assert told.view.bias_history(name, None, 3).equals(every[-3:])
+    assert told.view.rows(BIASES, name, None, 3).equals(every[-3:])
     since = every["time_s"][5]
-    assert told.view.bias_history(name, since, 4).equals(every[5:9])
+    assert told.view.rows(BIASES, name, since, 4).equals(every[5:9])
 
 
 def test_small_pages_cut_no_read_of_a_history() -> None:
@@ -220,15 +224,15 @@ def test_small_pages_cut_no_read_of_a_history() -> None:
     output = told.tell(frame)
     number = int(output.updates.track_id[0])
     assert told.view.page_rows_max == 3
-    assert len(told.view.history(number, -1e11, 10)) == 10
-    assert len(told.view.bias_history(TABLE.ids[0], -1e11, 10)) == 10
+    assert len(told.view.rows(UPDATES, number, -1e11, 10)) == 10
+    assert len(told.view.rows(BIASES, TABLE.ids[0], -1e11, 10)) == 10
 
 
 def test_the_bias_history_is_bounded() -> None:
     told = _Told(bias_history_rows_max=7)
     every = biases_frame(told.tell(recording(2000)).biases, TABLE)
     assert len(every) > 14
-    assert told.view.bias_history(TABLE.ids[0], None, 1000).equals(every[-7:])
+    assert told.view.rows(BIASES, TABLE.ids[0], None, 1000).equals(every[-7:])
 
 
 def test_sensors_tell_what_was_heard_of_them() -> None:
@@ -321,12 +325,13 @@ def test_numbers_that_do_not_exist_are_null() -> None:
 
 
 def test_nothing_is_known_before_the_first_measurement() -> None:
-    view = Publication(TABLE, TrackingSettings(), RuntimeLimits())
+    publication = Publication(TABLE, TrackingSettings(), RuntimeLimits())
+    view = publication.view
     assert view.tracks().is_empty()
     assert dict(view.tracks().schema) == {**TRACK_SCHEMA, "age_s": pl.Float64()}
     assert view.track(1) is None
-    assert view.history(1, None, 10).is_empty()
-    assert view.forecast(1, 10.0, 1.0) is None
+    assert view.rows(UPDATES, 1, None, 10).is_empty()
+    assert forecast(view, 1, 10.0, 1.0) is None
     assert [sensor["age_s"] for sensor in view.sensors()] == [None] * 3
     assert view.status()["data_time_s"] is None
     assert view.status()["event_sequence"] == 0
@@ -348,9 +353,9 @@ def test_readers_of_all_kinds_do_not_disturb_the_writer() -> None:
     calls: list[Callable[[], object]] = [
         told.view.tracks,
         lambda: told.view.track(2),
-        lambda: told.view.history(2, None, 50),
+        lambda: told.view.rows(UPDATES, 2, None, 50),
         told.view.sensors,
-        lambda: told.view.bias_history(TABLE.ids[0], START_S, 50),
+        lambda: told.view.rows(BIASES, TABLE.ids[0], START_S, 50),
         told.view.status,
         lambda: _events(told.view),
     ]
@@ -384,7 +389,7 @@ def test_a_publication_that_begins_anew_says_the_same_again() -> None:
     told, frame = _Told(), recording(500)
     told.tell(frame)
     before, tracks = _events(told.view), told.view.tracks()
-    told.view.restart()
+    told.publication.restart()
     assert told.view.tracks().is_empty()
     told.engine = FakeEngine()
     told.tell(frame)

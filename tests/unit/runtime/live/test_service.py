@@ -279,13 +279,13 @@ def test_the_end_of_a_stream_is_answered_when_its_tracks_can_be_read(
 ) -> None:
     """Once it was answered when it was on disk, and a track that it made was a 404 for a moment."""
     service, gate = start(), threading.Event()
-    publish = service.view.publish
+    publish = service.publication.publish
 
     def publish_late(output: EngineOutput, data_time_s: float | None) -> None:
         gate.wait(WAIT_TIMEOUT_S)
         publish(output, data_time_s)
 
-    monkeypatch.setattr(service.view, "publish", publish_late)
+    monkeypatch.setattr(service.publication, "publish", publish_late)
     frame = recording(40)
     submit(service, frame[:20])
     ended = service.flush(source="test", idempotency_key="end")
@@ -325,7 +325,7 @@ def test_messages_that_share_a_transaction_keep_their_own_rows(start: Starter) -
 def test_what_is_settled_can_be_read(start: Starter, monkeypatch: pytest.MonkeyPatch) -> None:
     """Once, a reader that came between the engine and the publication saw nothing."""
     service = start()
-    publish = service.view.publish
+    publish = service.publication.publish
     begun, gate = threading.Event(), threading.Event()
 
     def publish_late(output: EngineOutput, data_time_s: float | None) -> None:
@@ -333,7 +333,7 @@ def test_what_is_settled_can_be_read(start: Starter, monkeypatch: pytest.MonkeyP
         assert gate.wait(WAIT_TIMEOUT_S)
         publish(output, data_time_s)
 
-    monkeypatch.setattr(service.view, "publish", publish_late)
+    monkeypatch.setattr(service.publication, "publish", publish_late)
     for number, piece in enumerate(cut(recording(30), [10, 10])):
         begun.clear()
         gate.clear()

@@ -117,14 +117,14 @@ def test_an_engine_that_fails_once_loses_nothing(start: Starter) -> None:
 def test_who_stops_waiting_for_the_engine_does_not_stop_it(start: Starter) -> None:
     service, gate = start(), threading.Event()
     frame = recording(20)
-    view, publish = service.view, service.view.publish
+    publication, publish = service.publication, service.publication.publish
 
     def publish_late(output: EngineOutput, data_time_s: float | None) -> None:
         gate.wait(WAIT_TIMEOUT_S)
         publish(output, data_time_s)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(view, "publish", publish_late)
+        patch.setattr(publication, "publish", publish_late)
         submit(service, frame[:10])
         waiting = service.settled()
         assert waiting.cancel()
@@ -143,7 +143,7 @@ def test_who_stopped_waiting_does_not_keep_a_service_from_stopping(start: Starte
         raise OSError("no room for the output")
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(service.view, "publish", crash)
+        patch.setattr(service.publication, "publish", crash)
         submit(service, recording(10))
         left, stays = service.settled(), service.settled()
         assert left.cancel()

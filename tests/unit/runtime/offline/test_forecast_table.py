@@ -13,6 +13,7 @@ from multiradar.tracking.forecast.forecast_scores import HORIZONS_S
 from multiradar.tracking.forecast.state_samples import Sampling
 from multiradar.tracking.settings import TrackingSettings
 from multiradar_schemas.products.forecast import FORECAST_SCHEMA, ForecastRow
+from support.scenarios.asked import forecast
 from support.scenarios.scenes import Scene, make_scene, random_flights, three_radars
 
 pytestmark = pytest.mark.slow
@@ -76,15 +77,16 @@ def test_a_service_gives_the_numbers_of_the_table(filter_name: str) -> None:
     )
     rows = pl.concat([table.take(engine.push(batch)), table.take(engine.flush())])
     live = Engine(scene.sensors, settings, sampling=Sampling.DRAWN)
-    view = Publication(scene.sensors, settings, RuntimeLimits())
-    view.attach(lambda: (live.tracks(), live.plane), dict)
+    publication = Publication(scene.sensors, settings, RuntimeLimits())
+    view = publication.view
+    publication.attach(lambda: (live.tracks(), live.plane), dict)
     now_s = float(batch.time_s[-1])
     for first in range(0, last, 77):
-        view.publish(live.push(batch.take(slice(first, min(first + 77, last)))), now_s)
-    view.publish(live.flush(), now_s)
+        publication.publish(live.push(batch.take(slice(first, min(first + 77, last)))), now_s)
+    publication.publish(live.flush(), now_s)
     newest = rows.filter(pl.col("made_s") == now_s)
     (track_id,) = newest["track_id"].unique()
-    points = view.forecast(track_id, 300.0, 10.0)
+    points = forecast(view, track_id, 300.0, 10.0)
     assert points is not None
     told = {point["time_s"] - now_s: point for point in points}
     assert len(newest) == len(HORIZONS_S)
@@ -95,19 +97,8 @@ def test_a_service_gives_the_numbers_of_the_table(filter_name: str) -> None:
             assert row[name] == (pytest.approx(value, rel=1e-12) if known else value), name
 
 
-def test_any_motion_of_the_filter_can_be_asked_for_and_no_other() -> None:
-    scene, settings = _scene(), TrackingSettings()
-    live = Engine(scene.sensors, settings, sampling=Sampling.DRAWN)
-    view = Publication(scene.sensors, settings, RuntimeLimits())
-    view.attach(lambda: (live.tracks(), live.plane), dict)
-    view.publish(live.push(scene.batch), DURATION_S)
-    track_id = int(view.live_ids()[0])
-    radius_m = {}
-    for name in ("straight", "walk-3000", "walk-100"):
-        points = view.forecast(track_id, 30.0, 10.0, 0.95, name)
-        assert points is not None
-        assert {point["motion"] for point in points} == {name}
-        radius_m[name] = points[-1]["region_major_m"]
-    assert radius_m["straight"] < radius_m["walk-100"]
-    with pytest.raises(ForecastError, match="expected filter, straight"):
-        view.forecast(track_id, 30.0, 10.0, 0.95, "modes")
+@pytest.mark.parametrize("name", ["straight", "walk-300", "modes"])
+def test_motions_of_the_filter_are_no_methods(name: str) -> None:
+    view = Publication(_scene().sensors, TrackingSettings(), RuntimeLimits()).view
+    with pytest.raises(ForecastError, match=f"expected filter, bundle or polynomial, was {name}"):
+        forecast(view, 1, 30.0, 10.0, 0.95, name)

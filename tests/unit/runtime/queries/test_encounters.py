@@ -1,12 +1,13 @@
 """Encounters of live tracks: who takes part, what is told, the same as forecasts and all pairs."""
 
-from dataclasses import replace
+from dataclasses import asdict, replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 import polars as pl
 import pytest
+from numpy.typing import NDArray
 
 from multiradar.errors import ForecastError
 from multiradar.geodesy.polar import slant_range_azimuth
@@ -14,13 +15,15 @@ from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.engine.engine import Engine
 from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.live.publication import Publication
+from multiradar.runtime.live.view import LiveView
 from multiradar.runtime.memory.history import UPDATE_DTYPE
 from multiradar.runtime.memory.live_tracks import LiveTracks
 from multiradar.runtime.offline.encounter_table import EncounterTable
 from multiradar.runtime.queries.encounter_query import EncounterQuery
 from multiradar.runtime.queries.encounters import Sky, encounters, no_encounters
-from multiradar.runtime.queries.forecast_methods import known_of, method_of
+from multiradar.runtime.queries.forecast_methods import Course, Known, by_plan, known_of
 from multiradar.runtime.queries.forecasts import forecast_from
+from multiradar.runtime.queries.registry import ENCOUNTERS
 from multiradar.tracking.columns import rows_of
 from multiradar.tracking.forecast.forecast_calibration import calibration_for
 from multiradar.tracking.forecast.state_samples import Sampling
@@ -62,6 +65,13 @@ def sky(means: list[list[float]], ages_s: list[float] | None = None) -> Sky:
     return Sky(NOW_S, rows, states)
 
 
+def straight(known: Known, ahead_s: NDArray[np.float64]) -> Course:
+    """Forecast by straight flight, whatever the traffic did."""
+    calibration = known.calibration
+    motion = calibration.family.names.index("straight")
+    return by_plan(known, ahead_s, calibration.scores.plan(ahead_s, 0.95, motion))
+
+
 def asked(scene: Sky, **query: Any) -> Encounters:
     """Ask for encounters; the answer keeps to its schema."""
     answer = encounters(scene, EncounterQuery(**query), PLANE, SETTINGS, calibration_for(SETTINGS))
@@ -83,7 +93,7 @@ def test_two_that_cross_meet_where_their_forecasts_say() -> None:
         known = known_of(crossing.states, track_id, calibration_for(SETTINGS))
         assert known is not None
         ahead_s = np.array([found.time_to_closest_s])
-        points = forecast_from(known, track, PLANE, ahead_s, method_of("straight", 0.95))
+        points = forecast_from(known, track, PLANE, ahead_s, straight)
         assert getattr(found, f"{side}_latitude_deg") == pytest.approx(points[0]["latitude_deg"])
         assert getattr(found, f"{side}_longitude_deg") == pytest.approx(points[0]["longitude_deg"])
         assert getattr(found, f"{side}_age_s") == age_s
@@ -283,17 +293,24 @@ def test_a_row_of_the_table_is_what_was_answered_at_the_end_of_its_epoch(filter_
     calibration.take(short.push(batch))
     assert calibration.scores.calibrated_to_s >= 10.0
     for end_s in (ends_s[4], ends_s[-8], ends_s[-1]):
-        view = Publication(sensors(), settings, RuntimeLimits())
-        assert view.encounters(query)["time_s"] is None
+        publication = Publication(sensors(), settings, RuntimeLimits())
+        view = publication.view
+        assert answered(view, query)["time_s"] is None
         short = Engine(sensors(), settings, sampling=Sampling.DRAWN)
-        view.attach(partial(_states_of, short), dict)
-        assert view.encounters(query)["encounters"] == []
-        view.publish(short.push(batch.take(batch.time_s <= end_s)), end_s)
-        view.publish(short.flush(), end_s)
-        answer = view.encounters(query)
+        publication.attach(partial(_states_of, short), dict)
+        assert answered(view, query)["encounters"] == []
+        publication.publish(short.push(batch.take(batch.time_s <= end_s)), end_s)
+        publication.publish(short.flush(), end_s)
+        answer = answered(view, query)
         assert answer["time_s"] == end_s
         assert answer["total"] > 3
         assert rows.filter(pl.col("time_s") == end_s).to_dicts() == answer["encounters"]
+
+
+def answered(view: LiveView, query: EncounterQuery) -> dict[str, Any]:
+    answer = view.ask(ENCOUNTERS, **asdict(query))
+    assert answer is not None
+    return answer
 
 
 def test_a_table_from_which_pairs_may_be_missing_says_so() -> None:

@@ -15,8 +15,9 @@ from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.live.publication import Publication
 from multiradar.runtime.memory.bias_board import BIAS_DTYPE
 from multiradar.runtime.queries.manoeuvre_planes import plane_of_track
+from multiradar.runtime.queries.parameters import WINDOW_DEFAULT_S
+from multiradar.runtime.queries.registry import MANOEUVRE_PLANE
 from multiradar.runtime.queries.track_windows import (
-    WINDOW_DEFAULT_S,
     WindowTable,
     azimuth_bias_sigmas,
 )
@@ -86,7 +87,8 @@ class _Told:
     def __init__(self, **limits: int) -> None:
         self.engine = Engine(TABLE, SETTINGS)
         bounds = RuntimeLimits(**limits)
-        self.view = Publication(TABLE, SETTINGS, bounds)
+        self.publication = Publication(TABLE, SETTINGS, bounds)
+        self.view = self.publication.view
         self.table = WindowTable(
             plane_of_track, MANOEUVRE_PLANE_SCHEMA, TABLE, WINDOW_DEFAULT_S, SETTINGS.epoch_s
         )
@@ -95,12 +97,12 @@ class _Told:
     def push(self, frame: pl.DataFrame) -> None:
         batch, _ = measurement_batch(frame, TABLE)
         output = self.engine.push(batch)
-        self.view.publish(output, float(batch.time_s.max()))
+        self.publication.publish(output, float(batch.time_s.max()))
         self.rows = self.rows.vstack(self.table.take(output))
 
     def end(self) -> None:
         output = self.engine.flush()
-        self.view.publish(output, None)
+        self.publication.publish(output, None)
         self.rows = self.rows.vstack(self.table.take(output)).vstack(self.table.finish())
 
 
@@ -114,7 +116,7 @@ def told() -> _Told:
 
 def test_a_turn_in_a_tilted_plane_is_found(told: _Told) -> None:
     """Λ near its degrees of freedom, the tilt within 4 of its sigmas."""
-    answer = told.view.manoeuvre_plane(TURNING, 60.0)
+    answer = told.view.ask(MANOEUVRE_PLANE, TURNING, window_s=60.0)
     assert answer is not None
     plane = ManoeuvrePlane.model_validate(answer)
     assert plane.is_planar
@@ -130,7 +132,7 @@ def test_a_turn_in_a_tilted_plane_is_found(told: _Told) -> None:
 @pytest.mark.slow
 def test_offline_says_what_the_service_says(told: _Told) -> None:
     """The last row of each track, and on the way: after every epoch the service was asked too."""
-    live = told.view.manoeuvre_plane(TURNING, WINDOW_DEFAULT_S)
+    live = told.view.ask(MANOEUVRE_PLANE, TURNING, window_s=WINDOW_DEFAULT_S)
     assert live is not None
     del live["positions"]
     last = told.rows.filter(pl.col("track_id") == TURNING).row(-1, named=True)
@@ -140,7 +142,7 @@ def test_offline_says_what_the_service_says(told: _Told) -> None:
     for measured in scene().iter_slices(1):
         on_the_way.push(measured)
         try:
-            answer = on_the_way.view.manoeuvre_plane(TURNING, WINDOW_DEFAULT_S)
+            answer = on_the_way.view.ask(MANOEUVRE_PLANE, TURNING, window_s=WINDOW_DEFAULT_S)
         except PlaneError:
             continue
         if answer is not None:
@@ -158,16 +160,16 @@ def test_offline_says_what_the_service_says(told: _Told) -> None:
 def test_a_straight_flight_and_one_without_heights_say_why(told: _Told) -> None:
     for track_id, code in ((STRAIGHT, "POINTS_ON_A_LINE"), (MUTE, "TOO_FEW_POINTS")):
         with pytest.raises(PlaneError) as error:
-            told.view.manoeuvre_plane(track_id, 60.0)
+            told.view.ask(MANOEUVRE_PLANE, track_id, window_s=60.0)
         assert error.value.code == code
         row = told.rows.filter(pl.col("track_id") == track_id).row(-1, named=True)
         assert row["reason"] == code
         assert row["p_value"] is None
-    assert told.view.manoeuvre_plane(99, 60.0) is None
+    assert told.view.ask(MANOEUVRE_PLANE, 99, window_s=60.0) is None
 
 
 def test_the_window_runs_with_the_track(told: _Told) -> None:
-    short = told.view.manoeuvre_plane(TURNING, 20.0)
+    short = told.view.ask(MANOEUVRE_PLANE, TURNING, window_s=20.0)
     assert short is not None
     assert short["points"] == 21
     assert short["positions"][0]["time_s"] >= short["time_s"] - 20.0
@@ -177,7 +179,7 @@ def test_plots_that_were_dropped_from_memory_are_no_plane() -> None:
     found = _Told(plot_rows_max=4)
     found.push(scene(20.0))
     with pytest.raises(PlaneError, match="points"):
-        found.view.manoeuvre_plane(TURNING, 60.0)
+        found.view.ask(MANOEUVRE_PLANE, TURNING, window_s=60.0)
 
 
 def test_what_is_not_known_of_an_azimuth_bias_is_its_prior_until_it_is_told() -> None:

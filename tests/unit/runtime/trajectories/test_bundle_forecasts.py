@@ -10,7 +10,7 @@ from multiradar.errors import ForecastError, TrajectoryError
 from multiradar.runtime.engine.engine import Engine
 from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.live.publication import Publication
-from multiradar.runtime.queries.forecast_methods import BUNDLE, FILTER
+from multiradar.runtime.queries.parameters import BUNDLE, FILTER
 from multiradar.runtime.trajectories import fan_scores
 from multiradar.runtime.trajectories.feed import TrajectoryFeed
 from multiradar.runtime.trajectories.forecast_rows import BundleForecasts, BundleForecastTable
@@ -25,6 +25,7 @@ from multiradar.wire import measurement_batch
 from multiradar_schemas.products.forecast import FORECAST_SCHEMA, ForecastPoint, ForecastRow
 from support.fakes.engine_outputs import End, Sample, output_of
 from support.processes.waiting import WAIT_TIMEOUT_S
+from support.scenarios.asked import forecast
 from support.scenarios.live_scene import START_S
 from support.scenarios.trajectory_scene import (
     MUTE,
@@ -51,15 +52,16 @@ class Scene:
         parts = recording(seconds).iter_slices(20)
         self.outputs = [self.engine.push(measurement_batch(part, TABLE)[0]) for part in parts]
         self.outputs.append(self.engine.flush())
-        self.view = Publication(TABLE, TRACKING, RuntimeLimits())
-        self.view.attach(lambda: (self.engine.tracks(), self.engine.plane), dict)
+        self.publication = Publication(TABLE, TRACKING, RuntimeLimits())
+        self.view = self.publication.view
+        self.publication.attach(lambda: (self.engine.tracks(), self.engine.plane), dict)
         self.feed = TrajectoryFeed(OPTIONS, TABLE, TRACKING)
-        self.view.keep(self.feed)
+        self.publication.keep(self.feed)
 
     def publish(self, data_time_s: float) -> None:
         self.feed.start()
         for output in self.outputs:
-            self.view.publish(output, data_time_s)
+            self.publication.publish(output, data_time_s)
         assert self.feed.settle(WAIT_TIMEOUT_S)
 
 
@@ -96,7 +98,7 @@ def test_the_table_and_the_service_say_the_same(scene: Scene, table: pl.DataFram
     # The service begins at the data time of now: the last horizons lie on its steps.
     ahead_s = made_s + HORIZONS_S - (track["time_s"] + track["age_s"])
     for row, horizon_s in zip(last.to_dicts(), ahead_s.tolist(), strict=True):
-        points = scene.view.forecast(TURNING, horizon_s, horizon_s, 0.95, BUNDLE)
+        points = forecast(scene.view, TURNING, horizon_s, horizon_s, 0.95, BUNDLE)
         assert points is not None
         point = points[-1]
         assert point["time_s"] == pytest.approx(row["time_s"], abs=1e-6)
@@ -108,7 +110,7 @@ def test_the_table_and_the_service_say_the_same(scene: Scene, table: pl.DataFram
 
 
 def test_points_are_what_the_schema_says_and_hold_the_aircraft(scene: Scene) -> None:
-    points = scene.view.forecast(TURNING, 30.0, 10.0, 0.95, BUNDLE)
+    points = forecast(scene.view, TURNING, 30.0, 10.0, 0.95, BUNDLE)
     assert points is not None
     assert len(points) == 4
     for point in points:
@@ -124,7 +126,7 @@ def test_points_are_what_the_schema_says_and_hold_the_aircraft(scene: Scene) -> 
 
 
 def test_the_filter_has_no_members(scene: Scene) -> None:
-    points = scene.view.forecast(TURNING, 10.0, 10.0, 0.95, FILTER)
+    points = forecast(scene.view, TURNING, 10.0, 10.0, 0.95, FILTER)
     assert points is not None
     assert all(ForecastPoint.model_validate(point).members is None for point in points)
 
@@ -149,16 +151,16 @@ def test_the_table_does_not_depend_on_how_outputs_are_cut(
 
 def test_a_horizon_beyond_the_bound_is_refused(scene: Scene) -> None:
     with pytest.raises(ForecastError, match="720 s after the last plot") as error:
-        scene.view.forecast(TURNING, 1200.0, 600.0, 0.95, BUNDLE)
+        forecast(scene.view, TURNING, 1200.0, 600.0, 0.95, BUNDLE)
     assert error.value.parameter == "horizon_s"
-    assert scene.view.forecast(TURNING, 1200.0, 600.0, 0.95, FILTER) is not None
+    assert forecast(scene.view, TURNING, 1200.0, 600.0, 0.95, FILTER) is not None
 
 
 def test_a_coasting_track_is_forecast_and_marked() -> None:
     coasting = Scene()
     try:
         coasting.publish(START_S + SECONDS + TRACKING.coast_after_s + 5.0)
-        points = coasting.view.forecast(TURNING, 10.0, 10.0, 0.95, BUNDLE)
+        points = forecast(coasting.view, TURNING, 10.0, 10.0, 0.95, BUNDLE)
     finally:
         coasting.feed.stop()
     assert points is not None
@@ -167,14 +169,15 @@ def test_a_coasting_track_is_forecast_and_marked() -> None:
 
 
 def test_a_service_without_bundles_says_so(scene: Scene) -> None:
-    view = Publication(TABLE, TRACKING, RuntimeLimits())
-    view.attach(lambda: (scene.engine.tracks(), scene.engine.plane), dict)
+    publication = Publication(TABLE, TRACKING, RuntimeLimits())
+    view = publication.view
+    publication.attach(lambda: (scene.engine.tracks(), scene.engine.plane), dict)
     for output in scene.outputs:
-        view.publish(output, None)
+        publication.publish(output, None)
     with pytest.raises(TrajectoryError) as error:
-        view.forecast(TURNING, 10.0, 10.0, 0.95, BUNDLE)
+        forecast(view, TURNING, 10.0, 10.0, 0.95, BUNDLE)
     assert error.value.code == "TRAJECTORIES_OFF"
-    assert view.forecast(99, 10.0, 10.0, 0.95, BUNDLE) is None
+    assert forecast(view, 99, 10.0, 10.0, 0.95, BUNDLE) is None
 
 
 LONG_S = 168.0
@@ -203,7 +206,7 @@ def test_the_table_and_the_service_learn_the_same(learning: Scene, learnt: pl.Da
     assert track is not None
     assert row["made_s"] == track["time_s"]
     ahead_s = row["time_s"] - track["time_s"] - track["age_s"]
-    points = learning.view.forecast(TURNING, ahead_s, ahead_s, 0.95, BUNDLE)
+    points = forecast(learning.view, TURNING, ahead_s, ahead_s, 0.95, BUNDLE)
     assert points is not None
     assert row["calibrated"]
     assert points[-1]["calibrated"]

@@ -6,13 +6,15 @@ import pytest
 from multiradar.errors import TrajectoryError
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.restoration.bundle.bundle import Bundle
-from multiradar.runtime.trajectories.document import POINTS_MAX, trajectories_of
+from multiradar.runtime.queries.parameters import PATH_POINTS
+from multiradar.runtime.trajectories.document import trajectories_of
 from multiradar.runtime.trajectories.options import trajectory_options
 from multiradar.runtime.trajectories.pool import Reading
 from multiradar.runtime.trajectories.table import table_row
 from multiradar_schemas.products.trajectories import TRAJECTORY_SCHEMA, Trajectories
 from support.scenarios.flown import S_SHAPE, flight, plots_of
 
+POINTS_MAX = int(PATH_POINTS.most)
 PLANE = SystemPlane(np.radians(50.0), np.radians(15.0))
 SETTINGS = trajectory_options(1, 1, 4.0, 2.0).bundle
 NOISE = 2500.0 * np.eye(2)
@@ -56,7 +58,13 @@ def test_it_is_what_the_schema_says(reading: Reading) -> None:
 
 @pytest.mark.parametrize(
     ("points", "step_s", "expected"),
-    [(POINTS_MAX, 1, 91), (5, 1, 5), (0, 1, 0), (POINTS_MAX, 60, 2), (1, 10, 1)],
+    [
+        (POINTS_MAX, 1, 91),
+        (5, 1, 5),
+        (0, 1, 0),
+        (POINTS_MAX, 60, 2),
+        (1, 10, 1),
+    ],
 )
 def test_points_stand_at_multiples_of_the_step_the_last_ones(
     reading: Reading, points: int, step_s: int, expected: int

@@ -11,6 +11,7 @@ from multiradar.errors import TrajectoryError
 from multiradar.runtime.engine.engine import Engine
 from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.live.publication import Publication
+from multiradar.runtime.queries.registry import TRAJECTORIES
 from multiradar.runtime.trajectories.feed import TrajectoryFeed
 from multiradar.runtime.trajectories.options import TrajectoryOptions
 from multiradar.tracking.outputs import EngineOutput
@@ -273,23 +274,25 @@ def test_a_mistake_of_ours_ends_the_bundles_and_not_the_engine(
 
 
 def test_a_service_without_bundles_says_so(outputs: list[EngineOutput]) -> None:
-    view = Publication(TABLE, TRACKING, RuntimeLimits())
+    publication = Publication(TABLE, TRACKING, RuntimeLimits())
+    view = publication.view
     for output in outputs:
-        view.publish(output, None)
+        publication.publish(output, None)
     with pytest.raises(TrajectoryError) as error:
-        view.trajectories(TURNING, 10, 1)
+        view.ask(TRAJECTORIES, TURNING, points=10, step_s=1)
     assert error.value.code == "TRAJECTORIES_OFF"
-    assert view.trajectories(99, 10, 1) is None
+    assert view.ask(TRAJECTORIES, 99, points=10, step_s=1) is None
 
 
 def test_a_coasting_track_is_marked(feeds: Feeds, outputs: list[EngineOutput]) -> None:
-    view, feed = Publication(TABLE, TRACKING, RuntimeLimits()), feeds.make()
-    view.keep(feed)
+    publication, feed = Publication(TABLE, TRACKING, RuntimeLimits()), feeds.make()
+    view = publication.view
+    publication.keep(feed)
     feed.start()
     for output in outputs:
-        view.publish(output, live_scene.START_S + 100.0 + TRACKING.coast_after_s + 5.0)
+        publication.publish(output, live_scene.START_S + 100.0 + TRACKING.coast_after_s + 5.0)
     assert feed.settle(WAIT_TIMEOUT_S)
-    told = view.trajectories(TURNING, 0, 1)
+    told = view.ask(TRAJECTORIES, TURNING, points=0, step_s=1)
     assert told is not None
     assert told["state"] == "coasting"
     assert told["age_s"] > TRACKING.coast_after_s

@@ -1,0 +1,231 @@
+"""What the service knows: live tracks, history, biases, sensors; read by queries from any thread.
+
+The engine's thread writes (`absorb`), any thread reads. A reader copies what it needs under a
+short lock and turns it into tables in its own time.
+"""
+
+import threading
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+import polars as pl
+from numpy.typing import NDArray
+
+from multiradar import wire
+from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.geodesy.system_plane import SystemPlane
+from multiradar.runtime.limits import RuntimeLimits
+from multiradar.runtime.memory.bias_board import BiasBoard, bias_rows_frame
+from multiradar.runtime.memory.history import TrackHistory
+from multiradar.runtime.memory.live_tracks import LiveTracks, ages_and_states
+from multiradar.runtime.memory.sensor_board import SensorBoard
+from multiradar.runtime.memory.track_tally import TrackTally
+from multiradar.runtime.queries.track_windows import PLOT_DTYPE, POINTS_MAX, plot_rows
+from multiradar.runtime.trajectories.feed import TrajectoryFeed, required_feed
+from multiradar.tracking.columns import row_type, rows_of, table_of
+from multiradar.tracking.forecast.forecast_calibration import calibration_for
+from multiradar.tracking.outputs import EngineOutput, TrackStates, TrackTransitions, TrackUpdates
+from multiradar.tracking.settings import TrackingSettings
+
+States = tuple[TrackStates, SystemPlane]
+
+
+class Window(NamedTuple):
+    """The last measurements of a live track.
+
+    Attributes
+    ----------
+    rows : (n,) ndarray of `PLOT_DTYPE`
+        The measurements, by ascending time, at least one.
+    biases : (k,) ndarray of `BIAS_DTYPE`
+        The biases as published at the time of the last update of the track.
+    """
+
+    rows: NDArray[np.void]
+    biases: NDArray[np.void]
+
+
+class Knowledge:
+    """What the service knows.
+
+    Parameters
+    ----------
+    sensors : SensorTable
+        The sensors.
+    tracking : TrackingSettings
+        Settings of the tracker; coasting and forecasts use them.
+    limits : RuntimeLimits
+        Bounds of rings and answers.
+    """
+
+    def __init__(
+        self, sensors: SensorTable, tracking: TrackingSettings, limits: RuntimeLimits
+    ) -> None:
+        self.sensors = sensors
+        self.tracking = tracking
+        self.limits = limits
+        #: Trajectory sets of the live tracks; None where the service makes none.
+        self.trajectories: TrajectoryFeed | None = None
+        self._lock = threading.Lock()
+        self._states: Callable[[], States] | None = None
+        self._data_time_s: float | None = None
+        self._frame, self._frame_version = pl.DataFrame(), -1
+        self.clear()
+
+    # ---------------------------------------------------------------- readers
+
+    def tracks(self) -> pl.DataFrame:
+        """Return the live tracks by ascending identifier.
+
+        Returns
+        -------
+        DataFrame
+            Columns of `tracks.parquet`, one row for each track (its latest update), and `age_s`:
+            data time since that update. A track older than `coast_after_s` is coasting.
+        """
+        with self._lock:
+            version = self._version
+            if self._frame_version == version:
+                return self._frame
+            rows, data_time_s = self._live.all(), self._data_time_s
+        frame = self._aged(rows, data_time_s)
+        with self._lock:
+            self._frame, self._frame_version = frame, version
+        return frame
+
+    def track(self, track_id: int) -> dict[str, Any] | None:
+        """Return a live track as one row of `tracks`, or None."""
+        with self._lock:
+            row, data_time_s = self._live.get(track_id), self._data_time_s
+        return None if row is None else self._aged(row, data_time_s).row(0, named=True)
+
+    def live_rows(self) -> tuple[NDArray[np.void], float | None]:
+        """Return the last updates of the live tracks, rows of `UPDATE_DTYPE`, and the data time."""
+        with self._lock:
+            return self._live.all(), self._data_time_s
+
+    def states(self) -> States | None:
+        """Return the states of the filter and their plane; None before there are any."""
+        return None if self._states is None else self._states()
+
+    def window(self, track_id: int) -> Window | None:
+        """Return the last measurements of a live track.
+
+        Returns
+        -------
+        Window or None
+            None when there is no such live track, or its measurements are not retained any more.
+        """
+        with self._lock:
+            live = self._live.get(track_id)
+            if live is None:
+                return None
+            # What is learnt of the biases after the last measurement changes nothing.
+            biases = self._biases.at(float(live["time_s"][0]))
+            rows = self._plots.read(track_id, None, POINTS_MAX)
+        return Window(rows, biases) if len(rows) else None
+
+    def history(self, track_id: int, since_s: float | None, limit: int) -> pl.DataFrame:
+        """Return updates of a track, live or ended, as rows of `tracks.parquet`."""
+        rows = self._history.read(track_id, since_s, limit)
+        return wire.tracks_frame(table_of(TrackUpdates, rows), self.sensors)
+
+    def transitions(self, track_id: int, since_s: float | None, limit: int) -> pl.DataFrame:
+        """Return transitions of a track, live or ended, as rows of `transitions.parquet`."""
+        rows = self._transitions.read(track_id, since_s, limit)
+        return wire.transitions_frame(table_of(TrackTransitions, rows))
+
+    def bias_history(self, sensor_id: str, since_s: float | None, limit: int) -> pl.DataFrame:
+        """Return bias estimates of a sensor by epoch, as rows of `biases.parquet`."""
+        with self._lock:
+            rows = self._biases.history(sensor_id, since_s, limit)
+        return bias_rows_frame(rows, self.sensors)
+
+    def sensor_records(self) -> list[dict[str, Any]]:
+        """Return the sensors by identifier, with their updates, health and latest biases."""
+        with self._lock:
+            records = self._board.records(self._data_time_s)
+            rows = self._biases.latest()
+        biases = bias_rows_frame(rows, self.sensors).to_dicts()
+        for record in records:
+            record["biases"] = [bias for bias in biases if bias["sensor_id"] == record["id"]]
+        return records
+
+    def counts(self) -> dict[str, Any]:
+        """Return data time, counts of tracks, last update, last epoch and alarms."""
+        with self._lock:
+            return {
+                "data_time_s": self._data_time_s,
+                "tracks": len(self._live),
+                **self._tally.counts(),
+                "output_sequence": self._updates,
+                "epoch": self._biases.epoch,
+                "sensor_alarms": self._board.alarms(),
+            }
+
+    def trajectory_feed(self) -> TrajectoryFeed:
+        """Return the trajectory sets, or raise TrajectoryError where the service makes none."""
+        return required_feed(self.trajectories)
+
+    # ---------------------------------------------------------------- the engine's thread
+
+    def absorb(self, output: EngineOutput, data_time_s: float | None) -> None:
+        """Add output of the engine.
+
+        Parameters
+        ----------
+        output : EngineOutput
+            Output of one call.
+        data_time_s : float or None
+            Greatest data time handed to the engine; None before the first measurement.
+        """
+        rows = rows_of(output.updates)
+        with self._lock:
+            if data_time_s is not None:
+                self._data_time_s = data_time_s
+            if len(rows):
+                self._history.append(rows)
+                self._live.update(rows)
+                self._board.count(rows)
+                self._updates = int(rows["sequence"][-1])
+            if len(output.plots):
+                self._plots.append(plot_rows(output))
+            self._biases.append(output.biases)
+            self._board.hear(output.health)
+            if len(output.transitions):
+                self._transitions.append(rows_of(output.transitions))
+            self.calibration.take(output)
+            self._live.end(output.ended.track_id)
+            self._tally.take(output)
+            self._version += 1
+
+    def attach(self, states: Callable[[], States]) -> None:
+        """Name where the states of the filter, in their plane, come from."""
+        self._states = states
+
+    def clear(self) -> None:
+        """Discard everything: the journal is about to be played again from its beginning."""
+        with self._lock:
+            limits = self.limits
+            self._history = TrackHistory(limits.history_rows_max)
+            steps = row_type(TrackTransitions)
+            self._transitions = TrackHistory(limits.transition_rows_max, steps)
+            self._plots = TrackHistory(limits.plot_rows_max, PLOT_DTYPE)
+            self._live = LiveTracks()
+            self.calibration = calibration_for(self.tracking)
+            self._biases = BiasBoard(self.sensors, limits.bias_history_rows_max)
+            self._board = SensorBoard(self.sensors)
+            self._data_time_s = None
+            self._updates = self._version = 0
+            self._tally = TrackTally()
+            self._frame_version = -1
+
+    # ---------------------------------------------------------------- inside
+
+    def _aged(self, rows: NDArray[np.void], data_time_s: float | None) -> pl.DataFrame:
+        age_s, rows["state"] = ages_and_states(
+            rows, data_time_s or 0.0, self.tracking.coast_after_s
+        )
+        frame = wire.tracks_frame(table_of(TrackUpdates, rows), self.sensors)
+        return frame.with_columns(pl.Series("age_s", age_s, pl.Float64))

@@ -1,0 +1,145 @@
+"""The queries of the service, each declared once; HTTP, Zenoh and offline tables read them here.
+
+A new query is an entry of `QUERIES` with its parameters (`parameters`), its answer and its model.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import polars as pl
+from pydantic import BaseModel
+
+from multiradar.errors import PlaneError, TrajectoryError
+from multiradar.runtime.memory.knowledge import Knowledge
+from multiradar.runtime.queries import parameters
+from multiradar.runtime.queries.encounters import answer_encounters
+from multiradar.runtime.queries.forecasts import answer_forecast
+from multiradar.runtime.queries.manoeuvre_planes import plane_of_track
+from multiradar.runtime.queries.observabilities import observability_of_track
+from multiradar.runtime.queries.parameters import Parameter
+from multiradar.runtime.queries.track_windows import Judge
+from multiradar.runtime.queries.trajectory_sets import answer_trajectories
+from multiradar_schemas.products.encounter import Encounters
+from multiradar_schemas.products.forecast import Forecast
+from multiradar_schemas.products.manoeuvre_plane import ManoeuvrePlane
+from multiradar_schemas.products.observability import Observability
+from multiradar_schemas.products.trajectories import Trajectories
+
+Document = dict[str, Any]
+
+#: What a query raises when its track has no such answer; each has a `code`.
+NO_ANSWER = (PlaneError, TrajectoryError)
+
+
+@dataclass(frozen=True, slots=True)
+class Query:
+    """One query.
+
+    Attributes
+    ----------
+    name : str
+        The last part of its path over HTTP; with its plural its key over Zenoh.
+    plural : str
+        The part of its Zenoh key before the track.
+    of_track : bool
+        Whether it is about one track; else about all.
+    parameters : tuple of Parameter
+        What can be asked for.
+    answer : callable
+        Given what is known, the track where it is about one, and the values of all parameters:
+        the document, or None when there is no such live track. Raises one of `NO_ANSWER`, and
+        ForecastError when values do not go together.
+    model : type
+        The document.
+    summary : str
+        One sentence for the documentation.
+    no_answer : str
+        When it is a conflict; empty when it never is.
+    """
+
+    name: str
+    plural: str
+    of_track: bool
+    parameters: tuple[Parameter, ...]
+    answer: Callable[..., Document | None]
+    model: type[BaseModel]
+    summary: str
+    no_answer: str = ""
+
+    def ask(self, known: Knowledge, track_id: int | None, given: dict[str, Any]) -> Document | None:
+        """Return the answer; parameters that are not given have their defaults.
+
+        Raises
+        ------
+        ForecastError
+            If a value is out of its bounds.
+        PlaneError, TrajectoryError
+            If the track has no such answer.
+        """
+        values = parameters.checked(self.parameters, given)
+        if self.of_track:
+            return self.answer(known, track_id, **values)
+        return self.answer(known, **values)
+
+
+def _of_window(judge: Judge) -> Callable[..., Document | None]:
+    def answer(known: Knowledge, track_id: int, *, window_s: float) -> Document | None:
+        window = known.window(track_id)
+        if window is None:
+            return None
+        return judge(window.rows, window_s, window.biases, known.sensors)
+
+    return answer
+
+
+FORECAST = Query(
+    "forecast", "forecasts", True, parameters.FORECAST, answer_forecast, Forecast,
+    "Predict the position of a track, with covariances and containment regions.",
+    "The track has no bundle to predict from; see `code`",
+)  # fmt: skip
+MANOEUVRE_PLANE = Query(
+    "manoeuvre-plane", "manoeuvre-planes", True, (parameters.WINDOW,), _of_window(plane_of_track),
+    ManoeuvrePlane,
+    "Fit a plane to the last plots of a live track and test whether they lie in it.",
+    "The plots of the window determine no plane; see `code`",
+)  # fmt: skip
+OBSERVABILITY = Query(
+    "observability", "observability", True, (parameters.WINDOW,),
+    _of_window(observability_of_track), Observability,
+    "Return whether ranges or intersecting bearings make the position of a track observable.",
+)  # fmt: skip
+TRAJECTORIES = Query(
+    "trajectories", "trajectories", True, parameters.TRAJECTORIES, answer_trajectories,
+    Trajectories,
+    "Return the reconstructed trajectories of a live track over its last 90 s, with weights.",
+    "There are no trajectories of the track; see `code`",
+)  # fmt: skip
+ENCOUNTERS = Query(
+    "encounters", "encounters", False, parameters.ENCOUNTERS, answer_encounters, Encounters,
+    "Predict which pairs of tracks come into proximity, when, and with which probability.",
+)  # fmt: skip
+
+QUERIES = (FORECAST, MANOEUVRE_PLANE, OBSERVABILITY, TRAJECTORIES, ENCOUNTERS)
+
+
+@dataclass(frozen=True, slots=True)
+class History:
+    """A table by time of one track or sensor.
+
+    Attributes
+    ----------
+    name : str
+        The member of the answer that holds its rows.
+    read : callable
+        Given what is known, the subject, a data time or None, and a number of rows: the first rows
+        from that time on, or the last; fewer when there are no more.
+    """
+
+    name: str
+    read: Callable[[Knowledge, Any, float | None, int], pl.DataFrame]
+
+
+UPDATES = History("updates", Knowledge.history)
+TRANSITIONS = History("transitions", Knowledge.transitions)
+BIASES = History("biases", Knowledge.bias_history)
