@@ -1,4 +1,4 @@
-"""What lanes are to the compiler: `lane_kernels` says what each of these means."""
+"""LLVM intrinsics of lanes; see `lane_kernels` for their meaning."""
 
 from collections.abc import Callable
 from typing import Any
@@ -14,7 +14,7 @@ _VECTOR = ir.VectorType(ir.DoubleType(), LANES)
 _INTEGERS = ir.VectorType(ir.IntType(64), LANES)
 _PLACES = ir.VectorType(ir.IntType(32), LANES)
 _INTEGER = ir.IntType(64)
-# A number this large has no room for a fraction, and its last bits are a whole number.
+# Numbers of this size have no fraction; their last bits are a whole number.
 _WHOLE = 1.5 * 2.0**52
 _FRACTION_BITS = 52
 _BITS_OF_ONE = 0x3FF0000000000000
@@ -28,13 +28,13 @@ class LanesType(types.Type):
 
 
 _LANES = LanesType()
-# numba tells no types of these.
+# numba has no type annotations of these.
 _PrimitiveModel: Any = models.PrimitiveModel
 _declare: Any = cgutils.get_or_insert_function
 
 
 @register_model(LanesType)
-class _LanesModel(_PrimitiveModel):  # type: ignore[misc]  # numba tells no types.
+class _LanesModel(_PrimitiveModel):  # type: ignore[misc]  # numba is untyped.
     def __init__(self, manager: Any, of: Any) -> None:
         super().__init__(manager, of, _VECTOR)
 
@@ -46,7 +46,7 @@ def _typed_broadcast(typing: Any, value: Any) -> Any:
     return _LANES(types.float64), generate
 
 
-def _typed_take(typing: Any, lanes: Any, place: Any) -> Any:
+def _typed_extract_lane(typing: Any, lanes: Any, place: Any) -> Any:
     def generate(context: Any, builder: Any, signature: Any, given: Any) -> Any:
         return builder.extract_element(given[0], given[1])
 
@@ -54,7 +54,7 @@ def _typed_take(typing: Any, lanes: Any, place: Any) -> Any:
 
 
 def _shuffle(*places: int) -> Any:
-    # Places from 8 on are lanes of the second.
+    # Indices from 8 on are lanes of the second vector.
     def typed(typing: Any, one: Any, other: Any) -> Any:
         def generate(context: Any, builder: Any, signature: Any, given: Any) -> Any:
             return builder.shuffle_vector(given[0], given[1], ir.Constant(_PLACES, places))
@@ -122,7 +122,7 @@ def _write(
     return context.get_dummy_value()
 
 
-# Where the first of the columns stands; the last axis of the array is without gaps.
+# Address of the first column; the last axis of the array is contiguous.
 def _place(context: Any, builder: Any, signature: Any, array: Any, indices: Any) -> Any:
     view = context.make_array(signature.args[0])(context, builder, array)
     offset = builder.mul(indices[-1], _INTEGER(8))
@@ -134,7 +134,7 @@ def _place(context: Any, builder: Any, signature: Any, array: Any, indices: Any)
     return builder.bitcast(place, _VECTOR.as_pointer())
 
 
-# Which lanes are among the first so many.
+# Mask of the first lanes.
 def _mask(builder: Any, count: Any) -> Any:
     numbers = ir.Constant(_INTEGERS, list(range(LANES)))
     return builder.icmp_signed("<", numbers, _spread(builder, count, _INTEGERS))
@@ -148,7 +148,7 @@ def _spread(builder: Any, value: Any, vector: Any) -> Any:
 
 
 def _widened(builder: Any, signature: Any, given: Any) -> list[Any]:
-    # Numbers by themselves become what stands in every lane.
+    # Broadcasts single numbers.
     return [
         value if kind is _LANES else _spread(builder, value, _VECTOR)
         for kind, value in zip(signature.args, given, strict=True)
@@ -239,9 +239,9 @@ def _typed_power_of_two(typing: Any, lanes: Any) -> Any:
 
 
 broadcast: Any = intrinsic(_typed_broadcast)
-take: Any = intrinsic(_typed_take)
-# Of pairs, the even lanes of two side by side, and the odd ones; of fours, the first pairs and the
-# last ones; the first halves, and the last ones.
+extract_lane: Any = intrinsic(_typed_extract_lane)
+# By pairs, the even lanes of two vectors, and the odd ones; by fours, the first pairs and the last
+# ones; the first halves, and the last ones.
 evens: Any = _shuffle(0, 8, 2, 10, 4, 12, 6, 14)
 odds: Any = _shuffle(1, 9, 3, 11, 5, 13, 7, 15)
 first_pairs: Any = _shuffle(0, 1, 8, 9, 4, 5, 12, 13)

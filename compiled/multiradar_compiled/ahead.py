@@ -1,7 +1,7 @@
-"""Kernels compiled beforehand: those that a command will need, in as many processes as cores.
+"""Ahead-of-time compilation of kernels that a command needs, in as many processes as cores.
 
 Type inference and lowering, which take most of the time, hold Python's lock, so threads would not
-help. Of several commands that start at once, one compiles and the others wait for it.
+help. Of several commands started at once, one compiles and the others wait for it.
 """
 
 import fcntl
@@ -17,35 +17,35 @@ from pathlib import Path
 from typing import IO
 
 from multiradar_compiled.cache import kernel_folder
-from multiradar_compiled.wanted import Wanted
+from multiradar_compiled.kernel_list import TypedKernel
 
-#: Told how many kernels are compiled, and how many have to be in all.
+#: Called with the number of compiled kernels and their total number.
 Progress = Callable[[int, int], None]
 
 _MARKS = "compiled"
 _LOCK = "lock"
-#: How often whoever waits looks again, and tells the progress.
-_LOOK_PERIOD_S = 0.2
-#: A process holds 300 MB; more than this many would wait for the longest kernel anyhow.
+#: Interval of progress reports and of polling while waiting, s.
+_POLL_PERIOD_S = 0.2
+#: A process uses 300 MB; more processes would wait for the longest kernel anyway.
 _WORKERS_MAX = 8
 
 
-def compile_ahead(kernels: Iterable[Wanted], on_progress: Progress) -> int:
-    """Compile those of some kernels that are not yet in the cache.
+def compile_ahead(kernels: Iterable[TypedKernel], on_progress: Progress) -> int:
+    """Compile kernels that are not yet in the cache.
 
     Parameters
     ----------
-    kernels : iterable of Wanted
-        As of `wanted.kernels_for`; the first are compiled first.
+    kernels : iterable of TypedKernel
+        As of `kernel_list.kernels_for`; the first are compiled first.
     on_progress : callable
-        Called several times a second with the kernels that are compiled and those there are to
-        compile; not at all if there is nothing to do.
+        Called several times a second with the number of compiled kernels and their total number;
+        not called if there is nothing to compile.
 
     Returns
     -------
     int
-        How many kernels were missing at the beginning. What could not be compiled beforehand is
-        compiled at its first call.
+        Number of kernels missing at the start. Kernels that could not be compiled ahead are
+        compiled at their first call.
     """
     folder = kernel_folder()
     if folder is None or os.environ.get("NUMBA_DISABLE_JIT", "0") != "0":
@@ -59,36 +59,36 @@ def compile_ahead(kernels: Iterable[Wanted], on_progress: Progress) -> int:
     return len(missing)
 
 
-def _mark(marks: Path, one: Wanted) -> Path:
-    # An empty file tells that a kernel is in the cache; numba's own index has no public reader.
+def _mark(marks: Path, one: TypedKernel) -> Path:
+    # An empty file marks a kernel as cached: numba's own index has no public reader.
     text = f"{one.kernel} {' '.join(one.arguments)}"
     return marks / hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
 def _compile_or_wait(
-    lock: IO[str], marks: Path, missing: list[Wanted], on_progress: Progress
+    lock: IO[str], marks: Path, missing: list[TypedKernel], on_progress: Progress
 ) -> None:
     total = len(missing)
 
-    def left() -> list[Wanted]:
+    def left() -> list[TypedKernel]:
         return [one for one in missing if not _mark(marks, one).exists()]
 
     wait = threading.Event()
     while not _locked(lock):
-        # The other process may be compiling other kernels; then these are compiled after it.
+        # The other process may compile other kernels; these are then compiled after it.
         waiting = left()
         on_progress(total - len(waiting), total)
         if not waiting:
             return
-        wait.wait(_LOOK_PERIOD_S)
-    crew = _Crew(left(), marks)
+        wait.wait(_POLL_PERIOD_S)
+    workers = _Workers(left(), marks)
     try:
-        while crew.at_work():
+        while workers.running():
             on_progress(total - len(left()), total)
-            wait.wait(_LOOK_PERIOD_S)
+            wait.wait(_POLL_PERIOD_S)
         on_progress(total - len(left()), total)
     finally:
-        crew.dismiss()
+        workers.stop()
 
 
 def _locked(lock: IO[str]) -> bool:
@@ -99,9 +99,9 @@ def _locked(lock: IO[str]) -> bool:
     return True
 
 
-class _Crew:
-    # Processes, each with a thread that hands it one kernel after another.
-    def __init__(self, missing: list[Wanted], marks: Path) -> None:
+class _Workers:
+    # Worker processes, each with a thread that sends it one kernel after another.
+    def __init__(self, missing: list[TypedKernel], marks: Path) -> None:
         self._waiting = deque(missing)
         self._marks = marks
         count = min(len(missing), len(os.sched_getaffinity(0)), _WORKERS_MAX)
@@ -113,10 +113,10 @@ class _Crew:
         for thread in self._threads:
             thread.start()
 
-    def at_work(self) -> bool:
+    def running(self) -> bool:
         return any(thread.is_alive() for thread in self._threads)
 
-    def dismiss(self) -> None:
+    def stop(self) -> None:
         self._waiting.clear()
         for worker in self._workers:
             worker.kill()
@@ -150,6 +150,6 @@ def _start_worker() -> "subprocess.Popen[str]":
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
         text=True,
-        # Modules of the working directory are not ours (`-P`). Ctrl-C is for the command.
+        # Modules of the working directory must not be imported (`-P`). Ctrl-C is for the command.
         process_group=0,
     )

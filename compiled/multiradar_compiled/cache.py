@@ -1,8 +1,8 @@
-"""Where compiled kernels are kept: one folder for each state of their sources.
+"""Cache of compiled kernels: one folder for each state of their sources.
 
-The command, `make`, and a program that imports the package use the same folder, whichever checkout
-or installation they run from. `NUMBA_CACHE_DIR` chooses another parent folder. Functions of other
-packages keep the cache that numba gives them.
+The command, `make`, and programs that import the package use the same folder, whichever checkout or
+installation they run from. `NUMBA_CACHE_DIR` selects another parent folder. Functions of other
+packages keep numba's own cache.
 """
 
 import hashlib
@@ -25,32 +25,33 @@ from multiradar_compiled.sources import package_folders, sources_digest
 
 _VARIABLE = "NUMBA_CACHE_DIR"
 _PREFIX = "kernels-"
-#: Folders of other states that are kept: a few revisions, or versions installed side by side.
+#: Number of other states to keep: a few revisions, or versions installed side by side.
 _OTHERS_KEPT_MAX = 5
 
 
 def cache_folder(environment: Mapping[str, str], state: str) -> Path | None:
-    """Return the folder of compiled kernels, made if need be.
+    """Return the folder of compiled kernels; it is created if necessary.
 
     Parameters
     ----------
     environment : mapping
-        `NUMBA_CACHE_DIR`, else `XDG_CACHE_HOME`, else `HOME` name the parent folder.
+        Environment variables: `NUMBA_CACHE_DIR`, else `XDG_CACHE_HOME`, else `HOME` give the parent
+        folder.
     state : str
-        Of the sources: names the folder.
+        State of the sources, used as folder name.
 
     Returns
     -------
     Path or None
-        None if no place is writable by this user alone. A read-only home is no obstacle: the
-        system's temporary folder is used.
+        None if no folder is writable by this user alone. With a read-only home the system's
+        temporary folder is used.
     """
     for place in _places(environment):
         folder = place / f"{_PREFIX}{state}"
         try:
             is_new = not folder.exists()
             folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-            # Cached code is code: no other user may have put it there.
+            # Cached code is executed: no other user may have written it.
             ours = folder.stat().st_uid == folder.parent.stat().st_uid == os.getuid()
             if not ours or not os.access(folder, os.W_OK):
                 continue
@@ -66,7 +67,7 @@ def cache_folder(environment: Mapping[str, str], state: str) -> Path | None:
 
 @cache
 def kernel_folder() -> Path | None:
-    """Return the folder of this process, None if there is none: then kernels are not kept."""
+    """Return the folder of this process; None if there is none, and kernels are not cached."""
     made_with = f"{sys.version} {numba.__version__} {llvmlite.__version__} {_processor()}"
     digest = hashlib.sha256(made_with.encode()).hexdigest()[:8]
     return cache_folder(os.environ, f"{sources_digest(package_folders())}-{digest}")
@@ -74,7 +75,7 @@ def kernel_folder() -> Path | None:
 
 def _processor() -> str:
     config: Any = numba_config
-    # As numba chooses it; a home may be shared between machines.
+    # As selected by numba; a home may be shared between machines.
     name = config.CPU_NAME or binding.get_host_cpu_name()
     features = config.CPU_FEATURES
     return f"{name} {binding.get_host_cpu_features().flatten() if features is None else features}"
@@ -97,13 +98,13 @@ def _remove_oldest(place: Path) -> None:
 
 
 class _Locator(caching._CacheLocator):
-    # A folder for each module; what is stale has another parent.
+    # A folder per module; stale entries are in another parent folder.
     def __init__(self, function: Callable[..., object], file: str) -> None:
         self._line = function.__code__.co_firstlineno
         self._module = function.__module__
         self._folder = kernel_folder()
         if self._module.partition(".")[0] not in package_folders():
-            # Kernels of tests and scripts: of the same packages, and of their own file.
+            # Kernels of tests and scripts depend on the same packages, and on their own file.
             self._module += "-" + sources_digest(package_folders(), [Path(file)])
 
     def get_cache_path(self) -> str:
@@ -126,14 +127,14 @@ class _Entries(caching.CompileResultCacheImpl):
 
 
 class KernelCache(caching.FunctionCache):
-    """What a kernel finds in `kernel_folder`, and keeps there.
+    """Cache of a kernel in `kernel_folder`.
 
     Parameters
     ----------
     function : callable
-        The kernel as it is written.
+        The Python function of the kernel.
     form : str
-        Tells its entries from those of another form of it.
+        Suffix of its entries, which distinguishes forms of one function.
     """
 
     _impl_class = _Entries
@@ -146,14 +147,14 @@ class KernelCache(caching.FunctionCache):
 
 
 def keep_in_folder(dispatcher: Any, form: str = "") -> None:
-    """Have what is compiled of a function kept in `kernel_folder`.
+    """Cache the compiled code of a function in `kernel_folder`.
 
     Parameters
     ----------
     dispatcher : numba dispatcher, or a function with NUMBA_DISABLE_JIT=1
-        Nothing has been compiled of it.
+        Not yet compiled.
     form : str
-        Tells entries of one function apart that is compiled in several ways.
+        Suffix of the entries, for a function compiled in several forms.
     """
     if kernel_folder() is not None and hasattr(dispatcher, "py_func"):
         dispatcher._cache = KernelCache(dispatcher.py_func, form)

@@ -1,4 +1,4 @@
-"""How the compiled functions in the loop over plots are made."""
+"""Decorators of compiled functions (kernels)."""
 
 from collections.abc import Callable
 from functools import cached_property
@@ -15,18 +15,18 @@ from multiradar_compiled.cache import keep_in_folder
 
 Kernel = TypeVar("Kernel", bound=Callable[..., object])
 
-# Which products are fused with sums would depend on what was compiled before, and so would the
-# last bits: no `fastmath`. The wrapper for C is never called.
+# Without `fastmath`: fused products would depend on what was compiled before, and with them the
+# last bits. The wrapper for C is never called.
 _OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
-# Arrays are not counted (`_nrt`): counting took more than half of the time. Such a function cannot
-# make an array that lasts, and its caller must hold on to those it passes.
+# Without reference counting of arrays (`_nrt`), which took more than half of the time. Such a
+# function cannot create arrays, and its caller must keep references to those it passes.
 _UNCOUNTED: dict[str, Any] = {**_OPTIONS, "_nrt": False}
-#: Options of what becomes part of its caller.
+#: Options of functions inlined in their caller.
 IN_LOOP: Any = {"forceinline": True, "_nrt": False}
 
 
 def kernel(function: Kernel) -> Kernel:
-    """Compile a function that may make arrays.
+    """Compile a function that may create arrays.
 
     Parameters
     ----------
@@ -36,18 +36,18 @@ def kernel(function: Kernel) -> Kernel:
     Returns
     -------
     callable
-        Compiled at its first call, or beforehand (`multiradar_compiled.ahead`).
+        Compiled at its first call, or ahead of time (`multiradar_compiled.ahead`).
     """
     return _compiled(function, _OPTIONS)
 
 
 def inlined_kernel(function: Kernel) -> Kernel:
-    """Compile a function whose types depend on its caller's as part of that caller.
+    """Inline a function whose types depend on its caller.
 
     Parameters
     ----------
     function : callable
-        May make arrays.
+        May create arrays.
 
     Returns
     -------
@@ -58,13 +58,13 @@ def inlined_kernel(function: Kernel) -> Kernel:
 
 
 def in_loop(function: Kernel) -> Kernel:
-    """Compile what is called once a plot or more.
+    """Compile a function that runs at least once per plot.
 
     Parameters
     ----------
     function : callable
-        Makes no arrays but views. It becomes part of its caller, for a call with twenty arrays
-        costs as much as the arithmetic; with one `return` it does so best.
+        Creates no arrays except views. It is inlined in its caller, as a call with twenty arrays
+        costs as much as the arithmetic; best with a single `return`.
 
     Returns
     -------
@@ -83,25 +83,25 @@ def in_loop(function: Kernel) -> Kernel:
 
 
 def loop(function: Kernel) -> Kernel:
-    """Compile the loop over plots itself.
+    """Compile a loop over plots.
 
     Parameters
     ----------
     function : callable
-        Makes no arrays but views.
+        Creates no arrays except views.
 
     Returns
     -------
     callable
-        Compiled at its first call, or beforehand.
+        Compiled at its first call, or ahead of time.
     """
     return _compiled(function, _UNCOUNTED)
 
 
 class _InLoop(CPUDispatcher):
-    # What becomes part of its callers needs no wrapper for Python, which is a tenth of compiling.
-    # numba would call one all the same, and crash: no compiled form is made known to it. Where it
-    # is called from Python, as in tests, another form of it is compiled.
+    # An inlined function needs no wrapper for Python, which is a tenth of the compilation time.
+    # numba would call a wrapper nevertheless, and crash: no compiled form is registered. For calls
+    # from Python, as in tests, another form is compiled.
     def add_overload(self, result: Any) -> None:
         self.overloads[tuple(result.signature.args)] = result
 
@@ -122,24 +122,24 @@ def _compiled(function: Kernel, options: dict[str, Any]) -> Kernel:
 
 
 def compilation_target() -> str:
-    """Return what compiled functions are made for, and so what their last bits may depend on.
+    """Return the compilation target, on which the last bits may depend.
 
     Returns
     -------
     str
-        The kind of machine, the name of its processor, and what that can do. The environment
-        variables NUMBA_CPU_NAME and NUMBA_CPU_FEATURES choose another than that at hand.
+        Architecture, processor name, and processor features. The environment variables
+        NUMBA_CPU_NAME and NUMBA_CPU_FEATURES select another target.
     """
     return " ".join(str(part) for part in cpu_target.target_context.codegen().magic_tuple())
 
 
 def in_both(function: Kernel) -> Kernel:
-    """Leave a function as it is, and let compiled functions call it too.
+    """Make a function callable from compiled functions; it remains a Python function.
 
     Parameters
     ----------
     function : callable
-        Makes no arrays but where it is called uncompiled.
+        Creates no arrays when compiled.
 
     Returns
     -------
@@ -151,21 +151,21 @@ def in_both(function: Kernel) -> Kernel:
 
 
 def fetch_ahead(array: NDArray[np.generic], row: int, line: int) -> None:
-    """Ask for one cache line of a row that will soon be needed; changes nothing.
+    """Prefetch one cache line of a row; changes nothing.
 
     Parameters
     ----------
     array : ndarray
-        The array; in memory the rows of its first axis follow each other.
+        The array, contiguous along its first axis.
     row : int
-        Which row.
+        Index of the row.
     line : int
-        Which 64 bytes of it.
+        Index of the 64-byte line in it.
 
     Notes
     -----
-    The states of thousands of aircraft do not fit into the cache next to the core, and plots come
-    in any order; but which aircraft are next is known.
+    The states of thousands of aircraft exceed the processor's inner cache, and plots arrive in any
+    order; but the next aircraft are known.
     """
 
 
@@ -191,7 +191,7 @@ def _write_prefetch(typing: Any, array: Any, row: Any, line: Any) -> Any:
             [byte],
             ir.FunctionType(ir.VoidType(), [byte, integer, integer, integer]),
         )
-        # To be read, to be kept close, data.
+        # Read access, high locality, data cache.
         builder.call(function, [address, integer(0), integer(3), integer(1)])
         return context.get_dummy_value()
 
@@ -207,13 +207,12 @@ def fused(first: float, second: float, third: float) -> float:
     Parameters
     ----------
     first, second, third : float
-        The numbers. Uncompiled it is rounded twice.
+        The numbers. Uncompiled, the result is rounded twice.
 
     Returns
     -------
     float
-        The same on every processor, whatever was compiled before: what is fused is said here, and
-        not left to the compiler.
+        The same on every processor: fusing is explicit, not left to the compiler.
     """
     return first * second + third
 

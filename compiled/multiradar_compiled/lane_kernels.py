@@ -1,13 +1,13 @@
-"""Eight numbers side by side in compiled functions, where the compiler does not do so by itself.
+"""Eight numbers per vector (SIMD) in compiled functions, where the compiler does not vectorise.
 
-A loop over the columns of several arrays becomes vector instructions only when the compiler can
-show that the arrays do not overlap, and of loops that take many arrays it gives up. Here the
-numbers are taken eight at a time by name: `load_lanes`, operators and `store_lanes`. Each lane is
-computed as a number by itself would be, so that results are the same to the last bit, on every
-processor: one whose registers hold four numbers takes two of them. Uncompiled, lanes are arrays of
-NumPy.
+The compiler vectorises a loop over columns only if it can show that the arrays do not overlap; for
+loops with many arrays it gives up. Here vectorisation is explicit: `load_lanes`, operators and
+`store_lanes` process eight numbers. Each lane is computed as a single number would be, so that
+results are the same to the last bit on every processor; one with registers of four numbers uses two
+of them. Uncompiled, lanes are arrays of NumPy.
 
-`root`, `chosen`, `larger` and `alike` take numbers and lanes, and so do functions made of them.
+`root`, `chosen`, `larger` and `broadcast_like` accept numbers and lanes, and so do functions made
+of them.
 
 References
 ----------
@@ -30,6 +30,7 @@ from multiradar_compiled._lane_intrinsics import (
     broadcast,
     divide,
     evens,
+    extract_lane,
     first_halves,
     first_pairs,
     fuse,
@@ -46,7 +47,6 @@ from multiradar_compiled._lane_intrinsics import (
     series,
     square_root,
     subtract,
-    take,
     write_columns,
     write_part,
 )
@@ -63,11 +63,11 @@ def load_lanes(array: NDArray[np.float64], row: int, part: int, first: int, coun
     Parameters
     ----------
     array : (r, p, c) ndarray of float64
-        The array; its last axis is without gaps.
+        The array, contiguous along its last axis.
     row, part : int
-        Which of its first and second axis.
+        Indices along its first and second axis.
     first, count : int
-        First column, and how many: `LANES`, or fewer at the end; the other lanes are zero.
+        First column, and their number: `LANES`, or fewer at the end; the other lanes are zero.
 
     Returns
     -------
@@ -78,7 +78,7 @@ def load_lanes(array: NDArray[np.float64], row: int, part: int, first: int, coun
 
 
 def load_row(array: NDArray[np.float64], row: int, first: int, count: int) -> Lanes:
-    """Return columns of an array of two axes: as `load_lanes`."""
+    """Return columns of a two-dimensional array: as `load_lanes`."""
     return _filled(array[row, first : first + count])
 
 
@@ -90,7 +90,7 @@ def store_lanes(
 
 
 def store_row(array: NDArray[np.float64], row: int, first: int, count: int, lanes: Lanes) -> None:
-    """Set columns of an array of two axes: as `store_lanes`."""
+    """Set columns of a two-dimensional array: as `store_lanes`."""
     array[row, first : first + count] = lanes[:count]
 
 
@@ -107,7 +107,7 @@ def lane_of(lanes: Lanes, place: int) -> float:
     lanes : lanes
         The numbers.
     place : int
-        Which, 0 to 7.
+        Index, 0 to 7.
 
     Returns
     -------
@@ -118,7 +118,7 @@ def lane_of(lanes: Lanes, place: int) -> float:
 
 
 def sum_of(lanes: Lanes) -> float:
-    """Return the sum of all lanes: of pairs first, of pairs of these, of the two halves."""
+    """Return the sum of all lanes: pairwise, then of these pairs, then of both halves."""
     pairs = lanes[::2] + lanes[1::2]
     fours = pairs[::2] + pairs[1::2]
     return float(fours[0] + fours[1])
@@ -132,14 +132,14 @@ def largest_of(lanes: Lanes) -> float:
 def sums_of(
     a: Lanes, b: Lanes, c: Lanes, d: Lanes, e: Lanes, f: Lanes, g: Lanes, h: Lanes
 ) -> Lanes:
-    """Return the sums of all lanes of eight, side by side: each as `sum_of`."""
+    """Return the sums of eight vectors as lanes, each as `sum_of`."""
     return np.array([sum_of(lanes) for lanes in (a, b, c, d, e, f, g, h)])
 
 
-def turned(
+def transposed(
     a: Lanes, b: Lanes, c: Lanes, d: Lanes, e: Lanes, f: Lanes, g: Lanes, h: Lanes
 ) -> tuple[Lanes, Lanes, Lanes, Lanes, Lanes, Lanes, Lanes, Lanes]:
-    """Return eight lanes with rows and columns exchanged: first the first lanes of all."""
+    """Return the transpose of eight vectors: first the first lanes of all."""
     z = np.array([a, b, c, d, e, f, g, h])
     return z[:, 0], z[:, 1], z[:, 2], z[:, 3], z[:, 4], z[:, 5], z[:, 6], z[:, 7]
 
@@ -150,7 +150,7 @@ def fused_lanes(first: Any, second: Any, third: Any) -> Lanes:
     Parameters
     ----------
     first, second, third : lanes or float
-        The numbers; a number by itself stands in every lane.
+        The numbers; a single number is broadcast.
 
     Returns
     -------
@@ -166,7 +166,7 @@ def chosen(one: Any, other: Any, more: Any, less: Any) -> Any:
     Parameters
     ----------
     one, other, more, less : lanes or float
-        The numbers; one by itself stands in every lane.
+        The numbers; a single number is broadcast.
 
     Returns
     -------
@@ -188,33 +188,33 @@ def root(value: Any) -> Any:
     return math.sqrt(value) if isinstance(value, float) else np.sqrt(value)
 
 
-def alike(value: float, pattern: Any) -> Any:
-    """Return a number as it is or in every lane, as the pattern is one or the other."""
+def broadcast_like(value: float, pattern: Any) -> Any:
+    """Return a number, or its broadcast if the pattern is a vector."""
     return value if isinstance(pattern, float) else every_lane(value)
 
 
 def nearest_whole(lanes: Lanes) -> Lanes:
-    """Return whole numbers next to lanes below 2⁵¹; in the middle the even ones."""
+    """Return the nearest whole numbers of lanes below 2⁵¹; halves to even."""
     return np.asarray(np.rint(lanes))
 
 
 def two_to_the(lanes: Lanes) -> Lanes:
-    """Return powers of two with exponents that are whole numbers from −1022 to 1023."""
+    """Return powers of two of whole exponents from −1022 to 1023."""
     return np.asarray(np.ldexp(1.0, lanes.astype(np.int64)))
 
 
 def polynomial(*coefficients: float) -> Callable[[Lanes], Lanes]:
-    """Make a function for compiled functions too.
+    """Make a polynomial that compiled functions can call.
 
     Parameters
     ----------
     coefficients : float
-        Those of a polynomial, of the highest power first.
+        Coefficients, of the highest power first.
 
     Returns
     -------
     callable
-        Takes lanes and returns its values, rounded as by `fused_lanes`.
+        Function of lanes, rounded as by `fused_lanes`.
     """
     made = series(coefficients)
 
@@ -283,7 +283,7 @@ def _every_lane(value: Any) -> Any:
 @overload(lane_of, jit_options=IN_LOOP)
 def _lane_of(lanes: Any, place: Any) -> Any:
     def compiled(lanes: Any, place: Any) -> Any:
-        return take(lanes, place)
+        return extract_lane(lanes, place)
 
     return compiled
 
@@ -293,7 +293,7 @@ def _sum_of(lanes: Any) -> Any:
     def compiled(lanes: Any) -> Any:
         pairs = add(evens(lanes, lanes), odds(lanes, lanes))
         fours = add(first_pairs(pairs, pairs), last_pairs(pairs, pairs))
-        return take(fours, 0) + take(fours, 4)
+        return extract_lane(fours, 0) + extract_lane(fours, 4)
 
     return compiled
 
@@ -303,7 +303,7 @@ def _largest_of(lanes: Any) -> Any:
     def compiled(lanes: Any) -> Any:
         pairs = larger(evens(lanes, lanes), odds(lanes, lanes))
         fours = larger(first_pairs(pairs, pairs), last_pairs(pairs, pairs))
-        return larger(take(fours, 0), take(fours, 4))
+        return larger(extract_lane(fours, 0), extract_lane(fours, 4))
 
     return compiled
 
@@ -320,10 +320,10 @@ def _sums_of(a: Any, b: Any, c: Any, d: Any, e: Any, f: Any, g: Any, h: Any) -> 
     return compiled
 
 
-@overload(turned, jit_options=IN_LOOP)
-def _turned(a: Any, b: Any, c: Any, d: Any, e: Any, f: Any, g: Any, h: Any) -> Any:
+@overload(transposed, jit_options=IN_LOOP)
+def _transposed(a: Any, b: Any, c: Any, d: Any, e: Any, f: Any, g: Any, h: Any) -> Any:
     def compiled(a: Any, b: Any, c: Any, d: Any, e: Any, f: Any, g: Any, h: Any) -> Any:
-        # The numbers say of which columns.
+        # The digits are the columns.
         ab02, ab13, cd02, cd13 = evens(a, b), odds(a, b), evens(c, d), odds(c, d)
         ef02, ef13, gh02, gh13 = evens(e, f), odds(e, f), evens(g, h), odds(g, h)
         front04, front26 = first_pairs(ab02, cd02), last_pairs(ab02, cd02)
@@ -383,8 +383,8 @@ def _root(value: Any) -> Any:
     return of_lanes if isinstance(value, LanesType) else of_number
 
 
-@overload(alike, jit_options=IN_LOOP)
-def _alike(value: Any, pattern: Any) -> Any:
+@overload(broadcast_like, jit_options=IN_LOOP)
+def _broadcast_like(value: Any, pattern: Any) -> Any:
     def of_lanes(value: Any, pattern: Any) -> Any:
         return broadcast(value)
 
@@ -411,7 +411,7 @@ def _two_to_the(lanes: Any) -> Any:
 
 
 def _operator_of(python: Any, made: Any) -> None:
-    # Lanes with lanes, or with a number, which then stands in every lane.
+    # Lanes with lanes, or with a number, which is broadcast.
     @overload(python, jit_options=IN_LOOP)
     def form(one: Any, other: Any) -> Any:
         def compiled(one: Any, other: Any) -> Any:

@@ -1,6 +1,6 @@
-"""Types of the arguments of kernels as text, so that they can be listed in a file and read again.
+"""Argument types of kernels as text, for storage in a file.
 
-A number is `int64`, an array `float64[2C]` (dimensions and layout; `!` after it: read only), a
+A number is `int64`, an array `float64[2C]` (dimensions and layout; followed by `!` if read only), a
 named tuple `package.module:Name{float64[1C] int64[1C]}`, another tuple `(int64 float64[1C])`.
 """
 
@@ -11,7 +11,7 @@ from typing import Any
 from numba import types as numba_types
 from numba.np.numpy_support import as_dtype, from_dtype
 
-# Its types are partly declared.
+# numba's types are only partly declared.
 types: Any = numba_types
 
 _TOKEN = re.compile(r"[\w.:\[\]!]+|[{}()]")
@@ -38,7 +38,7 @@ def describe(argument: Any) -> str:
     Raises
     ------
     TypeError
-        If it is none of these.
+        For other types.
     """
     if isinstance(argument, types.BaseNamedTuple):
         name = f"{argument.instance_class.__module__}:{argument.instance_class.__qualname__}"
@@ -55,7 +55,7 @@ def describe(argument: Any) -> str:
 
 
 def parse(text: str) -> Any:
-    """Return the type that `describe` gave this text for.
+    """Return the type of a text by `describe`.
 
     Raises
     ------
@@ -109,4 +109,4 @@ def _number(name: str) -> Any:
 
 
 def _unknown(text: str) -> ValueError:
-    return ValueError(f"expected the text of a type, was {text!r}")
+    return ValueError(f"expected a type such as float64[2C], was {text!r}")

@@ -1,7 +1,7 @@
-"""Which source files are compiled into kernels: the modules of kernels and all that they import.
+"""Source files compiled into kernels: modules of kernels and all modules they import.
 
-numba decides by the file of the outermost function whether cached code is current. Functions and
-constants of other files are compiled in as well, so cached code is named after all of them.
+numba checks only the file of the outermost function for changes. Functions and constants of other
+files are compiled in as well, so the cache is named by all of them.
 """
 
 import hashlib
@@ -22,7 +22,7 @@ _NAME = re.compile(r"(\w+)(?:\s+as\s+\w+)?\s*(?:,|$|\))", re.MULTILINE)
 
 @cache
 def package_folders(packages: tuple[str, ...] = PACKAGES) -> dict[str, Path]:
-    """Return where each package lies; one that is not installed is absent."""
+    """Return the folder of each package; packages that are not installed are absent."""
     folders = {}
     for package in packages:
         spec = find_spec(package)
@@ -39,13 +39,13 @@ def compiled_sources(folders: dict[str, Path], more: Iterable[Path] = ()) -> lis
     folders : dict of str to Path
         The packages, by name.
     more : iterable of Path
-        Files outside of them that have kernels, too.
+        Further files with kernels.
 
     Returns
     -------
     list of Path
-        Every module of kernels of the packages, `more`, and what these import from the packages,
-        directly or not; sorted.
+        All modules of kernels of the packages, `more`, and what these import from the packages,
+        directly or indirectly; sorted.
     """
     waiting = [path for folder in folders.values() for path in folder.rglob(_KERNEL_FILES)]
     waiting += more

@@ -1,4 +1,4 @@
-"""One of the processes that compile kernels beforehand: a request a line in, an answer a line out.
+"""Worker process of ahead-of-time compilation: reads one request per line, writes one answer.
 
 Started by `multiradar_compiled.ahead` as `python -m multiradar_compiled.worker PROCESS`; it ends
 with that process.
@@ -12,7 +12,7 @@ from importlib import import_module
 
 from multiradar_compiled.signatures import parse
 
-_LOOK_PERIOD_S = 0.5
+_POLL_PERIOD_S = 0.5
 
 
 def compile_kernel(kernel: str, arguments: list[str]) -> None:
@@ -31,7 +31,7 @@ def compile_kernel(kernel: str, arguments: list[str]) -> None:
 
 
 def main() -> None:
-    """Answer every request: an empty line when it is compiled, else what is wrong."""
+    """Answer every request: an empty line on success, else the error message."""
     threading.Thread(target=_end_with_parent, args=(int(sys.argv[1]),), daemon=True).start()
     for line in sys.stdin:
         request = json.loads(line)
@@ -39,17 +39,17 @@ def main() -> None:
             compile_kernel(request["kernel"], request["arguments"])
             answer = ""
         except Exception as error:
-            # The kernel will be compiled, or will fail, where it is called.
+            # The kernel is compiled, or fails, where it is called.
             answer = f"{request['kernel']}: {type(error).__name__}: {error}".replace("\n", " ")
         sys.stdout.write(answer + "\n")
         sys.stdout.flush()
 
 
 def _end_with_parent(parent: int) -> None:
-    # A command that is stopped leaves nobody behind who compiles for it.
+    # A stopped command must not leave a worker behind.
     never = threading.Event()
     while os.getppid() == parent:
-        never.wait(_LOOK_PERIOD_S)
+        never.wait(_POLL_PERIOD_S)
     os._exit(1)
 
 

@@ -46,7 +46,7 @@ from multiradar.tracking.forecast.forecast_calibration import calibration_for
 from multiradar.tracking.forecast.state_samples import Sampling
 from multiradar.tracking.input.measurements import MISSING_INTEGER, MeasurementBatch
 from multiradar_compiled.ahead import compile_ahead
-from multiradar_compiled.wanted import kernels_for
+from multiradar_compiled.kernel_list import kernels_for
 from multiradar_converters.asterix.decoding.editions import parse_editions
 from multiradar_converters.asterix.live.reception import LiveDecoder, LiveOptions
 from multiradar_converters.errors import ProfileError

@@ -102,7 +102,7 @@ def taught(settings: TrackingSettings) -> ForecastCalibration:
     scores = np.tile(-2.0 * np.log1p(-(np.arange(500)[:, None] + 0.5) / 500.0), len(names))
     sizes = np.tile(np.where(np.array(names) == STRAIGHT, 0.0, 9.0), (500, 1))
     for horizon in range(len(HORIZONS_S)):
-        calibration.scores.take(horizon, scores, sizes)
+        calibration.scores.record(horizon, scores, sizes)
     calibration.scores.settle()
     return calibration
 

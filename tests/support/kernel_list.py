@@ -166,11 +166,11 @@ def record(arguments: list[str], file: Path) -> None:
     from numba.core.dispatcher import Dispatcher
 
     from multiradar.cli.main import run
-    from multiradar_compiled import wanted
+    from multiradar_compiled import kernel_list
     from multiradar_compiled.signatures import describe
 
     # What is compiled beforehand would not be seen to be called.
-    wanted.kernels_for = lambda purposes: []
+    kernel_list.kernels_for = lambda purposes: []
     original, within = Dispatcher.compile, threading.local()
 
     # What is compiled within another kernel is no call; other threads may compile meanwhile.

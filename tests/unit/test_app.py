@@ -19,7 +19,7 @@ from multiradar.runtime.trajectories.options import trajectory_options
 from multiradar.settings.service import HttpSettings, RuntimeSettings, load_settings
 from multiradar.tracking.columns import rows_of
 from multiradar.tracking.encounters._approach_kernels import find_approaches
-from multiradar.tracking.encounters._chance_kernels import find_bounds, find_chances
+from multiradar.tracking.encounters._conflict_kernels import find_bounds, find_probabilities
 from multiradar.tracking.encounters._search_kernels import find_pairs
 from multiradar.tracking.forecast.forecast_calibration import calibration_for
 from multiradar.tracking.forecast.forecast_family import ForecastFamily
@@ -71,7 +71,7 @@ def test_warming_up_makes_the_first_forecast_ready(monkeypatch: pytest.MonkeyPat
 def test_warming_up_makes_the_first_answer_about_encounters_ready() -> None:
     """What it compiles is what is called: empty arrays have the same types."""
     warm_up(live_scene.sensors(), load_settings(None))
-    kernels: tuple[Any, ...] = (find_pairs, find_approaches, find_chances, find_bounds)
+    kernels: tuple[Any, ...] = (find_pairs, find_approaches, find_probabilities, find_bounds)
     before = [set(kernel.signatures) for kernel in kernels]
     assert all(before)
     table, settings = live_scene.sensors(), TrackingSettings()

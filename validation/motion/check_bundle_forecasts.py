@@ -182,7 +182,7 @@ def by_modes(flown: Flown, run_s: float) -> Said:
     said: Said = {}
     before = 0
     for cut in np.searchsorted(flown.batch.time_s, grid_s).tolist():
-        updates = engine.push(flown.batch.take(slice(before, cut))).updates
+        updates = engine.push(flown.batch.select(slice(before, cut))).updates
         number |= dict(zip(updates.track_id.tolist(), updates.track_number.tolist(), strict=True))
         before = cut
         states = engine.tracks()

@@ -102,9 +102,9 @@ def outcomes(
     before = 0
     whose: dict[int, int] = {}
     for cut in np.searchsorted(one.batch.time_s, times_s).tolist():
-        output = engine.push(one.batch.take(slice(before, cut)))
+        output = engine.push(one.batch.select(slice(before, cut)))
         updates, before = output.updates, cut
-        calibration.take(output)
+        calibration.observe(output)
         live.update(rows_of(updates))
         whose |= dict(zip(updates.track_id.tolist(), updates.track_number.tolist(), strict=True))
         sky = Sky(float(one.batch.time_s[cut - 1]), live.all(), engine.tracks())

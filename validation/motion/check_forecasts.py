@@ -112,7 +112,7 @@ def starts(one: Flown, settings: TrackingSettings, duration_s: float) -> list[St
     )
     before = 0
     for cut in cuts.tolist():
-        updates = engine.push(one.batch.take(slice(before, cut))).updates
+        updates = engine.push(one.batch.select(slice(before, cut))).updates
         number |= dict(zip(updates.track_id.tolist(), updates.track_number.tolist(), strict=True))
         before = cut
         states = engine.tracks()

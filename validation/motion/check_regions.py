@@ -162,7 +162,7 @@ def judged(
     number: dict[int, int] = {}
     inside, error_m = [np.empty((0, len(HORIZONS_S)))], [np.empty((0, len(HORIZONS_S)))]
     pieces = [
-        engine.push(batch.take(slice(first, first + ROWS_AT_ONCE)))
+        engine.push(batch.select(slice(first, first + ROWS_AT_ONCE)))
         for first in range(0, len(batch), ROWS_AT_ONCE)
     ]
     for output in (*pieces, engine.flush()):

@@ -84,7 +84,8 @@ def tracked(
     engine = Engine(table, settings, workers)
     size = rows or max(len(batch), 1)
     outputs: list[EngineOutput] = [
-        engine.push(batch.take(slice(start, start + size))) for start in range(0, len(batch), size)
+        engine.push(batch.select(slice(start, start + size)))
+        for start in range(0, len(batch), size)
     ]
     outputs.append(engine.flush())
     engine.close()

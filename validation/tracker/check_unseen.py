@@ -112,7 +112,7 @@ def tracked(recording: unseen.Recording, settings: TrackingSettings) -> pl.DataF
     batch, _ = wire.measurement_batch(recording.measurements, table)
     engine = Engine(table, settings)
     parts = [
-        engine.push(batch.take(slice(first, first + ROWS_AT_ONCE))).updates
+        engine.push(batch.select(slice(first, first + ROWS_AT_ONCE))).updates
         for first in range(0, max(len(batch), 1), ROWS_AT_ONCE)
     ]
     parts.append(engine.flush().updates)

@@ -15,7 +15,7 @@ def compile_kernels(purposes: Iterable[str]) -> int:
     Parameters
     ----------
     purposes : iterable of str
-        Of `multiradar_compiled.wanted`.
+        Of `multiradar_compiled.kernel_list`.
 
     Returns
     -------
@@ -23,7 +23,7 @@ def compile_kernels(purposes: Iterable[str]) -> int:
         How many kernels were missing.
     """
     from multiradar_compiled.ahead import compile_ahead
-    from multiradar_compiled.wanted import kernels_for
+    from multiradar_compiled.kernel_list import kernels_for
 
     line = _Line()
     missing = compile_ahead(kernels_for(purposes), line.show)

@@ -144,7 +144,7 @@ def _run(
 ) -> None:
     from multiradar.research.studies.result import StudyOptions
     from multiradar.storage.output_file import free_name, new_file
-    from multiradar_compiled.wanted import kernels_by_purpose
+    from multiradar_compiled.kernel_list import kernels_by_purpose
 
     purpose = f"study {entry.name}"
     if purpose in kernels_by_purpose():

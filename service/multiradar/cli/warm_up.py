@@ -22,7 +22,7 @@ def warm_up(
     Compiled kernels are kept in a cache folder of this user until the program changes.
     """
     from multiradar_compiled.cache import kernel_folder
-    from multiradar_compiled.wanted import kernels_by_purpose
+    from multiradar_compiled.kernel_list import kernels_by_purpose
 
     purposes = [
         purpose

@@ -1,4 +1,4 @@
-"""Which kernels a run needs, by its settings: purposes of `multiradar_compiled.wanted`."""
+"""Which kernels a run needs, by its settings: purposes of `multiradar_compiled.kernel_list`."""
 
 from collections.abc import Mapping, Sequence
 

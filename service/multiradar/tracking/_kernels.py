@@ -1,7 +1,7 @@
-"""Compiled look-up of aircraft by identity, and the turn of readouts into track updates.
+"""Compiled look-up of aircraft by identity, and conversion of readouts into track updates.
 
-The look-up tables are open hash tables: ``keys`` (−1 = free) and ``values`` of a length that is a
-power of two, at most a quarter full, probed one place after the other.
+The look-up tables are open hash tables with linear probing: ``keys`` (−1 = free) and ``values``,
+whose length is a power of two. They are at most a quarter full.
 """
 
 from math import atan2, hypot, sqrt
@@ -25,8 +25,8 @@ MISSING = -1
 
 
 @in_loop
-def find_place(keys: Integers, key: int) -> int:
-    """Return the place of a key, or the free place where it would go."""
+def find_slot_of_key(keys: Integers, key: int) -> int:
+    """Return the slot of a key, or the free slot where it would be inserted."""
     mask: int = keys.shape[0] - 1
     # Multiplicative hashing (Knuth): the high bits of a product with an odd constant.
     place = ((key * 2654435761) >> 8) & mask
@@ -40,21 +40,21 @@ def look_up(keys: Integers, values: Integers, key: int) -> int:
     """Return the value of a key, −1 where there is none."""
     if key < 0:
         return MISSING
-    place = find_place(keys, key)
+    place = find_slot_of_key(keys, key)
     return values[place] if keys[place] == key else MISSING
 
 
 @kernel
 def insert(keys: Integers, values: Integers, key: int, value: int) -> None:
     """Set the value of a key."""
-    place = find_place(keys, key)
+    place = find_slot_of_key(keys, key)
     keys[place] = key
     values[place] = value
 
 
 @kernel
 def rebuild(roster: Roster) -> None:
-    """Fill both tables anew from the aircraft in use."""
+    """Rebuild both tables from the aircraft in use."""
     roster.number_keys[:] = MISSING
     roster.address_keys[:] = MISSING
     for slot in range(roster.track_id.shape[0]):
@@ -68,11 +68,11 @@ def rebuild(roster: Roster) -> None:
 
 @in_loop
 def find_by_identity(number: int, address: int, roster: Roster) -> int:
-    """Return the slot that a track number or a Mode S address is known by, −1 for none."""
+    """Return the slot of the aircraft with a track number or Mode S address, −1 for none."""
     slot = look_up(roster.number_keys, roster.number_slots, number)
     if slot < 0:
         slot = look_up(roster.address_keys, roster.address_slots, address)
-        # An address that is known under another number belongs to another aircraft.
+        # An address already known under another track number belongs to another aircraft.
         if slot >= 0 and number >= 0 and roster.track_number[slot] >= 0:
             slot = MISSING
     return slot
@@ -87,7 +87,7 @@ def identify(
     roster: Roster,
     identities: RowIdentities,
 ) -> int:
-    """Find the aircraft that are known by identity; return for how many rows there is none."""
+    """Find the aircraft of rows by identity; return the number of rows without one."""
     unknown = 0
     for row in range(first, last):
         slot = find_by_identity(track_numbers[row], addresses[row], roster)
@@ -111,15 +111,14 @@ def assign(
     life: Lifecycle,
     identities: RowIdentities,
 ) -> int:
-    """Find or make the aircraft of rows first…last; return the row that needs more room, or last.
+    """Find or create the aircraft of rows first…last; return the row that needs a slot, or last.
 
-    A row that has a slot keeps it, one that has `NEW_TRACK` gets a new aircraft in any case, one
-    below `TWIN` that of a row before it, and one without identity gets none; a bearing, which tells
-    no place, makes none. When the pool is
-    ``full``, no room is to be had: rows that need it get `NO_ROOM_SLOT`.
+    A row with a slot keeps it. `NEW_TRACK` always creates an aircraft. A value below `TWIN` refers
+    to the aircraft of an earlier row. A row without identity gets none. A bearing gives no position
+    and creates none. When the pool is ``full``, rows that need a slot get `NO_ROOM_SLOT`.
 
-    ``roster.counters`` holds the last track identifier given and the number of free slots, which
-    are taken from the end of ``roster.free``.
+    ``roster.counters`` holds the last track identifier assigned and the number of free slots; free
+    slots are used from the end of ``roster.free``.
     """
     for row in range(first, last):
         number = track_numbers[row]
@@ -154,7 +153,7 @@ def assign(
             aircraft.updated[slot] = np.nan
             aircraft.measured_from[slot] = MISSING
             aircraft.velocity[slot] = np.nan
-            begin_life(slot, TENTATIVE if anonymous else BY_IDENTITY, life)
+            reset_lifecycle(slot, TENTATIVE if anonymous else BY_IDENTITY, life)
         identities.slot[row] = slot
         if slot < 0:
             continue
@@ -165,7 +164,7 @@ def assign(
             roster.mode_s_address[slot] = address
             insert(roster.address_keys, roster.address_slots, address, slot)
         if codes[row] >= 0:
-            hear_code(slot, codes[row], roster, life)
+            update_code(slot, codes[row], roster, life)
         if callsigns[row] >= 0:
             roster.callsign[slot] = callsigns[row]
         identities.track_id[row] = roster.track_id[slot]
@@ -177,8 +176,8 @@ def assign(
 
 
 @kernel
-def begin_life(slot: int, stage: int, life: Lifecycle) -> None:
-    """Forget what was kept of the track that had this slot before."""
+def reset_lifecycle(slot: int, stage: int, life: Lifecycle) -> None:
+    """Reset the lifecycle of the track in a slot."""
     life.stage[slot] = stage
     life.hits[slot] = 0
     life.hits_needed[slot] = 0
@@ -187,14 +186,14 @@ def begin_life(slot: int, stage: int, life: Lifecycle) -> None:
     life.period[slot] = 0.0
     life.heard[slot] = -np.inf
     life.code_heard[slot] = MISSING
-    life.quiet[slot] = stage == TENTATIVE
+    life.bias_excluded[slot] = stage == TENTATIVE
     life.partner[slot] = MISSING
     life.meetings[slot] = 0
 
 
 @kernel
-def hear_code(slot: int, code: int, roster: Roster, life: Lifecycle) -> None:
-    """Take a code that was heard: by identity at once, else when it is heard twice in a row."""
+def update_code(slot: int, code: int, roster: Roster, life: Lifecycle) -> None:
+    """Update the Mode 3/A code: by identity at once, else when received twice in a row."""
     known = roster.mode_3a[slot]
     if known < 0 or life.stage[slot] == BY_IDENTITY or code == life.code_heard[slot]:
         roster.mode_3a[slot] = code
@@ -213,9 +212,9 @@ def observe(
     plane: Floats,
     z: Floats,
 ) -> None:
-    """Fill z: range and azimuth of a plot, east and north of a reported position.
+    """Fill z: range and azimuth of a plot, east and north of a position report.
 
-    A bearing has nothing where a plot has its range: see `measurement._kernels`.
+    A bearing has 0 in place of the range: see `measurement._kernels`.
     """
     for row in range(kinds.shape[0]):
         if kinds[row] == KIND_POSITION:
@@ -227,7 +226,7 @@ def observe(
 
 @kernel
 def describe(rows: Integers, readouts: Floats, plane: Floats, described: Floats) -> None:
-    """Turn readouts into latitude, longitude, speed, heading and the two sigmas (columns)."""
+    """Convert readouts into latitude, longitude, speed, heading and both sigmas (columns)."""
     for i in range(rows.shape[0]):
         out = readouts[rows[i]]
         latitude, longitude = plane_to_geodetic(plane, out[0], out[1])

@@ -1,4 +1,4 @@
-"""The modes of motion of live tracks as the filter of interacting modes knows them."""
+"""Motion modes of live tracks, as estimated by the IMM filter."""
 
 from dataclasses import dataclass
 
@@ -13,17 +13,17 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class ModeStates:
-    """What the modes of tracks say, one row for each track.
+    """Motion mode estimates, one row per track.
 
     Attributes
     ----------
     probability : (n, j) float64
-        Probabilities of the modes, of sum one.
+        Mode probabilities; they sum to one.
     mean : (n, j, 4) float64
         East and north in the system plane, m, and their rates, m/s.
     covariance : (n, j, 10) float64
-        Upper triangles of the covariances of `mean`, row by row, the uncertainty of the biases
-        included.
+        Upper triangles of the covariances of `mean`, row by row, including the uncertainty of the
+        biases.
     """
 
     probability: Floats
@@ -34,23 +34,23 @@ class ModeStates:
 def mode_states(
     aircraft: Aircraft, slots: NDArray[np.intp], bias: Floats, factor: Floats
 ) -> ModeStates:
-    """Return the modes of aircraft, at the published biases.
+    """Return the mode estimates of aircraft at the published biases.
 
     Parameters
     ----------
     aircraft : Aircraft
-        Those of a filter that keeps modes.
+        Aircraft of a filter with motion modes.
     slots : (n,) int
-        Which of them; they have started.
+        Their slots; the tracks have been initiated.
     bias : (c,) float64
-        Published estimate of the biases.
+        Published bias estimate.
     factor : (c, c) float64
         Upper triangular Lᵀ with L Lᵀ = its covariance.
 
     Returns
     -------
     ModeStates
-        Before the second plot all modes are the one state, as the filter would begin them.
+        Before the second plot all modes have the state of the track, as in the filter.
     """
     count = aircraft.mode_probability.shape[1]
     rows = slots[:, None] * count + np.arange(count)

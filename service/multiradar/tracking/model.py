@@ -1,4 +1,4 @@
-"""What the compiled filters need to know of sensors, settings and published biases."""
+"""Sensors, settings and published biases as arrays for the compiled filters."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,14 +14,14 @@ from multiradar.geodesy.wgs84 import geodetic_to_ecef
 from multiradar.tracking.modes import mode_table
 from multiradar.tracking.settings import NOMINAL_INTERVAL_S, VELOCITY_FRAME, TrackingSettings
 
-#: Radars closer together than this see an aircraft from the same side.
+#: Sensors closer together than this count as one site, m.
 ONE_SITE_M = 1000.0
 
 
 def filter_model(
     sensors: SensorTable, settings: TrackingSettings, plane: SystemPlane, biases: BiasState
 ) -> Model:
-    """Gather what all aircraft share during the first epoch; see `with_biases` for the others.
+    """Build the model of the first epoch; see `with_biases` for later ones.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ def filter_model(
     Returns
     -------
     Model
-        As arrays.
+        The model.
     """
     parameters = np.array(plane.parameters)
     sites = [
@@ -74,12 +74,12 @@ def filter_model(
 
 
 def with_biases(model: Model, biases: BiasState) -> Model:
-    """Return the model with newly published biases; the rest is shared.
+    """Return the model with newly published biases; other arrays are shared.
 
     Parameters
     ----------
     model : Model
-        The model of the epoch before.
+        The model of the previous epoch.
     biases : BiasState
         The biases to publish.
 
@@ -97,11 +97,11 @@ def with_biases(model: Model, biases: BiasState) -> Model:
 
 
 def _site_numbers(sensors: SensorTable) -> NDArray[np.int64]:
-    # A sensor takes the number of the first one that stands where it stands; sensors without a site
-    # keep their own.
+    # A sensor has the number of the first sensor at the same site; sensors without a site keep
+    # their own.
     position = geodetic_to_ecef(sensors.latitude_rad, sensors.longitude_rad, sensors.height_m)
     distance_m = np.linalg.norm(position[:, None, :] - position[None, :, :], axis=-1)
-    # One that moves is at its place for a moment alone.
+    # A moving sensor has no fixed site.
     stays = ~(sensors.moving[:, None] | sensors.moving[None, :])
     same = ((distance_m < ONE_SITE_M) & stays) | np.eye(len(sensors), dtype=np.bool_)
     places: NDArray[np.int64] = np.argmax(same, axis=1).astype(np.int64)

@@ -1,4 +1,4 @@
-"""The modes of motion that the filter of interacting modes takes an aircraft to be in."""
+"""Motion modes of the interacting multiple model (IMM) filter."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,34 +15,34 @@ from multiradar.estimation.filters.imm._mode_scratch_kernels import (
 from multiradar.tracking.settings import IMM_MODES_MAX, IMM_MODES_MIN, TrackingSettings
 
 GRAVITY_MPS2 = 9.80665
-#: Only the steepest bank has to cover what is steeper still: the others have this part of its noise
-#: across the velocity.
+#: Noise across the velocity of the gentler banks, relative to the steepest one, which also has to
+#: cover steeper turns.
 GENTLER_NOISE = 0.5
 
 
 def mode_table(settings: TrackingSettings) -> NDArray[np.float64]:
-    """Return the modes of motion.
+    """Return the motion modes.
 
     Parameters
     ----------
     settings : TrackingSettings
-        The settings whose names begin with `imm_`.
+        Settings with the prefix `imm_`.
 
     Returns
     -------
     (j, MODE_COUNT) float64
-        Straight flight, turns right and left by rising bank, and with an even number of modes a
+        Straight flight, right and left turns by increasing bank, and with an even number of modes a
         change of speed; columns as in `estimation.filters._mode_scratch_kernels`.
 
     Raises
     ------
     ConfigurationError
-        If the number of modes is out of its bounds.
+        If the number of modes is out of bounds.
     """
     count = settings.imm_modes
     if not IMM_MODES_MIN <= count <= IMM_MODES_MAX:
         raise ConfigurationError(
-            f"expected imm_modes from {IMM_MODES_MIN} to {IMM_MODES_MAX}, was {count}"
+            f"imm_modes: expected {IMM_MODES_MIN} to {IMM_MODES_MAX}, was {count}"
         )
     banks = (count - 1) // 2
     steepest = GRAVITY_MPS2 * np.tan(np.radians(settings.imm_bank_deg))
@@ -58,6 +58,6 @@ def mode_table(settings: TrackingSettings) -> NDArray[np.float64]:
     speeding = count % 2 == 0
     if speeding:
         table[-1, ALONG] = settings.imm_speeding_density
-    # Where a mode of wide noise can take what no mode explains, the others stay narrow.
+    # Where a mode with wide noise covers unmodelled motion, the other modes stay narrow.
     table[-1 if speeding else slice(None), UNMODELLED] = 1.0
     return table

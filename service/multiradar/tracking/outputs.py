@@ -1,4 +1,4 @@
-"""What the tracker says: updates of tracks, ends of tracks, and the biases of each epoch."""
+"""Output of the tracker: track updates, terminated tracks, and the biases of each epoch."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -30,40 +30,40 @@ class TrackUpdates:
     Attributes
     ----------
     sequence : (n,) int64
-        Number of the update, 1, 2, 3, … over all tracks; a function of the measurements alone.
+        Number of the update, 1, 2, 3, … over all tracks; depends on the measurements alone.
     time_s : (n,) float64
         Data time of the measurement.
     track_id : (n,) int64
         The track, numbered from 1 by first appearance.
     sensor : (n,) int32
-        The sensor that measured.
+        Sensor of the measurement.
     track_number, mode_s_address : (n,) int64
         Identity, −1 when unknown.
     mode_3a : (n,) int32
-        Last code heard, −1 when none was.
+        Last Mode 3/A code, −1 for none.
     latitude_rad, longitude_rad : (n,) float64
         Estimated WGS 84 position.
     height_m : (n,) float64
-        Height by those that were heard; by what several radars see where none was, and NaN where
-        that is not known to 1000 m.
+        Height by received heights; by multilateration of several radars where there are none. NaN
+        where it is not known to 1000 m.
     speed_mps, heading_rad : (n,) float64
-        Ground speed, and its direction clockwise from true north at the aircraft.
+        Ground speed, and track angle clockwise from true north at the aircraft.
     position_sigma_m, velocity_sigma_mps : (n,) float64
         Square root of the trace of the covariance of position and of velocity.
     state : (n,) int8
         Index into `STATE_NAMES`.
     turn_right_probability, turn_left_probability, speed_change_probability : (n,) float64
-        How likely the aircraft manoeuvres, by the filter's modes of motion; what is left to one is
-        straight flight. NaN when the filter has no modes, and before the second measurement.
+        Probabilities of manoeuvres, by the motion modes of the filter; the remainder is straight
+        flight. NaN for filters without modes and before the second measurement.
     vertical_rate_mps : (n,) float64
-        Rate of climb; NaN when no height was heard, or the rate is not known to 5 m/s.
+        Rate of climb; NaN without a received height, or where the rate is not known to 5 m/s.
     height_sigma_m : (n,) float64
-        Standard deviation of the height, NaN where there is none.
+        Standard deviation of the height, NaN without one.
     adsb_implausible : (n,) bool
-        Whether what the aircraft reports of itself is contradicted by what others measure, or by
-        radars that should see it and do not.
+        Whether the ADS-B reports of the aircraft are contradicted by other sensors, or by radars
+        that should detect it and do not.
     callsign : (n,) int64
-        Last callsign heard, eight letters of six bits; −1 when none was.
+        Last callsign, eight characters of six bits; −1 for none.
     """
 
     sequence: NDArray[np.int64]
@@ -104,7 +104,7 @@ class TrackUpdates:
 class BiasRecords:
     """One row for each bias parameter at the end of each epoch that had measurements.
 
-    An epoch that was closed by the end of a stream and then went on has rows for both ends.
+    An epoch that was closed by a flush and then continued has rows for both closings.
 
     Attributes
     ----------
@@ -117,8 +117,8 @@ class BiasRecords:
     parameter : (n,) int8
         Kind of the parameter, index into `PARAMETER_NAMES`.
     estimate, sigma : (n,) float64
-        Estimate (measured minus true) and its standard deviation at `time_s`, the walk since the
-        last measurements included, in m, rad, 1 or s by kind.
+        Estimate (measured minus true) and its standard deviation at `time_s`, including the random
+        walk since the last measurements, in m, rad, 1 or s by kind.
     """
 
     epoch: NDArray[np.int64]
@@ -141,18 +141,18 @@ class BiasRecords:
 
 @dataclass(frozen=True, slots=True)
 class EndedTracks:
-    """One row for each track that ended, with the data time at which its end was noticed.
+    """One row for each terminated track, with the data time of its termination.
 
     Attributes
     ----------
     track_id : (n,) int64
         The track.
     time_s : (n,) float64
-        Data time of the beginning of the epoch or window in which it ended.
+        Data time of the start of the epoch or window in which it was terminated.
     reason : (n,) int8
-        Why, index into `transitions.REASON_NAMES`.
+        Reason, index into `transitions.REASON_NAMES`.
     into_track_id : (n,) int64
-        The track that stands for one that was merged, −1 for none.
+        Track into which it was merged, −1 for none.
     """
 
     track_id: NDArray[np.int64]
@@ -173,21 +173,21 @@ class EndedTracks:
 
 @dataclass(frozen=True, slots=True)
 class TrackTransitions:
-    """One row for each step in the life of a track, in the order of the measurements.
+    """One row for each lifecycle transition of a track, in the order of the measurements.
 
     Attributes
     ----------
     time_s : (n,) float64
-        Data time at which it was noticed: of a measurement, or of the beginning of an epoch or
-        window; never going back.
+        Data time at which it was detected: of a measurement, or of the start of an epoch or window;
+        never decreasing.
     track_id : (n,) int64
         The track.
     transition, reason : (n,) int8
-        What it did and why, indices into `transitions.TRANSITION_NAMES` and `REASON_NAMES`.
+        Transition and reason, indices into `transitions.TRANSITION_NAMES` and `REASON_NAMES`.
     into_track_id : (n,) int64
-        The track that stands for one that was merged, −1 for none.
+        Track into which it was merged, −1 for none.
     last_update_s : (n,) float64
-        Data time of the update of the track before this, NaN when there was none.
+        Data time of the previous update of the track, NaN for none.
     """
 
     time_s: NDArray[np.float64]
@@ -210,27 +210,27 @@ class TrackTransitions:
 
 @dataclass(frozen=True, slots=True)
 class TrackStates:
-    """The live tracks as the filter knows them, one row each, by ascending identifier.
+    """States of the live tracks, one row each, by ascending identifier.
 
     Attributes
     ----------
     track_id : (n,) int64
         The track.
     time_s : (n,) float64
-        Data time of the state: of the last measurement that moved it, taken or refused.
+        Data time of the state: of the last measurement processed, accepted or rejected.
     mean : (n, 4) float64
         East and north in the system plane, m, and their rates, m/s.
     covariance : (n, 4, 4) float64
-        Covariance of `mean`, the uncertainty of the biases included.
+        Covariance of `mean`, including the uncertainty of the biases.
     height_m : (n,) float64
-        Height by those that were heard, NaN when none was.
+        Height by received heights, NaN without one.
     modes : ModeStates or None
-        The modes of motion, None for filters without.
+        Motion modes, None for filters without.
     shared : (n, 4, c) float64 or None
-        What a standard deviation of each of the biases, taken for independent, does to `mean`: what
-        tracks err by alike. None for filters that do not keep it.
+        Effect on `mean` of one standard deviation of each bias, biases taken as independent: the
+        errors common to tracks. None for filters that do not keep it.
     climbs : (n, CLIMB_COUNT) float64 or None
-        Heights with their rates and covariance, as in `tracking.climbs`.
+        Heights with their rates and covariance, as in `encounters.climbs`.
     """
 
     track_id: NDArray[np.int64]
@@ -262,16 +262,16 @@ class TrackStates:
 
 @dataclass(frozen=True, slots=True)
 class StateSample:
-    """States of confirmed tracks when an epoch has ended, biases as published then.
+    """States of confirmed tracks at the end of an epoch, at the biases published then.
 
     Attributes
     ----------
     epoch : int
         Number of the epoch.
     time_s : float
-        Data time of its end; the measurements before it are in the states.
+        Data time of its end; earlier measurements are included in the states.
     states : TrackStates
-        Tracks that were updated since the sample before: all, or those that are drawn.
+        Tracks updated since the previous sample: all, or a random selection.
     """
 
     epoch: int
@@ -286,9 +286,9 @@ class Picture:
     Attributes
     ----------
     time_s : float
-        Data time of the last measurement before.
+        Data time of the last measurement before the end.
     states : TrackStates
-        The tracks, with the biases that the epoch ends with.
+        The tracks, at the biases of the end of the epoch.
     """
 
     time_s: float
@@ -297,34 +297,33 @@ class Picture:
 
 @dataclass(frozen=True, slots=True)
 class EngineOutput:
-    """What came out of one call of the engine.
+    """Output of one call of the engine.
 
     Attributes
     ----------
     updates : TrackUpdates
-        Updates of tracks.
+        Track updates.
     biases : BiasRecords
-        Biases of the epochs that closed.
+        Biases of the closed epochs.
     ended : EndedTracks
-        Tracks that ended.
+        Terminated tracks.
     transitions : TrackTransitions
-        Steps in the lives of tracks.
+        Lifecycle transitions of tracks.
     duplicates : Duplicates
-        Measurements that were left out because another one says the same.
+        Measurements left out as duplicates.
     health : HealthRecords
-        Health of the radars in the epochs that closed.
+        Health of the radars in the closed epochs.
     plots : TrackPlots
-        The measurements behind the updates.
+        Measurements of the updates.
     spread : (n, 5) float64
-        Of each update: where the track lies in the system plane, east and north, m, and the
-        covariance of that (east, east and north, north), m², the uncertainty of the biases
-        included.
+        For each update: position in the system plane, east and north, m, and its covariance (east,
+        east and north, north), m², including the uncertainty of the biases.
     pictures : tuple of Picture
-        The live tracks at the end of each epoch that closed, if they are asked for.
+        Live tracks at the end of each closed epoch, if requested.
     samples : tuple of StateSample
-        States at ends of epochs, where the engine was asked for them.
+        States at ends of epochs, if requested.
     outcomes : (sensors, outcomes) int64
-        What became of the measurements in the filter, by sensor and `filters.bank.Outcome`; empty
+        Disposition of measurements in the filter, by sensor and `filters.bank.Outcome`; empty
         without any.
     """
 

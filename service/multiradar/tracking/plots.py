@@ -1,4 +1,4 @@
-"""The plots that tracks were made of, as they were measured."""
+"""Plots of tracks, as measured."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,9 +16,9 @@ class TrackPlots:
     Attributes
     ----------
     track_id : (n,) int64
-        Whose they are.
+        Track of each measurement.
     measured : MeasurementBatch
-        The measurements; what is known of the biases is taken off, what is estimated is not.
+        The measurements, corrected for known biases, not for estimated ones.
     """
 
     track_id: NDArray[np.int64]

@@ -1,9 +1,9 @@
 """The aircraft of a service: one slot each in shared arrays, grouped into fixed partitions.
 
-An actor is one aircraft: it owns its slot, takes its measurements one at a time in order, and
-shares nothing with others but the published biases. Slots are dealt to `PARTITIONS` partitions; a
-worker takes whole partitions, and sums over aircraft are formed partition by partition, so that no
-result depends on how many workers there are.
+Each aircraft owns its slot, processes its measurements in order, and shares only the published
+biases with others. Slots are assigned to `PARTITIONS` partitions; a worker processes whole
+partitions, and sums over aircraft are formed partition by partition, so that no result depends on
+the number of workers.
 """
 
 from typing import NamedTuple
@@ -17,19 +17,19 @@ from multiradar.estimation.filters.height._height_kernels import GUESS, GUESS_VA
 from multiradar.tracking._kernels import assign, rebuild
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.lifecycle.lifecycle import Lifecycle
-from multiradar.tracking.lifecycle.transitions import NO_TRACK, Ends
-from multiradar.tracking.plausibility.trust import Trust
+from multiradar.tracking.lifecycle.transitions import NO_TRACK, TerminatedTracks
+from multiradar.tracking.plausibility.report_integrity import ReportIntegrity
 from multiradar.tracking.roster import MISSING, Roster, RowIdentities
 
-#: Number of partitions; part of what the output depends on, so it is no setting.
+#: Number of partitions. The output depends on it, so it is no setting.
 PARTITIONS = 16
-#: Slots made at first; doubled whenever they run out, up to the largest number.
+#: Initial number of slots, doubled whenever they are used up, and its maximum.
 CAPACITY_FIRST = 256
 CAPACITY_MAX = 131_072
 
 
 class Start(NamedTuple):
-    """A track as it begins.
+    """State with which a track is initiated.
 
     Attributes
     ----------
@@ -38,15 +38,15 @@ class Start(NamedTuple):
     mean : (4,) float64
         East, north (m) and their rates (m/s), at bias zero.
     covariance : (4, 4) float64
-        Its covariance where the biases are known.
+        Its covariance for known biases.
     sensitivity : (4, c) float64
-        Derivative of the mean by the biases.
+        Derivative of the mean with respect to the biases.
     height_m : float
-        The height that was assumed.
+        Assumed height.
     height_variance_m2 : float
         Its variance, m².
     place : int
-        The one place that it was measured from, `SEVERAL` where there were more.
+        Number of the site that measured it, `SEVERAL` for several.
     """
 
     time_s: float
@@ -64,15 +64,15 @@ class AircraftPool:
     Parameters
     ----------
     definition : FilterDefinition
-        Says what is kept of each aircraft, and of how many at most.
+        Defines the state arrays and the maximum number of aircraft.
     bias_columns : int
         Number of bias parameters.
     sensors : int
         Number of sensors.
     modes : int
-        Number of modes of motion.
+        Number of motion modes.
     compared : int
-        Number of sensors whose plots are compared with what aircraft report, 0 for none.
+        Number of sensors compared with ADS-B reports, 0 for none.
     """
 
     def __init__(
@@ -85,13 +85,13 @@ class AircraftPool:
         self.aircraft = definition.aircraft(CAPACITY_FIRST, bias_columns, sensors, modes)
         self.life = Lifecycle.empty(CAPACITY_FIRST, sensors)
         self._compared = compared
-        self.trust = Trust.empty(CAPACITY_FIRST, compared)
+        self.integrity = ReportIntegrity.empty(CAPACITY_FIRST, compared)
 
     def assign(
         self, batch: MeasurementBatch, codes: NDArray[np.int64], first: int, last: int,
         identities: RowIdentities,
     ) -> None:  # fmt: skip
-        """Find or make the aircraft of the rows first…last, in their order.
+        """Find or create the aircraft of the rows first…last, in order.
 
         Parameters
         ----------
@@ -113,8 +113,8 @@ class AircraftPool:
                 return
             self.grow()
 
-    def begin(self, slot: int, start: Start) -> None:
-        """Begin an aircraft that has a slot and was not measured, at what its bearings say.
+    def initiate(self, slot: int, start: Start) -> None:
+        """Initiate an aircraft that has a slot but no measurement, from its bearings.
 
         Parameters
         ----------
@@ -150,14 +150,14 @@ class AircraftPool:
         Returns
         -------
         used : (w,) int64
-            The partitions that have rows.
+            Partitions that have rows.
         work : Work
-            All of them in one piece.
+            The rows, grouped.
 
         Notes
         -----
-        A filter that corrects the biases with every row needs all rows in their order: to it they
-        are one partition.
+        A filter that updates the biases with every row needs all rows in order: it has one
+        partition.
         """
         if self._definition.corrects_biases:
             one = np.zeros(1, np.int64)
@@ -178,52 +178,54 @@ class AircraftPool:
         """Return the slots that hold an aircraft, ascending."""
         return np.flatnonzero(self.roster.track_id != MISSING)
 
-    def quiet(self, slots: NDArray[np.int64]) -> NDArray[np.bool_]:
-        """Return whether what these slots, negative for none, measure is kept from the biases."""
-        quiet: NDArray[np.bool_] = (self.life.quiet[slots] != 0) | self.trust.quiet(slots)
-        return quiet & (slots >= 0)
+    def bias_excluded(self, slots: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """Return whether measurements of slots (negative: none) are excluded from the biases."""
+        bias_excluded: NDArray[np.bool_] = (
+            self.life.bias_excluded[slots] != 0
+        ) | self.integrity.bias_excluded(slots)
+        return bias_excluded & (slots >= 0)
 
-    def heeded(self) -> NDArray[np.intp]:
-        """Return the slots of aircraft that may speak about the biases, ascending."""
+    def bias_contributors(self) -> NDArray[np.intp]:
+        """Return the slots of aircraft that contribute to the bias estimate, ascending."""
         used = self.used()
-        heeded: NDArray[np.intp] = used[~self.quiet(used)]
-        return heeded
+        bias_contributors: NDArray[np.intp] = used[~self.bias_excluded(used)]
+        return bias_contributors
 
     def silent(self, before_s: float) -> NDArray[np.intp]:
         """Return the slots of aircraft without an update since a data time, s, ascending."""
         used = self.used()
         return used[~(self.aircraft.updated[used] >= before_s)]
 
-    def end(
+    def terminate(
         self,
         old: NDArray[np.int64],
         reason: NDArray[np.int64],
         into: NDArray[np.int64] | None = None,
-    ) -> Ends:
-        """End tracks and free their slots.
+    ) -> TerminatedTracks:
+        """Terminate tracks and free their slots.
 
         Parameters
         ----------
         old : (n,) int64
             Slots that hold an aircraft, ascending.
         reason : (n,) int64
-            Why each ends.
+            Reason of each.
         into : (n,) int64, optional
-            Slots of the tracks that stand for them.
+            Slots of the tracks into which they are merged.
 
         Returns
         -------
         Ends
-            The tracks that ended, by ascending identifier. An aircraft that never started (its
-            first measurement located nothing) is freed without a track.
+            The terminated tracks, by ascending identifier. An aircraft that was never initiated
+            (its first measurement gave no position) is freed without a track.
         """
         if len(old) == 0:
-            return Ends.empty()
+            return TerminatedTracks.empty()
         ids, updated = self.roster.track_id[old], self.aircraft.updated[old]
         other = np.full(len(old), NO_TRACK) if into is None else self.roster.track_id[into]
         started = np.flatnonzero(~np.isnan(updated))
         chosen = started[np.argsort(ids[started])]
-        ends = Ends(
+        ends = TerminatedTracks(
             old[chosen].astype(np.int64), ids[chosen], updated[chosen], reason[chosen],
             other[chosen],
         )  # fmt: skip
@@ -231,27 +233,27 @@ class AircraftPool:
         return ends
 
     def grow(self) -> None:
-        """Double the slots; states and identities stay where they are."""
+        """Double the number of slots; states and identities stay in place."""
         capacity = len(self.roster.track_id)
         roster = Roster.empty(2 * capacity)
         aircraft = self._definition.aircraft(2 * capacity, *self._sizes)
         life = Lifecycle.empty(2 * capacity, self._sizes[1])
-        trust = Trust.empty(2 * capacity, self._compared)
-        grown, kept = (*aircraft, *life, *trust), (*self.aircraft, *self.life, *self.trust)
+        integrity = ReportIntegrity.empty(2 * capacity, self._compared)
+        grown, kept = (*aircraft, *life, *integrity), (*self.aircraft, *self.life, *self.integrity)
         for new, old in zip(grown, kept, strict=True):
             new[tuple(slice(size) for size in old.shape)] = old
         for name in ("track_id", "track_number", "mode_s_address", "mode_3a", "callsign"):
             getattr(roster, name)[:capacity] = getattr(self.roster, name)
-        # Growing happens only when no slot is free, so the free ones are just the new ones.
+        # The pool grows only when no slot is free: the free slots are the new ones.
         roster.free[:capacity] = np.arange(2 * capacity - 1, capacity - 1, -1)
         roster.counters[:] = self.roster.counters[0], capacity
         rebuild(roster)
-        self.roster, self.aircraft, self.life, self.trust = roster, aircraft, life, trust
+        self.roster, self.aircraft, self.life, self.integrity = roster, aircraft, life, integrity
 
     def _free(self, old: NDArray[np.int64]) -> None:
         self.roster.track_id[old] = MISSING
         self.aircraft.time[old] = np.nan
-        self.trust.forget(old)
+        self.integrity.release(old)
         count = self.roster.counters[1]
         self.roster.free[count : count + len(old)] = old[::-1]
         self.roster.counters[1] += len(old)

@@ -1,6 +1,6 @@
-"""Who the aircraft are: identities by slot, and the tables that find a slot by identity.
+"""Identities of aircraft by slot, and hash tables from identity to slot.
 
-Named tuples of arrays, because compiled functions take them as they are; one owner changes them.
+Named tuples of arrays, as compiled functions require; one owner modifies them.
 """
 
 from typing import NamedTuple
@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 Integers = NDArray[np.int64]
 
 MISSING = -1
-#: In `RowIdentities.slot`: the row begins a track of its own, whatever its identity.
+#: In `RowIdentities.slot`: the row initiates a new track, whatever its identity.
 NEW_TRACK = -3
-#: The row is of the track that a row before it begins: less by how many rows that is before.
+#: The row belongs to the track initiated by an earlier row: `TWIN` minus the distance in rows.
 TWIN = -16
 
 
@@ -25,13 +25,13 @@ class Roster(NamedTuple):
     track_id : (s,) int64
         Identifier of the track in each slot, −1 for a free slot.
     track_number, mode_s_address, mode_3a, callsign : (s,) int64
-        Identity as far as it is known, else −1.
+        Identity, −1 where unknown.
     free : (s,) int64
-        Free slots, the next to be taken last.
+        Free slots; the last one is used next.
     counters : (2,) int64
-        The last track identifier given, and the number of free slots.
+        Last track identifier assigned, and number of free slots.
     number_keys, number_slots, address_keys, address_slots : (t,) int64
-        Hash tables from track number and from Mode S address to the slot.
+        Hash tables from track number and Mode S address to slot.
     """
 
     track_id: Integers
@@ -49,7 +49,7 @@ class Roster(NamedTuple):
     @classmethod
     def empty(cls, capacity: int) -> "Roster":
         """Return a roster of free slots; ``capacity`` is a power of two."""
-        # Four places a slot: the tables stay at most a quarter full.
+        # Four entries per slot: the tables stay at most a quarter full.
         table = 4 * capacity
         return cls(
             track_id=np.full(capacity, MISSING, np.int64),
@@ -67,12 +67,12 @@ class Roster(NamedTuple):
 
 
 class RowIdentities(NamedTuple):
-    """Aircraft and identity of each row of a batch, −1 where there is none.
+    """Aircraft and identity of each row of a batch, −1 for none.
 
     Attributes
     ----------
     slot, track_id, track_number, mode_s_address, mode_3a, callsign : (n,) int64
-        What is known of the aircraft when the row is taken.
+        As known when the row is processed.
     """
 
     slot: Integers

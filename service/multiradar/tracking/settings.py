@@ -1,23 +1,23 @@
-"""Settings of the tracker that its output depends on."""
+"""Settings of the tracker that determine its output."""
 
 from dataclasses import dataclass
 
-#: How an aircraft may be taken to accelerate: `TrackingSettings.motion`.
+#: Acceleration models: `TrackingSettings.motion`.
 WHITE_ACCELERATION = "white-acceleration"
 VELOCITY_FRAME = "velocity-frame"
 MOTIONS = (WHITE_ACCELERATION, VELOCITY_FRAME)
-#: What `TrackingSettings.hidden_fields` may hold.
+#: Allowed values in `TrackingSettings.hidden_fields`.
 HIDEABLE = ("track_number", "mode_3a", "mode_s_address", "callsign")
-#: How plots find their aircraft: `TrackingSettings.association`.
+#: Association methods: `TrackingSettings.association`.
 BY_NEAREST = "nearest"
 BY_PROBABILITY = "probabilistic"
 BY_IDENTITY = "identity"
 ASSOCIATIONS = (BY_NEAREST, BY_PROBABILITY, BY_IDENTITY)
-#: Which joint events count: `TrackingSettings.joint_events`.
+#: Joint events considered: `TrackingSettings.joint_events`.
 LIKELIEST_EVENTS = "likeliest"
 ALL_EVENTS = "all"
-#: The interval that the accelerations of the velocity frame go with. Printed for one fixed
-#: interval, they become densities by it, so that intervals may be cut anywhere.
+#: Interval for which the accelerations of the velocity frame are defined, s. It converts them into
+#: spectral densities, so that intervals may be divided anywhere.
 NOMINAL_INTERVAL_S = 1.0
 #: Bounds of `TrackingSettings.imm_modes`.
 IMM_MODES_MIN, IMM_MODES_MAX = 3, 8
@@ -25,7 +25,7 @@ IMM_MODES_MIN, IMM_MODES_MAX = 3, 8
 
 @dataclass(frozen=True, slots=True)
 class TrackingSettings:
-    """What the output of the tracker depends on, beside the measurements and the sensors.
+    """Settings that determine the output, beside the measurements and the sensors.
 
     Attributes
     ----------
@@ -34,83 +34,83 @@ class TrackingSettings:
     epoch_s : float
         Length of an epoch of data time: biases are published at its end.
     reorder_horizon_s : float
-        Measurements are put in order of time within this horizon; what is later is rejected.
+        Measurements are sorted by time within this horizon; later ones are rejected.
     acceleration_density : float
-        Spectral density of the white acceleration of an aircraft, m²/s³ for each axis.
+        Spectral density of the white acceleration of an aircraft, m²/s³ per axis.
     motion : str
-        `white-acceleration`, the same in every direction, or `velocity-frame`, along and across the
-        velocity (Vasiliev and Mattis, equation (7)).
+        `white-acceleration`, isotropic, or `velocity-frame`, along and across the velocity
+        (Vasiliev and Mattis, equation (7)).
     longitudinal_acceleration_mps2, turn_rate_rad_per_s : float
-        Standard deviations a and v_K of the velocity frame, of what stays for `NOMINAL_INTERVAL_S`.
+        Standard deviations a and v_K of the velocity frame, constant over `NOMINAL_INTERVAL_S`.
     speed_sigma_mps : float
-        Prior standard deviation of each component of the velocity of a new track.
+        Prior standard deviation of each velocity component of a new track.
     downweight_nis, refuse_nis : float
-        Normalised innovation squared (two degrees of freedom) from which a measurement counts less,
-        and from which it is refused.
+        Normalised innovation squared (two degrees of freedom) from which a measurement is
+        down-weighted, and from which it is rejected.
     refusals_max : int
-        After so many refusals in a row a track starts anew from the next measurement.
+        Number of consecutive rejections after which the next measurement reinitialises the track.
     cone_ratio : float
-        Plots whose ground range is below this multiple of the height above the radar are refused
-        (cone of silence: the azimuth means nothing there).
+        Plots whose ground range is below this multiple of the height above the radar are rejected
+        (cone of silence: the azimuth is unusable there).
     assumed_height_m, assumed_height_sigma_m : float
-        Height of an aircraft of which no height was heard, and its standard deviation: where it
-        begins, until radars at several places tell it.
+        Initial height of an aircraft without a received height, and its standard deviation, until
+        several radars determine it.
     exact_heights : bool
-        Whether heights are taken for exact, and the last one for that of the aircraft for as long
-        as none is heard. Else they come in steps of 25 or 100 ft, may be garbled, and give a rate
-        of climb.
+        Whether heights are treated as exact and kept until the next one is received. Otherwise they
+        have a resolution of 25 or 100 ft, may be garbled, and give a rate of climb.
     ci_scale_time_s : float
-        In the trace that covariance intersection minimises, which adds m² and (m/s)², a velocity
-        counts as the way of so long a time.
+        Time by which velocities are weighted in the trace minimised by covariance intersection,
+        which adds m² and (m/s)².
     surprise_gain : float
         Weight of the newest measurement in the fading mean of half the normalised innovation
-        squared, by which manoeuvres are noticed.
+        squared, used for manoeuvre detection.
     surprise_floor : float
-        Mean from which the process noise is raised: a straight flight has a mean of 1.
+        Mean from which the process noise is increased; it is 1 in straight flight.
     manoeuvre_factor_max : float
-        Largest factor of the process noise; 1 keeps it as it is.
+        Largest factor of the process noise; 1 switches the increase off.
     imm_modes : int
-        Modes of motion of `imm`, 3 to 8: straight flight and turns both ways with one bank, two
-        (from 5) or three (from 7); with an even number speeding up or slowing down too.
+        Motion modes of `imm`, 3 to 8: straight flight and turns both ways with one bank, two (from
+        5) or three (from 7); with an even number also a change of speed.
     imm_bank_deg : float
-        The steepest bank; the gentlest of several has half its lateral acceleration, a single one
-        three quarters. One bank serves all speeds.
+        Steepest bank. The gentlest of several has half its lateral acceleration, a single one three
+        quarters. The bank does not depend on the speed.
     imm_straight_density, imm_turn_density, imm_speeding_density : float
-        Spectral densities, m²/s³, of the acceleration: of straight flight, on each axis; across
-        the velocity in a turn with the steepest bank, half of it with gentler ones; along the
-        velocity while speeding up or slowing down.
+        Spectral densities, m²/s³, of the acceleration: per axis in straight flight; across the
+        velocity in a turn with the steepest bank (half of it with gentler ones); along the velocity
+        in the speed change mode.
     imm_straight_s, imm_manoeuvre_s : float
-        Mean time for which an aircraft flies straight, and for which it keeps on manoeuvring.
+        Mean duration of straight flight and of a manoeuvre.
     imm_surprise_floor, imm_surprise_density : float
-        As `surprise_floor` and `acceleration_density` where no mode explains the measurements: the
-        density, m²/s³, of which the raised noise is a multiple. It comes to the mode of changes of
-        speed, or to all modes where there is none.
+        As `surprise_floor` and `acceleration_density`, where no mode explains the measurements: the
+        density, m²/s³, whose multiple is added. It is added to the speed change mode, or to all
+        modes without one.
     association : str
-        `nearest`: measurements without identity are assigned to tracks by place and by what they
-        tell of identity, and begin tracks; `probabilistic`: so they are, and where tracks come
-        close each is corrected by all plots that it may have, as likely as they are; `identity`:
-        they have no aircraft.
+        `nearest`: measurements without identity are assigned to tracks by position and partial
+        identity, and initiate tracks; `probabilistic`: the same, but closely spaced tracks are
+        updated by all plots in their gates, weighted by probability (JPDA); `identity`:
+        measurements without identity have no track.
     joint_events : str
-        For `probabilistic`: `likeliest`, of all ways to give the same plots to the same tracks the
-        likeliest alone counts, so that tracks do not run together (JPDA*); `all` (JPDA).
+        For `probabilistic`: `likeliest` counts, of all events with the same plots and tracks, only
+        the likeliest, which avoids track coalescence (JPDA*); `all` (JPDA).
     range_resolution_m, azimuth_resolution_deg : float
-        For `probabilistic`: a radar makes one plot of two aircraft that are so far apart, in either
-        alone, half of the times; 0 where it always makes two.
+        For `probabilistic`: separation in either coordinate at which a radar resolves two aircraft
+        in half of the scans; 0: always resolved.
     hidden_fields : tuple of str
-        Of `HIDEABLE`: what is kept from the tracker; it goes to the output as it was measured.
+        Of `HIDEABLE`: fields that the tracker does not use; they are passed to the output as
+        measured.
     clutter_density_per_km2 : float
-        Density of false plots of one turn, 1/km².
+        Density of false plots per scan, 1/km².
     speed_max_mps : float
-        No aircraft is taken to be faster.
+        Maximum speed of aircraft.
     manoeuvre_sigma_mps2 : float
         Standard deviation of the acceleration of a manoeuvre that begins after the last plot.
     confirm_score : float
-        A track without identity is confirmed when the logarithm of its likelihood ratio to false
-        plots has come to this.
+        Logarithm of the likelihood ratio to false plots at which a track without identity is
+        confirmed.
     confirm_updates : int
-        A track is confirmed with its update of this number, not before.
+        Minimum number of updates of a confirmed track.
     coast_after_s, drop_after_s : float
-        A track coasts, and ends, after this much data time without an update.
+        Data time without an update after which a track coasts, and after which it is dropped.
     """
 
     filter_name: str = "two-stage"

@@ -47,7 +47,7 @@ def directions_of(frame: pl.DataFrame) -> Directions | None:
     elevation, latitude, longitude, height = (
         column.to_numpy(writable=True) + 0.0 for column in columns
     )
-    return Directions.told(
+    return Directions.or_none(
         Directions(np.radians(elevation), np.radians(latitude), np.radians(longitude), height)
     )
 

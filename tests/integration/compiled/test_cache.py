@@ -1,4 +1,4 @@
-"""One cache of compiled kernels: changed sources are met by no stale code, and copies share it."""
+"""Cache of compiled kernels: no stale code after changes; copies of the sources share it."""
 
 import os
 import shutil
@@ -37,7 +37,7 @@ def tree(tmp_path: Path) -> Path:
 def run(tree: Path, cache: Path) -> tuple[float, int, int]:
     """Run the program on a copy of the sources; return its result, cache hits and misses."""
     paths = os.pathsep.join(str((tree / package).parent) for package in PACKAGES)
-    # Python knows its own bytecode by the time of the source alone; the kernels are at issue.
+    # Python identifies its own bytecode by the time of the source alone; kernels are tested here.
     environment = {
         **os.environ,
         "PYTHONPATH": paths,
@@ -51,14 +51,14 @@ def run(tree: Path, cache: Path) -> tuple[float, int, int]:
 
 
 def test_a_changed_constant_of_another_module_takes_effect(tree: Path, tmp_path: Path) -> None:
-    """It is compiled into kernels; the file of the kernels stays as it is."""
+    """It is compiled into kernels; the file of the kernels is unchanged."""
     first = run(tree, tmp_path / "cache")
     constants = tree / "service" / "multiradar" / "geodesy" / "wgs84.py"
     text = constants.read_text()
     assert "SEMI_MAJOR_AXIS_M = 6_378_137.0" in text
     before = constants.stat()
     constants.write_text(text.replace("6_378_137.0", "6_370_000.0"))
-    # Not even the time of the file tells.
+    # The modification time is unchanged, too.
     os.utime(constants, ns=(before.st_atime_ns, before.st_mtime_ns))
     changed = run(tree, tmp_path / "cache")
     assert (first[1:], changed[1:]) == ((0, 1), (0, 1))

@@ -1,10 +1,10 @@
-"""The list of kernels is what commands call: nothing compiles after a command has begun."""
+"""The list of kernels contains all calls of commands: nothing is compiled after the start."""
 
 from pathlib import Path
 
 import pytest
 
-from multiradar_compiled.wanted import kernels_for
+from multiradar_compiled.kernel_list import kernels_for
 from support.kernel_list import Run, calls_of, make_inputs, runs
 
 #: One run of each kind; `make kernel-list KERNEL_LIST_OPTIONS=--check` compares all.

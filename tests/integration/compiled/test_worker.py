@@ -1,4 +1,4 @@
-"""The processes that compile: they answer every request, and end with the command."""
+"""Worker processes of compilation: they answer every request, and end with the command."""
 
 import json
 import os
@@ -30,20 +30,20 @@ def test_what_cannot_be_compiled_is_named_and_the_next_is_compiled() -> None:
 
 
 def test_a_worker_ends_with_its_command(tmp_path: Path) -> None:
-    """The command is killed while it compiles; that its requests end is noticed much later."""
-    told = tmp_path / "worker"
+    """The command is killed while it compiles; the end of its requests is noticed much later."""
+    pid_file = tmp_path / "worker"
     reader, writer = os.pipe()
     code = (
         "import os, pathlib, subprocess, threading\n"
         f"line = [*{WORKER!r}, str(os.getpid())]\n"
         f"one = subprocess.Popen(line, stdin={reader}, stdout=subprocess.PIPE)\n"
-        f"pathlib.Path({str(told)!r}).write_text(str(one.pid))\n"
+        f"pathlib.Path({str(pid_file)!r}).write_text(str(one.pid))\n"
         "threading.Event().wait()\n"
     )
     with subprocess.Popen([sys.executable, "-c", code], pass_fds=(reader,)) as command:
-        wait_until(lambda: told.exists() and told.read_text(), "the worker")
+        wait_until(lambda: pid_file.exists() and pid_file.read_text(), "the worker")
         command.send_signal(signal.SIGKILL)
-    worker = Path("/proc") / told.read_text()
+    worker = Path("/proc") / pid_file.read_text()
     wait_until(lambda: state_of(worker) == "Z", "the end of the worker")
     os.close(reader)
     os.close(writer)

@@ -53,7 +53,7 @@ def played(
 ) -> tuple[list[EngineOutput], dict[str, int]]:
     engine = Engine(table, settings)
     starts = range(0, len(batch), size)
-    outputs = [engine.push(batch.take(slice(first, first + size))) for first in starts]
+    outputs = [engine.push(batch.select(slice(first, first + size))) for first in starts]
     return [*outputs, engine.flush()], engine.counts
 
 
@@ -118,7 +118,7 @@ def test_no_copy_begins_a_track(twice: Scenario, table: SensorTable) -> None:
 
 def test_what_is_left_out_does_not_depend_on_batches(twice: Scenario, table: SensorTable) -> None:
     _, batch = rows(twice, table)
-    batch = batch.take(slice(0, 1500))
+    batch = batch.select(slice(0, 1500))
     expected = [
         sorted(zip(one.place.tolist(), one.reasons(), strict=True))
         for outputs, _ in (played(batch, table, NAMELESS, size) for size in (10**6, 1, 7, 250))

@@ -233,7 +233,7 @@ def test_what_is_flagged_depends_neither_on_batches_nor_on_workers() -> None:
     for size, workers in ((len(batch), 1), (7, 1), (1001, 2)):
         engine = Engine(one.table, TrackingSettings(), workers=workers)
         parts = [
-            engine.push(batch.take(slice(first, first + size))).updates
+            engine.push(batch.select(slice(first, first + size))).updates
             for first in range(0, len(batch), size)
         ]
         outputs.append(TrackUpdates.concatenate([*parts, engine.flush().updates]))

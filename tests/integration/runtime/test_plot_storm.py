@@ -52,7 +52,8 @@ def played(table: SensorTable, settings: TrackingSettings) -> tuple[list[EngineO
     assert len(refused) == 0
     engine = Engine(table, settings)
     outputs = [
-        engine.push(batch.take(slice(first, first + 4096))) for first in range(0, len(batch), 4096)
+        engine.push(batch.select(slice(first, first + 4096)))
+        for first in range(0, len(batch), 4096)
     ]
     return [*outputs, engine.flush()], engine
 
@@ -94,7 +95,7 @@ def test_false_plots_take_no_more_room_than_a_few_turns_of_them(table: SensorTab
     engine = Engine(table, NAMELESS)
     alive = []
     for first in range(0, len(batch), 256):
-        engine.push(batch.take(slice(first, first + 256)))
+        engine.push(batch.select(slice(first, first + 256)))
         alive.append(len(engine.tracks()))
     # 300 plots a turn of each of three radars; a track of one plot ends after three turns.
     assert max(alive) < 3 * 3 * 300 + 200

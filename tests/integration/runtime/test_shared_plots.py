@@ -45,7 +45,7 @@ def run(
 ) -> tuple[list[EngineOutput], Engine]:  # fmt: skip
     engine = Engine(table, settings, workers)
     cuts = range(0, len(batch), rows)
-    outputs = [engine.push(batch.take(slice(cut, cut + rows))) for cut in cuts]
+    outputs = [engine.push(batch.select(slice(cut, cut + rows))) for cut in cuts]
     outputs.append(engine.flush())
     engine.close()
     return outputs, engine
@@ -72,7 +72,7 @@ def confirmed(table: SensorTable, outputs: list[EngineOutput], truth: pl.DataFra
 @pytest.mark.parametrize("filter_name", ["two-stage", "imm"])
 def test_the_output_does_not_depend_on_batches_or_workers(filter_name: str) -> None:
     table, batch, _ = made("unresolved", 1)
-    middle = batch.take((batch.time_s > 250.0) & (batch.time_s < 420.0))
+    middle = batch.select((batch.time_s > 250.0) & (batch.time_s < 420.0))
     settings = replace(SHARED, filter_name=filter_name)
     whole, engine = run(table, middle, settings)
     assert told(whole) == told(run(table, middle, settings, rows=7)[0])
@@ -89,7 +89,7 @@ def test_where_nothing_is_in_doubt_it_is_the_nearest(filter_name: str) -> None:
     chosen = truth.select(
         pl.col("track_number").is_in([1, 5, 9]) & (pl.col("sensor_id") == "north")
     )
-    alone = batch.take(chosen.to_series().to_numpy())
+    alone = batch.select(chosen.to_series().to_numpy())
     assert len(alone) > 300
     settings = replace(SHARED, filter_name=filter_name)
     nearest = replace(NEAREST, filter_name=filter_name)

@@ -10,7 +10,7 @@ from multiradar.tracking.association._assignment_kernels import (
     assign_scan,
     least_cost,
 )
-from multiradar.tracking.association.sky import CANDIDATES_MAX, Candidates, Sky
+from multiradar.tracking.association.track_grid import CANDIDATES_MAX, Candidates, TrackGrid
 
 SEEDS = st.integers(0, 2**32 - 1)
 
@@ -43,10 +43,10 @@ def scan(rng: np.random.Generator, plots: int, tracks: int, each: int) -> Candid
 def assigned(candidates: Candidates, tracks: int) -> np.ndarray:
     plots = np.arange(len(candidates.number))
     chosen = np.full(len(plots), -9, np.int64)
-    sky = Sky.empty(1 << int(tracks).bit_length())
-    assign_scan(plots, candidates, sky, chosen)
-    assert (sky.owner == -1).all()
-    assert (sky.local == -1).all()
+    grid = TrackGrid.empty(1 << int(tracks).bit_length())
+    assign_scan(plots, candidates, grid, chosen)
+    assert (grid.owner == -1).all()
+    assert (grid.local == -1).all()
     return chosen
 
 
@@ -62,7 +62,7 @@ def total(candidates: Candidates, chosen: np.ndarray) -> float:
 @given(
     seed=SEEDS, plots=st.integers(1, 40), tracks=st.integers(1, 60), each=st.integers(1, 6)
 )  # fmt: skip
-def test_a_scan_cut_into_components_has_the_greatest_score_of_all(
+def test_a_scan_divided_into_components_has_the_greatest_score(
     seed: int, plots: int, tracks: int, each: int
 ) -> None:
     candidates = scan(np.random.default_rng(seed), plots, tracks, each)
@@ -74,7 +74,7 @@ def test_a_scan_cut_into_components_has_the_greatest_score_of_all(
     np.testing.assert_allclose(total(candidates, assigned(candidates, tracks)), best, atol=1e-9)
 
 
-def test_a_component_too_large_for_the_exact_way_gives_no_track_to_two_plots() -> None:
+def test_greedy_assignment_of_a_large_component_assigns_each_track_once() -> None:
     plots, tracks = 3 * EXACT_ROWS_MAX, 2 * EXACT_ROWS_MAX
     candidates = scan(np.random.default_rng(1), plots, tracks, CANDIDATES_MAX)
     chosen = assigned(candidates, tracks)

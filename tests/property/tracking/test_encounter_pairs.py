@@ -1,4 +1,4 @@
-"""The search by cells finds the pairs that trying all of them finds."""
+"""The search by cells finds the same pairs as an exhaustive search."""
 
 import numpy as np
 import pytest
@@ -10,12 +10,12 @@ from multiradar.tracking.encounters.pairs import Paths, near_pairs
 from support.scenarios.encounter_paths import covariance, least_distances, straight_paths
 
 SEEDS = st.integers(0, 2**32 - 1)
-#: Distances agree to this, m; a pair that is so near to the threshold may be either.
+#: Accuracy of distances, m; a pair this close to the threshold may be included or not.
 TOLERANCE_M = 1e-3
 
 
 def traffic(rng: np.random.Generator, count: int, area_m: float) -> Paths:
-    """Aircraft that fly straight or turn, some at one place or side by side, some off the plane."""
+    """Straight or turning aircraft, some at one position or in formation, some off the plane."""
     states = np.column_stack(
         [rng.uniform(-area_m, area_m, (count, 2)), rng.normal(0.0, 150.0, (count, 2))]
     )
@@ -30,7 +30,7 @@ def traffic(rng: np.random.Generator, count: int, area_m: float) -> Paths:
     rate = rng.uniform(-0.05, 0.05, len(turning))[:, None] * times_s
     speed = states[turning, None, 2] + 1j * states[turning, None, 3]
     velocity = speed * np.exp(1j * rate)
-    # A whole turn of any rate: the way is the integral of the velocity.
+    # A turn of constant rate: the path is the integral of the velocity.
     turned = speed * times_s * np.exp(0.5j * rate) * np.sinc(rate / (2.0 * np.pi))
     paths.means[turning, :, 0] = states[turning, None, 0] + turned.real
     paths.means[turning, :, 1] = states[turning, None, 1] + turned.imag
@@ -41,7 +41,9 @@ def traffic(rng: np.random.Generator, count: int, area_m: float) -> Paths:
 
 @settings(max_examples=40)
 @given(seed=SEEDS, count=st.integers(0, 40), distance_km=st.floats(0.1, 30.0))
-def test_cells_find_what_trying_all_pairs_finds(seed: int, count: int, distance_km: float) -> None:
+def test_cells_find_the_pairs_of_an_exhaustive_search(
+    seed: int, count: int, distance_km: float
+) -> None:
     rng = np.random.default_rng(seed)
     paths = traffic(rng, count, 60e3)
     distance_m = 1000.0 * distance_km
@@ -61,25 +63,25 @@ def test_cells_find_what_trying_all_pairs_finds(seed: int, count: int, distance_
     apart = ~approaches.together
     at = tuple(found.tracks[apart].T)
     np.testing.assert_allclose(approaches.distance_m[apart], nearest[at], atol=TOLERANCE_M)
-    # Where the distance hardly changes the time is open.
+    # Where the distance hardly changes the time is undefined.
     sharp = apart & (approaches.time_sigma_s < 5.0)
     np.testing.assert_allclose(
         approaches.time_s[sharp], when[tuple(found.tracks[sharp].T)], atol=0.1
     )
 
 
-@pytest.mark.parametrize("limit", ["pairs_max", "looks_max"])
-def test_what_finds_no_room_is_counted(limit: str) -> None:
-    """Sixty aircraft in one place are 1770 pairs in each piece."""
+@pytest.mark.parametrize("limit", ["pairs_max", "comparisons_max"])
+def test_pairs_beyond_a_limit_are_counted(limit: str) -> None:
+    """Sixty aircraft at one position are 1770 pairs in each piece."""
     states = np.zeros((60, 4))
     paths = straight_paths(
         states, np.array([covariance(50.0, 5.0)] * 60), np.array([0.0, 10.0, 20.0])
     )
     everything = near_pairs(paths, 1000.0)
     assert len(everything.tracks) == 1770
-    assert everything.looked_at == 2 * 1770
+    assert everything.compared == 2 * 1770
     assert everything.left_out == 0
     bounded = near_pairs(paths, 1000.0, **{limit: 500})
     assert len(bounded.tracks) <= 500
-    missing = 2 * 1770 - bounded.looked_at if limit == "looks_max" else 2 * (1770 - 500)
+    missing = 2 * 1770 - bounded.compared if limit == "comparisons_max" else 2 * (1770 - 500)
     assert bounded.left_out == missing > 0

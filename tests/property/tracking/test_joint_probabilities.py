@@ -1,4 +1,4 @@
-"""Joint probabilities against all events, written down one by one."""
+"""Joint probabilities against an enumeration of all events."""
 
 import itertools
 import math
@@ -45,7 +45,7 @@ def events(w: Floats, merged: Floats) -> dict[Event, float]:
 
 
 def likeliest(found: dict[Event, float]) -> dict[Event, float]:
-    """Of the events with the same plots and the same tracks the likeliest alone."""
+    """The likeliest of the events with the same plots and the same tracks."""
     best: dict[tuple[frozenset[int], frozenset[int]], tuple[float, Event]] = {}
     for event, weight in found.items():
         plots = frozenset(i for i, tracks in enumerate(event) if tracks)
@@ -82,7 +82,7 @@ def test_probabilities_are_those_of_all_events(
     np.testing.assert_allclose(gamma, known[1], atol=1e-12)
 
 
-def test_the_likeliest_events_keep_two_tracks_apart_that_all_events_draw_together() -> None:
+def test_the_likeliest_events_avoid_the_track_coalescence_of_all_events() -> None:
     w = np.exp(np.array([[20.0, 19.5], [19.5, 20.0]]))
     beta, gamma = np.empty((2, 2)), np.empty((2, 2))
     joint_probabilities(w, np.zeros((2, 2, 2)), True, beta, gamma)
@@ -117,7 +117,7 @@ def test_no_pair_loses_more_than_it_must(seed: int, rows: int, columns: int) -> 
 
 
 def chain(pairs: int, weak: float) -> Floats:
-    """Pairs of plots and tracks that are hard to tell, each linked weakly to the next."""
+    """Ambiguous pairs of plots and tracks, each linked weakly to the next."""
     scores = np.full((2 * pairs, 2 * pairs), -np.inf)
     for one in range(pairs):
         scores[2 * one : 2 * one + 2, 2 * one : 2 * one + 2] = [[20.0, 19.0], [18.5, 20.0]]
@@ -127,7 +127,7 @@ def chain(pairs: int, weak: float) -> Floats:
 
 
 @pytest.mark.parametrize("best", [True, False])
-def test_a_cluster_is_cut_where_it_hardly_hangs_together(best: bool) -> None:
+def test_a_cluster_is_split_at_weak_links(best: bool) -> None:
     scores = chain(7, 2.0)
     size = len(scores)
     assert size > EXACT_MAX
@@ -142,7 +142,7 @@ def test_a_cluster_is_cut_where_it_hardly_hangs_together(best: bool) -> None:
 
 
 @pytest.mark.parametrize("size", [EXACT_MAX + 1, CUT_ROWS_MAX + 1])
-def test_a_cluster_that_cannot_be_cut_is_left_as_it_was_assigned(size: int) -> None:
+def test_a_cluster_that_cannot_be_split_keeps_its_assignment(size: int) -> None:
     scores = np.full((size, size), 20.0)
     none = np.full((size, size, size), -np.inf)
     beta, gamma = np.zeros((size, size)), np.zeros((size, size))

@@ -1,4 +1,4 @@
-"""Compiling beforehand: every missing kernel once, whatever workers and other commands do."""
+"""Ahead-of-time compilation: each missing kernel once, also with other workers and commands."""
 
 import fcntl
 import subprocess
@@ -10,10 +10,10 @@ import pytest
 
 from multiradar_compiled import ahead
 from multiradar_compiled.ahead import compile_ahead
-from multiradar_compiled.wanted import Wanted
+from multiradar_compiled.kernel_list import TypedKernel
 
-KERNELS = [Wanted(f"package.module:kernel_{i}", ("int64",)) for i in range(6)]
-#: Workers that note what they are asked and answer as the kernel's name says.
+KERNELS = [TypedKernel(f"package.module:kernel_{i}", ("int64",)) for i in range(6)]
+#: Workers that log requests and answer by the name of the kernel.
 WORKER = """
 import json, os, sys
 for line in sys.stdin:
@@ -44,7 +44,7 @@ def nothing(_done: int, _total: int) -> None:
     pass
 
 
-def test_each_missing_kernel_is_compiled_once_and_then_known(asked: Path) -> None:
+def test_each_missing_kernel_is_compiled_and_then_cached(asked: Path) -> None:
     seen: list[tuple[int, int]] = []
     assert compile_ahead(KERNELS, lambda done, total: seen.append((done, total))) == 6
     assert sorted(asked.read_text().split()) == [one.kernel for one in KERNELS]
@@ -64,11 +64,11 @@ def test_only_what_is_missing_is_compiled(asked: Path) -> None:
 
 def test_other_types_of_arguments_are_another_kernel(asked: Path) -> None:
     compile_ahead(KERNELS[:1], nothing)
-    assert compile_ahead([Wanted(KERNELS[0].kernel, ("float64",))], nothing) == 1
+    assert compile_ahead([TypedKernel(KERNELS[0].kernel, ("float64",))], nothing) == 1
 
 
 def test_a_kernel_that_fails_stops_no_other_and_is_tried_again(asked: Path) -> None:
-    wanted = [Wanted("package.module:kernel_fails", ()), *KERNELS]
+    wanted = [TypedKernel("package.module:kernel_fails", ()), *KERNELS]
     seen: list[tuple[int, int]] = []
     compile_ahead(wanted, lambda done, total: seen.append((done, total)))
     assert seen[-1] == (6, 7)
@@ -79,18 +79,18 @@ def test_a_worker_that_dies_leaves_the_rest_to_the_others(
     asked: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("os.sched_getaffinity", lambda _pid: {0, 1})
-    wanted = [Wanted("package.module:kernel_dies", ()), *KERNELS]
+    wanted = [TypedKernel("package.module:kernel_dies", ()), *KERNELS]
     compile_ahead(wanted, nothing)
     assert sorted(asked.read_text().split()) == [one.kernel for one in (*KERNELS, wanted[0])]
 
 
-def test_when_all_workers_die_it_ends(asked: Path) -> None:
-    wanted = [Wanted(f"package.module:kernel_{i}_dies", ()) for i in range(20)]
+def test_compilation_ends_when_all_workers_die(asked: Path) -> None:
+    wanted = [TypedKernel(f"package.module:kernel_{i}_dies", ()) for i in range(20)]
     assert compile_ahead(wanted, nothing) == 20
 
 
 def test_a_command_waits_while_another_one_compiles(asked: Path) -> None:
-    """What the other has compiled meanwhile is not compiled again."""
+    """Kernels compiled by the other command are not compiled again."""
     marks = asked.parent / "compiled"
     marks.mkdir()
     waiting = threading.Event()
@@ -125,7 +125,7 @@ def test_what_the_other_command_did_not_compile_is_compiled_after_it(asked: Path
     assert sorted(asked.read_text().split()) == [one.kernel for one in KERNELS]
 
 
-def test_without_a_folder_nothing_is_compiled_beforehand(
+def test_without_a_folder_nothing_is_compiled_ahead(
     asked: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(ahead, "kernel_folder", lambda: None)

@@ -1,4 +1,4 @@
-"""The folder of compiled kernels: one for each state of the sources, and of this user alone."""
+"""The cache folder of compiled kernels: one per state of the sources, private to the user."""
 
 import os
 import re

@@ -1,4 +1,4 @@
-"""A product fused with a sum is rounded once, by what the source says and not by the compiler."""
+"""Fused multiply-add is rounded once, explicitly and independent of the compiler."""
 
 from fractions import Fraction
 
@@ -25,7 +25,7 @@ def test_compiled_it_is_rounded_once() -> None:
         for first, second, third in numbers.tolist()
     ]
     np.testing.assert_array_equal(found, exact)
-    # Rounded twice, all of them were zero.
+    # Rounded twice, all results would be zero.
     assert np.count_nonzero(found) > 100
 
 

@@ -1,4 +1,4 @@
-"""Lanes are what numbers by themselves would be, compiled or not, and touch no column too many."""
+"""Lanes equal single numbers, compiled or not, and write no other columns."""
 
 from collections.abc import Callable
 
@@ -10,7 +10,7 @@ from multiradar_compiled.kernels import loop
 from multiradar_compiled.lane_function_kernels import angle_of, exponential, sine_and_cosine
 from multiradar_compiled.lane_kernels import (
     LANES,
-    alike,
+    broadcast_like,
     chosen,
     every_lane,
     fused_lanes,
@@ -25,7 +25,7 @@ from multiradar_compiled.lane_kernels import (
     store_row,
     sum_of,
     sums_of,
-    turned,
+    transposed,
     two_to_the,
 )
 
@@ -47,12 +47,12 @@ def combine(a: Floats, b: Floats, factor: float, out: Floats) -> None:
 
 @loop
 def rearrange(square: Floats, out: Floats) -> None:
-    """Set out to the square turned, sums over its rows, and three numbers of its first row."""
+    """Set out to the transpose of the square, its row sums, and three numbers of its first row."""
     a, b, c, d = (load_row(square, 0, 0, LANES), load_row(square, 1, 0, LANES),
                   load_row(square, 2, 0, LANES), load_row(square, 3, 0, LANES))  # fmt: skip
     e, f, g, h = (load_row(square, 4, 0, LANES), load_row(square, 5, 0, LANES),
                   load_row(square, 6, 0, LANES), load_row(square, 7, 0, LANES))  # fmt: skip
-    columns = turned(a, b, c, d, e, f, g, h)
+    columns = transposed(a, b, c, d, e, f, g, h)
     for row in range(LANES):
         store_row(out, row, 0, LANES, columns[row])
     store_row(out, LANES, 0, LANES, sums_of(a, b, c, d, e, f, g, h))
@@ -63,7 +63,7 @@ def rearrange(square: Floats, out: Floats) -> None:
 
 @loop
 def calculate(values: Floats, out: Floats) -> None:
-    """Set out to what functions of numbers and of lanes make of two rows."""
+    """Set out to functions of numbers and of lanes, of two rows."""
     a, b = load_row(values, 0, 0, LANES), load_row(values, 1, 0, LANES)
     store_row(out, 0, 0, LANES, fused_lanes(a, 3.0, b))
     store_row(out, 1, 0, LANES, chosen(a, b, a, -1.0))
@@ -71,11 +71,11 @@ def calculate(values: Floats, out: Floats) -> None:
     store_row(out, 3, 0, LANES, root(a * a))
     store_row(out, 4, 0, LANES, nearest_whole(b))
     store_row(out, 5, 0, LANES, two_to_the(nearest_whole(b)))
-    store_row(out, 6, 0, LANES, alike(2.0, a) - b)
+    store_row(out, 6, 0, LANES, broadcast_like(2.0, a) - b)
     out[7, 0] = chosen(values[0, 0], values[1, 0], values[0, 0], -1.0)
     out[7, 1] = larger(values[0, 0], values[1, 0])
     out[7, 2] = root(larger(values[0, 0], 0.0))
-    out[7, 3] = alike(2.0, values[0, 0])
+    out[7, 3] = broadcast_like(2.0, values[0, 0])
 
 
 @loop
@@ -98,7 +98,7 @@ def test_every_column_is_computed_as_by_itself_and_none_beside(columns: int) -> 
     rng = np.random.default_rng(columns)
     a, b = rng.normal(size=(2, 3, 2, columns)) * 10.0 ** rng.integers(-9, 9, (2, 3, 2, columns))
     for function in both(combine):
-        # Rows of a wider array: what follows the last column belongs to somebody else.
+        # Rows of a wider array: later columns must not be written.
         room = np.full((3, 2, columns + LANES), np.nan)
         function(a, b, 0.1, room[:, :, :columns])
         assert (room[:, :, :columns] == 0.1 * a + b - a * b).all()
@@ -147,8 +147,8 @@ def test_exponentials_and_angles_are_right_to_the_last_places(seed: int) -> None
     for function in both(transcend):
         out = np.empty((4, LANES))
         function(values, out)
-        # A few units in the last place; below 1e-300 an exponential is as good as none. Uncompiled,
-        # products are rounded before they are added, which large angles show.
+        # A few units in the last place; below 1e-300 an exponential is negligible. Uncompiled,
+        # products are rounded before addition, which matters for large angles.
         np.testing.assert_allclose(out[0], np.exp(-(a * a)), rtol=2e-14, atol=1e-300)
         np.testing.assert_allclose(out[1], np.sin(b), rtol=0, atol=1e-14)
         np.testing.assert_allclose(out[2], np.cos(b), rtol=0, atol=1e-14)

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from multiradar.estimation.filters.arrays import Work
+from multiradar_compiled.kernel_list import kernels_by_purpose
 from multiradar_compiled.signatures import describe, parse
-from multiradar_compiled.wanted import kernels_by_purpose
 
 NUMBA: Any = numba
 READ_ONLY = np.zeros(2)
@@ -48,7 +48,7 @@ def test_every_type_of_the_list_is_read_and_written_alike() -> None:
 
 
 @pytest.mark.parametrize("argument", [NUMBA.typeof("text"), NUMBA.typeof(1j)])
-def test_other_types_are_refused_by_name(argument: object) -> None:
+def test_other_types_are_rejected_by_name(argument: object) -> None:
     with pytest.raises(TypeError, match=r"expected a type of numbers, arrays and tuples, was"):
         describe(argument)
 
@@ -56,6 +56,6 @@ def test_other_types_are_refused_by_name(argument: object) -> None:
 @pytest.mark.parametrize(
     "text", ["", "float128", "float64[2C", "(int64", "int64 int64", "datetime64[1C]", "nosuch:X{}"]
 )
-def test_a_text_that_is_no_type_is_refused(text: str) -> None:
+def test_an_invalid_text_is_rejected(text: str) -> None:
     with pytest.raises((ValueError, ModuleNotFoundError, AttributeError)):
         parse(text)

@@ -1,4 +1,4 @@
-"""Aircraft are found by identity, keep their slots, and end when they are old."""
+"""Aircraft are found by identity, keep their slots, and are dropped when old."""
 
 from dataclasses import replace
 
@@ -50,11 +50,11 @@ def test_a_row_without_identity_has_no_track() -> None:
     assert rows.track_id.tolist() == [-1, 1]
 
 
-def test_a_track_keeps_the_callsign_that_it_told_last() -> None:
+def test_a_track_keeps_its_last_callsign() -> None:
     pool = AircraftPool(FILTERS["blom"], 0, 0)
     rows = batch_of([0.0] * 6, track_number=[1, 1, 2, 1, 1, 2])
-    told = np.array([-1, 11, -1, 12, -1, -1])
-    known = assigned(pool, replace(rows, callsign=told)).callsign
+    callsigns = np.array([-1, 11, -1, 12, -1, -1])
+    known = assigned(pool, replace(rows, callsign=callsigns)).callsign
     assert known.tolist() == [-1, 11, -1, 12, 12, -1]
     pool.grow()
     later = assigned(pool, batch_of([1.0, 1.0], track_number=[1, 2])).callsign
@@ -64,7 +64,7 @@ def test_a_track_keeps_the_callsign_that_it_told_last() -> None:
 def test_a_new_track_does_not_know_the_callsign_of_the_one_before_in_its_slot() -> None:
     pool = AircraftPool(FILTERS["blom"], 0, 0)
     slot = assigned(pool, replace(batch_of([0.0], track_number=[1]), callsign=np.array([7]))).slot
-    pool.end(slot, np.array([SILENT]))
+    pool.terminate(slot, np.array([SILENT]))
     after = assigned(pool, batch_of([1.0], track_number=[2]))
     assert after.slot.tolist() == slot.tolist()
     assert after.callsign.tolist() == [-1]
@@ -116,10 +116,10 @@ def test_an_old_track_ends_and_its_number_starts_another() -> None:
     pool = AircraftPool(FILTERS["blom"], 0, 0)
     rows = assigned(pool, batch_of([0.0, 0.0, 0.0], track_number=[1, 2, 3]))
     pool.aircraft.time[rows.slot] = 50.0
-    # Moved on by refused measurements, but updated long ago.
+    # State time changed by rejected measurements, but updated long ago.
     pool.aircraft.updated[rows.slot] = [10.0, 50.0, 10.0]
     old = pool.silent(40.0)
-    ends = pool.end(old, np.full(len(old), SILENT))
+    ends = pool.terminate(old, np.full(len(old), SILENT))
     assert ends.track_id.tolist() == [1, 3]
     assert ends.updated_s.tolist() == [10.0, 10.0]
     assert ends.slot.tolist() == rows.slot[[0, 2]].tolist()
@@ -133,7 +133,7 @@ def test_an_aircraft_that_was_never_located_is_freed_without_a_track_that_ends()
     pool = AircraftPool(FILTERS["blom"], 0, 0)
     assigned(pool, batch_of([0.0], track_number=[1]))
     old = pool.silent(1e9)
-    assert len(pool.end(old, np.full(len(old), SILENT)).track_id) == 0
+    assert len(pool.terminate(old, np.full(len(old), SILENT)).track_id) == 0
     assert len(pool.used()) == 0
 
 

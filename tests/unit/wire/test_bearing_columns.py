@@ -165,8 +165,8 @@ def test_batches_with_and_without_directions_join() -> None:
     joined = MeasurementBatch.concatenate([plain, moved])
     assert joined.directions is not None
     assert joined.directions.moves.tolist() == [False, True]
-    assert joined.take(slice(0, 1)).directions is None
-    assert joined.take(slice(1, 2)).directions is not None
+    assert joined.select(slice(0, 1)).directions is None
+    assert joined.select(slice(1, 2)).directions is not None
 
 
 def test_a_journal_holds_what_it_held_where_nobody_tells_directions() -> None:

@@ -32,7 +32,7 @@ from numpy.typing import NDArray
 
 from multiradar.geodesy._kernels import C_EAST, C_NORTH, HEIGHT, line_of_sight, locate_polar
 from multiradar_compiled.kernels import in_both, in_loop, kernel
-from multiradar_compiled.lane_kernels import Numbers, alike, chosen, larger, root
+from multiradar_compiled.lane_kernels import Numbers, broadcast_like, chosen, larger, root
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -124,22 +124,22 @@ def expected_sight(
     x and y are the east and north components of the line of sight on the ground. Where the second
     component is not an azimuth, it is y.
     """
-    none, one = alike(0.0, east), alike(1.0, east)
-    p0, x, y, ground = east, none, north, alike(np.nan, east)
+    none, one = broadcast_like(0.0, east), broadcast_like(1.0, east)
+    p0, x, y, ground = east, none, north, broadcast_like(np.nan, east)
     h = (one, none, none, one)
-    w = (alike(noise[2], east), none, alike(noise[2], east))
+    w = (broadcast_like(noise[2], east), none, broadcast_like(noise[2], east))
     if kind == KIND_RADAR:
         p0, x, y, r_e, r_n, az_e, az_n, ground = line_of_sight(plane, site, east, north, height)
         h = (r_e, r_n, az_e, az_n)
         # Slope of the slant range with the height: sine of the elevation seen from the aircraft.
         slope = (height - noise[3]) / larger(p0, 1.0) + p0 / EARTH_DIAMETER_M
-        w = (noise[0] + slope * slope * height_variance, none, alike(noise[1], east))
+        w = (noise[0] + slope * slope * height_variance, none, broadcast_like(noise[1], east))
     elif kind == KIND_BEARING:
         _, x, y, _, _, az_e, az_n, ground = line_of_sight(plane, site, east, north, height)
         # NaN where there is no line of sight, as in the azimuth.
         p0 = 0.0 * ground
         h = (none, none, az_e, az_n)
-        w = (one, none, alike(noise[1], east))
+        w = (one, none, broadcast_like(noise[1], east))
     elif kind == KIND_DIRECTION:
         slant, x, y, r_e, r_n, az_e, az_n, ground = line_of_sight(plane, site, east, north, height)
         p0, by_range = sine_of_direction(site, x, y, ground, slant, height)
@@ -148,7 +148,7 @@ def expected_sight(
         w = (
             (1.0 - p0 * p0) * noise[0] + slope * slope * height_variance,
             none,
-            alike(noise[1], east),
+            broadcast_like(noise[1], east),
         )
     elif kind != KIND_POSITION:
         dx = east - site[0]
@@ -161,7 +161,7 @@ def expected_sight(
         if kind == KIND_FLAT_POLAR:
             p0, x, y = ground, dx, dy
             h = (ue, un, un / across, -ue / across)
-            w = (alike(noise[0], east), none, alike(noise[1], east))
+            w = (broadcast_like(noise[0], east), none, broadcast_like(noise[1], east))
         else:
             # D W Dᵀ with D = [line / ground, across], (1.11), (1.13).
             w = (
@@ -225,23 +225,23 @@ def bias_column(
     ``p0``, ``p1`` are the measurement as predicted, the rates its derivative by time.
     """
     # Time: the stamp is late by the offset, so the aircraft was measured where it was before.
-    j0, j1 = alike(-rate0, p0), alike(-rate1, p0)
+    j0, j1 = broadcast_like(-rate0, p0), broadcast_like(-rate1, p0)
     if parameter != PARAMETER_TIME_OFFSET:
-        j0, j1 = alike(1.0, p0), alike(0.0, p0)
-        dx, dy = p0, alike(0.0, p0)
+        j0, j1 = broadcast_like(1.0, p0), broadcast_like(0.0, p0)
+        dx, dy = p0, broadcast_like(0.0, p0)
         if kind == KIND_FLAT_POSITION:
             dx, dy = p0 - site[0], p1 - site[1]
             r = root(dx * dx + dy * dy)
             across = chosen(r, LINE_OF_SIGHT_MIN_M, r, np.nan)
             j0, j1 = dx / across, dy / across
         if parameter == PARAMETER_AZIMUTH_OFFSET:
-            j0, j1 = alike(0.0, p0), alike(1.0, p0)
+            j0, j1 = broadcast_like(0.0, p0), broadcast_like(1.0, p0)
             if kind == KIND_FLAT_POSITION:
                 j0, j1 = dy, -dx
         elif parameter == PARAMETER_RANGE_GAIN:
             j0, j1 = dx, dy
     if kind == KIND_BEARING or (kind == KIND_DIRECTION and parameter != PARAMETER_TIME_OFFSET):
-        j0 = alike(0.0, p0)
+        j0 = broadcast_like(0.0, p0)
     return j0, j1
 
 

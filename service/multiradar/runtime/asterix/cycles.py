@@ -215,7 +215,7 @@ class _Pieces:
             biases=_sliced(output.biases, rows["biases"]),
             ended=_sliced(output.ended, rows["ended"]),
             health=_sliced(output.health, rows["health"]),
-            plots=TrackPlots(output.plots.track_id[updated], output.plots.measured.take(updated)),
+            plots=TrackPlots(output.plots.track_id[updated], output.plots.measured.select(updated)),
             spread=output.spread[updated],
         )
 

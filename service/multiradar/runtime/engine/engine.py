@@ -33,7 +33,7 @@ from multiradar.runtime.engine.stepper import WORKERS_MAX, Stepper
 from multiradar.runtime.engine.track_states import sampled, track_states
 from multiradar.tracking._kernels import describe, observe
 from multiradar.tracking.association.association import WINDOW_S, Association, Window
-from multiradar.tracking.association.shared_plots import Taken, shared_plots
+from multiradar.tracking.association.shared_plots import RowSelection, shared_plots
 from multiradar.tracking.bearings.bearing_starts import BearingStarts
 from multiradar.tracking.bearings.sources import Sources, find_sources
 from multiradar.tracking.forecast.state_samples import Sampling, is_due
@@ -46,7 +46,7 @@ from multiradar.tracking.input.order import ReorderBuffer
 from multiradar.tracking.lifecycle.lifecycle import BY_IDENTITY
 from multiradar.tracking.lifecycle.lifecycle import CONFIRMED as STAGE_CONFIRMED
 from multiradar.tracking.lifecycle.transition_log import TransitionLog, Updated
-from multiradar.tracking.lifecycle.transitions import SILENT, UNCONFIRMED, Ends
+from multiradar.tracking.lifecycle.transitions import SILENT, UNCONFIRMED, TerminatedTracks
 from multiradar.tracking.outputs import (
     BiasRecords,
     EndedTracks,
@@ -57,7 +57,7 @@ from multiradar.tracking.outputs import (
     TrackTransitions,
     TrackUpdates,
 )
-from multiradar.tracking.plausibility.plausibility import Plausibility, Told
+from multiradar.tracking.plausibility.plausibility import Plausibility, PlausibilityWindow
 from multiradar.tracking.plots import TrackPlots
 from multiradar.tracking.pool import AircraftPool
 from multiradar.tracking.roster import RowIdentities
@@ -120,7 +120,7 @@ class Engine:
         )
         self._transitions = TransitionLog(settings.coast_after_s)
         self._health = SensorHealth(
-            sensors, settings, self._plane, trusts_biases=self._filter.bounds_bias_errors
+            sensors, settings, self._plane, bounds_bias_errors=self._filter.bounds_bias_errors
         )
         self._sampling, self._sampled = sampling, -math.inf
         self._epoch: int | None = None
@@ -219,7 +219,7 @@ class Engine:
         return model if self._sources is None else self._sources.within(model)
 
     def _process(self, released: MeasurementBatch) -> EngineOutput:
-        shown, near = self._near.take(released, self._order.places)
+        shown, near = self._near.filter(released, self._order.places)
         duplicates = Duplicates.concatenate([self._order.dropped, near])
         if len(shown) == 0:
             return replace(_EMPTY, duplicates=duplicates)
@@ -268,10 +268,10 @@ class Engine:
             shares = None
             if needs_window:
                 start_s = math.floor(run.batch.time_s[begin] / WINDOW_S) * WINDOW_S
-                ends = self._association.end_tracks(start_s, self._model, self._pool)
+                ends = self._association.drop_tracks(start_s, self._model, self._pool)
                 ended.append(self._end(begin, start_s, ends))
-                shares = self._association.choose(window, self._model, self._pool)
-                self._plausibility.claim(_told(run, begin, end), self._pool)
+                shares = self._association.associate(window, self._model, self._pool)
+                self._plausibility.reassign_reports(_told(run, begin, end), self._pool)
             self._bearing_starts.assign(window, self._model, self._biases.state, self._pool)
             steps = self._plausibility.steps(
                 _told(run, begin, end), self._model, self._biases.state, self._pool
@@ -283,12 +283,12 @@ class Engine:
                 # Clusters are of the whole window: all of it is judged first.
                 for _ in steps:
                     continue
-                taken = Taken(np.arange(begin, end), run.rows, run.result)
-                left = self._shared.take(shares, taken, self._model, self._pool)
-                quiet = self._pool.quiet(run.rows.slot[left])
+                taken = RowSelection(np.arange(begin, end), run.rows, run.result)
+                left = self._shared.update(shares, taken, self._model, self._pool)
+                quiet = self._pool.bias_excluded(run.rows.slot[left])
                 self._stepper.step_some(run.rows, run.result, left, quiet, self._model)
             if needs_window:
-                self._association.settle(window, run.result, self._pool, run.confirmed)
+                self._association.update_lifecycles(window, run.result, self._pool, run.confirmed)
             self._health.gather(
                 run.rows, run.result, run.identities, self._pool, first=begin, last=end
             )
@@ -357,12 +357,12 @@ class Engine:
             batch.time_s, confirmed.astype(np.int64),
         )  # fmt: skip
         slots = len(self._pool.roster.track_id)
-        transitions = self._transitions.take(judged_updates, slots)
+        transitions = self._transitions.update(judged_updates, slots)
         updates = track_updates(
             shown, run, Described(taken, described, confirmed, first), self._settings.hidden_fields,
             keeps_modes=self._filter.keeps_modes,
         )  # fmt: skip
-        plots = TrackPlots(updates.track_id, shown.take(taken))
+        plots = TrackPlots(updates.track_id, shown.select(taken))
         return updates, transitions, plots, result.readout[taken][:, _SPREAD], by_sensor
 
     def _close_epoch(self) -> "_Closed":
@@ -403,16 +403,16 @@ class Engine:
         """End the tracks that are too old by then, and let the biases drift until then."""
         start_s = opened * self._settings.epoch_s
         old = self._pool.silent(start_s - self._settings.drop_after_s)
-        ends = self._pool.end(old, np.where(self._confirmed(old), SILENT, UNCONFIRMED))
+        ends = self._pool.terminate(old, np.where(self._confirmed(old), SILENT, UNCONFIRMED))
         ended = self._end(row, start_s, ends)
-        self._transitions.look_for_silence(row, start_s)
+        self._transitions.check_coasting(row, start_s)
         self._biases.walk(start_s, self._pool)
         self._steps = self._biases.steps(self._settings.epoch_s)
         return ended
 
-    def _end(self, row: int, time_s: float, ends: Ends) -> EndedTracks:
+    def _end(self, row: int, time_s: float, ends: TerminatedTracks) -> EndedTracks:
         """Note that tracks ended before a row."""
-        self._transitions.end(row, time_s, ends)
+        self._transitions.terminate(row, time_s, ends)
         return EndedTracks(
             track_id=ends.track_id,
             time_s=np.full(len(ends.track_id), time_s),
@@ -428,8 +428,10 @@ class _Closed(NamedTuple):
     samples: tuple[StateSample, ...]
 
 
-def _told(run: Run, first: int, last: int) -> Told:
-    return Told(run.rows, run.identities, run.batch.mode_s_address, run.flagged, first, last)
+def _told(run: Run, first: int, last: int) -> PlausibilityWindow:
+    return PlausibilityWindow(
+        run.rows, run.identities, run.batch.mode_s_address, run.flagged, first, last
+    )
 
 
 def _plane_for(sensors: SensorTable) -> SystemPlane:

@@ -85,7 +85,7 @@ class SharedBiases:
             self._book.set_state(self.model.bias, self.model.bias_covariance)
         else:
             self._filter.close(
-                pool.heeded(), self.model, pool.aircraft, self.information, self.vector
+                pool.bias_contributors(), self.model, pool.aircraft, self.information, self.vector
             )
             self._book.merge(self.information, self.vector)
         if self._filter.stacks_plots:

@@ -41,7 +41,7 @@ class Stepper:
         """Filter the rows of a cut; those of quiet tracks do not speak about the biases."""
         first, last = cut
         every = np.arange(first, last)
-        quiet = self._pool.quiet(rows.slot[first:last])
+        quiet = self._pool.bias_excluded(rows.slot[first:last])
         if not quiet.any() or self._filter.corrects_biases:
             self._step_rows(rows, result, every, model)
             self._biases.log(result.log[first:last], rows.sensor[first:last])

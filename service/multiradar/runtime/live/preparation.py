@@ -183,7 +183,7 @@ def _translate_together(
             refused.reason[first:last],
         )
         # Rows taken before a row are the rows before it less those refused before it.
-        yield batch.take(slice(start - first, end - last)), rejected
+        yield batch.select(slice(start - first, end - last)), rejected
 
 
 def _decide(
@@ -207,7 +207,7 @@ def _decide(
     accepted = code == admissions.ACCEPTED
     kept = frame[passed[accepted]]
     entry = _entry(submission, kept, _rejected_rows(frame, verdicts), admission)
-    return Prepared(entry, batch.take(accepted))
+    return Prepared(entry, batch.select(accepted))
 
 
 def _until(
@@ -227,7 +227,7 @@ def _until(
         (*refused.code, *[RejectCode.TIME_FUTURE] * len(rows)),
         (*refused.reason, *reasons),
     )
-    return batch.take(~ahead), together
+    return batch.select(~ahead), together
 
 
 def _entry(

@@ -195,7 +195,7 @@ class Knowledge:
             self._board.hear(output.health)
             if len(output.transitions):
                 self._transitions.append(rows_of(output.transitions))
-            self.calibration.take(output)
+            self.calibration.observe(output)
             self._live.end(output.ended.track_id)
             self._tally.take(output)
             self._version += 1

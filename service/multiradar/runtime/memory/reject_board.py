@@ -71,7 +71,7 @@ class RejectBoard:
         # Only the last can be read: of a flood of duplicates nothing else is made into text.
         silent = max(len(found) - self._kept_max, 0)
         reasons = found.reasons()[silent:]
-        raw = wire.measurement_rows(found.batch.take(slice(silent, None)), self._sensors)
+        raw = wire.measurement_rows(found.batch.select(slice(silent, None)), self._sensors)
         with self._lock:
             self._counts[code] += silent
             self._twice.update(found.batch.sensor.tolist())

@@ -38,7 +38,7 @@ class SensorBoard:
         """Take what was said of the health of radars; the last row of each counts."""
         if len(records):
             radars = len(np.unique(records.sensor))
-            self._health = records.take(np.arange(len(records)) >= len(records) - radars)
+            self._health = records.select(np.arange(len(records)) >= len(records) - radars)
 
     def alarms(self) -> dict[str, list[str]]:
         """Return what is wrong with each radar of which something is."""

@@ -289,11 +289,11 @@ class _Run:
         for start in range(0, len(measured), self._batch_rows):
             rows = slice(start, start + self._batch_rows)
             with self._stages.measure(TRACKING):
-                batch = measured.take(rows)
+                batch = measured.select(rows)
                 codes[rows] = self._admission.admit(batch)
                 taken = codes[rows] == ACCEPTED
                 self._places.add(0, int(np.count_nonzero(taken)), at[rows][taken])
-                outputs.append(self._engine.push(batch if taken.all() else batch.take(taken)))
+                outputs.append(self._engine.push(batch if taken.all() else batch.select(taken)))
             yield min(rows.stop, len(block))
         self._result.read += len(block)
         self._result.accepted += int(np.count_nonzero(codes == ACCEPTED))

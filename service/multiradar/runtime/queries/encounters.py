@@ -14,19 +14,19 @@ from multiradar.runtime.queries.parameters import BY_PROBABILITY
 from multiradar.tracking.encounters.approaches import (
     Approaches,
     bounds,
-    chances,
     closest_approaches,
+    conflict_probabilities,
     height_at,
     heights_between,
     least_heights,
 )
+from multiradar.tracking.encounters.calibrated_paths import calibrated_paths
 from multiradar.tracking.encounters.climbs import (
     CLIMB_COUNT,
     CLIMB_HEIGHT,
     CLIMB_RATE,
     moved_climbs,
 )
-from multiradar.tracking.encounters.learnt_courses import learnt_courses
 from multiradar.tracking.encounters.pairs import Pairs, Paths, near_pairs
 from multiradar.tracking.forecast.forecast_calibration import ForecastCalibration
 from multiradar.tracking.outputs import STATE_NAMES, STATE_TENTATIVE, TrackStates
@@ -77,7 +77,7 @@ class _Found(NamedTuple):
 
     def take(self, rows: NDArray[np.intp] | NDArray[np.bool_]) -> "_Found":
         return _Found(
-            self.tracks[rows], self.approaches.take(rows), self.between[rows], self.within[rows],
+            self.tracks[rows], self.approaches.select(rows), self.between[rows], self.within[rows],
             self.both[rows],
         )  # fmt: skip
 
@@ -183,7 +183,7 @@ def _chosen(sky: Sky, time_s: float, settings: TrackingSettings) -> _Chosen:
 def _paths(
     calibration: ForecastCalibration, states: TrackStates, ahead_s: Floats, times_s: Floats
 ) -> Paths:
-    courses = learnt_courses(calibration, states, ahead_s, times_s)
+    courses = calibrated_paths(calibration, states, ahead_s, times_s)
     shared = np.zeros((len(states), 4, 0))
     if states.shared is not None:
         shared = states.shared.copy()
@@ -221,7 +221,7 @@ def _found(paths: Paths, pairs: Pairs, query: EncounterQuery, plane: SystemPlane
         # Written so that unknown heights stay.
         kept &= ~(least_heights(approaches, between, query.distance_m) > query.height_m)
     unknown = np.full(np.count_nonzero(kept), np.nan)
-    return _Found(tracks[kept], approaches.take(kept), between[kept], unknown, unknown)
+    return _Found(tracks[kept], approaches.select(kept), between[kept], unknown, unknown)
 
 
 # How many there are, and those that are told.
@@ -236,7 +236,9 @@ def _selected(found: _Found, query: EncounterQuery) -> tuple[int, _Found]:
 
 
 def _with_chances(found: _Found, query: EncounterQuery) -> _Found:
-    within, both = chances(found.approaches, found.between, query.distance_m, query.height_m)
+    within, both = conflict_probabilities(
+        found.approaches, found.between, query.distance_m, query.height_m
+    )
     return found._replace(within=within, both=both)
 
 

@@ -170,7 +170,7 @@ class FanScores:
             own = [(one.score, one.size) for one in judged if one.horizon == horizon]
             if own:
                 scores, sizes = np.array(own).T
-                self._scores.take(horizon, scores[:, None], sizes[:, None])
+                self._scores.record(horizon, scores[:, None], sizes[:, None])
         self._scores.settle()
         plan = self._scores.plan(HORIZONS_S, PROBABILITY)
         self._excess = plan.factor / plan.single

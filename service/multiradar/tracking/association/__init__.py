@@ -1,1 +1,1 @@
-"""Which plot is of which aircraft, where no identity says so."""
+"""Association of plots with tracks."""

@@ -1,13 +1,13 @@
-"""Compiled assignment of the plots of one sensor's scan to tracks: each track one plot at most.
+"""Compiled assignment of the plots of one scan to tracks: at most one plot per track.
 
-Symbols: C = matrix of costs (rows: plots; columns: tracks, then one place for each plot that stays
-without a track), u, v = prices of rows and columns, p = row that has each column.
+Symbols: C = cost matrix (rows: plots; columns: tracks, then one column for each plot left without a
+track), u, v = dual prices of rows and columns, p = row assigned to each column.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.tracking.association.sky import Candidates, Sky
+from multiradar.tracking.association.track_grid import Candidates, TrackGrid
 from multiradar_compiled.kernels import kernel
 
 Floats = NDArray[np.float64]
@@ -15,14 +15,14 @@ Integers = NDArray[np.int64]
 
 NONE = -1
 
-# A component with more plots than this is assigned greedily: the exact way takes time in the third
-# power of its size, and so many plots that hang together are all beyond telling apart.
+# A component with more plots is assigned greedily: the time of the exact algorithm grows with the
+# third power of its size, and so many linked plots cannot be resolved anyway.
 EXACT_ROWS_MAX = 200
 
 
 @kernel
 def least_cost(C: Floats, chosen: Integers) -> None:
-    """Choose a column for each row, all different, so that the sum of the costs is least.
+    """Choose a different column for each row so that the total cost is least.
 
     ``C`` has no more rows than columns. Shortest augmenting paths (Jonker and Volgenant, Computing
     38 (1987) 325-340), row by row.
@@ -31,7 +31,7 @@ def least_cost(C: Floats, chosen: Integers) -> None:
     u = np.zeros(rows + 1)
     v = np.zeros(columns + 1)
     p = np.zeros(columns + 1, np.int64)
-    way = np.zeros(columns + 1, np.int64)
+    previous = np.zeros(columns + 1, np.int64)
     shortest = np.empty(columns + 1)
     done = np.empty(columns + 1, np.bool_)
     for row in range(1, rows + 1):
@@ -41,16 +41,16 @@ def least_cost(C: Floats, chosen: Integers) -> None:
         done[:] = False
         while True:
             done[here] = True
-            taken = p[here]
+            row_here = p[here]
             least = np.inf
             following = 0
             for column in range(1, columns + 1):
                 if done[column]:
                     continue
-                reduced = C[taken - 1, column - 1] - u[taken] - v[column]
+                reduced = C[row_here - 1, column - 1] - u[row_here] - v[column]
                 if reduced < shortest[column]:
                     shortest[column] = reduced
-                    way[column] = here
+                    previous[column] = here
                 if shortest[column] < least:
                     least = shortest[column]
                     following = column
@@ -64,7 +64,7 @@ def least_cost(C: Floats, chosen: Integers) -> None:
             if p[here] == 0:
                 break
         while here != 0:
-            before = way[here]
+            before = previous[here]
             p[here] = p[before]
             here = before
     for column in range(1, columns + 1):
@@ -74,7 +74,7 @@ def least_cost(C: Floats, chosen: Integers) -> None:
 
 @kernel
 def root_of(parents: Integers, one: int) -> int:
-    """Return the first plot of the component of a plot."""
+    """Return the root of the component of a plot."""
     while parents[one] != one:
         parents[one] = parents[parents[one]]
         one = parents[one]
@@ -82,11 +82,11 @@ def root_of(parents: Integers, one: int) -> int:
 
 
 @kernel
-def assign_scan(plots: Integers, candidates: Candidates, sky: Sky, chosen: Integers) -> None:
-    """Assign the plots of one scan: the sum of the scores is the greatest that there is.
+def assign_scan(plots: Integers, candidates: Candidates, grid: TrackGrid, chosen: Integers) -> None:
+    """Assign the plots of one scan: the total score is the greatest possible.
 
-    ``plots`` are rows of ``candidates``; ``chosen`` gets the place of the candidate of each of
-    them, −1 for none.
+    ``plots`` are rows of ``candidates``; ``chosen`` receives the index of the assigned candidate,
+    −1 for none.
     """
     n = plots.shape[0]
     parents = np.arange(n)
@@ -95,10 +95,10 @@ def assign_scan(plots: Integers, candidates: Candidates, sky: Sky, chosen: Integ
         chosen[row] = NONE
         for c in range(candidates.number[row]):
             k = candidates.slot[row, c]
-            if sky.owner[k] == NONE:
-                sky.owner[k] = i
+            if grid.owner[k] == NONE:
+                grid.owner[k] = i
             else:
-                a, b = root_of(parents, sky.owner[k]), root_of(parents, i)
+                a, b = root_of(parents, grid.owner[k]), root_of(parents, i)
                 parents[max(a, b)] = min(a, b)
     heads = np.full(n, NONE, np.int64)
     following = np.full(n, NONE, np.int64)
@@ -114,10 +114,10 @@ def assign_scan(plots: Integers, candidates: Candidates, sky: Sky, chosen: Integ
             if candidates.number[plots[first]] > 0:
                 chosen[plots[first]] = 0
             continue
-        assign_component(first, following, plots, candidates, sky, chosen)
+        assign_component(first, following, plots, candidates, grid, chosen)
     for i in range(n):
         for c in range(candidates.number[plots[i]]):
-            sky.owner[candidates.slot[plots[i], c]] = NONE
+            grid.owner[candidates.slot[plots[i], c]] = NONE
 
 
 @kernel
@@ -126,10 +126,10 @@ def assign_component(
     following: Integers,
     plots: Integers,
     candidates: Candidates,
-    sky: Sky,
+    grid: TrackGrid,
     chosen: Integers,
 ) -> None:
-    """Assign plots that hang together, linked by ``following`` from the first on."""
+    """Assign the plots of a component, linked by ``following`` from the first on."""
     rows = 0
     columns = 0
     i = first
@@ -137,24 +137,24 @@ def assign_component(
         row = plots[i]
         for c in range(candidates.number[row]):
             k = candidates.slot[row, c]
-            if sky.local[k] == NONE:
-                sky.local[k] = columns
+            if grid.local[k] == NONE:
+                grid.local[k] = columns
                 columns += 1
         rows += 1
         i = following[i]
     if rows > EXACT_ROWS_MAX:
-        assign_greedily(first, following, plots, candidates, sky, chosen)
+        assign_greedily(first, following, plots, candidates, grid, chosen)
     else:
         C = np.full((rows, columns + rows), np.inf)
         C[:, columns:] = 0.0
-        # A track that is no candidate costs more than all plots without a track.
+        # A track that is no candidate costs more than leaving all plots without a track.
         C[:, :columns] = 1e9
         i = first
         at = 0
         while i != NONE:
             row = plots[i]
             for c in range(candidates.number[row]):
-                C[at, sky.local[candidates.slot[row, c]]] = -candidates.score[row, c]
+                C[at, grid.local[candidates.slot[row, c]]] = -candidates.score[row, c]
             at += 1
             i = following[i]
         columns_of = np.empty(rows, np.int64)
@@ -164,14 +164,14 @@ def assign_component(
         while i != NONE:
             row = plots[i]
             for c in range(candidates.number[row]):
-                if sky.local[candidates.slot[row, c]] == columns_of[at]:
+                if grid.local[candidates.slot[row, c]] == columns_of[at]:
                     chosen[row] = c
             at += 1
             i = following[i]
     i = first
     while i != NONE:
         for c in range(candidates.number[plots[i]]):
-            sky.local[candidates.slot[plots[i], c]] = NONE
+            grid.local[candidates.slot[plots[i], c]] = NONE
         i = following[i]
 
 
@@ -181,17 +181,17 @@ def assign_greedily(
     following: Integers,
     plots: Integers,
     candidates: Candidates,
-    sky: Sky,
+    grid: TrackGrid,
     chosen: Integers,
 ) -> None:
-    """Assign plot after plot, each to the likeliest track that is left."""
+    """Assign plots one after another, each to the likeliest free track."""
     i = first
     while i != NONE:
         row = plots[i]
         for c in range(candidates.number[row]):
             k = candidates.slot[row, c]
-            if sky.local[k] >= 0:
-                sky.local[k] = -2
+            if grid.local[k] >= 0:
+                grid.local[k] = -2
                 chosen[row] = c
                 break
         i = following[i]

@@ -1,7 +1,7 @@
-"""Compiled association: which tracks a plot may be of, and how likely it is of each.
+"""Compiled association: candidate tracks of plots, and their likelihood ratios.
 
-Symbols beside those of `filters.two_stage._two_stage_kernels`: χ = a + V ς̂ = state of
-a track, M = variance of the place (m²) for a manoeuvre that begins now, λ = density of false plots.
+Symbols beside those of `filters.two_stage._two_stage_kernels`: χ = a + V ς̂ = state of a track, M =
+position variance (m²) of a manoeuvre that begins now, λ = clutter density.
 """
 
 import math
@@ -28,27 +28,27 @@ from multiradar.geodesy._kernels import (
     wrap_angle,
 )
 from multiradar.tracking.association._clutter_kernels import log_density_of_clutter
-from multiradar.tracking.association._sky_kernels import (
+from multiradar.tracking.association._grid_kernels import (
     CELL_M,
     FAR_CELL_M,
     FAR_M,
     locate_plot,
     place_in_table,
-    velocity_astray,
+    velocity_error,
 )
-from multiradar.tracking.association._turn_kernels import log_of_phase
+from multiradar.tracking.association._scan_phase_kernels import log_scan_phase
 from multiradar.tracking.association._young_kernels import (
     is_young,
-    log_anew,
     log_of_speed,
+    log_reinitialised,
     slack_of,
 )
-from multiradar.tracking.association.sky import (
+from multiradar.tracking.association.track_grid import (
     CANDIDATES_MAX,
     MANOEUVRE,
     SPEED_MAX,
     Candidates,
-    Sky,
+    TrackGrid,
 )
 from multiradar.tracking.lifecycle.lifecycle import TENTATIVE, Lifecycle
 from multiradar.tracking.roster import MISSING, Roster, RowIdentities
@@ -59,41 +59,40 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 
-# Logarithm of the part of the looks at a track that find it on its way as predicted, of those that
-# find it manoeuvring, and of those for which its velocity means little.
+# Logarithms of the fractions of detections on the predicted path, in a manoeuvre, and with a
+# velocity that is of little use.
 LOG_STRAIGHT = math.log(0.88)
 LOG_MANOEUVRING = math.log(0.1)
-LOG_ASTRAY = math.log(0.02)
-# Up to this normalised innovation squared a straight flight is the likeliest for certain.
+LOG_VELOCITY_WRONG = math.log(0.02)
+# Up to this normalised innovation squared straight flight is always the likeliest.
 STRAIGHT_NIS = 4.0
-# Part of a variance that is not worth its time.
+# Fraction of a variance that is neglected.
 NEGLIGIBLE = 0.02
-LOG_TURN = math.log(2.0 * math.pi)
+LOG_TWO_PI = math.log(2.0 * math.pi)
 
-# Of the looks at an aircraft, most find it. Whoever was not seen for some turns is likelier to have
-# left the cover than to have been missed by every look; more turns than these say no more, for
-# radars also fall silent together.
+# Probability of detection. An aircraft that was missed for some scans has more likely left the
+# coverage. The number of scans is limited, as radars also fail together.
 LOG_DETECTED = math.log(0.9)
 LOG_UNSEEN = math.log(0.4)
-UNSEEN_TURNS_MAX = 10.0
+UNSEEN_SCANS_MAX = 10.0
 
 # Identity as evidence: logarithms of likelihood ratios.
 ADDRESS_EQUAL = 12.0
 ADDRESS_DIFFERENT = -10.0
 CODE_EQUAL = 4.5
 CODE_DIFFERENT = -4.0
-# Height: how fast it may change, m/s (1 sigma), how coarse it is told, m, how it is spread, m.
-# Most keep theirs: so many go on as they did, the others climb or descend.
+# Height: rate of change, m/s (1 sigma), resolution, m, and range of heights, m. Most aircraft fly
+# level: this fraction continues level, the others climb or descend.
 CLIMB_SIGMA = 12.0
 HEIGHT_SIGMA = 40.0
 LEVEL_SIGMA = 1.0
 LEVEL_PART = 0.7
 LOG_HEIGHT_SPAN = math.log(10_000.0)
 HEIGHT_DIFFERENT = -7.0
-# A second plot is looked for as far as the fastest aircraft flies, and this at most for the errors
-# of both.
+# The second plot of a track is searched within the maximum speed, plus at most this for the errors
+# of both plots.
 START_ERROR_M = 3_000.0
-# What a track counts less for having been measured once, twice.
+# Scores of tracks with one and with two measurements.
 LOG_NEW = -3.0
 LOG_YOUNG = -1.5
 
@@ -103,7 +102,7 @@ def log_density(s00: float, s01: float, s11: float, e0: float, e1: float) -> flo
     """Return log N(e; 0, S) with two components; −∞ where S is not positive definite."""
     det = s00 * s11 - s01 * s01
     nis = (s11 * e0 * e0 - 2.0 * s01 * e0 * e1 + s00 * e1 * e1) / det
-    value = -0.5 * (nis + math.log(max(det, 1e-300))) - LOG_TURN
+    value = -0.5 * (nis + math.log(max(det, 1e-300))) - LOG_TWO_PI
     return value if det > 0.0 else -np.inf
 
 
@@ -112,30 +111,30 @@ def pair_score(
     row: int,
     k: int,
     ahead: float,
-    turn: float,
+    period: float,
     rows: Rows,
     model: Model,
     aircraft: Aircraft,
-    sky: Sky,
+    grid: TrackGrid,
     rules: Floats,
     log_clutter: float,
     sigmas: Floats,
     U: Floats,
     R: Floats,
 ) -> float:
-    """Return the logarithm of the likelihood ratio that a plot is of a track, by place alone."""
+    """Return the log likelihood ratio of a plot and a track by position alone."""
     n = aircraft.sensitivity.shape[2]
     kind, s, time = rows.kind[row], rows.sensor[row], rows.time[row]
     seen = rows.seen[row]
     site, noise, bias = model.sites[seen], model.noises[seen], model.bias
     dt = max(time - aircraft.time[k], 0.0)
-    # The position of an aircraft that told no height goes with the height that was guessed.
+    # Without a received height the position depends on the assumed height.
     measured = rows.height[row] if not np.isnan(aircraft.height[k]) else np.nan
     _, height, variance = check_height(
         UPDATED, kind, measured, s, time, dt, k, aircraft.height, aircraft.vertical, model.options
     )
-    x0 = sky.state[k, 0] + ahead * sky.state[k, 2]
-    x1 = sky.state[k, 1] + ahead * sky.state[k, 3]
+    x0 = grid.state[k, 0] + ahead * grid.state[k, 2]
+    x1 = grid.state[k, 1] + ahead * grid.state[k, 3]
     p0, p1, _, h, w = expected_measurement(kind, model.plane, site, noise, x0, x1, height, variance)
     e0 = rows.z[row, 0] - p0
     e1 = rows.z[row, 1] - p1
@@ -157,14 +156,14 @@ def pair_score(
     s00 = w[0] + h[0] * g0 + h[1] * g1
     s01 = w[1] + h[0] * g2 + h[1] * g3
     s11 = w[2] + h[2] * g2 + h[3] * g3
-    # The uncertainty of the biases: those that the track depends on, and those of this sensor.
+    # Uncertainty of the biases: those of the track, and those of this sensor.
     for c in range(n, bias.shape[0]):
         U[0, c] = 0.0
         U[1, c] = 0.0
     for c in range(0, n, LANES):
-        see_columns(c, min(LANES, n - c), k, dt, h, V, U)
-    rate0 = h[0] * sky.state[k, 2] + h[1] * sky.state[k, 3]
-    rate1 = h[2] * sky.state[k, 2] + h[3] * sky.state[k, 3]
+        project_columns(c, min(LANES, n - c), k, dt, h, V, U)
+    rate0 = h[0] * grid.state[k, 2] + h[1] * grid.state[k, 3]
+    rate1 = h[2] * grid.state[k, 2] + h[3] * grid.state[k, 3]
     for c in range(model.starts[seen], model.starts[seen + 1]):
         j0, j1 = bias_column(kind, model.parameters[c], site, p0, p1, rate0, rate1)
         U[0, c] += j0
@@ -176,7 +175,7 @@ def pair_score(
     for c in range(bias.shape[0]):
         most0 += abs(U[0, c]) * sigmas[c]
         most1 += abs(U[1, c]) * sigmas[c]
-    # Biases that are known well add nothing worth the time.
+    # Well-known biases are neglected.
     if not (most0 * most0 < NEGLIGIBLE * s00 and most1 * most1 < NEGLIGIBLE * s11):
         b00, b01, b11 = spread_of_biases(U, model.bias_covariance, R)
         s00 += b00
@@ -186,14 +185,16 @@ def pair_score(
     if not s11 * e0 * e0 - 2.0 * s01 * e0 * e1 + s00 * e1 * e1 <= STRAIGHT_NIS * (
         s00 * s11 - s01 * s01
     ):
-        silent = max(time - aircraft.updated[k], turn)
-        best = max(best, log_otherwise(s00, s01, s11, e0, e1, h, dt, silent, turn, rules))
+        silent = max(time - aircraft.updated[k], period)
+        best = max(
+            best, log_density_manoeuvring(s00, s01, s11, e0, e1, h, dt, silent, period, rules)
+        )
     return best + LOG_DETECTED - log_clutter
 
 
 @in_loop
-def see_columns(c: int, lanes: int, k: int, dt: float, h: Slope, V: Floats, U: Floats) -> None:
-    """Set U, columns from c on, to H V of track k moved on by dt."""
+def project_columns(c: int, lanes: int, k: int, dt: float, h: Slope, V: Floats, U: Floats) -> None:
+    """Set U, columns from c on, to H V of track k predicted by dt."""
     v0 = load_lanes(V, k, 0, c, lanes) + dt * load_lanes(V, k, 2, c, lanes)
     v1 = load_lanes(V, k, 1, c, lanes) + dt * load_lanes(V, k, 3, c, lanes)
     store_row(U, 0, c, lanes, h[0] * v0 + h[1] * v1)
@@ -201,31 +202,31 @@ def see_columns(c: int, lanes: int, k: int, dt: float, h: Slope, V: Floats, U: F
 
 
 @in_loop
-def log_otherwise(
+def log_density_manoeuvring(
     s00: float, s01: float, s11: float, e0: float, e1: float, h: Slope, dt: float, silent: float,
-    turn: float, rules: Floats,
+    period: float, rules: Floats,
 ) -> float:  # fmt: skip
-    """Return the logarithm of the likelihood of an aircraft that does not fly straight on."""
+    """Return the log likelihood of an aircraft that does not fly straight."""
     manoeuvre = rules[MANOEUVRE] * 0.5 * dt * dt
     m00 = h[0] * h[0] + h[1] * h[1]
     m01 = h[0] * h[2] + h[1] * h[3]
     m11 = h[2] * h[2] + h[3] * h[3]
     m = manoeuvre * manoeuvre
     turning = LOG_MANOEUVRING + log_density(s00 + m * m00, s01 + m * m01, s11 + m * m11, e0, e1)
-    # A filter that lags behind a manoeuvre does so for some turn, however short ago its last plot.
-    astray = velocity_astray(silent, turn, rules) * silent
-    m = astray * astray
-    lost = LOG_ASTRAY + log_density(s00 + m * m00, s01 + m * m01, s11 + m * m11, e0, e1)
+    # The filter lag behind a manoeuvre lasts about one scan, however recent the last plot.
+    drift = velocity_error(silent, period, rules) * silent
+    m = drift * drift
+    lost = LOG_VELOCITY_WRONG + log_density(s00 + m * m00, s01 + m * m01, s11 + m * m11, e0, e1)
     return max(turning, lost)
 
 
 @in_loop
 def log_of_height(off: float, dt: float) -> float:
-    """Return the logarithm of the density, 1/m, of a height that is off by so much after dt."""
+    """Return the log density, 1/m, of a height difference after dt."""
     level, climbing = HEIGHT_SIGMA + LEVEL_SIGMA * dt, HEIGHT_SIGMA + CLIMB_SIGMA * dt
     density = LEVEL_PART / level * math.exp(-0.5 * (off / level) ** 2)
     density += (1.0 - LEVEL_PART) / climbing * math.exp(-0.5 * (off / climbing) ** 2)
-    return math.log(max(density, 1e-300)) - 0.5 * LOG_TURN
+    return math.log(max(density, 1e-300)) - 0.5 * LOG_TWO_PI
 
 
 @in_loop
@@ -233,7 +234,7 @@ def identity_score(
     row: int, k: int, number: int, address: int, code: int, dt: float, rows: Rows,
     aircraft: Aircraft, roster: Roster, life: Lifecycle,
 ) -> float:  # fmt: skip
-    """Return what identity, height and silence add to a score; −∞ for another for certain."""
+    """Return the score of identity, height and missed scans; −∞ for contradicting identities."""
     score = 0.0
     if address >= 0 and roster.mode_s_address[k] >= 0:
         score += ADDRESS_EQUAL if roster.mode_s_address[k] == address else ADDRESS_DIFFERENT
@@ -249,7 +250,7 @@ def identity_score(
         score += LOG_NEW if life.hits[k] == 1 else (LOG_YOUNG if life.hits[k] == 2 else 0.0)
     if life.period[k] > 0.0:
         unseen = max(dt / life.period[k] - 1.0, 0.0)
-        score += min(unseen, UNSEEN_TURNS_MAX) * LOG_UNSEEN
+        score += min(unseen, UNSEEN_SCANS_MAX) * LOG_UNSEEN
     if number >= 0 and roster.track_number[k] >= 0 and roster.track_number[k] != number:
         score = -np.inf
     return score
@@ -271,17 +272,17 @@ def find_candidates(
     periods: Floats,
     rules: Floats,
     log_clutters: Floats,
-    sky: Sky,
+    grid: TrackGrid,
     identities: RowIdentities,
     candidates: Candidates,
 ) -> None:
-    """Fill the candidates of all rows first…last that have no aircraft yet."""
+    """Fill the candidates of rows first…last without an aircraft."""
     n = model.bias.shape[0]
     search(
         first, last, window_time, track_numbers, addresses, codes, rows, model, aircraft,
-        roster, life, periods, rules, log_clutters, sky, identities, candidates,
+        roster, life, periods, rules, log_clutters, grid, identities, candidates,
         np.sqrt(np.diag(model.bias_covariance)), np.empty((2, n)), np.empty((2, n)),
-        np.empty((2, sky.reach.shape[0]), np.int64),
+        np.empty((2, grid.reach.shape[0]), np.int64),
     )  # fmt: skip
 
 
@@ -301,7 +302,7 @@ def search(
     periods: Floats,
     rules: Floats,
     log_clutters: Floats,
-    sky: Sky,
+    grid: TrackGrid,
     identities: RowIdentities,
     candidates: Candidates,
     sigmas: Floats,
@@ -309,10 +310,10 @@ def search(
     R: Floats,
     found: Integers,
 ) -> None:
-    """Do as `find_candidates`, in the room given.
+    """As `find_candidates`, with given scratch arrays.
 
-    ``sigmas`` are those of the biases. ``found`` takes the tracks near two plots: while those near
-    one are judged, what is needed to judge those near the next is on its way from memory.
+    ``sigmas`` are those of the biases. ``found`` holds the tracks near two plots: while those of
+    one plot are scored, the data of those near the next are prefetched.
     """
     near, side = MISSING, 0
     for row in range(first, last + 1):
@@ -321,13 +322,13 @@ def search(
             candidates.number[row - first] = MISSING
             if identities.slot[row] < 0 and not is_bearing(rows.kind[row]):
                 coming = find_near(
-                    row, row - first, window_time, 1 - side, rows, model, aircraft, life, sky,
+                    row, row - first, window_time, 1 - side, rows, model, aircraft, life, grid,
                     sigmas, candidates, found,
                 )  # fmt: skip
         for place in range(near):
             consider(
                 row - 1, row - 1 - first, found[side, place], window_time, track_numbers, addresses,
-                codes, rows, model, aircraft, roster, life, periods, rules, log_clutters, sky,
+                codes, rows, model, aircraft, roster, life, periods, rules, log_clutters, grid,
                 sigmas, U, R, candidates,
             )  # fmt: skip
         near, side = coming, 1 - side
@@ -336,11 +337,11 @@ def search(
 @in_loop
 def find_near(
     row: int, i: int, window_time: float, side: int, rows: Rows, model: Model, aircraft: Aircraft,
-    life: Lifecycle, sky: Sky, sigmas: Floats, candidates: Candidates, found: Integers,
+    life: Lifecycle, grid: TrackGrid, sigmas: Floats, candidates: Candidates, found: Integers,
 ) -> int:  # fmt: skip
-    """Put the tracks near a plot into a row of ``found``; return how many, `MISSING` off the plane.
+    """Write the tracks near a plot to a row of ``found``; return how many, `MISSING` off the plane.
 
-    The place of the plot is kept with its candidates, of which there are none yet.
+    The position of the plot is stored in its candidates, which are still empty.
     """
     near = MISSING
     kind, s, z0, z1 = rows.kind[row], rows.sensor[row], rows.z[row, 0], rows.z[row, 1]
@@ -351,13 +352,13 @@ def find_near(
         candidates.place[i, 0] = east
         candidates.place[i, 1] = north
         candidates.place[i, 2] = reach
-        mask = sky.heads.shape[0] - 1
+        mask = grid.heads.shape[0] - 1
         ahead = rows.time[row] - window_time
         for far in range(2):
-            if sky.longest[far] < 0.0:
+            if grid.longest[far] < 0.0:
                 continue
             cell = FAR_CELL_M if far else CELL_M
-            wide = math.sqrt(reach * reach + sky.longest[far] * sky.longest[far])
+            wide = math.sqrt(reach * reach + grid.longest[far] * grid.longest[far])
             for ce in range(
                 int(np.floor((east - wide) / cell)), int(np.floor((east + wide) / cell)) + 1
             ):
@@ -365,18 +366,18 @@ def find_near(
                     int(np.floor((north - wide) / cell)), int(np.floor((north + wide) / cell)) + 1
                 ):
                     place = place_in_table(ce, cn, mask)
-                    k = sky.far_heads[place] if far else sky.heads[place]
+                    k = grid.far_heads[place] if far else grid.heads[place]
                     while k != MISSING:
-                        following = sky.far_following[k] if far else sky.following[k]
+                        following = grid.far_following[k] if far else grid.following[k]
                         if following != MISSING:
-                            fetch_ahead(sky.state, following, 0)
-                        d0 = sky.state[k, 0] + ahead * sky.state[k, 2] - east
-                        d1 = sky.state[k, 1] + ahead * sky.state[k, 3] - north
+                            fetch_ahead(grid.state, following, 0)
+                        d0 = grid.state[k, 0] + ahead * grid.state[k, 2] - east
+                        d1 = grid.state[k, 1] + ahead * grid.state[k, 3] - north
                         if (
-                            d0 * d0 + d1 * d1 <= reach * reach + sky.state[k, 4] * sky.state[k, 4]
-                            and (sky.state[k, 4] > FAR_M) == (far == 1)
-                            and int(np.floor(sky.state[k, 0] / cell)) == ce
-                            and int(np.floor(sky.state[k, 1] / cell)) == cn
+                            d0 * d0 + d1 * d1 <= reach * reach + grid.state[k, 4] * grid.state[k, 4]
+                            and (grid.state[k, 4] > FAR_M) == (far == 1)
+                            and int(np.floor(grid.state[k, 0] / cell)) == ce
+                            and int(np.floor(grid.state[k, 1] / cell)) == cn
                         ):
                             found[side, near] = k
                             near += 1
@@ -389,32 +390,32 @@ def find_near(
 def consider(
     row: int, i: int, k: int, window_time: float, numbers: Integers, addresses: Integers,
     codes: Integers, rows: Rows, model: Model, aircraft: Aircraft, roster: Roster, life: Lifecycle,
-    periods: Floats, rules: Floats, log_clutters: Floats, sky: Sky, sigmas: Floats, U: Floats,
-    R: Floats, candidates: Candidates,
+    periods: Floats, rules: Floats, log_clutters: Floats, grid: TrackGrid, sigmas: Floats,
+    U: Floats, R: Floats, candidates: Candidates,
 ) -> None:  # fmt: skip
-    """Make a track near a plot one of its candidates, if it may be of it.
+    """Make a track near a plot a candidate, if their score is positive.
 
-    A radar that has heard the track half a turn ago or less does not see it again.
+    A radar detects an aircraft at most once in half a scan.
     """
     s, time = rows.sensor[row], rows.time[row]
     if not time - life.heard[k, s] < 0.5 * periods[s]:
         ahead = time - window_time
         east, north = candidates.place[i, 0], candidates.place[i, 1]
-        d0 = sky.state[k, 0] + ahead * sky.state[k, 2] - east
-        d1 = sky.state[k, 1] + ahead * sky.state[k, 3] - north
+        d0 = grid.state[k, 0] + ahead * grid.state[k, 2] - east
+        d1 = grid.state[k, 1] + ahead * grid.state[k, 3] - north
         log_clutter = log_density_of_clutter(rows.kind[row], s, rows.z[row, 0], log_clutters)
-        score, anew = judge(
+        score, reinitialised = association_score(
             row, k, ahead, math.sqrt(d0 * d0 + d1 * d1), numbers[row], addresses[row], codes[row],
             east, north, candidates.place[i, 2], periods[s], rows, model, aircraft, roster, life,
-            sky, rules, log_clutter, sigmas, U, R,
+            grid, rules, log_clutter, sigmas, U, R,
         )  # fmt: skip
         if score > 0.0:
-            keep(i, k, score, anew, candidates)
+            keep(i, k, score, reinitialised, candidates)
 
 
 @in_loop
 def fetch_track(k: int, aircraft: Aircraft, life: Lifecycle) -> None:
-    """Ask for what is needed of a track to judge it."""
+    """Prefetch the data of a track."""
     fetch_ahead(life.heard, k, 0)
     fetch_ahead(aircraft.vertical, k, 0)
     fetch_ahead(aircraft.covariance, k, 0)
@@ -427,31 +428,31 @@ def fetch_track(k: int, aircraft: Aircraft, life: Lifecycle) -> None:
 
 
 @in_loop
-def judge(
+def association_score(
     row: int, k: int, ahead: float, distance: float, number: int, address: int, code: int,
-    east: float, north: float, reach: float, turn: float, rows: Rows, model: Model,
-    aircraft: Aircraft, roster: Roster, life: Lifecycle, sky: Sky, rules: Floats,
+    east: float, north: float, reach: float, period: float, rows: Rows, model: Model,
+    aircraft: Aircraft, roster: Roster, life: Lifecycle, grid: TrackGrid, rules: Floats,
     log_clutter: float, sigmas: Floats, U: Floats, R: Floats,
 ) -> tuple[float, bool]:  # fmt: skip
-    """Return the score of a pair, −∞ for one that cannot be, and whether it begins anew."""
+    """Return the score of a pair, −∞ if impossible, and whether the track is reinitialised."""
     dt = rows.time[row] - aircraft.time[k]
     score = -np.inf
-    way = distance
+    flown = distance
     if aircraft.updates[k] == 1:
-        way -= min(slack_of(k, reach, sky), START_ERROR_M)
-    if aircraft.updates[k] > 1 or way <= rules[SPEED_MAX] * dt:
+        flown -= min(slack_of(k, reach, grid), START_ERROR_M)
+    if aircraft.updates[k] > 1 or flown <= rules[SPEED_MAX] * dt:
         score = identity_score(
             row, k, number, address, code, max(dt, 0.0), rows, aircraft, roster, life
         )
-        score += log_of_phase(rows.time[row] - life.heard[k, rows.sensor[row]], turn)
-    anew = -np.inf
+        score += log_scan_phase(rows.time[row] - life.heard[k, rows.sensor[row]], period)
+    reinitialised = -np.inf
     if score > -np.inf and is_young(k, life):
         if aircraft.updates[k] > 1:
-            anew = score + LOG_DETECTED + log_anew(
-                row, k, ahead, east, north, reach, rows, aircraft, sky, log_clutter
+            reinitialised = score + LOG_DETECTED + log_reinitialised(
+                row, k, ahead, east, north, reach, rows, aircraft, grid, log_clutter
             )  # fmt: skip
         else:
-            score += log_of_speed(way, dt)
+            score += log_of_speed(flown, dt)
     if score > -np.inf:
         score += pair_score(
             row,
@@ -461,19 +462,19 @@ def judge(
             rows,
             model,
             aircraft,
-            sky,
+            grid,
             rules,
             log_clutter,
             sigmas,
             U,
             R,
         )
-    return max(score, anew), anew > score
+    return max(score, reinitialised), reinitialised > score
 
 
 @in_loop
-def keep(i: int, k: int, score: float, anew: bool, candidates: Candidates) -> None:
-    """Put a candidate into its place; beyond `CANDIDATES_MAX` the least likely goes."""
+def keep(i: int, k: int, score: float, reinitialised: bool, candidates: Candidates) -> None:
+    """Insert a candidate by score; beyond `CANDIDATES_MAX` the least likely is dropped."""
     count = candidates.number[i]
     full = count == CANDIDATES_MAX
     if not full or score > candidates.score[i, count - 1]:
@@ -485,8 +486,8 @@ def keep(i: int, k: int, score: float, anew: bool, candidates: Candidates) -> No
         ):
             candidates.score[i, at] = candidates.score[i, at - 1]
             candidates.slot[i, at] = candidates.slot[i, at - 1]
-            candidates.anew[i, at] = candidates.anew[i, at - 1]
+            candidates.reinitialised[i, at] = candidates.reinitialised[i, at - 1]
             at -= 1
         candidates.score[i, at] = score
-        candidates.anew[i, at] = anew
+        candidates.reinitialised[i, at] = reinitialised
         candidates.slot[i, at] = k

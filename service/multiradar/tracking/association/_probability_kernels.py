@@ -1,12 +1,13 @@
-"""Compiled joint probabilities: of which track each plot of one sensor's scan is.
+"""Compiled joint association probabilities of the plots and tracks of one scan.
 
-An event gives every plot to one track at most, or to two that the sensor cannot tell apart, and
-every track one plot at most; its weight is the product of the likelihood ratios of its pairs, to a
-false plot and a track that was missed. The probability of a pair is the weight of the events that
-hold it over the weight of all.
+An event assigns every plot to one track at most, or to two that the sensor does not resolve, and
+every track one plot at most. Its weight is the product of the likelihood ratios of its pairs,
+relative to a false plot and a missed track. The probability of a pair is the weight of the events
+that contain it over the weight of all events.
 
-Symbols: w = likelihood ratios, β = probabilities of pairs (rows: plots; columns: tracks), γ = those
-of a plot being one of this track and another, Z, T = sets of plots and of tracks, as bits.
+Symbols: w = likelihood ratios, β = probabilities of pairs (rows: plots; columns: tracks), γ =
+probabilities that a plot is unresolved between this track and another, Z, T = sets of plots and of
+tracks, as bits.
 
 References
 ----------
@@ -30,24 +31,25 @@ Integers = NDArray[np.int64]
 
 NONE = -1
 
-# The events of a cluster with more plots, or tracks, than this are not summed one by one.
+# Maximum number of plots, and of tracks, of a cluster whose events are enumerated.
 EXACT_MAX = 8
-# Larger clusters are cut, at the first of these that makes them small enough: a pair goes when the
-# best event with it is less likely than the best of all by more than so much, as a logarithm.
+# Larger clusters are split at the first of these thresholds that makes them small enough: a pair is
+# removed when the best event with it is less likely than the best event of all by more than this,
+# as a logarithm.
 CUTS = (12.0, 9.0, 6.0, 4.0, 2.5)
-# A cluster with more plots than this is left as it was assigned.
+# A cluster with more plots keeps its hard assignment.
 CUT_ROWS_MAX = 64
-# Beyond this a likelihood ratio leaves no doubt, and products of eight stay numbers.
+# Bound of scores: a larger likelihood ratio is certain, and products of eight must not overflow.
 SCORE_MAX = 60.0
 
 
 @kernel
 def joint_probabilities(w: Floats, merged: Floats, best: bool, beta: Floats, gamma: Floats) -> None:
-    """Fill β with the probabilities of pairs: of all events, or of the ``best`` for each Z and T.
+    """Fill β with probabilities of pairs: of all events, or of the ``best`` for each Z and T.
 
-    ``w`` has `EXACT_MAX` rows and columns at most; 0 for a pair that cannot be. ``merged[i, k, l]``
-    with k < l is the weight of plot i being one of both tracks; γ gets the probability that plot i
-    is one of track k and another.
+    ``w`` has `EXACT_MAX` rows and columns at most; 0 for an impossible pair. ``merged[i, k, l]``
+    with k < l is the weight of plot i being unresolved between both tracks. γ receives the
+    probability that plot i is unresolved between track k and another.
     """
     rows, columns = w.shape
     value = np.zeros((1 << rows, 1 << columns))
@@ -64,7 +66,7 @@ def joint_probabilities(w: Floats, merged: Floats, best: bool, beta: Floats, gam
             for k in range(columns):
                 if not T >> k & 1:
                     continue
-                # Track k by itself (l = k), or with one that comes after it.
+                # Track k alone (m = k), or with a later one.
                 for m in range(k, columns):
                     if not T >> m & 1:
                         continue
@@ -111,7 +113,7 @@ def add_likeliest(
 
 @kernel
 def add_all(w: Floats, merged: Floats, value: Floats, beta: Floats, gamma: Floats) -> None:
-    """Add the weight of all events to their pairs: their own times that of events of the others."""
+    """Add the weights of all events to their pairs: pair weight times that of the other pairs."""
     rows, columns = w.shape
     for i in range(rows):
         for k in range(columns):
@@ -136,26 +138,26 @@ def weight_of_others(value: Floats, plots: int, tracks: int) -> float:
 
 @kernel
 def losses(scores: Floats) -> Floats:
-    """Return by how much the best event with each pair falls short of the best of all.
+    """Return by how much the best event with each pair is less likely than the best of all.
 
-    The best assignment is least cost; a pair that is forced into it moves others along chains of
-    pairs, the cheapest of which Floyd and Warshall find: those who lose their track, and those who
-    gain the one that is left. Never more than the true loss.
+    The best assignment has the least cost. Forcing a pair into it moves others along chains of
+    pairs, whose cheapest ones Floyd and Warshall find: plots that lose their track, and plots that
+    gain a free one. The result never exceeds the true loss.
     """
     rows, columns = scores.shape
     C = np.zeros((rows, columns + rows))
     C[:, :columns] = np.where(scores > -np.inf, -scores, 1e9)
-    taken = np.empty(rows, np.int64)
-    least_cost(C, taken)
+    assigned = np.empty(rows, np.int64)
+    least_cost(C, assigned)
     owner = np.full(columns + rows, NONE, np.int64)
     chain = np.empty((rows, rows))
     end = np.zeros(rows)
     for i in range(rows):
-        owner[taken[i]] = i
+        owner[assigned[i]] = i
     for i in range(rows):
-        own = C[i, taken[i]]
+        own = C[i, assigned[i]]
         for j in range(rows):
-            chain[i, j] = C[i, taken[j]] - own
+            chain[i, j] = C[i, assigned[j]] - own
         end[i] = -own
         for k in range(columns):
             if owner[k] == NONE:
@@ -172,13 +174,13 @@ def losses(scores: Floats) -> Floats:
                 moved = 0.0 if owner[k] == i else gain
                 if owner[k] not in (NONE, i):
                     moved = min(chain[owner[k], i], gain + np.min(chain[owner[k]] + end))
-                loss[i, k] = max(0.0, C[i, k] - C[i, taken[i]] + moved)
+                loss[i, k] = max(0.0, C[i, k] - C[i, assigned[i]] + moved)
     return loss
 
 
 @kernel
 def label_clusters(linked: NDArray[np.bool_], labels: Integers) -> int:
-    """Give rows (first) and columns the number of their cluster; return the largest side of one."""
+    """Assign cluster numbers to rows (first) and columns; return the largest side of a cluster."""
     rows, columns = linked.shape
     parents = np.arange(rows + columns)
     for i in range(rows):
@@ -197,9 +199,9 @@ def label_clusters(linked: NDArray[np.bool_], labels: Integers) -> int:
 def pair_probabilities(
     scores: Floats, merged: Floats, best: bool, beta: Floats, gamma: Floats
 ) -> bool:
-    """Fill β and γ of a whole component of plots and tracks; return whether they could be told.
+    """Fill β and γ of a component of plots and tracks; return whether that was possible.
 
-    ``scores`` and ``merged`` are logarithms of weights, −∞ for what cannot be.
+    ``scores`` and ``merged`` are logarithms of weights, −∞ for impossible pairs.
     """
     rows, columns = scores.shape
     linked = scores > -np.inf

@@ -1,14 +1,13 @@
-"""Compiled sharing: which tracks may have which plots of a window, where that is in doubt.
+"""Compiled sharing: shares of plots between tracks, where the association is ambiguous.
 
 Symbols beside those of `_association_kernels` and `_probability_kernels`: Δr, Δα = differences of
-two tracks in range and azimuth as a radar sees them, r₀, α₀ = those that it resolves in half of all
-cases.
+two tracks in range and azimuth as seen by a radar, r₀, α₀ = those resolved in half of all cases.
 
 References
 ----------
 Koch, W., van Keuk, G., "Multiple hypothesis track maintenance with possibly unresolved
-measurements", IEEE Transactions on Aerospace and Electronic Systems 33 (1997), 883-892: one plot of
-two tracks, and how likely it is.
+measurements", IEEE Transactions on Aerospace and Electronic Systems 33 (1997), 883-892: unresolved
+plots of two tracks, and their probability.
 """
 
 import math
@@ -24,7 +23,7 @@ from multiradar.tracking.association._assignment_kernels import root_of
 from multiradar.tracking.association._association_kernels import pair_score
 from multiradar.tracking.association._clutter_kernels import log_density_of_clutter
 from multiradar.tracking.association._probability_kernels import pair_probabilities
-from multiradar.tracking.association.sky import Candidates, Sky
+from multiradar.tracking.association.track_grid import Candidates, TrackGrid
 from multiradar.tracking.lifecycle.lifecycle import Lifecycle
 from multiradar_compiled.kernels import kernel
 
@@ -36,25 +35,25 @@ NONE = -1
 # Columns of the shares: see `share_plots`.
 SHARE_COLUMNS = 6
 
-# Places in the vector of rules of sharing, and their number: whether the likeliest events alone
-# count, whether tracks without the velocity that time offsets are linearised at are left alone,
-# refusals after which a track begins anew, r₀ and α₀.
+# Positions in the vector of sharing rules, and their number: whether only the likeliest events
+# count, whether tracks without the velocity needed for time offsets are skipped, rejections after
+# which a track is reinitialised, r₀ and α₀.
 BEST = 0
 TIMED = 1
-REFUSED_MAX = 2
+REJECTIONS_MAX = 2
 RESOLVED_RANGE = 3
 RESOLVED_AZIMUTH = 4
 SHARING_COUNT = 5
 
-# A track is as good as sure of its plot, or of having none, up to this.
+# Below this probability of other events the assignment is taken as certain.
 DOUBT_MIN = 0.01
-# Less than this no plot is shared for.
+# Minimum share of a plot.
 SHARE_MIN = 1e-3
-# A track that was not measured so often has no velocity to tell plots apart by.
+# Minimum number of updates of a track: fewer give no velocity.
 UPDATES_MIN = 2
-# Of the looks at an aircraft this part finds none; as in the score of a missed turn.
+# Probability of a missed detection, as in the score of a missed scan.
 LOG_MISSED = math.log(0.1)
-# Two tracks are not taken for one plot where that is less likely than this, as a logarithm.
+# Minimum log probability of an unresolved plot.
 LOG_UNRESOLVED_MIN = -6.0
 
 
@@ -69,18 +68,17 @@ def share_plots(
     rows: Rows,
     model: Model,
     candidates: Candidates,
-    sky: Sky,
+    grid: TrackGrid,
     slots: Integers,
     life: Lifecycle,
     aircraft: Aircraft,
     shares: Floats,
 ) -> int:
-    """Fill ``shares`` with who may have which plot, where that is in doubt; return how many rows.
+    """Fill ``shares`` with ambiguous associations; return the number of rows.
 
-    Its columns: number of the row with which the shares of this track in the plots of this sensor
-    begin, slot of the track, row that is its own (`NONE` for none), row that it has a share of
-    (`NONE` for no plot at all), whether as one plot of it and another, probability. ``slots`` are
-    those that the rows were assigned to.
+    Its columns: first row of the shares of this track in the plots of this sensor, slot of the
+    track, row assigned to it (`NONE` for none), row of this share (`NONE` for a missed detection),
+    whether the plot is unresolved, probability. ``slots`` are those assigned to the rows.
     """
     n = candidates.number.shape[0]
     parents = np.arange(n)
@@ -90,14 +88,14 @@ def share_plots(
                 continue
             for c in range(max(candidates.number[i], 0)):
                 k = candidates.slot[i, c]
-                if sky.owner[k] == NONE:
-                    sky.owner[k] = i
+                if grid.owner[k] == NONE:
+                    grid.owner[k] = i
                 else:
-                    a, b = root_of(parents, sky.owner[k]), root_of(parents, i)
+                    a, b = root_of(parents, grid.owner[k]), root_of(parents, i)
                     parents[max(a, b)] = min(a, b)
         for i in range(n):
             for c in range(max(candidates.number[i], 0)):
-                sky.owner[candidates.slot[i, c]] = NONE
+                grid.owner[candidates.slot[i, c]] = NONE
     for i in range(n):
         parents[i] = root_of(parents, i)
     count = 0
@@ -107,10 +105,10 @@ def share_plots(
         plots = np.flatnonzero(parents == i)
         if len(plots) == 1 and candidates.number[i] == 1:
             continue
-        tracks, scores = component_of(plots, candidates, sky)
+        tracks, scores = component_of(plots, candidates, grid)
         merged = merged_scores(
             first, window_time, plots, tracks, scores, sharing, rules, log_clutters, rows, model,
-            sky, life, aircraft,
+            grid, life, aircraft,
         )  # fmt: skip
         count = share_component(
             first, plots, tracks, scores, merged, sharing, slots, aircraft, shares, count
@@ -119,27 +117,29 @@ def share_plots(
 
 
 @kernel
-def component_of(plots: Integers, candidates: Candidates, sky: Sky) -> tuple[Integers, Floats]:
-    """Return the tracks of plots that hang together, and the scores of their pairs.
+def component_of(
+    plots: Integers, candidates: Candidates, grid: TrackGrid
+) -> tuple[Integers, Floats]:
+    """Return the tracks of a component of plots, and the scores of their pairs.
 
-    The scores are to a false plot *and* a track that was missed; −∞ for a pair that cannot be.
+    The scores are relative to a false plot *and* a missed track; −∞ for an impossible pair.
     """
     tracks = np.empty(candidates.number[plots].sum(), np.int64)
     columns = 0
     for i in plots:
         for c in range(candidates.number[i]):
             k = candidates.slot[i, c]
-            if sky.local[k] == NONE:
-                sky.local[k] = columns
+            if grid.local[k] == NONE:
+                grid.local[k] = columns
                 tracks[columns] = k
                 columns += 1
     scores = np.full((len(plots), columns), -np.inf)
     for a in range(len(plots)):
         for c in range(candidates.number[plots[a]]):
             k = candidates.slot[plots[a], c]
-            scores[a, sky.local[k]] = candidates.score[plots[a], c] - LOG_MISSED
+            scores[a, grid.local[k]] = candidates.score[plots[a], c] - LOG_MISSED
     for k in tracks[:columns]:
-        sky.local[k] = NONE
+        grid.local[k] = NONE
     return tracks[:columns], scores
 
 
@@ -155,14 +155,14 @@ def merged_scores(
     log_clutters: Floats,
     rows: Rows,
     model: Model,
-    sky: Sky,
+    grid: TrackGrid,
     life: Lifecycle,
     aircraft: Aircraft,
 ) -> Floats:
-    """Return the scores (plots, tracks, tracks) of a plot being one of two tracks; −∞ for none.
+    """Return the scores (plots, tracks, tracks) of unresolved plots; −∞ for none.
 
-    Such a plot lies in the middle: moved by half the way between the two, it is as if it were of
-    one of them.
+    An unresolved plot lies in the middle of two tracks: shifted by half their difference, it has
+    the likelihood of a plot of one of them.
     """
     columns = len(tracks)
     merged = np.full((len(plots), columns, columns), -np.inf)
@@ -187,7 +187,7 @@ def merged_scores(
             for c in range(b + 1, columns):
                 if scores[a, b] == -np.inf or scores[a, c] == -np.inf:
                     continue
-                d0, d1 = apart(row, tracks[b], tracks[c], ahead, rows, model, aircraft, sky)
+                d0, d1 = apart(row, tracks[b], tracks[c], ahead, rows, model, aircraft, grid)
                 p0, p1 = d0 / sharing[RESOLVED_RANGE], d1 / sharing[RESOLVED_AZIMUTH]
                 unresolved = -math.log(2.0) * (p0 * p0 + p1 * p1)
                 if not unresolved > LOG_UNRESOLVED_MIN:
@@ -199,7 +199,7 @@ def merged_scores(
                     one.z[0, 0] = rows.z[row, 0] + half * d0
                     one.z[0, 1] = rows.z[row, 1] + half * d1
                     score += 0.5 * pair_score(
-                        0, k, ahead, life.period[k], one, model, aircraft, sky, rules, log_clutter,
+                        0, k, ahead, life.period[k], one, model, aircraft, grid, rules, log_clutter,
                         sigmas, U, R,
                     )  # fmt: skip
                 merged[a, b, c] = score + unresolved - 2.0 * LOG_MISSED
@@ -215,19 +215,19 @@ def apart(
     rows: Rows,
     model: Model,
     aircraft: Aircraft,
-    sky: Sky,
+    grid: TrackGrid,
 ) -> tuple[float, float]:
-    """Return Δr and Δα, track m minus track k, as the sensor of a plot should see them."""
+    """Return Δr and Δα, track m minus track k, as expected by the sensor of a plot."""
     s = rows.sensor[row]
     height, variance = choose_height(rows.height[row], aircraft.height[k], model.options)
     there, other, _, _, _ = expected_measurement(
         rows.kind[row], model.plane, model.sites[s], model.noises[s],
-        sky.state[k, 0] + ahead * sky.state[k, 2], sky.state[k, 1] + ahead * sky.state[k, 3],
+        grid.state[k, 0] + ahead * grid.state[k, 2], grid.state[k, 1] + ahead * grid.state[k, 3],
         height, variance,
     )  # fmt: skip
     p0, p1, _, _, _ = expected_measurement(
         rows.kind[row], model.plane, model.sites[s], model.noises[s],
-        sky.state[m, 0] + ahead * sky.state[m, 2], sky.state[m, 1] + ahead * sky.state[m, 3],
+        grid.state[m, 0] + ahead * grid.state[m, 2], grid.state[m, 1] + ahead * grid.state[m, 3],
         height, variance,
     )  # fmt: skip
     return p0 - there, wrap_angle(p1 - other)
@@ -246,14 +246,14 @@ def share_component(
     shares: Floats,
     count: int,
 ) -> int:
-    """Do as `share_plots` for plots and tracks that hang together."""
+    """As `share_plots` for the plots and tracks of a component."""
     beta = np.zeros(scores.shape)
     gamma = np.zeros(scores.shape)
-    told = pair_probabilities(scores, merged, sharing[BEST] != 0.0, beta, gamma)
-    for b in range(len(tracks) if told else 0):
+    solved = pair_probabilities(scores, merged, sharing[BEST] != 0.0, beta, gamma)
+    for b in range(len(tracks) if solved else 0):
         k = tracks[b]
         unknown = sharing[TIMED] != 0.0 and np.isnan(aircraft.velocity[k, 0])
-        restarts = aircraft.rejections[k] >= sharing[REFUSED_MAX]
+        restarts = aircraft.rejections[k] >= sharing[REJECTIONS_MAX]
         if aircraft.updates[k] < UPDATES_MIN or unknown or restarts:
             continue
         own = NONE
@@ -278,7 +278,7 @@ def write_shares(
     shares: Floats,
     count: int,
 ) -> int:
-    """Write the shares of one track, of sum one; that of its own plot stays, however small."""
+    """Write the shares of one track, of sum one; that of its assigned plot is always kept."""
     begin = count
     total = 0.0
     for a in range(-1, 2 * len(plots)):

@@ -1,4 +1,4 @@
-"""Compiled doubts about young tracks: a velocity that nobody flies, a first plot that was false.
+"""Compiled checks of young tracks: implausible velocities, and false first plots.
 
 Symbols as in `multiradar.tracking.association._association_kernels`.
 """
@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from multiradar.estimation.filters.arrays import Aircraft, Rows
 from multiradar.estimation.measurement._kernels import KIND_RADAR
-from multiradar.tracking.association._sky_kernels import COARSE_SIGMAS, NEAR_COLUMN
-from multiradar.tracking.association.sky import Candidates, Sky
+from multiradar.tracking.association._grid_kernels import COARSE_SIGMAS, NEAR_COLUMN
+from multiradar.tracking.association.track_grid import Candidates, TrackGrid
 from multiradar.tracking.lifecycle.lifecycle import (
     NONE,
     TENTATIVE,
@@ -24,63 +24,63 @@ from multiradar_compiled.kernels import in_loop, kernel
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-# How soft the bound of the usual speed is, m/s, and what is left of the likelihood of those above.
+# Softness of the usual maximum speed, m/s, and minimum log likelihood above it.
 USUAL_SPEED_SIGMA = 50.0
 LOG_FAST_MIN = -5.0
-# Spread of the components of the velocity of whoever is seen first, m/s.
+# Standard deviation of the velocity components of a new aircraft, m/s.
 SPEED_SIGMA = 200.0
-# Times shorter than this tell no speed, s.
+# Minimum time for a speed estimate, s.
 SHORT_S = 0.5
-# A track of so many measurements whose velocity was wrong.
-LOG_ANEW = -4.0
-# Two plots of one window are not taken for one aircraft where one may be so far off, m.
+# Log probability that the velocity of a young track is wrong.
+LOG_REINITIALISED = -4.0
+# Maximum search radius of two plots of one window that initiate one track, m.
 TWIN_REACH_M = 3_000.0
 
 
 @in_loop
 def is_young(k: int, life: Lifecycle) -> bool:
-    """Return whether the velocity of a track may rest on a false plot."""
+    """Return whether the velocity of a track may be based on a false plot."""
     young: bool = life.stage[k] == TENTATIVE and life.hits[k] <= YOUNG_HITS
     return young
 
 
 @in_loop
-def slack_of(k: int, reach: float, sky: Sky) -> float:
-    """Return by how much, m, the places of a plot and of the last one of a track may be wrong."""
-    near = sky.state[k, NEAR_COLUMN]
+def slack_of(k: int, reach: float, grid: TrackGrid) -> float:
+    """Return the position uncertainty, m, of a plot and of the last plot of a track."""
+    near = grid.state[k, NEAR_COLUMN]
     return 0.5 * math.sqrt(reach * reach + near * near)
 
 
 @in_loop
-def log_of_speed(way: float, since: float) -> float:
-    """Return the logarithm of how much less likely a flight so far in such a time is."""
-    fast = (way / max(since, SHORT_S) - USUAL_SPEED) / USUAL_SPEED_SIGMA
+def log_of_speed(flown: float, since: float) -> float:
+    """Return the log likelihood of the speed of a flight."""
+    fast = (flown / max(since, SHORT_S) - USUAL_SPEED) / USUAL_SPEED_SIGMA
     return max(-0.5 * fast * fast, LOG_FAST_MIN) if fast > 0.0 else 0.0
 
 
 @in_loop
-def log_anew(
+def log_reinitialised(
     row: int, k: int, ahead: float, east: float, north: float, reach: float, rows: Rows,
-    aircraft: Aircraft, sky: Sky, log_clutter: float,
+    aircraft: Aircraft, grid: TrackGrid, log_clutter: float,
 ) -> float:  # fmt: skip
-    """Return the score of a plot with a track of which only the last plot was of the aircraft."""
+    """Return the score of a plot if only the last plot of the track was of the aircraft."""
     since = rows.time[row] - aircraft.updated[k]
-    # Straight back to where that plot was.
-    d0 = east - sky.state[k, 0] + (since - ahead) * sky.state[k, 2]
-    d1 = north - sky.state[k, 1] + (since - ahead) * sky.state[k, 3]
-    near = sky.state[k, NEAR_COLUMN]
+    # Back to the position of that plot.
+    d0 = east - grid.state[k, 0] + (since - ahead) * grid.state[k, 2]
+    d1 = north - grid.state[k, 1] + (since - ahead) * grid.state[k, 3]
+    near = grid.state[k, NEAR_COLUMN]
     spread = (reach * reach + near * near) / (2.0 * COARSE_SIGMAS * COARSE_SIGMAS)
     spread += SPEED_SIGMA * SPEED_SIGMA * since * since
     score: float = -0.5 * (d0 * d0 + d1 * d1) / spread - math.log(2.0 * math.pi * spread)
-    score += log_of_speed(math.hypot(d0, d1) - slack_of(k, reach, sky), since)
-    # From density on the ground to that of what is measured.
+    score += log_of_speed(math.hypot(d0, d1) - slack_of(k, reach, grid), since)
+    # From the density on the ground to that in measurement coordinates.
     around = math.log(max(rows.z[row, 0], 1.0)) if rows.kind[row] == KIND_RADAR else 0.0
-    return score + around - log_clutter + LOG_ANEW
+    return score + around - log_clutter + LOG_REINITIALISED
 
 
 @kernel
-def forget_velocity(k: int, speed_variance: float, aircraft: Aircraft, life: Lifecycle) -> None:
-    """Let a track that is not confirmed begin anew with its last plot, of `Aircraft.updated`."""
+def reset_velocity(k: int, speed_variance: float, aircraft: Aircraft, life: Lifecycle) -> None:
+    """Reinitialise a tentative track with its last plot, at `Aircraft.updated`."""
     since = aircraft.time[k] - aircraft.updated[k]
     V = aircraft.sensitivity[k]
     for i in range(2):
@@ -90,7 +90,7 @@ def forget_velocity(k: int, speed_variance: float, aircraft: Aircraft, life: Lif
             V[i, c] -= since * V[i + 2, c]
             V[i + 2, c] = 0.0
     P = aircraft.covariance[k]
-    # What a refused plot added to the spread stays: it is little, and on the safe side.
+    # The variance added by a rejected plot is kept: it is small and conservative.
     P[2] = 0.0
     P[3] = 0.0
     P[5] = 0.0
@@ -102,12 +102,12 @@ def forget_velocity(k: int, speed_variance: float, aircraft: Aircraft, life: Lif
     aircraft.velocity[k] = np.nan
     aircraft.fading_nis[k] = 1.0
     if aircraft.mode_probability.shape[1] > 0:
-        # All modes are in the one state again.
+        # All modes get the single state again.
         aircraft.mode_probability[k, 0] = np.nan
     life.hits[k] = 1
     life.score[k] = 0.0
     life.born[k] = aircraft.updated[k]
-    # Its first plot stays counted among the false ones.
+    # Its first plot remains counted as false.
     life.first_sensor[k] = NONE
     for s in range(life.heard.shape[1]):
         if life.heard[k, s] < aircraft.updated[k]:
@@ -116,9 +116,9 @@ def forget_velocity(k: int, speed_variance: float, aircraft: Aircraft, life: Lif
 
 @kernel
 def score_of_twin(i: int, j: int, candidates: Candidates, log_density: float) -> float:
-    """Return the score of two plots in one window, by two sensors, that begin one track.
+    """Return the score of two plots of one window, by two sensors, as one new track.
 
-    ``log_density`` is that of false plots on the ground, 1/m². −∞ where neither place is known
+    ``log_density`` is that of false plots on the ground, 1/m². −∞ where neither position is known
     well enough.
     """
     reach, other = candidates.place[i, 2], candidates.place[j, 2]

@@ -1,10 +1,10 @@
-"""Which plot is of which aircraft, where no identity says so: windows, assignment, lives of tracks.
+"""Association of plots without identity: windows, assignment, track lifecycles.
 
-Rows come in windows of data time that are shorter than half a turn of any radar, so that a scan of
-a sensor in a window holds an aircraft once. Rows that are known by identity keep their aircraft;
-the others of each sensor are assigned to the tracks as they stand when the window begins, so that
-the likelihood of the whole is greatest; what is left begins tracks. All of it is a function of the
-rows of the window and of those before.
+Rows are processed in windows of data time shorter than half a scan of any radar, so that a window
+contains at most one plot of an aircraft by each sensor. Rows with a known identity keep their
+aircraft. The others of each sensor are assigned to the tracks, predicted to the start of the
+window, so that the total likelihood is greatest; unassigned rows initiate tracks. The result
+depends on the rows of the window and earlier ones alone.
 """
 
 import math
@@ -17,14 +17,14 @@ from numpy.typing import NDArray
 from multiradar.estimation.filters.arrays import Model, Result, Rows
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.tracking._kernels import identify
-from multiradar.tracking.association import sky as skies
+from multiradar.tracking.association import track_grid
 from multiradar.tracking.association._association_kernels import find_candidates
+from multiradar.tracking.association._grid_kernels import fill_grid, release_distant
 from multiradar.tracking.association._sharing_kernels import SHARE_COLUMNS, share_plots
-from multiradar.tracking.association._sky_kernels import doubt, fill_sky
 from multiradar.tracking.association.clutter import ClutterMap
 from multiradar.tracking.association.shared_plots import Shares, sharing_rules
-from multiradar.tracking.association.sky import Candidates, Sky
-from multiradar.tracking.bearings._bearing_kernels import give_bearings
+from multiradar.tracking.association.track_grid import Candidates, TrackGrid
+from multiradar.tracking.bearings._bearing_kernels import assign_bearings
 from multiradar.tracking.input.measurements import KIND_BEARING, MeasurementBatch
 from multiradar.tracking.input.order import RELEASE_STEP_S
 from multiradar.tracking.lifecycle._lifecycle_kernels import (
@@ -32,12 +32,12 @@ from multiradar.tracking.lifecycle._lifecycle_kernels import (
     SHADOW_HITS,
     TRANSITION_COUNT,
     choose_tracks,
-    find_ended,
-    settle,
+    find_dropped,
+    update_lifecycles,
 )
 from multiradar.tracking.lifecycle._merging_kernels import find_merges
 from multiradar.tracking.lifecycle.transitions import MERGED as REASON_MERGED
-from multiradar.tracking.lifecycle.transitions import Ends
+from multiradar.tracking.lifecycle.transitions import TerminatedTracks
 from multiradar.tracking.pool import AircraftPool
 from multiradar.tracking.roster import RowIdentities
 from multiradar.tracking.settings import (
@@ -46,30 +46,32 @@ from multiradar.tracking.settings import (
     TrackingSettings,
 )
 
-#: Length of a window, s: a power of two, so that its bounds are exact; short beside a turn. The
-#: reorder buffer releases rows by it, so that a window is complete when it comes.
+#: Length of a window, s: a power of two, so that its bounds are exact; short beside a scan. The
+#: reorder buffer releases rows in steps of it, so that every window is complete.
 WINDOW_S = RELEASE_STEP_S
-#: Turn taken for sensors whose turn is not known, s.
-USUAL_TURN_S = 5.0
-#: Tracks are compared with each other once in so long, s of data time.
+#: Scan period of sensors without a configured one, s.
+DEFAULT_PERIOD_S = 5.0
+#: Data time between two searches for duplicate tracks, s.
 MERGE_STEP_S = 2.0
-#: Where plots are shared, so many more such tests two tracks that are two aircraft are left alone.
+#: Additional tests before merging for tracks that were two aircraft, with probabilistic
+#: association.
 PATIENCE_TESTS = 26
-#: Where plots are shared, hits that a track needs whose first plot could have been of another.
+#: Hits needed to confirm a track whose first plot may belong to another, with probabilistic
+#: association.
 SHADOW_HITS_SHARED = 3
-#: Standard deviation of a velocity that was wrong, or jumped, m/s.
-ASTRAY_SIGMA_MPS = 60.0
-#: What a plot that an address names, not far from its track, adds to the score of the track.
+#: Standard deviation of a wrong or changed velocity, m/s.
+VELOCITY_ERROR_MPS = 60.0
+#: Score of a plot assigned by address and close to its track.
 KNOWN_SCORE = 6.0
 
-#: Names of the transitions that are counted, by their place.
+#: Names of the counted transitions, by position.
 TRANSITIONS = ("started", "confirmed", "ended_unconfirmed", "ended_silent", "merged")
 
 Integers = NDArray[np.int64]
 
 
 class Window(NamedTuple):
-    """Rows that are associated together.
+    """Rows associated together.
 
     Attributes
     ----------
@@ -78,11 +80,11 @@ class Window(NamedTuple):
     codes : (n,) int64
         Their Mode 3/A codes.
     rows : Rows
-        The same as the filters take them.
+        The same in the form of the filters.
     identities : RowIdentities
-        Whose they are.
+        Aircraft of the rows.
     first, last : int
-        Which of them are in the window.
+        Rows of the window.
     """
 
     batch: MeasurementBatch
@@ -111,20 +113,20 @@ class Association:
         self._patience = PATIENCE_TESTS if self._shares else 0
         self._shadow_hits = SHADOW_HITS_SHARED if self._shares else SHADOW_HITS
         self._sharing = sharing_rules(sensors, settings)
-        self._periods = np.nan_to_num(sensors.rotation_period_s, nan=USUAL_TURN_S)
+        self._periods = np.nan_to_num(sensors.rotation_period_s, nan=DEFAULT_PERIOD_S)
         self._apart = np.nan_to_num(sensors.rotation_period_s, nan=0.0)
-        rules = np.empty(skies.RULE_COUNT)
-        rules[skies.SPEED_MAX] = settings.speed_max_mps
-        rules[skies.MANOEUVRE] = settings.manoeuvre_sigma_mps2
-        rules[skies.ASTRAY] = ASTRAY_SIGMA_MPS
-        rules[skies.HITS_MIN] = settings.confirm_updates
-        rules[skies.SCORE_MIN] = settings.confirm_score
-        rules[skies.DROP_AFTER] = settings.drop_after_s
+        rules = np.empty(track_grid.RULE_COUNT)
+        rules[track_grid.SPEED_MAX] = settings.speed_max_mps
+        rules[track_grid.MANOEUVRE] = settings.manoeuvre_sigma_mps2
+        rules[track_grid.VELOCITY_ERROR] = VELOCITY_ERROR_MPS
+        rules[track_grid.HITS_MIN] = settings.confirm_updates
+        rules[track_grid.SCORE_MIN] = settings.confirm_score
+        rules[track_grid.DROP_AFTER] = settings.drop_after_s
         self._rules = rules
         self._speed_variance = settings.speed_sigma_mps**2
         self._clutter = ClutterMap(self._periods, settings.clutter_density_per_km2 * 1e-6)
         self._transitions = np.zeros(TRANSITION_COUNT, np.int64)
-        self._sky: Sky | None = None
+        self._grid: TrackGrid | None = None
         self._merge_step = 0
         self._anonymous = False
         self._scores = np.empty(0)
@@ -132,26 +134,26 @@ class Association:
 
     @property
     def transitions(self) -> dict[str, int]:
-        """How often tracks went from one stage of their lives to another, by reason."""
+        """Number of lifecycle transitions, by name."""
         return dict(zip(TRANSITIONS, self._transitions.tolist(), strict=True))
 
     def windows(
         self, batch: MeasurementBatch, first: int, last: int
     ) -> Iterator[tuple[int, int, bool]]:
-        """Cut rows into windows; those whose rows are all known by track number stay together.
+        """Divide rows into windows; those with track numbers throughout stay together.
 
         Parameters
         ----------
         batch : MeasurementBatch
             The measurements, in the order of their time.
         first, last : int
-            Rows to cut.
+            Rows to divide.
 
         Yields
         ------
         tuple
-            First and last row, and whether some of them must be associated: a function of the
-            rows of the window and of those before, so that it must be asked when they are done.
+            First and last row, and whether some of them must be associated. This depends on the
+            previous windows, so the next item is valid only after they were processed.
         """
         if not self._associates:
             yield first, last, False
@@ -173,69 +175,69 @@ class Association:
         if waiting < last:
             yield waiting, last, False
 
-    def end_tracks(self, time_s: float, model: Model, pool: AircraftPool) -> Ends:
-        """End tracks before a window: those that are too old, and those that are twice there.
+    def drop_tracks(self, time_s: float, model: Model, pool: AircraftPool) -> TerminatedTracks:
+        """Terminate tracks before a window: those not updated for too long, and duplicates.
 
         Parameters
         ----------
         time_s : float
-            Begin of the window.
+            Start of the window.
         model : Model
-            What all aircraft share.
+            Model common to all aircraft.
         pool : AircraftPool
             The aircraft.
 
         Returns
         -------
         Ends
-            The tracks that ended, by ascending identifier, and why.
+            The terminated tracks, by ascending identifier, with reasons.
         """
         self._clutter.fade(time_s)
         ended, reasons = np.empty((2, len(pool.roster.track_id)), np.int64)
-        count, alive = find_ended(
+        count, alive = find_dropped(
             time_s, pool.aircraft, pool.roster, pool.life, self._periods, self._rules, ended,
             reasons, self._transitions,
         )  # fmt: skip
         self._anonymous = alive > 0
-        gone = pool.end(ended[:count], reasons[:count])
+        gone = pool.terminate(ended[:count], reasons[:count])
         if math.floor(time_s / MERGE_STEP_S) == self._merge_step:
             return gone
         self._merge_step = math.floor(time_s / MERGE_STEP_S)
-        sky, longest = self._fill(time_s, model, pool)
+        grid, longest = self._fill(time_s, model, pool)
         into = np.empty(len(ended), np.int64)
         count = find_merges(
-            time_s, longest, model, pool.aircraft, pool.roster, pool.life, self._periods, sky,
+            time_s, longest, model, pool.aircraft, pool.roster, pool.life, self._periods, grid,
             self._patience, ended, into,
         )  # fmt: skip
         self._transitions[MERGED] += count
         why = np.full(count, REASON_MERGED)
-        return gone.and_also(pool.end(ended[:count], why, into[:count]))
+        return gone.and_also(pool.terminate(ended[:count], why, into[:count]))
 
-    def _fill(self, time_s: float, model: Model, pool: AircraftPool) -> tuple[Sky, float]:
+    def _fill(self, time_s: float, model: Model, pool: AircraftPool) -> tuple[TrackGrid, float]:
         capacity = len(pool.roster.track_id)
-        if self._sky is None or len(self._sky.reach) != capacity:
-            self._sky = Sky.empty(capacity)
-        longest = fill_sky(
-            time_s, model, pool.aircraft, pool.roster, pool.life, self._rules, self._sky
+        if self._grid is None or len(self._grid.reach) != capacity:
+            self._grid = TrackGrid.empty(capacity)
+        longest = fill_grid(
+            time_s, model, pool.aircraft, pool.roster, pool.life, self._rules, self._grid
         )
-        return self._sky, longest
+        return self._grid, longest
 
-    def choose(self, window: Window, model: Model, pool: AircraftPool) -> Shares | None:
-        """Find the aircraft of the rows of a window, or mark that they begin one.
+    def associate(self, window: Window, model: Model, pool: AircraftPool) -> Shares | None:
+        """Assign the rows of a window to aircraft, or mark that they initiate one.
 
         Parameters
         ----------
         window : Window
             The rows; their slots are filled.
         model : Model
-            What all aircraft share.
+            Model common to all aircraft.
         pool : AircraftPool
             The aircraft.
 
         Returns
         -------
         Shares or None
-            Who else may have them, where that is asked for and in doubt.
+            Shares of plots between tracks, where requested and ambiguous.
         """
         batch, codes, rows, identities, first, last = window
         unknown = identify(
@@ -247,12 +249,12 @@ class Association:
         if unknown == 0 and not addressed.any():
             return None
         window_time = math.floor(rows.time[first] / WINDOW_S) * WINDOW_S
-        sky, _ = self._fill(window_time, model, pool)
-        doubted = np.zeros(n, np.int64)
+        grid, _ = self._fill(window_time, model, pool)
+        released = np.zeros(n, np.int64)
         if unknown < n:
-            unknown += doubt(
-                first, last, window_time, batch.track_number, rows, model, pool.aircraft, sky,
-                identities, doubted,
+            unknown += release_distant(
+                first, last, window_time, batch.track_number, rows, model, pool.aircraft, grid,
+                identities, released,
             )  # fmt: skip
         if unknown == 0:
             return None
@@ -260,53 +262,53 @@ class Association:
         find_candidates(
             first, last, window_time, batch.track_number, batch.mode_s_address, codes, rows, model,
             pool.aircraft, pool.roster, pool.life, self._apart, self._rules,
-            self._clutter.log_densities, sky, identities, candidates,
+            self._clutter.log_densities, grid, identities, candidates,
         )  # fmt: skip
         choose_tracks(
             first, last, self._sensors, batch.track_number, batch.mode_s_address, codes, rows,
             self._clutter.log_densities, self._speed_variance, pool.aircraft, pool.life,
-            candidates, sky, identities, doubted, self._scores, self._shadows,
+            candidates, grid, identities, released, self._scores, self._shadows,
         )  # fmt: skip
         if bool((batch.kind[first:last] == KIND_BEARING).any()):
-            give_bearings(
+            assign_bearings(
                 first, last, window_time, batch.track_number, batch.mode_s_address, codes, rows,
-                model, pool.aircraft, pool.roster, pool.life, self._rules, sky, identities,
+                model, pool.aircraft, pool.roster, pool.life, self._rules, grid, identities,
             )  # fmt: skip
         return self._share(window, model, candidates, pool) if self._shares else None
 
     def _share(
         self, window: Window, model: Model, candidates: Candidates, pool: AircraftPool
     ) -> Shares | None:
-        sky, rows, first = self._sky, window.rows, window.first
-        assert sky is not None
+        grid, rows, first = self._grid, window.rows, window.first
+        assert grid is not None
         window_time = math.floor(rows.time[first] / WINDOW_S) * WINDOW_S
         pairs = int(np.maximum(candidates.number, 0).sum())
         table = np.empty((3 * pairs, SHARE_COLUMNS))
         count = share_plots(
             first, self._sensors, window_time, self._sharing, self._rules,
-            self._clutter.log_densities, rows, model, candidates, sky, window.identities.slot,
+            self._clutter.log_densities, rows, model, candidates, grid, window.identities.slot,
             pool.life, pool.aircraft, table,
         )  # fmt: skip
         return Shares.of(table[:count]) if count else None
 
-    def settle(
+    def update_lifecycles(
         self, window: Window, result: Result, pool: AircraftPool, confirmed: Integers
     ) -> None:
-        """Let the tracks live on with what became of the rows of a window.
+        """Update the lifecycles of tracks with the outcomes of a window.
 
         Parameters
         ----------
         window : Window
             The rows, their slots filled.
         result : Result
-            What the filter made of them.
+            Outcomes of the filter.
         pool : AircraftPool
             The aircraft.
         confirmed : (n,) int64
-            Gets whether the track is confirmed, for rows of tracks that are not known by identity.
+            Receives whether the track is confirmed, for rows of tracks without identity.
         """
         _, _, rows, identities, first, last = window
-        settle(
+        update_lifecycles(
             first, last, rows, result, self._periods, self._rules, self._clutter.log_densities,
             self._clutter.log_usual, self._shadow_hits, self._clutter.counts, pool.life,
             identities, self._scores, self._shadows, confirmed, self._transitions,

@@ -1,4 +1,4 @@
-"""How many plots of a radar are of no aircraft, by range: learnt from what became of tracks."""
+"""Clutter density of a radar by range, learnt from unconfirmed tracks."""
 
 import math
 
@@ -9,30 +9,30 @@ from multiradar.tracking.association._clutter_kernels import RINGS, fill_log_clu
 
 Floats = NDArray[np.float64]
 
-#: What was counted counts less by a factor e after so long, s.
+#: Time constant of the counts, s.
 MEMORY_S = 60.0
-#: The usual density counts as much as so many turns of counting.
-PRIOR_TURNS = 2.0
+#: Weight of the default density, in scans.
+PRIOR_SCANS = 2.0
 
 
 class ClutterMap:
-    """Densities of false plots by sensor and ring, a function of the plots so far.
+    """Densities of false plots by sensor and range ring, a function of the plots so far.
 
     Parameters
     ----------
     periods_s : (m,) ndarray
-        Turns of the sensors, s.
+        Scan periods of the sensors, s.
     usual_density : float
-        Density before anything is known, 1/m² a turn.
+        Default density, 1/m² per scan.
 
     Attributes
     ----------
     counts : (m, RINGS) ndarray
-        First plots of tracks that were not confirmed; fading.
+        First plots of tracks that were not confirmed, fading.
     log_densities : (m, RINGS) ndarray
-        Logarithm of the density on the ground, 1/m² a turn.
+        Logarithm of the density on the ground, 1/m² per scan.
     log_usual : float
-        That of the usual density.
+        Logarithm of the default density.
     """
 
     def __init__(self, periods_s: Floats, usual_density: float) -> None:
@@ -45,20 +45,20 @@ class ClutterMap:
         self.log_densities = np.full((len(periods_s), RINGS), self.log_usual)
 
     def fade(self, time_s: float) -> None:
-        """Let what was counted fade until a time, and set the densities.
+        """Fade the counts to a time, and update the densities.
 
         Parameters
         ----------
         time_s : float
-            Data time, never going back.
+            Data time, never decreasing.
         """
         passed_s = 0.0 if self._faded_s is None else time_s - self._faded_s
         self._faded_s = time_s
         left = math.exp(-passed_s / MEMORY_S)
         self.counts *= left
-        # Of a count that went on for ever, MEMORY_S would be left.
+        # The limit of continuous counting is MEMORY_S.
         self._seconds = self._seconds * left + MEMORY_S * (1.0 - left)
         fill_log_clutters(
-            self.counts, self._seconds / self._periods_s, self._usual, PRIOR_TURNS,
+            self.counts, self._seconds / self._periods_s, self._usual, PRIOR_SCANS,
             self.log_densities,
         )  # fmt: skip

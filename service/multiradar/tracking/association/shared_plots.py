@@ -1,8 +1,8 @@
-"""Tracks that may have one of several plots, or none: each is corrected by all of them.
+"""Probabilistic association (JPDA): tracks updated by several plots, weighted by probability.
 
-The filter takes every plot in a copy of the aircraft of its own, and the copies are mixed: any
-filter that keeps one state for an aircraft, or one for each mode, can do so without knowing of it.
-What such plots measure is kept from the biases.
+The filter processes every plot in a copy of the aircraft, and the copies are mixed. This works for
+any filter with one state per aircraft, or one per mode. Shared plots are excluded from bias
+estimation.
 """
 
 from typing import NamedTuple
@@ -24,7 +24,7 @@ from multiradar.estimation.filters.bank import FILTERS, FilterDefinition
 from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET, SensorTable
 from multiradar.tracking.association._sharing_kernels import (
     BEST,
-    REFUSED_MAX,
+    REJECTIONS_MAX,
     RESOLVED_AZIMUTH,
     RESOLVED_RANGE,
     SHARING_COUNT,
@@ -38,22 +38,22 @@ Integers = NDArray[np.int64]
 
 
 class Shares(NamedTuple):
-    """Who may have which plot of a window, where that is in doubt.
+    """Plots shared between tracks in a window.
 
     Attributes
     ----------
     group : (h,) int64
-        Ascending: the shares of one track in the plots of one sensor.
+        Ascending: shares of one track in the plots of one sensor.
     slot : (h,) int64
         The track.
     own : (h,) int64
-        The row that was assigned to it, −1 for none.
+        Row assigned to it, −1 for none.
     row : (h,) int64
-        The row that this share is of, −1 for no plot at all.
+        Row of this share, −1 for a missed detection.
     unresolved : (h,) int64
-        Whether this is as one plot of it and another.
+        Whether the plot is unresolved between this track and another.
     probability : (h,) float64
-        How likely it is; of sum one.
+        Probability; shares of a group sum to one.
     """
 
     group: Integers
@@ -71,7 +71,7 @@ class Shares(NamedTuple):
 
 
 class _Round(NamedTuple):
-    # One correction of each of some aircraft: who, with which rows of what it may have.
+    # One update of each of some aircraft: slots, and rows of their shares.
     slot: Integers
     own: Integers
     time: Floats
@@ -81,13 +81,13 @@ class _Round(NamedTuple):
     probability: Floats
 
 
-class Taken(NamedTuple):
-    """Rows that are taken together.
+class RowSelection(NamedTuple):
+    """Rows processed together.
 
     Attributes
     ----------
     which : (n,) int64
-        Which rows.
+        Indices of the rows.
     rows : Rows
         The measurements, their slots filled.
     result : Result
@@ -100,22 +100,22 @@ class Taken(NamedTuple):
 
 
 class SharedPlots:
-    """Corrects aircraft by plots that are shared; owned by the engine.
+    """Updates aircraft with shared plots; owned by the engine.
 
     Parameters
     ----------
     definition : FilterDefinition
-        The filter: it must keep one state of an aircraft, or one for each mode, with what the
-        biases do to it.
+        The filter; it must keep one state per aircraft, or one per mode, with its sensitivity to
+        the biases.
     sizes : (columns, sensors, modes)
         Numbers of bias parameters, sensors and modes.
     settings : TrackingSettings
-        What radars resolve.
+        Resolution of the radars.
 
     Raises
     ------
     ConfigurationError
-        If the filter keeps something else of an aircraft.
+        If the filter has another form of state.
     """
 
     def __init__(
@@ -127,34 +127,35 @@ class SharedPlots:
         if not definition.keeps_sensitivity:
             able = " or ".join(one.name for one in FILTERS.values() if one.keeps_sensitivity)
             raise ConfigurationError(
-                f"expected the filter {able} where the association is probabilistic, "
-                f"was {definition.name}"
+                f"filter: expected {able} with probabilistic association, was {definition.name}"
             )
         self._filter, self._sizes = definition, sizes
         self._copies: Aircraft | None = None
-        # Where in it an aircraft is, evenly, and nothing of reported positions.
+        # Variance of an aircraft within an unresolved plot (uniform distribution); none for
+        # position reports.
         cell = [settings.range_resolution_m, np.radians(settings.azimuth_resolution_deg), 0.0, 0.0]
         self._cell = np.square(cell) / 12.0
 
-    def take(self, shares: Shares, window: Taken, model: Model, pool: AircraftPool) -> Integers:
-        """Correct the aircraft that share plots by all that a window has of them.
+    def update(
+        self, shares: Shares, window: RowSelection, model: Model, pool: AircraftPool
+    ) -> Integers:
+        """Update the aircraft that share plots.
 
         Parameters
         ----------
         shares : Shares
-            Who may have what.
-        window : Taken
-            Its rows; the result is filled for those of these aircraft, and nothing is said of the
-            biases.
+            The shares.
+        window : RowSelection
+            Rows of the window; the result is filled for these aircraft, without bias information.
         model : Model
-            What all aircraft share.
+            Model common to all aircraft.
         pool : AircraftPool
             The aircraft.
 
         Returns
         -------
         (m,) int64
-            The rows of the other aircraft.
+            Rows of the other aircraft.
         """
         which, rows, _ = window
         concerned = np.isin(rows.slot[which], shares.slot)
@@ -162,13 +163,13 @@ class SharedPlots:
             self._correct(one, window, model, pool.aircraft)
         return which[~concerned]
 
-    def _correct(self, one: _Round, window: Taken, model: Model, aircraft: Aircraft) -> None:
+    def _correct(self, one: _Round, window: RowSelection, model: Model, aircraft: Aircraft) -> None:
         _, rows, result = window
         count = len(one.row)
         copies = self._room(count)
         copy_aircraft(one.slot, one.bounds, aircraft, copies)
         lengths = np.diff(one.bounds)
-        # No plot at all: any row of the track goes, if the gate lets nothing through.
+        # Missed detection: any row of the track, with a closed gate.
         seen = np.where(one.row == NONE, np.repeat(_any_row(one), lengths), one.row)
         copied = Rows(
             slot=np.arange(count),
@@ -202,12 +203,12 @@ class SharedPlots:
             one.slot, owners, unseen, one.bounds, one.probability, copies, model.bias, aircraft
         )
         together = np.add.reduceat(one.probability * (one.unresolved != 0), one.bounds[:-1])
-        # One plot of two aircraft is one of each.
+        # An unresolved plot updates both aircraft.
         kept = (owners == NONE) & (together > 0.5)
         aircraft.updated[one.slot[kept]] = one.time[kept]
         owned = owners != NONE
         result.outcome[one.own[owned]] = found.outcome[owners[owned]]
-        # Nor is anything said of the noise of the sensors.
+        # No innovation is recorded: noise statistics exclude shared plots.
         result.innovation[one.own[owned]] = np.nan
         read_mixed(one.slot, one.own, aircraft, model, result)
 
@@ -220,7 +221,7 @@ class SharedPlots:
 def shared_plots(
     settings: TrackingSettings, definition: FilterDefinition, sizes: tuple[int, int, int]
 ) -> SharedPlots | None:
-    """Return what corrects aircraft by shared plots where the association shares any.
+    """Return the updater for shared plots, if the association is probabilistic.
 
     Parameters
     ----------
@@ -234,19 +235,19 @@ def shared_plots(
     Returns
     -------
     SharedPlots or None
-        None where every plot is of one track.
+        None where every plot belongs to one track.
 
     Raises
     ------
     ConfigurationError
-        If plots are shared and the filter cannot take them.
+        If the filter does not support shared plots.
     """
     shares = settings.association == BY_PROBABILITY
     return SharedPlots(definition, sizes, settings) if shares else None
 
 
 def sharing_rules(sensors: SensorTable, settings: TrackingSettings) -> Floats:
-    """Return the rules of sharing, as `share_plots` takes them.
+    """Return the sharing rules for `share_plots`.
 
     Parameters
     ----------
@@ -258,25 +259,25 @@ def sharing_rules(sensors: SensorTable, settings: TrackingSettings) -> Floats:
     Returns
     -------
     (SHARING_COUNT,) float64
-        At the places named in `_sharing_kernels`.
+        By the positions in `_sharing_kernels`.
     """
     rules = np.empty(SHARING_COUNT)
     rules[BEST] = settings.joint_events == LIKELIEST_EVENTS
     rules[TIMED] = np.any(sensors.parameter_kind == PARAMETER_TIME_OFFSET)
-    rules[REFUSED_MAX] = settings.refusals_max
+    rules[REJECTIONS_MAX] = settings.refusals_max
     rules[RESOLVED_RANGE] = settings.range_resolution_m
     rules[RESOLVED_AZIMUTH] = np.radians(settings.azimuth_resolution_deg)
     return rules
 
 
 def _any_row(one: _Round) -> Integers:
-    # The largest row of each; there is one that is a plot.
+    # The largest row of each; at least one is a plot.
     return np.maximum.reduceat(one.row, one.bounds[:-1])
 
 
 def _rounds(shares: Shares, plain: Integers, rows: Rows) -> list[_Round]:
-    """Return the corrections in rounds, in which each aircraft has one turn, by ascending time."""
-    # The shares of each track and sensor; a row of its own that is in none is a share by itself.
+    """Return rounds with at most one update of each aircraft, by ascending time."""
+    # Shares of each track and sensor; an unshared row of the track forms a group of its own.
     firsts = np.unique(shares.group)
     plain = plain[~np.isin(plain, shares.own)]
     starts = np.r_[firsts, len(shares.slot) + np.arange(len(plain))]
@@ -294,13 +295,13 @@ def _rounds(shares: Shares, plain: Integers, rows: Rows) -> list[_Round]:
     )
     at = np.where(own[starts] == NONE, row[heaviest], own[starts])
     order = np.lexsort((at, rows.time[at], slot[starts]))
-    turn = np.zeros(len(order), np.int64)
+    rank = np.zeros(len(order), np.int64)
     for i in range(1, len(order)):
         same = slot[starts[order[i]]] == slot[starts[order[i - 1]]]
-        turn[i] = turn[i - 1] + 1 if same else 0
+        rank[i] = rank[i - 1] + 1 if same else 0
     made = []
-    for number in range(int(turn.max()) + 1):
-        mine = order[turn == number]
+    for number in range(int(rank.max()) + 1):
+        mine = order[rank == number]
         taken = np.concatenate([np.arange(starts[e], ends[e]) for e in mine])
         made.append(
             _Round(

@@ -1,13 +1,13 @@
-"""Compiled association of bearings that no identity names: by azimuth, where one track alone fits.
+"""Compiled association of bearings without identity, by azimuth, where one track alone fits.
 
-A bearing points at every track behind each other in its direction. It is given to the one that is
-clearly likelier than all others and than a bearing of nothing, whose azimuth is anywhere; else to
-none, for a wrong bearing bends a track as a wrong plot does.
+A bearing fits every track in its direction. It is assigned to a track that is clearly likelier than
+all others and than a false bearing of random azimuth; otherwise to none, as a wrong bearing
+corrupts a track like a wrong plot.
 
 References
 ----------
-The project's own: likelihood ratios of `_association_kernels`, whose measurement has the empty
-first component of a bearing.
+The project's own: likelihood ratios of `_association_kernels`; the measurement has the empty first
+component of a bearing.
 """
 
 import math
@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from multiradar.estimation.filters.arrays import Aircraft, Model, Rows
 from multiradar.estimation.measurement._kernels import KIND_DIRECTION, is_bearing
-from multiradar.tracking.association._association_kernels import LOG_TURN, judge
-from multiradar.tracking.association.sky import Sky
+from multiradar.tracking.association._association_kernels import LOG_TWO_PI, association_score
+from multiradar.tracking.association.track_grid import TrackGrid
 from multiradar.tracking.lifecycle.lifecycle import TENTATIVE, Lifecycle
 from multiradar.tracking.roster import MISSING, Roster, RowIdentities
 from multiradar_compiled.kernels import kernel, loop
@@ -26,17 +26,17 @@ from multiradar_compiled.kernels import kernel, loop
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-# Logarithm of the density of bearings of nothing: even over the circle, 1/rad; beside it that of
-# the empty component at its middle.
-LOG_ANYWHERE = -1.5 * LOG_TURN
-# Of directions of nothing: the sine of the elevation is even from the horizon to the zenith.
-LOG_ANYWHERE_ABOVE = -LOG_TURN
-# By so much the likeliest track must be likelier than the next: twenty times.
+# Log density of false bearings: uniform over the circle, 1/rad, times that of the empty component
+# at its centre.
+LOG_ANYWHERE = -1.5 * LOG_TWO_PI
+# Of false directions: the sine of the elevation is uniform from the horizon to the zenith.
+LOG_ANYWHERE_ABOVE = -LOG_TWO_PI
+# Minimum difference of log likelihood to the second likeliest track: a factor of twenty.
 LOG_CLEARLY = math.log(20.0)
 
 
 @kernel
-def give_bearings(
+def assign_bearings(
     first: int,
     last: int,
     window_time: float,
@@ -49,14 +49,14 @@ def give_bearings(
     roster: Roster,
     life: Lifecycle,
     rules: Floats,
-    sky: Sky,
+    grid: TrackGrid,
     identities: RowIdentities,
 ) -> None:
-    """Fill the slots of bearings first…last without identity for which one track alone fits."""
+    """Assign bearings first…last without identity for which one track alone fits."""
     n = model.bias.shape[0]
     search(
         first, last, window_time, track_numbers, addresses, codes, rows, model, aircraft, roster,
-        life, rules, sky, identities, np.sqrt(np.diag(model.bias_covariance)),
+        life, rules, grid, identities, np.sqrt(np.diag(model.bias_covariance)),
         np.empty((2, n)), np.empty((2, n)),
     )  # fmt: skip
 
@@ -75,13 +75,13 @@ def search(
     roster: Roster,
     life: Lifecycle,
     rules: Floats,
-    sky: Sky,
+    grid: TrackGrid,
     identities: RowIdentities,
     sigmas: Floats,
     U: Floats,
     R: Floats,
 ) -> None:
-    """Do as `give_bearings`, in the room given."""
+    """As `assign_bearings`, with given scratch arrays."""
     for row in range(first, last):
         named = track_numbers[row] >= 0 or addresses[row] >= 0
         if not is_bearing(rows.kind[row]) or identities.slot[row] >= 0 or named:
@@ -97,11 +97,11 @@ def search(
                 or life.stage[k] == TENTATIVE
             ):
                 continue
-            # The place of the bearing, which there is none of, is looked at of tentative ones only;
-            # direction finders do not turn.
-            score, _ = judge(
+            # The position of a plot, which a bearing has not, matters for tentative tracks only;
+            # direction finders do not rotate.
+            score, _ = association_score(
                 row, k, ahead, 0.0, MISSING, MISSING, codes[row], 0.0, 0.0, 0.0, 0.0, rows, model,
-                aircraft, roster, life, sky, rules, anywhere, sigmas, U, R,
+                aircraft, roster, life, grid, rules, anywhere, sigmas, U, R,
             )  # fmt: skip
             if score > best:
                 best, second = score, best

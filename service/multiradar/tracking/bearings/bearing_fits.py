@@ -1,12 +1,11 @@
-"""Where an aircraft is by bearings alone, perhaps with elevations: least squares on the ellipsoid.
+"""Position of an aircraft by triangulation of bearings, with elevations: least squares.
 
-It flies straight meanwhile. With an elevation the height is looked for as well: what was heard of
-it, or what is assumed of every aircraft, is its prior, so that a height that is known makes the
-elevation a distance, and one that is not is told by elevations of a place that is.
+The aircraft is assumed to fly straight. With an elevation the height is estimated as well, with the
+received or assumed height as prior. A known height then gives a distance; an unknown one is
+determined by elevations at a known position.
 
-A place is believed where the search came to rest, ahead of all sources, at a speed that aircraft
-fly, with bearings that are as far from it as their errors; and where the distance is told as well
-as asked.
+A fit is accepted if it converged, lies ahead of all sources at a plausible speed, agrees with the
+bearings within their errors, and has the required accuracy of distance.
 """
 
 from typing import NamedTuple
@@ -35,31 +34,31 @@ from multiradar.estimation.measurement.angles import wrapped
 from multiradar.estimation.measurement.sensors import PARAMETER_AZIMUTH_OFFSET, SensorTable
 from multiradar.estimation.measurement.sights import Sight
 from multiradar.geodesy import _kernels as geodesy
-from multiradar.tracking.bearings.bearings_seen import Seen
+from multiradar.tracking.bearings.waiting_bearings import WaitingBearing
 from multiradar.tracking.pool import Start
 
 Floats = NDArray[np.float64]
 
-# Rounds on the ellipsoid, each of them shortened until it fits better; a handful is usual. It is at
-# rest when a round moves it by less than a hundredth of its errors.
+# Iterations on the ellipsoid, each shortened until the fit improves; a handful is usual. They have
+# converged when a step is below a hundredth of the errors.
 _ROUNDS_MAX = 40
 _HALVINGS_MAX = 12
 _SETTLED_SIGMAS = 1e-2
-# Bearings are of one aircraft that flies straight up to so many sigmas of the sum of their squares.
+# Bound of the misfit of a straight flight, in standard deviations of the sum of squares.
 _MISFIT_SIGMAS_MAX = 5.0
 
 
 class Bounds(NamedTuple):
-    """What is asked of a place at which a track begins.
+    """Requirements on the position of a new track.
 
     Attributes
     ----------
     speed_sigma_mps : float
-        What is known beforehand of each component of the velocity, m/s.
+        Prior standard deviation of each velocity component, m/s.
     speed_max_mps : float
-        No aircraft is faster, m/s.
+        Maximum speed of aircraft, m/s.
     distance_share_max : float
-        Worst sigma of the place over the distance of the nearest source.
+        Largest ratio of the position error (worst axis) to the distance of the nearest source.
     """
 
     speed_sigma_mps: float
@@ -68,39 +67,40 @@ class Bounds(NamedTuple):
 
 
 def locate(
-    seen: list[Seen],
+    seen: list[WaitingBearing],
     sensors: SensorTable,
     bounds: Bounds,
     model: Model,
     biases: BiasState,
 ) -> Start | None:
-    """Return a track as these bearings begin it.
+    """Return the initial state of a track by these bearings.
 
     Parameters
     ----------
-    seen : list of Seen
-        In the order of time.
+    seen : list of WaitingBearing
+        The bearings, by ascending time.
     sensors : SensorTable
         The sensors.
     bounds : Bounds
-        What is asked of the place.
+        Requirements on the position.
     model : Model
         The sensors on the plane.
     biases : BiasState
-        As published.
+        Published biases.
 
     Returns
     -------
     Start or None
-        Of the time of the last bearing; None where the place would be too loose, or no aircraft
-        flew as the bearings say.
+        State at the time of the last bearing; None where the position is not accurate enough, or
+        the bearings do not fit a plausible flight.
 
     Raises
     ------
     BearingsError
-        If the lines of sight do not cross, and no elevation tells a distance.
+        If the bearings do not intersect and no elevation gives a distance, or the fit did not
+        converge.
     LinAlgError
-        If the search runs away.
+        If the fit diverges.
     """
     fit = _Fit(seen, sensors, bounds.speed_sigma_mps, model, biases)
     mean, covariance, sensitivity = fit.solved()
@@ -124,11 +124,11 @@ def locate(
 
 
 class _Fit:
-    # Unknown: position and velocity on the plane, and the height where elevations are there.
+    # Unknowns: position and velocity on the plane, and the height if there are elevations.
 
     def __init__(
-        self, seen: list[Seen], sensors: SensorTable, speed_sigma_mps: float, model: Model,
-        biases: BiasState,
+        self, seen: list[WaitingBearing], sensors: SensorTable, speed_sigma_mps: float,
+        model: Model, biases: BiasState,
     ) -> None:  # fmt: skip
         self._seen, self._model, self._speed_sigma_mps = seen, model, speed_sigma_mps
         self.by_bias = np.zeros((len(seen), len(biases.estimate)))
@@ -137,7 +137,7 @@ class _Fit:
             self.by_bias[place, own] = model.parameters[own] == PARAMETER_AZIMUTH_OFFSET
         self._azimuth = np.array([one.azimuth_rad for one in seen]) - self.by_bias @ biases.estimate
         self._sigmas = sensors.azimuth_sigma_rad[[one.sensor for one in seen]]
-        # Which of them have an elevation.
+        # Rows with an elevation.
         self._raised = [place for place, one in enumerate(seen) if not np.isnan(one.elevation_rad)]
         self._elevation_sigmas = sensors.elevation_sigma_rad[[one.sensor for one in seen]]
         self._moving = any(one.moving for one in seen)
@@ -146,7 +146,7 @@ class _Fit:
         self.height_m = heard[-1] if heard else float(options[ASSUMED_HEIGHT])
         self.height_sigma_m = COARSE_STEP_M if heard else float(options[ASSUMED_HEIGHT_SIGMA])
         if not self.elevated:
-            # A bearing does not ask for the height.
+            # A bearing does not depend on the height.
             self.height_m = float(options[ASSUMED_HEIGHT])
             self.height_sigma_m = float(options[ASSUMED_HEIGHT_SIGMA])
         loose = [0.0, 0.0, speed_sigma_mps**-2, speed_sigma_mps**-2]
@@ -162,8 +162,8 @@ class _Fit:
     def elevated(self) -> bool:
         return len(self._raised) > 0
 
-    # Flat first, for a place to linearise at, then on the ellipsoid. The covariance is of the place
-    # where the search is at rest: of the one before it may be of another distance altogether.
+    # First on a flat plane, for a linearisation point, then on the ellipsoid. The covariance is
+    # that at convergence: at an earlier iterate the distance may be quite different.
     def solved(self) -> tuple[Floats, Floats, Floats]:
         mean = self._guess()
         for _ in range(_ROUNDS_MAX):
@@ -175,16 +175,18 @@ class _Fit:
             )
             if step @ information @ step <= _SETTLED_SIGMAS**2:
                 covariance = symmetric_part(np.asarray(np.linalg.inv(information), np.float64))
-                # A bias turns the lines: χ = a + V ς.
+                # A bias rotates the bearings: χ = a + V ς.
                 return mean, covariance, np.asarray(-covariance @ weighted @ self._all_by_bias)
             mean = mean + self._shortened(mean, np.asarray(step), residual, sigmas) * step
-        raise BearingsError("NOT_OBSERVABLE", f"expected a place after {_ROUNDS_MAX} rounds")
+        raise BearingsError(
+            "NOT_OBSERVABLE", f"position fit did not converge in {_ROUNDS_MAX} iterations"
+        )
 
     def explains(self, mean: Floats, biases: BiasState) -> bool:
-        """Whether bearings are as far from a place, and it from what is known, as errors are."""
+        """Whether residuals of bearings and of the prior agree with their errors."""
         _, residual, sigmas = self._rows(mean)
         if not (np.abs(residual[: len(self._seen)]) < np.pi / 2.0).all():
-            # Lines of sight cross behind a source as well, where it does not look.
+            # Lines also intersect behind a source.
             return False
         turned = self._all_by_bias
         noise = np.diag(sigmas**2) + turned @ biases.covariance @ turned.T
@@ -193,7 +195,7 @@ class _Fit:
         n = len(residual)
         return bool(misfit <= n + _MISFIT_SIGMAS_MAX * np.sqrt(2.0 * n))
 
-    # The share of a step that fits better than none, with the errors as they are.
+    # Step size that improves the fit, with fixed sigmas.
     def _shortened(self, mean: Floats, step: Floats, residual: Floats, sigmas: Floats) -> float:
         before = self._misfit(mean, residual, sigmas)
         share = 1.0
@@ -202,28 +204,30 @@ class _Fit:
             if self._misfit(there, self._rows(there)[1], sigmas) < before:
                 return share
             share /= 2.0
-        raise BearingsError("NOT_OBSERVABLE", "expected a place that fits better nearby")
+        raise BearingsError("NOT_OBSERVABLE", "position fit did not converge")
 
     def _misfit(self, mean: Floats, residual: Floats, sigmas: Floats) -> float:
         off = self._known - mean
         return float(np.sum((residual / sigmas) ** 2) + off @ self._prior @ off)
 
-    # Derivatives, what is measured more than expected, and sigmas, of azimuths and then elevations.
+    # Derivatives, residuals and sigmas, of azimuths and then elevations.
     def _rows(self, mean: Floats) -> tuple[Floats, Floats, Floats]:
         slopes = np.zeros((len(self._seen) + len(self._raised), len(mean)))
         residual, sigmas = np.empty(len(slopes)), np.empty(len(slopes))
         height_m = float(mean[4]) if self.elevated else self.height_m
         for place, one in enumerate(self._seen):
-            ago, east, north = self._then(one, mean)
+            ago, east, north = self._position_at(one, mean)
             at = geodesy.predict_polar(self._model.plane, one.site, east, north, height_m)
             slopes[place, :4] = at[4], at[5], ago * at[4], ago * at[5]
             residual[place] = wrapped(self._azimuth[place] - at[1])
             sigmas[place] = self._sigmas[place]
             if self._moving:
-                sigmas[place] = np.sqrt(self._sigmas[place] ** 2 + self._strays(ago) / at[6] ** 2)
+                sigmas[place] = np.sqrt(
+                    self._sigmas[place] ** 2 + self._manoeuvre_variance(ago) / at[6] ** 2
+                )
         for row, place in enumerate(self._raised, len(self._seen)):
             one, sigma = self._seen[place], self._elevation_sigmas[place]
-            ago, east, north = self._then(one, mean)
+            ago, east, north = self._position_at(one, mean)
             noise = np.array([sigma**2, 1.0, 0.0, one.site[geodesy.HEIGHT]])
             sine, _, ground, h, w = expected_measurement(
                 KIND_DIRECTION, self._model.plane, one.site, noise, east, north, height_m, 0.0
@@ -234,15 +238,15 @@ class _Fit:
             sigmas[row] = np.sqrt(w[0])
         return slopes, residual, sigmas
 
-    # How long before the end a bearing was taken, and where the aircraft was then.
-    def _then(self, one: Seen, mean: Floats) -> tuple[float, float, float]:
+    # Time of a bearing relative to the last one, and the position of the aircraft then.
+    def _position_at(self, one: WaitingBearing, mean: Floats) -> tuple[float, float, float]:
         ago = one.time_s - self._seen[-1].time_s
         east, north = mean[:2] + ago * mean[2:4]
         return ago, float(east), float(north)
 
-    # Variance, m², of a straight flight so long ago, by the white acceleration of the filter. It
-    # counts over the minutes that a moving source takes.
-    def _strays(self, ago: float) -> float:
+    # Variance, m², of straight flight over a time, by the white acceleration of the filter. It
+    # matters over the minutes that a moving source needs.
+    def _manoeuvre_variance(self, ago: float) -> float:
         return float(self._model.options[ACCELERATION_DENSITY]) * abs(ago) ** 3 / 3.0
 
     def _guess(self) -> Floats:
@@ -261,7 +265,7 @@ class _Fit:
             mean = self._guess_by_elevation()
         return np.append(mean, self.height_m) if self.elevated else mean
 
-    # In the middle of the places that each elevation alone tells at the height.
+    # Median of the positions given by each elevation at the height.
     def _guess_by_elevation(self) -> Floats:
         places = []
         for place in self._raised:
@@ -274,7 +278,7 @@ class _Fit:
             if found:
                 places.append((east, north))
         if not places:
-            raise BearingsError("NOT_OBSERVABLE", "expected elevations that tell a distance")
+            raise BearingsError("NOT_OBSERVABLE", "no elevation gives a distance")
         return np.append(np.median(np.array(places), axis=0), [0.0, 0.0])
 
 
@@ -282,7 +286,7 @@ def _place(site: Floats) -> Floats:
     return np.array([site[geodesy.PE], site[geodesy.PN]])
 
 
-# A bearing as if the plane were flat: the azimuth at the site, turned to the plane's north.
+# A bearing on a flat plane: azimuth at the site, rotated to the plane's north.
 def _flat(site: Floats, azimuth_rad: float, sigma_rad: float) -> Sight:
     sine, cosine = np.sin(azimuth_rad), np.cos(azimuth_rad)
     east = sine * site[geodesy.EE] + cosine * site[geodesy.NE]

@@ -1,11 +1,10 @@
-"""Tracks that begin by bearings: of an aircraft that is known by identity and was never located.
+"""Track initiation by bearings of aircraft known by identity but without a position.
 
-The last bearings of such an aircraft wait. When they come from two places and cross beyond their
-errors, and one more comes, the track begins at them; that one then corrects it as any other. A
-source that moves is at two places by itself, and an elevation with a height is a distance: one
-direction finder may do then. Who looks often enough finds a crossing among errors alone: the more
-often it was looked in vain, the better the lines have to cross. All of it follows the rows in their
-order, so that no cut between them matters.
+The last bearings of such an aircraft are buffered. A track is initiated when bearings from two
+sites intersect significantly and one more bearing arrives, which then updates the track. One
+direction finder is enough if it moves, or measures elevations of a known height. Repeated attempts
+would find an intersection of errors alone: the required significance increases with every failed
+attempt. The result depends on the order of the rows alone, not on batches.
 """
 
 from collections import OrderedDict
@@ -24,7 +23,7 @@ from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.tracking._kernels import identify
 from multiradar.tracking.association.association import Window
 from multiradar.tracking.bearings.bearing_fits import Bounds, locate
-from multiradar.tracking.bearings.bearings_seen import Seen, seen_in
+from multiradar.tracking.bearings.waiting_bearings import WaitingBearing, bearing_of_row
 from multiradar.tracking.input.measurements import KIND_RADAR
 from multiradar.tracking.pool import AircraftPool, Start
 from multiradar.tracking.roster import Roster, RowIdentities
@@ -32,43 +31,44 @@ from multiradar.tracking.settings import TrackingSettings
 
 Floats = NDArray[np.float64]
 
-#: Bearings that a track begins at, at least and at most, and how old they may be, s.
+#: Minimum and maximum number of bearings for initiation, and their maximum age, s.
 BEARINGS_MIN = 4
 BEARINGS_MAX = 16
 AGE_MAX_S = 30.0
-#: Aircraft whose bearings wait; the one that was not heard for longest goes.
+#: Maximum number of aircraft with buffered bearings; the least recent is dropped.
 WAITING_MAX = 10_000
 
 
-# A source that moves needs time to tell a distance: its bearings wait longer, and of more of them
-# than this every other one goes.
+# A moving source needs time to observe the distance: its bearings are kept longer. Beyond this
+# number every other one is dropped.
 _MOVING_AGE_MAX_S = 300.0
 _MOVING_MAX = 128
-# A search that found nothing is not worth another one before so much more time has passed.
-_MORE_TIME = 1.12
-# A look has little in common with one a quarter of the time before.
-_LOOKS_OF_MOVING = 0.5
+# Growth of the time span after a failed attempt before the next one.
+_RETRY_FACTOR = 1.12
+# Increase of the number of attempts by one: attempts that differ by a quarter of the time span are
+# nearly independent.
+_ATTEMPTS_OF_MOVING = 0.5
 
 
 class _Waiting(NamedTuple):
-    seen: list[Seen]
-    # When a moving source is asked again, s.
-    again_s: float = -np.inf
-    # How often it was looked in vain, in looks that have little in common.
-    looks: float = 0.0
+    seen: list[WaitingBearing]
+    # Time of the next attempt for a moving source, s.
+    retry_s: float = -np.inf
+    # Number of failed attempts, counted as independent ones.
+    attempts: float = 0.0
 
 
 class BearingStarts:
-    """Finds bearings at which tracks begin; owned by the engine.
+    """Initiates tracks by bearings; owned by the engine.
 
     Parameters
     ----------
     sensors : SensorTable
         The sensors.
     settings : TrackingSettings
-        What is known of speeds beforehand.
+        Prior speeds.
     active : bool
-        Whether tracks begin by bearings at all.
+        Whether tracks are initiated by bearings at all.
     """
 
     def __init__(self, sensors: SensorTable, settings: TrackingSettings, *, active: bool) -> None:
@@ -78,23 +78,23 @@ class BearingStarts:
         self._waiting: OrderedDict[tuple[int, int], _Waiting] = OrderedDict()
 
     def assign(self, window: Window, model: Model, biases: BiasState, pool: AircraftPool) -> None:
-        """Find or make the aircraft of rows, also of bearings at which a track can begin.
+        """Find or create the aircraft of rows, also of bearings that initiate a track.
 
         Parameters
         ----------
         window : Window
-            The rows, in the order of their time; their slots are filled.
+            The rows, by ascending time; their slots are filled.
         model : Model
             The sensors on the plane.
         biases : BiasState
-            As published.
+            Published biases.
         pool : AircraftPool
-            The aircraft; it gets the tracks that begin, as they are before the rows.
+            The aircraft; new tracks are added with their state before the rows.
         """
         batch, codes, _, identities, first, last = window
         starts = self._find(window, model, biases, pool.roster) if self._active else {}
         if starts:
-            # They make an aircraft, as plots do.
+            # They create an aircraft, as plots do.
             kind = batch.kind.copy()
             kind[list(starts)] = KIND_RADAR
             batch = replace(batch, kind=kind)
@@ -102,7 +102,7 @@ class BearingStarts:
         for row, start in starts.items():
             slot = int(identities.slot[row])
             if slot >= 0:
-                pool.begin(slot, start)
+                pool.initiate(slot, start)
 
     def _find(
         self, window: Window, model: Model, biases: BiasState, roster: Roster
@@ -118,16 +118,16 @@ class BearingStarts:
         for row in (first + np.flatnonzero(named & (known.slot[first:] < 0))).tolist():
             key = int(batch.track_number[row]), int(batch.mode_s_address[row])
             if batch.kind[row] != KIND_BEARING:
-                # Whatever else is measured of it begins its track.
+                # Any other measurement initiates its track.
                 self._waiting.pop(key, None)
                 continue
-            start = self._take(key, seen_in(window, row, model), model, biases)
+            start = self._push(key, bearing_of_row(window, row, model), model, biases)
             if start is not None:
                 found[row] = start
         return found
 
-    def _take(
-        self, key: tuple[int, int], seen: Seen, model: Model, biases: BiasState
+    def _push(
+        self, key: tuple[int, int], seen: WaitingBearing, model: Model, biases: BiasState
     ) -> Start | None:
         time_s = seen.time_s
         waiting = self._waiting.pop(key, _Waiting([]))
@@ -140,50 +140,51 @@ class BearingStarts:
         self._waiting[key] = waiting
         if len(self._waiting) > WAITING_MAX:
             self._waiting.popitem(last=False)
-        if len(before) < BEARINGS_MIN or (moving and time_s < waiting.again_s):
+        if len(before) < BEARINGS_MIN or (moving and time_s < waiting.retry_s):
             return None
-        bounds = Bounds(*self._speeds_mps, share_max(waiting.looks))
+        bounds = Bounds(*self._speeds_mps, share_max(waiting.attempts))
         try:
             start = locate(before, self._sensors, bounds, model, biases)
         except (BearingsError, np.linalg.LinAlgError):
-            # They do not cross, or the search runs away from where they nearly do.
+            # The bearings do not intersect, or the fit diverges.
             start = None
         if start is not None:
             self._waiting.pop(key, None)
             return start
-        # All but one of the bearings of the next look are those of this one, where nothing moves.
-        looks, again_s = waiting.looks + 1.0 / BEARINGS_MAX, waiting.again_s
+        # Without motion all but one of the bearings are used again in the next attempt.
+        attempts, retry_s = waiting.attempts + 1.0 / BEARINGS_MAX, waiting.retry_s
         if moving:
-            looks = waiting.looks + _LOOKS_OF_MOVING
-            again_s = before[0].time_s + _MORE_TIME * (time_s - before[0].time_s)
-        self._waiting[key] = waiting._replace(again_s=again_s, looks=looks)
+            attempts = waiting.attempts + _ATTEMPTS_OF_MOVING
+            retry_s = before[0].time_s + _RETRY_FACTOR * (time_s - before[0].time_s)
+        self._waiting[key] = waiting._replace(retry_s=retry_s, attempts=attempts)
         return None
 
 
-def share_max(looks: float) -> float:
-    """Return how well a distance has to be told after so many looks in vain.
+def share_max(attempts: float) -> float:
+    """Return the accuracy of distance required after a number of failed attempts.
 
     Parameters
     ----------
-    looks : float
-        How many looks there were, not negative.
+    attempts : float
+        Number of failed attempts, not negative.
 
     Returns
     -------
     float
-        Largest sigma of a distance over the distance.
+        Largest ratio of the standard deviation of a distance to the distance.
 
     Notes
     -----
-    A share s says that lines cross by z = 1 / s sigmas, which errors alone reach with a chance of
-    about exp(-z² / 2). With z² = z₀² + 2 ln k the chance of look k is that of the first one over
-    k, so that all looks of an hour together have less than five times the chance of the first.
+    A ratio s means that bearings intersect by z = 1 / s standard deviations, which errors alone
+    reach with a probability of about exp(-z² / 2). With z² = z₀² + 2 ln k the probability at
+    attempt k is that of the first one over k: all attempts of an hour have less than five times the
+    probability of the first.
     """
-    return float((DISTANCE_SHARE_MAX**-2 + 2.0 * np.log1p(looks)) ** -0.5)
+    return float((DISTANCE_SHARE_MAX**-2 + 2.0 * np.log1p(attempts)) ** -0.5)
 
 
-# The last of them; of moving sources all of the time, with fewer in it.
-def _kept(seen: list[Seen], *, moving: bool) -> list[Seen]:
+# The last ones; of moving sources the whole time span, thinned out.
+def _kept(seen: list[WaitingBearing], *, moving: bool) -> list[WaitingBearing]:
     if not moving:
         return seen[-BEARINGS_MAX:]
     return seen if len(seen) <= _MOVING_MAX else seen[::2]

@@ -1,9 +1,8 @@
-"""What bearings are seen from, where that is not the site of their sensor, and elevations.
+"""Sites of moving sources, and noise of elevations, of single bearings.
 
-The filters find the site of a row, its noise and its columns in the bias vector in `Model`, by
-`Rows.seen`. A bearing of a moving source has a site of its own there, one with an elevation a noise
-of its own: rows behind those of the sensors. No kernel asks whether a source moves, and what is no
-such bearing does not notice.
+The filters look up site, noise and bias columns of a row in `Model`, by `Rows.seen`. A bearing of a
+moving source has its own site there, and one with an elevation its own noise, in rows after those
+of the sensors. Kernels need not know of moving sources.
 """
 
 from typing import NamedTuple
@@ -22,12 +21,12 @@ Integers = NDArray[np.int64]
 
 
 class Sources(NamedTuple):
-    """What `Model` has of sites, of those of single bearings too.
+    """Site arrays of `Model`, including those of single bearings.
 
     Attributes
     ----------
     sites, noises : (k, …) float64
-        As in `Model`, those of bearings behind those of sensors.
+        As in `Model`; those of bearings follow those of sensors.
     starts : (k + 1,) int64
         As in `Model`: the first and last column of row q are at q and q + 1.
     """
@@ -44,32 +43,32 @@ class Sources(NamedTuple):
 def find_sources(
     batch: MeasurementBatch, rows: Rows, model: Model, sensors: SensorTable
 ) -> tuple[Rows, Sources | None]:
-    """Give bearings of moving sources, and those with an elevation, what is their own.
+    """Add sites of moving sources, and noise of elevations.
 
     Parameters
     ----------
     batch : MeasurementBatch
         The measurements.
     rows : Rows
-        The same as the filters take them; bearings with an elevation become directions.
+        The same in the form of the filters; bearings with an elevation become directions.
     model : Model
-        What all aircraft share.
+        Model common to all aircraft.
     sensors : SensorTable
         The sensors.
 
     Returns
     -------
     Rows
-        With the places of sites and noises.
+        With the row numbers of sites and noises.
     Sources or None
-        What is at these places; None where all of it is that of the sensors.
+        The arrays; None if there are only those of the sensors.
     """
-    told = batch.directions
-    if told is None:
+    directions = batch.directions
+    if directions is None:
         return rows, None
-    elevated, moves = ~np.isnan(told.elevation_rad), told.moves
+    elevated, moves = ~np.isnan(directions.elevation_rad), directions.moves
     own = np.flatnonzero(elevated | moves)
-    # A row of `starts` needs the place behind it as well.
+    # A row of `starts` also uses the next entry.
     first = len(model.sites) + 1
     places = first + 2 * np.arange(len(own))
     sites = np.zeros((first + 2 * len(own), model.sites.shape[1]))
@@ -83,14 +82,14 @@ def find_sources(
     starts[places], starts[places + 1] = model.starts[of], model.starts[of + 1]
     noises[places, 0] = sensors.elevation_sigma_rad[of] ** 2
     for place, row in zip(places[moves[own]].tolist(), own[moves[own]].tolist(), strict=True):
-        height_m = float(told.source_height_m[row])
+        height_m = float(directions.source_height_m[row])
         sites[place] = site_parameters(
-            model.plane, float(told.source_latitude_rad[row]),
-            float(told.source_longitude_rad[row]), height_m,
+            model.plane, float(directions.source_latitude_rad[row]),
+            float(directions.source_longitude_rad[row]), height_m,
         )  # fmt: skip
         noises[place, 3] = height_m
     seen, kind, z = rows.sensor.copy(), rows.kind.copy(), rows.z.copy()
     seen[own] = places
     kind[elevated] = KIND_DIRECTION
-    z[elevated, 0] = np.sin(told.elevation_rad[elevated])
+    z[elevated, 0] = np.sin(directions.elevation_rad[elevated])
     return rows._replace(seen=seen, kind=kind, z=z), Sources(sites, noises, starts)

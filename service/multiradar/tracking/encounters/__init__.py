@@ -1,1 +1,1 @@
-"""Encounters: which aircraft are expected to come near each other, when, and how near."""
+"""Encounters: prediction of the proximity of aircraft, its time and its distance."""

@@ -1,25 +1,26 @@
-"""Compiled closest approach of pairs of tracks: when, where, how near, and how sure that is.
+"""Compiled closest point of approach (CPA) of pairs of tracks, with uncertainties.
 
-What two tracks err by is taken for independent but for the biases that they share. Symbols:
-t = time from now, p, w = position of the second track relative to the first and its mean rate since
-now, in true metres where they meet; A, C, U = covariance of the position now, of it with the
-velocity now, and of that velocity; V = covariance of w, so that the position at t has the
-covariance A + t (C + Cᵀ) + t² V; T = true metres by metres on the plane. A track has two V, the
-usual one and, in the share `RARE_SHARE` of cases, the rare one: so a pair has four.
+Errors of two tracks are taken as independent, except for common biases. Symbols: t = time from now,
+p, w = position of the second track relative to the first and its mean velocity since now, in true
+metres where they meet; A, C, U = covariance of the position now, its cross-covariance with the
+velocity now, and the covariance of that velocity; V = covariance of w, so that the position at t
+has the covariance A + t (C + Cᵀ) + t² V; T = true metres per metre on the plane. A track has two V,
+the usual one and, in the fraction `RARE_SHARE` of cases, the rare one: a pair has four.
 
-At the closest approach p ⟂ w, so that to the first order the distance errs by what p errs by
-across w, and the time by what p errs by along w, and w across p. Far from zero that is the whole;
-near zero the distance is not Gaussian, and only its signed form is: see `_chance_kernels`.
+At the closest approach p ⟂ w. To first order, the error of the distance is that of p across w, and
+the error of the time is that of p along w and of w across p. Near zero the distance is not
+Gaussian, only its signed form is: see `_conflict_kernels`.
 
-For these the motion is taken as straight between now and the closest approach, along the chord
-with the covariance that the forecast gives at both ends. For white acceleration of density q it is
-V = U + q t / 3: a straight line of time, so that nothing is lost between two points of a forecast.
+Probabilities use a straight motion between now and the closest approach, along the chord, with the
+covariance of the forecast at both ends. For white acceleration of density q, V = U + q t / 3 is
+linear in time, and interpolation between two points of a forecast is exact.
 
 References
 ----------
 R. A. Paielli, H. Erzberger, "Conflict probability estimation for free flight", Journal of Guidance,
-Control, and Dynamics 20 (1997), 588-596: errors of both aircraft as those of one, and the distance
-across the relative velocity. The project's own: the chord, pairs that fly together, shared biases.
+Control, and Dynamics 20 (1997), 588-596: combined error covariance of both aircraft, and the
+distance across the relative velocity. The project's own: the chord, pairs that fly together, shared
+biases.
 """
 
 from math import hypot, sqrt
@@ -39,25 +40,25 @@ from multiradar_compiled.kernels import in_loop, loop
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-#: Columns of what is found of a pair. Times are from now.
+#: Columns of the results of a pair. Times are from now.
 (
     TIME, TIME_SIGMA, DISTANCE, SIGMA, DISTANCE_NOW, TOGETHER, FIRST_EAST, FIRST_NORTH, SECOND_EAST,
     SECOND_NORTH,
 ) = range(10)  # fmt: skip
 FOUND_COUNT = 10
 #: Columns of a straight relative motion: position now and velocity; covariance of the position,
-#: upper triangle; of the position and the velocity, row by row; how long it lasts; covariance of
+#: upper triangle; cross-covariance of position and velocity, row by row; duration; covariance of
 #: the velocity, upper triangle, for each of the `VARIANTS`.
 CHORD_P, CHORD_W, CHORD_A, CHORD_C, CHORD_END, CHORD_V = 0, 2, 4, 7, 11, 12
-#: Both tracks have the usual V, the first has the rare one, the second, both.
+#: Usual V of both tracks, rare V of the first, of the second, of both.
 VARIANTS = 4
 CHORD_COUNT = CHORD_V + 3 * VARIANTS
-#: The relative velocity of two tracks that fly together is none that could be told from zero:
+#: The relative velocity of two tracks that fly together does not differ significantly from zero:
 #: the 99 % point of χ² with two degrees of freedom.
 TOGETHER_CHI_SQUARED = 9.21
 #: Below this, (m/s)², the variance of a velocity is a rounding error.
 VELOCITY_FLOOR = 1e-9
-#: A chord is not shorter, s: of a moment it would say nothing of the velocity.
+#: Minimum duration of a chord, s: shorter ones do not determine the velocity.
 CHORD_MIN_S = 1.0
 
 
@@ -68,9 +69,9 @@ def find_approaches(
 ) -> None:  # fmt: skip
     """Fill the rows of ``found`` and ``chords``.
 
-    ``now`` (n, 10) and ``walks`` (n, k, 6) are A, C, U and both V of the tracks, ``matrices``
-    (m, 4) T of the pairs, row by row; ``shared`` (n, 4, c) is what a standard deviation of each
-    bias does.
+    ``now`` (n, 10) and ``walks`` (n, k, 6) are A, C, U and both V of the tracks, ``matrices`` (m,
+    4) T of the pairs, row by row; ``shared`` (n, 4, c) is the effect of one standard deviation of
+    each bias.
     """
     for row in range(pairs.shape[0]):
         i, j = pairs[row, 0], pairs[row, 1]
@@ -87,21 +88,21 @@ def find_approaches(
         there = relative_state(t, means, i, j, k, u, matrices[row])
         time = t[k] + u * dt
         walk = relative_walk(walks, common, i, j, k, u, RARE_SHARE, RARE_SHARE, matrices[row])
-        turns = 0.0 < time < t[last]
+        interior = 0.0 < time < t[last]
         found[row, TIME] = time
         found[row, TOGETHER] = 1.0 if together else 0.0
         found[row, DISTANCE] = hypot(there[0], there[1])
         found[row, DISTANCE_NOW] = hypot(begin[0], begin[1])
-        found[row, SIGMA] = sigma_of_distance(there, spread, walk, time, turns)
+        found[row, SIGMA] = sigma_of_distance(there, spread, walk, time, interior)
         sigma = sigma_of_time(there, spread, walk, time)
-        # Less certain than the horizon is long, the time is open.
-        found[row, TIME_SIGMA] = sigma if turns and sigma <= t[last] else np.nan
+        # The time is undefined if its error exceeds the horizon.
+        found[row, TIME_SIGMA] = sigma if interior and sigma <= t[last] else np.nan
         for axis in range(2):
-            found[row, FIRST_EAST + axis] = place_at(means, i, k, u, dt, axis)
-            found[row, SECOND_EAST + axis] = place_at(means, j, k, u, dt, axis)
+            found[row, FIRST_EAST + axis] = position_at(means, i, k, u, dt, axis)
+            found[row, SECOND_EAST + axis] = position_at(means, j, k, u, dt, axis)
         reach = min(max(time, CHORD_MIN_S), t[last])
         if slow:
-            # The relative velocity is as good as none: the approach may be at any time.
+            # Without relative velocity the approach may be at any time.
             reach = t[last]
         elif time == 0.0:
             reach = t[likely_return(t, means, walks, common, i, j, last, matrices[row], spread)]
@@ -110,7 +111,7 @@ def find_approaches(
             k += 1
         u = (reach - t[k]) / (t[k + 1] - t[k])
         end = relative_state(t, means, i, j, k, u, matrices[row])
-        lay_chord(begin, spread, end, reach, chords[row])
+        fill_chord(begin, spread, end, reach, chords[row])
         chords[row, CHORD_END] = t[last]
         for variant in range(VARIANTS):
             first, second = float(variant % 2), float(variant // 2)
@@ -126,9 +127,9 @@ def likely_return(
     i: int, j: int, last: int, matrix: Floats,
     spread: tuple[float, float, float, float, float, float, float, float, float, float],
 ) -> int:  # fmt: skip
-    """Return the point at which two that fly apart are likeliest to be near again.
+    """Return the point at which two diverging tracks are likeliest to be close again.
 
-    It is where the distance is least beside what it errs by.
+    It has the least distance in terms of its error.
     """
     likeliest, least = 1, np.inf
     for k in range(1, last + 1):
@@ -143,8 +144,8 @@ def likely_return(
 
 
 @in_loop
-def place_at(means: Floats, i: int, k: int, u: float, dt: float, axis: int) -> float:
-    """Return one coordinate of a track within piece k of its way."""
+def position_at(means: Floats, i: int, k: int, u: float, dt: float, axis: int) -> float:
+    """Return one coordinate of a track within piece k of its path."""
     a, b = means[i, k], means[i, k + 1]
     place: float = cubic(u, dt, a[axis], b[axis], a[axis + 2], b[axis + 2])
     return place
@@ -154,7 +155,7 @@ def place_at(means: Floats, i: int, k: int, u: float, dt: float, axis: int) -> f
 def relative_point(
     means: Floats, i: int, j: int, k: int, matrix: Floats
 ) -> tuple[float, float, float, float]:
-    """Return position and velocity at one point of the forecasts, in true metres."""
+    """Return relative position and velocity at one point of the forecasts, in true metres."""
     a, b = means[i, k], means[j, k]
     x, y, vx, vy = b[0] - a[0], b[1] - a[1], b[2] - a[2], b[3] - a[3]
     return (
@@ -169,7 +170,7 @@ def relative_point(
 def relative_state(
     t: Floats, means: Floats, i: int, j: int, k: int, u: float, matrix: Floats
 ) -> tuple[float, float, float, float]:
-    """Return position and velocity within piece k."""
+    """Return relative position and velocity within piece k."""
     dt = t[k + 1] - t[k]
     a = relative_point(means, i, j, k, matrix)
     b = relative_point(means, i, j, k + 1, matrix)
@@ -185,7 +186,7 @@ def relative_state(
 def nearest_point(
     t: Floats, means: Floats, i: int, j: int, last: int, matrix: Floats
 ) -> tuple[int, float]:
-    """Return the piece, and the part of it, in which the expected positions are nearest."""
+    """Return the piece, and the fraction of it, at which the predicted positions are closest."""
     nearest, at, part = np.inf, 0, 0.0
     known = np.inf
     for k in range(last + 1):
@@ -197,7 +198,7 @@ def nearest_point(
         a = b
         b = relative_point(means, i, j, k + 1, matrix)
         dt = t[k + 1] - t[k]
-        # A piece all of which is farther than a point of another needs no search.
+        # Pieces farther away than a point of another are skipped.
         if is_within(known, dt, a[0], a[1], b[0], b[1], a[2], a[3], b[2], b[3]):
             u, square = nearest_part(dt, a[0], a[1], b[0], b[1], a[2], a[3], b[2], b[3])
             if square < nearest:
@@ -210,8 +211,8 @@ def is_slow(
     wx: float, wy: float,
     spread: tuple[float, float, float, float, float, float, float, float, float, float],
 ) -> bool:  # fmt: skip
-    """Return whether a relative velocity cannot be told from zero: w S⁻¹ w below its bound."""
-    # Of velocities without errors only equal ones are.
+    """Return whether a relative velocity does not differ from zero: w S⁻¹ w below its bound."""
+    # Without errors, only equal velocities do not differ.
     a, b, d = spread[7] + VELOCITY_FLOOR, spread[8], spread[9] + VELOCITY_FLOOR
     determinant = max(a * d - b * b, 0.0)
     return wx * wx * d - 2.0 * wx * wy * b + wy * wy * a <= TOGETHER_CHI_SQUARED * determinant
@@ -221,15 +222,15 @@ def is_slow(
 def sigma_of_distance(
     state: tuple[float, float, float, float],
     spread: tuple[float, float, float, float, float, float, float, float, float, float],
-    walk: tuple[float, float, float], time: float, turns: bool,
+    walk: tuple[float, float, float], time: float, interior: bool,
 ) -> float:  # fmt: skip
     """Return the standard deviation of the signed distance.
 
-    It is across the relative velocity where the distance has its minimum there, and else in the
-    direction in which the one sees the other; where there is none it is the largest.
+    It is the error across the relative velocity at an interior minimum, else along the line between
+    the aircraft; where both are undefined it is the largest.
     """
     x, y = state[0], state[1]
-    if turns and hypot(state[2], state[3]) > 0.0:
+    if interior and hypot(state[2], state[3]) > 0.0:
         x, y = -state[3], state[2]
     a = spread[0] + time * (2.0 * spread[2] + time * walk[0])
     b = spread[1] + time * (spread[3] + spread[5] + time * walk[1])
@@ -248,10 +249,10 @@ def sigma_of_time(
     spread: tuple[float, float, float, float, float, float, float, float, float, float],
     walk: tuple[float, float, float], time: float,
 ) -> float:  # fmt: skip
-    """Return the standard deviation of the time at which p · w = 0: of w · δp + p · δw over w²."""
+    """Return the standard deviation of the time with p · w = 0: of w · δp + p · δw over w²."""
     x, y, wx, wy = state
     square = wx * wx + wy * wy
-    # The position now counts by w, the velocity since then by w times the time, and by p.
+    # The position now is weighted by w, the velocity since then by w times the time plus p.
     ux, uy = time * wx + x, time * wy + y
     pp = wx * wx * spread[0] + 2.0 * wx * wy * spread[1] + wy * wy * spread[4]
     pv = wx * (spread[2] * ux + spread[3] * uy) + wy * (spread[5] * ux + spread[6] * uy)
@@ -260,12 +261,12 @@ def sigma_of_time(
 
 
 @in_loop
-def lay_chord(
+def fill_chord(
     begin: tuple[float, float, float, float],
     spread: tuple[float, float, float, float, float, float, float, float, float, float],
     end: tuple[float, float, float, float], reach: float, chord: Floats,
 ) -> None:  # fmt: skip
-    """Fill a straight motion from now to a later time, and the covariance of its beginning."""
+    """Fill a straight motion from now to a later time, and its initial covariance."""
     scale = 1.0 / reach
     chord[CHORD_P], chord[CHORD_P + 1] = begin[0], begin[1]
     chord[CHORD_W] = (end[0] - begin[0]) * scale

@@ -1,9 +1,9 @@
-"""Compiled covariances of pairs of tracks, what both err by alike taken out.
+"""Compiled relative covariances of pairs of tracks, without their common errors.
 
-A, C, U are the covariance of a track's position now, of it with the velocity now, and of that
-velocity; V that of its mean velocity since now: the usual one or, in the share `RARE_SHARE` of
-cases, the rare one. x = what the biases make common to two tracks; T = true metres by metres on the
-plane; k, u = piece of the horizon and part of it.
+A, C, U are the covariance of a track's position now, its cross-covariance with the velocity now,
+and the covariance of that velocity; V that of its mean velocity since now: the usual one or, in the
+fraction `RARE_SHARE` of cases, the rare one. x = covariance common to two tracks by biases; T =
+true metres per metre on the plane; k, u = piece of the horizon and fraction of it.
 """
 
 import numpy as np
@@ -13,7 +13,7 @@ from multiradar_compiled.kernels import in_loop
 
 Floats = NDArray[np.float64]
 
-#: Columns of the two V of a track, upper triangles, and how often it has the rare one.
+#: Columns of the two V of a track, upper triangles, and the fraction of the rare one.
 USUAL, RARE = 0, 3
 RARE_SHARE = 0.25
 
@@ -28,7 +28,7 @@ def relative_covariance(
 ) -> tuple[float, float, float, float, float, float, float, float, float, float]:
     """Return the covariance of position and velocity now, upper triangle, in true metres.
 
-    ``x`` is what is common to both tracks.
+    ``x`` is the covariance common to both tracks.
     """
     a, b = now[i], now[j]
     m0, m1, m2, m3 = matrix[0], matrix[1], matrix[2], matrix[3]
@@ -49,7 +49,7 @@ def relative_walk(
 ) -> tuple[float, float, float]:  # fmt: skip
     """Return V within piece k, upper triangle, in true metres.
 
-    Of each track as much of the rare V is taken as is said, and of the usual one the rest.
+    ``first`` and ``second`` are the weights of the rare V of each track.
     """
     v00 = track_walk(walks, i, k, u, first, 0) + track_walk(walks, j, k, u, second, 0)
     v01 = track_walk(walks, i, k, u, first, 1) + track_walk(walks, j, k, u, second, 1)
@@ -61,7 +61,7 @@ def relative_walk(
 
 @in_loop
 def track_walk(walks: Floats, i: int, k: int, u: float, rare: float, column: int) -> float:
-    """Return a number of the V of a track within piece k."""
+    """Return an element of the V of a track within piece k."""
     a, b = walks[i, k], walks[i, k + 1]
     usual = (1.0 - u) * a[USUAL + column] + u * b[USUAL + column]
     far = (1.0 - u) * a[RARE + column] + u * b[RARE + column]
@@ -73,7 +73,7 @@ def track_walk(walks: Floats, i: int, k: int, u: float, rare: float, column: int
 def common_covariance(
     shared: Floats, i: int, j: int
 ) -> tuple[float, float, float, float, float, float, float, float, float, float]:
-    """Return what the biases make common to two tracks, counted twice, upper triangle."""
+    """Return the covariance common to two tracks by biases, twice, upper triangle."""
     x00, x01, x02, x03, x11 = 0.0, 0.0, 0.0, 0.0, 0.0
     x12, x13, x22, x23, x33 = 0.0, 0.0, 0.0, 0.0, 0.0
     for bias in range(shared.shape[2]):

@@ -1,12 +1,12 @@
-"""Compiled search for the pairs of tracks that are expected to come near each other.
+"""Compiled search for pairs of tracks that are predicted to come close to each other.
 
-The horizon is cut where the points of the forecasts are. In each piece a track is at the middle of
-its way, give or take half of it, its reach; tracks are sorted into square cells by their middles,
-and each looks at those that were put into its own cell and the eight around before it. With cells
-as wide as the distance and two reaches, nobody near is elsewhere. A pair is kept once however many
-pieces it is near in.
+The horizon is divided at the points of the forecasts. In each piece a track is in a circle around
+the middle of its path, with half the path as radius (reach). Tracks are sorted into square cells by
+their middles, and each is compared with the earlier ones in its own cell and the eight around. With
+cells as wide as the distance plus two reaches no close pair is missed. A pair is reported once,
+whatever the number of pieces.
 
-Symbols: D = distance below which a pair is kept; i, j = tracks, k = piece of the horizon.
+Symbols: D = distance threshold; i, j = tracks, k = piece of the horizon.
 
 References
 ----------
@@ -23,29 +23,28 @@ from multiradar_compiled.kernels import in_loop, kernel, loop
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-#: Way of a track in one piece beyond which it is compared with all others, m/s: cells as wide as
-#: the way of one that flies off would be everybody's.
+#: Speed above which a track is compared with all others, m/s: cells sized for it would contain all
+#: tracks.
 FAST_MPS = 400.0
-#: Rows of what is counted: pairs kept; pairs in one piece looked at; and left out.
-KEPT, LOOKED_AT, LEFT_OUT = 0, 1, 2
+#: Positions in the counts: pairs found; pairs compared in one piece; pairs left out.
+KEPT, COMPARED, LEFT_OUT = 0, 1, 2
 COUNTS = 3
-#: Columns of the middle of a way, and half of its length.
+#: Columns of the middle of a path, and half of its length.
 MIDDLE_EAST, MIDDLE_NORTH, REACH = 0, 1, 2
-# Odd numbers without a pattern, so that neighbouring cells share no bucket by rule.
+# Odd multipliers without a pattern, so that neighbouring cells rarely share a bucket.
 _MIX_EAST, _MIX_NORTH = 0x9E3779B1, 0x85EBCA6B
 _NONE = -1
 
 
 @kernel
 def find_pairs(
-    t: Floats, means: Floats, points: Integers, distance: float, looks_max: int, pairs: Integers,
-    counts: Integers,
+    t: Floats, means: Floats, points: Integers, distance: float, comparisons_max: int,
+    pairs: Integers, counts: Integers,
 ) -> None:  # fmt: skip
-    """Fill ``pairs`` (p, 2) with the tracks that come within ``distance``, ``counts`` with counts.
+    """Fill ``pairs`` (p, 2) with the tracks that come within ``distance``, and ``counts``.
 
-    The first of a pair is the one of the smaller number. Pieces are gone through in their order
-    until ``looks_max`` pairs were looked at or ``pairs`` is full; what then is not looked at or
-    not kept is counted.
+    The first track of a pair has the smaller number. Pieces are processed in order until
+    ``comparisons_max`` pairs were compared or ``pairs`` is full; the remaining ones are counted.
     """
     n = means.shape[0]
     buckets = 64
@@ -61,18 +60,18 @@ def find_pairs(
     held = np.empty(buckets, np.int64)
     places = np.full(table, _NONE, np.int64)
     search(
-        t, means, points, distance, looks_max, pairs, counts, middles, cells, following, heads,
-        held, places,
+        t, means, points, distance, comparisons_max, pairs, counts, middles, cells, following,
+        heads, held, places,
     )  # fmt: skip
 
 
 @loop
 def search(
-    t: Floats, means: Floats, points: Integers, distance: float, looks_max: int, pairs: Integers,
-    counts: Integers, middles: Floats, cells: Integers, following: Integers, heads: Integers,
-    held: Integers, places: Integers,
+    t: Floats, means: Floats, points: Integers, distance: float, comparisons_max: int,
+    pairs: Integers, counts: Integers, middles: Floats, cells: Integers, following: Integers,
+    heads: Integers, held: Integers, places: Integers,
 ) -> None:  # fmt: skip
-    """Do as `find_pairs`."""
+    """As `find_pairs`."""
     n = means.shape[0]
     for k in range(t.shape[0] - 1):
         dt = t[k + 1] - t[k]
@@ -83,28 +82,28 @@ def search(
             held[b] = 0
         for i in range(n):
             if points[i] >= k + 2:
-                measure_way(i, k, dt, means, middles)
+                bound_path(i, k, dt, means, middles)
         for i in range(n):
             if points[i] >= k + 2:
                 if middles[i, REACH] > reach_max:
-                    look_at_all(
-                        i, k, dt, means, points, distance, reach_max, looks_max, middles, pairs,
-                        counts, places,
+                    compare_with_all(
+                        i, k, dt, means, points, distance, reach_max, comparisons_max, middles,
+                        pairs, counts, places,
                     )  # fmt: skip
                 else:
                     cells[i, 0] = int(np.floor(middles[i, MIDDLE_EAST] / wide))
                     cells[i, 1] = int(np.floor(middles[i, MIDDLE_NORTH] / wide))
-                    look_around(
-                        i, k, dt, means, distance, looks_max, middles, cells, following, heads,
-                        held, pairs, counts, places,
+                    compare_nearby(
+                        i, k, dt, means, distance, comparisons_max, middles, cells, following,
+                        heads, held, pairs, counts, places,
                     )  # fmt: skip
 
 
 @in_loop
-def measure_way(i: int, k: int, dt: float, means: Floats, middles: Floats) -> None:
-    """Note the middle of the way of track i in piece k, and how far from it the track may be.
+def bound_path(i: int, k: int, dt: float, means: Floats, middles: Floats) -> None:
+    """Set the middle of the path of track i in piece k, and its reach.
 
-    The way lies within the hull of its Bézier points.
+    The path lies within the hull of its Bézier points.
     """
     a, b = means[i, k], means[i, k + 1]
     reach = 0.0
@@ -124,22 +123,22 @@ def measure_way(i: int, k: int, dt: float, means: Floats, middles: Floats) -> No
 
 
 @in_loop
-def look_around(
-    i: int, k: int, dt: float, means: Floats, distance: float, looks_max: int, middles: Floats,
-    cells: Integers, following: Integers, heads: Integers, held: Integers, pairs: Integers,
-    counts: Integers, places: Integers,
+def compare_nearby(
+    i: int, k: int, dt: float, means: Floats, distance: float, comparisons_max: int,
+    middles: Floats, cells: Integers, following: Integers, heads: Integers, held: Integers,
+    pairs: Integers, counts: Integers, places: Integers,
 ) -> None:  # fmt: skip
-    """Compare track i with those in the cells around it, and put it into its own."""
+    """Compare track i with those in the cells around it, and add it to its own cell."""
     mask = heads.shape[0] - 1
     for step in range(9):
         east, north = cells[i, 0] + step // 3 - 1, cells[i, 1] + step % 3 - 1
         bucket = (east * _MIX_EAST + north * _MIX_NORTH) & mask
-        if counts[LOOKED_AT] + held[bucket] > looks_max:
+        if counts[COMPARED] + held[bucket] > comparisons_max:
             counts[LEFT_OUT] += held[bucket]
         else:
             j = heads[bucket]
             while j != _NONE:
-                # Another cell may share the bucket.
+                # Cells may share a bucket.
                 if cells[j, 0] == east and cells[j, 1] == north:
                     compare(j, i, k, dt, means, distance, middles, pairs, counts, places)
                 j = following[j]
@@ -150,13 +149,13 @@ def look_around(
 
 
 @in_loop
-def look_at_all(
+def compare_with_all(
     i: int, k: int, dt: float, means: Floats, points: Integers, distance: float, reach_max: float,
-    looks_max: int, middles: Floats, pairs: Integers, counts: Integers, places: Integers,
+    comparisons_max: int, middles: Floats, pairs: Integers, counts: Integers, places: Integers,
 ) -> None:  # fmt: skip
     """Compare a fast track with all others, with fast ones of smaller number only."""
     n = means.shape[0]
-    if counts[LOOKED_AT] + n > looks_max:
+    if counts[COMPARED] + n > comparisons_max:
         counts[LEFT_OUT] += n - 1
     else:
         for j in range(n):
@@ -172,8 +171,8 @@ def compare(
     i: int, j: int, k: int, dt: float, means: Floats, distance: float, middles: Floats,
     pairs: Integers, counts: Integers, places: Integers,
 ) -> None:  # fmt: skip
-    """Keep the pair of tracks i and j if they come near in piece k."""
-    counts[LOOKED_AT] += 1
+    """Add the pair of tracks i and j if they come close in piece k."""
+    counts[COMPARED] += 1
     reach = distance + middles[i, REACH] + middles[j, REACH]
     east = middles[j, MIDDLE_EAST] - middles[i, MIDDLE_EAST]
     north = middles[j, MIDDLE_NORTH] - middles[i, MIDDLE_NORTH]
@@ -181,7 +180,7 @@ def compare(
         a0, a1, b0, b1 = means[i, k], means[i, k + 1], means[j, k], means[j, k + 1]
         x0, y0, x1, y1 = b0[0] - a0[0], b0[1] - a0[1], b1[0] - a1[0], b1[1] - a1[1]
         square = min(x0 * x0 + y0 * y0, x1 * x1 + y1 * y1)
-        # Near at an end of the piece is near; only between is there to search.
+        # The interior is searched only if both ends are beyond the distance.
         if square > distance * distance:
             _, square = nearest_part(
                 dt, x0, y0, x1, y1, b0[2] - a0[2], b0[3] - a0[3], b1[2] - a1[2], b1[3] - a1[3]
@@ -192,7 +191,7 @@ def compare(
 
 @in_loop
 def keep(i: int, j: int, pairs: Integers, counts: Integers, places: Integers) -> None:
-    """Add a pair unless it is there already, or there is no room."""
+    """Add a pair unless it is known, or the table is full."""
     mask = places.shape[0] - 1
     place = (i * _MIX_EAST ^ j * _MIX_NORTH) & mask
     known = False

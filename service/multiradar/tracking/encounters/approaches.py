@@ -1,4 +1,4 @@
-"""The closest approach of pairs of tracks, and how likely it is to be below a threshold."""
+"""Closest point of approach (CPA) of pairs of tracks, and conflict probability."""
 
 from math import sqrt
 from statistics import NormalDist
@@ -9,46 +9,47 @@ from numpy.typing import NDArray
 
 from multiradar.estimation.filters.height._height_kernels import CLIMB_DENSITY
 from multiradar.tracking.encounters import _approach_kernels as kernels
-from multiradar.tracking.encounters._chance_kernels import (
+from multiradar.tracking.encounters._conflict_kernels import (
     CLIMB_NOISE,
     HEIGHT,
     WITHIN,
     WITHIN_BOTH,
     find_bounds,
-    find_chances,
+    find_probabilities,
 )
 from multiradar.tracking.encounters.climbs import CLIMB_KIND, later_variance
 from multiradar.tracking.encounters.pairs import Paths
 
-#: Points over which chances are averaged: good to 0.01 whatever errs, and to 0.002 as a rule.
+#: Points over which probabilities are averaged: accurate to 0.01 always, and to 0.002 usually.
 POINTS = 1024
-#: The interval that is told of the least distance.
+#: Quantiles of the reported interval of the least distance.
 LOW, HIGH = 0.025, 0.975
 
 Floats = NDArray[np.float64]
 
 
 class Approaches(NamedTuple):
-    """Closest approaches, one row for each pair; times are from now, metres are true ones.
+    """Closest approaches, one row per pair; times are from now, distances in true metres.
 
     Attributes
     ----------
     time_s : (m,) float64
-        When the expected positions are nearest to each other, within the horizon; 0 for tracks that
-        fly together.
+        Time at which the predicted positions are closest, within the horizon; 0 for tracks that fly
+        together.
     time_sigma_s : (m,) float64
-        Its standard deviation; NaN at either end of the horizon, and where it exceeds that.
+        Its standard deviation; NaN at either end of the horizon, and where it exceeds the horizon.
     distance_m, sigma_m : (m,) float64
-        Distance of the expected positions then, and the standard deviation of that distance with a
-        sign: near zero the distance itself is not Gaussian.
+        Distance of the predicted positions then, and the standard deviation of the signed distance:
+        near zero the distance itself is not Gaussian.
     distance_now_m : (m,) float64
         Distance now.
     together : (m,) bool
-        Whether the two are near now and their relative velocity cannot be told from zero.
+        Whether the two are close now and their relative velocity does not differ significantly from
+        zero.
     first, second : (m, 2) float64
-        Expected positions then, east and north on the plane.
+        Predicted positions then, east and north on the plane.
     chords : (m, CHORD_COUNT) float64
-        The relative motion as it is taken for chances.
+        Relative motion used for probabilities.
     """
 
     time_s: Floats
@@ -61,8 +62,8 @@ class Approaches(NamedTuple):
     second: Floats
     chords: Floats
 
-    def take(self, rows: NDArray[np.intp] | NDArray[np.bool_]) -> "Approaches":
-        """Return some of the rows."""
+    def select(self, rows: NDArray[np.intp] | NDArray[np.bool_]) -> "Approaches":
+        """Return the selected rows."""
         columns: dict[str, Any] = {name: column[rows] for name, column in self._asdict().items()}
         return Approaches(**columns)
 
@@ -70,18 +71,18 @@ class Approaches(NamedTuple):
 def closest_approaches(
     paths: Paths, tracks: NDArray[np.int64], matrices: Floats, distance_m: float
 ) -> Approaches:
-    """Return when pairs of tracks are nearest to each other, and how near.
+    """Return times and distances of the closest approaches of pairs of tracks.
 
     Parameters
     ----------
     paths : Paths
         The tracks.
     tracks : (m, 2) int64
-        The pairs, as places among the paths.
+        The pairs, as indices of the paths.
     matrices : (m, 2, 2) float64
-        True metres by metres on the plane, where they meet.
+        True metres per metre on the plane, where they meet.
     distance_m : float
-        Tracks within it may fly together, m.
+        Maximum distance of tracks that fly together, m.
 
     Returns
     -------
@@ -108,7 +109,7 @@ def closest_approaches(
 
 
 def heights_between(paths: Paths, tracks: NDArray[np.int64]) -> Floats:
-    """Return the height of the second of each pair above the first, as chances take it.
+    """Return the height of the second of each pair above the first.
 
     Parameters
     ----------
@@ -120,9 +121,9 @@ def heights_between(paths: Paths, tracks: NDArray[np.int64]) -> Floats:
     Returns
     -------
     (m, 6) float64
-        The height now, m, its rate, their covariance (three columns), and the density of its
-        acceleration, m²/s³; NaN where either height is not known, or the one is a pressure altitude
-        and the other may be geometric: they may differ by hundreds of metres at the same height.
+        Height now, m, its rate, their covariance (three columns), and the density of its
+        acceleration, m²/s³. NaN where either height is unknown, or one is a pressure altitude and
+        the other may be geometric: they may differ by hundreds of metres.
     """
     first, second = paths.heights[tracks[:, 0]], paths.heights[tracks[:, 1]]
     between = np.empty((len(tracks), CLIMB_NOISE + 1))
@@ -135,7 +136,7 @@ def heights_between(paths: Paths, tracks: NDArray[np.int64]) -> Floats:
 
 
 def height_at(between: Floats, time_s: Floats) -> tuple[Floats, Floats]:
-    """Return the height between the tracks of pairs at some time.
+    """Return the height difference of pairs at a time.
 
     Parameters
     ----------
@@ -155,7 +156,7 @@ def height_at(between: Floats, time_s: Floats) -> tuple[Floats, Floats]:
 
 
 def least_heights(approaches: Approaches, between: Floats, distance_m: float) -> Floats:
-    """Return how near in height pairs are expected to come while they are within a distance.
+    """Return the predicted vertical distance of pairs while they are within a distance.
 
     Parameters
     ----------
@@ -169,8 +170,8 @@ def least_heights(approaches: Approaches, between: Floats, distance_m: float) ->
     Returns
     -------
     (m,) float64
-        Not negative, m; at the closest approach where they do not come within the distance, NaN
-        where a height is not known.
+        Not negative, m; at the closest approach for pairs that do not come within the distance, NaN
+        where a height is unknown.
     """
     chords = approaches.chords
     speed = np.hypot(chords[:, kernels.CHORD_W], chords[:, kernels.CHORD_W + 1])
@@ -183,10 +184,10 @@ def least_heights(approaches: Approaches, between: Floats, distance_m: float) ->
     return np.where(first * last < 0.0, 0.0, np.minimum(abs(first), abs(last)))
 
 
-def chances(
+def conflict_probabilities(
     approaches: Approaches, between: Floats, distance_m: float, separation_m: float | None
 ) -> tuple[Floats, Floats]:
-    """Return how likely pairs come within a distance of each other before the horizon.
+    """Return the conflict probabilities of pairs within the horizon.
 
     Parameters
     ----------
@@ -197,28 +198,30 @@ def chances(
     distance_m : float
         The distance, m.
     separation_m : float or None
-        A separation in height, m.
+        Vertical separation, m.
 
     Returns
     -------
     within, both : (m,) float64
-        Probability that the least distance is below `distance_m`; that the two are then within
-        `separation_m` in height too, NaN where that or a height is not known.
+        Probability that the least distance is below `distance_m`, and that the two are then also
+        within `separation_m` vertically, NaN where that or a height is unknown.
 
     Notes
     -----
-    The motion is taken as straight, along the chord to the expected closest approach, the velocity
-    erring as the forecast's position does there. For that motion it is good to 0.01.
+    The motion is straight along the chord to the predicted closest approach, with the covariance of
+    the forecast position there. For that motion the result is accurate to 0.01.
     """
     found = np.empty((len(approaches.chords), 2))
     separation = np.nan if separation_m is None else separation_m
     chords = np.ascontiguousarray(approaches.chords)
-    find_chances(chords, np.ascontiguousarray(between), _POINTS, distance_m, separation, found)
+    find_probabilities(
+        chords, np.ascontiguousarray(between), _POINTS, distance_m, separation, found
+    )
     return found[:, WITHIN], found[:, WITHIN_BOTH]
 
 
 def bounds(approaches: Approaches) -> tuple[Floats, Floats]:
-    """Return between which distances the least distance is with 95 %.
+    """Return the 95 % interval of the least distance.
 
     Parameters
     ----------
@@ -228,12 +231,12 @@ def bounds(approaches: Approaches) -> tuple[Floats, Floats]:
     Returns
     -------
     low_m, high_m : (m,) float64
-        It is below the one with 2.5 %, above the other with 2.5 %; or the first is 0, where an
-        interval from there on is shorter: a collision is never left out for being exact.
+        Quantiles of 2.5 and 97.5 %; or from 0 if that interval is shorter: it then contains a
+        collision.
 
     Notes
     -----
-    As for `chances`.
+    As for `conflict_probabilities`.
     """
     found = np.empty((len(approaches.chords), 2))
     find_bounds(np.ascontiguousarray(approaches.chords), _POINTS, LOW, HIGH, found)
@@ -241,16 +244,16 @@ def bounds(approaches: Approaches) -> tuple[Floats, Floats]:
 
 
 def _lattice() -> Floats:
-    # Even in the first number; the others go on by steps that no fractions are near to. Two that
-    # matter most take powers of the root of x³ = x + 1, which fill a square evenly.
+    # Even in the first variable; the others follow irrational steps (additive recurrence). The two
+    # most important ones use powers of the root of x³ = x + 1, which fill a square evenly.
     plastic = 1.32471795724474602596
     steps = np.array([plastic**-1.0, plastic**-2.0, sqrt(2.0), sqrt(3.0)])
     places = np.arange(POINTS) + 0.5
     even = np.column_stack([places / POINTS, np.mod(0.5 + np.outer(places, steps), 1.0)])
     quantile = NormalDist().inv_cdf
     drawn = np.array([[quantile(part) for part in row] for row in even.tolist()])
-    # Every fourth point is of a first track that strays, four of every sixteen are of a second one;
-    # those of a variant follow each other.
+    # Every fourth point has a rare error of the first track, four of every sixteen of the second
+    # one; points of a variant are contiguous.
     number = np.arange(POINTS)
     variant = (number % 4 == 0) + 2 * (number // 4 % 4 == 0)
     return drawn[np.argsort(variant, kind="stable")]

@@ -1,4 +1,4 @@
-"""Heights of live tracks with their rates of climb, as the filter of heights knows them."""
+"""Heights of live tracks with their vertical rates, as estimated by the height filter."""
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,7 +17,7 @@ from multiradar.estimation.filters.height._height_kernels import (
     height_variance,
 )
 
-#: Columns: height, m, and its rate, m/s; their covariance, upper triangle; what kind of height.
+#: Columns: height, m, and its rate, m/s; their covariance, upper triangle; kind of height.
 CLIMB_HEIGHT, CLIMB_RATE, CLIMB_VARIANCE, CLIMB_COMMON, CLIMB_RATE_VARIANCE, CLIMB_KIND = range(6)
 CLIMB_COUNT = 6
 
@@ -32,14 +32,14 @@ def climbs(aircraft: Aircraft, slots: NDArray[np.intp]) -> Floats:
     aircraft : Aircraft
         The aircraft.
     slots : (n,) int
-        Which of them.
+        Their slots.
 
     Returns
     -------
     (n, CLIMB_COUNT) ndarray
-        At the times of their states; NaN where no height was heard. The variance of a height has in
-        it what lasts of the steps in which it is told. Of exact heights the rate is not estimated:
-        it is taken for zero, as uncertain as that of an aircraft that begins.
+        At the times of their states; NaN without a received height. The variance of a height
+        includes the lasting part of its quantisation error. The rate of exact heights is not
+        estimated: it is zero, with the initial variance.
     """
     vertical = aircraft.vertical[slots]
     found = np.empty((len(slots), CLIMB_COUNT))
@@ -55,19 +55,19 @@ def climbs(aircraft: Aircraft, slots: NDArray[np.intp]) -> Floats:
 
 
 def spread_of_heights(aircraft: Aircraft, slots: NDArray[np.intp]) -> Floats:
-    """Return what an unknown height does to the states of aircraft that tell none: v p vᵀ.
+    """Return the covariance that an unknown height adds to states: v p vᵀ.
 
     Parameters
     ----------
     aircraft : Aircraft
         The aircraft.
     slots : (n,) int
-        Which of them.
+        Their slots.
 
     Returns
     -------
     (n, 4, 4) ndarray
-        A part of their covariances, zero for those that tell a height.
+        Part of their covariances, zero for aircraft with a received height.
     """
     by_height = aircraft.vertical[slots, BY_HEIGHT : BY_HEIGHT + 4]
     variance = np.where(
@@ -90,7 +90,7 @@ def moved_climbs(states: Floats, ahead_s: Floats) -> Floats:
     Returns
     -------
     (n, CLIMB_COUNT) ndarray
-        The same, moved on with a white vertical acceleration.
+        The same, predicted with a white vertical acceleration.
     """
     moved = states.copy()
     rate_variance = states[:, CLIMB_RATE_VARIANCE]
@@ -109,7 +109,7 @@ def later_variance(covariance: Floats, density: ArrayLike, ahead_s: Floats) -> F
     Parameters
     ----------
     covariance : (n, 3) ndarray
-        Of height and rate before it, upper triangle: m², m²/s, m²/s².
+        Of height and rate at the start, upper triangle: m², m²/s, m²/s².
     density : array_like
         Of the white vertical acceleration, m²/s³: one for all, or (n,).
     ahead_s : (n,) ndarray

@@ -1,4 +1,4 @@
-"""Pairs of tracks that are expected to come near each other."""
+"""Pairs of tracks that are predicted to come close to each other."""
 
 from typing import NamedTuple
 
@@ -6,21 +6,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.tracking.encounters._search_kernels import (
+    COMPARED,
     COUNTS,
     KEPT,
     LEFT_OUT,
-    LOOKED_AT,
     find_pairs,
 )
 
-#: Most pairs that are told of.
+#: Maximum number of reported pairs.
 PAIRS_MAX = 50_000
-#: Most pairs that are looked at, those of each piece of the horizon counted anew.
-LOOKS_MAX = 20_000_000
+#: Maximum number of comparisons, counted per piece of the horizon.
+COMPARISONS_MAX = 20_000_000
 
 
 class Paths(NamedTuple):
-    """Where tracks are expected to be, at times that are the same for all.
+    """Predicted paths of tracks, at common times.
 
     Attributes
     ----------
@@ -32,14 +32,14 @@ class Paths(NamedTuple):
         Upper triangles of their covariances now, row by row.
     walks : (n, k, 6) float64
         Upper triangles of the covariances of the mean velocities since now, see `walks_of`: the
-        usual one, and that of the share `_relative_kernels.RARE_SHARE` that strays farther.
+        usual one, and that of the fraction `_relative_kernels.RARE_SHARE` with larger errors.
     points : (n,) int64
-        So many of the times are good; a track with fewer than two is in no pair.
+        Number of valid times; a track with fewer than two is in no pair.
     heights : (n, CLIMB_COUNT) float64
-        Heights now with their rates and covariance, as in `tracking.climbs`; NaN where unknown.
+        Heights now with rates and covariance, as in `encounters.climbs`; NaN where unknown.
     shared : (n, 4, c) float64
-        What a standard deviation of each of the biases, taken for independent, does to the state
-        now; part of `now`. No columns where tracks are taken for independent.
+        Effect of one standard deviation of each bias, biases taken as independent, on the state
+        now; part of `now`. No columns where tracks are independent.
     """
 
     times_s: NDArray[np.float64]
@@ -54,7 +54,7 @@ class Paths(NamedTuple):
 def walks_of(
     times_s: NDArray[np.float64], now: NDArray[np.float64], spreads: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return what the covariances of forecast positions say of the mean velocities since now.
+    """Return the covariances of the mean velocities since now from those of forecast positions.
 
     Parameters
     ----------
@@ -72,10 +72,10 @@ def walks_of(
 
     Notes
     -----
-    A forecast of any kind gives positions with covariances; no more is asked of it.
+    This only needs positions with covariances, and works for any kind of forecast.
     """
     walks = np.empty_like(spreads)
-    # Of (A, C; Cᵀ, U): what is common of position and velocity, and U.
+    # Of (A, C; Cᵀ, U): cross-covariance of position and velocity, and U.
     common = np.stack([2.0 * now[:, 2], now[:, 3] + now[:, 5], 2.0 * now[:, 6]], axis=-1)
     walks[:, 0] = now[:, [7, 8, 9]]
     later = times_s[1:, None]
@@ -90,22 +90,26 @@ class Pairs(NamedTuple):
     Attributes
     ----------
     tracks : (m, 2) int64
-        Places of the tracks among the paths, the smaller one first, in the order of the pairs.
-    looked_at : int
-        Pairs that were looked at, those of each piece of the horizon counted anew.
+        Indices of the tracks in the paths, the smaller one first, sorted.
+    compared : int
+        Number of comparisons, counted per piece of the horizon.
     left_out : int
-        So many more were not, or found no room; 0 means that no pair is missing.
+        Number of pairs not compared or not stored; 0 if no pair is missing.
     """
 
     tracks: NDArray[np.int64]
-    looked_at: int
+    compared: int
     left_out: int
 
 
 def near_pairs(
-    paths: Paths, distance_m: float, *, pairs_max: int = PAIRS_MAX, looks_max: int = LOOKS_MAX
+    paths: Paths,
+    distance_m: float,
+    *,
+    pairs_max: int = PAIRS_MAX,
+    comparisons_max: int = COMPARISONS_MAX,
 ) -> Pairs:
-    """Return the tracks whose expected positions come within a distance on the plane.
+    """Return the tracks whose predicted positions come within a distance on the plane.
 
     Parameters
     ----------
@@ -113,8 +117,8 @@ def near_pairs(
         The tracks.
     distance_m : float
         The distance, m.
-    pairs_max, looks_max : int
-        Most pairs that are kept, and looked at. What is left out is what comes latest.
+    pairs_max, comparisons_max : int
+        Maximum numbers of pairs and of comparisons. The latest ones are left out.
 
     Returns
     -------
@@ -123,13 +127,13 @@ def near_pairs(
 
     Notes
     -----
-    The cost grows with the number of tracks while their density does not: each looks at those in
-    its own cell and the eight around, cells being as wide as the distance and the way of an
-    aircraft between two times of the paths.
+    The cost is linear in the number of tracks at constant density: each is compared with those in
+    its own cell and the eight around. Cells are as wide as the distance plus the path of an
+    aircraft between two times.
     """
     kept = np.empty((min(pairs_max, len(paths.means) ** 2), 2), np.int64)
     counts = np.zeros(COUNTS, np.int64)
-    find_pairs(paths.times_s, paths.means, paths.points, distance_m, looks_max, kept, counts)
+    find_pairs(paths.times_s, paths.means, paths.points, distance_m, comparisons_max, kept, counts)
     found = kept[: counts[KEPT]]
     order = np.lexsort((found[:, 1], found[:, 0]))
-    return Pairs(found[order], int(counts[LOOKED_AT]), int(counts[LEFT_OUT]))
+    return Pairs(found[order], int(counts[COMPARED]), int(counts[LEFT_OUT]))

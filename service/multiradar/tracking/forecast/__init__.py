@@ -1,1 +1,1 @@
-"""Forecasts of tracks, with regions that hold a given probability."""
+"""Forecasts of tracks, with regions of given probability."""

@@ -1,11 +1,10 @@
-"""Compiled forecast of one aircraft by its modes of motion.
+"""Compiled forecast of one aircraft by its motion modes.
 
 References
 ----------
-Blom, H. A. P., Bar-Shalom, Y., "The interacting multiple model algorithm for systems with
-Markovian switching coefficients", IEEE Transactions on Automatic Control 33 (1988), 780-783: mixing
-and motion, step after step without measurements. The project's own: the modes, and passages over
-any interval.
+Blom, H. A. P., Bar-Shalom, Y., "The interacting multiple model algorithm for systems with Markovian
+switching coefficients", IEEE Transactions on Automatic Control 33 (1988), 780-783: mixing and
+motion without measurements. The project's own: the modes, and transitions over any interval.
 """
 
 import numpy as np
@@ -36,30 +35,30 @@ def forecast_modes(
 ) -> None:  # fmt: skip
     """Fill the rows of ``out_means`` and ``out_covariances`` with the states at ascending times.
 
-    The biases are part of the covariances. The modes, whose state is changed, go on from step to
-    step, on a grid that does not depend on the times asked for, and from the last step to each of
-    these times aside.
+    The covariances include the biases. The modes, whose arrays are modified, are propagated on a
+    fixed grid of steps independent of the requested times, and from the last step to each of these
+    times.
     """
-    room = np.empty((SCRATCH_ROWS, LANES))
-    prepare_scratch(modes, room)
-    go_on(
+    scratch = np.empty((SCRATCH_ROWS, LANES))
+    prepare_scratch(modes, scratch)
+    propagate_all(
         ahead, step, modes, probabilities, means, covariances, probabilities.copy(), means.copy(),
-        covariances.copy(), room, out_means, out_covariances,
+        covariances.copy(), scratch, out_means, out_covariances,
     )  # fmt: skip
 
 
 @loop
-def go_on(
+def propagate_all(
     ahead: Floats, step: float, modes: Floats, probabilities: Floats, means: Floats,
     covariances: Floats, there_probabilities: Floats, there_means: Floats,
-    there_covariances: Floats, room: Floats, out_means: Floats, out_covariances: Floats,
+    there_covariances: Floats, scratch: Floats, out_means: Floats, out_covariances: Floats,
 ) -> None:  # fmt: skip
-    """Do as `forecast_modes`; the way from the last step is in ``there…``."""
+    """As `forecast_modes`; ``there…`` is scratch for the time after the last step."""
     count = modes.shape[0]
     now = 0.0
     for i in range(ahead.shape[0]):
         while now + step <= ahead[i]:
-            move_on(step, modes, probabilities, means, covariances, room)
+            propagate(step, modes, probabilities, means, covariances, scratch)
             now += step
         for j in range(count):
             there_probabilities[0, j] = probabilities[0, j]
@@ -68,24 +67,24 @@ def go_on(
             for m in range(10):
                 there_covariances[j, m] = covariances[j, m]
         if ahead[i] > now:
-            move_on(
-                ahead[i] - now, modes, there_probabilities, there_means, there_covariances, room
+            propagate(
+                ahead[i] - now, modes, there_probabilities, there_means, there_covariances, scratch
             )
-        chances = load_row(there_probabilities, 0, 0, count)
+        mode_probabilities = load_row(there_probabilities, 0, 0, count)
         a, P = load_modes(0, count, there_means, there_covariances)
-        combine_modes(i, chances, a, a, P, out_means, out_covariances)
+        combine_modes(i, mode_probabilities, a, a, P, out_means, out_covariances)
 
 
 @in_loop
-def move_on(
+def propagate(
     dt: float, modes: Floats, probabilities: Floats, means: Floats, covariances: Floats,
-    room: Floats,
+    scratch: Floats,
 ) -> None:  # fmt: skip
-    """Let the modes pass into each other, mix and move: the filter's way between two plots."""
+    """Apply mode transitions, mixing and motion: the prediction step of the filter."""
     count = modes.shape[0]
     a, P = load_modes(0, count, means, covariances)
-    before, passed = transition_modes(0, count, dt, modes, probabilities, room)
-    a, x, P = mix_modes(before, a, a, P, room)
-    a, x, P = move_modes(dt, 0.0, a, x, P, room)
+    before, passed = transition_modes(0, count, dt, modes, probabilities, scratch)
+    a, x, P = mix_modes(before, a, a, P, scratch)
+    a, x, P = move_modes(dt, 0.0, a, x, P, scratch)
     store_row(probabilities, 0, 0, count, passed)
     store_modes(0, count, a, P, means, covariances)

@@ -1,10 +1,10 @@
-"""Compiled probability of a Gaussian mixture inside a circle, and the circle of a probability.
+"""Compiled probability of a Gaussian mixture inside a circle, and its inverse.
 
 References
 ----------
-The project's own: Green's theorem turns the integral of a Gaussian over a disc into one around its
-rim, whose integrand is entire and periodic, so that the trapezoid rule converges like
-exp(−n² s² / 2 r²) for n points, the radius r and the smallest sigma s.
+The project's own: Green's theorem converts the integral of a Gaussian over a disc into one around
+its rim. The integrand is entire and periodic, so that the trapezoid rule converges like exp(−n² s²
+/ 2 r²) for n points, the radius r and the smallest sigma s.
 """
 
 import numpy as np
@@ -14,12 +14,12 @@ from multiradar_compiled.kernels import in_loop, kernel, loop
 
 Floats = NDArray[np.float64]
 
-#: Points around the rim for each radius over sigma: an error of 1e-8.
+#: Points around the rim per radius over sigma: an error of 1e-8.
 POINTS_PER_RATIO = 6.1
 POINTS_MIN = 16.0
-#: Beyond so many sigmas nothing is left of a Gaussian: 1e-9.
+#: A Gaussian is negligible beyond this number of sigmas: 1e-9.
 REACH = 6.5
-#: A radius is found when its probability is as near as this, or after so many steps.
+#: Accepted error of the probability, and maximum number of steps.
 PROBABILITY_ERROR = 1e-9
 STEPS_MAX = 60
 
@@ -28,10 +28,10 @@ STEPS_MAX = 60
 def find_radii(
     weights: Floats, means: Floats, covariances: Floats, probability: float, out_radii: Floats
 ) -> None:
-    """Fill ``out_radii`` with the circles around 0 that hold a probability.
+    """Fill ``out_radii`` with the radii of circles around 0 that contain a probability.
 
-    ``weights`` (n, k), ``means`` (n, k, 2), ``covariances`` (n, k, 3) as s11, s12, s22: of
-    mixtures whose own mean is 0 and whose covariance is the unit matrix.
+    ``weights`` (n, k), ``means`` (n, k, 2), ``covariances`` (n, k, 3) as s11, s12, s22: of mixtures
+    with mean 0 and unit covariance.
     """
     search(weights, means, covariances, probability, out_radii)
 
@@ -40,7 +40,7 @@ def find_radii(
 def search(
     weights: Floats, means: Floats, covariances: Floats, probability: float, out_radii: Floats
 ) -> None:
-    """Do as `find_radii`: steps by the derivative, halved where they leave what is known."""
+    """As `find_radii`: Newton steps, with bisection outside of the known bounds."""
     for i in range(weights.shape[0]):
         # E|y|² = 2 bounds the radius (Chebyshev).
         below, above = 0.0, np.sqrt(2.0 / (1.0 - probability))

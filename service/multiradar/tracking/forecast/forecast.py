@@ -1,4 +1,4 @@
-"""Where a track is expected to be: the state propagated as its filter takes it to move."""
+"""Predicted track positions: states propagated by the motion model of the filter."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,11 +10,11 @@ from multiradar.tracking.forecast._forecast_kernels import forecast_modes
 from multiradar.tracking.modes import mode_table
 from multiradar.tracking.settings import NOMINAL_INTERVAL_S, VELOCITY_FRAME, TrackingSettings
 
-#: Modes pass into each other in steps of this, whatever times are asked for, s.
+#: Step of the mode transitions, independent of the requested times, s.
 MODE_STEP_S = 2.0
-#: Mean times of straight flight and of a manoeuvre, s. The filter holds on to a manoeuvre ten times
-#: longer (`imm_manoeuvre_s`), for its plots tell when it ends; a forecast has none, and would lead
-#: a turn of a minute on into a circle (validation/motion/check_forecasts.py).
+#: Mean durations of straight flight and of a manoeuvre, s. The filter keeps a manoeuvre ten times
+#: longer (`imm_manoeuvre_s`), as plots show when it ends. A forecast has no plots, and would extend
+#: a turn of a minute into a circle (validation/motion/check_forecasts.py).
 STRAIGHT_S = 90.0
 MANOEUVRE_S = 60.0
 
@@ -25,7 +25,7 @@ def forecast(
     acceleration_density: float | NDArray[np.float64],
     ahead_s: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Propagate a state of constant velocity with white acceleration.
+    """Propagate a constant-velocity state with white acceleration.
 
     Parameters
     ----------
@@ -34,14 +34,14 @@ def forecast(
     covariance : (4, 4) ndarray
         Covariance of `mean`.
     acceleration_density : float or (2, 2) ndarray
-        Spectral density of the acceleration, m²/s³: q of each axis, or that of east and north.
+        Spectral density of the acceleration, m²/s³: q of each axis, or a matrix.
     ahead_s : (k,) ndarray
         Times after the state, s, not negative.
 
     Returns
     -------
     means : (k, 4) ndarray
-        Expected states.
+        Predicted states.
     covariances : (k, 4, 4) ndarray
         Their covariances, symmetric.
 
@@ -52,15 +52,15 @@ def forecast(
 
     Notes
     -----
-    Exact for the continuous white-noise acceleration model. A manoeuvre that begins after the state
-    is covered only as far as q covers it.
+    Exact for the continuous white-noise acceleration model. Later manoeuvres are covered only as
+    far as q covers them.
     """
     ahead = _checked(ahead_s)
     move = transition(ahead)
     density = np.asarray(acceleration_density) * np.eye(2)
     if np.ndim(acceleration_density) == 2:
         density = np.asarray(acceleration_density)
-    # Each block of the noise is that of one axis times the density of both.
+    # Each block of the noise is that of one axis times the density matrix.
     unit = process_noise(ahead, 1.0)[:, ::2, ::2]
     noise = np.einsum("kab,ij->kaibj", unit, density).reshape(-1, 4, 4)
     covariances = move @ covariance @ move.transpose(0, 2, 1) + noise
@@ -74,7 +74,7 @@ def forecast_of_modes(
     modes: NDArray[np.float64],
     ahead_s: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Propagate a state that is in one of several modes of motion.
+    """Propagate a state with several motion modes.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ def forecast_of_modes(
     covariance : (j, 10) ndarray
         Upper triangles of their covariances, row by row.
     modes : (j, MODE_COUNT) ndarray
-        How each mode moves and how fast it is left: columns as in
+        Motion and leaving rate of each mode: columns as in
         `estimation.filters._mode_scratch_kernels`.
     ahead_s : (k,) ndarray
         Times after the state, s, not negative, ascending.
@@ -93,23 +93,23 @@ def forecast_of_modes(
     Returns
     -------
     means : (k, 4) ndarray
-        Expected states: means of the modes.
+        Predicted states: means over the modes.
     covariances : (k, 4, 4) ndarray
-        Their covariances, what the modes differ by included.
+        Their covariances, including the spread of the modes.
 
     Raises
     ------
     ValueError
-        If a time is negative, not finite or before the one before it.
+        If a time is negative, not finite, or not ascending.
 
     Notes
     -----
-    Each mode moves with its own motion and noise; every `MODE_STEP_S` the modes pass into each
-    other and are mixed, which keeps the first two moments.
+    Each mode moves with its own motion and noise. Every `MODE_STEP_S` mode transitions take place
+    and the modes are mixed, which preserves the first two moments.
     """
     ahead = _checked(ahead_s)
     if np.any(np.diff(ahead) < 0.0):
-        raise ValueError(f"expected ascending times, was {ahead.tolist()} s")
+        raise ValueError(f"ahead_s: expected ascending times, was {ahead.tolist()} s")
     times = len(ahead)
     means, packed = np.zeros((times, 4)), np.zeros((times, 10))
     forecast_modes(
@@ -124,14 +124,14 @@ def forecast_of_modes(
 
 
 def density_of(settings: TrackingSettings, velocity: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return how an aircraft without modes of motion is taken to accelerate.
+    """Return the acceleration density of an aircraft without motion modes.
 
     Parameters
     ----------
     settings : TrackingSettings
-        `motion` and what belongs to it.
+        `motion` and its parameters.
     velocity : (2,) ndarray
-        East and north, m/s: a forecast keeps it.
+        East and north, m/s.
 
     Returns
     -------
@@ -153,7 +153,7 @@ def densities_of(
     Parameters
     ----------
     settings : TrackingSettings
-        `motion` and what belongs to it.
+        `motion` and its parameters.
     velocities : (n, 2) ndarray
         East and north, m/s.
 
@@ -168,17 +168,17 @@ def densities_of(
 
 
 def forecast_modes_of(settings: TrackingSettings) -> NDArray[np.float64]:
-    """Return the modes of motion as forecasts take them to begin and end.
+    """Return the motion modes with the transition rates of forecasts.
 
     Parameters
     ----------
     settings : TrackingSettings
-        The settings whose names begin with `imm_`.
+        Settings with the prefix `imm_`.
 
     Returns
     -------
     (j, MODE_COUNT) ndarray
-        As `modes.mode_table`, but for the rates.
+        As `modes.mode_table`, except for the leaving rates.
     """
     modes = mode_table(settings)
     modes[0, LEAVING] = 1.0 / STRAIGHT_S
@@ -190,5 +190,5 @@ def _checked(ahead_s: NDArray[np.float64]) -> NDArray[np.float64]:
     ahead = np.asarray(ahead_s, np.float64)
     wrong = ahead[~((ahead >= 0.0) & np.isfinite(ahead))]
     if len(wrong):
-        raise ValueError(f"expected times that are finite and not negative, was {wrong[0]} s")
+        raise ValueError(f"ahead_s: expected numbers finite and not negative, was {wrong[0]} s")
     return ahead

@@ -1,4 +1,4 @@
-"""Forecasts that learn from how far earlier ones were off: from the measurements alone."""
+"""Calibration of forecasts by the errors of earlier ones, from the measurements alone."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -20,19 +20,19 @@ from multiradar.tracking.settings import TrackingSettings
 
 Floats = NDArray[np.float64]
 
-#: A place between updates so far apart is not known well enough to judge a forecast, s.
+#: Maximum interval between updates for an interpolated reference position, s.
 GAP_MAX_S = 15.0
-#: From the first so many samples all is learnt, then from every `LATER_EVERY`-th.
+#: Number of initial samples that are all used; then every `LATER_EVERY`-th is.
 EAGER_SAMPLES = 75
 LATER_EVERY = 2
-#: Most forecasts that wait for their time: those of the longest horizon and all shorter ones.
+#: Maximum number of pending forecasts: those of all horizons.
 WAITING_MAX = int(
     SAMPLE_TRACKS_MAX * np.sum(np.ceil((HORIZONS_S + GAP_MAX_S) / SAMPLE_EVERY_S + 1.0))
 )
 
 
 class _Waiting(NamedTuple):
-    # Forecasts that wait for their time: one row for each, j motions.
+    # Pending forecasts: one row each, j motion models.
     track_id: NDArray[np.int64]
     due_s: Floats
     horizon: NDArray[np.int64]
@@ -48,19 +48,19 @@ class _Waiting(NamedTuple):
 
 
 class _Places(NamedTuple):
-    # Updates of tracks: where they are and how sure that is.
+    # Track updates: positions and covariances.
     track_id: NDArray[np.int64]
     time_s: Floats
     place: Floats
 
 
 class Part(NamedTuple):
-    """A part of an output of the engine.
+    """Part of an output of the engine.
 
     Attributes
     ----------
     updates : int
-        Number of the updates in it.
+        Number of its updates.
     sample : StateSample or None
         States after them.
     """
@@ -70,19 +70,19 @@ class Part(NamedTuple):
 
 
 class ForecastCalibration:
-    """Makes forecasts of a few tracks, waits for their times, and learns from the errors.
+    """Makes forecasts of a few tracks, and learns from their errors at the time.
 
     Parameters
     ----------
     settings : TrackingSettings
-        How the filter takes aircraft to move.
+        Motion model of the filter.
     keeps_modes : bool
-        Whether the filter has modes of motion.
+        Whether the filter has motion modes.
 
     Attributes
     ----------
     family : ForecastFamily
-        The motions.
+        The motion models.
     """
 
     def __init__(self, settings: TrackingSettings, *, keeps_modes: bool) -> None:
@@ -95,27 +95,27 @@ class ForecastCalibration:
 
     @property
     def waiting(self) -> int:
-        """Number of forecasts that wait for their time."""
+        """Number of pending forecasts."""
         return len(self._waiting.due_s)
 
     @property
     def scores(self) -> ForecastScores:
-        """What was learnt so far."""
+        """Errors of past forecasts."""
         return self._scores
 
-    def take(self, output: EngineOutput) -> None:
+    def observe(self, output: EngineOutput) -> None:
         """Learn from an output of the engine, and make forecasts of its samples.
 
         Parameters
         ----------
         output : EngineOutput
-            The next one; what is learnt does not depend on how outputs are cut.
+            The next one; the result does not depend on how outputs are divided.
         """
         for _ in self.parts(output):
             continue
 
     def parts(self, output: EngineOutput) -> Iterator[Part]:
-        """Do as `take`, sample by sample.
+        """As `observe`, sample by sample.
 
         Parameters
         ----------
@@ -125,7 +125,7 @@ class ForecastCalibration:
         Yields
         ------
         Part
-            Each sample, when what came before it has been learnt, and the rest of the updates.
+            Each sample, after the updates before it were used, and then the remaining updates.
         """
         first = 0
         for sample in output.samples:
@@ -143,7 +143,7 @@ class ForecastCalibration:
         yield Part(len(output.updates) - first, None)
 
     def _gather(self, output: EngineOutput, first: int, last: int) -> None:
-        # Until the next sample only the tracks of forecasts that wait matter.
+        # Only tracks with pending forecasts are needed.
         track_id = output.updates.track_id[first:last]
         rows = first + np.flatnonzero(np.isin(track_id, self._waiting.track_id))
         if len(rows):
@@ -164,7 +164,7 @@ class ForecastCalibration:
         waiting.before[moved, 0] = places.time_s[after[moved] - 1]
         waiting.before[moved, 1:] = places.place[after[moved] - 1, :2]
         known = after < end
-        self._judge(waiting.at(known), places.time_s[after[known]], places.place[after[known]])
+        self._score(waiting.at(known), places.time_s[after[known]], places.place[after[known]])
         late = waiting.due_s + GAP_MAX_S < until_s
         self._waiting = waiting.at(~known & ~late)
 
@@ -190,16 +190,16 @@ class ForecastCalibration:
     def forecast_by(
         self, plan: Plan, states: TrackStates, place: int, ahead_s: Floats
     ) -> tuple[Floats, Floats, Floats]:
-        """Return where a track is expected to be, with its region.
+        """Return the predicted position of a track, with its region.
 
         Parameters
         ----------
         plan : Plan
-            What `scores` said of these times ahead.
+            Plan of `scores` for these times.
         states : TrackStates
-            States of the filter.
+            States of tracks.
         place : int
-            Which of them.
+            Index of the track.
         ahead_s : (k,) ndarray
             Times after the state, s, not negative, ascending.
 
@@ -217,13 +217,13 @@ class ForecastCalibration:
         careful = self.family.careful_covariances(means, one, ahead_s)
         known = plan.calibrated[:, None, None]
         covariance = np.where(known, covariances[0], careful[0])
-        # No surer than of the place now: what all tracks share, such as biases, no later update
-        # of theirs tells.
+        # The region is not smaller than that of the current position: later updates do not show
+        # errors common to all tracks, such as biases.
         now = one.covariance[0, :2, :2]
         least = 0.5 * plan.single * np.trace(np.linalg.solve(covariance, now), axis1=1, axis2=2)
         return means[0], covariance, np.maximum(plan.factor, least)
 
-    def _judge(self, made: _Waiting, after_s: Floats, after: Floats) -> None:
+    def _score(self, made: _Waiting, after_s: Floats, after: Floats) -> None:
         apart_s = after_s - made.before[:, 0]
         near = apart_s <= GAP_MAX_S
         part = np.ones(len(apart_s))
@@ -233,33 +233,33 @@ class ForecastCalibration:
         scores, sizes = standardised(truth[:, None] - made.mean, made.covariance, spread)
         for horizon in np.unique(made.horizon[near]).tolist():
             mine = near & (made.horizon == horizon)
-            self._scores.take(horizon, scores[mine], sizes[mine])
+            self._scores.record(horizon, scores[mine], sizes[mine])
         self._scores.settle()
 
 
 def calibration_for(settings: TrackingSettings) -> ForecastCalibration:
-    """Return what has learnt nothing yet, for the filter of the settings.
+    """Return a new calibration for the filter of the settings.
 
     Parameters
     ----------
     settings : TrackingSettings
-        How aircraft are tracked.
+        Settings of the tracker.
 
     Returns
     -------
     ForecastCalibration
-        A new one.
+        The calibration, without any errors.
     """
     return ForecastCalibration(settings, keeps_modes=find_filter(settings.filter_name).keeps_modes)
 
 
-# Of each wanted track: its first update, the first not before a time, the end of its updates.
+# For each requested track: its first update, the first not before a time, the end of its updates.
 def _first_from(
     places: _Places, wanted: NDArray[np.int64], due_s: Floats
 ) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
     begin = np.searchsorted(places.track_id, wanted)
     end = np.searchsorted(places.track_id, wanted, "right")
-    # Times one after the other, track by track.
+    # Keys that order times track by track.
     tracks, rank = np.unique(places.track_id, return_inverse=True)
     origin_s = float(places.time_s.min())
     span_s = float(places.time_s.max()) - origin_s + 1.0
@@ -269,7 +269,7 @@ def _first_from(
 
 
 def _by_row(values: Floats) -> Floats:
-    # From motions, tracks, times to rows of tracks and times with their motions.
+    # From (motions, tracks, times) to rows (tracks × times) with their motions.
     rows = np.moveaxis(values, 0, 2)
     return np.ascontiguousarray(rows.reshape(-1, *rows.shape[2:]))
 

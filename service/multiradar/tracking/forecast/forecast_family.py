@@ -1,10 +1,10 @@
-"""The ways in which aircraft may be taken to go on; which of them fits, the traffic tells."""
+"""Candidate motion models of forecasts; past errors select one of them."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.tracking.forecast.forecast import densities_of, forecast_modes_of, forecast_of_modes
-from multiradar.tracking.forecast.persistent_walk import straight_on, walked
+from multiradar.tracking.forecast.persistent_walk import propagate_random_walk, propagate_straight
 from multiradar.tracking.mode_states import ModeStates
 from multiradar.tracking.outputs import TrackStates
 from multiradar.tracking.settings import TrackingSettings
@@ -13,36 +13,36 @@ Floats = NDArray[np.float64]
 
 MODES = "modes"
 STRAIGHT = "straight"
-#: Rates at which the expected velocity fades where the heading walks at random, 1/s: from one who
-#: keeps his heading for an hour to one who turns all the time.
+#: Fading rates of the mean velocity with a random-walk heading, 1/s: from a constant heading for an
+#: hour to permanent turns.
 WALKS_PER_S = {
     "walk-3000": 1.0 / 3000.0,
     "walk-1000": 1.0 / 1000.0,
     "walk-300": 1.0 / 300.0,
     "walk-100": 1.0 / 100.0,
 }
-#: All motions that some filter has.
+#: Motion models of all filters.
 MOTIONS = (MODES, STRAIGHT, *WALKS_PER_S)
-#: White acceleration beside the walk, m²/s³.
+#: White acceleration in addition to the random walk, m²/s³.
 WALK_DENSITY = 1.0
 
 
 class ForecastFamily:
-    """The motions by which tracks of a filter are forecast.
+    """Motion models for forecasts of the tracks of a filter.
 
     Parameters
     ----------
     settings : TrackingSettings
-        How the filter takes aircraft to move.
+        Motion model of the filter.
     keeps_modes : bool
-        Whether the filter has modes of motion.
+        Whether the filter has motion modes.
 
     Attributes
     ----------
     names : tuple of str
-        What the motions are called.
+        Names of the motion models.
     first : int
-        Which of them is taken while nothing is known of the traffic: straight on.
+        Index of the default model, used before any errors are known: straight flight.
     """
 
     def __init__(self, settings: TrackingSettings, *, keeps_modes: bool) -> None:
@@ -58,9 +58,9 @@ class ForecastFamily:
         Parameters
         ----------
         motion : int
-            Which of `names`.
+            Index in `names`.
         states : TrackStates
-            Of n tracks.
+            States of n tracks.
         ahead_s : (k,) or (n, k) ndarray
             Times after the states, s, not negative, ascending; the same for all, or those of each.
 
@@ -74,15 +74,17 @@ class ForecastFamily:
         name = self.names[motion]
         if name in WALKS_PER_S:
             rate = WALKS_PER_S[name]
-            return walked(states.mean, states.covariance, rate, WALK_DENSITY, ahead_s)
+            return propagate_random_walk(
+                states.mean, states.covariance, rate, WALK_DENSITY, ahead_s
+            )
         if name == STRAIGHT:
             densities = densities_of(self._settings, states.mean[:, 2:])
-            return straight_on(states.mean, states.covariance, densities, ahead_s)
+            return propagate_straight(states.mean, states.covariance, densities, ahead_s)
         means, covariances = self._by_modes(states.modes, ahead_s)
         return means[..., :2], covariances
 
-    def courses(self, motion: int, states: TrackStates, ahead_s: Floats) -> tuple[Floats, Floats]:
-        """Do as `forecast`, with the velocities too: means (n, k, 4), m and m/s."""
+    def paths(self, motion: int, states: TrackStates, ahead_s: Floats) -> tuple[Floats, Floats]:
+        """As `forecast`, with velocities: means (n, k, 4), m and m/s."""
         name = self.names[motion]
         if name == MODES:
             return self._by_modes(states.modes, ahead_s)
@@ -92,21 +94,21 @@ class ForecastFamily:
         return np.concatenate([means, rates], axis=-1), covariances
 
     def careful_covariances(self, means: Floats, states: TrackStates, ahead_s: Floats) -> Floats:
-        """Return how far from forecasts aircraft are that turn all the time.
+        """Return covariances for aircraft that may turn all the time.
 
         Parameters
         ----------
         means : (n, k, 2) ndarray
             The forecasts: east and north, m.
         states : TrackStates
-            Of n tracks.
+            States of n tracks.
         ahead_s : (k,) ndarray
             Times after the states, s.
 
         Returns
         -------
         (n, k, 2, 2) ndarray
-            Second moments about `means` of the walk that fades fastest, m².
+            Second moments about `means` of the random walk that fades fastest, m².
         """
         there, covariances = self.forecast(len(self.names) - 1, states, ahead_s)
         apart = there - means
@@ -115,26 +117,26 @@ class ForecastFamily:
     def own_covariances(
         self, motion: int, states: TrackStates, ahead_s: Floats, found: Floats
     ) -> Floats:
-        """Return the covariances by the filter's own motion.
+        """Return the covariances by the filter's own motion model.
 
         Parameters
         ----------
         motion : int
-            Which of `names` has been propagated.
+            Index in `names` of the model that was propagated.
         states, ahead_s : TrackStates, (n, k) ndarray
             As for `forecast`.
         found : (n, k, 2, 2) ndarray
-            What came of it, m².
+            Its covariances, m².
 
         Returns
         -------
         (n, k, 2, 2) ndarray
-            Of the modes where the filter has such, else of straight flight, m².
+            Of the motion modes if the filter has them, else of straight flight, m².
         """
         return found if motion == 0 else self.forecast(0, states, ahead_s)[1]
 
     def forecast_all(self, states: TrackStates, ahead_s: Floats) -> tuple[Floats, Floats]:
-        """Propagate the positions of tracks by every motion: (j, n, k, 2) and (j, n, k, 2, 2)."""
+        """Propagate positions by every model: (j, n, k, 2) and (j, n, k, 2, 2)."""
         found = [self.forecast(motion, states, ahead_s) for motion in range(len(self.names))]
         return np.stack([one for one, _ in found]), np.stack([one for _, one in found])
 

@@ -1,11 +1,11 @@
-"""How far past forecasts were off: which motion fits the traffic, and how large regions must be.
+"""Errors of past forecasts: selection of the motion model, and size of regions.
 
 References
 ----------
 Gibbs, I., Candès, E., "Adaptive conformal inference under distribution shift", Advances in Neural
-Information Processing Systems 34 (2021): regions whose size follows from past misses. The
-project's own: a fading histogram of errors for each motion and horizon, each on top of that of the
-shorter horizon, and the motion whose calibrated regions are smallest.
+Information Processing Systems 34 (2021): regions sized by past misses. The project's own: a fading
+histogram of errors for each motion model and horizon, with that of the next shorter horizon as
+prior, and the model with the smallest calibrated regions.
 """
 
 from typing import NamedTuple
@@ -17,41 +17,42 @@ from multiradar.tracking.forecast.regions import gaussian_factor
 
 Floats = NDArray[np.float64]
 
-#: Times ahead by which forecasts are judged, s; regions between them are in between.
+#: Horizons at which forecasts are scored, s; regions between them are interpolated.
 HORIZONS_S = np.array([10.0, 30.0, 60.0, 120.0, 300.0])
-#: Errors, as error² / sigma², are counted in steps of an eighth of e from exp(−7) to exp(9).
+#: Errors, as error² / sigma², are counted in logarithmic bins of width 1/8 from exp(−7) to exp(9).
 CELL = 0.125
 EDGES = np.arange(-7.0, 9.0 + 1e-9, CELL)
-#: Forecasts after which one counts for a third of a new one.
+#: Number of forecasts after which the weight of one has fallen to 1/e.
 MEMORY = 1000.0
-#: For how many forecasts the shorter horizon, and at the shortest the covariance itself, counts at
-#: first; for half as many when `SHORTER_HALF` have been judged, or it would rule the rare errors.
+#: Initial weight, in forecasts, of the next shorter horizon, and at the shortest one of the
+#: covariance itself; halved after `SHORTER_HALF` forecasts, so that it does not determine rare
+#: errors.
 SHORTER = 20.0
 SHORTER_HALF = 100.0
-#: After so many forecasts a horizon has a say in which motion fits.
+#: Number of forecasts from which a horizon counts in the selection of the model.
 HEARD = 8.0
-#: After so many it is calibrated.
+#: Number of forecasts from which a horizon is calibrated.
 CALIBRATED = 60.0
-#: Regions of these probabilities are compared: how far off most are, and how far the worst.
+#: Probabilities of the compared regions: of typical and of large errors.
 COMPARED = (0.5, 0.95)
-#: Most of an error of a forecast that a later place is taken to have still.
+#: Largest fraction of a forecast error that the later position is assumed to share.
 LEFT_MAX = 0.5
 
 
 class Plan(NamedTuple):
-    """How tracks are forecast.
+    """Model and region size of forecasts.
 
     Attributes
     ----------
     motion : int
-        Which motion of the family.
+        Index of the motion model.
     calibrated : (k,) bool
-        Whether enough forecasts have been judged as far ahead; elsewhere the covariance has to
-        cover what aircraft may do at worst.
+        Whether enough forecasts were scored at this horizon; otherwise the covariance has to cover
+        the worst case.
     factor : (k,) float64
         The region is {x : (x − m)ᵀ C⁻¹ (x − m) ≤ factor}.
     single : float
-        The factor of one Gaussian of this probability.
+        Factor of a Gaussian for this probability.
     """
 
     motion: int
@@ -61,16 +62,16 @@ class Plan(NamedTuple):
 
 
 class Learnt(NamedTuple):
-    """What was learnt up to some time; it stays as it is while more is learnt.
+    """Calibration at some time; immutable.
 
     Attributes
     ----------
     shares : (j, h, cells) float64
-        Shares of errors by motion and horizon.
+        Fractions of errors by model and horizon.
     motion : int
-        The motion that fits best.
+        The best model.
     calibrated_to_s : float
-        How far ahead its regions are known.
+        Horizon up to which its regions are calibrated.
     """
 
     shares: Floats
@@ -78,13 +79,13 @@ class Learnt(NamedTuple):
     calibrated_to_s: float
 
     def plan(self, ahead_s: Floats, probability: float, motion: int | None = None) -> Plan:
-        """Return the motion and the size of the region at times ahead: `ForecastScores.plan`."""
+        """Return model and region size at times ahead: `ForecastScores.plan`."""
         one = gaussian_factor(probability)
         single = np.log(one)
         chosen = self.motion if motion is None else motion
         learnt = np.log(_quantiles(self.shares[chosen], probability))
         ahead = np.asarray(ahead_s, np.float64)
-        # Logarithms of factors lie on lines over that of the time.
+        # Logarithms of factors are interpolated linearly over the logarithm of time.
         knots = np.log1p(np.r_[0.0, HORIZONS_S] / HORIZONS_S[0])
         factor = np.interp(np.log1p(ahead / HORIZONS_S[0]), knots, np.r_[single, learnt])
         calibrated = ahead <= self.calibrated_to_s
@@ -92,14 +93,14 @@ class Learnt(NamedTuple):
 
 
 class ForecastScores:
-    """What past forecasts tell of future ones.
+    """Errors of past forecasts.
 
     Parameters
     ----------
     motions : int
-        Number of motions that are compared.
+        Number of motion models.
     first : int
-        The one that is taken before the shortest horizon has been judged.
+        Default model before the shortest horizon was scored.
     """
 
     def __init__(self, motions: int, first: int) -> None:
@@ -114,33 +115,33 @@ class ForecastScores:
 
     @property
     def heard(self) -> Floats:
-        """Forecasts that count, by horizon; old ones count less."""
+        """Effective number of forecasts, by horizon; old ones count less."""
         return self._heard.copy()
 
     @property
     def motion(self) -> int:
-        """The motion that fits best."""
+        """The best model."""
         return self._settled.motion
 
     @property
     def learnt(self) -> Learnt:
-        """What has been learnt until now."""
+        """The present calibration."""
         return self._settled
 
     @property
     def calibrated_to_s(self) -> float:
-        """How far ahead enough forecasts have been judged, s: 0 at first, infinite in the end."""
+        """Horizon up to which forecasts are calibrated, s: 0 at first, infinite finally."""
         return self._settled.calibrated_to_s
 
-    def take(self, horizon: int, scores: Floats, sizes: Floats) -> None:
-        """Count forecasts whose truth has become known; `settle` makes them tell.
+    def record(self, horizon: int, scores: Floats, sizes: Floats) -> None:
+        """Record errors of forecasts; `settle` applies them.
 
         Parameters
         ----------
         horizon : int
-            Place in `HORIZONS_S`.
+            Index in `HORIZONS_S`.
         scores : (m, j) ndarray
-            error² / sigma² of each forecast by each motion.
+            error² / sigma² of each forecast by each model.
         sizes : (m, j) ndarray
             Logarithm of the area of one sigma, half of that of the determinant of the covariance.
         """
@@ -154,59 +155,59 @@ class ForecastScores:
         self._size[:, horizon] += sizes.sum(axis=0)
 
     def plan(self, ahead_s: Floats, probability: float, motion: int | None = None) -> Plan:
-        """Return the motion and the size of the region at times ahead.
+        """Return model and region size at times ahead.
 
         Parameters
         ----------
         ahead_s : (k,) ndarray
             Times after the state, s, not negative.
         probability : float
-            That of the region, above 0 and below 1.
+            Probability of the region, above 0 and below 1.
         motion : int, optional
-            The motion that is asked for; the one that fits best without.
+            Model; by default the best one.
 
         Returns
         -------
         Plan
-            Beyond the longest horizon as there; before the shortest on the way from the
-            covariance itself.
+            Constant beyond the longest horizon; interpolated to the covariance itself before the
+            shortest.
         """
-        # Read at once, for any thread may ask while another one learns.
+        # Read once: another thread may update it.
         return self._settled.plan(ahead_s, probability, motion)
 
     def settle(self) -> None:
-        """Find the motion that fits best, and how far its regions are known."""
+        """Select the best model, and the horizon up to which it is calibrated."""
         before = np.broadcast_to(self._first, self._counts[:, 0].shape)
         shares = np.empty_like(self._counts)
         for horizon, heard in enumerate(self._heard.tolist()):
             weight = SHORTER / (1.0 + heard / SHORTER_HALF)
             before = (self._counts[:, horizon] + weight * before) / (heard + weight)
             shares[:, horizon] = before
-        told = self._heard > HEARD
-        cost = np.sum(self._size[:, told] / self._heard[told], axis=1)
+        counted = self._heard > HEARD
+        cost = np.sum(self._size[:, counted] / self._heard[counted], axis=1)
         for probability in COMPARED:
-            scale = _quantiles(shares[:, told], probability) / gaussian_factor(probability)
+            scale = _quantiles(shares[:, counted], probability) / gaussian_factor(probability)
             cost += np.log(scale).sum(axis=1) / len(COMPARED)
         enough = int(np.cumprod(self._heard > CALIBRATED).sum())
         self._settled = Learnt(
             shares,
-            int(np.argmin(cost)) if told[0] else self._first_motion,
-            # What holds at the longest horizon is taken to hold beyond it.
+            int(np.argmin(cost)) if counted[0] else self._first_motion,
+            # The longest calibrated horizon is taken to hold beyond it.
             float(np.r_[0.0, HORIZONS_S[:-1], np.inf][enough]),
         )
 
 
 def standardised(error_m: Floats, covariance_m2: Floats, left_m2: Floats) -> tuple[Floats, Floats]:
-    """Return errors of forecasts as `ForecastScores.take` takes them.
+    """Return errors of forecasts for `ForecastScores.record`.
 
     Parameters
     ----------
     error_m : (n, j, 2) ndarray
-        From where each motion expected an aircraft to where it is said to be later.
+        From the predicted position of each model to the later estimate.
     covariance_m2 : (n, j, 2, 2) ndarray
-        Of the forecasts.
+        Covariances of the forecasts.
     left_m2 : (n, 2, 2) ndarray
-        Of the errors that what is said later has itself.
+        Covariances of the later estimates.
 
     Returns
     -------
@@ -214,14 +215,14 @@ def standardised(error_m: Floats, covariance_m2: Floats, left_m2: Floats) -> tup
         error² / sigma², and the logarithm of the area of one sigma.
     """
     inverse = np.linalg.inv(covariance_m2)
-    # Where forecasts are right, what a track has moved by when the time has come has the
-    # covariance C − P: the part P C⁻¹ of the error it still has.
+    # For correct forecasts the displacement of the track has the covariance C − P: the later
+    # estimate shares the fraction P C⁻¹ of the error.
     left = np.minimum(0.5 * np.einsum("njik,nki->nj", inverse, left_m2), LEFT_MAX)
     scores = np.einsum("nji,njik,njk->nj", error_m, inverse, error_m) / (1.0 - left)
     return scores, 0.5 * np.log(np.linalg.det(covariance_m2))
 
 
-# The error² / sigma² below which a share of the errors lies, on a line within its cell.
+# Quantile of error² / sigma², interpolated linearly within its bin.
 def _quantiles(shares: Floats, probability: float) -> Floats:
     below = np.cumsum(shares, axis=-1)
     level = probability * below[..., -1:]

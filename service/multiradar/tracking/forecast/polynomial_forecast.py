@@ -1,4 +1,4 @@
-"""Where an aircraft will be if its path goes on as a polynomial of time."""
+"""Predicted position by extrapolation of a polynomial in time."""
 
 from typing import NamedTuple
 
@@ -10,27 +10,26 @@ from multiradar.estimation.filters.polynomial.polynomial import estimate, observ
 
 Floats = NDArray[np.float64]
 
-#: Degree of the polynomial, and length of the window whose plots it goes through, s.
+#: Degree of the polynomial, and length of its window, s.
 DEGREE, WINDOW_S = 2, 30.0
-#: Fewer plots, or plots within a shorter time, s, tell no acceleration.
+#: Minimum number of plots, and minimum time span, s, to estimate an acceleration.
 PLOTS_MIN, SPAN_MIN_S = 4, 12.0
-#: What is known beforehand of distance to the first plot, speed and acceleration: standard
-#: deviations, m, m/s, m/s².
+#: Prior standard deviations of position, speed and acceleration, m, m/s, m/s².
 PRIOR_SIGMAS = (1e5, 400.0, 1.0)
-#: Aircraft leave their polynomial as if their velocities took up noise of a density, m²/s³, and as
-#: if their acceleration were another from now on, by so much, m/s².
+#: Deviations from the polynomial: density of the white acceleration, m²/s³, and change of the
+#: acceleration, m/s².
 WANDER, CHANGE_MPS2 = 25.0, 0.7
 
 
 class PolynomialForecast(NamedTuple):
-    """Expected places, by the times asked for.
+    """Predicted positions at the requested times.
 
     Attributes
     ----------
     means : (k, 2) float64
         East and north, m.
     covariances : (k, 2, 2) float64
-        Of their errors, m².
+        Covariances of their errors, m².
     """
 
     means: Floats
@@ -40,24 +39,23 @@ class PolynomialForecast(NamedTuple):
 def polynomial_forecast(
     time_s: Floats, position_m: Floats, covariance_m2: Floats, at_s: Floats
 ) -> PolynomialForecast:
-    """Return where an aircraft is expected, from its last plots.
+    """Return the predicted position of an aircraft by its last plots.
 
     Parameters
     ----------
     time_s : (n,) ndarray
-        Ascending times of its plots, s; those more than `WINDOW_S` before the last one are left
-        out.
+        Ascending times of its plots, s; those more than `WINDOW_S` before the last one are ignored.
     position_m : (n, 2) ndarray
         East and north.
     covariance_m2 : (n, 2, 2) ndarray
-        Of the errors.
+        Covariances of the errors.
     at_s : (k,) ndarray
-        Times, s. Before the last plot nothing is forecast: such a time gets the place at the plot.
+        Times, s. Times before the last plot are replaced by its time.
 
     Returns
     -------
     PolynomialForecast
-        At these times.
+        Positions at these times.
 
     Raises
     ------
@@ -67,8 +65,8 @@ def polynomial_forecast(
     References
     ----------
     Koptev, Rozov, Romanovsky, the section on the forecast. Axes are those of the mean covariance,
-    in which errors of radars are nearly independent; the density by which aircraft leave the
-    polynomial is the project's own.
+    in which errors of radars are nearly independent; the deviation from the polynomial is the
+    project's own.
     """
     if len(time_s):
         kept = time_s >= time_s[-1] - WINDOW_S

@@ -1,4 +1,4 @@
-"""Regions that hold a given probability: ellipses of mean and covariance, for mixtures too."""
+"""Regions of given probability: ellipses of Gaussians and of mixtures."""
 
 from typing import NamedTuple
 
@@ -12,21 +12,21 @@ from multiradar.tracking.forecast._region_kernels import find_radii
 
 Floats = NDArray[np.float64]
 
-#: A component is taken to be at least as wide as this part of the mixture's own sigma.
+#: Minimum width of a component, as a fraction of the mixture's sigma.
 NARROWEST = 0.002
-# How far weights may be from a sum of one.
+# Tolerance of the sum of weights.
 _SUM_ERROR = 1e-6
 
 
 class Ellipses(NamedTuple):
-    """Ellipses in a plane of east and north.
+    """Ellipses in the plane.
 
     Attributes
     ----------
     major_m, minor_m : (n,) float64
         Semi-axes, m.
     azimuth_rad : (n,) float64
-        Direction of the major one, clockwise from north, 0 to below π.
+        Direction of the major axis, clockwise from north, 0 to below π.
     """
 
     major_m: Floats
@@ -35,7 +35,7 @@ class Ellipses(NamedTuple):
 
 
 def gaussian_factor(probability: float) -> float:
-    """Return how large an ellipse of one Gaussian in the plane must be to hold a probability.
+    """Return the size of the ellipse of a Gaussian with a given probability.
 
     Parameters
     ----------
@@ -50,11 +50,11 @@ def gaussian_factor(probability: float) -> float:
     Raises
     ------
     ConfigurationError
-        If it is no such probability.
+        If it is out of these bounds.
     """
     # Written so that NaN fails.
     if not 0.0 < probability < 1.0:
-        msg = f"probability: expected more than 0 and less than 1, was {probability}"
+        msg = f"probability: expected a number above 0 and below 1, was {probability}"
         raise ConfigurationError(msg)
     return float(-2.0 * np.log1p(-probability))
 
@@ -62,7 +62,7 @@ def gaussian_factor(probability: float) -> float:
 def region_factor(
     weights: ArrayLike, means: ArrayLike, covariances: ArrayLike, probability: float
 ) -> float:
-    """Return how large the ellipse of a mixture must be to hold a probability of it.
+    """Return the size of the ellipse of a mixture with a given probability.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ def region_factor(
         See `region_factors`.
     """
     whole = require_shape(weights, "weights of a mixture", (None,))
-    # Adding an axis before the checks of shape are made makes them those of all mixtures.
+    # The axis added before the checks of shape makes them those of all mixtures.
     rows = [np.asarray(one)[None] for one in (whole, means, covariances)]
     return float(region_factors(rows[0], rows[1], rows[2], probability)[0])
 
@@ -94,7 +94,7 @@ def region_factor(
 def region_factors(
     weights: ArrayLike, means: ArrayLike, covariances: ArrayLike, probability: float
 ) -> Floats:
-    """Return how large the ellipses of mixtures must be to hold a probability of them.
+    """Return the sizes of the ellipses of mixtures with a given probability.
 
     Parameters
     ----------
@@ -116,34 +116,33 @@ def region_factors(
     Raises
     ------
     ConfigurationError
-        If the probability or weights are none.
+        If the probability or weights are invalid.
     ShapeError
-        If the shapes do not belong together, or numbers are none or not finite.
+        If the shapes do not match, or values are not finite numbers.
     CovarianceError
-        If a component with a weight has no covariance.
+        If a component with a weight has an invalid covariance.
 
     Notes
     -----
-    Within 1e-8 of the probability, by the same steps for the same numbers. A component that is
-    narrower than `NARROWEST` of the mixture's sigma in some direction is taken to be so wide: that
-    moves the rim by less than a hundredth of a sigma.
+    Within 1e-8 of the probability. A component narrower than `NARROWEST` of the mixture's sigma in
+    some direction is widened to it, which moves the rim by less than a hundredth of a sigma.
     """
     single = gaussian_factor(probability)
-    chances = finite_array(weights, "weights of a mixture", (None, None))
-    n, k = chances.shape
+    shares = finite_array(weights, "weights of a mixture", (None, None))
+    n, k = shares.shape
     centres = finite_array(means, "means of a mixture", (n, k, 2))
     spreads = finite_array(covariances, "covariances of a mixture", (n, k, 2, 2))
-    if (chances < 0.0).any() or (np.abs(chances.sum(axis=1) - 1.0) > _SUM_ERROR).any():
-        msg = "weights of a mixture: expected none below 0 and a sum of 1, were others"
+    if (shares < 0.0).any() or (np.abs(shares.sum(axis=1) - 1.0) > _SUM_ERROR).any():
+        msg = "weights of a mixture: expected none below 0 and a sum of 1"
         raise ConfigurationError(msg)
-    require_covariance(spreads[chances > 0.0], "covariances of a mixture")
+    require_covariance(spreads[shares > 0.0], "covariances of a mixture")
     if n == 0 or k == 1:
         return np.full(n, single)
-    whitened = _whitened(chances, centres, spreads)
+    whitened = _whitened(shares, centres, spreads)
     radii = np.empty(n)
-    find_radii(chances, *whitened, probability, radii)
-    # One component alone is known exactly.
-    return np.where((chances > 0.0).sum(axis=1) == 1, single, radii**2)
+    find_radii(shares, *whitened, probability, radii)
+    # A single component has the exact factor.
+    return np.where((shares > 0.0).sum(axis=1) == 1, single, radii**2)
 
 
 def mixed(weights: Floats, means: Floats, covariances: Floats) -> tuple[Floats, Floats]:
@@ -161,7 +160,7 @@ def mixed(weights: Floats, means: Floats, covariances: Floats) -> tuple[Floats, 
     Returns
     -------
     means, covariances : (…, 2) and (…, 2, 2) ndarray
-        What the components differ by included.
+        Including the spread of the components.
     """
     mean = np.einsum("...k,...ki->...i", weights, means)
     apart = means - mean[..., None, :]
@@ -182,7 +181,7 @@ def ellipses(covariances: Floats, factors: Floats | float) -> Ellipses:
     Returns
     -------
     Ellipses
-        One for each; the azimuth of a circle is that of rounding.
+        One per covariance; the azimuth of a circle is arbitrary.
     """
     values, vectors = np.linalg.eigh(covariances)
     axes = np.sqrt(np.maximum(values, 0.0) * np.asarray(factors)[..., None])
@@ -190,14 +189,14 @@ def ellipses(covariances: Floats, factors: Floats | float) -> Ellipses:
     return Ellipses(axes[..., 1], axes[..., 0], azimuth_rad)
 
 
-# The mixtures as seen where their own mean is 0 and their covariance the unit matrix.
-def _whitened(chances: Floats, centres: Floats, spreads: Floats) -> tuple[Floats, Floats]:
-    mean, covariance = mixed(chances, centres, spreads)
+# The mixtures in coordinates with mean 0 and unit covariance.
+def _whitened(shares: Floats, centres: Floats, spreads: Floats) -> tuple[Floats, Floats]:
+    mean, covariance = mixed(shares, centres, spreads)
     root = np.linalg.inv(np.linalg.cholesky(covariance))
     seen = np.einsum("nij,nkj->nki", root, centres - mean[:, None])
     within = root[:, None] @ spreads @ root[:, None].swapaxes(-1, -2)
-    # Of a component without weight nothing is known.
-    within[chances == 0.0] = np.eye(2)
+    # A component without weight has no information.
+    within[shares == 0.0] = np.eye(2)
     values, vectors = np.linalg.eigh(0.5 * (within + within.swapaxes(-1, -2)))
     values = np.maximum(values, NARROWEST**2)
     wide = (vectors * values[..., None, :]) @ vectors.swapaxes(-1, -2)

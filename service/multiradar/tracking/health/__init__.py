@@ -1,1 +1,1 @@
-"""The health of each sensor, from the innovations of all aircraft."""
+"""Sensor health, from the innovations of all aircraft."""

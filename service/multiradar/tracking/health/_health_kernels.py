@@ -1,15 +1,14 @@
-"""Compiled sums of what the tracker sees of each sensor: looks, innovations, patterns over azimuth.
+"""Compiled statistics of each sensor: scans, innovations, azimuth patterns of innovations.
 
-Every sum runs over rows in their canonical order, one after the other, so that it is the same
-however the rows come in batches.
+Every sum runs over rows in canonical order, so that it does not depend on batches.
 
-Symbols: r = e / √S of a component, λ = scale of r (1 where the noise is as told), W = variance of
-the noise as told, b = B / S, A = how offsets, a gain and a shift of the site enter an innovation.
+Symbols: r = e / √S of a component, λ = scale of r (1 for the configured noise), W = configured
+noise variance, b = B / S, A = design matrix of offsets, a gain and a site shift.
 
 References
 ----------
 P. J. Huber, "Robust estimation of a location parameter", The Annals of Mathematical Statistics 35
-(1964), 73-101: what clipping does. The project's own: which rows count, and the looks.
+(1964), 73-101: effect of clipping. The project's own: selection of rows, and the count of scans.
 """
 
 from math import cos, hypot, sin, sqrt
@@ -26,7 +25,7 @@ from multiradar.estimation.filters._kernels import (
 )
 from multiradar.estimation.filters.arrays import Aircraft, Result, Rows
 from multiradar.estimation.measurement._kernels import KIND_RADAR, is_bearing
-from multiradar.tracking.health.health_sums import GAIN_SCALE_M, HEARD, JUDGED, PATTERNS, HealthSums
+from multiradar.tracking.health.health_sums import GAIN_SCALE_M, HEARD, PATTERNS, TESTED, HealthSums
 from multiradar.tracking.lifecycle.lifecycle import BY_IDENTITY, CONFIRMED, Lifecycle
 from multiradar.tracking.roster import RowIdentities
 from multiradar_compiled.kernels import in_loop, loop
@@ -34,22 +33,22 @@ from multiradar_compiled.kernels import in_loop, loop
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-# Where r² is clipped for the scale, and the mean of min(r², clip) of a normal r.
+# Bound of r² for the scale, and the mean of min(r², clip) of a normal r.
 CLIP = 1.0
 CLIPPED_MEAN = 0.516058
-# Innovations beyond this many sigmas speak of a pattern with less weight, inversely to their size:
-# a site that is far off has nearly all of its plots there, and they are rejected.
+# Innovations beyond this number of sigmas are down-weighted in patterns, inversely to their size:
+# for a large site error nearly all plots are there, and are rejected.
 PATTERN_SIGMAS = 3.0
-# So many turns without a plot are an absence, not misses.
+# Number of scans without a plot that count as an absence, not as missed detections.
 MISSES_MAX = 8.0
-# A track counts as heard by a sensor for so many turns, and one track says no more than this about
-# a silence: it may have flown behind a hill.
-RECENT_TURNS = 5.0
+# Number of scans for which a track counts as detected by a sensor, and bound of the evidence of one
+# track for a silence: terrain may mask it.
+RECENT_SCANS = 5.0
 TRACK_EVIDENCE_MAX = 6.9
-# Radius of the Earth on which rays of radio are straight, m: ITU-R P.834, section 3.
+# Effective Earth radius for radio propagation, m: ITU-R P.834, section 3.
 RADIO_RADIUS_M = 4.0 / 3.0 * 6_378_137.0
-# Height above its radar taken for an aircraft of which none was heard, m.
-USUAL_HEIGHT_M = 8_000.0
+# Height above the radar assumed for aircraft without one, m.
+DEFAULT_HEIGHT_M = 8_000.0
 
 
 @loop
@@ -72,55 +71,55 @@ def gather(
     for row in range(first, last):
         s, time, k = sensors[row], times[row], slots[row]
         if is_bearing(kinds[row]) and sums.last_plot[s] > -np.inf:
-            # A radar that has lost the range is not silent.
+            # A radar that sends bearings only is not silent.
             sums.last_plot[s] = max(sums.last_plot[s], time)
         if kinds[row] != KIND_RADAR:
             continue
         sums.last_plot[s] = max(sums.last_plot[s], time)
         outcome = outcomes[row]
-        taken = outcome <= RESTARTED
-        if k < 0 or not (taken or outcome == REJECTED):
+        accepted = outcome <= RESTARTED
+        if k < 0 or not (accepted or outcome == REJECTED):
             continue
         if sums.owner[k] != track_ids[row]:
             sums.owner[k] = track_ids[row]
             sums.updates[k] = 0
             for sensor in range(sums.seen.shape[1]):
                 sums.seen[k, sensor, HEARD] = -np.inf
-                sums.seen[k, sensor, JUDGED] = -np.inf
+                sums.seen[k, sensor, TESTED] = -np.inf
         known = stages[k] == CONFIRMED
         if stages[k] == BY_IDENTITY:
             known = sums.updates[k] >= confirm_updates
-        sums.updates[k] += taken
+        sums.updates[k] += accepted
         compared = (outcome in (UPDATED, REJECTED)) and not np.isnan(innovations[row, 0])
-        if known and compared and sums.seen[k, s, JUDGED] < sums.opened[s]:
-            judge(innovations[row], s, sums)
-            sums.seen[k, s, JUDGED] = time
+        if known and compared and sums.seen[k, s, TESTED] < sums.opened[s]:
+            keep_innovation(innovations[row], s, sums)
+            sums.seen[k, s, TESTED] = time
         if known and outcome == UPDATED and compared:
             weigh_noise(innovations[row], noises[s], s, sums)
         if known and compared:
             weigh_pattern(innovations[row], z[row, 0], z[row, 1], s, sums)
-        if taken:
+        if accepted:
             if known:
-                count_looks((time - sums.seen[k, s, HEARD]) / periods[s], s, sums)
+                count_scans((time - sums.seen[k, s, HEARD]) / periods[s], s, sums)
             sums.seen[k, s, HEARD] = time
 
 
 @in_loop
-def count_looks(turns: float, s: int, sums: HealthSums) -> None:
-    """Count the looks from one update of a track to the next by the same sensor."""
-    if 0.5 < turns < MISSES_MAX + 0.5:
+def count_scans(scans: float, s: int, sums: HealthSums) -> None:
+    """Count the scans from one update of a track to the next by the same sensor."""
+    if 0.5 < scans < MISSES_MAX + 0.5:
         sums.hits[s] += 1.0
-        sums.looks[s] += np.floor(turns + 0.5)
+        sums.scans[s] += np.floor(scans + 0.5)
 
 
 @in_loop
-def judge(innovation: Floats, s: int, sums: HealthSums) -> None:
-    """Keep the first innovation of an aircraft in the window that is open."""
-    at = sums.judged[s]
+def keep_innovation(innovation: Floats, s: int, sums: HealthSums) -> None:
+    """Store the first innovation of an aircraft in the open window."""
+    at = sums.tested[s]
     if at < sums.values.shape[2]:
         sums.values[s, 0, at] = innovation[0] / sqrt(innovation[INNOVATION_COVARIANCE])
         sums.values[s, 1, at] = innovation[1] / sqrt(innovation[INNOVATION_COVARIANCE + 2])
-        sums.judged[s] += 1
+        sums.tested[s] += 1
     if not np.isnan(innovation[INNOVATION_BIASES]):
         sums.common[s, 0] += innovation[INNOVATION_BIASES] / innovation[INNOVATION_COVARIANCE]
         sums.common[s, 1] += (
@@ -131,14 +130,14 @@ def judge(innovation: Floats, s: int, sums: HealthSums) -> None:
 
 @in_loop
 def weigh_noise(innovation: Floats, noise: Floats, s: int, sums: HealthSums) -> None:
-    """Add r²/λ², clipped, and the part of S that the noise as told is."""
+    """Add clipped r²/λ², and the fraction of the configured noise in S."""
     for i in range(2):
         if sums.settled[s, i] == 0:
             continue
         variance = innovation[INNOVATION_COVARIANCE + 2 * i]
         square = innovation[i] * innovation[i] / variance
         sums.clipped[s, i] += min(square / sums.scale[s, i], CLIP)
-        sums.told[s, i] += min(noise[i] / variance, 1.0)
+        sums.noise_share[s, i] += min(noise[i] / variance, 1.0)
         sums.noises[s, i] += 1.0
 
 
@@ -148,8 +147,8 @@ def weigh_pattern(
 ) -> None:
     """Add Aᵀ S⁻¹ A and Aᵀ S⁻¹ e, component by component.
 
-    A site that is told at s − d makes ranges too long by −d · u (u: away from the radar) and turns
-    azimuths by −d · t / ρ (t: to the right of u), for d = true − told.
+    A site configured at s − d makes ranges too long by −d · u (u: away from the radar) and rotates
+    azimuths by −d · t / ρ (t: to the right of u), for d = true − configured.
     """
     w0 = 1.0 / innovation[INNOVATION_COVARIANCE]
     w1 = 1.0 / innovation[INNOVATION_COVARIANCE + 2]
@@ -173,7 +172,7 @@ def weigh_pattern(
 
 
 @loop
-def look_around(
+def count_coverage(
     time_s: float,
     aircraft: Aircraft,
     track_ids: Integers,
@@ -189,10 +188,10 @@ def look_around(
     cover: Integers,
     evidence: Floats,
 ) -> None:
-    """Count the tracks in cover of each sensor, those that it hears, and what its silence says.
+    """Count the tracks in coverage of each sensor and those detected; evaluate its silence.
 
-    ``misses`` is the logarithm of the odds against a missed look, ``cover`` gets both counts,
-    ``evidence`` the sum of these odds over the tracks that a silent sensor heard last.
+    ``misses`` is the log odds of a missed detection, ``cover`` receives both counts, ``evidence``
+    the sum of these odds over the tracks that a silent sensor detected last.
     """
     for k in range(track_ids.shape[0]):
         if track_ids[k] < 0 or track_ids[k] != sums.owner[k] or np.isnan(aircraft.time[k]):
@@ -211,18 +210,18 @@ def look_around(
                 ground = hypot(aircraft.mean[k, 0] - sites[s, 0], aircraft.mean[k, 1] - sites[s, 1])
                 if within(ground, height, sites[s, 2], reach[s], cone_ratio):
                     cover[s, 0] += 1
-                    cover[s, 1] += heard >= time_s - RECENT_TURNS * periods[s]
-            if heard >= sums.last_plot[s] - RECENT_TURNS * periods[s]:
-                turns = np.floor((aircraft.updated[k] - heard) / periods[s])
-                if turns >= 1.0:
-                    evidence[s] += min(turns * misses[s], TRACK_EVIDENCE_MAX)
+                    cover[s, 1] += heard >= time_s - RECENT_SCANS * periods[s]
+            if heard >= sums.last_plot[s] - RECENT_SCANS * periods[s]:
+                scans = np.floor((aircraft.updated[k] - heard) / periods[s])
+                if scans >= 1.0:
+                    evidence[s] += min(scans * misses[s], TRACK_EVIDENCE_MAX)
 
 
 @in_loop
 def within(
     ground: float, height: float, site_height: float, reach: float, cone_ratio: float
 ) -> bool:
-    """Return whether a radar should see a place: in range, above the horizon, outside the cone."""
-    top = USUAL_HEIGHT_M if np.isnan(height) else height
+    """Return whether a radar covers a position: in range, above the horizon, not in the cone."""
+    top = DEFAULT_HEIGHT_M if np.isnan(height) else height
     horizon = sqrt(2.0 * RADIO_RADIUS_M) * (sqrt(max(top, 0.0)) + sqrt(max(site_height, 0.0)))
     return ground <= min(reach, horizon) and ground >= cone_ratio * (top - site_height)

@@ -1,4 +1,4 @@
-"""How the estimated biases change over the last minutes."""
+"""Trends of the estimated biases over the last minutes."""
 
 from collections import deque
 
@@ -10,14 +10,14 @@ from multiradar.estimation.measurement.sensors import SensorTable
 
 Floats = NDArray[np.float64]
 
-#: A trend is that over so long a time, s, and is told from so long on.
+#: Maximum and minimum time span of a trend, s.
 TREND_S, TREND_MIN_S = 600.0, 60.0
-#: Estimates are kept once in so long, s.
+#: Interval of stored estimates, s.
 KEPT_S = 30.0
 
 
 class BiasTrends:
-    """The estimates of the last minutes; owned by the health of the sensors.
+    """Bias estimates of the last minutes; owned by the sensor health.
 
     Parameters
     ----------
@@ -32,17 +32,17 @@ class BiasTrends:
         self._now: tuple[float, Floats, Floats] | None = None
 
     def add(self, time_s: float, biases: BiasState) -> None:
-        """Take the biases of an end of an epoch."""
+        """Add the biases at the end of an epoch."""
         self._now = (time_s, biases.estimate.copy(), np.diagonal(biases.covariance).copy())
         if not self._kept or time_s - self._kept[-1][0] >= KEPT_S:
             self._kept.append(self._now)
 
-    def forget(self, sensor: int) -> None:
-        """Begin anew with a sensor whose biases jumped."""
+    def reset(self, sensor: int) -> None:
+        """Reset a sensor whose biases jumped."""
         self._since_s[sensor] = np.inf if self._now is None else self._now[0]
 
     def trend(self, kind: int) -> Floats:
-        """Return the change of one parameter of each sensor, and its standard deviation.
+        """Return the trend of one parameter of each sensor, and its standard deviation.
 
         Parameters
         ----------
@@ -52,13 +52,13 @@ class BiasTrends:
         Returns
         -------
         (m, 2) float64
-            A second, in m or rad; NaN where it is not estimated, or not for long enough.
+            Per second, in m or rad; NaN where it is not estimated, or not for long enough.
 
         References
         ----------
-        The project's own. Of a bias that walks by q a second the variance of the change from the
-        earlier estimate to the later one is P_earlier + q Δt − P_later: the later estimate has all
-        that the earlier one knew.
+        The project's own. For a bias with random walk q per second the variance of the change from
+        the earlier estimate to the later one is P_earlier + q Δt − P_later: the later estimate
+        includes the information of the earlier one.
         """
         found = np.full((len(self._sensors), 2), np.nan)
         if self._now is None:

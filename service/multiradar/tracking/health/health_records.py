@@ -1,4 +1,4 @@
-"""What is said of the health of each radar at the end of an epoch."""
+"""Health of each radar at the end of an epoch."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from multiradar.tracking.columns import column_types, joined_columns
 
 Floats = NDArray[np.float64]
 
-#: Bits of `HealthRecords.alarms`, by their place in `ALARM_NAMES`.
+#: Bits of `HealthRecords.alarms`, by position in `ALARM_NAMES`.
 ALARM_SILENT, ALARM_BIAS_JUMP, ALARM_NOISE, ALARM_SITE = range(4)
 #: Names of the alarms on the wire.
 ALARM_NAMES = ("silent", "bias_jump", "noise", "site")
@@ -29,29 +29,29 @@ class HealthRecords:
     sensor : (n,) int32
         The radar.
     detection_probability : (n,) float64
-        Part of the looks at confirmed tracks that gave an update; NaN before the first look.
+        Probability of detection of confirmed tracks; NaN before the first scan.
     looks : (n,) float64
-        From how many looks, those long ago counting less.
+        Number of scans it is based on; old ones count less.
     range_sigma_ratio, azimuth_sigma_ratio : (n,) float64
-        Noise as measured over noise as told; NaN while the biases are not settled.
+        Measured over configured noise; NaN while the biases are not settled.
     range_trend_mps, range_trend_sigma_mps : (n,) float64
-        Change of the range offset by time, and how far it would differ from zero by chance; NaN
-        where it is not estimated or was not for long enough.
+        Trend of the range offset, and its standard deviation; NaN where it is not estimated, or not
+        for long enough.
     azimuth_trend_rad_per_s, azimuth_trend_sigma_rad_per_s : (n,) float64
-        The same of the azimuth offset.
+        The same for the azimuth offset.
     site_east_m, site_north_m, site_sigma_m : (n,) float64
-        By how much the site seems to lie elsewhere than told, as far as tracks do not follow, and
-        its standard deviation on the worse axis; NaN before it can be told.
+        Estimated error of the configured site (biased low, as tracks absorb part of it), and its
+        standard deviation on the worse axis; NaN while unobservable.
     silence_s : (n,) float64
         Data time since the last plot; NaN before the first.
     tracks_in_cover, tracks_heard : (n,) int64
-        Confirmed tracks that the radar should see, and those of them that it saw lately.
+        Confirmed tracks in coverage of the radar, and those of them that it detected recently.
     jumps : (n,) int64
-        How often a bias has jumped so far.
+        Number of bias jumps so far.
     last_jump_s : (n,) float64
-        Data time at which the last jump was noticed; NaN before the first.
+        Data time of the detection of the last jump; NaN before the first.
     alarms : (n,) int64
-        Bit i is set while `ALARM_NAMES` i holds.
+        Bit i is set while the alarm `ALARM_NAMES` i is active.
     """
 
     epoch: NDArray[np.int64]
@@ -83,8 +83,8 @@ class HealthRecords:
         """Return the rows of all parts, one after the other."""
         return cls(**joined_columns(cls, parts))
 
-    def take(self, rows: NDArray[np.bool_]) -> "HealthRecords":
-        """Return some of the rows."""
+    def select(self, rows: NDArray[np.bool_]) -> "HealthRecords":
+        """Return the selected rows."""
         return HealthRecords(
             **{name: getattr(self, name)[rows] for name in column_types(HealthRecords)}
         )

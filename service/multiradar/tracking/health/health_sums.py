@@ -1,6 +1,6 @@
-"""What is summed about the health of each sensor between two ends of epochs.
+"""Sums for the health of each sensor, between ends of epochs.
 
-A named tuple of arrays, because compiled functions take it as it is; one owner changes them.
+A named tuple of arrays, as compiled functions require; one owner modifies them.
 """
 
 from typing import NamedTuple
@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-#: Innovations of one sensor that are judged together, at most.
+#: Maximum number of innovations of one sensor that are tested together.
 VALUES_MAX = 512
-#: Columns of `HealthSums.seen`: last update, last innovation that was judged.
-HEARD, JUDGED = 0, 1
-#: What the pattern of innovations is made of: range offset (m), azimuth offset (rad), range gain
-#: (m in `GAIN_SCALE_M`), shift of the site to the east and to the north (m).
+#: Columns of `HealthSums.seen`: last update, last tested innovation.
+HEARD, TESTED = 0, 1
+#: Parameters of the innovation pattern: range offset (m), azimuth offset (rad), range gain (m in
+#: `GAIN_SCALE_M`), shift of the site to the east and to the north (m).
 PATTERNS = 5
 SITE = 3
 NORMALS = PATTERNS * (PATTERNS + 1) // 2
@@ -29,33 +29,33 @@ class HealthSums(NamedTuple):
     Attributes
     ----------
     owner, updates : (s,) int64
-        Track of each slot of the pool, and its updates by radars so far.
+        Track of each slot of the pool, and its updates by radars.
     seen : (s, m, 2) float64
-        Data times as `HEARD` and `JUDGED`, −∞ for never.
+        Data times as `HEARD` and `TESTED`, −∞ for never.
     last_plot : (m,) float64
-        Data time of the last plot, whatever became of it; −∞ for never.
-    hits, looks : (m,) float64
-        Updates of confirmed tracks, and looks from one to the next.
+        Data time of the last plot, whatever its disposition; −∞ for never.
+    hits, scans : (m,) float64
+        Updates of confirmed tracks, and scans from one to the next.
     opened : (m,) float64
-        Since when innovations are judged together.
+        Start of the test window.
     values : (m, 2, VALUES_MAX) float64
-        The first innovation of each aircraft since, over its standard deviation.
-    judged : (m,) int64
-        How many.
+        First innovation of each aircraft in the window, over its standard deviation.
+    tested : (m,) int64
+        Number of these.
     common : (m, 2) float64
-        Sums of what the biases add to the variance of these, in parts of it.
+        Sums of the relative variance that the biases add to these.
     commons : (m,) int64
-        Of how many it is known.
+        Number of innovations with known bias variance.
     settled : (m, 2) int64
-        Whether the biases are known well enough for innovations to tell of noise.
+        Whether the biases are known well enough to estimate noise.
     scale : (m, 2) float64
-        λ²: variance of innovations, in parts of what is expected.
-    clipped, told, noises : (m, 2) float64
-        Sums for it: of clipped squares, of the part of the noise as told, and their number.
+        λ²: variance of innovations over the expected one.
+    clipped, noise_share, noises : (m, 2) float64
+        Sums for it: of clipped squares, of the fraction of the configured noise, and their number.
     pattern : (m, NORMALS) float64
         Upper triangle of the information on `PATTERNS`.
     pattern_vector : (m, PATTERNS) float64
-        Its vector.
+        Its information vector.
     """
 
     owner: Integers
@@ -63,46 +63,46 @@ class HealthSums(NamedTuple):
     seen: Floats
     last_plot: Floats
     hits: Floats
-    looks: Floats
+    scans: Floats
     opened: Floats
     values: Floats
-    judged: Integers
+    tested: Integers
     common: Floats
     commons: Integers
     settled: Integers
     scale: Floats
     clipped: Floats
-    told: Floats
+    noise_share: Floats
     noises: Floats
     pattern: Floats
     pattern_vector: Floats
 
     @classmethod
     def empty(cls, slots: int, sensors: int) -> "HealthSums":
-        """Return sums of nothing."""
+        """Return empty sums."""
         return cls(
             owner=np.full(slots, -1, np.int64),
             updates=np.zeros(slots, np.int64),
             seen=np.full((slots, sensors, 2), -np.inf),
             last_plot=np.full(sensors, -np.inf),
             hits=np.zeros(sensors),
-            looks=np.zeros(sensors),
+            scans=np.zeros(sensors),
             opened=np.full(sensors, np.finfo(np.float64).min),
             values=np.zeros((sensors, 2, VALUES_MAX)),
-            judged=np.zeros(sensors, np.int64),
+            tested=np.zeros(sensors, np.int64),
             common=np.zeros((sensors, 2)),
             commons=np.zeros(sensors, np.int64),
             settled=np.zeros((sensors, 2), np.int64),
             scale=np.ones((sensors, 2)),
             clipped=np.zeros((sensors, 2)),
-            told=np.zeros((sensors, 2)),
+            noise_share=np.zeros((sensors, 2)),
             noises=np.zeros((sensors, 2)),
             pattern=np.zeros((sensors, NORMALS)),
             pattern_vector=np.zeros((sensors, PATTERNS)),
         )
 
     def grown(self, slots: int) -> "HealthSums":
-        """Return the same with room for more aircraft."""
+        """Return the same for more aircraft."""
         wider = HealthSums.empty(slots, len(self.hits))
         old = len(self.owner)
         for name in ("owner", "updates", "seen"):

@@ -1,8 +1,8 @@
-"""The health of each radar, from what the tracker sees: judged at the ends of epochs.
+"""Sensor health of each radar, evaluated at the ends of epochs.
 
-Detection from the looks between two updates of a track; noise and a wrong site from innovations; a
-jump of a bias by a cumulated likelihood ratio; silence from the tracks that a radar saw before. A
-function of the measurements in data time.
+Probability of detection from the scans between two updates of a track; noise and site errors from
+innovations; bias jumps by a cumulative likelihood ratio; silence from the tracks that a radar
+detected before. A function of the measurements in data time.
 """
 
 from typing import NamedTuple
@@ -19,8 +19,8 @@ from multiradar.estimation.measurement.sensors import (
     SensorTable,
 )
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.tracking.association.association import USUAL_TURN_S
-from multiradar.tracking.health._health_kernels import gather, look_around
+from multiradar.tracking.association.association import DEFAULT_PERIOD_S
+from multiradar.tracking.health._health_kernels import count_coverage, gather
 from multiradar.tracking.health.bias_trends import BiasTrends
 from multiradar.tracking.health.health_records import (
     ALARM_BIAS_JUMP,
@@ -38,38 +38,38 @@ from multiradar.tracking.settings import TrackingSettings
 
 Floats = NDArray[np.float64]
 
-#: Looks, and patterns of innovations, count for so long, s.
+#: Time constants of scan counts and of innovation patterns, s.
 DETECTION_MEMORY_S = 900.0
 PATTERN_MEMORY_S = 3600.0
-#: So many innovations say what the noise is, and so many are the least that do; the noise as told
-#: counts as so many at first.
+#: Maximum and minimum number of innovations of a noise estimate, and the initial weight of the
+#: configured noise.
 NOISE_MEMORY, NOISE_MIN, NOISE_BEGIN = 4000.0, 200.0, 50.0
-#: Noise is more than told when it is so surely above this multiple of it, in standard deviations.
+#: Ratio above which noise is too large, and the significance required, in standard deviations.
 NOISE_HIGH, NOISE_SIGMAS = 2.0, 5.0
-#: It is less than configured when it is so surely below this multiple: a sigma in a wrong unit.
+#: Ratio below which noise is too small: a sigma in a wrong unit.
 NOISE_LOW = 0.25
-#: A site is elsewhere when its shift is so sure, in standard deviations, and so many times the
-#: noise of range.
+#: Significance of a site error, in standard deviations, and its minimum in terms of the range
+#: noise.
 SITE_SIGMAS, SITE_NOISES = 8.0, 3.0
-#: Sites are looked at once in so long, s.
+#: Interval of site estimates, s.
 SITE_STEP_S = 30.0
-#: A radar is silent after so many turns, and when its tracks make that so unlikely (a millionth).
-SILENT_TURNS, SILENT_EVIDENCE = 5.0, 13.8
-#: Bounds of the detection probability that a silence is judged by, and what it is before it shows.
-DETECTION_LOW, DETECTION_HIGH, DETECTION_USUAL = 0.5, 0.95, 0.7
-#: A track is as fresh as needed to count for the cover of a radar, s.
+#: Minimum number of scans of a silence, and log odds required (one in a million).
+SILENT_SCANS, SILENT_EVIDENCE = 5.0, 13.8
+#: Bounds of the probability of detection used for silences, and its default.
+DETECTION_LOW, DETECTION_HIGH, DETECTION_DEFAULT = 0.5, 0.95, 0.7
+#: Maximum age of tracks for the coverage count, s.
 FRESH_S = 15.0
 
 
 class Health(NamedTuple):
-    """What an epoch's end says.
+    """Health at the end of an epoch.
 
     Attributes
     ----------
     records : HealthRecords
-        Of every radar.
+        Records of every radar.
     jumped : int
-        The sensor whose bias was just found to have jumped, −1 for none.
+        Sensor whose bias was just found to have jumped, −1 for none.
     """
 
     records: HealthRecords
@@ -77,19 +77,19 @@ class Health(NamedTuple):
 
 
 class SensorHealth:
-    """The health of the radars of an engine; owned by it.
+    """Health of the radars of an engine; owned by it.
 
     Parameters
     ----------
     sensors : SensorTable
-        The sensors; only radars are judged.
+        The sensors; only radars are evaluated.
     settings : TrackingSettings
         The settings of the tracker.
     plane : SystemPlane
         The system plane.
-    trusts_biases : bool
-        Whether the filter knows how uncertain its biases are: else its innovations are off without
-        anything wrong with the radar, and no alarm is raised by them.
+    bounds_bias_errors : bool
+        Whether the filter estimates the uncertainty of its biases. Otherwise its innovations may be
+        off without any fault of the radar, and raise no alarms.
     """
 
     def __init__(
@@ -98,20 +98,20 @@ class SensorHealth:
         settings: TrackingSettings,
         plane: SystemPlane,
         *,
-        trusts_biases: bool = True,
+        bounds_bias_errors: bool = True,
     ) -> None:
         self._sensors, self._settings = sensors, settings
         self._radars = np.flatnonzero(sensors.kinds == KIND_RADAR)
-        self._periods = np.nan_to_num(sensors.rotation_period_s, nan=USUAL_TURN_S)
+        self._periods = np.nan_to_num(sensors.rotation_period_s, nan=DEFAULT_PERIOD_S)
         self._sites = _sites(sensors, plane)
         self._noises = np.column_stack([sensors.range_sigma_m**2, sensors.azimuth_sigma_rad**2])
         count = len(sensors)
         self._sums = HealthSums.empty(0, count)
         self._weight = np.full((count, 2), NOISE_BEGIN)
-        self._told = np.full((count, 2), np.nan)
+        self._noise_share = np.full((count, 2), np.nan)
         self._silent = np.zeros(count, np.bool_)
-        self._trusts_biases = trusts_biases
-        self._jumps = JumpTests(self._radars, self._periods, tests=trusts_biases)
+        self._bounds_bias_errors = bounds_bias_errors
+        self._jumps = JumpTests(self._radars, self._periods, tests=bounds_bias_errors)
         self._trends = BiasTrends(sensors)
         self._end_s = np.nan
         self._site_step = np.nan
@@ -127,7 +127,7 @@ class SensorHealth:
         first: int,
         last: int,
     ) -> None:
-        """Take what became of the rows first…last, which must come in canonical order."""
+        """Add the outcomes of the rows first…last, in canonical order."""
         capacity = len(pool.roster.track_id)
         if len(self._sums.owner) < capacity:
             self._sums = self._sums.grown(capacity)
@@ -137,35 +137,33 @@ class SensorHealth:
         )  # fmt: skip
 
     def close(self, epoch: int, end_s: float, biases: BiasState, pool: AircraftPool) -> Health:
-        """Judge at the end of an epoch.
+        """Evaluate the health at the end of an epoch.
 
         Parameters
         ----------
         epoch : int
-            Its number.
+            Number of the epoch.
         end_s : float
             Data time of its end.
         biases : BiasState
-            The biases with what this epoch said of them.
+            The biases, including the information of this epoch.
         pool : AircraftPool
             The aircraft.
 
         Returns
         -------
         Health
-            What is said of every radar, and which of them has jumped.
+            Records of every radar, and the sensor that jumped.
         """
         self._fade(end_s)
         self._learn_noise()
         jumped = self._jumps.find(end_s, self._sums)
         if jumped >= 0:
-            self._trends.forget(jumped)
-        cover, evidence = self._look_around(end_s, pool)
-        self._judge_silence(end_s, evidence)
+            self._trends.reset(jumped)
+        cover, evidence = self._count_coverage(end_s, pool)
+        self._update_silence(end_s, evidence)
         self._trends.add(end_s, biases)
         return Health(self._records(epoch, end_s, cover), jumped)
-
-    # ---------------------------------------------------------------- inside
 
     def _fade(self, end_s: float) -> None:
         passed_s = end_s - self._end_s
@@ -173,7 +171,7 @@ class SensorHealth:
         if not passed_s > 0.0:
             return
         sums = self._sums
-        for array in (sums.hits, sums.looks):
+        for array in (sums.hits, sums.scans):
             array *= np.exp(-passed_s / DETECTION_MEMORY_S)
         for array in (sums.pattern, sums.pattern_vector):
             array *= np.exp(-passed_s / PATTERN_MEMORY_S)
@@ -184,19 +182,21 @@ class SensorHealth:
             count = float(sums.noises[s, i])
             weight = min(self._weight[s, i] + count, NOISE_MEMORY)
             sums.scale[s, i] = scale_after(sums.scale[s, i], sums.clipped[s, i], count, weight)
-            told = sums.told[s, i] / count
-            known = self._told[s, i]
+            noise_share = sums.noise_share[s, i] / count
+            known = self._noise_share[s, i]
             step = min(count / weight, 1.0)
-            self._told[s, i] = told if np.isnan(known) else known + step * (told - known)
+            self._noise_share[s, i] = (
+                noise_share if np.isnan(known) else known + step * (noise_share - known)
+            )
             self._weight[s, i] = weight
-        for array in (sums.noises, sums.clipped, sums.told):
+        for array in (sums.noises, sums.clipped, sums.noise_share):
             array[:] = 0.0
 
-    def _look_around(self, end_s: float, pool: AircraftPool) -> tuple[NDArray[np.int64], Floats]:
+    def _count_coverage(self, end_s: float, pool: AircraftPool) -> tuple[NDArray[np.int64], Floats]:
         cover = np.zeros((len(self._sensors), 2), np.int64)
         evidence = np.zeros(len(self._sensors))
-        found = np.clip(self._detection(DETECTION_USUAL), DETECTION_LOW, DETECTION_HIGH)
-        look_around(
+        found = np.clip(self._detection(DETECTION_DEFAULT), DETECTION_LOW, DETECTION_HIGH)
+        count_coverage(
             end_s, pool.aircraft, pool.roster.track_id, pool.life, self._settings.confirm_updates,
             FRESH_S, self._sites, self._sensors.range_max_m, self._periods,
             self._settings.cone_ratio, -np.log(1.0 - found), self._sums, cover, evidence,
@@ -205,29 +205,29 @@ class SensorHealth:
 
     def _detection(self, unknown: float) -> Floats:
         sums = self._sums
-        found = np.full(len(sums.looks), unknown)
-        np.divide(sums.hits, sums.looks, out=found, where=sums.looks > 0.0)
+        found = np.full(len(sums.scans), unknown)
+        np.divide(sums.hits, sums.scans, out=found, where=sums.scans > 0.0)
         return found
 
-    def _judge_silence(self, end_s: float, evidence: Floats) -> None:
-        turns = (end_s - self._sums.last_plot) / self._periods
+    def _update_silence(self, end_s: float, evidence: Floats) -> None:
+        scans = (end_s - self._sums.last_plot) / self._periods
         heard = np.isfinite(self._sums.last_plot)
-        begins = heard & (turns >= SILENT_TURNS) & (evidence >= SILENT_EVIDENCE)
-        self._silent = (self._silent | begins) & (turns >= SILENT_TURNS)
+        begins = heard & (scans >= SILENT_SCANS) & (evidence >= SILENT_EVIDENCE)
+        self._silent = (self._silent | begins) & (scans >= SILENT_SCANS)
 
     def _ratios(self) -> tuple[Floats, NDArray[np.bool_]]:
-        """Return measured over configured noise, and where it is surely far from 1."""
+        """Return measured over configured noise, and where it is significantly wrong."""
         ratios = np.full((len(self._sensors), 2), np.nan)
         surely = np.zeros(len(self._sensors), np.bool_)
         for s, i in zip(*np.nonzero(self._weight >= NOISE_MIN), strict=True):
-            told, scale = self._told[s, i], self._sums.scale[s, i]
-            ratio = noise_ratio(scale, told)
+            noise_share, scale = self._noise_share[s, i], self._sums.scale[s, i]
+            ratio = noise_ratio(scale, noise_share)
             ratios[s, i] = ratio
-            # Of a variance from n numbers the standard deviation is √(2 / n) of it.
+            # The relative standard deviation of a variance of n numbers is √(2 / n).
             sigma = NOISE_SIGMAS * scale * np.sqrt(2.0 / self._weight[s, i])
-            much = noise_ratio(scale - sigma, told) > NOISE_HIGH
-            little = noise_ratio(scale + sigma, told) < NOISE_LOW
-            surely[s] |= (much or little) and self._trusts_biases
+            much = noise_ratio(scale - sigma, noise_share) > NOISE_HIGH
+            little = noise_ratio(scale + sigma, noise_share) < NOISE_LOW
+            surely[s] |= (much or little) and self._bounds_bias_errors
         return ratios, surely
 
     def _shifts_now(self, end_s: float) -> tuple[Floats, Floats, NDArray[np.bool_]]:
@@ -237,11 +237,11 @@ class SensorHealth:
         return self._site
 
     def _shifts(self) -> tuple[Floats, Floats, NDArray[np.bool_]]:
-        """Return where sites seem to lie, how surely, and which of them surely elsewhere."""
+        """Return site errors, their standard deviations, and which are significant."""
         count = len(self._sensors)
         shifts, sigmas = np.full((count, 2), np.nan), np.full(count, np.nan)
         sure = np.zeros(count)
-        if not self._trusts_biases:
+        if not self._bounds_bias_errors:
             return shifts, sigmas, sure > 0.0
         for s in self._radars[self._sums.pattern[self._radars, 0] > 0.0].tolist():
             scale = float(self._sums.scale[s].max())
@@ -252,7 +252,7 @@ class SensorHealth:
             sigmas[s] = np.sqrt(np.linalg.eigvalsh(covariance)[-1])
             far = np.hypot(*shift) > SITE_NOISES * self._sensors.range_sigma_m[s]
             sure[s] = far * np.sqrt(shift @ np.linalg.solve(covariance, shift))
-        # Tracks that one radar pulls aside make the others seem aside the other way.
+        # Tracks pulled aside by one radar make the others seem displaced the other way.
         elsewhere = (sure >= SITE_SIGMAS) & (sure >= sure.max(initial=0.0))
         return shifts, sigmas, elsewhere
 
@@ -276,7 +276,7 @@ class SensorHealth:
             time_s=np.full(len(radars), end_s),
             sensor=radars.astype(np.int32),
             detection_probability=self._detection(np.nan)[radars],
-            looks=sums.looks[radars],
+            looks=sums.scans[radars],
             range_sigma_ratio=ratios[radars, 0],
             azimuth_sigma_ratio=ratios[radars, 1],
             range_trend_mps=ranges[radars, 0],
@@ -296,7 +296,7 @@ class SensorHealth:
 
 
 def _sites(sensors: SensorTable, plane: SystemPlane) -> Floats:
-    """Return (m, 3) the sites of radars on the system plane and their heights, NaN of others."""
+    """Return (m, 3) the sites of radars on the system plane and their heights, NaN for others."""
     sites = np.full((len(sensors), 3), np.nan)
     for s in np.flatnonzero(sensors.kinds == KIND_RADAR).tolist():
         east, north = plane.to_plane(sensors.latitude_rad[s], sensors.longitude_rad[s])

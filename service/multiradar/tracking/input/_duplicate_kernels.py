@@ -1,11 +1,11 @@
-"""Compiled search for plots that one radar made once and that came twice.
+"""Compiled search for duplicate plots of one radar.
 
-Rows are found by cells of azimuth and range in an open table of chains, the newest first.
+Rows are indexed by cells of azimuth and range in a hash table with chaining, the newest first.
 
 References
 ----------
-The project's own: an antenna meets an aircraft once a turn, and no radar resolves two plots that
-are closer than its messages are rounded.
+The project's own: an antenna detects an aircraft once per scan, and no radar resolves two plots
+that are closer than the resolution of its messages.
 """
 
 from math import pi
@@ -20,13 +20,14 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 NONE = -1
-TURN_RAD = 2.0 * pi
-# How far apart the same plot may be in two networks: steps of 1/128 NM (14.5 m) and of 360°/4096
-# (0.088°), the coarsest of ASTERIX category 001, one up and one down; 100 ft of height.
+FULL_CIRCLE_RAD = 2.0 * pi
+# Maximum difference of one plot received by two networks: steps of 1/128 NM (14.5 m) and of
+# 360°/4096 (0.088°), the coarsest of ASTERIX category 001, rounded in opposite directions; 100 ft
+# of height.
 RANGE_APART_M = 30.0
 AZIMUTH_APART_RAD = pi / 1800.0
 HEIGHT_APART_M = 40.0
-# Cells, much wider than that; those of azimuth are a power of two.
+# Cells, much larger than these; the number in azimuth is a power of two.
 RANGE_CELL_M = 1000.0
 AZIMUTH_CELLS = 256
 
@@ -46,11 +47,11 @@ def find_twins(
     following: Integers,
     twins: Integers,
 ) -> int:
-    """Fill ``twins`` with the row that says the same, `NONE` for none; return how many there are.
+    """Fill ``twins`` with the duplicate row, `NONE` for none; return the number of duplicates.
 
-    Rows before ``first`` are of the release before; the rows are in order of time. ``identities``
-    has a column each for code, address and number, negative where unknown; ``spans`` (s) are the
-    times within which a sensor meets an aircraft once, 0 where that is not known.
+    Rows before ``first`` are of the previous release; rows are in order of time. ``identities`` has
+    columns for code, address and number, negative where unknown. ``spans`` (s) are the times within
+    which a sensor detects an aircraft once, 0 where unknown.
     """
     mask = heads.shape[0] - 1
     longest = spans.max()
@@ -61,7 +62,7 @@ def find_twins(
         if kinds[i] != KIND_RADAR or not spans[s] > 0.0:
             continue
         if i >= first:
-            # Mostly the first cell is the last in both.
+            # Usually the first cell is also the last.
             first_a = azimuth_cell_of(azimuths[i] - AZIMUTH_APART_RAD)
             last_a = azimuth_cell_of(azimuths[i] + AZIMUTH_APART_RAD)
             first_r = range_cell_of(ranges[i] - RANGE_APART_M)
@@ -70,7 +71,7 @@ def find_twins(
                 for cr in range(first_r, last_r + 1):
                     j = heads[place_of(s, ca, cr, mask)]
                     while j != NONE and times[i] - times[j] <= longest:
-                        # The first that came is the one to keep.
+                        # The earliest row is kept.
                         older = twins[i] == NONE or j < twins[i]
                         if (
                             older
@@ -90,8 +91,8 @@ def find_twins(
 
 @kernel
 def azimuth_cell_of(azimuth: float) -> int:
-    """Return the cell of an azimuth; whole turns more or less are other numbers of one cell."""
-    return int(np.floor(azimuth * (AZIMUTH_CELLS / TURN_RAD)))
+    """Return the cell of an azimuth; whole revolutions are removed by `place_of`."""
+    return int(np.floor(azimuth * (AZIMUTH_CELLS / FULL_CIRCLE_RAD)))
 
 
 @kernel
@@ -102,7 +103,7 @@ def range_cell_of(metres: float) -> int:
 
 @kernel
 def place_of(sensor: int, azimuth_cell: int, range_cell: int, mask: int) -> int:
-    """Return the place of a cell in the table (multiplicative hashing, Knuth)."""
+    """Return the bucket of a cell (multiplicative hashing, Knuth)."""
     turned = azimuth_cell & (AZIMUTH_CELLS - 1)
     key = (sensor * AZIMUTH_CELLS + turned) * 4096 + range_cell
     return ((key * 2654435761) >> 8) & mask
@@ -118,14 +119,14 @@ def are_one(
     heights: Floats,
     identities: Integers,
 ) -> bool:
-    """Return whether two rows of one pass of an antenna are one plot, but for rounding."""
+    """Return whether two rows of one scan are one plot, up to rounding."""
     aside = abs(azimuths[i] - azimuths[j])
-    aside = min(aside, TURN_RAD - aside)
+    aside = min(aside, FULL_CIRCLE_RAD - aside)
     same = (
         sensors[i] == sensors[j]
         and abs(ranges[i] - ranges[j]) <= RANGE_APART_M
         and aside <= AZIMUTH_APART_RAD
-        and not abs(heights[i] - heights[j]) > HEIGHT_APART_M  # NaN is not.
+        and not abs(heights[i] - heights[j]) > HEIGHT_APART_M  # False for NaN.
     )
     for c in range(identities.shape[1]):
         one, other = identities[i, c], identities[j, c]

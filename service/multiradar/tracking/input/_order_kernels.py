@@ -1,4 +1,4 @@
-"""Compiled order of measurements of one time, by their content."""
+"""Compiled ordering of simultaneous measurements by content."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,8 @@ Longs = NDArray[np.int64]
 Integers = NDArray[np.int32]
 Bytes = NDArray[np.int8]
 
-# More rows than this of one time are left to a way whose time does not grow with their square.
+# Simultaneous rows above this number are sorted by another algorithm: the time of this one is
+# quadratic.
 TIED_MAX = 64
 
 
@@ -65,10 +66,10 @@ def order_tied(
     range_m: Floats, azimuth_rad: Floats, latitude_rad: Floats, longitude_rad: Floats,
     height_m: Floats, mode_3a: Integers, kind: Bytes, callsign: Longs,
 ) -> int:  # fmt: skip
-    """Put rows of one time in the order of their content, in place; ``order`` is that by time.
+    """Sort simultaneous rows by content, in place; ``order`` is the order by time.
 
-    Returns the greatest number of rows of one time: where it exceeds `TIED_MAX`, those are left as
-    they were.
+    Returns the greatest number of simultaneous rows; groups larger than `TIED_MAX` are left
+    unsorted.
     """
     n = order.shape[0]
     most = 0
@@ -99,7 +100,7 @@ def find_repeats(
     mode_s_address: Longs, range_m: Floats, azimuth_rad: Floats, latitude_rad: Floats,
     longitude_rad: Floats, height_m: Floats, mode_3a: Integers, kind: Bytes, callsign: Longs,
 ) -> int:  # fmt: skip
-    """Mark the places of ``order`` whose row equals the one before; return how many."""
+    """Mark the positions in ``order`` whose row equals the previous one; return how many."""
     count = 0
     for place in range(order.shape[0]):
         repeat[place] = False

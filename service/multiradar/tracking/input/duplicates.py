@@ -1,4 +1,4 @@
-"""Measurements that were taken before, and what is told of them."""
+"""Duplicate measurements, and the reasons for their rejection."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,18 +14,18 @@ Integers = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True)
 class Duplicates:
-    """Measurements that are left out because another one says the same.
+    """Measurements left out as duplicates of others.
 
     Attributes
     ----------
     place : (n,) int64
-        Which they are: places in the order in which measurements were handed to the engine, from 0.
+        Their positions in the order of arrival at the engine, from 0.
     twin_time_s : (n,) float64
-        Data time of the measurement that was kept.
+        Data time of the measurement that is kept.
     range_apart_m, azimuth_apart_rad : (n,) float64
-        How far apart both are; 0 where they are equal in every column.
+        Differences between both; 0 where they are equal in every column.
     batch : MeasurementBatch
-        The measurements that are left out.
+        The duplicates.
     """
 
     place: Integers
@@ -39,31 +39,31 @@ class Duplicates:
 
     @classmethod
     def equal(cls, place: Integers, batch: MeasurementBatch) -> "Duplicates":
-        """Return measurements that equal another in every column."""
+        """Return measurements that equal another one in every column."""
         none = np.zeros(len(batch))
         return cls(place, batch.time_s, none, none, batch)
 
     @classmethod
     def concatenate(cls, parts: "Sequence[Duplicates]") -> "Duplicates":
         """Return the rows of all parts, one after the other."""
-        told = [part for part in parts if len(part)]
-        if len(told) < 2:
-            return told[0] if told else NO_DUPLICATES
+        given = [part for part in parts if len(part)]
+        if len(given) < 2:
+            return given[0] if given else NO_DUPLICATES
         return cls(
-            place=np.concatenate([part.place for part in told]),
-            twin_time_s=np.concatenate([part.twin_time_s for part in told]),
-            range_apart_m=np.concatenate([part.range_apart_m for part in told]),
-            azimuth_apart_rad=np.concatenate([part.azimuth_apart_rad for part in told]),
-            batch=MeasurementBatch.concatenate([part.batch for part in told]),
+            place=np.concatenate([part.place for part in given]),
+            twin_time_s=np.concatenate([part.twin_time_s for part in given]),
+            range_apart_m=np.concatenate([part.range_apart_m for part in given]),
+            azimuth_apart_rad=np.concatenate([part.azimuth_apart_rad for part in given]),
+            batch=MeasurementBatch.concatenate([part.batch for part in given]),
         )
 
     def reasons(self) -> list[str]:
-        """Return one sentence for people for each."""
-        told = zip(
+        """Return the reason for each, as text."""
+        given = zip(
             self.batch.time_s.tolist(), self.twin_time_s.tolist(), self.range_apart_m.tolist(),
             np.degrees(self.azimuth_apart_rad).tolist(), strict=True,
         )  # fmt: skip
-        return [_reason(*one) for one in told]
+        return [_reason(*one) for one in given]
 
 
 NO_DUPLICATES = Duplicates.equal(np.empty(0, np.int64), MeasurementBatch.empty())
@@ -71,8 +71,8 @@ NO_DUPLICATES = Duplicates.equal(np.empty(0, np.int64), MeasurementBatch.empty()
 
 def _reason(time_s: float, twin_s: float, range_m: float, azimuth_deg: float) -> str:
     if time_s == twin_s and range_m == 0.0 and azimuth_deg == 0.0:
-        return f"expected a measurement of its own, was equal to another at {twin_s} s"
+        return f"expected a new measurement, was equal to the one at {twin_s} s"
     return (
-        f"expected a plot of its own, was the one at {twin_s} s of the same sensor, "
+        f"expected a new plot, was a duplicate of the one at {twin_s} s by the same sensor, "
         f"{abs(time_s - twin_s):.3f} s, {range_m:.1f} m and {azimuth_deg:.4f}° apart"
     )

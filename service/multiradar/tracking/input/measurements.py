@@ -1,4 +1,4 @@
-"""A batch of measurements as columns: what the pure core sees of the outside world."""
+"""A batch of measurements as columns: input of the pure core."""
 
 from collections.abc import Collection
 from dataclasses import dataclass, replace
@@ -16,14 +16,14 @@ MISSING_INTEGER = -1
 
 
 class Directions(NamedTuple):
-    """What bearings tell beside the azimuth; a missing number is NaN.
+    """Elevations of bearings and positions of moving sources; a missing number is NaN.
 
     Attributes
     ----------
     elevation_rad : (n,) float64
         Elevation above the horizontal plane at the source.
     source_latitude_rad, source_longitude_rad, source_height_m : (n,) float64
-        Where a moving source was at the time of the measurement; NaN for those that stand still.
+        Position of a moving source at the time of the measurement; NaN for fixed ones.
     """
 
     elevation_rad: NDArray[np.float64]
@@ -33,17 +33,17 @@ class Directions(NamedTuple):
 
     @property
     def moves(self) -> NDArray[np.bool_]:
-        """Which rows are of a source that moves, (n,)."""
+        """Rows of moving sources, (n,)."""
         return ~np.isnan(self.source_latitude_rad)
 
     @classmethod
     def none(cls, count: int) -> Self:
-        """Return those of rows that tell nothing of the kind."""
+        """Return columns without any value."""
         return cls(*np.full((len(cls._fields), count), np.nan))
 
     @classmethod
-    def told(cls, columns: Self) -> Self | None:
-        """Return the columns, or None where they hold nothing at all."""
+    def or_none(cls, columns: Self) -> Self | None:
+        """Return the columns, or None where all are empty."""
         return None if all(np.isnan(column).all() for column in columns) else columns
 
 
@@ -51,9 +51,8 @@ class Directions(NamedTuple):
 class MeasurementBatch:
     """Measurements in the order of their arrival, one row each.
 
-    A missing number is NaN, a missing integer is −1; neither leaves this type unexamined. What is
-    known of the biases of a sensor (`SensorTable.known_bias`) is taken off already; what is
-    estimated is not.
+    A missing number is NaN, a missing integer is −1. Known biases of a sensor
+    (`SensorTable.known_bias`) are already subtracted, estimated ones are not.
 
     Attributes
     ----------
@@ -75,11 +74,11 @@ class MeasurementBatch:
     mode_s_address : (n,) int64
         ICAO 24-bit address.
     track_number : (n,) int64
-        The recording's own number of the aircraft.
+        Track number of the aircraft in the recording.
     callsign : (n,) int64
-        Eight letters of six bits (`multiradar_schemas.measurements.callsigns`).
+        Eight characters of six bits (`multiradar_schemas.measurements.callsigns`).
     directions : Directions or None
-        What bearings tell beside the azimuth; None where no row does, as in most batches.
+        Elevations and moving sources of bearings; None without any, as in most batches.
     """
 
     time_s: NDArray[np.float64]
@@ -99,26 +98,26 @@ class MeasurementBatch:
     def __len__(self) -> int:
         return len(self.time_s)
 
-    def take(self, rows: NDArray[np.intp] | NDArray[np.bool_] | slice) -> Self:
-        """Return the chosen rows, in the order asked for."""
+    def select(self, rows: NDArray[np.intp] | NDArray[np.bool_] | slice) -> Self:
+        """Return the selected rows, in the given order."""
         columns = {name: getattr(self, name)[rows] for name in COLUMNS}
         seen = self.directions
         if seen is not None:
-            seen = Directions.told(Directions(*(column[rows] for column in seen)))
+            seen = Directions.or_none(Directions(*(column[rows] for column in seen)))
         return type(self)(**columns, directions=seen)
 
     def without(self, hidden: Collection[str]) -> Self:
-        """Return the rows without some of their identity.
+        """Return the rows with some identity columns blanked.
 
         Parameters
         ----------
         hidden : collection of str
-            Names of columns of integers; names that are no columns are passed over.
+            Names of integer columns; other names are ignored.
 
         Returns
         -------
         MeasurementBatch
-            The same rows, these columns missing.
+            The same rows, with these columns missing.
         """
         columns = set(COLUMNS) & set(hidden)
         missing = {
@@ -143,5 +142,5 @@ class MeasurementBatch:
         return MeasurementBatch(**empty_columns(MeasurementBatch), directions=None)
 
 
-#: The columns of numbers that every batch has.
+#: Numeric columns of every batch.
 COLUMNS = tuple(column_types(MeasurementBatch))

@@ -1,8 +1,8 @@
-"""Plots that came twice with small differences, as through two networks: each counts once.
+"""Removal of duplicate plots with small differences, as from two networks.
 
-An antenna meets an aircraft once a turn, so two plots of one radar within a part of a turn, at one
-place but for the rounding of their messages and without a contradiction in what they tell, are one.
-Taken for two they would halve the covariance. The earlier one is kept.
+An antenna detects an aircraft once per scan. Two plots of one radar within a fraction of a scan, at
+one position up to the resolution of the messages and without conflicting identities, are one plot.
+Used twice they would halve the covariance. The earlier one is kept.
 """
 
 from collections.abc import Collection
@@ -15,27 +15,27 @@ from multiradar.tracking.input._duplicate_kernels import find_twins
 from multiradar.tracking.input.duplicates import NO_DUPLICATES, Duplicates
 from multiradar.tracking.input.measurements import MeasurementBatch
 
-#: Part of a turn within which an antenna meets an aircraft once, and s at most: a network that
-#: rounds times does so to a second or less.
-PASS_TURNS = 0.25
+#: Fraction of a scan within which an antenna detects an aircraft once, and its maximum, s: networks
+#: that round times do so to a second or less.
+PASS_SCANS = 0.25
 PASS_MAX_S = 1.0
-# Places in the table for each row.
+# Hash table entries per row.
 _PLACES_PER_ROW = 2
 
 _IDENTITY = ("mode_3a", "mode_s_address", "track_number")
 
 
 class NearDuplicates:
-    """Leaves plots out that an earlier one says already; owned by the engine.
+    """Removes duplicate plots; owned by the engine.
 
-    Sensors whose turn is not known, and others than radars, are let through.
+    Sensors without a known scan period, and others than radars, are not checked.
 
     Parameters
     ----------
     sensors : SensorTable
         The sensors.
     hidden : collection of str
-        Names of columns that are kept from the tracker.
+        Names of columns that the tracker does not use.
 
     Attributes
     ----------
@@ -44,31 +44,31 @@ class NearDuplicates:
     """
 
     def __init__(self, sensors: SensorTable, hidden: Collection[str] = ()) -> None:
-        turns = np.nan_to_num(sensors.rotation_period_s, nan=0.0)
-        self._spans_s = np.minimum(PASS_TURNS * turns, PASS_MAX_S)
+        periods_s = np.nan_to_num(sensors.rotation_period_s, nan=0.0)
+        self._spans_s = np.minimum(PASS_SCANS * periods_s, PASS_MAX_S)
         self._identity = [name for name in _IDENTITY if name not in hidden]
-        # What may have a twin in the next release.
+        # Rows that may have a duplicate in the next release.
         self._recent = MeasurementBatch.empty()
         self.count = 0
 
-    def take(
+    def filter(
         self, rows: MeasurementBatch, places: NDArray[np.int64]
     ) -> tuple[MeasurementBatch, Duplicates]:
-        """Divide the next rows into those to keep and those that came twice.
+        """Divide the next rows into those to keep and duplicates.
 
         Parameters
         ----------
         rows : MeasurementBatch
-            In order of time, not before those of the last call.
+            By ascending time, not before those of the last call.
         places : (n,) int64
-            Their places in the order of arrival.
+            Their positions in the order of arrival.
 
         Returns
         -------
         MeasurementBatch
-            What goes on: a function of all rows so far, not of the calls they came in.
+            Rows to keep: a function of all rows so far, independent of batches.
         Duplicates
-            What does not.
+            The duplicates.
         """
         if not self._spans_s.any():
             return rows, NO_DUPLICATES
@@ -77,12 +77,14 @@ class NearDuplicates:
         twins = self._twins(every, first)
         lone = twins < 0
         since_s = every.time_s[-1] - self._spans_s.max()
-        self._recent = every.take(lone & (every.time_s >= since_s))
+        self._recent = every.select(lone & (every.time_s >= since_s))
         if lone.all():
             return rows, NO_DUPLICATES
         second = np.flatnonzero(~lone)
         self.count += len(second)
-        return rows.take(lone[first:]), _told(every, second, twins[second], places[second - first])
+        return rows.select(lone[first:]), _duplicates(
+            every, second, twins[second], places[second - first]
+        )
 
     def _twins(self, rows: MeasurementBatch, first: int) -> NDArray[np.int64]:
         n = len(rows)
@@ -99,7 +101,7 @@ class NearDuplicates:
         return twins
 
 
-def _told(
+def _duplicates(
     rows: MeasurementBatch,
     second: NDArray[np.intp],
     twin: NDArray[np.int64],
@@ -111,5 +113,5 @@ def _told(
         twin_time_s=rows.time_s[twin],
         range_apart_m=np.abs(rows.range_m[second] - rows.range_m[twin]),
         azimuth_apart_rad=np.minimum(aside, 2.0 * np.pi - aside),
-        batch=rows.take(second),
+        batch=rows.select(second),
     )

@@ -1,4 +1,4 @@
-"""Measurements in the order of their time, whatever the order of their arrival."""
+"""Reordering of measurements by time."""
 
 import math
 from typing import Any, NamedTuple
@@ -10,15 +10,15 @@ from multiradar.tracking.input._order_kernels import TIED_MAX, find_repeats, ord
 from multiradar.tracking.input.duplicates import NO_DUPLICATES, Duplicates
 from multiradar.tracking.input.measurements import MeasurementBatch
 
-#: Rows are released in steps of this much data time: whole windows of the association, which also
-#: makes single measurements cost little.
+#: Rows are released in steps of this much data time: whole windows of the association. This also
+#: makes single measurements cheap.
 RELEASE_STEP_S = 0.5
 
-#: Pieces that wait are joined up to so many rows, so that single measurements cost little.
+#: Buffered pieces are joined up to this number of rows, which makes single measurements cheap.
 PIECE_ROWS = 4096
 
-# Columns that order rows of the same time, the most significant first; together they are the whole
-# row, so that rows which tie in all of them are duplicates.
+# Columns by which simultaneous rows are sorted, the most significant first. They are the whole row:
+# rows equal in all of them are duplicates.
 _TIE_COLUMNS = (
     "sensor",
     "track_number",
@@ -35,33 +35,34 @@ _TIE_COLUMNS = (
 
 
 class _Piece(NamedTuple):
-    # Measurements that wait, and their places in the order of arrival.
+    # Buffered measurements, and their positions in the order of arrival.
     rows: MeasurementBatch
     places: NDArray[np.int64]
 
 
 class ReorderBuffer:
-    """Holds measurements until nothing earlier can come.
+    """Buffers measurements until no earlier ones can arrive.
 
-    Released is what lies before the latest time seen less the horizon. The released rows, one
-    release after the other, are the rows sorted by time, then by content: a function of the
-    set of rows, not of the batches they came in nor of their order within the horizon.
+    Rows before the latest time minus the horizon are released. The sequence of released rows is
+    sorted by time, then by content. It is a function of the set of rows, independent of batches and
+    of disorder within the horizon.
 
     Parameters
     ----------
     horizon_s : float
-        How much later than its successors a measurement may arrive, s of data time.
+        Maximum delay of a measurement, s of data time.
 
     Attributes
     ----------
     late, duplicates : int
-        Measurements left out because they came too late, and because they equal another.
+        Numbers of measurements left out as late, and as duplicates.
     places : (n,) int64
-        Of the rows released last: their places in the order of arrival, from 0.
+        Positions in the order of arrival, from 0, of the rows of the last release.
     dropped : Duplicates
-        The duplicates that the last release left out.
+        Duplicates left out by the last release.
     waiting_from : int
-        Place of the first measurement that may still wait; all before it have left.
+        Position of the first measurement that may still be buffered; all earlier ones were
+        released.
     """
 
     def __init__(self, horizon_s: float) -> None:
@@ -77,7 +78,7 @@ class ReorderBuffer:
         self.dropped = NO_DUPLICATES
 
     def push(self, batch: MeasurementBatch) -> MeasurementBatch | None:
-        """Take rows; return what may go on, in order, or None.
+        """Add rows; return the released ones, in order, or None.
 
         Parameters
         ----------
@@ -95,9 +96,9 @@ class ReorderBuffer:
         self._arrived += len(batch)
         late = batch.time_s < self._released_s
         if late.any():
-            # The gate before the journal refuses these; after a flush some may still come.
+            # Admission rejects these; after a flush some may still arrive.
             self.late += int(late.sum())
-            batch, places = batch.take(~late), places[~late]
+            batch, places = batch.select(~late), places[~late]
             if len(batch) == 0:
                 return None
         self._waiting.append(_Piece(batch, places))
@@ -109,7 +110,7 @@ class ReorderBuffer:
         return self._release(watermark)
 
     def flush(self) -> MeasurementBatch | None:
-        """Return all that waits, in order, or None."""
+        """Return all buffered rows, in order, or None."""
         if not self._waiting:
             return None
         return self._release(math.nextafter(self._latest_s, math.inf))
@@ -134,9 +135,9 @@ class ReorderBuffer:
         self.dropped = NO_DUPLICATES
         if repeats:
             twice, order = order[repeat], order[~repeat]
-            self.dropped = Duplicates.equal(places[twice], rows.take(twice))
+            self.dropped = Duplicates.equal(places[twice], rows.select(twice))
         self.places = places[order]
-        return rows.take(order)
+        return rows.select(order)
 
 
 def canonical_order(batch: MeasurementBatch) -> NDArray[np.intp]:
@@ -170,7 +171,7 @@ def _tie_columns(batch: MeasurementBatch) -> list[Any]:
     return columns
 
 
-# Equal numbers for rows that are equal in all columns, in the order of their content.
+# Ranks of rows by content; equal rows have equal ranks.
 def _ranks(columns: list[NDArray[Any]]) -> NDArray[np.int64]:
     order = np.lexsort(columns[::-1])
     differs = np.zeros(max(len(order) - 1, 0), np.bool_)
@@ -183,7 +184,7 @@ def _ranks(columns: list[NDArray[Any]]) -> NDArray[np.int64]:
 
 
 def _split(piece: _Piece, watermark_s: float) -> tuple[list[_Piece], list[_Piece]]:
-    """Return what lies before a time and what does not, each in a list that may be empty."""
+    """Return the parts before a time and after it, each in a list that may be empty."""
     rows, places = piece
     ready = rows.time_s < watermark_s
     count = int(np.count_nonzero(ready))
@@ -191,12 +192,15 @@ def _split(piece: _Piece, watermark_s: float) -> tuple[list[_Piece], list[_Piece
         return [], [piece]
     if count == len(rows):
         return [piece], []
-    early, late = _Piece(rows.take(ready), places[ready]), _Piece(rows.take(~ready), places[~ready])
+    early, late = (
+        _Piece(rows.select(ready), places[ready]),
+        _Piece(rows.select(~ready), places[~ready]),
+    )
     return [early], [late]
 
 
 def _joined(pieces: list[_Piece]) -> list[_Piece]:
-    """Join neighbouring pieces while they have no more than `PIECE_ROWS` together."""
+    """Join neighbouring pieces of up to `PIECE_ROWS` together."""
     groups: list[list[_Piece]] = []
     room = 0
     for piece in pieces:

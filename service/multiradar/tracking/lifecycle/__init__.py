@@ -1,1 +1,1 @@
-"""The life of a track: initiation, confirmation, merging, termination."""
+"""Track lifecycle: initiation, confirmation, merging, termination."""

@@ -1,4 +1,4 @@
-"""Compiled lives of tracks: which plots begin one, what confirms it, when it ends."""
+"""Compiled track lifecycles: initiation, confirmation, termination."""
 
 import math
 
@@ -10,8 +10,14 @@ from multiradar.estimation.filters.arrays import Aircraft, Result, Rows
 from multiradar.estimation.measurement._kernels import KIND_RADAR, is_bearing
 from multiradar.tracking.association._assignment_kernels import assign_scan
 from multiradar.tracking.association._clutter_kernels import ring_of
-from multiradar.tracking.association._young_kernels import forget_velocity, score_of_twin
-from multiradar.tracking.association.sky import DROP_AFTER, HITS_MIN, SCORE_MIN, Candidates, Sky
+from multiradar.tracking.association._young_kernels import reset_velocity, score_of_twin
+from multiradar.tracking.association.track_grid import (
+    DROP_AFTER,
+    HITS_MIN,
+    SCORE_MIN,
+    Candidates,
+    TrackGrid,
+)
 from multiradar.tracking.lifecycle.lifecycle import BY_IDENTITY, CONFIRMED, TENTATIVE, Lifecycle
 from multiradar.tracking.lifecycle.transitions import SILENT, UNCONFIRMED, UNLIKELY
 from multiradar.tracking.roster import MISSING, NEW_TRACK, TWIN, Roster, RowIdentities
@@ -20,25 +26,26 @@ from multiradar_compiled.kernels import kernel
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-# Turns without a plot after which a track that is not confirmed ends, and turns that it has.
-SILENT_TURNS = 3.0
-TENTATIVE_TURNS = 6.0
-# Hits that a track needs whose first plot could have been of a track that had a likelier one.
+# Number of scans without a plot after which a tentative track is dropped, and its maximum age in
+# scans.
+SILENT_SCANS = 3.0
+TENTATIVE_SCANS = 6.0
+# Hits needed to confirm a track whose first plot may belong to another track.
 SHADOW_HITS = 5
-# More missed turns of one sensor than this say that it does not see the aircraft any more.
+# Number of missed scans after which a sensor is taken not to cover the aircraft any more.
 MISSED_MAX = 4.0
-# Two scores that differ by less leave open which is right: odds of about 100.
+# Score difference below which an association is ambiguous: odds of about 100.
 AMBIGUOUS = 4.6
 
-# Part of the reaches of two plots of two sensors within which they begin one track, and how far
-# apart their heights may be, m.
+# Distance within which plots of two sensors initiate one track, as a fraction of both search radii,
+# and their maximum height difference, m.
 NEAR_START = 0.4
 START_HEIGHTS_M = 300.0
-# What a missed turn of a sensor adds to a score, and where a score ends: a track of three radars
-# that has it coasts for about a minute.
+# Score of a missed scan of a sensor, and maximum score: a track of three radars with it coasts for
+# about a minute.
 LOG_MISSED = math.log(0.1)
 SCORE_MAX = 80.0
-# A confirmed track with less than this is no better than false plots.
+# Score below which a confirmed track is no likelier than false plots.
 SCORE_LOST = 0.0
 
 # Positions in the counts of transitions.
@@ -64,22 +71,22 @@ def choose_tracks(
     aircraft: Aircraft,
     life: Lifecycle,
     candidates: Candidates,
-    sky: Sky,
+    grid: TrackGrid,
     identities: RowIdentities,
-    doubted: Integers,
+    released: Integers,
     scores: Floats,
     shadows: Integers,
 ) -> None:
-    """Assign the rows first…last of each sensor; those without a track begin one.
+    """Assign the rows first…last of each sensor; unassigned ones initiate tracks.
 
-    ``scores`` gets the score of each row from the first on, ``shadows`` whether it could have been
-    of a track that took another.
+    ``scores`` receives the score of each row from the first on, ``shadows`` whether it may belong
+    to a track that was assigned another row.
     """
     n = last - first
     chosen = np.full(n, MISSING, np.int64)
     plots = np.empty(n, np.int64)
-    begun = np.empty(n, np.int64)
-    beginnings = 0
+    initiators = np.empty(n, np.int64)
+    initiated = 0
     for s in range(sensors):
         count = 0
         for i in range(n):
@@ -87,14 +94,14 @@ def choose_tracks(
                 plots[count] = i
                 count += 1
         if count > 0:
-            assign_scan(plots[:count], candidates, sky, chosen)
+            assign_scan(plots[:count], candidates, grid, chosen)
     for i in range(n):
         row = first + i
         if identities.slot[row] >= 0:
-            life.quiet[identities.slot[row]] = life.stage[identities.slot[row]] == TENTATIVE
+            life.bias_excluded[identities.slot[row]] = life.stage[identities.slot[row]] == TENTATIVE
         for c in range(max(candidates.number[i], 0)):
             k = candidates.slot[i, c]
-            life.quiet[k] = life.stage[k] == TENTATIVE
+            life.bias_excluded[k] = life.stage[k] == TENTATIVE
     for i in range(n):
         row = first + i
         count = candidates.number[i]
@@ -103,13 +110,13 @@ def choose_tracks(
         if chosen[i] == MISSING:
             shadows[i] = count > 0
             scores[i] = 0.0
-            if not doubted[i] and (track_numbers[row] >= 0 or addresses[row] >= 0):
+            if not released[i] and (track_numbers[row] >= 0 or addresses[row] >= 0):
                 continue
-            j = has_begun(i, first, begun[:beginnings], codes, rows, candidates)
+            j = find_initiating_plot(i, first, initiators[:initiated], codes, rows, candidates)
             if j == MISSING:
                 identities.slot[row] = NEW_TRACK
-                begun[beginnings] = i
-                beginnings += 1
+                initiators[initiated] = i
+                initiated += 1
             elif identities.slot[first + j] == NEW_TRACK:
                 ring = ring_of(rows.z[row, 0]) if rows.kind[row] == KIND_RADAR else 0
                 score = score_of_twin(i, j, candidates, log_clutters[rows.sensor[row], ring])
@@ -120,21 +127,21 @@ def choose_tracks(
         k = candidates.slot[i, chosen[i]]
         identities.slot[row] = k
         scores[i] = candidates.score[i, chosen[i]]
-        if candidates.anew[i, chosen[i]]:
-            forget_velocity(k, speed_variance, aircraft, life)
+        if candidates.reinitialised[i, chosen[i]]:
+            reset_velocity(k, speed_variance, aircraft, life)
         for c in range(count):
             if c != chosen[i] and candidates.score[i, c] > scores[i] - AMBIGUOUS:
-                life.quiet[k] = 1
-                life.quiet[candidates.slot[i, c]] = 1
+                life.bias_excluded[k] = 1
+                life.bias_excluded[candidates.slot[i, c]] = 1
 
 
 @kernel
-def has_begun(
-    i: int, first: int, begun: Integers, codes: Integers, rows: Rows, candidates: Candidates
+def find_initiating_plot(
+    i: int, first: int, initiators: Integers, codes: Integers, rows: Rows, candidates: Candidates
 ) -> int:
-    """Return which plot of another sensor in this window may have begun the track, −1 for none."""
+    """Return the initiating plot of another sensor in this window that matches, −1 for none."""
     row = first + i
-    for j in begun:
+    for j in initiators:
         other = first + j
         if rows.sensor[other] == rows.sensor[row]:
             continue
@@ -145,14 +152,14 @@ def has_begun(
             continue
         if codes[row] >= 0 and codes[other] >= 0 and codes[row] != codes[other]:
             continue
-        if abs(rows.height[row] - rows.height[other]) > START_HEIGHTS_M:  # NaN is not.
+        if abs(rows.height[row] - rows.height[other]) > START_HEIGHTS_M:  # False for NaN.
             continue
         return int(j)
     return MISSING
 
 
 @kernel
-def settle(
+def update_lifecycles(
     first: int,
     last: int,
     rows: Rows,
@@ -170,13 +177,13 @@ def settle(
     confirmed: Integers,
     transitions: Integers,
 ) -> None:
-    """Note what became of the rows in the lives of their tracks; confirm those that earn it."""
+    """Update the lifecycles of tracks with the outcomes of rows; confirm tracks."""
     for row in range(first, last):
         k = identities.slot[row]
         if k < 0 or result.outcome[row] > RESTARTED:
             continue
         if is_bearing(rows.kind[row]):
-            # It tells that something is there in that direction, which others are as well.
+            # A bearing shows that there is something in its direction, maybe another aircraft.
             if life.stage[k] != BY_IDENTITY:
                 confirmed[row] = life.stage[k] == CONFIRMED
             continue
@@ -189,14 +196,14 @@ def settle(
         if life.hits[k] == 0:
             life.born[k] = rows.time[row]
             life.hits_needed[k] = shadow_hits if shadows[row - first] else int(rules[HITS_MIN])
-            # A new aircraft is as likely as a false plot where these are rare.
+            # Where false plots are rare a new aircraft is as likely as one.
             ring = ring_of(rows.z[row, 0]) if rows.kind[row] == KIND_RADAR else 0
             life.score[k] = min(usual - log_clutters[s, ring], 0.0)
             life.first_sensor[k] = s
             life.first_ring[k] = ring
             counts[s, ring] += 1.0
             transitions[STARTED] += 1
-        missed = missed_turns(rows.time[row] - before, periods[s])
+        missed = missed_scans(rows.time[row] - before, periods[s])
         life.hits[k] += 1
         life.score[k] = min(life.score[k] + scores[row - first] + missed * LOG_MISSED, SCORE_MAX)
         if (
@@ -206,23 +213,23 @@ def settle(
         ):
             life.stage[k] = CONFIRMED
             if life.first_sensor[k] != MISSING:
-                # Its first plot was none of the false ones.
+                # Its first plot is no longer counted as false.
                 counts[life.first_sensor[k], life.first_ring[k]] -= 1.0
             transitions[CONFIRMATIONS] += 1
         confirmed[row] = life.stage[k] == CONFIRMED
 
 
 @kernel
-def missed_turns(since: float, period: float) -> float:
-    """Return how many turns went by without a plot, 0 for a sensor that gave none before."""
+def missed_scans(since: float, period: float) -> float:
+    """Return the number of missed scans, 0 for a sensor without an earlier plot."""
     return max(np.floor(since / period + 0.5) - 1.0, 0.0) if since < np.inf else 0.0
 
 
 @kernel
-def score_by(time: float, k: int, periods: Floats, life: Lifecycle) -> float:
-    """Return the score of a track with the turns that went by since each sensor's last plot.
+def score_at(time: float, k: int, periods: Floats, life: Lifecycle) -> float:
+    """Return the score of a track including the scans missed since each sensor's last plot.
 
-    A sensor that has been silent for longer than the track is let coast has no more to say.
+    The missed scans of one sensor are bounded by `MISSED_MAX`.
     """
     score: float = life.score[k]
     for s in range(periods.shape[0]):
@@ -234,42 +241,42 @@ def score_by(time: float, k: int, periods: Floats, life: Lifecycle) -> float:
 
 
 @kernel
-def find_ended(
+def find_dropped(
     time: float,
     aircraft: Aircraft,
     roster: Roster,
     life: Lifecycle,
     periods: Floats,
     rules: Floats,
-    ended: Integers,
+    dropped: Integers,
     reasons: Integers,
     transitions: Integers,
 ) -> tuple[int, int]:
-    """Fill ``ended`` with the slots of tracks to end, ascending; also return how many live on.
+    """Fill ``dropped`` with the slots of tracks to drop, ascending; return also how many remain.
 
-    ``reasons`` gets why they end.
+    ``reasons`` receives the reasons.
 
-    A track that is confirmed may coast as long as it has lived, three turns at least.
+    A confirmed track may coast as long as it has lived, and three scans at least.
     """
     count = 0
     alive = 0
     for k in range(roster.track_id.shape[0]):
         if roster.track_id[k] == MISSING or life.stage[k] == BY_IDENTITY:
             continue
-        turn = life.period[k]
+        period = life.period[k]
         silent = time - aircraft.updated[k]
         if life.stage[k] == TENTATIVE:
-            late = time - life.born[k] > TENTATIVE_TURNS * turn
-            over = not silent <= SILENT_TURNS * turn or late
+            late = time - life.born[k] > TENTATIVE_SCANS * period
+            over = not silent <= SILENT_SCANS * period or late
             why = UNCONFIRMED
         else:
             lived = aircraft.updated[k] - life.born[k]
-            over = not silent <= min(rules[DROP_AFTER], max(SILENT_TURNS * turn, lived))
+            over = not silent <= min(rules[DROP_AFTER], max(SILENT_SCANS * period, lived))
             why = SILENT
-            if not over and score_by(time, k, periods, life) < SCORE_LOST:
+            if not over and score_at(time, k, periods, life) < SCORE_LOST:
                 over, why = True, UNLIKELY
         if over:
-            ended[count] = k
+            dropped[count] = k
             reasons[count] = why
             count += 1
             reason = ENDED_UNCONFIRMED if life.stage[k] == TENTATIVE else ENDED_SILENT

@@ -1,4 +1,4 @@
-"""Compiled search for two tracks of one aircraft.
+"""Compiled search for duplicate tracks of one aircraft.
 
 Symbols: d = difference of two states χ = a + V ς, C = its covariance; the biases are common to
 both: C = P₁ + P₂ + (V₁ − V₂) P_ς (V₁ − V₂)ᵀ.
@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters.arrays import Aircraft, Model
-from multiradar.tracking.association._sky_kernels import CELL_M, place_in_table
-from multiradar.tracking.association.sky import Sky
+from multiradar.tracking.association._grid_kernels import CELL_M, place_in_table
+from multiradar.tracking.association.track_grid import TrackGrid
 from multiradar.tracking.lifecycle.lifecycle import BY_IDENTITY, CONFIRMED, TENTATIVE, Lifecycle
 from multiradar.tracking.roster import MISSING, Roster
 from multiradar_compiled.kernels import in_loop, kernel, loop
@@ -17,16 +17,16 @@ from multiradar_compiled.kernels import in_loop, kernel, loop
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-# Squared distance of two states, four degrees of freedom, that one of a thousand pairs exceeds.
+# Squared distance of two states, four degrees of freedom, exceeded by one pair in a thousand.
 MEETING_SQUARED = 18.5
-# Farther apart than this no two tracks are taken for one, however little is known of them, m.
+# Maximum distance of duplicate tracks, m.
 APART_MAX_M = 8_000.0
 HEIGHTS_APART_M = 300.0
-# Tests in a row that must find two tracks at one place.
+# Consecutive tests that must find two tracks at one position.
 MEETINGS_NEEDED = 4
-# Tests for which two tracks that one sensor saw apart in one turn are left alone.
+# Number of tests (negative) without merging after one sensor saw two tracks in one scan.
 LEFT_ALONE = -8
-# A track with so many measurements was of an aircraft before it met another.
+# Number of measurements that establish a track as an aircraft of its own.
 ESTABLISHED_HITS = 20
 
 
@@ -39,22 +39,22 @@ def find_merges(
     roster: Roster,
     life: Lifecycle,
     periods: Floats,
-    sky: Sky,
+    grid: TrackGrid,
     patience: int,
     merged: Integers,
     into: Integers,
 ) -> int:
-    """Fill ``merged`` with the slots of tracks that an older one stands for; return how many.
+    """Fill ``merged`` with the slots of tracks that duplicate an older one; return how many.
 
-    ``into`` gets the slots of the older ones.
+    ``into`` receives the slots of the older ones.
 
-    ``sky`` is filled for ``time``. What began with a false plot may be anywhere: a single plot
-    stands for no other track, and what is not confirmed for none that is. Two tracks that a sensor
-    has seen apart at one place, or that both were there long before they met, are left alone for
-    ``patience`` more tests.
+    ``grid`` is filled for ``time``. A track initiated by a false plot may be anywhere: nothing is
+    merged into a track with a single plot, nor a confirmed track into a tentative one. Two tracks
+    that a sensor has seen in one scan at one position, or that were both established before they
+    met, are not merged for ``patience`` more tests.
     """
     return search_merges(
-        time, longest, model, aircraft, roster, life, periods, sky, patience, merged, into,
+        time, longest, model, aircraft, roster, life, periods, grid, patience, merged, into,
         np.empty(4), np.empty((4, 4)), np.empty((4, aircraft.sensitivity.shape[2])),
     )  # fmt: skip
 
@@ -68,7 +68,7 @@ def search_merges(
     roster: Roster,
     life: Lifecycle,
     periods: Floats,
-    sky: Sky,
+    grid: TrackGrid,
     patience: int,
     merged: Integers,
     into: Integers,
@@ -76,8 +76,8 @@ def search_merges(
     C: Floats,
     D: Floats,
 ) -> int:
-    """Do as `find_merges`, in the room given."""
-    mask = sky.heads.shape[0] - 1
+    """As `find_merges`, with given scratch arrays."""
+    mask = grid.heads.shape[0] - 1
     count = 0
     for k in range(roster.track_id.shape[0]):
         if (
@@ -90,30 +90,30 @@ def search_merges(
         found = MISSING
         other = MISSING
         seen_apart = False
-        wide = min(np.sqrt(sky.reach[k] ** 2 + longest**2), APART_MAX_M)
-        east, north = sky.state[k, 0], sky.state[k, 1]
+        wide = min(np.sqrt(grid.reach[k] ** 2 + longest**2), APART_MAX_M)
+        east, north = grid.state[k, 0], grid.state[k, 1]
         for ce in range(
             int(np.floor((east - wide) / CELL_M)), int(np.floor((east + wide) / CELL_M)) + 1
         ):
             for cn in range(
                 int(np.floor((north - wide) / CELL_M)), int(np.floor((north + wide) / CELL_M)) + 1
             ):
-                j = sky.heads[place_in_table(ce, cn, mask)]
+                j = grid.heads[place_in_table(ce, cn, mask)]
                 while j != MISSING:
                     if (
-                        sky.cell[j, 0] == ce
-                        and sky.cell[j, 1] == cn
+                        grid.cell[j, 0] == ce
+                        and grid.cell[j, 1] == cn
                         and roster.track_id[j] < roster.track_id[k]
                         and (life.hits[j] > 1 or life.stage[j] == BY_IDENTITY)
                         and not (life.stage[k] == CONFIRMED and life.stage[j] == TENTATIVE)
-                        and may_be_one(k, j, aircraft, roster, life, sky)
+                        and may_be_one(k, j, aircraft, roster, life, grid)
                     ):
                         if seen_by_one(time, k, j, periods, life):
                             seen_apart = seen_apart or life.partner[k] == j
                             if (
                                 patience > 0
                                 and distance_squared(
-                                    time, k, j, model, aircraft, sky, difference, C, D
+                                    time, k, j, model, aircraft, grid, difference, C, D
                                 )
                                 < MEETING_SQUARED
                             ):
@@ -121,10 +121,10 @@ def search_merges(
                         elif (
                             found == MISSING or roster.track_id[j] < roster.track_id[found]
                         ) and distance_squared(
-                            time, k, j, model, aircraft, sky, difference, C, D
+                            time, k, j, model, aircraft, grid, difference, C, D
                         ) < MEETING_SQUARED:
                             found = j
-                    j = sky.following[j]
+                    j = grid.following[j]
         if other != MISSING:
             life.partner[k] = other
             life.meetings[k] = -patience
@@ -149,16 +149,16 @@ def search_merges(
 
 @in_loop
 def may_be_one(
-    k: int, j: int, aircraft: Aircraft, roster: Roster, life: Lifecycle, sky: Sky
+    k: int, j: int, aircraft: Aircraft, roster: Roster, life: Lifecycle, grid: TrackGrid
 ) -> bool:
-    """Return whether place, height and identity allow two tracks to be of one aircraft."""
-    d0 = sky.state[k, 0] - sky.state[j, 0]
-    d1 = sky.state[k, 1] - sky.state[j, 1]
-    near = sky.reach[k] * sky.reach[k] + sky.reach[j] * sky.reach[j]
+    """Return whether position, height and identity allow two tracks to be one aircraft."""
+    d0 = grid.state[k, 0] - grid.state[j, 0]
+    d1 = grid.state[k, 1] - grid.state[j, 1]
+    near = grid.reach[k] * grid.reach[k] + grid.reach[j] * grid.reach[j]
     close = d0 * d0 + d1 * d1 <= min(near, APART_MAX_M * APART_MAX_M)
     return (
         close
-        and not abs(aircraft.height[k] - aircraft.height[j]) > HEIGHTS_APART_M  # NaN is not.
+        and not abs(aircraft.height[k] - aircraft.height[j]) > HEIGHTS_APART_M  # False for NaN.
         and not differ(roster.mode_3a[k], roster.mode_3a[j])
         and not differ(roster.track_number[k], roster.track_number[j])
         and not differ(roster.mode_s_address[k], roster.mode_s_address[j])
@@ -167,13 +167,13 @@ def may_be_one(
 
 @in_loop
 def differ(one: int, other: int) -> bool:
-    """Return whether two identities are both known and not the same."""
+    """Return whether two identities are both known and different."""
     return one >= 0 and other >= 0 and one != other
 
 
 @in_loop
 def seen_by_one(time: float, k: int, j: int, periods: Floats, life: Lifecycle) -> bool:
-    """Return whether a sensor measured both tracks in its latest turn."""
+    """Return whether a sensor measured both tracks in its latest scan."""
     seen = False
     for s in range(periods.shape[0]):
         first, second = life.heard[k, s], life.heard[j, s]
@@ -189,12 +189,12 @@ def distance_squared(
     j: int,
     model: Model,
     aircraft: Aircraft,
-    sky: Sky,
+    grid: TrackGrid,
     difference: Floats,
     C: Floats,
     D: Floats,
 ) -> float:
-    """Return dᵀ C⁻¹ d of two tracks; the arrays behind are room for it."""
+    """Return dᵀ C⁻¹ d of two tracks; the last three arrays are scratch."""
     n = D.shape[1]
     V = aircraft.sensitivity
     t1, t2 = time - aircraft.time[k], time - aircraft.time[j]
@@ -227,11 +227,11 @@ def distance_squared(
                 for b in range(a, 4):
                     C[a, b] += D[a, c] * p * D[b, e]
     for i in range(4):
-        difference[i] = sky.state[k, i] - sky.state[j, i]
-    # Cholesky on the upper triangle, the difference carried along.
+        difference[i] = grid.state[k, i] - grid.state[j, i]
+    # Cholesky decomposition of the upper triangle, applied to the difference.
     total = 0.0
     for i in range(4):
-        # A pivot that is none makes the sum infinite.
+        # A pivot of zero makes the sum infinite.
         pivot = max(C[i, i], 0.0)
         value = difference[i]
         total += value * value / pivot

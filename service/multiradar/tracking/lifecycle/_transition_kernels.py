@@ -1,8 +1,8 @@
-"""Compiled search for the steps in the lives of tracks, in the order of the measurements.
+"""Compiled detection of lifecycle transitions of tracks, in the order of the measurements.
 
 References
 ----------
-The project's own: what is told of a track is compared with what was told of it before.
+The project's own: comparison of the present with the previous state of each track.
 """
 
 from typing import NamedTuple
@@ -10,30 +10,30 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.estimation.filters._kernels import RESTARTED as BEGUN_ANEW
-from multiradar.tracking.lifecycle import transitions as steps
+from multiradar.estimation.filters._kernels import RESTARTED as OUTCOME_RESTARTED
+from multiradar.tracking.lifecycle import transitions as codes
 from multiradar_compiled.kernels import kernel
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-# No track has this identifier.
-NOBODY = 0
-# Steps that one measurement can make a track take: coasting, resumed, restarted, confirmed.
-STEPS_OF_ROW = 4
+# Identifier of no track.
+VACANT = 0
+# Maximum number of transitions by one measurement: coasting, resumed, restarted, confirmed.
+TRANSITIONS_PER_ROW = 4
 
 
-class Told(NamedTuple):
-    """What was told last of the track in each slot.
+class LastStates(NamedTuple):
+    """Previous state of the track in each slot.
 
     Attributes
     ----------
     track_id : (s,) int64
-        The track, `NOBODY` for none.
+        The track, `VACANT` for none.
     time : (s,) float64
         Data time of its last update.
     confirmed, coasting : (s,) int64
-        How it stood.
+        Its stage.
     """
 
     track_id: Integers
@@ -43,18 +43,18 @@ class Told(NamedTuple):
 
 
 class Marks(NamedTuple):
-    """What happens between the measurements, in order.
+    """Events between the measurements, in order.
 
     Attributes
     ----------
     row : (n,) int64
-        Before which measurement.
+        Measurement before which it happens.
     slot : (n,) int64
-        Slot of the track that ends, −1 where all tracks are looked at for silence.
+        Slot of the terminated track, −1 for a check of all tracks for coasting.
     time, updated : (n,) float64
-        Data time now, and that of the last update of the track.
+        Data time of the event, and of the last update of the track.
     track_id, reason, into : (n,) int64
-        Which track ends, why, and which stands for it.
+        Terminated track, reason, and track into which it is merged.
     """
 
     row: Integers
@@ -66,8 +66,8 @@ class Marks(NamedTuple):
     into: Integers
 
 
-class Steps(NamedTuple):
-    """Room for steps: time, time of the update before, track, transition, reason, other track."""
+class TransitionRows(NamedTuple):
+    """Transitions: time, time of the previous update, track, transition, reason, other track."""
 
     time: Floats
     before: Floats
@@ -78,89 +78,99 @@ class Steps(NamedTuple):
 
 
 @kernel
-def find_steps(
+def find_transitions(
     rows: Integers,
     slots: Integers,
     tracks: Integers,
     times: Floats,
     outcomes: Integers,
     confirmed: Integers,
-    judged: Integers,
+    associated: Integers,
     marks: Marks,
     coast_after: float,
-    told: Told,
-    found: Steps,
+    previous: LastStates,
+    found: TransitionRows,
 ) -> int:
-    """Fill ``found`` with the steps of tracks; return how many.
+    """Fill ``found`` with the transitions of tracks; return how many.
 
-    ``rows`` are the measurements that updated a track, ascending; the arrays after it are of all
-    measurements but ``confirmed``, which is of these. ``judged`` is negative where a track is known
-    by its identity.
+    ``rows`` are the measurements that updated a track, ascending; ``confirmed`` is of these, the
+    other arrays are of all measurements. ``associated`` is negative for tracks known by identity.
     """
     count = 0
     m = 0
     for i in range(rows.shape[0]):
         row = rows[i]
         while m < marks.row.shape[0] and marks.row[m] <= row:
-            count = take_mark(m, marks, coast_after, told, found, count)
+            count = apply_mark(m, marks, coast_after, previous, found, count)
             m += 1
         k, time = slots[row], times[row]
-        by_place = judged[row] >= 0
-        if told.track_id[k] != tracks[row]:
-            told.track_id[k] = tracks[row]
-            told.confirmed[k] = 0
-            told.coasting[k] = 0
-            told.time[k] = np.nan
-            reason = steps.NEW_PLACE if by_place else steps.NEW_IDENTITY
-            count = add(time, k, steps.STARTED, reason, told, found, count)
-        elif told.confirmed[k] != 0 and time - told.time[k] > coast_after:
-            if told.coasting[k] == 0:
-                count = add(time, k, steps.COASTING, steps.SILENT, told, found, count)
-            count = add(time, k, steps.RESUMED, steps.HEARD, told, found, count)
-            told.coasting[k] = 0
-        if outcomes[row] == BEGUN_ANEW:
-            count = add(time, k, steps.RESTARTED, steps.REFUSED, told, found, count)
-        if confirmed[i] != 0 and told.confirmed[k] == 0:
-            reason = steps.LIKELIHOOD if by_place else steps.UPDATES
-            count = add(time, k, steps.CONFIRMED, reason, told, found, count)
-        told.confirmed[k] = confirmed[i]
-        told.time[k] = time
+        by_place = associated[row] >= 0
+        if previous.track_id[k] != tracks[row]:
+            previous.track_id[k] = tracks[row]
+            previous.confirmed[k] = 0
+            previous.coasting[k] = 0
+            previous.time[k] = np.nan
+            reason = codes.NEW_PLACE if by_place else codes.NEW_IDENTITY
+            count = add(time, k, codes.STARTED, reason, previous, found, count)
+        elif previous.confirmed[k] != 0 and time - previous.time[k] > coast_after:
+            if previous.coasting[k] == 0:
+                count = add(time, k, codes.COASTING, codes.SILENT, previous, found, count)
+            count = add(time, k, codes.RESUMED, codes.HEARD, previous, found, count)
+            previous.coasting[k] = 0
+        if outcomes[row] == OUTCOME_RESTARTED:
+            count = add(time, k, codes.RESTARTED, codes.REJECTED, previous, found, count)
+        if confirmed[i] != 0 and previous.confirmed[k] == 0:
+            reason = codes.LIKELIHOOD if by_place else codes.UPDATES
+            count = add(time, k, codes.CONFIRMED, reason, previous, found, count)
+        previous.confirmed[k] = confirmed[i]
+        previous.time[k] = time
     while m < marks.row.shape[0]:
-        count = take_mark(m, marks, coast_after, told, found, count)
+        count = apply_mark(m, marks, coast_after, previous, found, count)
         m += 1
     return count
 
 
 @kernel
-def take_mark(
-    m: int, marks: Marks, coast_after: float, told: Told, found: Steps, count: int
+def apply_mark(
+    m: int,
+    marks: Marks,
+    coast_after: float,
+    previous: LastStates,
+    found: TransitionRows,
+    count: int,
 ) -> int:
-    """End a track, or find those that fell silent; return how many steps there are."""
+    """Terminate a track, or find those that coast; return the number of transitions."""
     k, time = marks.slot[m], marks.time[m]
     if k < 0:
-        for j in range(told.track_id.shape[0]):
-            silent = told.track_id[j] != NOBODY and time - told.time[j] > coast_after
-            if silent and told.confirmed[j] != 0 and told.coasting[j] == 0:
-                told.coasting[j] = 1
-                count = add(time, j, steps.COASTING, steps.SILENT, told, found, count)
+        for j in range(previous.track_id.shape[0]):
+            silent = previous.track_id[j] != VACANT and time - previous.time[j] > coast_after
+            if silent and previous.confirmed[j] != 0 and previous.coasting[j] == 0:
+                previous.coasting[j] = 1
+                count = add(time, j, codes.COASTING, codes.SILENT, previous, found, count)
         return count
-    told.track_id[k] = marks.track_id[m]
-    told.time[k] = marks.updated[m]
-    count = add(time, k, steps.ENDED, marks.reason[m], told, found, count)
+    previous.track_id[k] = marks.track_id[m]
+    previous.time[k] = marks.updated[m]
+    count = add(time, k, codes.ENDED, marks.reason[m], previous, found, count)
     found.into[count - 1] = marks.into[m]
-    told.track_id[k] = NOBODY
+    previous.track_id[k] = VACANT
     return count
 
 
 @kernel
 def add(
-    time: float, k: int, transition: int, reason: int, told: Told, found: Steps, count: int
+    time: float,
+    k: int,
+    transition: int,
+    reason: int,
+    previous: LastStates,
+    found: TransitionRows,
+    count: int,
 ) -> int:
-    """Write down one step of the track in a slot; return how many there are."""
+    """Add one transition of the track in a slot; return their number."""
     found.time[count] = time
-    found.before[count] = told.time[k]
-    found.track_id[count] = told.track_id[k]
+    found.before[count] = previous.time[k]
+    found.track_id[count] = previous.track_id[k]
     found.transition[count] = transition
     found.reason[count] = reason
-    found.into[count] = steps.NO_TRACK
+    found.into[count] = codes.NO_TRACK
     return count + 1

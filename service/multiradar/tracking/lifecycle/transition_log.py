@@ -1,4 +1,4 @@
-"""What became of each track, when and why: found by comparing what is told of it with before."""
+"""Lifecycle transitions of tracks: time and reason of each."""
 
 from typing import NamedTuple
 
@@ -6,14 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.tracking.lifecycle._transition_kernels import (
-    NOBODY,
-    STEPS_OF_ROW,
+    TRANSITIONS_PER_ROW,
+    VACANT,
+    LastStates,
     Marks,
-    Steps,
-    Told,
-    find_steps,
+    TransitionRows,
+    find_transitions,
 )
-from multiradar.tracking.lifecycle.transitions import NO_TRACK, Ends
+from multiradar.tracking.lifecycle.transitions import NO_TRACK, TerminatedTracks
 from multiradar.tracking.outputs import TrackTransitions
 
 Floats = NDArray[np.float64]
@@ -21,32 +21,32 @@ Integers = NDArray[np.int64]
 
 
 class Updated(NamedTuple):
-    """Measurements of one release, and those of them that updated a track.
+    """Measurements of one release, and those that updated a track.
 
     Attributes
     ----------
     rows : (u,) int64
-        Those that did, ascending.
-    slot, track_id, outcome, judged : (n,) int64
-        Of all: aircraft, track, what the filter made of it, and whether the association judged the
-        track (negative: it is known by identity).
+        Rows that updated a track, ascending.
+    slot, track_id, outcome, associated : (n,) int64
+        Of all rows: aircraft, track, outcome in the filter, and whether the association decides on
+        confirmation (negative: the track is known by identity).
     time_s : (n,) float64
-        Data times of all.
+        Data times of all rows.
     confirmed : (u,) int64
-        Whether the track is confirmed, of those that did.
+        Whether the track is confirmed, for `rows`.
     """
 
     rows: Integers
     slot: Integers
     track_id: Integers
     outcome: Integers
-    judged: Integers
+    associated: Integers
     time_s: Floats
     confirmed: Integers
 
 
 class TransitionLog:
-    """Notes the steps in the lives of tracks; owned by the engine.
+    """Records the lifecycle transitions of tracks; owned by the engine.
 
     Parameters
     ----------
@@ -55,79 +55,80 @@ class TransitionLog:
 
     Notes
     -----
-    Silence is noticed when an epoch opens, or with the update that ends it, so that what is found
-    is a function of the measurements, however they are cut.
+    Coasting is detected when an epoch opens, or with the next update, so that the result does not
+    depend on batches.
     """
 
     def __init__(self, coast_after_s: float) -> None:
         self._coast_after_s = coast_after_s
-        self._told = _told(0)
+        self._previous = _no_states(0)
         self._marks: list[tuple[int, int, float, float, int, int, int]] = []
 
-    def look_for_silence(self, row: int, time_s: float) -> None:
-        """Note that before a row of the release a moment comes at which silence is noticed."""
-        self._marks.append((row, -1, time_s, np.nan, NOBODY, 0, NO_TRACK))
+    def check_coasting(self, row: int, time_s: float) -> None:
+        """Mark a check for coasting tracks before a row of the release."""
+        self._marks.append((row, -1, time_s, np.nan, VACANT, 0, NO_TRACK))
 
-    def end(self, row: int, time_s: float, ends: Ends) -> None:
-        """Note that before a row of the release tracks end."""
+    def terminate(self, row: int, time_s: float, ends: TerminatedTracks) -> None:
+        """Mark terminations of tracks before a row of the release."""
         for slot, track, updated_s, reason, into in zip(
             *(one.tolist() for one in ends), strict=True
         ):
             self._marks.append((row, slot, time_s, updated_s, track, reason, into))
 
-    def take(self, updated: Updated, slots: int) -> TrackTransitions:
-        """Find the steps of the tracks that a release updated or that ended during it.
+    def update(self, updated: Updated, slots: int) -> TrackTransitions:
+        """Return the transitions of the tracks of a release.
 
         Parameters
         ----------
         updated : Updated
             The release.
         slots : int
-            Number of slots by now.
+            Present number of slots.
 
         Returns
         -------
         TrackTransitions
-            The steps, in the order of the measurements.
+            The transitions, in the order of the measurements.
         """
-        if len(self._told.track_id) < slots:
-            self._told = _grown(self._told, slots)
+        if len(self._previous.track_id) < slots:
+            self._previous = _grown(self._previous, slots)
         marks = _marks(self._marks)
         self._marks = []
-        room = _room(STEPS_OF_ROW * len(updated.rows) + len(marks.row) + slots)
-        count = find_steps(
+        scratch = _scratch(TRANSITIONS_PER_ROW * len(updated.rows) + len(marks.row) + slots)
+        count = find_transitions(
             updated.rows, updated.slot, updated.track_id, updated.time_s, updated.outcome,
-            updated.confirmed, updated.judged, marks, self._coast_after_s, self._told, room,
+            updated.confirmed, updated.associated, marks, self._coast_after_s, self._previous,
+            scratch,
         )  # fmt: skip
         return TrackTransitions(
-            time_s=room.time[:count].copy(),
-            track_id=room.track_id[:count].copy(),
-            transition=room.transition[:count].astype(np.int8),
-            reason=room.reason[:count].astype(np.int8),
-            into_track_id=room.into[:count].copy(),
-            last_update_s=room.before[:count].copy(),
+            time_s=scratch.time[:count].copy(),
+            track_id=scratch.track_id[:count].copy(),
+            transition=scratch.transition[:count].astype(np.int8),
+            reason=scratch.reason[:count].astype(np.int8),
+            into_track_id=scratch.into[:count].copy(),
+            last_update_s=scratch.before[:count].copy(),
         )
 
 
-def _told(slots: int) -> Told:
-    return Told(
-        track_id=np.full(slots, NOBODY, np.int64),
+def _no_states(slots: int) -> LastStates:
+    return LastStates(
+        track_id=np.full(slots, VACANT, np.int64),
         time=np.full(slots, np.nan),
         confirmed=np.zeros(slots, np.int64),
         coasting=np.zeros(slots, np.int64),
     )
 
 
-def _grown(told: Told, slots: int) -> Told:
-    grown = _told(slots)
-    for new, old in zip(grown, told, strict=True):
+def _grown(previous: LastStates, slots: int) -> LastStates:
+    grown = _no_states(slots)
+    for new, old in zip(grown, previous, strict=True):
         new[: len(old)] = old
     return grown
 
 
 def _marks(noted: list[tuple[int, int, float, float, int, int, int]]) -> Marks:
     table = np.array(noted, np.float64).reshape(len(noted), len(Marks._fields))
-    # Identifiers of tracks are exact in a float up to 2⁵³.
+    # Track identifiers are exact in a float up to 2⁵³.
     row, slot, time_s, updated_s, track, reason, into = np.ascontiguousarray(table.T)
     return Marks(
         row.astype(np.int64), slot.astype(np.int64), time_s, updated_s, track.astype(np.int64),
@@ -135,12 +136,12 @@ def _marks(noted: list[tuple[int, int, float, float, int, int, int]]) -> Marks:
     )  # fmt: skip
 
 
-def _room(steps: int) -> Steps:
-    return Steps(
-        time=np.empty(steps),
-        before=np.empty(steps),
-        track_id=np.empty(steps, np.int64),
-        transition=np.empty(steps, np.int64),
-        reason=np.empty(steps, np.int64),
-        into=np.empty(steps, np.int64),
+def _scratch(count: int) -> TransitionRows:
+    return TransitionRows(
+        time=np.empty(count),
+        before=np.empty(count),
+        track_id=np.empty(count, np.int64),
+        transition=np.empty(count, np.int64),
+        reason=np.empty(count, np.int64),
+        into=np.empty(count, np.int64),
     )

@@ -1,6 +1,6 @@
-"""The steps in the life of a track, and why they were taken: their numbers and their names.
+"""Codes of lifecycle transitions and of their reasons, with names.
 
-Compiled functions take the numbers; the names go on the wire.
+Compiled functions use the codes; the names are used on the wire.
 """
 
 from typing import NamedTuple, Self
@@ -29,7 +29,7 @@ UPDATES = 2
 LIKELIHOOD = 3
 SILENT = 4
 HEARD = 5
-REFUSED = 6
+REJECTED = 6
 UNCONFIRMED = 7
 UNLIKELY = 8
 MERGED = 9
@@ -48,23 +48,23 @@ REASON_NAMES = (
     "merged",
 )
 
-#: In place of a track: none.
+#: In place of a track identifier: none.
 NO_TRACK = -1
 
 
-class Ends(NamedTuple):
-    """Tracks that end at one moment, before their slots are given away.
+class TerminatedTracks(NamedTuple):
+    """Tracks terminated at one time, before their slots are reused.
 
     Attributes
     ----------
     slot, track_id : (n,) int64
-        Where the tracks are, and which they are.
+        Slots and identifiers of the tracks.
     updated_s : (n,) float64
         Data time of the last update of each.
     reason : (n,) int64
-        Why.
+        Reasons.
     into : (n,) int64
-        The track that stands for it from now on, `NO_TRACK` for none.
+        Track into which each is merged, `NO_TRACK` for none.
     """
 
     slot: Integers
@@ -75,14 +75,14 @@ class Ends(NamedTuple):
 
     @classmethod
     def empty(cls) -> Self:
-        """Return no ends."""
+        """Return no tracks."""
         none = np.empty(0, np.int64)
         return cls(none, none, np.empty(0), none, none)
 
-    def and_also(self, others: "Ends") -> "Ends":
-        """Return these and others, by ascending track."""
+    def and_also(self, others: "TerminatedTracks") -> "TerminatedTracks":
+        """Return these and others, by ascending identifier."""
         order = np.argsort(np.concatenate([self.track_id, others.track_id]))
-        return Ends(
+        return TerminatedTracks(
             slot=np.concatenate([self.slot, others.slot])[order],
             track_id=np.concatenate([self.track_id, others.track_id])[order],
             updated_s=np.concatenate([self.updated_s, others.updated_s])[order],

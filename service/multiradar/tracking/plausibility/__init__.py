@@ -1,1 +1,1 @@
-"""Whether the positions that aircraft report are plausible."""
+"""Plausibility of the positions reported by aircraft (ADS-B)."""

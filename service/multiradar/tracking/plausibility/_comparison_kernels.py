@@ -1,12 +1,12 @@
-"""Compiled comparison of what aircraft report with what radars and multilateration measure.
+"""Compiled comparison of ADS-B reports with plots of radars and multilateration.
 
-Symbols: e = plot minus what the reports make it to be, ē = its fading mean, f = variance of that
-mean in terms of one plot's, S = covariance of the random errors, B = that of what all plots of a
-sensor share.
+Symbols: e = plot minus its prediction by the reports, ē = fading mean of e, f = variance of that
+mean relative to that of one plot, S = covariance of the random errors, B = covariance of the errors
+common to all plots of a sensor.
 
 A sensor contradicts when ēᵀ (f S + B)⁻¹ ē is above `CONTRADICTED`, and agrees below `AGREED`. A
-single plot far from the mean counts only when the next one is so too. Sensors on one site have one
-vote, and so has the aircraft; and places that agree with each other on one offset of the reports
+single plot far from the mean counts only when the next one confirms it. Sensors at one site have
+one vote, and so has the aircraft. Sites that agree with each other on one offset of the reports
 outvote it together, long before each of them does.
 
 References
@@ -31,9 +31,15 @@ from multiradar.estimation.measurement._kernels import (
     measures_azimuth,
 )
 from multiradar.geodesy._kernels import wrap_angle
-from multiradar.tracking.plausibility.trust import (
+from multiradar.tracking.plausibility.report_integrity import (
     EAST,
     EAST_RATE,
+    EVIDENCE_E,
+    EVIDENCE_EE,
+    EVIDENCE_EN,
+    EVIDENCE_N,
+    EVIDENCE_NN,
+    EVIDENCE_SQUARE,
     MEAN_0,
     MEAN_1,
     MEAN_FACTOR,
@@ -43,14 +49,8 @@ from multiradar.tracking.plausibility.trust import (
     PLOT_TIME,
     PLOT_Z0,
     PLOT_Z1,
-    SAID_E,
-    SAID_EE,
-    SAID_EN,
-    SAID_N,
-    SAID_NN,
-    SAID_SQUARE,
     TIME,
-    Trust,
+    ReportIntegrity,
     Watch,
 )
 from multiradar_compiled.kernels import in_loop
@@ -58,50 +58,54 @@ from multiradar_compiled.kernels import in_loop
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-# What aircraft do between two reports, m/s²: so many times what the rates have changed by, and this
-# more, but no more than that.
+# Acceleration of aircraft between two reports, m/s²: this multiple of the observed change of the
+# rates, plus a minimum, up to a maximum.
 BETWEEN_FACTOR = 1.5
 BETWEEN_LEAST = 1.0
 BETWEEN_MOST = 12.0
-# Errors that all plots of an aircraft by a sensor share: of time stamps, s, of places, m, of
-# heights, m. All one sigma.
+# Errors common to all plots of an aircraft by a sensor: of time stamps, s, of positions, m, of
+# heights, m. One sigma each.
 LATENCY_S = 0.4
 COMMON_M = 40.0
 COMMON_HEIGHT_M = 60.0
-# Least weight of the newest comparison in the mean.
+# Minimum weight of the newest comparison in the mean.
 MEAN_GAIN = 0.5
-# Normalised squares with two degrees of freedom: exp(−x / 2) of them are larger by chance.
+# Bounds of normalised squares with two degrees of freedom: the fraction exp(−x / 2) exceeds x by
+# chance.
 CONTRADICTED = 20.0
 AGREED = 9.0
-# That of one offset that all places agree on; what they share makes up most of it.
+# Bound for one offset common to all sites, dominated by their common errors, and the minimum number
+# of comparisons.
 ELSEWHERE = 16.0
 ELSEWHERE_TESTS = 2
 FAR_FROM_MEAN = 30.0
-# What is left of the differences of all sensors when one offset explains them: at most this.
+# Maximum residual of the differences of all sensors after subtracting the common offset.
 CONSISTENT = 30.0
-# A verdict holds for so many turns of its sensor.
-FRESH_TURNS = 3.5
-# Contradicting turns after which a single place that others bear out outvotes an aircraft.
+# Number of scans for which a comparison remains valid.
+FRESH_SCANS = 3.5
+# Number of contradicting scans after which a single credible site outvotes an aircraft.
 LONE_RUNS = 3
-# Aircraft that a place must agree with to be borne out.
+# Number of other aircraft with which a credible site must agree.
 CREDIT_MIN = 2
 
 
 @in_loop
 def compare_all(
     k: int, time: float, east: float, north: float, height: float, sigma: float, base: Floats,
-    model: Model, bias: Floats, bias_covariance: Floats, watch: Watch, trust: Trust,
+    model: Model, bias: Floats, bias_covariance: Floats, watch: Watch, integrity: ReportIntegrity,
 ) -> tuple[int, float]:  # fmt: skip
     """Compare the plots between two reports; return how many, and the largest offset, m."""
     compared = 0
     offset = 0.0
-    trust.bent[k] = max(0.5 * trust.bent[k], way_beside(k, time, east, north, base, trust))
+    integrity.deviation[k] = max(
+        0.5 * integrity.deviation[k], path_deviation(k, time, east, north, base, integrity)
+    )
     for s in range(watch.kind.shape[0]):
-        for i in range(trust.waiting[k, s]):
-            if base[k, TIME] <= trust.plot[k, s, i, PLOT_TIME] <= time:
+        for i in range(integrity.waiting[k, s]):
+            if base[k, TIME] <= integrity.plot[k, s, i, PLOT_TIME] <= time:
                 done, off = compare(
                     k, s, i, time, east, north, height, sigma, base, model, bias, bias_covariance,
-                    watch.kind[s], trust,
+                    watch.kind[s], integrity,
                 )  # fmt: skip
                 compared += done
                 offset = max(offset, off)
@@ -109,8 +113,10 @@ def compare_all(
 
 
 @in_loop
-def way_beside(k: int, time: float, east: float, north: float, base: Floats, trust: Trust) -> float:
-    """Return how far, m, the way between two reports may be from a straight line."""
+def path_deviation(
+    k: int, time: float, east: float, north: float, base: Floats, integrity: ReportIntegrity
+) -> float:
+    """Return how far, m, the path between two reports may deviate from a straight line."""
     elapsed = time - base[k, TIME]
     acceleration = BETWEEN_MOST
     if not np.isnan(base[k, EAST_RATE]):
@@ -125,10 +131,11 @@ def way_beside(k: int, time: float, east: float, north: float, base: Floats, tru
 @in_loop
 def compare(
     k: int, s: int, i: int, time: float, east: float, north: float, height: float, sigma: float,
-    base: Floats, model: Model, bias: Floats, bias_covariance: Floats, kind: int, trust: Trust,
+    base: Floats, model: Model, bias: Floats, bias_covariance: Floats, kind: int,
+    integrity: ReportIntegrity,
 ) -> tuple[int, float]:  # fmt: skip
-    """Compare a plot with the way between two reports; return 1 if that could be done, and ē, m."""
-    plot_time = trust.plot[k, s, i, PLOT_TIME]
+    """Compare a plot with the path between two reports; return 1 if possible, and ē, m."""
+    plot_time = integrity.plot[k, s, i, PLOT_TIME]
     elapsed = time - base[k, TIME]
     share = (plot_time - base[k, TIME]) / elapsed
     v0 = (east - base[k, EAST]) / elapsed
@@ -136,19 +143,19 @@ def compare(
     x0 = base[k, EAST] + share * (east - base[k, EAST])
     x1 = base[k, NORTH] + share * (north - base[k, NORTH])
     random = sigma * sigma * (share * share + (1.0 - share) * (1.0 - share))
-    tall, variance = choose_height(trust.plot[k, s, i, PLOT_HEIGHT], height, model.options)
+    tall, variance = choose_height(integrity.plot[k, s, i, PLOT_HEIGHT], height, model.options)
     variance += COMMON_HEIGHT_M * COMMON_HEIGHT_M
     site, noise = model.sites[s], model.noises[s]
     p0, p1, ground, h, w = expected_measurement(
         kind, model.plane, site, noise, x0, x1, tall, variance
     )
-    e0 = trust.plot[k, s, i, PLOT_Z0] - p0
-    e1 = trust.plot[k, s, i, PLOT_Z1] - p1
+    e0 = integrity.plot[k, s, i, PLOT_Z0] - p0
+    e1 = integrity.plot[k, s, i, PLOT_Z1] - p1
     if measures_azimuth(kind):
         e1 = wrap_angle(e1)
     r0 = h[0] * v0 + h[1] * v1
     r1 = h[2] * v0 + h[3] * v1
-    # Kept apart: what is known of the biases changes faster than the mean, at first.
+    # Kept separate: initially the bias estimates change faster than the mean.
     d0, d1 = 0.0, 0.0
     first, last = model.starts[s], model.starts[s + 1]
     for c in range(first, last):
@@ -158,7 +165,7 @@ def compare(
     b = bias_spread(kind, site, first, last, model.parameters, bias_covariance, p0, p1, r0, r1)
     m00, m01, m11 = h[0] * h[0] + h[1] * h[1], h[0] * h[2] + h[1] * h[3], h[2] * h[2] + h[3] * h[3]
     late = LATENCY_S * LATENCY_S
-    common = COMMON_M * COMMON_M + trust.bent[k] * trust.bent[k]
+    common = COMMON_M * COMMON_M + integrity.deviation[k] * integrity.deviation[k]
     c00 = b[0] + common * m00 + late * r0 * r0
     c01 = b[1] + common * m01 + late * r0 * r1
     c11 = b[2] + common * m11 + late * r1 * r1
@@ -167,12 +174,12 @@ def compare(
     usable = usable and math.isfinite(e0) and math.isfinite(e1)
     offset = 0.0
     if usable:
-        note_comparison(k, s, e0, e1, d0, d1, s00, s01, s11, c00, c01, c11, trust)
-        f = trust.mean[k, s, MEAN_FACTOR]
-        d0, d1 = trust.mean[k, s, MEAN_0] - d0, trust.mean[k, s, MEAN_1] - d1
-        note_offset(k, s, h, d0, d1, f * s00 + b[0], f * s01 + b[1], f * s11 + b[2], trust)
-        trust.judged[k, s] = plot_time
-        if trust.verdict[k, s] < 0:
+        note_comparison(k, s, e0, e1, d0, d1, s00, s01, s11, c00, c01, c11, integrity)
+        f = integrity.mean[k, s, MEAN_FACTOR]
+        d0, d1 = integrity.mean[k, s, MEAN_0] - d0, integrity.mean[k, s, MEAN_1] - d1
+        note_offset(k, s, h, d0, d1, f * s00 + b[0], f * s01 + b[1], f * s11 + b[2], integrity)
+        integrity.compared_at[k, s] = plot_time
+        if integrity.agreement[k, s] < 0:
             across = p0 if kind == KIND_RADAR else 1.0
             offset = math.hypot(d0, across * d1)
     return int(usable), offset
@@ -181,29 +188,29 @@ def compare(
 @in_loop
 def note_comparison(
     k: int, s: int, e0: float, e1: float, d0: float, d1: float, s00: float, s01: float, s11: float,
-    b00: float, b01: float, b11: float, trust: Trust,
+    b00: float, b01: float, b11: float, integrity: ReportIntegrity,
 ) -> None:  # fmt: skip
-    """Take a difference into the mean of its sensor, unless it is a single one far from it.
+    """Add a difference to the mean of its sensor, unless it is a single outlier.
 
-    ``d0`` and ``d1`` are what the biases make of it.
+    ``d0`` and ``d1`` are its parts due to biases.
     """
-    mean = trust.mean
-    if trust.tests[k, s] > 0:
+    mean = integrity.mean
+    if integrity.tests[k, s] > 0:
         g = 1.0 + mean[k, s, MEAN_FACTOR]
         a0, a1 = e0 - mean[k, s, MEAN_0], e1 - mean[k, s, MEAN_1]
         far = squared_norm(g * s00, g * s01, g * s11, a0, a1) > FAR_FROM_MEAN
     else:
         far = squared_norm(s00 + b00, s01 + b01, s11 + b11, e0 - d0, e1 - d1) > CONTRADICTED
-    if far and trust.odd[k, s] == 0:
-        trust.odd[k, s] = 1
+    if far and integrity.odd[k, s] == 0:
+        integrity.odd[k, s] = 1
         return
     if far:
-        trust.tests[k, s] = 0
-    trust.runs[k, s] += trust.odd[k, s]
-    trust.odd[k, s] = 0
-    trust.tests[k, s] += 1
-    gain = max(1.0 / trust.tests[k, s], MEAN_GAIN)
-    if trust.tests[k, s] == 1:
+        integrity.tests[k, s] = 0
+    integrity.runs[k, s] += integrity.odd[k, s]
+    integrity.odd[k, s] = 0
+    integrity.tests[k, s] += 1
+    gain = max(1.0 / integrity.tests[k, s], MEAN_GAIN)
+    if integrity.tests[k, s] == 1:
         mean[k, s, MEAN_0], mean[k, s, MEAN_1], mean[k, s, MEAN_FACTOR] = 0.0, 0.0, 0.0
     mean[k, s, MEAN_0] += gain * (e0 - mean[k, s, MEAN_0])
     mean[k, s, MEAN_1] += gain * (e1 - mean[k, s, MEAN_1])
@@ -212,67 +219,66 @@ def note_comparison(
     a0, a1 = mean[k, s, MEAN_0] - d0, mean[k, s, MEAN_1] - d1
     off = squared_norm(f * s00 + b00, f * s01 + b01, f * s11 + b11, a0, a1)
     if off > CONTRADICTED:
-        trust.verdict[k, s] = -1
-        trust.runs[k, s] += 1
+        integrity.agreement[k, s] = -1
+        integrity.runs[k, s] += 1
     elif off < AGREED:
-        trust.verdict[k, s] = 1
-        trust.runs[k, s] = 0
-        trust.hits[k] += 1
+        integrity.agreement[k, s] = 1
+        integrity.runs[k, s] = 0
+        integrity.hits[k] += 1
 
 
 @in_loop
 def note_offset(
     k: int, s: int, h: Slope, e0: float, e1: float, r00: float, r01: float, r11: float,
-    trust: Trust,
+    integrity: ReportIntegrity,
 ) -> None:  # fmt: skip
-    """Keep what the mean ē of a sensor, of covariance R, says of an offset o with ē = H o."""
+    """Store the information of ē, with covariance R, on an offset o with ē = H o."""
     i00, i01, i11 = inverse(r00, r01, r11)
     y0, y1 = i00 * e0 + i01 * e1, i01 * e0 + i11 * e1
     a0, a1 = i00 * h[0] + i01 * h[2], i01 * h[0] + i11 * h[2]
     b0, b1 = i00 * h[1] + i01 * h[3], i01 * h[1] + i11 * h[3]
-    said = trust.said
-    said[k, s, SAID_EE] = h[0] * a0 + h[2] * a1
-    said[k, s, SAID_EN] = h[0] * b0 + h[2] * b1
-    said[k, s, SAID_NN] = h[1] * b0 + h[3] * b1
-    said[k, s, SAID_E] = h[0] * y0 + h[2] * y1
-    said[k, s, SAID_N] = h[1] * y0 + h[3] * y1
-    said[k, s, SAID_SQUARE] = e0 * y0 + e1 * y1
+    evidence = integrity.evidence
+    evidence[k, s, EVIDENCE_EE] = h[0] * a0 + h[2] * a1
+    evidence[k, s, EVIDENCE_EN] = h[0] * b0 + h[2] * b1
+    evidence[k, s, EVIDENCE_NN] = h[1] * b0 + h[3] * b1
+    evidence[k, s, EVIDENCE_E] = h[0] * y0 + h[2] * y1
+    evidence[k, s, EVIDENCE_N] = h[1] * y0 + h[3] * y1
+    evidence[k, s, EVIDENCE_SQUARE] = e0 * y0 + e1 * y1
 
 
 @in_loop
 def common_offset(
-    k: int, time: float, places: Integers, watch: Watch, trust: Trust
+    k: int, time: float, site_numbers: Integers, watch: Watch, integrity: ReportIntegrity
 ) -> tuple[bool, float]:
-    """Return whether places that agree with each other measure the aircraft elsewhere, and by what.
+    """Return whether sites agree on another position of the aircraft, and its distance.
 
-    One offset o for all sensors, by least squares; what all of them share is added to its
-    covariance.
+    One offset o for all sensors, by least squares; their common errors are added to its covariance.
     """
     ee, en, nn, e, n, square = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     first = -1
     several = False
-    for s in range(places.shape[0]):
+    for s in range(site_numbers.shape[0]):
         if (
-            watch.own[s] == 0
-            and trust.tests[k, s] >= ELSEWHERE_TESTS
-            and time - trust.judged[k, s] <= FRESH_TURNS * watch.period[s]
+            watch.self_reported[s] == 0
+            and integrity.tests[k, s] >= ELSEWHERE_TESTS
+            and time - integrity.compared_at[k, s] <= FRESH_SCANS * watch.period[s]
         ):
-            ee += trust.said[k, s, SAID_EE]
-            en += trust.said[k, s, SAID_EN]
-            nn += trust.said[k, s, SAID_NN]
-            e += trust.said[k, s, SAID_E]
-            n += trust.said[k, s, SAID_N]
-            square += trust.said[k, s, SAID_SQUARE]
-            several = several or (first >= 0 and places[s] != first)
-            first = places[s]
+            ee += integrity.evidence[k, s, EVIDENCE_EE]
+            en += integrity.evidence[k, s, EVIDENCE_EN]
+            nn += integrity.evidence[k, s, EVIDENCE_NN]
+            e += integrity.evidence[k, s, EVIDENCE_E]
+            n += integrity.evidence[k, s, EVIDENCE_N]
+            square += integrity.evidence[k, s, EVIDENCE_SQUARE]
+            several = several or (first >= 0 and site_numbers[s] != first)
+            first = site_numbers[s]
     p00, p01, p11 = inverse(ee, en, nn)
     o0, o1 = p00 * e + p01 * n, p01 * e + p11 * n
     left = square - (o0 * e + o1 * n)
-    v0, v1 = trust.report[k, EAST_RATE], trust.report[k, NORTH_RATE]
+    v0, v1 = integrity.report[k, EAST_RATE], integrity.report[k, NORTH_RATE]
     if np.isnan(v0):
         v0, v1 = 0.0, 0.0
     late = LATENCY_S * LATENCY_S
-    common = COMMON_M * COMMON_M + trust.bent[k] * trust.bent[k]
+    common = COMMON_M * COMMON_M + integrity.deviation[k] * integrity.deviation[k]
     p00 += common + late * v0 * v0
     p01 += late * v0 * v1
     p11 += common + late * v1 * v1
@@ -282,60 +288,74 @@ def common_offset(
 
 
 @in_loop
-def stands(k: int, place: int, time: float, places: Integers, watch: Watch, trust: Trust) -> int:
-    """Return what the sensors at a place say of an aircraft: their verdicts that hold, summed."""
+def site_agreement(
+    k: int,
+    site_number: int,
+    time: float,
+    site_numbers: Integers,
+    watch: Watch,
+    integrity: ReportIntegrity,
+) -> int:
+    """Return the sum of the valid comparison results of the sensors at a site."""
     total = 0
-    for s in range(places.shape[0]):
+    for s in range(site_numbers.shape[0]):
         if (
-            places[s] == place
-            and watch.own[s] == 0
-            and time - trust.judged[k, s] <= FRESH_TURNS * watch.period[s]
+            site_numbers[s] == site_number
+            and watch.self_reported[s] == 0
+            and time - integrity.compared_at[k, s] <= FRESH_SCANS * watch.period[s]
         ):
-            total += trust.verdict[k, s]
+            total += integrity.agreement[k, s]
     return total
 
 
 @in_loop
-def vote(k: int, time: float, places: Integers, watch: Watch, trust: Trust) -> tuple[bool, bool]:
-    """Return whether the majority is against the reports of an aircraft, and whether for them.
+def vote(
+    k: int, time: float, site_numbers: Integers, watch: Watch, integrity: ReportIntegrity
+) -> tuple[bool, bool]:
+    """Return whether the majority contradicts the reports of an aircraft, and whether it agrees.
 
-    The aircraft has one vote, and so has each place. Where this leaves it open, the places that
-    contradict win if each of them has done so for some turns and bears out most other aircraft.
+    The aircraft has one vote, and so has each site. With equal votes the contradicting sites win if
+    each has contradicted for some scans and agrees with most other aircraft.
     """
     against = 0
     agreeing = 0
-    for place in range(places.shape[0]):
-        says = stands(k, place, time, places, watch, trust)
-        agreeing += says > 0
-        against += says < 0
+    for site_number in range(site_numbers.shape[0]):
+        agreement = site_agreement(k, site_number, time, site_numbers, watch, integrity)
+        agreeing += agreement > 0
+        against += agreement < 0
     lost = against > agreeing + 1
     if against == agreeing + 1:
         lost = True
-        for place in range(places.shape[0]):
-            if lost and stands(k, place, time, places, watch, trust) < 0:
-                lost = is_borne_out(k, place, time, places, watch, trust)
+        for site_number in range(site_numbers.shape[0]):
+            if lost and site_agreement(k, site_number, time, site_numbers, watch, integrity) < 0:
+                lost = is_credible(k, site_number, time, site_numbers, watch, integrity)
     return lost, agreeing > against
 
 
 @in_loop
-def is_borne_out(
-    k: int, place: int, time: float, places: Integers, watch: Watch, trust: Trust
+def is_credible(
+    k: int,
+    site_number: int,
+    time: float,
+    site_numbers: Integers,
+    watch: Watch,
+    integrity: ReportIntegrity,
 ) -> bool:
-    """Return whether a place that contradicts an aircraft for long agrees with most others."""
+    """Return whether a site that keeps contradicting an aircraft agrees with most others."""
     runs = 0
-    for s in range(places.shape[0]):
-        if places[s] == place:
-            runs = max(runs, trust.runs[k, s])
+    for s in range(site_numbers.shape[0]):
+        if site_numbers[s] == site_number:
+            runs = max(runs, integrity.runs[k, s])
     for_it = 0
     against_it = 0
     if runs >= LONE_RUNS:
-        for other in range(trust.owner.shape[0]):
-            if other != k and trust.owner[other] >= 0:
-                says = stands(other, place, time, places, watch, trust)
+        for other in range(integrity.owner.shape[0]):
+            if other != k and integrity.owner[other] >= 0:
+                agreement = site_agreement(other, site_number, time, site_numbers, watch, integrity)
                 odd = 0
-                for s in range(places.shape[0]):
-                    if places[s] == place:
-                        odd += trust.odd[other, s]
-                for_it += says > 0 and odd == 0
-                against_it += says < 0 or odd > 0
+                for s in range(site_numbers.shape[0]):
+                    if site_numbers[s] == site_number:
+                        odd += integrity.odd[other, s]
+                for_it += agreement > 0 and odd == 0
+                against_it += agreement < 0 or odd > 0
     return for_it >= CREDIT_MIN and for_it > against_it

@@ -1,4 +1,4 @@
-"""Compiled judgement of what aircraft report: what is set aside, and what trust in them becomes.
+"""Compiled plausibility checks of ADS-B reports, and the resulting integrity states.
 
 References
 ----------
@@ -16,23 +16,27 @@ from multiradar.estimation.measurement._kernels import KIND_RADAR, is_bearing
 from multiradar.tracking._kernels import look_up
 from multiradar.tracking.lifecycle.lifecycle import Lifecycle
 from multiradar.tracking.plausibility._comparison_kernels import common_offset, compare_all, vote
-from multiradar.tracking.plausibility._cover_kernels import is_ghost, sector_of, sine_of_elevation
-from multiradar.tracking.plausibility.trust import (
-    DISTRUSTED,
+from multiradar.tracking.plausibility._coverage_kernels import (
+    is_ghost,
+    sector_of,
+    sine_of_elevation,
+)
+from multiradar.tracking.plausibility.report_integrity import (
     EAST,
     EAST_RATE,
     GHOST,
+    IMPLAUSIBLE,
     NORTH,
     NORTH_RATE,
+    PLAUSIBLE,
     PLOT_HEIGHT,
     PLOT_TIME,
     PLOT_Z0,
     PLOT_Z1,
     SUSPECT,
     TIME,
-    TRUSTED,
     WAITING_MAX,
-    Trust,
+    ReportIntegrity,
     Watch,
 )
 from multiradar.tracking.roster import NEW_TRACK, Roster, RowIdentities
@@ -41,31 +45,32 @@ from multiradar_compiled.kernels import in_loop, loop
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-# Two reports farther apart in time, s, are not joined.
+# Maximum time between two reports for interpolation, s.
 REPORT_GAP_S = 20.0
-# Reports that follow sooner, s, are checked and not compared.
+# Minimum time between two reports for a comparison, s.
 REPORT_STEP_S = 0.3
-# How far, in sigmas of a report and with what acceleration, m/s², one may be from where the last
-# ones lead; and no aircraft flies faster, m/s.
+# Maximum deviation of a report from the extrapolation of the last ones, in sigmas and by an
+# acceleration, m/s²; maximum speed, m/s.
 JUMP_SIGMAS = 8.0
 JUMP_ACCELERATION = 60.0
 SPEED_MAX = 700.0
-# Over so long, s, a late report makes the rates mean little; then a usual speed, m/s, is enough.
+# Time after which the rates are of little use, s; then a usual speed, m/s, is accepted.
 SLOW_REPORTS_S = 5.0
 USUAL_SPEED = 300.0
-# Weight of the newest report in the rates: this, and this more a second that it brings.
+# Weight of the newest report in the rates: constant, and per second since the last one.
 RATE_GAIN = 0.2
 RATE_GAIN_PER_S = 0.2
-# Comparisons in a row that bring trust back, and comparisons after which no aircraft is a ghost.
+# Number of consecutive agreements that restore plausibility, and of agreements that exclude a
+# ghost.
 AGREEMENTS_MIN = 6
 HITS_MIN = 3
-# Reports that do not go on from each other, fading by half a one at each that does.
+# Number of inconsistent reports that suffice, and its decrease with each consistent one.
 STRAYS_MAX = 4.0
 STRAY_FADES = 0.5
 
 
 @loop
-def judge(
+def check_rows(
     first: int,
     last: int,
     rows: Rows,
@@ -74,13 +79,13 @@ def judge(
     model: Model,
     bias: Floats,
     bias_covariance: Floats,
-    trust: Trust,
+    integrity: ReportIntegrity,
     flagged: Integers,
 ) -> tuple[int, int, int, float]:
-    """Judge rows until trust in an aircraft changes.
+    """Check rows until the integrity state of an aircraft changes.
 
-    Returns that row, the slot of the aircraft, its new state, which is not yet set, and how far, m,
-    its reports are off; without a change the last row, and −1 for the slot.
+    Returns that row, the slot of the aircraft, its new state, which is not yet set, and the offset
+    of its reports, m; without a change the last row, and −1 for the slot.
     """
     for row in range(first, last):
         k, s, time = rows.slot[row], rows.sensor[row], rows.time[row]
@@ -89,25 +94,25 @@ def judge(
             continue
         if not (abs(time) < VALUE_MAX and abs(z0) < VALUE_MAX and abs(z1) < VALUE_MAX):
             continue
-        before = trust.state[k]
+        before = integrity.state[k]
         after, offset = before, 0.0
-        if watch.own[s] == 0:
-            take_plot(k, s, time, z0, z1, height, track_ids[row], model, watch, trust)
+        if watch.self_reported[s] == 0:
+            record_plot(k, s, time, z0, z1, height, track_ids[row], model, watch, integrity)
         else:
-            after, aside, offset = take_report(
+            after, aside, offset = check_report(
                 k, s, time, z0, z1, height, track_ids[row], model, bias, bias_covariance, watch,
-                trust,
+                integrity,
             )  # fmt: skip
             if aside:
                 rows.slot[row] = IMPLAUSIBLE_SLOT
-        flagged[row] = after in (DISTRUSTED, GHOST)
+        flagged[row] = after in (IMPLAUSIBLE, GHOST)
         if after != before:
             return row, k, after, offset
-    return last, -1, TRUSTED, 0.0
+    return last, -1, PLAUSIBLE, 0.0
 
 
 @loop
-def claim(
+def reassign_reports(
     first: int,
     last: int,
     rows: Rows,
@@ -117,26 +122,26 @@ def claim(
     life: Lifecycle,
     identities: RowIdentities,
 ) -> None:
-    """Give reports far from the aircraft of their address back to it where others measure it.
+    """Reassign reports far from the aircraft with their address to it if other sensors see it.
 
-    They begin no track of their own: it would be one more with each that is contradicted.
+    They initiate no track: every contradicted report would add one.
     """
     for row in range(first, last):
-        if identities.slot[row] == NEW_TRACK and watch.own[rows.sensor[row]] != 0:
+        if identities.slot[row] == NEW_TRACK and watch.self_reported[rows.sensor[row]] != 0:
             k = look_up(roster.address_keys, roster.address_slots, addresses[row])
             if k >= 0:
                 for s in range(watch.kind.shape[0]):
                     silent = rows.time[row] - life.heard[k, s]
-                    if watch.own[s] == 0 and silent <= watch.support_s:
+                    if watch.self_reported[s] == 0 and silent <= watch.support_s:
                         identities.slot[row] = k
 
 
 @in_loop
-def take_plot(
+def record_plot(
     k: int, s: int, time: float, z0: float, z1: float, height: float, track: int, model: Model,
-    watch: Watch, trust: Trust,
+    watch: Watch, integrity: ReportIntegrity,
 ) -> None:  # fmt: skip
-    """Keep a plot until the next report, and note what its radar sees."""
+    """Store a plot until the next report, and update the coverage of its radar."""
     watch.alive[s] = time
     if watch.kind[s] == KIND_RADAR and z0 > 0.0:
         watch.farthest[s] = max(watch.farthest[s], z0)
@@ -144,132 +149,138 @@ def take_plot(
             sector = sector_of(z1)
             sine = sine_of_elevation(height - model.noises[s, 3], z0)
             watch.lowest[s, sector] = min(watch.lowest[s, sector], sine)
-    if trust.owner[k] == track:
-        trust.seen[k] = time
+    if integrity.owner[k] == track:
+        integrity.seen[k] = time
         for other in range(watch.kind.shape[0]):
-            trust.unseen[k, other] = np.nan
-        at = min(trust.waiting[k, s], WAITING_MAX - 1)
-        trust.plot[k, s, at, PLOT_TIME] = time
-        trust.plot[k, s, at, PLOT_Z0] = z0
-        trust.plot[k, s, at, PLOT_Z1] = z1
-        trust.plot[k, s, at, PLOT_HEIGHT] = height
-        trust.waiting[k, s] = at + 1
+            integrity.unseen[k, other] = np.nan
+        at = min(integrity.waiting[k, s], WAITING_MAX - 1)
+        integrity.plot[k, s, at, PLOT_TIME] = time
+        integrity.plot[k, s, at, PLOT_Z0] = z0
+        integrity.plot[k, s, at, PLOT_Z1] = z1
+        integrity.plot[k, s, at, PLOT_HEIGHT] = height
+        integrity.waiting[k, s] = at + 1
 
 
 @in_loop
-def take_report(
+def check_report(
     k: int, s: int, time: float, east: float, north: float, height: float, track: int,
-    model: Model, bias: Floats, bias_covariance: Floats, watch: Watch, trust: Trust,
+    model: Model, bias: Floats, bias_covariance: Floats, watch: Watch, integrity: ReportIntegrity,
 ) -> tuple[int, bool, float]:  # fmt: skip
-    """Return the state after a report, whether it is set aside, and how far, m, it is off."""
-    if trust.owner[k] != track:
-        begin(k, track, trust)
+    """Return the state after a report, whether it is rejected, and its offset, m."""
+    if integrity.owner[k] != track:
+        initialise(k, track, integrity)
     sigma = math.sqrt(model.noises[s, 2])
-    state = trust.state[k]
-    supported = time - trust.seen[k] <= watch.support_s
-    elapsed = time - trust.report[k, TIME]
-    passed = time - trust.other[k, TIME]
-    jumped = elapsed <= REPORT_GAP_S and breaks_off(k, elapsed, east, north, sigma, trust)
+    state = integrity.state[k]
+    supported = time - integrity.seen[k] <= watch.support_s
+    elapsed = time - integrity.report[k, TIME]
+    passed = time - integrity.other[k, TIME]
+    jumped = elapsed <= REPORT_GAP_S and is_jump(k, elapsed, east, north, sigma, integrity)
     compared = 0
     offset = 0.0
     broke = False
     if jumped:
-        beside = math.hypot(east - trust.other[k, EAST], north - trust.other[k, NORTH])
-        trust.strays[k] += 1.0
-        trust.agreements[k] = 0
+        beside = math.hypot(east - integrity.other[k, EAST], north - integrity.other[k, NORTH])
+        integrity.strays[k] += 1.0
+        integrity.agreements[k] = 0
         if (
             REPORT_STEP_S <= passed <= REPORT_GAP_S
             and beside <= JUMP_SIGMAS * sigma + SPEED_MAX * passed
         ):
             broke = True
-            forget_verdicts(k, trust)
+            reset_comparisons(k, integrity)
             compared, offset = compare_all(
-                k, time, east, north, height, sigma, trust.other, model, bias, bias_covariance,
-                watch, trust,
+                k, time, east, north, height, sigma, integrity.other, model, bias, bias_covariance,
+                watch, integrity,
             )  # fmt: skip
-            go_on(k, time, east, north, trust.other, trust)
+            accept_report(k, time, east, north, integrity.other, integrity)
         elif not passed < REPORT_STEP_S:
-            trust.other[k, TIME], trust.other[k, EAST], trust.other[k, NORTH] = time, east, north
+            integrity.other[k, TIME], integrity.other[k, EAST], integrity.other[k, NORTH] = (
+                time,
+                east,
+                north,
+            )
     elif not elapsed < REPORT_STEP_S:
-        trust.strays[k] = max(0.0, trust.strays[k] - STRAY_FADES)
+        integrity.strays[k] = max(0.0, integrity.strays[k] - STRAY_FADES)
         if elapsed <= REPORT_GAP_S:
             compared, offset = compare_all(
-                k, time, east, north, height, sigma, trust.report, model, bias, bias_covariance,
-                watch, trust,
+                k, time, east, north, height, sigma, integrity.report, model, bias, bias_covariance,
+                watch, integrity,
             )  # fmt: skip
-        go_on(k, time, east, north, trust.report, trust)
+        accept_report(k, time, east, north, integrity.report, integrity)
     after = state
-    if broke and supported and state in (TRUSTED, GHOST):
+    if broke and supported and state in (PLAUSIBLE, GHOST):
         after = SUSPECT
-    if compared > 0 or after == SUSPECT or trust.strays[k] >= STRAYS_MAX:
-        against, backed = vote(k, time, model.site_numbers, watch, trust)
-        elsewhere, by = common_offset(k, time, model.site_numbers, watch, trust)
+    if compared > 0 or after == SUSPECT or integrity.strays[k] >= STRAYS_MAX:
+        against, backed = vote(k, time, model.site_numbers, watch, integrity)
+        elsewhere, by = common_offset(k, time, model.site_numbers, watch, integrity)
         if elsewhere:
             against, backed, offset = True, False, max(offset, by)
-        against = against or (supported and trust.strays[k] >= STRAYS_MAX)
-        after = next_state(k, after, against, backed, compared, trust)
-        late = state == SUSPECT and time - trust.since[k] > watch.suspect_s
+        against = against or (supported and integrity.strays[k] >= STRAYS_MAX)
+        after = next_state(k, after, against, backed, compared, integrity)
+        late = state == SUSPECT and time - integrity.since[k] > watch.suspect_s
         if after == SUSPECT and (late or not supported):
-            after = TRUSTED
-    young = after == TRUSTED and trust.hits[k] < HITS_MIN
-    if young and is_ghost(k, time, east, north, height, model, watch, trust):
+            after = PLAUSIBLE
+    young = after == PLAUSIBLE and integrity.hits[k] < HITS_MIN
+    if young and is_ghost(k, time, east, north, height, model, watch, integrity):
         after = GHOST
-    aside = after in (SUSPECT, DISTRUSTED) or (jumped and supported and not broke)
+    aside = after in (SUSPECT, IMPLAUSIBLE) or (jumped and supported and not broke)
     return after, aside, offset
 
 
 @in_loop
-def next_state(k: int, state: int, against: bool, backed: bool, compared: int, trust: Trust) -> int:
-    """Return the state after a vote; `backed` says whether more places agree than contradict."""
+def next_state(
+    k: int, state: int, against: bool, backed: bool, compared: int, integrity: ReportIntegrity
+) -> int:
+    """Return the state after a vote; `backed` says whether more sites agree than contradict."""
     after = state
-    if state == DISTRUSTED:
-        trust.agreements[k] = 0 if against else trust.agreements[k] + compared
-        if trust.agreements[k] >= AGREEMENTS_MIN:
-            after = TRUSTED
+    if state == IMPLAUSIBLE:
+        integrity.agreements[k] = 0 if against else integrity.agreements[k] + compared
+        if integrity.agreements[k] >= AGREEMENTS_MIN:
+            after = PLAUSIBLE
     elif against:
-        after = DISTRUSTED
-        trust.agreements[k] = 0
-    elif (backed and state == SUSPECT) or (trust.hits[k] >= HITS_MIN and state == GHOST):
-        after = TRUSTED
+        after = IMPLAUSIBLE
+        integrity.agreements[k] = 0
+    elif (backed and state == SUSPECT) or (integrity.hits[k] >= HITS_MIN and state == GHOST):
+        after = PLAUSIBLE
     return after
 
 
 @in_loop
-def begin(k: int, track: int, trust: Trust) -> None:
-    """Open the books of an aircraft of which a first report came."""
-    trust.owner[k] = track
-    trust.state[k] = TRUSTED
-    trust.since[k] = -np.inf
-    trust.report[k, TIME] = -np.inf
-    trust.other[k, TIME] = np.nan
-    trust.strays[k] = 0.0
-    trust.bent[k] = 0.0
-    trust.seen[k] = -np.inf
-    trust.hits[k] = 0
-    trust.agreements[k] = 0
-    forget_verdicts(k, trust)
-    for s in range(trust.waiting.shape[1]):
-        trust.waiting[k, s] = 0
-        trust.unseen[k, s] = np.nan
+def initialise(k: int, track: int, integrity: ReportIntegrity) -> None:
+    """Initialise the integrity of an aircraft with its first report."""
+    integrity.owner[k] = track
+    integrity.state[k] = PLAUSIBLE
+    integrity.since[k] = -np.inf
+    integrity.report[k, TIME] = -np.inf
+    integrity.other[k, TIME] = np.nan
+    integrity.strays[k] = 0.0
+    integrity.deviation[k] = 0.0
+    integrity.seen[k] = -np.inf
+    integrity.hits[k] = 0
+    integrity.agreements[k] = 0
+    reset_comparisons(k, integrity)
+    for s in range(integrity.waiting.shape[1]):
+        integrity.waiting[k, s] = 0
+        integrity.unseen[k, s] = np.nan
 
 
 @in_loop
-def forget_verdicts(k: int, trust: Trust) -> None:
-    """Forget what was said of reports that others followed without going on from them."""
-    for s in range(trust.waiting.shape[1]):
-        trust.tests[k, s] = 0
-        trust.odd[k, s] = 0
-        trust.runs[k, s] = 0
-        trust.verdict[k, s] = 0
-        trust.judged[k, s] = -np.inf
+def reset_comparisons(k: int, integrity: ReportIntegrity) -> None:
+    """Reset the comparisons after a jump of the reports."""
+    for s in range(integrity.waiting.shape[1]):
+        integrity.tests[k, s] = 0
+        integrity.odd[k, s] = 0
+        integrity.runs[k, s] = 0
+        integrity.agreement[k, s] = 0
+        integrity.compared_at[k, s] = -np.inf
 
 
 @in_loop
-def breaks_off(
-    k: int, elapsed: float, east: float, north: float, sigma: float, trust: Trust
+def is_jump(
+    k: int, elapsed: float, east: float, north: float, sigma: float, integrity: ReportIntegrity
 ) -> bool:
-    """Return whether no aircraft could fly from the last reports to this one."""
-    report = trust.report
+    """Return whether no aircraft can fly from the last reports to this one."""
+    report = integrity.report
     east_rate, north_rate = report[k, EAST_RATE], report[k, NORTH_RATE]
     most = JUMP_SIGMAS * sigma + 0.5 * JUMP_ACCELERATION * elapsed * elapsed
     if np.isnan(east_rate):
@@ -283,9 +294,11 @@ def breaks_off(
 
 
 @in_loop
-def go_on(k: int, time: float, east: float, north: float, base: Floats, trust: Trust) -> None:
-    """Make a report the last one; `base` holds the one that it goes on from."""
-    report = trust.report
+def accept_report(
+    k: int, time: float, east: float, north: float, base: Floats, integrity: ReportIntegrity
+) -> None:
+    """Store a report as the last one; `base` holds the one before it."""
+    report = integrity.report
     elapsed = time - base[k, TIME]
     e = (east - base[k, EAST]) / elapsed
     n = (north - base[k, NORTH]) / elapsed
@@ -294,11 +307,11 @@ def go_on(k: int, time: float, east: float, north: float, base: Floats, trust: T
         gain = min(RATE_GAIN + RATE_GAIN_PER_S * elapsed, 1.0)
         e = report[k, EAST_RATE] + gain * (e - report[k, EAST_RATE])
         n = report[k, NORTH_RATE] + gain * (n - report[k, NORTH_RATE])
-    # Nothing is known of the motion over a gap.
+    # The motion over a gap is unknown.
     joined = elapsed <= REPORT_GAP_S
     report[k, EAST_RATE] = e if joined else np.nan
     report[k, NORTH_RATE] = n if joined else np.nan
     report[k, TIME], report[k, EAST], report[k, NORTH] = time, east, north
-    trust.other[k, TIME] = np.nan
-    for s in range(trust.waiting.shape[1]):
-        trust.waiting[k, s] = 0
+    integrity.other[k, TIME] = np.nan
+    for s in range(integrity.waiting.shape[1]):
+        integrity.waiting[k, s] = 0

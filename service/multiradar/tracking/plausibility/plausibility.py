@@ -1,10 +1,9 @@
-"""Whether what aircraft report of their own position is borne out by what others measure of them.
+"""Plausibility of ADS-B reports, by comparison with other sensors.
 
-Reports (ADS-B) are compared with the plots of the same aircraft by interpolation between two
-reports, sensor by sensor; the mean difference of each sensor is judged against its noise, the
-uncertainty of the published biases and what latencies and heights may do. The majority of
-independent places decides (`_plausibility_kernels`). All of it is a function of the rows so far,
-never of how they were cut into batches.
+ADS-B reports are compared with the plots of the same aircraft by interpolation between two reports,
+sensor by sensor. The mean difference of each sensor is tested against its noise, the uncertainty of
+the published biases, latencies and height errors. The majority of independent sites decides
+(`_plausibility_kernels`). The result is a function of the rows so far, independent of batches.
 """
 
 from collections.abc import Iterator
@@ -16,34 +15,34 @@ from numpy.typing import NDArray
 from multiradar.estimation.bias.store import BiasState
 from multiradar.estimation.filters.arrays import Aircraft, Model, Rows
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.tracking.plausibility._plausibility_kernels import claim, judge
-from multiradar.tracking.plausibility.trust import DISTRUSTED, SECTORS, TRUSTED, Watch
+from multiradar.tracking.plausibility._plausibility_kernels import check_rows, reassign_reports
+from multiradar.tracking.plausibility.report_integrity import IMPLAUSIBLE, PLAUSIBLE, SECTORS, Watch
 from multiradar.tracking.pool import AircraftPool
 from multiradar.tracking.roster import RowIdentities
 
 Integers = NDArray[np.int64]
 
-#: Turn taken for sensors whose turn is not known, s.
-USUAL_TURN_S = 5.0
-#: Time, s, over which an offset that crept in is taken to have changed the velocity.
+#: Scan period of sensors without a configured one, s.
+DEFAULT_PERIOD_S = 5.0
+#: Time, s, over which an undetected offset is assumed to have changed the velocity.
 CREEP_S = 20.0
 
 
-class Told(NamedTuple):
-    """Rows to judge.
+class PlausibilityWindow(NamedTuple):
+    """Rows to check.
 
     Attributes
     ----------
     rows : Rows
-        The measurements; those set aside lose their aircraft (`IMPLAUSIBLE_SLOT`).
+        The measurements; rejected ones lose their aircraft (`IMPLAUSIBLE_SLOT`).
     identities : RowIdentities
-        Whose they are.
+        Aircraft of the rows.
     addresses : (n,) int64
-        The Mode S addresses that they carry.
+        Their Mode S addresses.
     flagged : (n,) int64
-        Gets whether the reports of the aircraft are implausible, for rows of aircraft.
+        Receives whether the reports of the aircraft are implausible, for rows of aircraft.
     first, last : int
-        Which of them.
+        Rows to check.
     """
 
     rows: Rows
@@ -55,23 +54,23 @@ class Told(NamedTuple):
 
 
 class Plausibility:
-    """Judges the reports of aircraft; owned by the engine.
+    """Checks the reports of aircraft; owned by the engine.
 
     Parameters
     ----------
     sensors : SensorTable
-        The sensors; without one that relays reports of aircraft nothing is done.
+        The sensors; without one that relays ADS-B reports nothing is done.
     """
 
     def __init__(self, sensors: SensorTable) -> None:
         count = len(sensors)
-        period = np.nan_to_num(sensors.rotation_period_s, nan=USUAL_TURN_S)
-        own = sensors.self_reported
-        longest = float(np.max(period[~own], initial=USUAL_TURN_S))
-        self.active = bool(own.any())
+        period = np.nan_to_num(sensors.rotation_period_s, nan=DEFAULT_PERIOD_S)
+        self_reported = sensors.self_reported
+        longest = float(np.max(period[~self_reported], initial=DEFAULT_PERIOD_S))
+        self.active = bool(self_reported.any())
         self._heard = False
         self._watch = Watch(
-            own=own.astype(np.int64),
+            self_reported=self_reported.astype(np.int64),
             kind=sensors.kinds.astype(np.int64),
             period=period,
             range_max=sensors.range_max_m.astype(np.float64),
@@ -82,84 +81,86 @@ class Plausibility:
             suspect_s=4.0 * longest,
         )
 
-    def claim(self, told: Told, pool: AircraftPool) -> None:
-        """Keep reports that an aircraft contradicts from beginning tracks under its address.
+    def reassign_reports(self, window: PlausibilityWindow, pool: AircraftPool) -> None:
+        """Keep contradicted reports from initiating tracks under their address.
 
         Parameters
         ----------
-        told : Told
-            The rows; those marked to begin a track though others measure the aircraft of their
-            address get that aircraft.
+        window : PlausibilityWindow
+            The rows; those marked to initiate a track although other sensors see the aircraft with
+            their address are assigned to it.
         pool : AircraftPool
             The aircraft.
         """
         if self.active:
-            claim(
-                told.first, told.last, told.rows, told.addresses, self._watch, pool.roster,
-                pool.life, told.identities,
+            reassign_reports(
+                window.first, window.last, window.rows, window.addresses, self._watch, pool.roster,
+                pool.life, window.identities,
             )  # fmt: skip
 
     def steps(
-        self, told: Told, model: Model, biases: BiasState, pool: AircraftPool
+        self, window: PlausibilityWindow, model: Model, biases: BiasState, pool: AircraftPool
     ) -> Iterator[tuple[int, int]]:
-        """Judge rows, and cut them where trust in an aircraft changes.
+        """Check rows, and divide them where the integrity state of an aircraft changes.
 
         Parameters
         ----------
-        told : Told
+        window : PlausibilityWindow
             The rows.
         model : Model
-            What all aircraft share.
+            Model common to all aircraft.
         biases : BiasState
-            As published.
+            Published biases.
         pool : AircraftPool
-            The aircraft; trust in them is changed, and states into which an offset crept.
+            The aircraft; integrity states are updated, and covariances after undetected offsets.
 
         Yields
         ------
         (int, int)
-            First and last row to be taken by the filter before the next are judged.
+            First and last row to be processed by the filter before the next are checked.
         """
         if not self.active:
-            yield told.first, told.last
+            yield window.first, window.last
             return
-        begun, last, trust = told.first, told.last, pool.trust
-        first = self._first_report(told)
+        start, last, integrity = window.first, window.last, pool.integrity
+        first = self._first_report(window)
         while first < last:
-            row, slot, state, offset_m = judge(
-                first, last, told.rows, told.identities.track_id, self._watch, model,
-                biases.estimate, biases.covariance, trust, told.flagged,
+            row, slot, state, offset_m = check_rows(
+                first, last, window.rows, window.identities.track_id, self._watch, model,
+                biases.estimate, biases.covariance, integrity, window.flagged,
             )  # fmt: skip
-            if begun < row:
-                yield begun, row
+            if start < row:
+                yield start, row
             if slot >= 0:
-                if trust.state[slot] == TRUSTED and state == DISTRUSTED:
-                    loosen(pool.aircraft, slot, offset_m, len(biases.estimate))
-                trust.state[slot], trust.since[slot] = state, told.rows.time[row]
-            begun, first = row, row + 1
-        if begun < last:
-            yield begun, last
+                if integrity.state[slot] == PLAUSIBLE and state == IMPLAUSIBLE:
+                    inflate_covariance(pool.aircraft, slot, offset_m, len(biases.estimate))
+                integrity.state[slot], integrity.since[slot] = state, window.rows.time[row]
+            start, first = row, row + 1
+        if start < last:
+            yield start, last
 
-    def _first_report(self, told: Told) -> int:
-        # Until a report comes there is nothing to compare: rows cost nothing.
+    def _first_report(self, window: PlausibilityWindow) -> int:
+        # Before the first report there is nothing to compare: rows cost nothing.
         if self._heard:
-            return told.first
-        own = np.flatnonzero(self._watch.own[told.rows.sensor[told.first : told.last]])
-        self._heard = len(own) > 0
-        return told.first + int(own[0]) if self._heard else told.last
+            return window.first
+        self_reported = np.flatnonzero(
+            self._watch.self_reported[window.rows.sensor[window.first : window.last]]
+        )
+        self._heard = len(self_reported) > 0
+        return window.first + int(self_reported[0]) if self._heard else window.last
 
 
-def loosen(aircraft: Aircraft, slot: int, offset_m: float, bias_columns: int) -> None:
-    """Let the state of an aircraft that followed wrong reports be as uncertain as they were wrong.
+def inflate_covariance(aircraft: Aircraft, slot: int, offset_m: float, bias_columns: int) -> None:
+    """Inflate the covariance of an aircraft that followed wrong reports.
 
     Parameters
     ----------
     aircraft : Aircraft
         The states; that of one aircraft is changed.
     slot : int
-        Which.
+        Its slot.
     offset_m : float
-        How far the reports are from what others measure.
+        Distance of the reports from the measurements of other sensors.
     bias_columns : int
         Number of bias parameters.
     """

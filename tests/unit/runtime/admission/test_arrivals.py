@@ -33,14 +33,14 @@ def delayed(delay_s: np.ndarray[tuple[int], np.dtype[np.float64]]) -> Measuremen
     arrival_s = time_s + np.where(sensor == 1, np.repeat(delay_s, 2) + 1e-3, 0.0)
     order = np.argsort(arrival_s, kind="stable")
     rows = batch_of(time_s.tolist())
-    return replace(rows, sensor=sensor).take(order)
+    return replace(rows, sensor=sensor).select(order)
 
 
 def told(batch: MeasurementBatch, size: int = 10**6) -> ArrivalBoard:
     board = ArrivalBoard(TABLE, HORIZON_S)
     admission = Admission(HORIZON_S, arrivals=board)
     for first in range(0, len(batch), size):
-        admission.admit(batch.take(slice(first, first + size)))
+        admission.admit(batch.select(slice(first, first + size)))
     return board
 
 

@@ -58,7 +58,7 @@ def test_refusals_are_counted_by_reason_and_the_last_of_each_can_be_read(start: 
     sent = recording(200)[170:175]
     for row in twice:
         assert json.loads(row.row.raw)["time_s"] == sent["time_s"][row.row.index]
-        assert "equal to another" in row.row.reason
+        assert "equal to the one at" in row.row.reason
 
 
 def test_a_restart_shows_the_same_refusals(start: Starter) -> None:
@@ -128,6 +128,6 @@ def test_a_near_duplicate_tells_how_near_it_is() -> None:
         azimuth_apart_rad=np.radians([0.01]),
     )
     assert found.reasons() == [
-        "expected a plot of its own, was the one at 5.0 s of the same sensor, 0.250 s, 7.2 m and "
-        "0.0100° apart"
+        "expected a new plot, was a duplicate of the one at 5.0 s by the same sensor, 0.250 s, "
+        "7.2 m and 0.0100° apart"
     ]

@@ -36,7 +36,7 @@ def played(
     engine = Engine(scene.sensors, settings, workers)
     digest = OutputDigest()
     outputs = [
-        engine.push(scene.batch.take(slice(first, first + size)))
+        engine.push(scene.batch.select(slice(first, first + size)))
         for first in range(0, len(scene.batch), size)
     ]
     outputs.append(engine.flush())
@@ -131,7 +131,7 @@ def test_two_tracks_of_one_aircraft_become_the_older_one() -> None:
     scene = make_scene(rng, three_radars(), [Flight(0.0, 120.0, (2e4, 3e4, 150.0, 80.0))])
     engine = Engine(scene.sensors, NAMELESS)
     half = len(scene.batch) // 2
-    engine.push(scene.batch.take(slice(0, half)))
+    engine.push(scene.batch.select(slice(0, half)))
     pool = engine._pool
     old, new = int(pool.used()[0]), int(pool.roster.free[pool.roster.counters[1] - 1])
     for array in (*pool.aircraft, *pool.life):
@@ -140,7 +140,7 @@ def test_two_tracks_of_one_aircraft_become_the_older_one() -> None:
     pool.roster.counters[:] += (1, -1)
     pool.roster.track_id[new] = pool.roster.counters[0]
     pool.life.heard[new] = -np.inf
-    engine.push(scene.batch.take(slice(half, None)))
+    engine.push(scene.batch.select(slice(half, None)))
     engine.flush()
     assert engine.transitions["merged"] == 1
     assert pool.roster.track_id[pool.used()].tolist() == [1]
@@ -200,7 +200,7 @@ def test_a_plot_without_identity_beside_one_of_a_doubted_address_is_taken_too() 
     # In one window: a plot with the address of the track, but far away, and one with none.
     end_s = float(np.floor(batch.time_s[known].max())) + 1.0
     late = np.array([far[0], nameless[0]])
-    rows = batch.take(np.concatenate([known, late]))
+    rows = batch.select(np.concatenate([known, late]))
     address = np.full(len(rows), 0x4B1234)
     address[-1] = -1
     time_s = rows.time_s.copy()

@@ -45,7 +45,7 @@ def run(scene: Scene, settings: TrackingSettings, size: int, workers: int = 1) -
     engine = Engine(scene.sensors, settings, workers)
     digest = OutputDigest()
     for first in range(0, len(scene.batch), size):
-        digest.add(engine.push(scene.batch.take(slice(first, first + size))))
+        digest.add(engine.push(scene.batch.select(slice(first, first + size))))
     digest.add(engine.flush())
     engine.close()
     return digest.hexdigest()
@@ -72,7 +72,7 @@ def test_output_depends_on_the_measurements(scene: Scene) -> None:
     rows = np.delete(np.arange(len(scene.batch)), 500)
     engine = Engine(scene.sensors, settings)
     digest = OutputDigest()
-    digest.add(engine.push(scene.batch.take(rows)))
+    digest.add(engine.push(scene.batch.select(rows)))
     digest.add(engine.flush())
     assert digest.hexdigest() != run(scene, settings, len(scene.batch))
 
@@ -154,8 +154,8 @@ def test_a_flush_says_the_biases_of_an_epoch_once(scene: Scene) -> None:
     engine = Engine(scene.sensors, TrackingSettings())
     half = len(scene.batch) // 2
     outputs = [
-        engine.push(scene.batch.take(slice(0, half))), engine.flush(), engine.flush(),
-        engine.push(scene.batch.take(slice(half, None))), engine.flush(),
+        engine.push(scene.batch.select(slice(0, half))), engine.flush(), engine.flush(),
+        engine.push(scene.batch.select(slice(half, None))), engine.flush(),
     ]  # fmt: skip
     epochs = [epoch for output in outputs for epoch in output.biases.epoch.tolist()]
     count = len(scene.sensors.parameter_kind)
@@ -183,7 +183,7 @@ def test_a_plot_that_is_refused_leaves_the_uncertainty_as_it_was(name: str) -> N
     scene = make_scene(rng, three_radars(), random_flights(rng, 3, 300.0))
     settings = TrackingSettings(filter_name=name)
     row = len(scene.batch) - 60
-    outlier = scene.batch.take(slice(row, row + 1))
+    outlier = scene.batch.select(slice(row, row + 1))
     object.__setattr__(outlier, "range_m", outlier.range_m + 6000.0)
     object.__setattr__(outlier, "time_s", outlier.time_s + 1e-3)
     engine, expected = all_output(scene, settings)
@@ -201,7 +201,7 @@ def test_a_plot_that_is_refused_leaves_the_uncertainty_as_it_was(name: str) -> N
 
 def test_a_silent_track_ends_once_and_comes_back_as_another() -> None:
     scene = busy_scene(2, aircraft=1, duration_s=30.0)
-    again = scene.batch.take(slice(None))
+    again = scene.batch.select(slice(None))
     object.__setattr__(again, "time_s", scene.batch.time_s + 1000.0)
     engine = Engine(scene.sensors, TrackingSettings())
     outputs = [engine.push(scene.batch), engine.push(again), engine.flush()]
@@ -287,7 +287,7 @@ def test_the_sigma_at_the_end_of_an_epoch_includes_the_walk_since_the_last_plots
     scene, epoch_s = drifting_scene(2), TrackingSettings().epoch_s
     early = np.flatnonzero(scene.batch.time_s % epoch_s < 0.25)
     engine = Engine(scene.sensors, TrackingSettings())
-    engine.push(scene.batch.take(early))
+    engine.push(scene.batch.select(early))
     said = engine.flush().biases.sigma[-len(scene.sensors.drift) :]
     walked = (said**2 - engine.biases.sigma**2) / scene.sensors.drift**2
     np.testing.assert_allclose(walked, epoch_s, rtol=1e-6)
@@ -302,7 +302,7 @@ def test_an_estimate_without_a_latitude_is_counted_and_not_told(
 
     monkeypatch.setattr("multiradar.runtime.engine.engine.describe", beyond_the_edge)
     engine = Engine(scene.sensors, TrackingSettings())
-    assert not len(engine.push(scene.batch.take(slice(0, 200))).updates)  # Within the horizon.
+    assert not len(engine.push(scene.batch.select(slice(0, 200))).updates)  # Within the horizon.
     output = engine.flush()
     engine.close()
     counts = engine.counts

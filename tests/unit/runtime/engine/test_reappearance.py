@@ -52,7 +52,7 @@ def test_an_aircraft_that_flies_on_through_a_silence_keeps_its_track(name: str) 
     ]
     scene = make_scene(rng, three_radars(), flights)
     silent = (scene.batch.time_s > 150.0) & (scene.batch.time_s < 190.0)
-    heard = replace(scene, batch=scene.batch.take(~silent))
+    heard = replace(scene, batch=scene.batch.select(~silent))
     updates = confirmed(heard, replace(NAMELESS, filter_name=name))
     for number in range(1, 5):
         assert len(set(updates.track_id[updates.track_number == number].tolist())) == 1

@@ -31,7 +31,7 @@ def told(
 ) -> tuple[TrackTransitions, EndedTracks, str]:
     engine, digest = Engine(scene.sensors, settings), OutputDigest()
     starts = range(0, len(batch), size)
-    outputs = [engine.push(batch.take(slice(first, first + size))) for first in starts]
+    outputs = [engine.push(batch.select(slice(first, first + size))) for first in starts]
     outputs.append(engine.flush())
     for output in outputs:
         digest.add(output)
@@ -52,7 +52,7 @@ def steps(found: TrackTransitions, track: int = 1) -> list[Step]:
 
 def without(scene: Scene, first_s: float, last_s: float) -> MeasurementBatch:
     since_s = scene.batch.time_s - scene.batch.time_s[0]
-    return scene.batch.take((since_s < first_s) | (since_s > last_s) | (scene.aircraft == 1))
+    return scene.batch.select((since_s < first_s) | (since_s > last_s) | (scene.aircraft == 1))
 
 
 @pytest.mark.parametrize(
@@ -100,7 +100,7 @@ def test_a_track_that_fell_silent_ended_for_that(settings: TrackingSettings) -> 
 
 def test_a_track_that_earned_no_trust_ended_unconfirmed() -> None:
     scene = seen(replace(STRAIGHT, end_s=6.0), OTHER)
-    rows = scene.batch.take((scene.aircraft != 0) | (scene.batch.sensor == 0))
+    rows = scene.batch.select((scene.aircraft != 0) | (scene.batch.sensor == 0))
     found, ended, _ = told(rows, scene, NAMELESS)
     (track,) = ended.track_id.tolist()
     assert steps(found, track) == [("started", "new-place"), ("ended", "unconfirmed")]
@@ -122,7 +122,7 @@ def test_a_merged_track_names_the_one_that_stands_for_it() -> None:
     scene = seen()
     engine = Engine(scene.sensors, NAMELESS)
     half = len(scene.batch) // 2
-    engine.push(scene.batch.take(slice(0, half)))
+    engine.push(scene.batch.select(slice(0, half)))
     pool = engine._pool
     old, new = int(pool.used()[0]), int(pool.roster.free[pool.roster.counters[1] - 1])
     for array in (*pool.aircraft, *pool.life):
@@ -131,7 +131,7 @@ def test_a_merged_track_names_the_one_that_stands_for_it() -> None:
     pool.roster.counters[:] += (1, -1)
     pool.roster.track_id[new] = pool.roster.counters[0]
     pool.life.heard[new] = -np.inf
-    output = engine.push(scene.batch.take(slice(half, None)))
+    output = engine.push(scene.batch.select(slice(half, None)))
     assert output.ended.track_id.tolist() == [2]
     assert REASON_NAMES[output.ended.reason[0]] == "merged"
     assert output.ended.into_track_id.tolist() == [1]

@@ -85,14 +85,14 @@ def test_reported_positions_anchor_a_radar(name: str) -> None:
     place = scene.truth[rows, :2] + 30.0 * rng.normal(size=(len(rows), 2))
     latitude, longitude = scene.plane.to_geodetic(place[:, 0], place[:, 1])
     reports = replace(
-        scene.batch.take(rows),
+        scene.batch.select(rows),
         sensor=np.full(len(rows), 1, np.int32),
         kind=np.full(len(rows), KIND_POSITION, np.int8),
         latitude_rad=latitude,
         longitude_rad=longitude,
     )
     both = MeasurementBatch.concatenate([scene.batch, reports])
-    both = both.take(np.argsort(both.time_s, kind="stable"))
+    both = both.select(np.argsort(both.time_s, kind="stable"))
     untold, engine = tracked(name, scene, both)
     assert untold == ()
     assert ratios(engine, scene).max() < 0.1

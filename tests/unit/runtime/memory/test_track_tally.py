@@ -63,7 +63,7 @@ def test_the_counts_of_a_run_are_those_of_its_rows(hidden: tuple[str, ...]) -> N
     )
     engine, tally = Engine(TABLE, TrackingSettings(hidden_fields=hidden)), TrackTally()
     batch, _ = wire.measurement_batch(pl.concat([frame, alone]).sort("time_s"), TABLE)
-    pieces = (batch.take(slice(start, start + 700)) for start in range(0, len(batch), 700))
+    pieces = (batch.select(slice(start, start + 700)) for start in range(0, len(batch), 700))
     outputs = [*map(engine.push, pieces), engine.flush()]
     engine.close()
     for output in outputs:

@@ -33,7 +33,7 @@ def _table(scene: Scene, settings: TrackingSettings, rows: int, every_s: float) 
     engine = Engine(scene.sensors, settings, sampling=Sampling.ALL)
     table = ForecastTable(scene.sensors, settings, engine.plane, every_s)
     cuts = range(0, len(scene.batch), rows)
-    outputs = [engine.push(scene.batch.take(slice(cut, cut + rows))) for cut in cuts]
+    outputs = [engine.push(scene.batch.select(slice(cut, cut + rows))) for cut in cuts]
     frames = [table.take(output) for output in (*outputs, engine.flush())]
     return pl.concat([*frames, table.finish()])
 
@@ -68,7 +68,7 @@ def test_forecasts_are_as_far_apart_as_asked_for() -> None:
 def test_a_service_gives_the_numbers_of_the_table(filter_name: str) -> None:
     scene, settings = _scene(), TrackingSettings(filter_name=filter_name, reorder_horizon_s=0.0)
     last = int(np.searchsorted(scene.batch.time_s, END_S))
-    batch = scene.batch.take(slice(0, last))
+    batch = scene.batch.select(slice(0, last))
     table = ForecastTable(
         scene.sensors,
         settings,
@@ -82,7 +82,7 @@ def test_a_service_gives_the_numbers_of_the_table(filter_name: str) -> None:
     publication.attach(lambda: (live.tracks(), live.plane), dict)
     now_s = float(batch.time_s[-1])
     for first in range(0, last, 77):
-        publication.publish(live.push(batch.take(slice(first, min(first + 77, last)))), now_s)
+        publication.publish(live.push(batch.select(slice(first, min(first + 77, last)))), now_s)
     publication.publish(live.flush(), now_s)
     newest = rows.filter(pl.col("made_s") == now_s)
     (track_id,) = newest["track_id"].unique()

@@ -284,13 +284,13 @@ def test_a_row_of_the_table_is_what_was_answered_at_the_end_of_its_epoch(filter_
     query = EncounterQuery(60.0, 12_000.0, 200.0, limit=None)
     engine = Engine(sensors(), settings, pictures=True, sampling=Sampling.ALL)
     table = EncounterTable(query, engine.plane, settings)
-    parts = [table.take(engine.push(batch.take(slice(k, k + 530)))) for k in range(0, 2400, 530)]
+    parts = [table.take(engine.push(batch.select(slice(k, k + 530)))) for k in range(0, 2400, 530)]
     rows = pl.concat([*parts, table.take(engine.flush()), table.finish()])
     ends_s = rows["time_s"].unique().sort().to_list()
     assert len(ends_s) == 30, "120 s have as many epochs"
     calibration = calibration_for(settings)
     short = Engine(sensors(), settings, sampling=Sampling.DRAWN)
-    calibration.take(short.push(batch))
+    calibration.observe(short.push(batch))
     assert calibration.scores.calibrated_to_s >= 10.0
     for end_s in (ends_s[4], ends_s[-8], ends_s[-1]):
         publication = Publication(sensors(), settings, RuntimeLimits())
@@ -299,7 +299,7 @@ def test_a_row_of_the_table_is_what_was_answered_at_the_end_of_its_epoch(filter_
         short = Engine(sensors(), settings, sampling=Sampling.DRAWN)
         publication.attach(partial(_states_of, short), dict)
         assert answered(view, query)["encounters"] == []
-        publication.publish(short.push(batch.take(batch.time_s <= end_s)), end_s)
+        publication.publish(short.push(batch.select(batch.time_s <= end_s)), end_s)
         publication.publish(short.flush(), end_s)
         answer = answered(view, query)
         assert answer["time_s"] == end_s

@@ -1,4 +1,4 @@
-"""In which order the shares of plots are taken."""
+"""Order in which shared plots are processed."""
 
 import numpy as np
 

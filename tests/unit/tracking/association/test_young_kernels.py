@@ -1,4 +1,4 @@
-"""Doubts about young tracks: what a false first plot led astray finds back to its aircraft."""
+"""Young tracks misled by a false first plot recover their aircraft."""
 
 import numpy as np
 import pytest
@@ -6,18 +6,18 @@ import pytest
 from multiradar.estimation.filters.arrays import Aircraft, Rows
 from multiradar.estimation.filters.bank import FILTERS
 from multiradar.tracking._kernels import assign
-from multiradar.tracking.association._sky_kernels import COARSE_SIGMAS, NEAR_COLUMN
-from multiradar.tracking.association._turn_kernels import LOG_OFF_PHASE, log_of_phase
+from multiradar.tracking.association._grid_kernels import COARSE_SIGMAS, NEAR_COLUMN
+from multiradar.tracking.association._scan_phase_kernels import LOG_OFF_PHASE, log_scan_phase
 from multiradar.tracking.association._young_kernels import (
-    LOG_ANEW,
     LOG_FAST_MIN,
+    LOG_REINITIALISED,
     SPEED_SIGMA,
-    forget_velocity,
-    log_anew,
     log_of_speed,
+    log_reinitialised,
+    reset_velocity,
     score_of_twin,
 )
-from multiradar.tracking.association.sky import Candidates, Sky
+from multiradar.tracking.association.track_grid import Candidates, TrackGrid
 from multiradar.tracking.lifecycle.lifecycle import TENTATIVE, USUAL_SPEED, Lifecycle
 from multiradar.tracking.pool import AircraftPool
 from multiradar.tracking.roster import NEW_TRACK, TWIN, RowIdentities
@@ -26,8 +26,8 @@ COLUMNS, SENSORS, SLOT = 3, 2, 5
 LOG_DENSITY = np.log(1e-11)
 
 
-def led_astray(filter_name: str) -> tuple[Aircraft, Lifecycle]:
-    """A track with two plots, the last one at 100 s, and a refused one at 104 s."""
+def misled_track(filter_name: str) -> tuple[Aircraft, Lifecycle]:
+    """A track with two plots, the last one at 100 s, and a rejected one at 104 s."""
     modes = 8 if filter_name == "imm" else 0
     pool = AircraftPool(FILTERS[filter_name], COLUMNS, SENSORS, modes)
     aircraft, life = pool.aircraft, pool.life
@@ -44,11 +44,11 @@ def led_astray(filter_name: str) -> tuple[Aircraft, Lifecycle]:
 
 
 @pytest.mark.parametrize("filter_name", ["two-stage", "imm"])
-def test_a_track_begins_anew_where_its_last_plot_was_for_any_biases(filter_name: str) -> None:
-    aircraft, life = led_astray(filter_name)
+def test_a_track_is_reinitialised_at_its_last_plot_for_any_biases(filter_name: str) -> None:
+    aircraft, life = misled_track(filter_name)
     bias = np.array([30.0, -20.0, 10.0])
     chi = aircraft.mean[SLOT] + aircraft.sensitivity[SLOT] @ bias
-    forget_velocity(SLOT, 300.0**2, aircraft, life)
+    reset_velocity(SLOT, 300.0**2, aircraft, life)
     found = aircraft.mean[SLOT] + aircraft.sensitivity[SLOT] @ bias
     np.testing.assert_allclose(found, [*(chi[:2] - 4.0 * chi[2:]), 0.0, 0.0], rtol=1e-12)
     assert aircraft.time[SLOT] == 100.0
@@ -58,11 +58,11 @@ def test_a_track_begins_anew_where_its_last_plot_was_for_any_biases(filter_name:
     assert upper[[7, 9]].tolist() == [300.0**2] * 2
 
 
-def test_the_life_of_a_track_that_begins_anew_is_that_of_its_last_plot() -> None:
-    aircraft, life = led_astray("two-stage")
-    forget_velocity(SLOT, 300.0**2, aircraft, life)
+def test_the_lifecycle_of_a_reinitialised_track_starts_at_its_last_plot() -> None:
+    aircraft, life = misled_track("two-stage")
+    reset_velocity(SLOT, 300.0**2, aircraft, life)
     assert (life.hits[SLOT], life.score[SLOT], life.born[SLOT]) == (1, 0.0, 100.0)
-    # The false one stays counted, and a sensor that made only it has missed nothing.
+    # The false plot stays counted, and a sensor with only that plot has missed nothing.
     assert life.first_sensor[SLOT] < 0
     assert life.heard[SLOT].tolist() == [-np.inf, 100.0]
 
@@ -71,16 +71,16 @@ def test_usual_speeds_cost_nothing_and_fast_ones_no_more_than_the_bound() -> Non
     assert log_of_speed(0.9 * USUAL_SPEED * 10.0, 10.0) == 0.0
     assert log_of_speed((USUAL_SPEED + 50.0) * 10.0, 10.0) == pytest.approx(-0.5)
     assert log_of_speed(700.0 * 10.0, 10.0) == LOG_FAST_MIN
-    # Two radars that look at nearly one time tell no speed.
+    # Nearly simultaneous plots of two radars give no speed.
     assert log_of_speed(100.0, 0.01) == 0.0
 
 
-def test_a_score_anew_is_that_of_any_flight_from_the_last_plot() -> None:
-    aircraft, _ = led_astray("two-stage")
-    sky = Sky.empty(8)
-    # The window begins at 106 s; until then the track would have flown on.
-    sky.state[SLOT, :4] = [2000.0, 1400.0, 500.0, -300.0]
-    sky.state[SLOT, NEAR_COLUMN] = 900.0
+def test_a_reinitialised_score_is_that_of_any_flight_from_the_last_plot() -> None:
+    aircraft, _ = misled_track("two-stage")
+    grid = TrackGrid.empty(8)
+    # The window starts at 106 s; the track would have flown on until then.
+    grid.state[SLOT, :4] = [2000.0, 1400.0, 500.0, -300.0]
+    grid.state[SLOT, NEAR_COLUMN] = 900.0
     time_s, reach = 106.2, 1200.0
     rows = Rows(
         np.full(1, SLOT), np.array([time_s]), np.zeros(1, np.int64), np.zeros(1, np.int64),
@@ -90,13 +90,13 @@ def test_a_score_anew_is_that_of_any_flight_from_the_last_plot() -> None:
     plot = last + np.array([900.0, 800.0])
     log_clutter = LOG_DENSITY + np.log(50e3)
     east, north = plot.tolist()
-    found = log_anew(0, SLOT, 0.2, east, north, reach, rows, aircraft, sky, log_clutter)
+    found = log_reinitialised(0, SLOT, 0.2, east, north, reach, rows, aircraft, grid, log_clutter)
     variance = (reach**2 + 900.0**2) / (2.0 * COARSE_SIGMAS**2) + (SPEED_SIGMA * 6.2) ** 2
     density = np.exp(-0.5 * (900.0**2 + 800.0**2) / variance) / (2.0 * np.pi * variance)
-    assert found == pytest.approx(np.log(density) - LOG_DENSITY + LOG_ANEW, abs=1e-9)
+    assert found == pytest.approx(np.log(density) - LOG_DENSITY + LOG_REINITIALISED, abs=1e-9)
 
 
-def test_two_plots_of_one_window_begin_a_track_together_where_their_places_are_known() -> None:
+def test_two_plots_of_one_window_initiate_one_track_if_their_positions_are_known() -> None:
     candidates = Candidates.empty(3)
     candidates.place[:] = [[0.0, 0.0, 1200.0], [150.0, -100.0, 900.0], [100.0, 0.0, 4000.0]]
     variance = (1200.0**2 + 900.0**2) / (2.0 * COARSE_SIGMAS**2)
@@ -106,7 +106,7 @@ def test_two_plots_of_one_window_begin_a_track_together_where_their_places_are_k
     assert score_of_twin(2, 0, candidates, LOG_DENSITY) == -np.inf
 
 
-def test_the_second_of_two_such_plots_gets_the_track_that_the_first_begins() -> None:
+def test_the_second_of_two_such_plots_is_assigned_the_track_of_the_first() -> None:
     pool = AircraftPool(FILTERS["two-stage"], COLUMNS, SENSORS)
     identities = RowIdentities.empty(3)
     identities.slot[:] = [NEW_TRACK, NEW_TRACK, TWIN - 2]
@@ -120,12 +120,12 @@ def test_the_second_of_two_such_plots_gets_the_track_that_the_first_begins() -> 
     assert identities.track_id[2] == identities.track_id[0]
 
 
-def test_a_plot_at_another_part_of_the_turn_counts_less_where_the_turn_is_known() -> None:
-    for turns in (1.0, 1.98, 3.1):
-        assert log_of_phase(turns * 11.4, 11.4) == 0.0
-    for turns in (0.6, 1.5, 2.3):
-        assert log_of_phase(turns * 11.4, 11.4) == LOG_OFF_PHASE
-    # After many turns their length is not known well enough, and some radars tell none.
-    assert log_of_phase(7.5 * 11.4, 11.4) == 0.0
-    assert log_of_phase(5.0, 0.0) == 0.0
-    assert log_of_phase(np.inf, 11.4) == 0.0
+def test_a_plot_at_another_scan_phase_has_a_lower_score_if_the_period_is_known() -> None:
+    for scans in (1.0, 1.98, 3.1):
+        assert log_scan_phase(scans * 11.4, 11.4) == 0.0
+    for scans in (0.6, 1.5, 2.3):
+        assert log_scan_phase(scans * 11.4, 11.4) == LOG_OFF_PHASE
+    # After many scans the phase is unknown, and some radars have no scan period.
+    assert log_scan_phase(7.5 * 11.4, 11.4) == 0.0
+    assert log_scan_phase(5.0, 0.0) == 0.0
+    assert log_scan_phase(np.inf, 11.4) == 0.0

@@ -1,4 +1,4 @@
-"""Tracks that begin by bearings: what is not believed, and how sure it has to be."""
+"""Track initiation by bearings: rejected fits, and required accuracy."""
 
 import numpy as np
 import polars as pl
@@ -14,7 +14,7 @@ from support.scenarios.moving_scene import FIXED, FLYING, PERIOD_S, RADAR, Path,
 
 BIAS_SIGMA_DEG = 0.5
 TABLE = moving_scene.sensors(bias_sigma_deg=BIAS_SIGMA_DEG)
-# 150 m/s on a circle that takes six minutes: in the first minutes it hardly out-manoeuvres anybody.
+# 150 m/s on a circle of six minutes: in the first minutes it hardly outmanoeuvres any target.
 SLOWLY_CIRCLING = Path(
     (-30e3, -8.6e3), height_m=4000.0, radius_m=8.6e3, turn_rad_per_s=np.radians(1.0)
 )
@@ -26,8 +26,8 @@ TARGETS = (
 
 def tracked(frame: pl.DataFrame, **settings: float) -> pl.DataFrame:
     engine = Engine(TABLE, TrackingSettings(**settings))  # type: ignore[arg-type]
-    batch, refused = measurement_batch(frame, TABLE)
-    assert not len(refused.index)
+    batch, rejects = measurement_batch(frame, TABLE)
+    assert not len(rejects.index)
     outputs = [engine.push(batch), engine.flush()]
     return tracks_frame(TrackUpdates.concatenate([one.updates for one in outputs]), TABLE)
 
@@ -51,8 +51,8 @@ def of_one_moving_source(seed: int, until_s: float, bias_sigma_deg: float = 0.0)
 
 
 @pytest.mark.parametrize("seed", [220, 262, 295, 386, 402, 433, 452])
-def test_a_search_that_is_not_at_rest_begins_no_track(seed: int) -> None:
-    """These began after 14 to 38 s, 12 to 400 km off by 8 to 99 sigma, at up to 8 km/s."""
+def test_a_fit_that_does_not_converge_initiates_no_track(seed: int) -> None:
+    """These were initiated after 14 to 38 s, 12 to 400 km off by 8 to 99 sigma, at up to 8 km/s."""
     tracks = tracked(of_one_moving_source(seed, 60.0))
     for number, target in enumerate(TARGETS):
         own = tracks.filter(pl.col("track_number") == number)
@@ -62,15 +62,16 @@ def test_a_search_that_is_not_at_rest_begins_no_track(seed: int) -> None:
 
 
 @pytest.mark.slow
-def test_a_source_that_circles_slowly_begins_its_tracks_after_minutes() -> None:
-    """Where the distance is told to a quarter, once for each aircraft, and as well as it says."""
+def test_a_slowly_circling_source_initiates_tracks_after_minutes() -> None:
+    """At a distance accuracy of a quarter, once per aircraft, with consistent covariance."""
     ratios = []
     for seed in range(6):
         tracks = tracked(of_one_moving_source(seed, 200.0, BIAS_SIGMA_DEG))
         for number, target in enumerate(TARGETS):
             own = tracks.filter(pl.col("track_number") == number)
             assert own["track_id"].n_unique() == 1
-            # Straight flight is told from other distances once the source has turned by 90°.
+            # Straight flight is distinguished from other distances once the source has turned by
+            # 90°.
             assert 60.0 < own["time_s"][0] - moving_scene.START_S < 180.0
             distance, sigma = moving_scene.errors(own, target)
             ratios.append(distance[0] / sigma[0])
@@ -78,12 +79,12 @@ def test_a_source_that_circles_slowly_begins_its_tracks_after_minutes() -> None:
     assert np.mean(np.square(ratios)) < 1.5
 
 
-def test_the_more_often_it_was_looked_in_vain_the_better_lines_have_to_cross() -> None:
-    looks = np.arange(0.0, 60.0, 0.5)
-    sigmas = np.array([1.0 / share_max(float(one)) for one in looks])
+def test_the_required_accuracy_increases_with_every_failed_attempt() -> None:
+    attempts = np.arange(0.0, 60.0, 0.5)
+    sigmas = np.array([1.0 / share_max(float(one)) for one in attempts])
     assert sigmas[0] == pytest.approx(1.0 / 0.3)
     assert (np.diff(sigmas) > 0.0).all()
-    # Of independent looks, one every other entry.
+    # Independent attempts are every other entry.
     chance = np.exp(-(sigmas[::2] ** 2) / 2.0)
     assert chance.sum() < 5.0 * chance[0]
 
@@ -97,22 +98,22 @@ def crossing(target: Path) -> pl.DataFrame:
 
 
 @pytest.mark.parametrize("address", ["3c660c", "000000"])
-def test_bearings_that_only_an_address_names_begin_a_track(address: str) -> None:
+def test_bearings_with_an_address_alone_initiate_a_track(address: str) -> None:
     frame = crossing(Path((-20e3, 30e3), (200.0, 0.0)))
     named = frame.with_columns(mode_s_address=pl.lit(address), track_number=pl.lit(None, pl.Int64))
     assert tracked(named)["mode_s_address"].unique().to_list() == [address]
 
 
-def test_bearings_of_something_faster_than_aircraft_begin_no_track() -> None:
-    """Lines of two places that cross well: 0.2° and 0.06° at 40 km tell 30 m/s in 30 s."""
+def test_bearings_of_a_target_faster_than_aircraft_initiate_no_track() -> None:
+    """Bearings of two sites: 0.2° and 0.06° at 40 km give 30 m/s in 30 s."""
     target = Path((-20e3, 30e3), (600.0, 0.0))
     assert len(tracked(crossing(target)))
     assert not len(tracked(crossing(target), speed_max_mps=400.0))
 
 
 @pytest.mark.slow
-def test_bearings_of_two_aircraft_under_one_identity_begin_no_track() -> None:
-    """They are 20 km apart, each line in its turn."""
+def test_bearings_of_two_aircraft_with_one_identity_initiate_no_track() -> None:
+    """They are 20 km apart, with bearings in turn."""
     here, there = Path((0.0, 30e3), (100.0, 0.0)), Path((20e3, 30e3), (100.0, 0.0))
     frame = together(*(crossing(one) for one in (here, there)))
     assert len(tracked(crossing(here)))

@@ -1,4 +1,4 @@
-"""Standard deviations of closest approaches against drawn motions, and what a chord is made of."""
+"""Standard deviations of closest approaches against simulated motions, and chords."""
 
 import numpy as np
 import pytest
@@ -7,8 +7,8 @@ from multiradar.tracking.encounters import _approach_kernels as kernels
 from multiradar.tracking.encounters import _relative_kernels as relative
 from multiradar.tracking.encounters.approaches import (
     bounds,
-    chances,
     closest_approaches,
+    conflict_probabilities,
     height_at,
     least_heights,
 )
@@ -27,7 +27,7 @@ def _paths(density: float = 0.0) -> Paths:
 
 
 def test_sigmas_are_those_of_drawn_motions() -> None:
-    """Of 40 000: good to a percent, and the first order to a few."""
+    """Of 40 000: accurate to one per cent, and first order to a few."""
     found = closest_approaches(_paths(), PAIR, np.eye(2)[None], 9260.0)
     drawn = np.random.default_rng(1).multivariate_normal(
         STATES[1] - STATES[0], 2.0 * SPREAD, 40_000
@@ -44,13 +44,15 @@ def test_sigmas_are_those_of_drawn_motions() -> None:
 
 @pytest.mark.parametrize("time_s", [0.0, 12.0, 30.0, 95.0])
 def test_between_two_points_the_covariance_is_that_of_the_forecast(time_s: float) -> None:
-    """White acceleration: what is kept of it is a straight line of time."""
+    """White acceleration: the stored covariance is linear in time."""
     paths = _paths(density=2.0)
     k = max(int(np.searchsorted(TIMES_S, time_s, side="right")) - 1, 0)
     part = (time_s - TIMES_S[k]) / (TIMES_S[k + 1] - TIMES_S[k])
-    flat, nobody = np.eye(2).ravel(), relative.common_covariance(paths.shared, 0, 1)
-    walk = np.array(relative.relative_walk(paths.walks, nobody, 0, 1, k, part, 0.0, 1.0, flat))
-    now = relative.relative_covariance(paths.now, nobody, 0, 1, flat)
+    flat, no_common_error = np.eye(2).ravel(), relative.common_covariance(paths.shared, 0, 1)
+    walk = np.array(
+        relative.relative_walk(paths.walks, no_common_error, 0, 1, k, part, 0.0, 1.0, flat)
+    )
+    now = relative.relative_covariance(paths.now, no_common_error, 0, 1, flat)
     start = np.array([now[0], now[1], now[4]])
     common = np.array([2.0 * now[2], now[3] + now[5], 2.0 * now[6]])
     _, (expected,) = forecast(STATES[0], SPREAD, 2.0, np.array([time_s]))
@@ -116,7 +118,7 @@ def test_the_least_height_between_two_is_that_of_their_time_together() -> None:
 
 
 def test_a_path_that_bends_is_followed() -> None:
-    """Both turn round one point, 2 km apart: their distance stays."""
+    """Both turn around one point, 2 km apart: their distance is constant."""
     angle = 0.03 * TIMES_S
     means = np.empty((2, 4, 4))
     for row, radius in enumerate((6_000.0, 8_000.0)):
@@ -133,7 +135,7 @@ def test_a_path_that_bends_is_followed() -> None:
 
 @pytest.mark.parametrize(("rate_mps", "together"), [(0.0, True), (-10.0, False)])
 def test_states_without_errors_meet_where_they_meet(rate_mps: float, together: bool) -> None:
-    """They are 1 km apart; what closes in reaches the other, and its interval has no width."""
+    """They are 1 km apart; the approaching pair meets, and its interval has no width."""
     states = np.array([[0.0, 0.0, 200.0, 0.0], [1000.0, 30.0, 200.0 + rate_mps, 0.0]])
     paths = straight_paths(states, np.zeros((2, 4, 4)), TIMES_S)
     found = closest_approaches(paths, PAIR, np.eye(2)[None], 9260.0)
@@ -144,7 +146,7 @@ def test_states_without_errors_meet_where_they_meet(rate_mps: float, together: b
     assert low_m[0] == pytest.approx(found.distance_m[0], abs=0.1)
     assert high_m[0] == pytest.approx(found.distance_m[0], abs=0.1)
     for distance_m, certain in ((found.distance_m[0] - 1.0, 0.0), (found.distance_m[0] + 1.0, 1.0)):
-        within, _ = chances(found, np.full((1, 6), np.nan), distance_m, None)
+        within, _ = conflict_probabilities(found, np.full((1, 6), np.nan), distance_m, None)
         assert within[0] == certain
 
 

@@ -1,4 +1,4 @@
-"""Heights led on for encounters are those of their filter."""
+"""Heights extrapolated for encounters agree with the height filter."""
 
 import numpy as np
 import pytest
@@ -53,7 +53,7 @@ def test_heights_move_as_in_their_filter() -> None:
     np.testing.assert_array_equal(later[1], known[1])
 
 
-def test_what_lasts_of_the_steps_is_in_the_variance_and_exact_heights_may_climb() -> None:
+def test_the_variance_includes_lasting_quantisation_and_exact_heights_may_climb() -> None:
     engine = Engine(sensors(), TrackingSettings())
     vertical = _vertical()
     vertical[:, RATE], vertical[:, P00] = 0.0, 1.0
@@ -66,7 +66,7 @@ def test_what_lasts_of_the_steps_is_in_the_variance_and_exact_heights_may_climb(
     assert known[0, CLIMB_RATE_VARIANCE] == RATE_SIGMA_MPS**2
 
 
-def test_the_engine_tells_heights_and_kinds_of_its_tracks() -> None:
+def test_the_engine_outputs_heights_and_kinds_of_its_tracks() -> None:
     engine = Engine(sensors(), TrackingSettings())
     engine.push(measurement_batch(recording(1200), sensors())[0])
     engine.flush()

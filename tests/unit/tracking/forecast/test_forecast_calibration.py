@@ -1,4 +1,4 @@
-"""Forecasts learn from the run: regions hold what they say on traffic nobody tuned for."""
+"""Calibration of forecasts: regions hold their probability on unseen traffic."""
 
 from functools import cache
 
@@ -25,8 +25,8 @@ pytestmark = pytest.mark.slow
 
 DURATION_S = 1200.0
 SETTINGS = {name: TrackingSettings(filter_name=name) for name in ("two-stage", "imm")}
-#: The horizons at which a quarter of an hour of twelve aircraft says something.
-JUDGED = slice(0, 3)
+#: Horizons with enough data from a quarter of an hour of twelve aircraft.
+SCORED = slice(0, 3)
 
 
 def _flights(*, turning: bool) -> list[Flight]:
@@ -57,18 +57,18 @@ def _outputs(
     engine = Engine(scene.sensors, SETTINGS[name], sampling=sampling)
     count = len(scene.batch)
     cuts = [slice(first, min(first + rows, count)) for first in range(0, count, rows)]
-    return (*(engine.push(scene.batch.take(cut)) for cut in cuts), engine.flush())
+    return (*(engine.push(scene.batch.select(cut)) for cut in cuts), engine.flush())
 
 
 def _taught(outputs: tuple[EngineOutput, ...], name: str) -> ForecastCalibration:
     calibration = calibration_for(SETTINGS[name])
     for output in outputs:
-        calibration.take(output)
+        calibration.observe(output)
     return calibration
 
 
 @pytest.mark.parametrize("name", ["two-stage", "imm"])
-def test_what_is_learnt_depends_on_neither_batches_nor_how_many_are_sampled(name: str) -> None:
+def test_the_calibration_is_independent_of_batches_and_of_the_sampling(name: str) -> None:
     whole = _taught(_outputs(name, 10**6, Sampling.ALL), name).scores
     for rows, sampling in ((37, Sampling.DRAWN), (500, Sampling.ALL)):
         found = _taught(_outputs(name, rows, sampling), name).scores
@@ -79,7 +79,7 @@ def test_what_is_learnt_depends_on_neither_batches_nor_how_many_are_sampled(name
     assert whole.heard[0] > 0.4 * MEMORY
 
 
-def test_the_samples_of_an_engine_are_those_of_the_measurements() -> None:
+def test_the_samples_of_an_engine_are_independent_of_batches() -> None:
     samples = [
         [sample for output in _outputs("imm", rows, Sampling.ALL) for sample in output.samples]
         for rows in (37, 10**6)
@@ -98,7 +98,7 @@ def test_the_samples_of_an_engine_are_those_of_the_measurements() -> None:
 
 @pytest.mark.parametrize("name", ["two-stage", "imm"])
 @pytest.mark.parametrize("turning", [False, True])
-def test_regions_hold_aircraft_as_often_as_they_say(name: str, turning: bool) -> None:
+def test_regions_contain_aircraft_with_their_probability(name: str, turning: bool) -> None:
     """White noise alone: 99.9 % inside in straight flight, 45 % a minute ahead in turns."""
     paths = [
         fly(flier(number, one), DURATION_S, np.random.Generator(np.random.PCG64(0)))
@@ -120,13 +120,13 @@ def test_regions_hold_aircraft_as_often_as_they_say(name: str, turning: bool) ->
                 )
                 there = paths[number[track] - 1].position(sample.states.time_s[place] + HORIZONS_S)
                 inside.append(normalised_squared(there - means, covariances) <= factors)
-    share = np.mean(inside, axis=0)[JUDGED]
-    # 1400 forecasts; those of one turn are wrong together, and 100 turns tell 95 % to 3 %.
+    share = np.mean(inside, axis=0)[SCORED]
+    # 1400 forecasts; those of one turn are correlated, and 100 turns determine 95 % to 3 %.
     assert (share > 0.90).all()
     assert (share < 0.995).all()
 
 
-def test_turning_traffic_is_taken_to_turn_and_straight_traffic_to_fly_on() -> None:
+def test_turning_and_straight_traffic_select_their_motion_models() -> None:
     for name in SETTINGS:
         motions = []
         for turning in (False, True):
@@ -137,7 +137,7 @@ def test_turning_traffic_is_taken_to_turn_and_straight_traffic_to_fly_on() -> No
         assert motions[1].startswith(("walk-300", "walk-100", "modes"))
 
 
-def test_memory_is_bounded_also_when_nothing_is_ever_heard_again() -> None:
+def test_memory_is_bounded_also_without_any_later_updates() -> None:
     calibration = calibration_for(SETTINGS["two-stage"])
     (sample, *_), nothing = (
         [one for output in _outputs("two-stage", 500, Sampling.ALL) for one in output.samples],
@@ -148,7 +148,7 @@ def test_memory_is_bounded_also_when_nothing_is_ever_heard_again() -> None:
         states = sample.states
         states.time_s[:] = time_s - 1.0
         later = StateSample(epoch, time_s, states)
-        calibration.take(EngineOutput(nothing.updates.concatenate([]), nothing.biases,
+        calibration.observe(EngineOutput(nothing.updates.concatenate([]), nothing.biases,
                                       nothing.ended, samples=(later,)))  # fmt: skip
         assert calibration.waiting <= WAITING_MAX
     assert calibration.waiting > 0.9 * WAITING_MAX

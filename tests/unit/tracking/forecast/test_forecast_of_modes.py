@@ -1,4 +1,4 @@
-"""A forecast by modes follows each motion, mixes them as the filter does, and is honest."""
+"""Forecasts by motion modes: motion, mixing as in the filter, and consistency."""
 
 import numpy as np
 import pytest
@@ -26,7 +26,7 @@ Floats = NDArray[np.float64]
 SETTINGS = TrackingSettings(filter_name="imm")
 TABLE = mode_table(SETTINGS)
 COUNT = len(TABLE)
-#: Modes that an aircraft hardly ever leaves.
+#: Modes with a negligible leaving rate.
 HELD = TABLE.copy()
 HELD[:, LEAVING] = 1e-9
 MEAN = np.array([1000.0, -2000.0, 150.0, -80.0])
@@ -59,7 +59,7 @@ def test_straight_flight_is_a_constant_velocity_with_its_own_noise() -> None:
 
 @pytest.mark.parametrize("mode", [1, 2])
 def test_a_turn_goes_round_its_circle(mode: int) -> None:
-    """Right is clockwise: the velocity turns by ω t, the place lies on the circle of radius v/ω."""
+    """Right is clockwise: the velocity turns by ω t, on a circle of radius v/ω."""
     ahead = np.array([10.0, 40.0])
     certain = np.full((COUNT, 10), 1e-6)
     certain[:, [1, 2, 3, 5, 6, 8]] = 0.0
@@ -71,14 +71,14 @@ def test_a_turn_goes_round_its_circle(mode: int) -> None:
     radius = speed / rate
     east = MEAN[0] + radius * (np.cos(course) - np.cos(later))
     north = MEAN[1] + radius * (np.sin(later) - np.sin(course))
-    # What the noise makes of the speed slows the turn a little: 2 % of the way.
+    # The effect of the noise on the speed slows the turn a little: 2 % of the path.
     off = np.hypot(*(means[:, :2] - np.column_stack([east, north])).T)
     assert np.all(off < 0.02 * speed * ahead)
-    courses = np.unwrap([course, *np.arctan2(means[:, 2], means[:, 3])])
-    assert np.all(np.sign(np.diff(courses)) == np.sign(rate))
+    paths = np.unwrap([course, *np.arctan2(means[:, 2], means[:, 3])])
+    assert np.all(np.sign(np.diff(paths)) == np.sign(rate))
 
 
-def test_now_is_the_mean_of_the_modes_with_what_they_differ_by() -> None:
+def test_at_zero_the_forecast_is_the_mean_with_the_spread_of_the_modes() -> None:
     rng = np.random.default_rng(3)
     probability = rng.dirichlet(np.ones(COUNT))
     mean = MEAN + rng.normal(size=(COUNT, 4)) * [80.0, 90.0, 20.0, 15.0]
@@ -91,7 +91,7 @@ def test_now_is_the_mean_of_the_modes_with_what_they_differ_by() -> None:
     np.testing.assert_allclose(covariances[0], spread, rtol=1e-9)
 
 
-def test_what_is_forecast_does_not_depend_on_the_times_asked_for() -> None:
+def test_a_forecast_is_independent_of_the_other_requested_times() -> None:
     states = _all_alike(np.full(COUNT, 1.0 / COUNT))
     alone = forecast_of_modes(*states, TABLE, np.array([31.3]))
     among = forecast_of_modes(*states, TABLE, np.array([0.0, 0.7, 2.0, 30.0, 31.3, 31.3, 90.0]))
@@ -100,7 +100,7 @@ def test_what_is_forecast_does_not_depend_on_the_times_asked_for() -> None:
         assert np.array_equal(many[4], many[5])
 
 
-def test_an_hour_ahead_the_covariance_is_still_one() -> None:
+def test_an_hour_ahead_the_covariance_is_still_valid() -> None:
     states = _all_alike(np.full(COUNT, 1.0 / COUNT))
     table = forecast_modes_of(SETTINGS)
     _, covariances = forecast_of_modes(*states, table, np.linspace(0.0, 3600.0, 30))
@@ -109,7 +109,7 @@ def test_an_hour_ahead_the_covariance_is_still_one() -> None:
     assert np.all(np.diff(covariances[:, 0, 0] + covariances[:, 1, 1]) > 0.0)
 
 
-def test_the_states_that_are_forecast_stay_as_they_were() -> None:
+def test_forecasts_do_not_modify_the_states() -> None:
     states = _all_alike(np.full(COUNT, 1.0 / COUNT))
     before = [one.copy() for one in states]
     forecast_of_modes(*states, TABLE, np.array([20.0]))
@@ -117,7 +117,7 @@ def test_the_states_that_are_forecast_stay_as_they_were() -> None:
 
 
 @pytest.mark.parametrize("ahead", [[-1.0], [np.nan], [5.0, 4.0]])
-def test_times_that_go_back_are_refused(ahead: list[float]) -> None:
+def test_descending_times_are_rejected(ahead: list[float]) -> None:
     with pytest.raises(ValueError, match="expected"):
         forecast_of_modes(*_certain(0), TABLE, np.array(ahead))
 
@@ -132,7 +132,7 @@ def test_the_velocity_frame_turns_with_the_velocity() -> None:
     np.testing.assert_allclose(density_of(still, np.array([0.0, 200.0])), 7.0 * np.eye(2))
 
 
-def test_a_density_that_is_one_of_each_axis_may_be_told_as_a_matrix() -> None:
+def test_an_isotropic_density_may_be_given_as_a_matrix() -> None:
     full, ahead = _full(COVARIANCE), np.array([3.0, 30.0])
     for one, same in zip(
         forecast(MEAN, full, 2.5, ahead), forecast(MEAN, full, 2.5 * np.eye(2), ahead), strict=True
@@ -172,7 +172,7 @@ def _forecasts(settings: TrackingSettings) -> tuple[Floats, Floats, NDArray[np.b
     errors, squares, turning, before = [], [], [], 0
     number: dict[int, int] = {}
     for cut in np.searchsorted(scene.batch.time_s, np.arange(90.0, 440.0, 15.0)).tolist():
-        updates = engine.push(scene.batch.take(slice(before, cut))).updates
+        updates = engine.push(scene.batch.select(slice(before, cut))).updates
         number |= dict(zip(updates.track_id.tolist(), updates.track_number.tolist(), strict=True))
         before = cut
         states = engine.tracks()
@@ -205,8 +205,8 @@ def _forecast(states: TrackStates, place: int, settings: TrackingSettings) -> tu
     )  # fmt: skip
 
 
-def test_in_turns_modes_foretell_better_than_white_noise_and_honestly() -> None:
-    """Bands of the NEES: 400 forecasts, of which those of one turn are wrong together."""
+def test_in_turns_modes_are_more_accurate_than_white_noise_and_consistent() -> None:
+    """Bands of the NEES: 400 forecasts, those of one turn being correlated."""
     errors, squares, turning = _forecasts(SETTINGS)
     white, claims, same = _forecasts(TrackingSettings())
     assert 100 < turning.sum() < len(turning) - 100
@@ -226,21 +226,21 @@ def test_the_modes_of_a_new_aircraft_are_its_one_state() -> None:
     engine.push(scene.batch)
     states = engine.tracks()
     first = Engine(scene.sensors, SETTINGS)
-    first.push(scene.batch.take(slice(0, 1)))
+    first.push(scene.batch.select(slice(0, 1)))
     first.flush()
-    begun = first.tracks()
-    assert begun.modes is not None
+    initial = first.tracks()
+    assert initial.modes is not None
     assert states.modes is not None
-    np.testing.assert_allclose(begun.modes.probability.sum(axis=1), 1.0)
-    np.testing.assert_allclose(begun.modes.mean, np.tile(begun.mean[:, None], (1, COUNT, 1)))
+    np.testing.assert_allclose(initial.modes.probability.sum(axis=1), 1.0)
+    np.testing.assert_allclose(initial.modes.mean, np.tile(initial.mean[:, None], (1, COUNT, 1)))
     now, spread = forecast_of_modes(
-        begun.modes.probability[0], begun.modes.mean[0], begun.modes.covariance[0], TABLE,
+        initial.modes.probability[0], initial.modes.mean[0], initial.modes.covariance[0], TABLE,
         np.zeros(1),
     )  # fmt: skip
-    np.testing.assert_allclose(now[0], begun.mean[0])
-    np.testing.assert_allclose(spread[0], begun.covariance[0], rtol=1e-9)
-    # Later the modes' mean is the track, and their spread its covariance but for the little by
-    # which the modes depend on the biases differently.
+    np.testing.assert_allclose(now[0], initial.mean[0])
+    np.testing.assert_allclose(spread[0], initial.covariance[0], rtol=1e-9)
+    # Later the mean of the modes is the track, and their spread its covariance, up to different
+    # sensitivities to the biases.
     for place in range(len(states)):
         now, spread = forecast_of_modes(
             states.modes.probability[place], states.modes.mean[place],

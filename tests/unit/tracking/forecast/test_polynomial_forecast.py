@@ -26,20 +26,20 @@ def path(time_s: Floats, acceleration_mps2: tuple[float, ...] = (0.6, 0.3)) -> F
     return np.asarray(start + velocity * time_s[:, None] + 0.5 * along * time_s[:, None] ** 2)
 
 
-def test_a_path_of_constant_acceleration_goes_on() -> None:
+def test_a_path_of_constant_acceleration_is_extrapolated() -> None:
     time_s = np.arange(0.0, 29.0, 2.0)
     noise = np.broadcast_to(np.eye(2), (len(time_s), 2, 2))
     found = polynomial_forecast(time_s, path(time_s), noise, np.array([28.0, 38.0, 88.0]))
-    # What is known beforehand of the acceleration pulls by less than a tenth of a metre now.
+    # The prior of the acceleration has an effect of less than a tenth of a metre now.
     assert found.means[0] == pytest.approx(path(np.array([28.0]))[0], abs=0.1)
     assert found.means[1:] == pytest.approx(path(np.array([38.0, 88.0])), abs=5.0)
 
 
 @pytest.mark.slow
-def test_errors_are_within_what_is_said_of_them_while_the_acceleration_stays() -> None:
-    """Without what aircraft do later: squares of two components have the mean of 2.
+def test_errors_are_consistent_while_the_acceleration_is_constant() -> None:
+    """Without later manoeuvres: squares of two components have the mean of 2.
 
-    Accelerations are drawn as they are taken to be beforehand.
+    Accelerations are drawn from the prior.
     """
     random, squares = np.random.default_rng(7), []
     time_s, at_s = np.arange(0.0, 29.0, 2.0), np.array([58.0])
@@ -55,7 +55,7 @@ def test_errors_are_within_what_is_said_of_them_while_the_acceleration_stays() -
     assert np.mean(squares) == pytest.approx(2.0, abs=3.0 * 2.0 / np.sqrt(100.0))
 
 
-def test_older_plots_than_the_window_do_not_count_and_no_time_is_before_the_last() -> None:
+def test_plots_before_the_window_and_times_before_the_last_plot_are_ignored() -> None:
     time_s = np.arange(0.0, 60.0, 2.0)
     noise = np.broadcast_to(NOISE_M2, (len(time_s), 2, 2))
     bent = path(time_s)
@@ -67,13 +67,13 @@ def test_older_plots_than_the_window_do_not_count_and_no_time_is_before_the_last
     np.testing.assert_array_equal(one.covariances, other.covariances)
 
 
-def test_regions_grow_with_the_time_ahead_and_turn_with_the_noise() -> None:
+def test_regions_grow_with_time_and_have_the_axes_of_the_noise() -> None:
     time_s = np.arange(0.0, 29.0, 2.0)
     noise = np.broadcast_to(NOISE_M2, (len(time_s), 2, 2))
     found = polynomial_forecast(time_s, path(time_s), noise, 28.0 + np.arange(0.0, 300.0, 10.0))
     sizes = np.linalg.eigvalsh(found.covariances)
     assert (np.diff(sizes, axis=0) > 0.0).all()
-    # All plots err more along one direction, and so does the place.
+    # All plots have larger errors along one direction, and so has the position.
     axes = np.linalg.eigh(NOISE_M2)[1]
     turned = axes.T @ found.covariances[0] @ axes
     assert turned[0, 1] == pytest.approx(0.0, abs=1e-6)
@@ -90,8 +90,8 @@ def test_regions_grow_with_the_time_ahead_and_turn_with_the_noise() -> None:
     ],
     ids=["none", "few", "short", "silent before"],
 )
-def test_too_few_plots_are_told_with_a_code(time_s: Floats) -> None:
+def test_too_few_plots_raise_an_error_with_a_code(time_s: Floats) -> None:
     noise = np.broadcast_to(NOISE_M2, (len(time_s), 2, 2))
-    with pytest.raises(TrajectoryError, match="plots over") as told:
+    with pytest.raises(TrajectoryError, match="plots over") as error:
         polynomial_forecast(time_s, path(time_s), noise, np.array([500.0]))
-    assert told.value.code == "TOO_FEW_PLOTS"
+    assert error.value.code == "TOO_FEW_PLOTS"

@@ -1,4 +1,4 @@
-"""The ellipse of a mixture holds the probability it is said to hold."""
+"""The ellipse of a mixture contains its probability."""
 
 import numpy as np
 import pytest
@@ -17,15 +17,15 @@ from multiradar.tracking.forecast.regions import (
 
 Floats = NDArray[np.float64]
 
-#: What regions promise of their probability.
+#: Accuracy of the probability of regions.
 WITHIN = 1e-4
 
 
 def _held(weights: Floats, means: Floats, covariances: Floats, factor: float) -> float:
-    """Integrate strip by strip across the ellipse, each component along its strips in one piece."""
+    """Integrate across the ellipse by strips, each component along a strip analytically."""
     mean, whole = mixed(weights, means, covariances)
     root = np.linalg.inv(np.linalg.cholesky(whole))
-    # Mid-points crowd at the ends, where the strips are short.
+    # Mid-points are dense at the ends, where the strips are short.
     angle = (np.arange(20000) + 0.5) * np.pi / 20000 - np.pi / 2
     across, half = np.sqrt(factor) * np.sin(angle), np.sqrt(factor) * np.cos(angle)
     width = half * np.pi / 20000
@@ -89,7 +89,7 @@ def test_any_mixture_holds_its_probability(width_m: float, probability: float) -
         assert _held(weights, means, spread, factor) == pytest.approx(probability, abs=WITHIN)
 
 
-def test_mixtures_are_found_side_by_side_as_alone() -> None:
+def test_many_mixtures_are_evaluated_as_single_ones() -> None:
     rng = np.random.Generator(np.random.PCG64(4))
     weights = rng.dirichlet(np.ones(3), size=5)
     means, spread = rng.normal(size=(5, 3, 2)), np.tile(0.1 * np.eye(2), (5, 3, 1, 1))
@@ -132,12 +132,12 @@ def test_an_ellipse_has_its_axes_and_the_azimuth_of_the_major_one() -> None:
 
 
 @pytest.mark.parametrize("probability", [0.0, 1.0, -0.1, 95.0, np.nan])
-def test_no_probability_is_refused(probability: float) -> None:
+def test_an_invalid_probability_is_rejected(probability: float) -> None:
     with pytest.raises(ConfigurationError, match="probability: expected"):
         region_factor([1.0], [[0.0, 0.0]], [np.eye(2)], probability)
 
 
-def test_no_mixture_is_refused() -> None:
+def test_an_invalid_mixture_is_rejected() -> None:
     two, both = np.zeros((2, 2)), np.tile(np.eye(2), (2, 1, 1))
     with pytest.raises(ConfigurationError, match="a sum of 1"):
         region_factor([0.5, 0.6], two, both, 0.9)

@@ -1,4 +1,4 @@
-"""Which tracks are drawn for judging forecasts: few, others each time, the same every run."""
+"""Selection of tracks for the calibration of forecasts: pseudo-random and reproducible."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from multiradar.tracking.forecast.state_samples import (
 )
 
 
-def test_few_are_drawn_and_of_those_all_again() -> None:
+def test_a_selection_from_a_selection_is_the_same() -> None:
     tracks = np.arange(1, 1000)
     for epoch in (0, 7, 10**9):
         few = tracks[drawn(tracks, epoch)]
@@ -21,12 +21,12 @@ def test_few_are_drawn_and_of_those_all_again() -> None:
         np.testing.assert_array_equal(shuffled[drawn(shuffled, epoch)], few)
 
 
-def test_every_track_has_its_turn() -> None:
+def test_every_track_is_selected() -> None:
     tracks = np.arange(1, 41)
     seen = np.zeros(41)
     for epoch in range(200):
         seen[tracks[drawn(tracks, epoch)]] += 1
-    # 1600 draws of 40 tracks, 40 each: five of its sigmas are 30.
+    # 1600 draws of 40 tracks, 40 each: five sigmas are 30.
     assert seen[1:].min() > 10
     assert seen[1:].max() < 70
 
@@ -35,7 +35,7 @@ def test_no_tracks_give_an_empty_draw() -> None:
     assert len(drawn(np.empty(0, np.int64), 3)) == 0
 
 
-def test_samples_are_due_as_often_as_said() -> None:
+def test_samples_are_due_at_the_configured_interval() -> None:
     for epoch_s in (0.5, 4.0, 3.0, 8.0, 60.0):
         due = [epoch for epoch in range(2000) if is_due(epoch, epoch_s)]
         apart_s = np.diff(due) * epoch_s

@@ -1,4 +1,4 @@
-"""The sums over rows that the health of a sensor is judged by."""
+"""Sums over rows for sensor health."""
 
 import itertools
 from typing import NamedTuple
@@ -18,14 +18,14 @@ NOISES = np.array([[2500.0, 1e-6], [2500.0, 1e-6]])
 PERIODS = np.array([4.0, 10.0])
 
 
-class Sky(NamedTuple):
+class Scenario(NamedTuple):
     rows: Rows
     result: Result
     identities: RowIdentities
     life: Lifecycle
 
 
-def sky(count: int, seed: int = 1) -> Sky:
+def scenario(count: int, seed: int = 1) -> Scenario:
     """Rows of aircraft that two radars see, in order of time."""
     random = np.random.default_rng(seed)
     slots = random.integers(-1, SLOTS, count)
@@ -49,10 +49,10 @@ def sky(count: int, seed: int = 1) -> Sky:
     life = Lifecycle.empty(SLOTS, SENSORS)
     life.stage[:5] = TENTATIVE
     life.stage[5:10] = CONFIRMED
-    return Sky(rows, result, identities, life)
+    return Scenario(rows, result, identities, life)
 
 
-def gathered(one: Sky, cuts: list[int]) -> HealthSums:
+def gathered(one: Scenario, cuts: list[int]) -> HealthSums:
     sums = HealthSums.empty(SLOTS, SENSORS)
     sums.settled[:] = 1
     for first, last in itertools.pairwise(cuts):
@@ -69,7 +69,7 @@ def assert_same(found: HealthSums, expected: HealthSums) -> None:
 
 
 def test_sums_are_the_same_however_the_rows_are_cut() -> None:
-    one = sky(2000)
+    one = scenario(2000)
     whole = gathered(one, [0, 2000])
     assert whole.hits.min() > 50
     assert whole.noises.min() > 100
@@ -77,10 +77,10 @@ def test_sums_are_the_same_however_the_rows_are_cut() -> None:
 
 
 def test_the_compiled_sums_are_those_of_the_plain_form() -> None:
-    one = sky(500)
+    one = scenario(500)
     compiled = gathered(one, [0, 500])
     expected = plain(one)
-    for name in ("hits", "looks"):
+    for name in ("hits", "scans"):
         np.testing.assert_array_equal(getattr(compiled, name), expected[name], err_msg=name)
     for name in ("pattern", "pattern_vector", "clipped"):
         np.testing.assert_allclose(
@@ -88,12 +88,12 @@ def test_the_compiled_sums_are_those_of_the_plain_form() -> None:
         )
 
 
-def plain(one: Sky) -> dict[str, NDArray[np.float64]]:
-    """Return looks, noise and pattern, written for reading."""
+def plain(one: Scenario) -> dict[str, NDArray[np.float64]]:
+    """Return scans, noise and pattern, in readable form."""
     heard: dict[tuple[int, int], float] = {}
     updates = dict.fromkeys(range(SLOTS), 0)
     found = {
-        "hits": np.zeros(SENSORS), "looks": np.zeros(SENSORS), "clipped": np.zeros((SENSORS, 2)),
+        "hits": np.zeros(SENSORS), "scans": np.zeros(SENSORS), "clipped": np.zeros((SENSORS, 2)),
         "pattern": np.zeros((SENSORS, 15)), "pattern_vector": np.zeros((SENSORS, 5)),
     }  # fmt: skip
     for row, slot in enumerate(one.rows.slot.tolist()):
@@ -102,13 +102,13 @@ def plain(one: Sky) -> dict[str, NDArray[np.float64]]:
             continue
         stage, sensor = one.life.stage[slot], one.rows.sensor[row]
         known = stage == CONFIRMED or (stage != TENTATIVE and updates[slot] >= CONFIRM)
-        taken = outcome != Outcome.REFUSED
-        updates[slot] += taken
+        accepted = outcome != Outcome.REFUSED
+        updates[slot] += accepted
         error, spread = one.result.innovation[row, :2], one.result.innovation[row, [2, 4]]
         if known and outcome == Outcome.UPDATED:
             found["clipped"][sensor] += np.minimum(error**2 / spread, 1.0)
         if known and outcome in (Outcome.UPDATED, Outcome.REFUSED):
-            # What is far off says less, but it is not left out.
+            # Outliers are down-weighted, but not excluded.
             spread = spread * max(np.sqrt(np.max(error**2 / spread)) / 3.0, 1.0)
             range_m, azimuth = one.rows.z[row]
             away = np.array([np.sin(azimuth), np.cos(azimuth)])
@@ -119,45 +119,45 @@ def plain(one: Sky) -> dict[str, NDArray[np.float64]]:
             weighted = design.T / spread
             found["pattern"][sensor] += (weighted @ design)[np.triu_indices(5)]
             found["pattern_vector"][sensor] += weighted @ error
-        if taken:
-            turns = (one.rows.time[row] - heard.get((slot, sensor), -np.inf)) / PERIODS[sensor]
-            if known and 0.5 < turns < 8.5:
+        if accepted:
+            scans = (one.rows.time[row] - heard.get((slot, sensor), -np.inf)) / PERIODS[sensor]
+            if known and 0.5 < scans < 8.5:
                 found["hits"][sensor] += 1
-                found["looks"][sensor] += np.floor(turns + 0.5)
+                found["scans"][sensor] += np.floor(scans + 0.5)
             heard[slot, sensor] = one.rows.time[row]
     return found
 
 
-def test_looks_are_counted_between_two_updates_alone() -> None:
-    one = sky(4)
+def test_scans_are_counted_between_two_updates_alone() -> None:
+    one = scenario(4)
     one.rows.slot[:] = 7
     one.rows.kind[:] = one.rows.sensor[:] = 0
     one.rows.time[:] = [0.0, 4.1, 16.0, 300.0]
     one.result.outcome[:] = Outcome.UPDATED
     one.identities.track_id[:] = 1
     sums = gathered(one, [0, 4])
-    # One turn, then three of which two gave nothing; then it was gone.
-    assert (sums.hits[0], sums.looks[0]) == (2.0, 4.0)
+    # One scan, then three of which two were missed; then absence.
+    assert (sums.hits[0], sums.scans[0]) == (2.0, 4.0)
 
 
 def test_another_track_in_a_slot_inherits_nothing() -> None:
-    one = sky(4)
+    one = scenario(4)
     one.rows.slot[:] = 7
     one.rows.kind[:] = one.rows.sensor[:] = 0
     one.rows.time[:] = [0.0, 4.0, 8.0, 12.0]
     one.result.outcome[:] = Outcome.UPDATED
     one.identities.track_id[:] = [1, 1, 2, 2]
     sums = gathered(one, [0, 4])
-    assert (sums.hits[0], sums.looks[0]) == (2.0, 2.0)
+    assert (sums.hits[0], sums.scans[0]) == (2.0, 2.0)
     assert sums.seen[7, 0, HEARD] == 12.0
     assert sums.owner[7] == 2
 
 
-def test_each_aircraft_is_judged_once_in_a_window_and_no_more_than_there_is_room() -> None:
-    one = sky(3000)
+def test_each_aircraft_is_tested_once_per_window_up_to_the_capacity() -> None:
+    one = scenario(3000)
     sums = gathered(one, [0, 3000])
-    assert sums.judged.max() <= SLOTS
-    crowd = sky(3000)
+    assert sums.tested.max() <= SLOTS
+    crowd = scenario(3000)
     crowd.rows.slot[:] = np.arange(3000) % SLOTS
     # Every row is of a new track, so that every row counts.
     sums = HealthSums.empty(SLOTS, SENSORS)
@@ -170,4 +170,4 @@ def test_each_aircraft_is_judged_once_in_a_window_and_no_more_than_there_is_room
         0, 3000, crowd.rows, crowd.result, crowd.identities, crowd.life, NOISES, PERIODS, CONFIRM,
         sums,
     )  # fmt: skip
-    assert sums.judged.tolist() == [VALUES_MAX, 0]
+    assert sums.tested.tolist() == [VALUES_MAX, 0]

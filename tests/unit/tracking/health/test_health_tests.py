@@ -1,4 +1,4 @@
-"""What innovations say of a radar: jumps, noise, and where it stands."""
+"""Tests of radars by innovations: jumps, noise, and site errors."""
 
 import numpy as np
 import pytest
@@ -35,21 +35,21 @@ def test_normal_innovations_never_look_like_a_jump(count: int) -> None:
     assert cumulated(random.normal(size=(10_000, count))).max() < JUMP_THRESHOLD
 
 
-def test_a_third_of_the_aircraft_turning_either_way_is_no_jump() -> None:
+def test_a_third_of_the_aircraft_turning_is_no_jump() -> None:
     random = np.random.default_rng(1)
     values = random.normal(size=(3000, 15))
     values[:, :5] += np.array([6.0, 6.0, 6.0, -6.0, -6.0])
     assert cumulated(values).max() < JUMP_THRESHOLD
 
 
-def test_noise_of_twice_what_was_told_is_no_jump_once_it_is_measured() -> None:
+def test_noise_of_twice_the_configured_one_is_no_jump_once_measured() -> None:
     random = np.random.default_rng(2)
     values = 2.0 * random.normal(size=(10_000, 12))
     assert cumulated(values, scale=4.0).max() < JUMP_THRESHOLD
 
 
 @pytest.mark.parametrize("sign", [-1.0, 1.0])
-def test_a_jump_of_three_sigmas_is_found_in_one_turn_of_fifteen_aircraft(sign: float) -> None:
+def test_a_jump_of_three_sigmas_is_found_in_one_scan_of_fifteen_aircraft(sign: float) -> None:
     random = np.random.default_rng(3)
     found = [jump_evidence(sign * 3.0 + random.normal(size=15), 0.0, 1.0).max() for _ in range(200)]
     assert np.mean(np.array(found) > JUMP_THRESHOLD) > 0.9
@@ -57,14 +57,14 @@ def test_a_jump_of_three_sigmas_is_found_in_one_turn_of_fifteen_aircraft(sign: f
     assert (up > down) == (sign > 0.0)
 
 
-def test_what_the_biases_may_be_off_by_is_no_jump_however_long_it_lasts() -> None:
+def test_errors_within_the_bias_uncertainty_are_no_jump_however_long() -> None:
     random = np.random.default_rng(4)
     values = 2.0 + random.normal(size=(3000, 20))
     assert cumulated(values, common=1.0).max() < JUMP_THRESHOLD
     assert cumulated(values[:3]).max() > JUMP_THRESHOLD
 
 
-def test_the_scale_comes_to_the_variance_whatever_outliers_there_are() -> None:
+def test_the_scale_converges_to_the_variance_despite_outliers() -> None:
     random = np.random.default_rng(5)
     scale, weight = 1.0, 50.0
     for _ in range(400):
@@ -76,23 +76,24 @@ def test_the_scale_comes_to_the_variance_whatever_outliers_there_are() -> None:
     assert np.sqrt(scale) == pytest.approx(1.5, rel=0.06)
 
 
-def test_the_mean_that_the_scale_rests_on_is_that_of_normal_numbers() -> None:
+def test_the_reference_of_the_scale_is_the_mean_of_clipped_normal_numbers() -> None:
     x = np.linspace(-8.0, 8.0, 160_001)
     density = np.exp(-0.5 * x**2) / np.sqrt(2.0 * np.pi)
     mean = np.trapezoid(np.minimum(x**2, CLIP) * density, x)
     assert mean == pytest.approx(CLIPPED_MEAN, abs=1e-6)
 
 
-def test_the_noise_is_what_the_tracks_do_not_explain() -> None:
-    # S = N + W with N = 900 m², W told = 1600 m², true 6400 m².
+def test_the_noise_excludes_the_uncertainty_of_the_tracks() -> None:
+    # S = N + W with N = 900 m², W configured = 1600 m², true 6400 m².
     assert noise_ratio((900.0 + 6400.0) / 2500.0, 1600.0 / 2500.0) == pytest.approx(2.0)
     assert np.isnan(noise_ratio(0.1, 0.5))
     assert np.isnan(noise_ratio(1.0, 0.1))
-    # Told far too small, it is a small part of what is expected and most of what is measured.
+    # Configured far too small, it is a small fraction of the expected and most of the measured
+    # variance.
     assert noise_ratio((900.0 + 1600.0) / 1000.0, 0.1) == pytest.approx(4.0)
 
 
-def test_a_shifted_site_is_told_from_offsets_and_a_gain() -> None:
+def test_a_site_error_is_distinguished_from_offsets_and_a_gain() -> None:
     random = np.random.default_rng(6)
     count, sigma_m, sigma_rad = 5000, 50.0, 0.001
     range_m, azimuth = random.uniform(2e4, 2e5, count), random.uniform(-1.0, 2.5, count)

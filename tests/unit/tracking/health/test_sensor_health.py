@@ -1,4 +1,4 @@
-"""The health of radars over time."""
+"""Sensor health over time."""
 
 import numpy as np
 import pytest

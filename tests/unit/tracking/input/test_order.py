@@ -1,4 +1,4 @@
-"""Rows leave the reorder buffer in an order that depends on the rows alone."""
+"""Rows are released by the reorder buffer in an order that depends on the rows alone."""
 
 import itertools
 from dataclasses import replace
@@ -27,22 +27,22 @@ times = st.lists(st.integers(0, 400).map(lambda step: step / 4.0), min_size=1, m
 
 @given(times, st.randoms(use_true_random=False), st.integers(1, 20))
 @settings(max_examples=60)
-def test_order_depends_neither_on_batches_nor_on_disorder_within_the_horizon(
+def test_order_is_independent_of_batches_and_of_disorder_within_the_horizon(
     at: list[float], random: object, size: int
 ) -> None:
     ordered = batch_of(sorted(at), track_number=[int(4 * t) % 3 for t in sorted(at)])
     shuffled_keys = [t + random.uniform(0.0, HORIZON_S * 0.99) for t in sorted(at)]  # type: ignore[attr-defined]
-    disordered = ordered.take(np.argsort(np.array(shuffled_keys), kind="stable"))
-    batches = [disordered.take(slice(i, i + size)) for i in range(0, len(at), size)]
+    disordered = ordered.select(np.argsort(np.array(shuffled_keys), kind="stable"))
+    batches = [disordered.select(slice(i, i + size)) for i in range(0, len(at), size)]
     assert released(ReorderBuffer(HORIZON_S), batches) == released(
         ReorderBuffer(HORIZON_S), [ordered]
     )
 
 
-def test_duplicates_within_the_horizon_leave_once_and_are_counted() -> None:
+def test_duplicates_within_the_horizon_are_released_once_and_counted() -> None:
     once = batch_of([1.0, 2.0, 3.0])
     buffer = ReorderBuffer(HORIZON_S)
-    assert released(buffer, [once, once.take(np.array([1]))]) == released(
+    assert released(buffer, [once, once.select(np.array([1]))]) == released(
         ReorderBuffer(HORIZON_S), [once]
     )
     assert buffer.duplicates == 1
@@ -80,9 +80,9 @@ def test_canonical_order_is_total() -> None:
     rows = batch_of(
         rng.integers(0, 3, 40).astype(float).tolist(), track_number=rng.integers(0, 9, 40).tolist()
     )
-    shuffled = rows.take(rng.permutation(40))
-    expected = rows_of(rows.take(canonical_order(rows)))
-    assert rows_of(shuffled.take(canonical_order(shuffled))) == expected
+    shuffled = rows.select(rng.permutation(40))
+    expected = rows_of(rows.select(canonical_order(rows)))
+    assert rows_of(shuffled.select(canonical_order(shuffled))) == expected
 
 
 @pytest.mark.parametrize("rows_of_one_time", [TIED_MAX // 2, 3 * TIED_MAX])
@@ -111,11 +111,11 @@ def test_rows_of_one_time_are_ordered_by_every_column_few_or_many(rows_of_one_ti
     assert buffer.duplicates > 0
 
 
-def test_pieces_of_any_size_that_wait_are_released_whole() -> None:
+def test_buffered_pieces_of_any_size_are_released_whole() -> None:
     rng = np.random.default_rng(3)
     times = np.sort(rng.uniform(0.0, 60.0, 3 * PIECE_ROWS))
     rows = batch_of(times.tolist())
     sizes = [1, 2, PIECE_ROWS - 1, 5, PIECE_ROWS + 1, 1]
     cuts = np.cumsum([0, *sizes, len(times) - sum(sizes)]).tolist()
-    pieces = [rows.take(slice(*cut)) for cut in itertools.pairwise(cuts)]
+    pieces = [rows.select(slice(*cut)) for cut in itertools.pairwise(cuts)]
     assert released(ReorderBuffer(HORIZON_S), pieces) == rows_of(rows)

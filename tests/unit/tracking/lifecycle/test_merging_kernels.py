@@ -1,4 +1,4 @@
-"""Which track stands for two of one aircraft: never one that may rest on a false plot."""
+"""Merging of duplicate tracks: never into one that may be based on a false plot."""
 
 from pathlib import Path
 
@@ -11,8 +11,8 @@ from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.engine.shared_biases import SharedBiases
 from multiradar.simulation.scenario.file import builtin_scenario
 from multiradar.simulation.scenario.sensors_text import sensors_text
-from multiradar.tracking.association._sky_kernels import fill_sky
-from multiradar.tracking.association.sky import RULE_COUNT, Sky
+from multiradar.tracking.association._grid_kernels import fill_grid
+from multiradar.tracking.association.track_grid import RULE_COUNT, TrackGrid
 from multiradar.tracking.lifecycle._merging_kernels import MEETINGS_NEEDED, find_merges
 from multiradar.tracking.lifecycle.lifecycle import CONFIRMED, TENTATIVE
 from multiradar.tracking.pool import AircraftPool
@@ -25,7 +25,7 @@ OLDER, YOUNGER = 0, 1
     ("stage", "hits", "merges"),
     [(TENTATIVE, 1, False), (TENTATIVE, 3, False), (CONFIRMED, 3, True)],
 )
-def test_a_confirmed_track_gives_way_to_confirmed_ones_alone(
+def test_a_confirmed_track_is_merged_into_confirmed_ones_alone(
     tmp_path: Path, stage: int, hits: int, merges: bool
 ) -> None:
     scene = builtin_scenario("newcomers")
@@ -38,7 +38,7 @@ def test_a_confirmed_track_gives_way_to_confirmed_ones_alone(
     columns = len(table.parameter_kind)
     pool = AircraftPool(definition, columns, len(table))
     pool.roster.track_id[[OLDER, YOUNGER]] = [1, 2]
-    # The older one is anywhere around: its velocity is not known.
+    # The older one may be anywhere: its velocity is unknown.
     pool.aircraft.mean[[OLDER, YOUNGER]] = [[0.0, 0.0, 0.0, 0.0], [200.0, 0.0, 200.0, 0.0]]
     pool.aircraft.covariance[OLDER] = np.array([1e4, 0, 0, 0, 1e4, 0, 0, 9e4, 0, 9e4])
     pool.aircraft.covariance[YOUNGER] = np.array([1e4, 0, 0, 0, 1e4, 0, 0, 400, 0, 400])
@@ -47,16 +47,18 @@ def test_a_confirmed_track_gives_way_to_confirmed_ones_alone(
     pool.aircraft.updates[[OLDER, YOUNGER]] = hits, 5
     pool.life.stage[[OLDER, YOUNGER]] = stage, CONFIRMED
     pool.life.hits[[OLDER, YOUNGER]] = hits, 5
-    sky, room = Sky.empty(len(pool.roster.track_id)), np.empty((2, 256), np.int64)
+    grid, room = TrackGrid.empty(len(pool.roster.track_id)), np.empty((2, 256), np.int64)
     rules = np.full(RULE_COUNT, 700.0)
     counts = []
     for step in range(MEETINGS_NEEDED + 2):
         time_s = 102.0 + 2.0 * step
-        longest = fill_sky(time_s, biases.model, pool.aircraft, pool.roster, pool.life, rules, sky)
+        longest = fill_grid(
+            time_s, biases.model, pool.aircraft, pool.roster, pool.life, rules, grid
+        )
         counts.append(
             find_merges(
                 time_s, longest, biases.model, pool.aircraft, pool.roster, pool.life,
-                table.rotation_period_s, sky, 0, *room,
+                table.rotation_period_s, grid, 0, *room,
             )
         )  # fmt: skip
     assert max(counts) == int(merges)

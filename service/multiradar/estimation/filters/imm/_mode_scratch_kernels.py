@@ -26,7 +26,7 @@ from multiradar_compiled.lane_kernels import (
     load_row,
     store_row,
     sums_of,
-    turned,
+    transposed,
 )
 
 Floats = NDArray[np.float64]
@@ -98,7 +98,7 @@ def load_columns(
     k: int, count: int, first: int, columns: int, states: Floats
 ) -> tuple[Lanes, Lanes, Lanes, Lanes, Lanes, Lanes, Lanes, Lanes]:
     """Return columns of the rows of aircraft k, at most eight, each as lanes of its modes."""
-    return turned(
+    return transposed(
         load_row(states, mode_row(k, count, 0), first, columns),
         load_row(states, mode_row(k, count, 1), first, columns),
         load_row(states, mode_row(k, count, 2), first, columns),
@@ -127,7 +127,7 @@ def store_columns(
     d: Lanes, e: Lanes, f: Lanes, g: Lanes, h: Lanes,
 ) -> None:  # fmt: skip
     """Set columns of the rows of aircraft k: see `load_columns`."""
-    r0, r1, r2, r3, r4, r5, r6, r7 = turned(a, b, c, d, e, f, g, h)
+    r0, r1, r2, r3, r4, r5, r6, r7 = transposed(a, b, c, d, e, f, g, h)
     row = k * count
     # Beyond the last mode is the hub again.
     store_row(states, mode_row(k, count, 7), first, columns, r7)

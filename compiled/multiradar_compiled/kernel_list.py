@@ -1,7 +1,7 @@
-"""Which kernels a purpose needs, and for which types of arguments: a list that comes along.
+"""List of the kernels needed for each purpose, with their argument types.
 
-`make kernel-list` writes it, from what commands call; a test compares both. A kernel that
-is missing is compiled at its first call.
+`make kernel-list` writes it from the calls of commands; a test compares both. A kernel missing in
+it is compiled at its first call.
 """
 
 import json
@@ -14,8 +14,8 @@ _LIST = Path(__file__).with_name("kernels.json")
 
 
 @dataclass(frozen=True, slots=True)
-class Wanted:
-    """A kernel, compiled for arguments of given types.
+class TypedKernel:
+    """A kernel with the types of its arguments.
 
     Attributes
     ----------
@@ -24,7 +24,7 @@ class Wanted:
     arguments : tuple of str
         `signatures.describe` of each argument.
     seconds : float
-        What compiling it took where the list was made: the longest go first.
+        Compilation time where the list was made: the longest are compiled first.
     """
 
     kernel: str
@@ -33,21 +33,21 @@ class Wanted:
 
 
 @cache
-def kernels_by_purpose() -> dict[str, tuple[Wanted, ...]]:
-    """Return the list: purposes, and the kernels each of them needs."""
+def kernels_by_purpose() -> dict[str, tuple[TypedKernel, ...]]:
+    """Return the kernels of each purpose."""
     document = json.loads(_LIST.read_text(encoding="utf-8"))
     types = document["types"]
-    found: dict[str, list[Wanted]] = {purpose: [] for purpose in document["purposes"]}
+    found: dict[str, list[TypedKernel]] = {purpose: [] for purpose in document["purposes"]}
     for one in document["kernels"]:
         arguments = tuple(types.get(name, name) for name in one["arguments"])
-        wanted = Wanted(one["kernel"], arguments, one["seconds"])
+        wanted = TypedKernel(one["kernel"], arguments, one["seconds"])
         for purpose in one["purposes"]:
             found[purpose].append(wanted)
     return {purpose: tuple(kernels) for purpose, kernels in found.items()}
 
 
-def kernels_for(purposes: Iterable[str]) -> list[Wanted]:
-    """Return the kernels of all these purposes, each once, those that take longest first.
+def kernels_for(purposes: Iterable[str]) -> list[TypedKernel]:
+    """Return the kernels of all these purposes, each once, the longest compilation first.
 
     Raises
     ------

@@ -7,8 +7,8 @@ from multiradar.estimation.filters.height._height_kernels import CLIMB_DENSITY
 from multiradar.tracking.encounters._relative_kernels import RARE, RARE_SHARE
 from multiradar.tracking.encounters.approaches import (
     bounds,
-    chances,
     closest_approaches,
+    conflict_probabilities,
     heights_between,
 )
 from multiradar.tracking.encounters.climbs import CLIMB_COUNT
@@ -49,7 +49,9 @@ def test_the_chance_and_the_bounds_are_those_of_drawn_motions(name: str, errors:
     )
     for distance_m in (500.0, 2_000.0, 9_260.0):
         found = closest_approaches(paths, pair, np.eye(2)[None], distance_m)
-        within, both = chances(found, heights_between(paths, pair), distance_m, 300.0)
+        within, both = conflict_probabilities(
+            found, heights_between(paths, pair), distance_m, 300.0
+        )
         assert within[0] == pytest.approx((least < distance_m).mean(), abs=TOLERANCE)
         assert np.isnan(both[0])
     low, high = bounds(found)
@@ -85,7 +87,7 @@ def test_some_stray_farther_and_chances_and_bounds_count_them(name: str) -> None
     pair = np.array([[0, 1]])
     for distance_m in (500.0, 2_000.0):
         found = closest_approaches(paths, pair, np.eye(2)[None], distance_m)
-        within, _ = chances(found, heights_between(paths, pair), distance_m, None)
+        within, _ = conflict_probabilities(found, heights_between(paths, pair), distance_m, None)
         # The rarest of the four has 64 points.
         assert within[0] == pytest.approx((least < distance_m).mean(), abs=TOLERANCE)
     low, high = bounds(found)
@@ -129,7 +131,7 @@ def test_the_chance_in_height_is_that_of_drawn_motions(name: str, climb: str) ->
     paths = straight_paths(states, spreads, TIMES_S)._replace(heights=heights)
     pair = np.array([[0, 1]])
     found = closest_approaches(paths, pair, np.eye(2)[None], 5_000.0)
-    _, both = chances(found, heights_between(paths, pair), 5_000.0, 300.0)
+    _, both = conflict_probabilities(found, heights_between(paths, pair), 5_000.0, 300.0)
     rng, count = np.random.default_rng(6), 4_000
     drawn = rng.multivariate_normal(states[1] - states[0], spreads.sum(axis=0), count)
     up = height + sigma * rng.normal(size=count)

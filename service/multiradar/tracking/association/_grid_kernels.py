@@ -1,4 +1,4 @@
-"""Compiled prediction of all tracks to a window, in cells of the plane.
+"""Compiled prediction of all tracks to a window, indexed by cells of the plane.
 
 Symbols as in `multiradar.tracking.association._association_kernels`.
 """
@@ -23,7 +23,7 @@ from multiradar.estimation.measurement._kernels import (
 )
 from multiradar.geodesy._kernels import C_NORTH, EE, EN, M_EE, M_NN, NE, NN, PE, PN, UE, UN
 from multiradar.geodesy._kernels import HEIGHT as SITE_HEIGHT
-from multiradar.tracking.association.sky import ASTRAY, SPEED_MAX, Sky
+from multiradar.tracking.association.track_grid import SPEED_MAX, VELOCITY_ERROR, TrackGrid
 from multiradar.tracking.lifecycle.lifecycle import TENTATIVE, USUAL_SPEED, YOUNG_HITS, Lifecycle
 from multiradar.tracking.roster import MISSING, Roster, RowIdentities
 from multiradar_compiled.kernels import in_loop, kernel
@@ -42,64 +42,64 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 CELL_M = 4_000.0
-# So many sigmas off, a track is not looked at.
+# Search radius in standard deviations.
 COARSE_SIGMAS = 6.0
-# However little is known of a place, nothing farther off is looked at, m.
+# Maximum search radius, m.
 REACH_MAX_M = 24_000.0
-# A reach above this is long, m, and the cells of the tracks that have one, m.
+# Search radius above which tracks are stored in larger cells, m, and the size of these, m.
 FAR_M = 3_000.0
 FAR_CELL_M = 16_000.0
-# From so many turns without a plot on, within so many more, a velocity may be wrong by so many
-# times as much.
-SEEN_TURNS = 2.0
-UNSEEN_TURNS = 3.0
-TURNED_ROUND = 2.5
-# No place on the plane is farther off, m.
+# The error of the velocity increases from this number of missed scans on, over this number of
+# further scans, to this factor.
+SEEN_SCANS = 2.0
+UNSEEN_SCANS = 3.0
+REVERSAL_FACTOR = 2.5
+# Bound of positions on the plane, m.
 PLACE_MAX_M = 1e8
-# Column of `Sky.state`: how far off, m, the place of the last plot may be; see `Sky.state`.
+# Column of `TrackGrid.state`: search radius without the motion since the last plot, m.
 NEAR_COLUMN = 5
-# An address is believed within this beside the reaches of plot and track, m.
-DOUBT_M = 3_000.0
+# Distance of a plot from the track with its address, m, beside both search radii.
+ADDRESS_MATCH_M = 3_000.0
 
 
 @in_loop
-def velocity_astray(silent: float, turn: float, rules: Floats) -> float:
-    """Return the standard deviation of a velocity that was wrong or changed, m/s.
+def velocity_error(silent: float, period: float, rules: Floats) -> float:
+    """Return the standard deviation of a wrong or changed velocity, m/s.
 
-    ``silent`` is the time since the last plot that was taken. An aircraft that nobody saw for
-    several turns may have turned round.
+    ``silent`` is the time since the last accepted plot. An aircraft missed for several scans may
+    have reversed its course.
     """
     unseen = 0.0
-    if turn > 0.0:
-        unseen = min(max(silent / turn - SEEN_TURNS, 0.0) / UNSEEN_TURNS, 1.0)
-    astray: float = rules[ASTRAY] * (1.0 + unseen * (TURNED_ROUND - 1.0))
-    return astray
+    if period > 0.0:
+        unseen = min(max(silent / period - SEEN_SCANS, 0.0) / UNSEEN_SCANS, 1.0)
+    drift: float = rules[VELOCITY_ERROR] * (1.0 + unseen * (REVERSAL_FACTOR - 1.0))
+    return drift
 
 
 @in_loop
 def place_in_table(east_cell: int, north_cell: int, mask: int) -> int:
-    """Return the place of a cell in the table."""
+    """Return the bucket of a cell."""
     return (((east_cell * 73856093) ^ (north_cell * 19349663)) * 2654435761 >> 8) & mask
 
 
 @kernel
-def fill_sky(
+def fill_grid(
     time: float,
     model: Model,
     aircraft: Aircraft,
     roster: Roster,
     life: Lifecycle,
     rules: Floats,
-    sky: Sky,
+    grid: TrackGrid,
 ) -> float:
-    """Predict all tracks to a time and put them into cells; return the longest reach."""
-    # Filters without sensitivities have biases all the same.
+    """Predict all tracks to a time and index them by cell; return the largest search radius."""
+    # Filters without sensitivities have biases too.
     sigmas = np.sqrt(np.diag(model.bias_covariance)).reshape(1, model.bias.shape[0])
     bias = model.bias.reshape(1, model.bias.shape[0])
-    sky.heads[:] = MISSING
-    sky.far_heads[:] = MISSING
-    sky.longest[:] = -1.0
-    mask = sky.heads.shape[0] - 1
+    grid.heads[:] = MISSING
+    grid.far_heads[:] = MISSING
+    grid.longest[:] = -1.0
+    mask = grid.heads.shape[0] - 1
     longest = 0.0
     for k in range(roster.track_id.shape[0] - 1, -1, -1):
         if roster.track_id[k] == MISSING or np.isnan(aircraft.time[k]):
@@ -112,43 +112,43 @@ def fill_sky(
         )
         variance = P[0] + P[4] + 2.0 * dt * (P[2] + P[6]) + dt * dt * (P[7] + P[9])
         variance += 2.0 * density * dt * dt * dt / 3.0 + b0 * b0 + b1 * b1
-        # A plot that was refused moved the time of the state, and told nothing.
+        # A rejected plot changed the time of the state, but added no information.
         silent = max(time - aircraft.updated[k], life.period[k])
-        wide = 4.0 * velocity_astray(silent, life.period[k], rules) * silent
-        # Whatever the covariance says, no aircraft flies faster than it can.
+        wide = 4.0 * velocity_error(silent, life.period[k], rules) * silent
+        # The search radius is bounded by the maximum speed.
         speed = rules[SPEED_MAX] * (1.0 if aircraft.updates[k] == 1 else 0.4)
         near = COARSE_SIGMAS * math.sqrt(max(P[0] + P[4] + b0 * b0 + b1 * b1, 0.0))
         most = min(near + speed * silent, REACH_MAX_M)
         reach = min(math.sqrt(COARSE_SIGMAS**2 * max(variance, 0.0) + wide * wide), most)
         if 1 < life.hits[k] <= YOUNG_HITS and life.stage[k] == TENTATIVE:
-            # It may not be where its velocity leads, but anywhere around its last plot.
-            astray = (math.hypot(x2, x3) + USUAL_SPEED) * silent
-            reach = min(max(reach, near + astray), REACH_MAX_M)
+            # The velocity may be wrong: the aircraft may be anywhere around its last plot.
+            drift = (math.hypot(x2, x3) + USUAL_SPEED) * silent
+            reach = min(max(reach, near + drift), REACH_MAX_M)
         if not (reach >= 0.0 and abs(x0) + abs(x1) < PLACE_MAX_M):  # NaN fails both.
             continue
-        sky.state[k, 0] = x0 + dt * x2
-        sky.state[k, 1] = x1 + dt * x3
-        sky.state[k, 2] = x2
-        sky.state[k, 3] = x3
-        sky.state[k, 4] = reach
-        sky.state[k, NEAR_COLUMN] = near
-        sky.reach[k] = reach
+        grid.state[k, 0] = x0 + dt * x2
+        grid.state[k, 1] = x1 + dt * x3
+        grid.state[k, 2] = x2
+        grid.state[k, 3] = x3
+        grid.state[k, 4] = reach
+        grid.state[k, NEAR_COLUMN] = near
+        grid.reach[k] = reach
         longest = max(longest, reach)
         far = int(reach > FAR_M)
-        sky.longest[far] = max(sky.longest[far], reach)
-        sky.cell[k, 0] = int(np.floor(sky.state[k, 0] / CELL_M))
-        sky.cell[k, 1] = int(np.floor(sky.state[k, 1] / CELL_M))
-        place = place_in_table(sky.cell[k, 0], sky.cell[k, 1], mask)
-        sky.following[k] = sky.heads[place]
-        sky.heads[place] = k
+        grid.longest[far] = max(grid.longest[far], reach)
+        grid.cell[k, 0] = int(np.floor(grid.state[k, 0] / CELL_M))
+        grid.cell[k, 1] = int(np.floor(grid.state[k, 1] / CELL_M))
+        place = place_in_table(grid.cell[k, 0], grid.cell[k, 1], mask)
+        grid.following[k] = grid.heads[place]
+        grid.heads[place] = k
         if far:
             place = place_in_table(
-                int(np.floor(sky.state[k, 0] / FAR_CELL_M)),
-                int(np.floor(sky.state[k, 1] / FAR_CELL_M)),
+                int(np.floor(grid.state[k, 0] / FAR_CELL_M)),
+                int(np.floor(grid.state[k, 1] / FAR_CELL_M)),
                 mask,
             )
-            sky.far_following[k] = sky.far_heads[place]
-            sky.far_heads[place] = k
+            grid.far_following[k] = grid.far_heads[place]
+            grid.far_heads[place] = k
     return longest
 
 
@@ -156,27 +156,27 @@ def fill_sky(
 def predicted_parts(
     k: int, dt: float, aircraft: Aircraft, bias: Floats, sigmas: Floats
 ) -> tuple[float, float, float, float, float, float]:
-    """Return the state of a track, and what the biases may be wrong by east and north dt after it.
+    """Return the state of a track, and its errors east and north by the biases dt later.
 
     ``bias`` and ``sigmas`` are rows, (1, c).
     """
     V = aircraft.sensitivity
-    way0 = every_lane(0.0)
-    way1, way2, way3, spread0, spread1 = way0, way0, way0, way0, way0
+    shift0 = every_lane(0.0)
+    shift1, shift2, shift3, spread0, spread1 = shift0, shift0, shift0, shift0, shift0
     for c in range(0, V.shape[2], LANES):
         lanes = min(LANES, V.shape[2] - c)
         v0, v1 = load_lanes(V, k, 0, c, lanes), load_lanes(V, k, 1, c, lanes)
         v2, v3 = load_lanes(V, k, 2, c, lanes), load_lanes(V, k, 3, c, lanes)
         of_bias, sigma = load_row(bias, 0, c, lanes), load_row(sigmas, 0, c, lanes)
-        way0 = fused_lanes(v0, of_bias, way0)
-        way1 = fused_lanes(v1, of_bias, way1)
-        way2 = fused_lanes(v2, of_bias, way2)
-        way3 = fused_lanes(v3, of_bias, way3)
+        shift0 = fused_lanes(v0, of_bias, shift0)
+        shift1 = fused_lanes(v1, of_bias, shift1)
+        shift2 = fused_lanes(v2, of_bias, shift2)
+        shift3 = fused_lanes(v3, of_bias, shift3)
         u0, u1 = fused_lanes(dt, v2, v0), fused_lanes(dt, v3, v1)
         spread0 = fused_lanes(larger(u0, -u0), sigma, spread0)
         spread1 = fused_lanes(larger(u1, -u1), sigma, spread1)
     none = every_lane(0.0)
-    sums = sums_of(way0, way1, way2, way3, spread0, spread1, none, none)
+    sums = sums_of(shift0, shift1, shift2, shift3, spread0, spread1, none, none)
     mean = aircraft.mean
     return (
         mean[k, 0] + lane_of(sums, 0),
@@ -189,17 +189,17 @@ def predicted_parts(
 
 
 @in_loop
-def locate_roughly(
+def locate_approximately(
     plane: Floats, site: Floats, slant: float, azimuth: float, height: float, rise: float
 ) -> tuple[float, float]:
-    """Return where a plot points to, within some hundred metres: enough to look around there."""
+    """Return the approximate position of a plot, within some hundred metres."""
     radius = 1.0 / site[C_NORTH] + site[SITE_HEIGHT]
     sine = (rise * (2.0 * radius + rise) - slant * slant) / (2.0 * slant * radius)
     across = slant * math.sqrt(max(0.0, 1.0 - sine * sine))
     x, y, z = across * math.sin(azimuth), across * math.cos(azimuth), slant * sine
     east = site[PE] + site[EE] * x + site[NE] * y + site[UE] * z
     north = site[PN] + site[EN] * x + site[NN] * y + site[UN] * z
-    # Down to the foot, along the normal that leans with the distance from the centre.
+    # Project to the plane along the normal, which tilts with the distance from the centre.
     return east - height * plane[M_EE] * east, north - height * plane[M_NN] * north
 
 
@@ -213,7 +213,7 @@ def locate_plot(
     model: Model,
     sigmas: Floats,
 ) -> tuple[bool, float, float, float]:
-    """Return (ok, east, north, reach) of a plot at the published biases; ok tells the cone too."""
+    """Return (ok, east, north, reach) of a plot at the published biases; not ok in the cone."""
     site, noise = model.sites[s], model.noises[s]
     b0 = 0.0
     b1 = 0.0
@@ -230,7 +230,7 @@ def locate_plot(
     if kind == KIND_RADAR:
         rise = height - noise[3]
         ground = math.sqrt(max(z0 * z0 - rise * rise, 1.0))
-        east, north = locate_roughly(model.plane, site, z0 - b0, z1 - b1, height, rise)
+        east, north = locate_approximately(model.plane, site, z0 - b0, z1 - b1, height, rise)
         ok = ground >= model.options[CONE_RATIO] * rise
         spread += noise[0] + z0 * z0 * noise[1] + variance * rise * rise / (ground * ground)
     else:
@@ -241,7 +241,7 @@ def locate_plot(
 
 
 @kernel
-def doubt(
+def release_distant(
     first: int,
     last: int,
     window_time: float,
@@ -249,13 +249,13 @@ def doubt(
     rows: Rows,
     model: Model,
     aircraft: Aircraft,
-    sky: Sky,
+    grid: TrackGrid,
     identities: RowIdentities,
-    doubted: Integers,
+    released: Integers,
 ) -> int:
-    """Take away the aircraft of rows that its address alone names, and that is far from there.
+    """Release rows that were assigned by address alone to an aircraft far away.
 
-    Two transponders may send one address. Returns how many rows; ``doubted`` marks them.
+    Two transponders may send one address. Returns the number of rows; ``released`` marks them.
     """
     sigmas = np.sqrt(np.diag(model.bias_covariance))
     count = 0
@@ -267,11 +267,11 @@ def doubt(
         z0, z1 = rows.z[row, 0], rows.z[row, 1]
         ok, east, north, reach = locate_plot(kind, s, z0, z1, rows.height[row], model, sigmas)
         ahead = rows.time[row] - window_time
-        d0 = sky.state[k, 0] + ahead * sky.state[k, 2] - east
-        d1 = sky.state[k, 1] + ahead * sky.state[k, 3] - north
-        near = reach + sky.reach[k] + DOUBT_M
+        d0 = grid.state[k, 0] + ahead * grid.state[k, 2] - east
+        d1 = grid.state[k, 1] + ahead * grid.state[k, 3] - north
+        near = reach + grid.reach[k] + ADDRESS_MATCH_M
         if ok and d0 * d0 + d1 * d1 > near * near:
             identities.slot[row] = MISSING
-            doubted[row - first] = 1
+            released[row - first] = 1
             count += 1
     return count

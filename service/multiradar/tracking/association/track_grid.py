@@ -1,6 +1,6 @@
-"""Where the tracks are expected in a window, in cells: what the compiled association works on.
+"""Predicted tracks of a window, indexed by a grid of cells.
 
-Named tuples of arrays, because compiled functions take them as they are; one owner changes them.
+Named tuples of arrays, as compiled functions require; one owner modifies them.
 """
 
 from typing import NamedTuple
@@ -11,45 +11,44 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-#: Tracks that a plot may choose between at most: the likeliest.
+#: Maximum number of candidate tracks of a plot: the likeliest.
 CANDIDATES_MAX = 16
-#: Places in the table of cells for each slot.
+#: Hash table entries per slot.
 _CELLS_PER_SLOT = 2
 
 # Positions in the vector of rules.
 SPEED_MAX = 0
 MANOEUVRE = 1
-ASTRAY = 2
+VELOCITY_ERROR = 2
 HITS_MIN = 3
 SCORE_MIN = 4
 DROP_AFTER = 5
 RULE_COUNT = 6
 
 
-class Sky(NamedTuple):
-    """Predicted tracks, found by the cell of the plane that they are in.
+class TrackGrid(NamedTuple):
+    """Predicted tracks, indexed by cell of the plane.
 
     Attributes
     ----------
     state : (s, 8) float64
-        East, north (m) and their rates (m/s) at the time of the window, the reach, how far off,
-        m, the place is without the way since, and room: one cache line.
+        East, north (m) and their rates (m/s) at the time of the window, search radius, search
+        radius without the motion since the last plot, and padding to a cache line.
     reach : (s,) float64
-        Distance, m, that the position may be wrong by.
+        Search radius: bound of the position error, m.
     cell : (s, 2) int64
         Cell.
     following : (s,) int64
-        Next track in the same place of the table, −1 for none.
+        Next track in the same bucket, −1 for none.
     heads : (t,) int64
-        First track of each place of the table, −1 for none; ``t`` is a power of two.
+        First track of each bucket, −1 for none; ``t`` is a power of two.
     far_following, far_heads : (s,) and (t,) int64
-        The same for the tracks whose reach is long, once more in cells of their own: with these
-        set aside, a plot need not look far around for all the others.
+        The same for tracks with a large search radius, in larger cells. A plot then searches few
+        cells for all other tracks.
     longest : (2,) float64
-        Longest reach of the tracks whose reach is not long, and of those whose it is; below zero
-        for none.
+        Largest search radius of the other tracks, and of those with a large one; negative for none.
     owner, local : (s,) int64
-        Room for an assignment, −1 outside of it.
+        Scratch for an assignment, −1 outside of it.
     """
 
     state: Floats
@@ -64,8 +63,8 @@ class Sky(NamedTuple):
     local: Integers
 
     @classmethod
-    def empty(cls, capacity: int) -> "Sky":
-        """Return room for tracks; ``capacity`` is a power of two."""
+    def empty(cls, capacity: int) -> "TrackGrid":
+        """Return an empty grid; ``capacity`` is a power of two."""
         return cls(
             state=np.zeros((capacity, 8)),
             reach=np.zeros(capacity),
@@ -81,36 +80,35 @@ class Sky(NamedTuple):
 
 
 class Candidates(NamedTuple):
-    """Tracks that the plots of a window may be of, the likeliest first.
+    """Candidate tracks of the plots of a window, the likeliest first.
 
     Attributes
     ----------
     number : (n,) int64
-        How many of them; −1 for a plot that locates nothing.
+        Number of candidates; −1 for a plot without a position.
     slot : (n, CANDIDATES_MAX) int64
         The tracks.
     score : (n, CANDIDATES_MAX) float64
         Logarithm of the likelihood ratio to a false plot, positive.
-    anew : (n, CANDIDATES_MAX) int64
-        Whether the score takes the velocity of the track for wrong.
+    reinitialised : (n, CANDIDATES_MAX) int64
+        Whether the score assumes that the velocity of the track is wrong.
     place : (n, 3) float64
-        Where the plot points to at the published biases, east and north, and how far off, m, the
-        aircraft may be.
+        Position of the plot at the published biases, east and north, and bound of its error, m.
     """
 
     number: Integers
     slot: Integers
     score: Floats
-    anew: Integers
+    reinitialised: Integers
     place: Floats
 
     @classmethod
     def empty(cls, rows: int) -> "Candidates":
-        """Return room for so many plots."""
+        """Return empty candidates of so many plots."""
         return cls(
             number=np.zeros(rows, np.int64),
             slot=np.full((rows, CANDIDATES_MAX), -1, np.int64),
             score=np.zeros((rows, CANDIDATES_MAX)),
-            anew=np.zeros((rows, CANDIDATES_MAX), np.int64),
+            reinitialised=np.zeros((rows, CANDIDATES_MAX), np.int64),
             place=np.zeros((rows, 3)),
         )

@@ -1,26 +1,28 @@
-"""Compiled chance that two aircraft come within a distance, and what their least distance may be.
+"""Compiled conflict probability of two aircraft, and quantiles of their least distance.
 
-Two aircraft move straight relative to each other, p + w t, with (p, w) Gaussian. For one velocity w
-and one place s along it they come within D of each other while 0 ≤ t ≤ end if the offset b of the
-line from the other aircraft is at most √(D² − o²), where o is by how much the line begins past the
-other, or ends before it, and zero where it passes by. b is Gaussian, given w and s: the chance is a
-difference of two normal distributions, exact. Over w and s (three normal numbers) it is averaged at
-the points of a lattice, the same for all pairs; the first number is spread evenly in the direction
-in which the velocity moves the line across, where the chance changes most.
+The relative motion is straight, p + w t, with (p, w) Gaussian. For one velocity w and one position
+s along it the aircraft come within D of each other during 0 ≤ t ≤ end if the offset b of the line
+from the other aircraft is at most √(D² − o²). Here o is the distance by which the line begins after
+the other aircraft or ends before it, and zero if it passes it. Given w and s, b is Gaussian: the
+probability is a difference of two normal distributions, exactly. It is averaged over w and s (three
+normal variables) at the points of a lattice, the same for all pairs. The first variable is sampled
+evenly in the direction in which the velocity moves the line sideways, where the probability changes
+most.
 
-With heights, the same points have an offset and a difference of rates of climb too; while two
-aircraft are within D the height between them runs through an interval, and the chance that it comes
+With heights, the points also have a height offset and a difference of vertical rates. While two
+aircraft are within D their height difference covers an interval; the probability that it comes
 within h of zero is again a difference of normal distributions.
 
-V is one of four, by whether either of the two strays: each has its share of the points.
+V is one of four, by whether each aircraft has rare errors; each variant has its fraction of the
+points.
 
-Symbols: A = covariance of p, C of p with w, V of w = L Lᵀ; G = C L⁻ᵀ; z = normal numbers, R turns
-them; e along w, n across it.
+Symbols: A = covariance of p, C of p with w, V of w = L Lᵀ; G = C L⁻ᵀ; z = normal variables, rotated
+by R; e along w, n across it.
 
 References
 ----------
-The project's own. Where errors of the velocity are small beside it, it is the formula of
-R. A. Paielli, H. Erzberger, "Conflict probability estimation for free flight", Journal of Guidance,
+The project's own. For velocity errors small against the velocity it is the formula of R. A.
+Paielli, H. Erzberger, "Conflict probability estimation for free flight", Journal of Guidance,
 Control, and Dynamics 20 (1997), 588-596.
 """
 
@@ -45,69 +47,69 @@ Floats = NDArray[np.float64]
 #: Columns of a line: mean and standard deviation of b, o, s and the speed.
 OFFSET, OFFSET_SIGMA, BEYOND, ALONG, SPEED = range(5)
 LINE_COUNT = 5
-#: Columns of the height of the second above the first now: it, its rate, their covariance, and the
+#: Columns of the height of the second above the first now: height, rate, their covariance, and the
 #: density of the vertical acceleration.
 HEIGHT, RATE, HEIGHT_VARIANCE, HEIGHT_RATE, RATE_VARIANCE, CLIMB_NOISE = range(6)
-#: Columns of the chances: across, and in height too.
+#: Columns of the probabilities: horizontal, and horizontal and vertical.
 WITHIN, WITHIN_BOTH = 0, 1
-#: Of sixteen points those of each variant of a chord begin here; the last one ends here.
+#: Of every sixteen points, the first one of each variant of a chord, and the end of the last.
 VARIANT_BEGINS = (0, 9, 12, 15, 16)
 SIXTEEN = 16
-#: Steps of the search for a bound of the least distance; it ends where the bound is so narrow, in
-#: sigmas, or its chance so near.
+#: Maximum number of steps of the search for a quantile of the least distance, and its tolerances:
+#: width, in sigmas, and probability.
 BOUND_STEPS_MAX = 60
 BOUND_WIDTH = 1e-3
-BOUND_CHANCE = 1e-4
+BOUND_PROBABILITY = 1e-4
 # Below these, m² and (m/s)², a variance is a rounding error.
 _FLOOR = 1e-9
 _HALF_ROOT = sqrt(0.5)
 
 
 @kernel
-def find_chances(
+def find_probabilities(
     chords: Floats, heights: Floats, points: Floats, distance: float, separation: float,
-    chances: Floats,
+    probabilities: Floats,
 ) -> None:  # fmt: skip
-    """Fill the rows of ``chances``: within the distance, and within the separation at that time.
+    """Fill ``probabilities``: within the distance, and within the separation at that time.
 
-    The second is NaN where the height is, or no separation is given (NaN).
+    The second is NaN without heights or without a separation (NaN).
     """
     lines = np.empty((points.shape[0], LINE_COUNT))
-    fill_chances(chords, heights, points, distance, separation, lines, chances)
+    fill_probabilities(chords, heights, points, distance, separation, lines, probabilities)
 
 
 @kernel
 def find_bounds(chords: Floats, points: Floats, low: float, high: float, bounds: Floats) -> None:
     """Fill the rows of ``bounds`` with an interval of the least distance.
 
-    It is that between two quantiles, or from 0 on with as much probability if that is shorter.
+    The interval between two quantiles, or from 0 with the same probability if that is shorter.
     """
     lines = np.empty((points.shape[0], LINE_COUNT))
     fill_bounds(chords, points, low, high, lines, bounds)
 
 
 @loop
-def fill_chances(
+def fill_probabilities(
     chords: Floats, heights: Floats, points: Floats, distance: float, separation: float,
-    lines: Floats, chances: Floats,
+    lines: Floats, probabilities: Floats,
 ) -> None:  # fmt: skip
-    """Do as `find_chances`."""
+    """As `find_probabilities`."""
     for row in range(chords.shape[0]):
         draw_lines(chords[row], points, lines)
-        chance = chance_within(lines, distance)
-        chances[row, WITHIN] = chance
-        chances[row, WITHIN_BOTH] = np.nan
+        probability = probability_within(lines, distance)
+        probabilities[row, WITHIN] = probability
+        probabilities[row, WITHIN_BOTH] = np.nan
         if not np.isnan(heights[row, HEIGHT] + separation):
             end = chords[row, CHORD_END]
-            level = chance_in_height(lines, points, heights[row], end, distance, separation)
-            chances[row, WITHIN_BOTH] = chance * level
+            level = probability_in_height(lines, points, heights[row], end, distance, separation)
+            probabilities[row, WITHIN_BOTH] = probability * level
 
 
 @loop
 def fill_bounds(
     chords: Floats, points: Floats, low: float, high: float, lines: Floats, bounds: Floats
 ) -> None:
-    """Do as `find_bounds`."""
+    """As `find_bounds`."""
     for row in range(chords.shape[0]):
         draw_lines(chords[row], points, lines)
         farthest, sigma = 0.0, 0.0
@@ -118,23 +120,23 @@ def fill_bounds(
             )
             sigma += lines[m, OFFSET_SIGMA] / points.shape[0]
         width = BOUND_WIDTH * sigma
-        bounds[row, 0] = distance_of_chance(lines, low, farthest, width)
-        bounds[row, 1] = distance_of_chance(lines, high, farthest, width)
-        from_zero = distance_of_chance(lines, high - low, farthest, width)
+        bounds[row, 0] = distance_quantile(lines, low, farthest, width)
+        bounds[row, 1] = distance_quantile(lines, high, farthest, width)
+        from_zero = distance_quantile(lines, high - low, farthest, width)
         if from_zero < bounds[row, 1] - bounds[row, 0]:
             bounds[row, 0], bounds[row, 1] = 0.0, from_zero
 
 
 @in_loop
 def normal(x: float) -> float:
-    """Return the normal distribution."""
+    """Return the normal distribution function."""
     value: float = 0.5 + 0.5 * erf(x * _HALF_ROOT)
     return value
 
 
 @in_loop
 def across(px: float, py: float, wx: float, wy: float, end: float) -> tuple[float, float, float]:
-    """Return the time at which p + w t is nearest, and the direction in which it errs across."""
+    """Return the time at which p + w t is closest, and the direction of its cross error."""
     square = wx * wx + wy * wy
     time = 0.0
     if square > 0.0:
@@ -150,7 +152,7 @@ def across(px: float, py: float, wx: float, wy: float, end: float) -> tuple[floa
 
 @in_loop
 def draw_lines(chord: Floats, points: Floats, lines: Floats) -> None:
-    """Fill ``lines`` with the line of each point; the points of a variant follow each other."""
+    """Fill ``lines`` with the line of each point; points of a variant are contiguous."""
     for variant in range(VARIANTS):
         first = points.shape[0] * VARIANT_BEGINS[variant] // SIXTEEN
         last = points.shape[0] * VARIANT_BEGINS[variant + 1] // SIXTEEN
@@ -161,7 +163,7 @@ def draw_lines(chord: Floats, points: Floats, lines: Floats) -> None:
 def draw_variant(
     chord: Floats, walk: int, points: Floats, first: int, last: int, lines: Floats
 ) -> None:
-    """Fill ``lines`` from ``first`` to ``last``, V being in the columns from ``walk`` on."""
+    """Fill ``lines`` from ``first`` to ``last``, with V in the columns from ``walk`` on."""
     px, py, wx, wy = chord[CHORD_P], chord[CHORD_P + 1], chord[CHORD_W], chord[CHORD_W + 1]
     end = chord[CHORD_END]
     l00 = sqrt(max(chord[walk], _FLOOR))
@@ -175,7 +177,7 @@ def draw_variant(
     m01 = chord[CHORD_A + 1] - g00 * g10 - g01 * g11
     m11 = chord[CHORD_A + 2] - g10 * g10 - g11 * g11
     if min(m00, m11) < 0.0 or m00 * m11 < m01 * m01:
-        # A mixture of motions: what position and velocity share is more than a chord can hold.
+        # In a mixture of motions the cross-covariance may exceed what a chord can represent.
         g00, g01, g10, g11 = 0.0, 0.0, 0.0, 0.0
         m00, m01, m11 = chord[CHORD_A], chord[CHORD_A + 1], chord[CHORD_A + 2]
     time, nx, ny = across(px, py, wx, wy, end)
@@ -208,14 +210,14 @@ def draw_variant(
 
 
 @in_loop
-def chance_within(lines: Floats, distance: float) -> float:
-    """Return the chance that the least distance is below one."""
+def probability_within(lines: Floats, distance: float) -> float:
+    """Return the probability that the least distance is below a threshold."""
     count = lines.shape[0]
     total: float = 0.0
     for m in range(count):
-        room = distance * distance - lines[m, BEYOND] * lines[m, BEYOND]
-        if room > 0.0:
-            half, scale = sqrt(room), 1.0 / lines[m, OFFSET_SIGMA]
+        margin = distance * distance - lines[m, BEYOND] * lines[m, BEYOND]
+        if margin > 0.0:
+            half, scale = sqrt(margin), 1.0 / lines[m, OFFSET_SIGMA]
             upper = normal((half - lines[m, OFFSET]) * scale)
             total += upper - normal((-half - lines[m, OFFSET]) * scale)
     mean: float = total / count
@@ -223,19 +225,19 @@ def chance_within(lines: Floats, distance: float) -> float:
 
 
 @in_loop
-def distance_of_chance(lines: Floats, chance: float, farthest: float, width: float) -> float:
-    """Return the least distance that is not exceeded with a chance.
+def distance_quantile(lines: Floats, probability: float, farthest: float, width: float) -> float:
+    """Return a quantile of the least distance.
 
-    By false position; the end that stays counts half, so that it does not stay for long (Illinois).
+    By false position with halving of the retained end (Illinois algorithm).
     """
     low, high = 0.0, farthest
-    at_low, at_high = -chance, chance_within(lines, farthest) - chance
+    at_low, at_high = -probability, probability_within(lines, farthest) - probability
     middle = farthest
     step, side = 0, 0
     while step < BOUND_STEPS_MAX and high - low > width:
         middle = (low * at_high - high * at_low) / (at_high - at_low)
-        at = chance_within(lines, middle) - chance
-        if abs(at) < BOUND_CHANCE:
+        at = probability_within(lines, middle) - probability
+        if abs(at) < BOUND_PROBABILITY:
             low, high = middle, middle
         elif at < 0.0:
             low, at_low = middle, at
@@ -252,12 +254,12 @@ def distance_of_chance(lines: Floats, chance: float, farthest: float, width: flo
 
 
 @in_loop
-def chance_in_height(
+def probability_in_height(
     lines: Floats, points: Floats, height: Floats, end: float, distance: float, separation: float
 ) -> float:
-    """Return the chance of pairs that come within the distance to be within the separation then.
+    """Return the probability of vertical proximity, given horizontal proximity.
 
-    Of points none of which comes within the distance, the one that comes nearest to it is taken.
+    If no point comes within the distance, the closest one is used.
     """
     total, count = 0.0, 0
     nearest, excess = 0, np.inf
@@ -265,35 +267,39 @@ def chance_in_height(
         offset = lines[m, OFFSET] + lines[m, OFFSET_SIGMA] * points[m, 3]
         beyond = hypot(offset, lines[m, BEYOND])
         if beyond < distance:
-            total += chance_at_line(lines, points, m, offset, height, end, distance, separation)
+            total += probability_on_line(
+                lines, points, m, offset, height, end, distance, separation
+            )
             count += 1
         elif beyond < excess:
             nearest, excess = m, beyond
     if count == 0:
-        total = chance_at_line(lines, points, nearest, distance, height, end, distance, separation)
+        total = probability_on_line(
+            lines, points, nearest, distance, height, end, distance, separation
+        )
         count = 1
     return total / count
 
 
 @in_loop
-def chance_at_line(
+def probability_on_line(
     lines: Floats, points: Floats, m: int, offset: float, height: Floats, end: float,
     distance: float, separation: float,
 ) -> float:  # fmt: skip
-    """Return the chance to be within the separation while a line is within the distance."""
+    """Return the probability of vertical proximity while a line is within the distance."""
     half = sqrt(max(distance * distance - offset * offset, 0.0))
     first, last = 0.0, end
     if lines[m, SPEED] > 0.0:
         first = min(max(-(lines[m, ALONG] + half) / lines[m, SPEED], 0.0), end)
         last = min(max(-(lines[m, ALONG] - half) / lines[m, SPEED], 0.0), end)
     lasts, noise = last - first, height[CLIMB_NOISE]
-    # At the first of these times; from there to the last one on a chord, as the way across is.
+    # At the first of these times; from there to the last one on a chord, as horizontally.
     variance = height[HEIGHT_VARIANCE] + first * (
         2.0 * height[HEIGHT_RATE] + first * (height[RATE_VARIANCE] + first * noise * (1.0 / 3.0))
     )
     common = height[HEIGHT_RATE] + first * (height[RATE_VARIANCE] + 0.5 * first * noise)
     rate_variance = height[RATE_VARIANCE] + noise * (first + lasts * (1.0 / 3.0))
-    # In the middle between both.
+    # In the middle of both times.
     variance += lasts * (common + 0.25 * lasts * rate_variance)
     common += 0.5 * lasts * rate_variance
     time = 0.5 * (first + last)

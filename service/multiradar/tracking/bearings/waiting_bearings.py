@@ -1,4 +1,4 @@
-"""Bearings as they wait for others with which they tell where an aircraft is."""
+"""Buffered bearings for track initiation by triangulation."""
 
 from typing import NamedTuple
 
@@ -11,23 +11,23 @@ from multiradar.tracking.association.association import Window
 Floats = NDArray[np.float64]
 
 
-class Seen(NamedTuple):
-    """A bearing that waits.
+class WaitingBearing(NamedTuple):
+    """A buffered bearing.
 
     Attributes
     ----------
     time_s : float
-        When.
+        Time of the measurement.
     sensor : int
-        By whom.
+        Number of the sensor.
     azimuth_rad, elevation_rad : float
-        As measured; the elevation NaN where there is none.
+        As measured; elevation NaN for none.
     height_m : float
-        The height that was heard, NaN for none.
+        Received height, NaN for none.
     site : (k,) float64
-        Where it was seen from, as in `Model.sites`.
+        Site of the source, as in `Model.sites`.
     moving : bool
-        Whether that is a source that moves.
+        Whether the source moves.
     """
 
     time_s: float
@@ -39,30 +39,30 @@ class Seen(NamedTuple):
     moving: bool
 
 
-def seen_in(window: Window, row: int, model: Model) -> Seen:
-    """Return a bearing as it waits.
+def bearing_of_row(window: Window, row: int, model: Model) -> WaitingBearing:
+    """Return a row as a buffered bearing.
 
     Parameters
     ----------
     window : Window
-        Rows.
+        The rows.
     row : int
-        Which of them.
+        Index of the row.
     model : Model
-        With the sites of the rows.
+        Model with the sites of the rows.
 
     Returns
     -------
     Seen
         The bearing.
     """
-    batch, told = window.batch, window.batch.directions
-    return Seen(
+    batch, directions = window.batch, window.batch.directions
+    return WaitingBearing(
         time_s=float(batch.time_s[row]),
         sensor=int(batch.sensor[row]),
         azimuth_rad=float(batch.azimuth_rad[row]),
-        elevation_rad=np.nan if told is None else float(told.elevation_rad[row]),
+        elevation_rad=np.nan if directions is None else float(directions.elevation_rad[row]),
         height_m=float(batch.height_m[row]),
         site=model.sites[window.rows.seen[row]].copy(),
-        moving=told is not None and bool(told.moves[row]),
+        moving=directions is not None and bool(directions.moves[row]),
     )

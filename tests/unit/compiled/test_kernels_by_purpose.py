@@ -1,4 +1,4 @@
-"""The list of kernels by purpose has all that commands ask for."""
+"""The list of kernels by purpose contains all kernels of commands."""
 
 from dataclasses import replace
 
@@ -8,7 +8,7 @@ from multiradar.cli.options import FilterChoice
 from multiradar.research.studies.catalogue import STUDIES
 from multiradar.runtime.kernel_purposes import serve_purposes, track_purposes
 from multiradar.tracking.settings import TrackingSettings
-from multiradar_compiled.wanted import kernels_by_purpose, kernels_for
+from multiradar_compiled.kernel_list import kernels_by_purpose, kernels_for
 from support.scenarios import bearing_scene, live_scene
 
 IMM = TrackingSettings(filter_name="imm")
